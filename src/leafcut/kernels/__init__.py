@@ -1,0 +1,1 @@
+"""The compiled code: small Numba kernels, one step of one algorithm each."""

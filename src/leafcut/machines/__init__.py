@@ -1,0 +1,1 @@
+"""Machine profiles shipped with leafcut, one TOML file each."""

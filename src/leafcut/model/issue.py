@@ -1,0 +1,53 @@
+"""What a reader or planner noticed and went on: numbered, with its place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Severity(StrEnum):
+    """How much an issue matters to the person at the machine."""
+
+    NOTE = "note"
+    WARNING = "warning"
+
+
+#: Every code, with what it means. The number's hundred tells the kind: 1 read, 2 skipped, 3 repaired, 4 assumed.
+CODES: dict[str, str] = {
+    "L101": "the file was damaged and could be repaired",
+    "L102": "the file does not say its units",
+    "L201": "an entity is of a kind that is not a hole",
+    "L202": "a circle does not lie in the plane of the plate",
+    "L203": "an entity has absurd or missing numbers",
+    "L204": "an entity is on a layer that is off, frozen or not chosen",
+    "L205": "a hole is smaller or larger than chosen",
+    "L206": "a block is missing, refers to itself or is nested too deep",
+    "L207": "an ellipse is not circular",
+    "L208": "a line of a text file could not be understood",
+    "L301": "holes drawn on top of each other were merged",
+    "L302": "circles with one centre: one of them was taken",
+    "L303": "arcs that close a circle were joined into a hole",
+    "L304": "a value was outside the range of its field and was replaced",
+    "L401": "a tool was assumed",
+    "L402": "a depth was assumed",
+    "L403": "the place of the part on the machine is not known",
+    "L404": "the machine's limit replaced a value",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Issue:
+    """One thing noticed: a code of `CODES`, one line of text, and the place (file, line, handle) if there is one."""
+
+    code: str
+    message: str
+    place: str = ""
+    severity: Severity = Severity.WARNING
+
+    def __post_init__(self) -> None:
+        if self.code not in CODES:
+            raise ValueError(f"unknown issue code {self.code}")
+
+    def __str__(self) -> str:
+        return f"{self.code} {self.message}" + (f" ({self.place})" if self.place else "")

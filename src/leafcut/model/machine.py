@@ -1,0 +1,65 @@
+"""`Machine`: the facts of one machine that its programs and its time depend on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+XYZ = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A three-axis machine: mm, mm/s, mm/s², s, rpm; vectors are (x, y, z).
+
+    Attributes
+    ----------
+    name, description, controller, process
+        `controller` is the name of a dialect; `process` is spindle, torch or laser.
+    rapid_style
+        ``linear``: all axes arrive together on a straight line. ``dogleg``: each axis at its own speed.
+    rapid_velocity, acceleration
+        Per axis.
+    acceleration_factor
+        Part of the acceleration that the controller uses on a move that starts and ends at rest (LinuxCNC keeps
+        10 % back, `[TRAJ]ARC_BLEND_KINK_RATIO`).
+    max_feed
+        Highest programmed feed, mm/s.
+    travel_min, travel_max
+        Machine coordinates.
+    work_offset
+        Program zero in machine coordinates where it is known, else None: then only the size of the job can be checked.
+    home
+        Machine coordinates where the spindle waits before and after a program.
+    spindle_min_rpm, spindle_max_rpm
+    tool_changer
+        True: M6 changes by itself; False: a person changes, the program pauses.
+    tool_change_s
+        Time of one change, chip to chip where the machine does it.
+    tool_change_position
+        Machine coordinates (x, y) to which the table goes for a change, or None: it stays where it is.
+    spindle_start_s
+        Dwell that lets the spindle reach its speed.
+    sources
+        Where each value comes from, by key, or "estimate: …".
+    """
+
+    name: str
+    description: str
+    controller: str
+    rapid_velocity: XYZ
+    acceleration: XYZ
+    max_feed: float
+    travel_min: XYZ
+    travel_max: XYZ
+    process: str = "spindle"
+    rapid_style: str = "linear"
+    acceleration_factor: float = 1.0
+    home: XYZ = (0.0, 0.0, 0.0)
+    work_offset: XYZ | None = None
+    spindle_min_rpm: float = 0.0
+    spindle_max_rpm: float = 10_000.0
+    tool_changer: bool = True
+    tool_change_s: float = 10.0
+    tool_change_position: tuple[float, float] | None = None
+    spindle_start_s: float = 0.0
+    sources: dict[str, str] = field(default_factory=dict)

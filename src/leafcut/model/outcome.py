@@ -1,0 +1,95 @@
+"""`Outcome`: all that one run of `optimize` found out; the report and the JSON answer are views of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from leafcut.model.issue import Issue
+from leafcut.model.machine import Machine
+from leafcut.model.part import Part
+from leafcut.model.solution import Solution
+from leafcut.model.tool import Tool
+from leafcut.model.toolpath import Toolpath
+
+
+@dataclass(frozen=True)
+class Measure:
+    """What a toolpath costs: rapid and cutting lengths in mm, machine time in s, and seconds by kind of motion.
+
+    `by_kind` has the keys rapid, feed, dwell, tool_change and spindle.
+    """
+
+    travel_mm: float
+    cut_mm: float
+    time_s: float
+    by_kind: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class OperationOutcome:
+    """One tool's work: how many holes or slots, by which cycle, and the solution of its order.
+
+    `hole_order` are indices into `Part.holes` (or `Part.slots` when `slots`), in the order of machining.
+    """
+
+    tool: Tool
+    cycle: str
+    hole_order: tuple[int, ...]
+    slots: bool
+    solution: Solution
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The whole run.
+
+    Attributes
+    ----------
+    before, nearest, after
+        The same work in the drawing's order, by nearest neighbour, and as written.
+    path_before, path_after
+        Toolpaths of the first and the last.
+    text
+        The program, whole.
+    output, report
+        Where program and report were written, or empty.
+    options
+        Every option that is not at its default, flag → value as a person would type it.
+    """
+
+    part: Part
+    machine: Machine
+    process: str
+    operations: tuple[OperationOutcome, ...]
+    before: Measure
+    nearest: Measure
+    after: Measure
+    path_before: Toolpath
+    path_after: Toolpath
+    text: str
+    dialect: str
+    seed: int
+    verified: bool
+    issues: tuple[Issue, ...] = ()
+    output: str = ""
+    report: str = ""
+    options: dict[str, str] = field(default_factory=dict)
+    version: str = ""
+    seconds: float = 0.0
+
+    @property
+    def saved_percent(self) -> float:
+        """Machine time saved against the drawing's order, percent."""
+        return 100.0 * (1.0 - self.after.time_s / self.before.time_s) if self.before.time_s > 0 else 0.0
+
+    @property
+    def lower_bound(self) -> float | None:
+        """Sum of the operations' lower bounds in the unit of their costs, or None when one has none."""
+        bounds = [o.solution.lower_bound for o in self.operations]
+        return None if not bounds or any(b is None for b in bounds) else sum(b for b in bounds if b is not None)
+
+    @property
+    def gap(self) -> float | None:
+        """How far at most the orders are above the least possible, as a fraction; None without a bound."""
+        bound = self.lower_bound
+        return None if not bound else sum(o.solution.cost for o in self.operations) / bound - 1.0

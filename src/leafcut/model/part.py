@@ -1,0 +1,86 @@
+"""`Part`: what a drawing says, in millimetres, without a word about machines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.issue import Issue
+
+
+@dataclass(frozen=True, slots=True)
+class Hole:
+    """A round hole seen from above: centre and diameter in mm, with the drawing's layer and entity handle.
+
+    A diameter of 0 means a bare point: the drawing says where, not how wide.
+    """
+
+    x: float
+    y: float
+    diameter: float
+    layer: str = ""
+    handle: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """A routed slot: the centre line from start to end, and its width, in mm. Either end may come first."""
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    width: float
+    layer: str = ""
+    handle: str = ""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Holes and slots in the drawing's order, in mm.
+
+    Attributes
+    ----------
+    name
+        For people: the file's name or the example's.
+    holes, slots
+        In the order of the drawing, which is the order that "before" is measured in.
+    source
+        Name of the file it came from, and `format`, the reader that took it.
+    edge_weight_type
+        TSPLIB's rule of distance when the file gives one ("EUC_2D"), else empty.
+    matrix
+        float64[n, n], the distances of a TSPLIB file of explicit weights, else None.
+    optimum
+        Length of the best known tour when the file says it, else None.
+    """
+
+    name: str
+    holes: tuple[Hole, ...] = ()
+    slots: tuple[Slot, ...] = ()
+    issues: tuple[Issue, ...] = ()
+    source: str = ""
+    format: str = ""
+    units: str = "mm"
+    edge_weight_type: str = ""
+    matrix: NDArray[np.float64] | None = None
+    optimum: float | None = None
+
+    @property
+    def hole_xy(self) -> NDArray[np.float64]:
+        """Centres of the holes, float64[n, 2], mm."""
+        return np.array([(h.x, h.y) for h in self.holes], dtype=np.float64).reshape(-1, 2)
+
+    @property
+    def diameters(self) -> NDArray[np.float64]:
+        """Diameters of the holes, float64[n], mm."""
+        return np.array([h.diameter for h in self.holes], dtype=np.float64)
+
+    @property
+    def extents(self) -> tuple[float, float, float, float]:
+        """Smallest x and y, largest x and y of all centres and slot ends, mm; zeros for an empty part."""
+        points = [(h.x, h.y) for h in self.holes] + [p for s in self.slots for p in (s.start, s.end)]
+        if not points:
+            return (0.0, 0.0, 0.0, 0.0)
+        low, high = np.min(points, axis=0), np.max(points, axis=0)
+        return (float(low[0]), float(low[1]), float(high[0]), float(high[1]))

@@ -1,0 +1,130 @@
+"""`RoutingProblem`: clusters of nodes to be visited, one model for every process.
+
+Every cluster is visited once, through exactly one of its nodes. A hole is a cluster of one node. "Route this slot from
+either end" is a cluster of two; "start this contour at any of its points, either way round" is a cluster of a
+generalised travelling salesman problem. A node has an entry point, an exit point and a service time in between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from leafcut.errors import PlanError
+
+#: The costs a metric may have: plain distances, TSPLIB's rules, and machine seconds.
+METRICS = (
+    "euclidean", "chebyshev", "manhattan",
+    "EUC_2D", "CEIL_2D", "ATT", "GEO", "MAX_2D", "MAN_2D", "EXPLICIT",
+    "linear", "dogleg",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Metric:
+    """The cost of travelling from an exit to the next entry, said in numbers so that a kernel can use it.
+
+    Attributes
+    ----------
+    name
+        One of `METRICS`: a distance in mm, a TSPLIB rule, or the seconds of a ``linear`` or ``dogleg`` machine.
+    velocity, acceleration
+        Of x and y, mm/s and mm/s²; used by ``linear`` and ``dogleg``.
+    zones
+        float64[k, 4]: rectangles (x0, y0, x1, y1) in mm over which a move must be lifted.
+    lift
+        What one lift costs, in the unit of the metric.
+    matrix
+        float64[n, n] for ``EXPLICIT``.
+    """
+
+    name: str = "euclidean"
+    velocity: tuple[float, float] = (1.0, 1.0)
+    acceleration: tuple[float, float] = (1.0, 1.0)
+    zones: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 4)))
+    lift: float = 0.0
+    matrix: NDArray[np.float64] | None = None
+
+    def __post_init__(self) -> None:
+        if self.name not in METRICS:
+            raise PlanError(f"unknown metric '{self.name}'; there are: {', '.join(METRICS)}")
+        if self.name == "EXPLICIT" and self.matrix is None:
+            raise PlanError("the metric EXPLICIT needs a matrix of costs")
+
+    @property
+    def unit(self) -> str:
+        """``s`` for a machine's time, ``mm`` for a distance."""
+        return "s" if self.name in ("linear", "dogleg") else "mm"
+
+
+@dataclass(frozen=True, eq=False)
+class RoutingProblem:
+    """Clusters of nodes, what it costs to go between them, and where to begin and end.
+
+    Attributes
+    ----------
+    entry, exit
+        float64[n, 2]: where the tool arrives at a node and where it leaves it, mm.
+    cluster
+        int32[n]: the cluster of every node; clusters are numbered from 0 without gaps.
+    service
+        float64[n]: what the node itself costs, in the unit of the metric.
+    precedence
+        int32[k, 2]: pairs (before, after) of clusters.
+    start, end
+        (x, y) in mm, or None for a free end. Ignored when `closed`.
+    closed
+        True: the path returns to its first node.
+    """
+
+    entry: NDArray[np.float64]
+    exit: NDArray[np.float64]
+    cluster: NDArray[np.int32]
+    service: NDArray[np.float64]
+    metric: Metric = field(default_factory=Metric)
+    precedence: NDArray[np.int32] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int32))
+    start: tuple[float, float] | None = None
+    end: tuple[float, float] | None = None
+    closed: bool = False
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        n = len(self.entry)
+        if self.entry.shape != (n, 2) or self.exit.shape != (n, 2) or self.cluster.shape != (n,):
+            raise PlanError(f"a problem of {n} nodes needs entry and exit of shape ({n}, 2) and cluster of ({n},)")
+        if not (np.isfinite(self.entry).all() and np.isfinite(self.exit).all()):
+            raise PlanError("a node has a coordinate that is not finite")
+        if n and not np.array_equal(np.unique(self.cluster), np.arange(self.cluster.max() + 1)):
+            raise PlanError("clusters must be numbered from 0 without gaps")
+
+    @classmethod
+    def of_points(
+        cls,
+        points: ArrayLike | Sequence[Sequence[float]],
+        metric: Metric | None = None,
+        **rest: object,
+    ) -> RoutingProblem:
+        """Return the problem in which every point (n rows of x, y in mm) is a cluster of its own."""
+        xy = np.ascontiguousarray(np.asarray(points, dtype=np.float64).reshape(-1, 2))
+        n = len(xy)
+        return cls(
+            entry=xy,
+            exit=xy,
+            cluster=np.arange(n, dtype=np.int32),
+            service=np.zeros(n),
+            metric=metric or Metric(),
+            **rest,  # type: ignore[arg-type]
+        )
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes."""
+        return len(self.entry)
+
+    @property
+    def n_clusters(self) -> int:
+        """Number of clusters."""
+        return int(self.cluster.max()) + 1 if len(self.cluster) else 0

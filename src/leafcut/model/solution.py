@@ -1,0 +1,58 @@
+"""`Solution`: an order, what it costs, and how it was found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class WorkerFigures:
+    """What one thread did: ants built, seconds of its own clock, and the best cost it found (inf for none)."""
+
+    worker: int
+    ants: int
+    seconds: float
+    best: float
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The nodes in the order of their visit.
+
+    Attributes
+    ----------
+    nodes
+        int32[k]: one node per cluster, in order. A closed tour begins anywhere and returns there.
+    cost
+        Travel and service, in `unit`.
+    history
+        (seconds since the start, cost) at every improvement.
+    iterations
+        Of the algorithm, 0 for a construction heuristic.
+    lower_bound
+        No path can cost less, or None when no bound was computed.
+    stopped_early
+        True when a person or the clock stopped it before its budget of work was used.
+    """
+
+    nodes: NDArray[np.int32]
+    cost: float
+    unit: str
+    algorithm: str
+    seed: int
+    iterations: int = 0
+    seconds: float = 0.0
+    history: tuple[tuple[float, float], ...] = ()
+    workers: tuple[WorkerFigures, ...] = ()
+    lower_bound: float | None = None
+    stopped_early: bool = False
+
+    @property
+    def gap(self) -> float | None:
+        """How far at most the cost is above the least possible, as a fraction; None without a bound."""
+        if self.lower_bound is None or self.lower_bound <= 0:
+            return None
+        return self.cost / self.lower_bound - 1.0

@@ -1,0 +1,87 @@
+"""Tools, and the recipes that say which tools make a hole, in which order."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+
+class ToolKind(StrEnum):
+    """Kinds of tool, in the order in which a hole meets them."""
+
+    CENTRE_DRILL = "centre-drill"
+    DRILL = "drill"
+    REAMER = "reamer"
+    TAP = "tap"
+    SLOT_MILL = "slot-mill"
+
+
+@dataclass(frozen=True)
+class Tool:
+    """One tool: mm, mm/s, rpm, rad, s.
+
+    Attributes
+    ----------
+    number
+        The T word.
+    point_angle
+        Full angle of the point, rad; π for a flat end (reamer, tap, slot mill).
+    cycle, peck, dwell
+        The canned cycle this tool drills with; None means the plan's choice.
+    pitch
+        Of a tap: mm per revolution.
+    flute_length
+        Deepest cut, mm; None when the library does not say.
+    depth
+        Depth of a centre drill's point below the surface, mm.
+    assumed
+        True for a tool that stands in no library.
+    """
+
+    number: int
+    diameter: float
+    kind: ToolKind = ToolKind.DRILL
+    name: str = ""
+    point_angle: float = math.radians(118)
+    feed: float = 0.0
+    spindle_rpm: float = 0.0
+    cycle: str | None = None
+    peck: float | None = None
+    dwell: float | None = None
+    pitch: float | None = None
+    flute_length: float | None = None
+    depth: float | None = None
+    assumed: bool = False
+
+    @property
+    def point_length(self) -> float:
+        """Length of the cone from the full diameter to the tip, mm: (D/2) / tan(point angle / 2)."""
+        return 0.5 * self.diameter / math.tan(0.5 * self.point_angle) if self.point_angle < math.pi else 0.0
+
+    @property
+    def label(self) -> str:
+        """For people: ``T3 drill Ø6.35``."""
+        return f"T{self.number} {self.name or self.kind.value} Ø{self.diameter:g}"
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Which tools make a hole: drawn diameter in mm, optional layer (wildcards), tool numbers in their order."""
+
+    diameter: float
+    steps: tuple[int, ...]
+    layer: str = "*"
+
+
+@dataclass(frozen=True)
+class ToolLibrary:
+    """The tools of a shop, by number, and its recipes."""
+
+    tools: tuple[Tool, ...] = ()
+    recipes: tuple[Recipe, ...] = ()
+    source: str = ""
+    by_number: dict[int, Tool] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "by_number", {t.number: t for t in self.tools})

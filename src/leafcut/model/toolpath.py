@@ -1,0 +1,320 @@
+"""`Toolpath`: motions and commands in order; the meeting place of everything after planning.
+
+Foreign G-code is interpreted into it, posts write from it, timing, plots and verification read it. It is kept in
+columns, so that a million rows stay small. Millimetres, mm/s, seconds, rpm; program coordinates, absolute.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+UNKNOWN = math.nan
+
+
+class Kind(IntEnum):
+    """What a row does, and what its columns then mean.
+
+    ========== ============================================ ==================== ===========================
+    kind       end (x, y, z)                                value                ref
+    ========== ============================================ ==================== ===========================
+    RAPID      where it ends                                –                    –
+    FEED       where it ends                                feed, mm/s           –
+    ARC_CW     where it ends                                feed, mm/s           row of `arcs`
+    ARC_CCW    where it ends                                feed, mm/s           row of `arcs`
+    DRILL      the hole, and the height after the cycle     feed, mm/s           row of `cycles`
+    DWELL      –                                            seconds              –
+    TOOL       –                                            –                    tool number
+    OFFSET     –                                            –                    length offset (H), 0 = G49
+    SPINDLE    –                                            rpm; < 0 = backwards –
+    COOLANT    –                                            –                    0 off, 1 mist, 2 flood, 3 both
+    PAUSE      –                                            –                    0 = M0, 1 = M1
+    MACHINE    machine coordinates, NaN = axis stays        –                    –
+    END        –                                            –                    –
+    ========== ============================================ ==================== ===========================
+    """
+
+    RAPID = 0
+    FEED = 1
+    ARC_CW = 2
+    ARC_CCW = 3
+    DRILL = 4
+    DWELL = 5
+    TOOL = 6
+    OFFSET = 7
+    SPINDLE = 8
+    COOLANT = 9
+    PAUSE = 10
+    MACHINE = 11
+    END = 12
+
+
+#: Kinds whose `end` is a place in program coordinates.
+MOTIONS = (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL)
+
+
+@dataclass(frozen=True, slots=True)
+class DrillCycle:
+    """The words of a canned cycle: heights in mm, dwell in s.
+
+    `name` is the G word as LinuxCNC and Fanuc have it (G81, G82, G83, G73, G84, G85), whatever the controller calls it.
+    `to_initial` is G98: after the hole the tool rises to where it was before the cycle; else G99, to `r_plane`.
+    """
+
+    name: str
+    r_plane: float
+    bottom: float
+    to_initial: bool = False
+    peck: float = 0.0
+    dwell: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Arc:
+    """Centre of an arc in program coordinates, the plane it lies in (17 xy, 18 zx, 19 yz) and its full turns."""
+
+    center: tuple[float, float, float]
+    plane: int = 17
+    turns: int = 1
+
+
+class Motion(NamedTuple):
+    """One row of a toolpath, for messages and for loops that need not be fast."""
+
+    kind: Kind
+    end: tuple[float, float, float]
+    value: float
+    ref: int
+    line: int
+
+
+@dataclass(frozen=True, eq=False)
+class Toolpath:
+    """Rows of `Kind` in columns.
+
+    Attributes
+    ----------
+    kind
+        int8[n].
+    end
+        float64[n, 3], mm; NaN for a coordinate that is not known (nothing has moved that axis yet), or not moved
+        (`Kind.MACHINE`).
+    value
+        float64[n]: feed, seconds or rpm, by kind.
+    ref
+        int32[n]: tool, cycle, arc …, by kind.
+    line
+        int32[n]: line of the text that it was read from, counted from 1; 0 when it was planned.
+    cycles, arcs
+        What `ref` points into.
+    """
+
+    kind: NDArray[np.int8]
+    end: NDArray[np.float64]
+    value: NDArray[np.float64]
+    ref: NDArray[np.int32]
+    line: NDArray[np.int32]
+    cycles: tuple[DrillCycle, ...] = ()
+    arcs: tuple[Arc, ...] = ()
+
+    @classmethod
+    def of_motions(cls, motions: Iterable[Motion]) -> Toolpath:
+        """Return the toolpath of rows that need no cycles and no arcs of their own."""
+        return _of_table([(int(m.kind), *m.end, m.value, m.ref, m.line) for m in motions])
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+    def __getitem__(self, row: int) -> Motion:
+        x, y, z = self.end[row].tolist()
+        kind = Kind(int(self.kind[row]))
+        return Motion(kind, (x, y, z), float(self.value[row]), int(self.ref[row]), int(self.line[row]))
+
+    def __iter__(self) -> Iterator[Motion]:
+        columns = (self.kind.tolist(), self.end.tolist(), self.value.tolist(), self.ref.tolist(), self.line.tolist())
+        for kind, (x, y, z), value, ref, line in zip(*columns, strict=True):
+            yield Motion(Kind(kind), (x, y, z), value, ref, line)
+
+    @property
+    def extents(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """Lowest and highest known x, y, z of all motions, holes' bottoms and arcs included; zeros when none."""
+        moving = np.isin(self.kind, [int(k) for k in MOTIONS])
+        points = [self.end[moving]]
+        drills = self.kind == Kind.DRILL
+        if drills.any():
+            bottoms = self.end[drills].copy()
+            bottoms[:, 2] = np.array([c.bottom for c in self.cycles])[self.ref[drills]]
+            points.append(bottoms)
+        points.extend(self._arc_extents())
+        every = np.concatenate(points)
+        low, high = [], []
+        for axis in range(3):
+            known = every[np.isfinite(every[:, axis]), axis]
+            low.append(float(known.min()) if len(known) else 0.0)
+            high.append(float(known.max()) if len(known) else 0.0)
+        return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+    def _arc_extents(self) -> list[NDArray[np.float64]]:
+        """Return corner points of every arc's circle that the arc really reaches."""
+        rows = np.flatnonzero((self.kind == Kind.ARC_CW) | (self.kind == Kind.ARC_CCW))
+        return [np.array(arc_extremes(self, int(row))).reshape(-1, 3) for row in rows]
+
+
+def _of_table(
+    rows: list[tuple[int, float, float, float, float, int, int]],
+    cycles: tuple[DrillCycle, ...] = (),
+    arcs: tuple[Arc, ...] = (),
+) -> Toolpath:
+    table = np.array(rows, dtype=np.float64).reshape(len(rows), 7)
+    return Toolpath(
+        kind=table[:, 0].astype(np.int8),
+        end=np.ascontiguousarray(table[:, 1:4]),
+        value=np.ascontiguousarray(table[:, 4]),
+        ref=table[:, 5].astype(np.int32),
+        line=table[:, 6].astype(np.int32),
+        cycles=cycles,
+        arcs=arcs,
+    )
+
+
+def plane_axes(plane: int) -> tuple[int, int, int]:
+    """Return (first, second, normal) axis numbers of G17, G18 or G19, so that G3 turns from first to second."""
+    return {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}[plane]
+
+
+def arc_sweep(path: Toolpath, row: int) -> tuple[float, float, float]:
+    """Return (radius mm, start angle rad, signed sweep rad) of an arc; the sweep is positive for ARC_CCW.
+
+    The start point is the end of the motion before it.
+    """
+    arc = path.arcs[int(path.ref[row])]
+    first, second, _ = plane_axes(arc.plane)
+    begin, end = position_before(path, row), path.end[row]
+    u0, v0 = begin[first] - arc.center[first], begin[second] - arc.center[second]
+    u1, v1 = end[first] - arc.center[first], end[second] - arc.center[second]
+    start, stop = math.atan2(v0, u0), math.atan2(v1, u1)
+    sweep = (stop - start) % math.tau if path.kind[row] == Kind.ARC_CCW else -((start - stop) % math.tau)
+    if abs(sweep) < 1e-9:
+        sweep = math.copysign(math.tau, 1.0 if path.kind[row] == Kind.ARC_CCW else -1.0)
+    return math.hypot(u0, v0), start, sweep + math.copysign(math.tau * (arc.turns - 1), sweep)
+
+
+def arc_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
+    """Return the points of an arc that are extreme along an axis of its plane (ends not included), mm."""
+    arc = path.arcs[int(path.ref[row])]
+    first, second, normal = plane_axes(arc.plane)
+    radius, start, sweep = arc_sweep(path, row)
+    low, high = min(start, start + sweep), max(start, start + sweep)
+    points = []
+    for quarter in range(math.ceil(low / (math.pi / 2)), math.floor(high / (math.pi / 2)) + 1):
+        angle = quarter * math.pi / 2
+        point = [0.0, 0.0, 0.0]
+        point[first] = arc.center[first] + radius * math.cos(angle)
+        point[second] = arc.center[second] + radius * math.sin(angle)
+        point[normal] = float(path.end[row, normal])
+        points.append((point[0], point[1], point[2]))
+        if len(points) >= 4:
+            break
+    return points
+
+
+def position_before(path: Toolpath, row: int) -> NDArray[np.float64]:
+    """Return where the tool is before `row`, float64[3], NaN for what is not known."""
+    for before in range(row - 1, -1, -1):
+        if path.kind[before] in MOTIONS:
+            place: NDArray[np.float64] = path.end[before]
+            return place
+    return np.full(3, UNKNOWN)
+
+
+@dataclass
+class ToolpathBuilder:
+    """Collects rows and keeps track of where the tool is; `build` freezes them."""
+
+    position: list[float] = field(default_factory=lambda: [UNKNOWN, UNKNOWN, UNKNOWN])
+    _rows: list[tuple[int, float, float, float, float, int, int]] = field(default_factory=list)
+    _cycles: dict[DrillCycle, int] = field(default_factory=dict)
+    _arcs: list[Arc] = field(default_factory=list)
+
+    def rapid(self, x: float | None = None, y: float | None = None, z: float | None = None, line: int = 0) -> None:
+        """Move at rapid to a place; an axis that is None stays where it is."""
+        self._move(Kind.RAPID, x, y, z, 0.0, 0, line)
+
+    def feed(
+        self, x: float | None = None, y: float | None = None, z: float | None = None, *, feed: float, line: int = 0
+    ) -> None:
+        """Cut straight at `feed` mm/s."""
+        self._move(Kind.FEED, x, y, z, feed, 0, line)
+
+    def arc(self, clockwise: bool, end: tuple[float, float, float], arc: Arc, *, feed: float, line: int = 0) -> None:
+        """Cut an arc or a helix at `feed` mm/s."""
+        self._arcs.append(arc)
+        self._move(Kind.ARC_CW if clockwise else Kind.ARC_CCW, *end, feed, len(self._arcs) - 1, line)
+
+    def drill(self, x: float, y: float, cycle: DrillCycle, *, feed: float, line: int = 0) -> None:
+        """Run a canned cycle at (x, y); afterwards the tool is at the cycle's retract height.
+
+        G98 rises to the height before the cycle, or to the R plane if that is higher (RS274/NGC 3.5.16.1).
+        """
+        before = self.position[2]
+        after = cycle.r_plane if not cycle.to_initial or not before >= cycle.r_plane else before
+        self._move(Kind.DRILL, x, y, after, feed, self._cycles.setdefault(cycle, len(self._cycles)), line)
+
+    def dwell(self, seconds: float, line: int = 0) -> None:
+        """Stand still."""
+        self._command(Kind.DWELL, seconds, 0, line)
+
+    def tool(self, number: int, line: int = 0) -> None:
+        """Change to a tool."""
+        self._command(Kind.TOOL, 0.0, number, line)
+
+    def offset(self, number: int, line: int = 0) -> None:
+        """Take the tool length offset of a register; 0 takes it off."""
+        self._command(Kind.OFFSET, 0.0, number, line)
+
+    def spindle(self, rpm: float, line: int = 0) -> None:
+        """Turn the spindle: positive clockwise (M3), negative backwards (M4), 0 stops (M5)."""
+        self._command(Kind.SPINDLE, rpm, 0, line)
+
+    def coolant(self, mode: int, line: int = 0) -> None:
+        """Set coolant: 0 off, 1 mist, 2 flood, 3 both."""
+        self._command(Kind.COOLANT, 0.0, mode, line)
+
+    def pause(self, optional: bool = False, line: int = 0) -> None:
+        """Wait for a person (M0, or M1 when optional)."""
+        self._command(Kind.PAUSE, 0.0, int(optional), line)
+
+    def machine(self, x: float | None = None, y: float | None = None, z: float | None = None, line: int = 0) -> None:
+        """Move at rapid to machine coordinates; where that is in the program is not known afterwards."""
+        place = [UNKNOWN if v is None else v for v in (x, y, z)]
+        self._rows.append((int(Kind.MACHINE), place[0], place[1], place[2], 0.0, 0, line))
+        self.position = [p if math.isnan(v) else UNKNOWN for p, v in zip(self.position, place, strict=True)]
+
+    def end(self, line: int = 0) -> None:
+        """End the program."""
+        self._command(Kind.END, 0.0, 0, line)
+
+    def build(self) -> Toolpath:
+        """Return the rows as a frozen toolpath."""
+        return _of_table(self._rows, tuple(self._cycles), tuple(self._arcs))
+
+    def _move(
+        self, kind: Kind, x: float | None, y: float | None, z: float | None, value: float, ref: int, line: int
+    ) -> None:
+        p = self.position
+        if x is not None:
+            p[0] = x
+        if y is not None:
+            p[1] = y
+        if z is not None:
+            p[2] = z
+        self._rows.append((int(kind), p[0], p[1], p[2], value, ref, line))
+
+    def _command(self, kind: Kind, value: float, ref: int, line: int) -> None:
+        self._rows.append((int(kind), UNKNOWN, UNKNOWN, UNKNOWN, value, ref, line))

@@ -1,0 +1,1 @@
+"""Posts: a `Toolpath` in a controller's own words."""

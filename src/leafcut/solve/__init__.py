@@ -1,0 +1,1 @@
+"""Solving: a `RoutingProblem` in, a `Solution` out."""

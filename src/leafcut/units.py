@@ -1,0 +1,115 @@
+"""Units, converted once at the edge: inside leafcut there are millimetres, seconds, mm/s and radians.
+
+Spindle speed alone stays in revolutions per minute (`*_rpm`), as every panel and every S word has it.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+from leafcut.errors import OptionError
+
+MM_PER_INCH = 25.4
+SECONDS_PER_MINUTE = 60.0
+
+#: Millimetres in one of each unit of length that leafcut reads.
+MM_PER_UNIT = {
+    "mm": 1.0,
+    "cm": 10.0,
+    "dm": 100.0,
+    "m": 1000.0,
+    "um": 0.001,
+    "µm": 0.001,
+    "in": MM_PER_INCH,
+    "inch": MM_PER_INCH,
+    '"': MM_PER_INCH,
+    "mil": MM_PER_INCH / 1000.0,
+    "thou": MM_PER_INCH / 1000.0,
+    "ft": 12 * MM_PER_INCH,
+}
+
+#: Factor to the inner unit, by the kind of quantity an option holds.
+FACTORS: dict[str, dict[str, float]] = {
+    "mm": MM_PER_UNIT,
+    "s": {"s": 1.0, "ms": 0.001, "min": 60.0, "m": 60.0, "h": 3600.0},
+    "mm/s": {
+        "mm/s": 1.0,
+        "mm/min": 1.0 / 60.0,
+        "m/min": 1000.0 / 60.0,
+        "m/s": 1000.0,
+        "in/min": MM_PER_INCH / 60.0,
+        "ipm": MM_PER_INCH / 60.0,
+        "in/s": MM_PER_INCH,
+        "ft/min": 12 * MM_PER_INCH / 60.0,
+    },
+    "mm/s²": {
+        "mm/s²": 1.0,
+        "mm/s2": 1.0,
+        "mm/s^2": 1.0,
+        "m/s2": 1000.0,
+        "m/s²": 1000.0,
+        "m/s^2": 1000.0,
+        "g": 9806.65,
+        "in/s2": MM_PER_INCH,
+        "in/s²": MM_PER_INCH,
+    },
+    "rad": {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0},
+    "rpm": {"rpm": 1.0, "1/min": 1.0, "/min": 1.0, "krpm": 1000.0},
+}
+
+#: What a bare number means where a person writes it: shop units, not inner ones.
+BARE_UNIT = {"mm": "mm", "s": "s", "mm/s": "mm/min", "mm/s²": "mm/s²", "rad": "deg", "rpm": "rpm"}
+
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*\Z")
+
+
+def parse_quantity(value: str | float, unit: str) -> float:
+    """Return `value` in the inner `unit` (a key of `FACTORS`).
+
+    A number is taken to be in the inner unit already. A text may carry its own unit ("3mm", "0.1in", "90 ipm",
+    "118deg"); a text without one is in the unit a person would mean (`BARE_UNIT`: feeds in mm/min, angles in degrees).
+
+    Raises
+    ------
+    OptionError
+        The text is not a number with a known unit, or the number is not finite.
+    """
+    if isinstance(value, int | float):
+        number, factor = float(value), 1.0
+    else:
+        match = _QUANTITY.match(value)
+        if not match:
+            raise OptionError(f"'{value}' is not a number with a unit, such as '3{BARE_UNIT[unit]}'")
+        word = match.group(2)
+        known = FACTORS[unit]
+        # "M" and "m" are different in physics, but nobody writes "MM" for anything else than millimetres.
+        factor_found = known.get(word or BARE_UNIT[unit], known.get(word.lower()))
+        if factor_found is None:
+            raise OptionError(f"unknown unit '{word}' in '{value}'; use one of {', '.join(known)}")
+        number, factor = float(match.group(1)), factor_found
+    if not math.isfinite(number):
+        raise OptionError(f"'{value}' is not a finite number")
+    return number * factor
+
+
+def parse_point(value: str | tuple[float, ...], unit: str = "mm") -> tuple[float, ...]:
+    """Return the numbers of ``"x,y"`` or ``"x,y,z"``, each with an optional unit, in the inner `unit`."""
+    parts: list[str] | tuple[float, ...] = value.split(",") if isinstance(value, str) else value
+    return tuple(parse_quantity(part, unit) for part in parts)
+
+
+def format_time(seconds: float) -> str:
+    """Return seconds as a person reads them: ``8.42 s``, ``3 min 05 s``, ``1 h 02 min``."""
+    if seconds < 60:
+        return f"{seconds:.2f} s" if seconds < 10 else f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes < 60:
+        return f"{minutes} min {rest:02d} s"
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02d} min"
+
+
+def format_length(mm: float) -> str:
+    """Return millimetres as a person reads them: ``412.3 mm``, ``12.41 m``."""
+    return f"{mm:.1f} mm" if abs(mm) < 1000 else f"{mm / 1000:.2f} m"

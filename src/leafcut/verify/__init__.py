@@ -1,0 +1,1 @@
+"""Verification: what was written is what was planned, and is safe."""
