@@ -7,15 +7,14 @@ converted to inner units when an object is made, so no stage checks again.
 
 from __future__ import annotations
 
-import dataclasses
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, ClassVar, get_type_hints
+from typing import Any, ClassVar, Literal, get_type_hints
 
 from leafcut.errors import OptionError, nearest
-from leafcut.units import parse_point, parse_quantity
+from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity
 
 
 @dataclass(frozen=True)
@@ -34,6 +33,8 @@ class OptionSpec:
     choices: tuple[str, ...] = ()
     #: The default in words, where the default value None stands for "as the algorithm recommends" and the like.
     default_words: str = ""
+    #: False for what cannot change the program, such as the number of threads: it stays out of the header.
+    changes_program: bool = True
 
 
 def _option(kind: str, default: Any, help: str, **spec: Any) -> Any:
@@ -157,7 +158,19 @@ _KIND_WORDS = {
     "path": "a path",
 }
 
-ALGORITHMS = ("auto", "as", "eas", "asrank", "mmas", "acs", "2opt", "nn", "none")
+#: What `--algorithm` takes, in words.
+ALGORITHM_TITLES = {
+    "auto": "leafcut's choice: MAX–MIN ants, or one improved tour where ants would take too long",
+    "as": "Ant System",
+    "eas": "Elitist Ant System",
+    "asrank": "rank-based Ant System",
+    "mmas": "MAX–MIN Ant System",
+    "acs": "Ant Colony System",
+    "2opt": "nearest neighbour, improved by 2-opt and Or-opt",
+    "nn": "nearest neighbour",
+    "none": "the order of the drawing",
+}
+ALGORITHMS = tuple(ALGORITHM_TITLES)
 CYCLES = ("G81", "G82", "G83", "G73", "G84", "G85")
 
 
@@ -322,7 +335,7 @@ class SolveOptions(OptionGroup):
     preset: str = _option(
         "text", "default", "budget of work, the same on every machine", choices=("fast", "default", "thorough")
     )
-    objective: str = _option(
+    objective: Literal["time", "distance"] = _option(
         "text", "time", "what is made small: machine seconds or millimetres of travel", choices=("time", "distance")
     )
     time_limit: float | None = _option(
@@ -344,6 +357,7 @@ class SolveOptions(OptionGroup):
         minimum=0,
         maximum=1024,
         default_words="one per core",
+        changes_program=False,
     )
     candidates: int = _option(
         "whole",
@@ -451,9 +465,26 @@ class Settings:
         made: dict[str, Any] = {group.section: group(**given.get(group.section, {})) for group in GROUPS}
         return cls(**made)
 
-    def changed(self) -> dict[str, Any]:
-        """Return every option that is not at its default, by name, in inner units."""
-        return {n: v for f in dataclasses.fields(self) for n, v in getattr(self, f.name).changed().items()}
+    def changed(self) -> dict[str, str]:
+        """Return every option that is not at its default and can change the program: flag → value as one types it."""
+        return {
+            flag_name(name): written(group.specs()[name], value)
+            for group in (getattr(self, f.name) for f in fields(self))
+            for name, value in group.changed().items()
+            if group.specs()[name].changes_program
+        }
+
+
+def written(spec: OptionSpec, value: Any) -> str:
+    """Return an option's value as a person would type it, shop units included."""
+    if spec.kind == "quantity":
+        unit = BARE_UNIT[spec.unit]
+        return f"{value / FACTORS[spec.unit][unit]:.6g}{unit}"
+    if spec.kind in ("names", "point"):
+        return ",".join(f"{v:.6g}" if isinstance(v, float) else v for v in value)
+    if spec.kind == "path":
+        return str(value.name)
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:

@@ -7,9 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from typing import NamedTuple
 
-from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath, positions_before
 
 #: How far G73 backs off, and how far above the last depth G83 ends its rapid re-entry: 0.010 inch in LinuxCNC 2.9
 #: (measured with rs274); Fanuc and Haas read it from a parameter.
@@ -17,12 +21,26 @@ PECK_CLEARANCE = 0.254
 
 _EPSILON = 1e-9
 
+#: More pecks than this in one hole, or moves in one program, are a slip of the decimal point and would fill the
+#: memory.
+_MOST_PECKS = 10_000
+_MOST_ROWS = 10_000_000
+
 
 def peck_depths(cycle: DrillCycle) -> list[float]:
-    """Return the heights that the pecks reach, from the first to `cycle.bottom`, mm."""
+    """Return the heights that the pecks reach, from the first to `cycle.bottom`, mm.
+
+    Raises
+    ------
+    PlanError
+        The peck is so small that it cannot be meant.
+    """
     if cycle.peck <= 0:
         return [cycle.bottom]
-    count = max(1, math.ceil((cycle.r_plane - cycle.bottom) / cycle.peck - _EPSILON))
+    strokes = (cycle.r_plane - cycle.bottom) / cycle.peck
+    if not strokes <= _MOST_PECKS:
+        raise PlanError(f"a peck of {cycle.peck:g} mm takes {strokes:.0f} strokes a hole; use a larger one")
+    count = max(1, math.ceil(strokes - _EPSILON))
     return [cycle.r_plane - cycle.peck * (i + 1) for i in range(count - 1)] + [cycle.bottom]
 
 
@@ -48,14 +66,14 @@ def expand_drill(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Mo
     yield row(Kind.RAPID, height)
     if height != cycle.r_plane:
         yield row(Kind.RAPID, cycle.r_plane)
-    yield from _drilling(cycle, row, feed)
+    yield from _drilling(cycle, row, feed, line)
     if cycle.name in ("G84", "G85"):
         yield row(Kind.FEED, cycle.r_plane, feed)
     if height != z_after:
         yield row(Kind.RAPID, z_after)
 
 
-def _drilling(cycle: DrillCycle, move: Callable[..., Motion], feed: float) -> Iterator[Motion]:
+def _drilling(cycle: DrillCycle, move: Callable[..., Motion], feed: float, line: int) -> Iterator[Motion]:
     depths = peck_depths(cycle) if cycle.name in ("G83", "G73") else [cycle.bottom]
     for number, depth in enumerate(depths):
         if number:
@@ -66,31 +84,91 @@ def _drilling(cycle: DrillCycle, move: Callable[..., Motion], feed: float) -> It
                 yield move(Kind.RAPID, depths[number - 1] + PECK_CLEARANCE)
         yield move(Kind.FEED, depth, feed)
     if cycle.dwell > 0 and cycle.name in ("G82", "G84"):
-        yield Motion(Kind.DWELL, (math.nan,) * 3, cycle.dwell, 0, 0)
+        yield Motion(Kind.DWELL, (math.nan,) * 3, cycle.dwell, 0, line)
 
 
 def expand(path: Toolpath) -> Toolpath:
     """Return the same toolpath with every canned cycle written out in rapids, feeds and dwells.
 
-    A tap's reversal of the spindle stays implied by the cycle and is not written out.
+    A tap's reversal of the spindle stays implied by the cycle and is not written out. Row by row this is
+    `expand_drill`; here all holes are laid out at once, since a board has a hundred thousand.
+
+    Raises
+    ------
+    PlanError
+        The pecks are so many that no machine would drill so.
     """
-    if not path.cycles:
+    drills = np.flatnonzero(path.kind == Kind.DRILL)
+    if not len(drills):
         return path
-    x = y = z = math.nan
-    rows: list[Motion] = []
-    for motion in path:
-        if motion.kind is Kind.DRILL:
-            for step in expand_drill(motion, path.cycles[motion.ref], z):
-                if step.kind is Kind.DWELL:
-                    rows.append(step)
-                    continue
-                x, y = (x, y) if math.isnan(step.end[0]) else step.end[:2]
-                z = step.end[2]
-                rows.append(step._replace(end=(x, y, z)))
-            continue
-        if motion.kind <= Kind.ARC_CCW:
-            x, y, z = motion.end
-        elif motion.kind is Kind.MACHINE:
-            x, y, z = (p if math.isnan(m) else math.nan for p, m in zip((x, y, z), motion.end, strict=True))
-        rows.append(motion)
-    return replace(Toolpath.of_motions(rows), arcs=path.arcs)
+    ref = path.ref[drills]
+    steps = _all_steps(path.cycles, np.bincount(ref, minlength=len(path.cycles)))
+    r_plane = np.array([c.r_plane for c in path.cycles])[ref]
+    n_steps = np.array([len(s) for s in steps])[ref]
+    drilled = np.array([s[-1].z for s in steps])[ref]
+    before = positions_before(path)[drills]
+    lift = before[:, 2] < r_plane
+    level = np.where(lift, r_plane, before[:, 2])
+    down = level != r_plane
+    rise = drilled != path.end[drills, 2]
+    count = np.ones(len(path), dtype=np.int64)
+    count[drills] = lift + 1 + down + n_steps + rise
+    first = (np.cumsum(count) - count)[drills]
+
+    source = np.repeat(np.arange(len(path)), count)
+    kind, end, value = path.kind[source], path.end[source], path.value[source]
+    from_cycle = kind == Kind.DRILL
+    kind[from_cycle], value[from_cycle] = Kind.RAPID, 0.0
+    end[first[lift], :2] = before[lift, :2]
+    end[first[lift], 2] = r_plane[lift]
+    over = first + lift
+    end[over, 2] = level
+    end[over[down] + 1, 2] = r_plane[down]
+    row = np.repeat(over + 1 + down, n_steps) + _counted(n_steps)
+    flat = [step for s in steps for step in s]
+    begin = np.cumsum([0] + [len(s) for s in steps])[:-1]
+    which = np.repeat(begin[ref], n_steps) + _counted(n_steps)
+    kind[row] = np.array([int(s.kind) for s in flat])[which]
+    end[row, 2] = np.array([s.z for s in flat])[which]
+    feeds, dwells = kind[row] == Kind.FEED, kind[row] == Kind.DWELL
+    value[row[feeds]] = np.repeat(path.value[drills], n_steps)[feeds]
+    value[row[dwells]] = np.array([s.dwell for s in flat])[which][dwells]
+    end[row[dwells]] = math.nan
+    return Toolpath(
+        kind, end, value, np.where(from_cycle, 0, path.ref[source]).astype(np.int32), path.line[source], (), path.arcs
+    )
+
+
+def _all_steps(cycles: tuple[DrillCycle, ...], uses: NDArray[np.int64]) -> list[list[_Step]]:
+    """Return the steps of every cycle, given how often each is used, before they grow beyond all measure."""
+    steps, rows = [], 0
+    for cycle, used in zip(cycles, uses.tolist(), strict=True):
+        steps.append(_steps_at_r(cycle))
+        rows += len(steps[-1]) * max(used, 1)
+        if rows > _MOST_ROWS:
+            raise PlanError(f"the drilling cycles come to more than {_MOST_ROWS:,} moves; use larger pecks")
+    return steps
+
+
+class _Step(NamedTuple):
+    """One move of a cycle over the hole, once the tool is at the R plane; a dwell keeps the height."""
+
+    kind: Kind
+    z: float
+    dwell: float = 0.0
+
+
+def _steps_at_r(cycle: DrillCycle) -> list[_Step]:
+    """Return what a cycle does from the R plane to before its last rise: by `expand_drill` itself, at x = y = 0."""
+    motion = Motion(Kind.DRILL, (0.0, 0.0, math.nan), 1.0, 0, 0)
+    height, steps = cycle.r_plane, []
+    for move in list(expand_drill(motion, cycle, cycle.r_plane))[1:-1]:
+        height = height if move.kind is Kind.DWELL else move.end[2]
+        steps.append(_Step(move.kind, height, move.value if move.kind is Kind.DWELL else 0.0))
+    return steps
+
+
+def _counted(lengths: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return 0, 1, … for every length in turn, one after the other."""
+    total = int(lengths.sum())
+    return np.arange(total) - np.repeat(np.cumsum(lengths) - lengths, lengths)

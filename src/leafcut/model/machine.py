@@ -39,6 +39,9 @@ class Machine:
         Machine coordinates (x, y) to which the table goes for a change, or None: it stays where it is.
     spindle_start_s
         Dwell that lets the spindle reach its speed.
+    safe_z
+        Machine coordinate z of a safe height for tool changes and the end of a program, or None: the program's own
+        clearance height is used.
     sources
         Where each value comes from, by key, or "estimate: …".
     """
@@ -62,4 +65,5 @@ class Machine:
     tool_change_s: float = 10.0
     tool_change_position: tuple[float, float] | None = None
     spindle_start_s: float = 0.0
+    safe_z: float | None = None
     sources: dict[str, str] = field(default_factory=dict)

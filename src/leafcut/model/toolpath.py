@@ -233,11 +233,31 @@ def position_before(path: Toolpath, row: int) -> NDArray[np.float64]:
     return np.full(3, UNKNOWN)
 
 
+def positions_before(path: Toolpath) -> NDArray[np.float64]:
+    """Return where the tool is before every row, float64[n, 3], NaN for what is not known; all rows at once.
+
+    After a move in machine coordinates (`Kind.MACHINE`) an axis that moved is not known until it is programmed again.
+    """
+    n = len(path)
+    moving = np.isin(path.kind, [int(k) for k in MOTIONS])
+    machine = path.kind == Kind.MACHINE
+    rows = np.arange(n)
+    before = np.full((n, 3), UNKNOWN)
+    for axis in range(3):
+        sets = moving | (machine & np.isfinite(path.end[:, axis]))
+        last = np.maximum.accumulate(np.where(sets, rows, -1)) if n else rows
+        known = last[:-1] >= 0
+        before[1:][known, axis] = np.where(machine, UNKNOWN, path.end[:, axis])[last[:-1][known]]
+    return before
+
+
 @dataclass
 class ToolpathBuilder:
     """Collects rows and keeps track of where the tool is; `build` freezes them."""
 
     position: list[float] = field(default_factory=lambda: [UNKNOWN, UNKNOWN, UNKNOWN])
+    #: Height before the running series of canned cycles, to which G98 returns; None outside a series.
+    initial_plane: float | None = None
     _rows: list[tuple[int, float, float, float, float, int, int]] = field(default_factory=list)
     _cycles: dict[DrillCycle, int] = field(default_factory=dict)
     _arcs: list[Arc] = field(default_factory=list)
@@ -260,11 +280,17 @@ class ToolpathBuilder:
     def drill(self, x: float, y: float, cycle: DrillCycle, *, feed: float, line: int = 0) -> None:
         """Run a canned cycle at (x, y); afterwards the tool is at the cycle's retract height.
 
-        G98 rises to the height before the cycle, or to the R plane if that is higher (RS274/NGC 3.5.16.1).
+        G98 rises to the height before the series of cycles, or to the R plane if that is higher (RS274/NGC 3.5.16.1;
+        seen with `rs274 -g`). A series ends with any other motion, or with `end_cycles` (G80).
         """
-        before = self.position[2]
-        after = cycle.r_plane if not cycle.to_initial or not before >= cycle.r_plane else before
+        initial = self.position[2] if self.initial_plane is None else self.initial_plane
+        after = initial if cycle.to_initial and initial >= cycle.r_plane else cycle.r_plane
         self._move(Kind.DRILL, x, y, after, feed, self._cycles.setdefault(cycle, len(self._cycles)), line)
+        self.initial_plane = initial
+
+    def end_cycles(self) -> None:
+        """End a series of canned cycles (G80)."""
+        self.initial_plane = None
 
     def dwell(self, seconds: float, line: int = 0) -> None:
         """Stand still."""
@@ -294,6 +320,7 @@ class ToolpathBuilder:
         """Move at rapid to machine coordinates; where that is in the program is not known afterwards."""
         place = [UNKNOWN if v is None else v for v in (x, y, z)]
         self._rows.append((int(Kind.MACHINE), place[0], place[1], place[2], 0.0, 0, line))
+        self.initial_plane = None
         self.position = [p if math.isnan(v) else UNKNOWN for p, v in zip(self.position, place, strict=True)]
 
     def end(self, line: int = 0) -> None:
@@ -307,6 +334,7 @@ class ToolpathBuilder:
     def _move(
         self, kind: Kind, x: float | None, y: float | None, z: float | None, value: float, ref: int, line: int
     ) -> None:
+        self.initial_plane = None
         p = self.position
         if x is not None:
             p[0] = x

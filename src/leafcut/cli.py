@@ -1,0 +1,291 @@
+"""The command line: options become flags, one command calls one function of `api`."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import os
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from typing import Annotated, Any
+
+from cyclopts import App, CycloptsError, Group, Parameter
+
+from leafcut import __version__
+from leafcut.errors import LeafcutError, OptionError
+from leafcut.options import (
+    GROUPS,
+    AcoOptions,
+    MachineOptions,
+    OptionGroup,
+    OptionSpec,
+    ReadOptions,
+    SolveOptions,
+    flag_name,
+    written,
+)
+from leafcut.progress import Reporter
+
+DONE, REFUSED, USAGE = 0, 1, 2
+
+_TITLES = {
+    "read": "Reading",
+    "machine": "Machine",
+    "drill": "Drilling",
+    "solve": "Search",
+    "aco": "Ants",
+    "post": "Program",
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and leave with its exit status: 0 done, 1 refused, 2 wrong usage."""
+    sys.exit(run(sys.argv[1:] if arguments is None else list(arguments)))
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run one command line and return its exit status; errors are one line on standard error."""
+    try:
+        status = app()(arguments, exit_on_error=False, print_error=False)
+        return int(status or DONE)
+    except CycloptsError as problem:
+        return _refuse(" ".join(str(problem).split()) + " (see leafcut --help)", USAGE)
+    except OptionError as problem:
+        return _refuse(str(problem), USAGE)
+    except LeafcutError as problem:
+        return _refuse(str(problem), REFUSED)
+    except KeyboardInterrupt:
+        return _refuse("interrupted; nothing was written", REFUSED)
+    except BrokenPipeError:
+        # The reader of our output went away, which is its right; keep Python from complaining at exit.
+        with suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except MemoryError:
+        return _refuse("not enough memory for this input", REFUSED)
+    except Exception as problem:  # the last net: no traceback reaches a user
+        if os.environ.get("LEAFCUT_TRACEBACK"):
+            raise
+        text = " ".join(f"{type(problem).__name__}: {problem}".split())
+        return _refuse(f"a fault in leafcut itself ({text}); set LEAFCUT_TRACEBACK=1 to see where", REFUSED)
+
+
+def _refuse(line: str, status: int) -> int:
+    print(f"leafcut: {line}", file=sys.stderr)
+    return status
+
+
+def app() -> App:
+    """Return the application with its commands; flags are made from the option groups."""
+    made = App(
+        name="leafcut",
+        help="The shortest-time, verified CNC program for a drawing.",
+        version=__version__,
+        version_flags=["--version"],
+        help_format="plaintext",
+    )
+    solving = (SolveOptions, AcoOptions)
+    made.command(_command(_optimize, GROUPS), name="optimize")
+    made.command(_command(_solve, (ReadOptions, *solving)), name="solve")
+    made.command(_command(_simulate, (MachineOptions,)), name="simulate")
+    made.command(_command(_verify, (MachineOptions,)), name="verify")
+    made.command(_machines, name="machines")
+    made.command(_algorithms, name="algorithms")
+    made.command(_formats, name="formats")
+    return made
+
+
+def _command(function: Callable[..., int], groups: Iterable[type[OptionGroup]]) -> Callable[..., int]:
+    """Return `function` with a flag for every option of `groups`, which it receives as a dict `options`."""
+    own = [p for p in inspect.signature(function, eval_str=True).parameters.values() if p.name != "options"]
+    names = [(group, name, spec) for group in groups for name, spec in group.specs().items()]
+    flags = [_flag(group, name, spec) for group, name, spec in names]
+
+    def command(*places: Any, **given: Any) -> int:
+        options = {name: given.pop(name, None) for _, name, _ in names}
+        return function(*places, **given, options=options)
+
+    command.__signature__ = inspect.Signature([*own, *flags])  # type: ignore[attr-defined]
+    command.__annotations__ = {p.name: p.annotation for p in [*own, *flags]}
+    command.__doc__ = function.__doc__
+    return command
+
+
+def _flag(group: type[OptionGroup], name: str, spec: OptionSpec) -> inspect.Parameter:
+    default = group.defaults()[name]
+    words = spec.default_words or ("" if default in (None, (), False) else written(spec, default))
+    help_text = spec.help
+    if spec.choices:
+        help_text += f" [{', '.join(spec.choices)}]"
+    if words:
+        help_text += f" (default: {words})"
+    place = list(_TITLES).index(group.section)
+    parameter = Parameter(
+        name=flag_name(name),
+        help=help_text,
+        group=Group(_TITLES[group.section], sort_key=10 + place),
+        show_default=False,
+        allow_leading_hyphen=True,
+    )
+    annotation: Any = Annotated[bool | None, parameter] if spec.kind == "flag" else Annotated[str | None, parameter]
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
+
+
+def _optimize(
+    source: Annotated[str, Parameter(name="INPUT", help="a drawing, a drill file, a map, or example:plate-70")],
+    /,
+    *,
+    output: Annotated[str | None, Parameter(name=["--output", "-o"], help="the program to write")] = None,
+    report: Annotated[str | None, Parameter(name="--report", help="a page with pictures to write")] = None,
+    process: Annotated[str, Parameter(name="--process", help="what to make of the input [auto, drill]")] = "auto",
+    options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
+    as_json: Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")] = False,
+    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative="", help="no progress, no summary")] = False,
+    options: dict[str, Any],
+) -> int:
+    """Make a verified program with the shortest machine time from a drawing."""
+    from leafcut import api
+
+    if process not in ("auto", "drill"):
+        raise OptionError(f"--process: '{process}' is not there yet; use auto or drill")
+    with Reporter(quiet=quiet) as reporter:
+        outcome = api.optimize(
+            source, output, report=report, options_file=options_file, progress=reporter, **_given(options)
+        )
+    if as_json:
+        from leafcut.report.json_answer import as_json as answer
+
+        _print_json(answer(outcome))
+    elif not quiet:
+        from rich.console import Console
+
+        from leafcut.report.summary import summary
+
+        Console().print(summary(outcome))
+    return DONE
+
+
+def _solve(
+    instance: Annotated[str, Parameter(name="INSTANCE", help="a TSPLIB file, a map, or random:200")],
+    /,
+    *,
+    tour: Annotated[str | None, Parameter(name="--tour", help="the tour to write, as TSPLIB has it")] = None,
+    as_json: Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")] = False,
+    options: dict[str, Any],
+) -> int:
+    """Find a short closed tour through the points of a map, to study the algorithms."""
+    from leafcut import api
+    from leafcut.read.tsplib import write_tour
+
+    if tour:
+        from leafcut.files import check_output
+
+        check_output(tour, [instance])
+    with Reporter() as reporter:
+        answer, nodes = api.solve_file(instance, progress=reporter, **_given(options))
+    if tour:
+        write_tour(tour, answer["instance"], nodes)
+    if as_json:
+        _print_json(answer)
+        return DONE
+    gap = "" if answer["gap_percent"] is None else f", {answer['gap_percent']:.3f} % above the best known"
+    print(f"{answer['instance']}: {answer['n']} points, {answer['algorithm']}, seed {answer['seed']}")
+    print(f"length {answer['length']:,.6g}{gap}, {answer['iterations']} iterations in {answer['seconds']:.2f} s")
+    return DONE
+
+
+def _simulate(
+    program: Annotated[str, Parameter(name="PROGRAM", help="a G-code program")],
+    /,
+    *,
+    dialect: Annotated[str | None, Parameter(name="--dialect", help="its dialect (default: the machine's)")] = None,
+    as_json: Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")] = False,
+    options: dict[str, Any],
+) -> int:
+    """Tell how long a program runs on a machine, how far it moves, and what is dangerous in it."""
+    from leafcut import api
+
+    answer = api.simulate(program, dialect=dialect, **_given(options))
+    if as_json:
+        _print_json(answer)
+        return DONE
+    from leafcut.units import format_length, format_time
+
+    print(f"{program}: {format_time(answer['time_s'])} on {answer['machine']}")
+    print(f"rapid {format_length(answer['rapid_mm'])}, feed {format_length(answer['feed_mm'])}")
+    print("  ".join(f"{kind} {format_time(s)}" for kind, s in answer["by_kind"].items()))
+    for axis, (low, high) in answer["extents"].items():
+        print(f"{axis.upper()} {low:.3f} to {high:.3f} mm")
+    for issue in answer["issues"]:
+        print(f"warning: {issue}")
+    return DONE
+
+
+def _verify(
+    original: Annotated[str, Parameter(name="ORIGINAL", help="the program that is right")],
+    new: Annotated[str, Parameter(name="NEW", help="the program that must do the same work")],
+    /,
+    *,
+    dialect: Annotated[str | None, Parameter(name="--dialect", help="their dialect (default: the machine's)")] = None,
+    as_json: Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")] = False,
+    options: dict[str, Any],
+) -> int:
+    """Tell whether two programs do the same work, or where they differ."""
+    from leafcut import api
+
+    answer = api.verify(original, new, dialect=dialect, **_given(options))
+    if as_json:
+        _print_json(answer)
+    elif answer["same"]:
+        print("the same work")
+    else:
+        for difference in answer["differences"]:
+            print(difference)
+    return DONE if answer["same"] else REFUSED
+
+
+def _machines(*, as_json: Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")] = False) -> int:
+    """List the machines that leafcut knows."""
+    from leafcut.read.machine import load_machine, machine_names
+
+    machines = [load_machine(name) for name in machine_names()]
+    return _list([(m.name, f"{m.description} ({m.controller})") for m in machines], as_json)
+
+
+def _algorithms(
+    *, as_json: Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")] = False
+) -> int:
+    """List the algorithms that order the work."""
+    from leafcut.options import ALGORITHM_TITLES
+
+    return _list(list(ALGORITHM_TITLES.items()), as_json)
+
+
+def _formats(*, as_json: Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")] = False) -> int:
+    """List the kinds of file that leafcut reads."""
+    from leafcut.read import formats
+
+    return _list([(f.name, f"{' '.join(f.extensions)}  {f.help}".strip()) for f in formats()], as_json)
+
+
+def _list(rows: list[tuple[str, str]], as_json: bool) -> int:
+    if as_json:
+        _print_json([{"name": name, "description": text} for name, text in rows])
+        return DONE
+    width = max(len(name) for name, _ in rows)
+    for name, text in rows:
+        print(f"{name:{width}}  {text}")
+    return DONE
+
+
+def _given(options: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _print_json(answer: Any) -> None:
+    print(json.dumps(answer, allow_nan=False, indent=2, ensure_ascii=False))
+
+
+if __name__ == "__main__":
+    main()

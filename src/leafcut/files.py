@@ -1,0 +1,100 @@
+"""Files: programs read within bounds; outputs written whole or not at all, and never over an input."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+
+from leafcut.errors import LeafcutError, ReadError
+
+#: Programs larger than this are refused: the largest seen in the field are a tenth of it.
+LARGEST_PROGRAM = 512 * 1024 * 1024
+
+
+class OutputError(LeafcutError):
+    """A file cannot be written, or would overwrite an input."""
+
+
+def read_program(source: str | Path) -> str:
+    """Return the text of a G-code program; bytes that are not UTF-8 are taken as Latin-1, as old controllers have it.
+
+    Raises
+    ------
+    ReadError
+        The file cannot be read, is empty, or is larger than any program.
+    """
+    path = Path(source)
+    try:
+        if path.stat().st_size > LARGEST_PROGRAM:
+            raise ReadError(path, f"is larger than {LARGEST_PROGRAM >> 20} MiB; no program is")
+        data = path.read_bytes()
+    except OSError as problem:
+        raise ReadError(path, f"cannot be read ({problem.strerror})") from None
+    if not data.strip():
+        raise ReadError(path, "is empty")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def check_output(target: str | Path | None, inputs: Iterable[str | Path | None]) -> None:
+    """Raise `OutputError` when `target` cannot be written, or is one of `inputs`; before any work is done."""
+    if target is None:
+        return
+    path = Path(target)
+    if path.is_dir():
+        raise OutputError(f"{path}: is a folder; name a file in it")
+    if not path.parent.is_dir():
+        raise OutputError(f"{path}: there is no folder '{path.parent}'; make it first")
+    if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
+        raise OutputError(f"{path}: may not be written; choose another place")
+    for other in inputs:
+        if other is not None and _same_file(path, Path(other)):
+            raise OutputError(f"{path}: is an input of this run and is never overwritten; choose another name")
+
+
+def _same_file(a: Path, b: Path) -> bool:
+    if a.exists() and b.exists():
+        return a.samefile(b)
+    return a.resolve() == b.resolve()
+
+
+def write_whole(target: str | Path, text: str, *, encoding: str = "utf-8", newline: str = "\n") -> None:
+    """Write `text` to a file that appears whole or not at all: a temporary file beside it takes its name at the end.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written.
+    """
+    path = Path(target)
+    temporary: Path | None = None
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", dir=path.parent, prefix=f".{path.name}.", delete=False, encoding=encoding, newline=newline
+        ) as file:
+            temporary = Path(file.name)
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.chmod(_mode(path))
+        temporary.replace(path)
+    except OSError as problem:
+        raise OutputError(f"{path}: cannot be written ({problem.strerror})") from None
+    finally:
+        if temporary is not None:
+            with suppress(OSError):
+                temporary.unlink()
+
+
+def _mode(path: Path) -> int:
+    """Return the permissions the file has, or those that a new one gets."""
+    if path.exists():
+        return path.stat().st_mode & 0o777
+    mask = os.umask(0)
+    os.umask(mask)
+    return 0o666 & ~mask

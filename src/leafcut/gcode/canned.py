@@ -1,0 +1,136 @@
+"""Canned cycles: words in, `DrillCycle` rows out. What a cycle then does is `model.cycles`.
+
+As RS274/NGC has them (3.5.16), Z is the bottom, R the plane where rapid becomes feed, Q the peck, P the dwell. In the
+Fagor 8055, Z is that plane, I the bottom and K the dwell.
+"""
+
+from __future__ import annotations
+
+import math
+
+from leafcut.gcode.state import CycleWords, State, whole
+from leafcut.gcode.words import BlockError, Word
+from leafcut.model.toolpath import DrillCycle
+
+#: More repeats or pecks than this are a slip of the pen, and would fill the memory.
+MAX_REPEATS = 9_999
+MAX_PECKS = 10_000
+
+_PECKING = ("G83", "G73")
+
+
+def start_cycle(state: State, number: int) -> None:
+    """Make a cycle the active one. In RS274/NGC a change of cycle forgets the words of the one before."""
+    if state.cycle != number and state.dialect.groups == "rs274":
+        state.cycle_words = CycleWords()
+    state.cycle = number
+
+
+def end_cycle(state: State) -> None:
+    """G80, or a move that ends the cycle."""
+    state.cycle = None
+    state.cycle_words = CycleWords()
+    state.path.end_cycles()
+
+
+def run_cycle(state: State, letters: dict[str, Word]) -> None:
+    """Drill one block: at its place, or at several places with repeats."""
+    if state.plane != 17:
+        raise BlockError("canned cycles are understood in the XY plane (G17) only")
+    if state.feed_mode == 93:
+        raise BlockError("a canned cycle cannot be cut in inverse time (G93)")
+    x, y = state.path.position[:2]
+    step_x, step_y = _place(state, letters, "X", x), _place(state, letters, "Y", y)
+    cycle = _cycle(state, letters)
+    repeats = _repeats(state, letters)
+    feed = state.feed_for(letters, math.nan)
+    for _ in range(repeats):
+        x, y = (x + step_x, y + step_y) if state.incremental else (step_x, step_y)
+        if math.isnan(x) or math.isnan(y):
+            raise BlockError("a hole at a place that is not known: X and Y are not both given")
+        state.path.drill(x, y, cycle, feed=feed, line=state.line)
+
+
+def _place(state: State, letters: dict[str, Word], letter: str, here: float) -> float:
+    """Return the coordinate of the hole, or with G91 the step to it."""
+    word = letters.pop(letter, None)
+    if word is None:
+        return 0.0 if state.incremental else here
+    return state.length(word)
+
+
+def _repeats(state: State, letters: dict[str, Word]) -> int:
+    word = letters.pop(state.dialect.repeat_letter, None) if state.dialect.repeat_letter else None
+    repeats = 1 if word is None else whole(word, MAX_REPEATS)
+    if repeats == 0:
+        raise BlockError(f"{word}: a cycle with no repeats")
+    return repeats
+
+
+def _cycle(state: State, letters: dict[str, Word]) -> DrillCycle:
+    """Return the cycle that the words of this block and of the blocks before it describe."""
+    fagor = state.dialect.cycle_words == "fagor"
+    name = f"G{state.cycle}"
+    words = state.cycle_words
+    _take(state, letters, words, ("Z", "I") if fagor else ("R", "Z"))
+    if "Q" in letters and name in _PECKING:
+        words.peck = state.length(letters.pop("Q"))
+    dwelling = name in state.dialect.dwell_cycles or (fagor and name in ("G81", "G85"))
+    if dwelling and state.dialect.dwell_letter in letters:
+        words.dwell = state.dwell(letters.pop(state.dialect.dwell_letter))
+    if fagor and name == "G81" and words.dwell is not None:
+        name = "G82"
+    elif fagor and name == "G85" and words.dwell:
+        raise BlockError("G85 with a dwell is not understood")
+    r_plane, bottom = _planes(state, words, fagor)
+    peck = _peck(words, name, r_plane - bottom)
+    if name == "G82" and words.dwell is None:
+        raise BlockError(f"G82 needs its dwell, {state.dialect.dwell_letter}")
+    dwell = words.dwell or 0.0
+    return DrillCycle(name, r_plane, bottom, state.to_initial, peck, dwell if name in ("G82", "G84") else 0.0)
+
+
+def _take(state: State, letters: dict[str, Word], words: CycleWords, names: tuple[str, str]) -> None:
+    """Take the words of the R plane and of the bottom, and see that the old ones still mean the same."""
+    given = [name in letters for name in names]
+    known = words.r is not None or words.z is not None
+    changed = words.incremental != state.incremental or words.unit != state.unit
+    if known and changed and not all(given):
+        raise BlockError(f"units or G90/G91 changed inside a cycle; give {names[0]} and {names[1]} again")
+    words.incremental, words.unit = state.incremental, state.unit
+    if given[0]:
+        words.r = state.length(letters.pop(names[0]))
+    if given[1]:
+        words.z = state.length(letters.pop(names[1]))
+
+
+def _planes(state: State, words: CycleWords, fagor: bool) -> tuple[float, float]:
+    """Return the R plane and the bottom, mm. With G91, R counts from the initial plane and Z from R."""
+    initial = state.path.position[2] if state.path.initial_plane is None else state.path.initial_plane
+    r, z = words.r, words.z
+    if r is None and fagor and not math.isnan(initial):
+        # "If not programmed, it assumes as reference plane the current position": manual, 9.7.
+        r = 0.0 if state.incremental else initial
+    if r is None or z is None:
+        missing = ("Z, its reference plane" if r is None else "I, its depth") if fagor else ("R" if r is None else "Z")
+        raise BlockError(f"the cycle lacks {missing}")
+    if state.to_initial and math.isnan(initial):
+        raise BlockError("G98 returns to a height that is not known; move Z before the cycle, or use G99")
+    if state.incremental:
+        if math.isnan(initial):
+            raise BlockError("R is incremental (G91), but the height of the tool is not known")
+        r += initial
+        z += r
+    if r < z:
+        raise BlockError(f"the cycle drills upwards: its R plane {r:g} mm is below its bottom {z:g} mm")
+    return r, z
+
+
+def _peck(words: CycleWords, name: str, depth: float) -> float:
+    if name not in _PECKING:
+        return 0.0
+    if words.peck is None or not words.peck > 0.0:
+        raise BlockError(f"{name} needs a peck: Q larger than 0")
+    if depth / words.peck > MAX_PECKS:
+        raise BlockError(f"{name} would peck {depth / words.peck:.0f} times; Q is too small")
+    return words.peck

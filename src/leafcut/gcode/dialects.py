@@ -1,0 +1,171 @@
+"""Dialects: what each controller's G-code is like, as data.
+
+One TOML file each in the folder `dialects/`, every value with its source.
+
+dialect("haas").cycles        ('G81', 'G82', 'G83', 'G73', 'G84', 'G85')
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import MISSING, dataclass, field, fields
+from functools import cache, cached_property
+from importlib.resources import files
+from typing import Any
+
+from leafcut.errors import OptionError, nearest
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """One controller's way to write a program. Read-only; the profiles are `gcode/dialects/*.toml`.
+
+    Attributes
+    ----------
+    name, description, extension
+        The extension has its dot.
+    g_words, m_words
+        Every G and M word that the controller has and leafcut understands, in words: ``"G0 G1 …"``.
+    groups
+        ``rs274``: cycles and G80 exclude G0–G3 in a block, and each new cycle states its planes again.
+        ``fanuc``: cycles are a group of their own, and their planes stay until G80.
+    percent
+        ``frame``: a percent sign first and last. ``title``: a first line ``%NAME,MX,``. Empty: none.
+    program_number
+        The program has an O word.
+    uppercase_comments
+        The panel shows capital letters only.
+    max_line
+        Longest line, in characters.
+    decimals_mm, decimals_inch
+        Decimals of lengths and feeds.
+    point_required
+        A length without a decimal point may mean thousandths: always written, and refused when read.
+    units_mm, units_inch
+        The words that choose the unit.
+    preamble
+        The blocks after the units and before the first move: plane, absolute, nothing active that may be left over.
+    cycles
+        Canned cycles that the controller has, by their LinuxCNC and Fanuc names. The others are written out.
+    cycle_words
+        ``rs274``: Z is the bottom, R the R plane, Q the peck. ``fagor``: Z is the R plane, I the bottom.
+    dwell_cycles
+        Cycles that take a dwell.
+    dwell_letter, dwell_unit
+        ``s``: seconds. ``ms``: milliseconds, whole. ``point``: seconds with a decimal point, else milliseconds.
+        ``cs``: hundredths of a second, whole.
+    dwell_x
+        G4 takes seconds in X, too.
+    repeat_letter
+        Repeats of a cycle.
+    tool_change
+        ``M6``, or ``pause``: T and M0, and a person changes the tool.
+    arc_turns
+        G2 and G3 take full turns in P.
+    length_offset
+        ``H``: G43 Hn. ``D``: Dn with the tool, and G43. Empty: none that a program chooses.
+    length_offset_off
+        The word that takes the length offset off.
+    machine_move
+        How the axes go to machine coordinates: ``G53``, or ``G28`` for machine zero (G91 G28, then G90).
+    off_after_motion
+        M5 and M9 act after the motion of their block, not before.
+    end_word, end_required
+        The last word. Required: ``word`` (M2 or M30), ``percent`` (that, or a closing percent sign), or empty.
+    notes
+        Lines for the header: what must be set on the machine for the program to mean what it says.
+    sources
+        Where each value comes from, by key.
+    """
+
+    name: str
+    description: str
+    extension: str
+    g_words: str
+    m_words: str
+    groups: str
+    preamble: tuple[str, ...]
+    cycles: tuple[str, ...]
+    percent: str = ""
+    program_number: bool = False
+    uppercase_comments: bool = False
+    max_line: int = 255
+    decimals_mm: int = 3
+    decimals_inch: int = 4
+    point_required: bool = False
+    units_mm: str = "G21"
+    units_inch: str = "G20"
+    cycle_words: str = "rs274"
+    dwell_cycles: tuple[str, ...] = ("G82",)
+    dwell_letter: str = "P"
+    dwell_unit: str = "s"
+    dwell_x: bool = False
+    repeat_letter: str = "L"
+    tool_change: str = "M6"
+    arc_turns: bool = False
+    length_offset: str = "H"
+    length_offset_off: str = "G49"
+    machine_move: str = "G53"
+    off_after_motion: bool = False
+    end_word: str = "M30"
+    end_required: str = ""
+    notes: tuple[str, ...] = ()
+    sources: dict[str, str] = field(default_factory=dict, hash=False)
+
+    @cached_property
+    def g_codes(self) -> frozenset[int]:
+        """The G words in tenths: G59.1 is 591."""
+        return frozenset(round(float(word[1:]) * 10) for word in self.g_words.split())
+
+    @cached_property
+    def m_codes(self) -> frozenset[int]:
+        """The M words as whole numbers."""
+        return frozenset(int(word[1:]) for word in self.m_words.split())
+
+
+def dialects() -> list[str]:
+    """Return the names of all dialects, sorted."""
+    return sorted(entry.name.removesuffix(".toml") for entry in _folder().iterdir() if entry.name.endswith(".toml"))
+
+
+@cache
+def dialect(name: str) -> Dialect:
+    """Return the dialect of that name.
+
+    Raises
+    ------
+    OptionError
+        There is none; the nearest name is suggested.
+    """
+    known = dialects()
+    if name not in known:
+        raise OptionError(f"unknown dialect '{name}'{nearest(name, known)}")
+    return parse_dialect((_folder() / f"{name}.toml").read_text(encoding="utf-8"), name)
+
+
+def parse_dialect(text: str, name: str) -> Dialect:
+    """Return the dialect that a TOML text describes.
+
+    Raises
+    ------
+    OptionError
+        The text is not TOML, or a key is unknown or missing.
+    """
+    try:
+        data: dict[str, Any] = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as problem:
+        raise OptionError(f"dialect {name}: not a TOML file ({problem})") from None
+    known = {f.name: f for f in fields(Dialect)}
+    for key in data:
+        if key not in known:
+            raise OptionError(f"dialect {name}: unknown key '{key}'{nearest(key, known)}")
+    for key, spec in known.items():
+        if key not in data and key != "name" and spec.default is MISSING and spec.default_factory is MISSING:
+            raise OptionError(f"dialect {name}: '{key}' is missing")
+    values: dict[str, Any] = {key: tuple(v) if isinstance(v, list) else v for key, v in data.items()}
+    values.setdefault("name", name)
+    return Dialect(**values)
+
+
+def _folder() -> Any:
+    return files("leafcut.gcode") / "dialects"

@@ -1,0 +1,281 @@
+"""The interpreter: text of a program in, `Toolpath` out.
+
+One block after the other: its words are sorted into modal groups, then carried out in the order of RS274/NGC table 8
+(feed mode, F, S, T, tool change, spindle, coolant, dwell, plane, units, offsets, distance mode, motion, stop). Every
+word must be understood; one that is not is an error that names it, with file and line.
+
+    interpret("G21\\nG0 Z5\\nG81 X1 Y2 Z-3 R1 F100\\nM2", dialect("linuxcnc"))
+"""
+
+from __future__ import annotations
+
+from leafcut.errors import OptionError, ReadError
+from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
+from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.modal import SortedBlock, sort_words
+from leafcut.gcode.motion import run_arc, run_home, run_machine, run_straight
+from leafcut.gcode.state import AXES, State, unit_of, whole
+from leafcut.gcode.words import Block, BlockError, Word, lines, tokenise
+from leafcut.model.toolpath import Toolpath
+from leafcut.units import MM_PER_UNIT
+
+
+def interpret(text: str, dialect: Dialect, file: str = "program", *, units: str | None = None) -> Toolpath:
+    """Return the motions and commands of a program.
+
+    Positions are NaN until the program moves their axis. Text after the end of the program is not looked at. G28 is
+    taken to end at machine zero.
+
+    Parameters
+    ----------
+    text
+        The program.
+    dialect
+        How to read it (`gcode.dialects.dialect`).
+    file
+        Its name, for messages.
+    units
+        "mm" or "in" for a program that does not state them before its first length; None: that is an error.
+
+    Raises
+    ------
+    ReadError
+        A word or a block cannot be understood, with its line; or the end is missing where the controller asks for it.
+    """
+    if units is not None and units not in MM_PER_UNIT:
+        raise OptionError(f"unknown unit '{units}'; use mm or in")
+    reader = _Reader(State(dialect, unit=None if units is None else MM_PER_UNIT[units]))
+    for number, line in lines(text):
+        if not line or line.isspace():
+            continue
+        try:
+            # Here a later reader of foreign programs can keep a block that is not understood, word for word.
+            reader.run(tokenise(line, number))
+        except BlockError as problem:
+            raise ReadError(file, str(problem), number) from None
+        if reader.ended:
+            break
+    reader.check_end(file)
+    return reader.state.path.build()
+
+
+class _Reader:
+    """Carries out block after block."""
+
+    def __init__(self, state: State) -> None:
+        self.state = state
+        self.ended = False
+        self._by_word = False
+        self._percents = 0
+        self._blocks = 0
+        dialect = state.dialect
+        self._g, self._m = dialect.g_codes, dialect.m_codes
+        self._separate = dialect.groups == "fanuc"
+
+    def run(self, block: Block) -> None:
+        """Carry out one block."""
+        if block.percent is not None:
+            self._percent(block.percent)
+            return
+        if not block.words:
+            return
+        if block.deleted:
+            raise BlockError("'/': whether the block is run depends on a switch of the machine")
+        state = self.state
+        state.line = block.line
+        words = sort_words(block, self._g, self._m, self._separate)
+        letters = words.letters
+        letters.pop("N", None)
+        if "O" in letters:
+            self._program_number(whole(letters.pop("O")))
+        self._blocks += 1
+        self._settings(words)
+        self._tool_words(words)
+        off_last = state.dialect.off_after_motion
+        self._switches(words, off=None if not off_last else False)
+        self._modes(words)
+        self._offsets(words)
+        self._motion(words)
+        if letters:
+            raise BlockError(f"{next(iter(letters.values()))} has no use in this block")
+        if off_last:
+            self._switches(words, off=True)
+        self._stop(words.m.get("stop"))
+
+    def check_end(self, file: str) -> None:
+        """Refuse a program that does not end as its controller asks for."""
+        required = self.state.dialect.end_required
+        if self._by_word or not required or (required == "percent" and self.ended):
+            return
+        raise ReadError(file, f"the program has no end; {self.state.dialect.end_word} is missing")
+
+    def _percent(self, rest: str) -> None:
+        if self._blocks == 0 and self._percents == 0:
+            if rest and self.state.dialect.percent != "title":
+                raise BlockError("only '%' may stand on its line")
+            self._percents = 1
+        else:
+            self.ended = True
+
+    def _program_number(self, number: int) -> None:
+        if self._blocks:
+            raise BlockError(f"O{number}: a second program or a subprogram is not understood")
+
+    def _settings(self, words: SortedBlock) -> None:
+        """Units, feed mode, F and S."""
+        state, letters = self.state, words.letters
+        units = words.g.get("units")
+        if units is not None:
+            unit = unit_of(units)
+            if state.unit not in (None, unit) and "F" in letters:
+                raise BlockError("a change of units in the block of an F: which of them F is in is not certain")
+            state.unit = unit
+        mode = words.g.get("feed mode")
+        if mode is not None and mode // 10 != state.feed_mode:
+            # What F meant before means nothing now.
+            state.feed_mode, state.feed = mode // 10, 0.0
+        if "F" in letters and state.feed_mode != 93:
+            state.set_feed(letters.pop("F"))
+        if "S" in letters:
+            word = letters.pop("S")
+            if word.value < 0.0:
+                raise BlockError(f"{word} is negative")
+            state.rpm = word.value
+            if state.spindle and "spindle" not in words.m:
+                state.path.spindle(state.spindle * state.rpm, line=state.line)
+
+    def _tool_words(self, words: SortedBlock) -> None:
+        state, letters = self.state, words.letters
+        if "T" in letters:
+            state.pending_tool = whole(letters.pop("T"), 99_999)
+        if state.dialect.length_offset == "D" and "D" in letters:
+            state.offset_number = whole(letters.pop("D"), 99_999)
+            if state.offset_on and words.g.get("length") is None:
+                state.path.offset(state.offset_number, line=state.line)
+        if "tool change" in words.m:
+            if state.pending_tool is None:
+                raise BlockError("M6 without a T before it")
+            self._change_tool(state.pending_tool)
+
+    def _change_tool(self, number: int) -> None:
+        state = self.state
+        if state.cycle is not None:
+            raise BlockError("a tool change inside a canned cycle; G80 is missing before it")
+        state.path.tool(number, line=state.line)
+        state.tool = number
+        state.pending_tool = None if state.dialect.tool_change == "pause" else number
+
+    def _switches(self, words: SortedBlock, off: bool | None) -> None:
+        """Spindle and coolant: all of them, or only those that switch off (True), or on (False)."""
+        state = self.state
+        for code in words.m.get("spindle", ())[:1]:
+            if off is None or off == (code == 5):
+                state.spindle = {3: 1, 4: -1, 5: 0}[code]
+                state.path.spindle(state.spindle * state.rpm, line=state.line)
+        coolant = words.m.get("coolant")
+        if coolant and (off is None or off == (9 in coolant)):
+            for code in coolant:
+                state.coolant = 0 if code == 9 else state.coolant | (1 if code == 7 else 2)
+            state.path.coolant(state.coolant, line=state.line)
+
+    def _modes(self, words: SortedBlock) -> None:
+        """Dwell, plane, distance, arc distance, retract: all that a motion of this block already obeys."""
+        state, g = self.state, words.g
+        if g.get("non-modal") == 40:
+            state.path.dwell(self._dwell_seconds(words.letters), line=state.line)
+        if "plane" in g:
+            state.plane = g["plane"] // 10
+        if "distance" in g:
+            state.incremental = g["distance"] == 910
+        if "arc distance" in g:
+            state.absolute_centres = g["arc distance"] == 901
+        if "retract" in g:
+            state.to_initial = g["retract"] == 980
+        if g.get("radius", 400) != 400:
+            raise BlockError("radius compensation (G41, G42) is not understood")
+        if g.get("path") == 640:
+            # How far G64 may round the corners: nothing that a toolpath holds.
+            words.letters.pop("P", None)
+            words.letters.pop("Q", None)
+
+    def _dwell_seconds(self, letters: dict[str, Word]) -> float:
+        dialect = self.state.dialect
+        word = letters.pop(dialect.dwell_letter, None)
+        if word is not None:
+            return self.state.dwell(word)
+        if dialect.dwell_x and "X" in letters:
+            word = letters.pop("X")
+            if "." not in word.text or word.value < 0.0:
+                raise BlockError(f"{word}: seconds with a decimal point are expected")
+            return word.value
+        raise BlockError(f"G4 needs its time, {dialect.dwell_letter}")
+
+    def _offsets(self, words: SortedBlock) -> None:
+        """Tool length and work offset."""
+        state, g = self.state, words.g
+        length = g.get("length")
+        if length == 430:
+            state.path.offset(self._offset_number(words.letters), line=state.line)
+            state.offset_on = True
+        elif length is not None:
+            if state.dialect.length_offset_off not in (f"G{length // 10}", ""):
+                raise BlockError(f"G{length // 10} is not understood")
+            state.path.offset(0, line=state.line)
+            state.offset_on = False
+        if g.get("offset", 540) != 540:
+            raise BlockError(f"G{g['offset'] / 10:g}: another work offset than G54 is not understood")
+
+    def _offset_number(self, letters: dict[str, Word]) -> int:
+        state = self.state
+        if state.dialect.length_offset == "H" and "H" in letters:
+            return whole(letters.pop("H"), 99_999)
+        number = state.offset_number if state.dialect.length_offset == "D" else state.tool
+        if number is None:
+            raise BlockError(f"G43 without {state.dialect.length_offset or 'H'}, and no tool was called")
+        return number
+
+    def _motion(self, words: SortedBlock) -> None:
+        state, g, letters = self.state, words.g, words.letters
+        special = g.get("non-modal")
+        self._choose_motion(g)
+        moving = not letters.keys().isdisjoint(AXES)
+        if special in (280, 530):
+            if state.cycle is not None or (special == 280 and "motion" in g):
+                raise BlockError(f"G{special // 10} with another motion active; G80 is missing before it")
+            (run_home if special == 280 else run_machine)(state, letters)
+        elif state.cycle is not None:
+            if moving or "cycle" in g:
+                run_cycle(state, letters)
+        elif state.motion is not None and (
+            moving or (state.motion >= 2 and ("motion" in g or not letters.keys().isdisjoint("IJKR")))
+        ):
+            (run_straight if state.motion < 2 else run_arc)(state, letters)
+        elif moving:
+            axis = next(a for a in AXES if a in letters)
+            raise BlockError(f"{letters[axis]} without G0, G1 or another motion")
+
+    def _choose_motion(self, g: dict[str, int]) -> None:
+        state = self.state
+        if "motion" in g:
+            if state.cycle is not None:
+                end_cycle(state)
+            state.motion = g["motion"] // 10
+        cycle = g.get("cycle")
+        if cycle == 800:
+            end_cycle(state)
+            if not self._separate:
+                state.motion = None
+        elif cycle is not None:
+            start_cycle(state, cycle // 10)
+
+    def _stop(self, codes: list[int] | None) -> None:
+        if not codes:
+            return
+        state, code = self.state, codes[0]
+        if code in (2, 30):
+            state.path.end(line=state.line)
+            self.ended = self._by_word = True
+        elif code == 0 and state.dialect.tool_change == "pause" and state.pending_tool is not None:
+            self._change_tool(state.pending_tool)
+        else:
+            state.path.pause(optional=code == 1, line=state.line)

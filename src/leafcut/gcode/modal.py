@@ -1,0 +1,95 @@
+"""Modal groups: which words exclude each other in one block (RS274/NGC section 3.4, table 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from leafcut.gcode.words import Block, BlockError, Word
+
+#: Codes are tenths, so that G59.1 is the whole number 591.
+_GROUPS: dict[str, tuple[int, ...]] = {
+    "non-modal": (40, 280, 530),
+    "motion": (0, 10, 20, 30),
+    "cycle": (690, 730, 800, 810, 820, 830, 840, 850, 860, 870, 880, 890),
+    "plane": (170, 180, 190),
+    "distance": (900, 910),
+    "arc distance": (901, 911),
+    "feed mode": (930, 940, 950),
+    "units": (200, 210, 700, 710),
+    "radius": (400, 410, 420),
+    "length": (430, 440, 490),
+    "retract": (980, 990),
+    "offset": (540, 550, 560, 570, 580, 590, 591, 592, 593),
+    "path": (610, 611, 640),
+    "speed": (960, 970),
+}
+_GROUP_OF = {code: group for group, codes in _GROUPS.items() for code in codes}
+
+_M_GROUPS: dict[str, tuple[int, ...]] = {
+    "stop": (0, 1, 2, 30, 60),
+    "tool change": (6,),
+    "spindle": (3, 4, 5),
+    "coolant": (7, 8, 9),
+}
+_M_GROUP_OF = {code: group for group, codes in _M_GROUPS.items() for code in codes}
+
+
+@dataclass(slots=True)
+class SortedBlock:
+    """The words of a block by what they do: one G code a group, M codes a group, every other letter once."""
+
+    g: dict[str, int] = field(default_factory=dict)
+    m: dict[str, list[int]] = field(default_factory=dict)
+    letters: dict[str, Word] = field(default_factory=dict)
+
+
+def sort_words(block: Block, g_codes: frozenset[int], m_codes: frozenset[int], separate_cycles: bool) -> SortedBlock:
+    """Return the words of a block by group.
+
+    `g_codes` (in tenths) and `m_codes` are those that the dialect has. `separate_cycles` says that cycles and G80
+    are a group of their own, as Fanuc has it; else they exclude G0 to G3, as in RS274/NGC.
+
+    Raises
+    ------
+    BlockError
+        A code that is not known, two codes of one group, or a letter twice.
+    """
+    result = SortedBlock()
+    for word in block.words:
+        letter = word.letter
+        if letter == "G":
+            _add_g(result, word, g_codes)
+        elif letter == "M":
+            _add_m(result, word, m_codes)
+        elif letter in result.letters:
+            raise BlockError(f"{letter} is given twice: {result.letters[letter]} and {word}")
+        else:
+            result.letters[letter] = word
+    if not separate_cycles and "motion" in result.g and "cycle" in result.g:
+        _conflict("G", result.g["motion"] / 10, result.g["cycle"] / 10)
+    return result
+
+
+def _add_g(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
+    code = round(word.value * 10)
+    if code not in known or abs(word.value * 10 - code) > 1e-6:
+        raise BlockError(f"{word} is not understood")
+    group = _GROUP_OF[code]
+    before = result.g.setdefault(group, code)
+    if before != code:
+        _conflict("G", before / 10, code / 10)
+
+
+def _add_m(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
+    code = int(word.value)
+    if code not in known or code != word.value:
+        raise BlockError(f"{word} is not understood")
+    codes = result.m.setdefault(_M_GROUP_OF[code], [])
+    # Mist and flood may go on together; everything else of one group excludes itself.
+    if codes and {*codes, code} - {7, 8} and code not in codes:
+        _conflict("M", codes[0], code)
+    codes.append(code)
+
+
+def _conflict(letter: str, one: float, other: float) -> None:
+    raise BlockError(f"{letter}{one:g} and {letter}{other:g} exclude each other in one block")

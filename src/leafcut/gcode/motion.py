@@ -1,0 +1,153 @@
+"""The moves of a program: straight, round, and to machine coordinates."""
+
+from __future__ import annotations
+
+import math
+
+from leafcut.gcode.state import AXES, State
+from leafcut.gcode.words import BlockError, Word
+from leafcut.model.toolpath import Arc, plane_axes
+
+#: How far the two radii of an arc may differ: always this much, mm …
+RADIUS_TOLERANCE = 0.0127
+#: … and this much more of the radius (LinuxCNC: SPIRAL_RELATIVE_TOLERANCE; GRBL has the same 0.1 %).
+RADIUS_RELATIVE_TOLERANCE = 0.001
+#: How far a given radius may be too small to reach, mm.
+SHORT_RADIUS_TOLERANCE = 0.002
+#: More turns than this in one block is a slip.
+MAX_TURNS = 10_000
+
+Point = tuple[float, float, float]
+
+
+def run_straight(state: State, letters: dict[str, Word]) -> None:
+    """Run G0 or G1."""
+    before = list(state.path.position)
+    x, y, z = (state.target(letters, axis) for axis in range(3))
+    if state.motion == 0:
+        state.path.rapid(x, y, z, line=state.line)
+        return
+    end = [b if t is None else t for b, t in zip(before, (x, y, z), strict=True)]
+    moved = [e - b for e, b in zip(end, before, strict=True) if not (math.isnan(e) and math.isnan(b))]
+    state.path.feed(x, y, z, feed=state.feed_for(letters, math.hypot(*moved)), line=state.line)
+
+
+def run_machine(state: State, letters: dict[str, Word]) -> None:
+    """Run a move in machine coordinates, G53 with G0."""
+    if state.motion != 0:
+        raise BlockError("G53 is understood with G0 only")
+    if state.incremental:
+        raise BlockError("G53 cannot be incremental (G91)")
+    x, y, z = (state.length(letters.pop(axis)) if axis in letters else None for axis in AXES)
+    if x is None and y is None and z is None:
+        raise BlockError("G53 without an axis")
+    state.path.machine(x, y, z, line=state.line)
+
+
+def run_home(state: State, letters: dict[str, Word]) -> None:
+    """Run G28: at rapid over the point that is programmed, then to the machine's zero in the same axes.
+
+    That the reference point is machine zero is a convention; the program does not say it.
+    """
+    given = [axis in letters for axis in AXES]
+    before = list(state.path.position)
+    x, y, z = (state.target(letters, axis) for axis in range(3))
+    if any(v is not None and v != b for v, b in zip((x, y, z), before, strict=True)):
+        state.path.rapid(x, y, z, line=state.line)
+    x, y, z = (0.0 if axis or not any(given) else None for axis in given)
+    state.path.machine(x, y, z, line=state.line)
+
+
+def run_arc(state: State, letters: dict[str, Word]) -> None:
+    """Run G2 or G3 with a centre (I J K) or a radius (R), with P turns."""
+    begin = (state.path.position[0], state.path.position[1], state.path.position[2])
+    targets = [state.target(letters, axis) for axis in range(3)]
+    end = [b if t is None else t for b, t in zip(begin, targets, strict=True)]
+    axes = plane_axes(state.plane)
+    first, second, normal = axes
+    if math.isnan(begin[first]) or math.isnan(begin[second]):
+        raise BlockError("an arc from a place that is not known")
+    clockwise = state.motion == 2
+    if "R" in letters:
+        if targets[first] is None and targets[second] is None:
+            raise BlockError("an arc with R needs an end point")
+        center = _centre_of_radius(begin, end, axes, state.length(letters.pop("R")), clockwise)
+    else:
+        center = _centre_of_offsets(state, letters, begin, axes)
+        _check_radii(begin, end, center, axes)
+    turns = 1
+    if "P" in letters and state.dialect.arc_turns:
+        word = letters.pop("P")
+        turns = int(word.value)
+        if turns != word.value or not 1 <= turns <= MAX_TURNS:
+            raise BlockError(f"{word}: an arc takes a whole number of turns from 1 to {MAX_TURNS}")
+    rise = end[normal] - begin[normal]
+    length = math.hypot(
+        _sweep(begin, end, center, axes, clockwise, turns) * math.dist(_flat(begin, axes), _flat(center, axes)),
+        0.0 if math.isnan(rise) else rise,
+    )
+    state.path.arc(
+        clockwise,
+        (end[0], end[1], end[2]),
+        Arc((center[0], center[1], center[2]), state.plane, turns),
+        feed=state.feed_for(letters, length),
+        line=state.line,
+    )
+
+
+def _flat(point: list[float] | Point, axes: tuple[int, int, int]) -> tuple[float, float]:
+    return point[axes[0]], point[axes[1]]
+
+
+def _centre_of_offsets(state: State, letters: dict[str, Word], begin: Point, axes: tuple[int, int, int]) -> list[float]:
+    """Return the centre given by two of I, J and K; the third coordinate is the start's."""
+    names = ["IJK"[axis] for axis in axes[:2]]
+    if not any(name in letters for name in names):
+        raise BlockError(f"an arc needs {names[0]} and {names[1]}, or R")
+    center = list(begin)
+    for name, axis in zip(names, axes[:2], strict=True):
+        word = letters.pop(name, None)
+        if word is None and state.absolute_centres:
+            raise BlockError(f"an arc with an absolute centre (G90.1) needs {name}")
+        value = 0.0 if word is None else state.length(word)
+        center[axis] = value if state.absolute_centres else begin[axis] + value
+    return center
+
+
+def _check_radii(begin: Point, end: list[float], center: list[float], axes: tuple[int, int, int]) -> None:
+    inner = math.dist(_flat(begin, axes), _flat(center, axes))
+    outer = math.dist(_flat(end, axes), _flat(center, axes))
+    if inner == 0.0:
+        raise BlockError("an arc of radius 0")
+    if abs(inner - outer) > max(RADIUS_TOLERANCE, RADIUS_RELATIVE_TOLERANCE * inner):
+        raise BlockError(f"the arc does not end on its circle: the radius is {inner:.4f} mm, then {outer:.4f} mm")
+
+
+def _centre_of_radius(
+    begin: Point, end: list[float], axes: tuple[int, int, int], radius: float, clockwise: bool
+) -> list[float]:
+    """Return the centre of an arc of given radius; a negative radius takes the long way round."""
+    (u0, v0), (u1, v1) = _flat(begin, axes), _flat(end, axes)
+    du, dv = u1 - u0, v1 - v0
+    half = math.hypot(du, dv) / 2.0
+    if half == 0.0:
+        raise BlockError("an arc with R cannot end where it starts; write it with a centre")
+    if half > abs(radius) + SHORT_RADIUS_TOLERANCE:
+        raise BlockError(f"the radius {abs(radius):g} mm is too small to reach the end of the arc")
+    # From the middle of the chord to the centre, square to the chord: to its right for a short clockwise arc.
+    height = math.sqrt(max(radius * radius - half * half, 0.0))
+    side = -1.0 if clockwise == (radius > 0.0) else 1.0
+    center = list(begin)
+    center[axes[0]] = (u0 + u1) / 2.0 - side * height * dv / (2.0 * half)
+    center[axes[1]] = (v0 + v1) / 2.0 + side * height * du / (2.0 * half)
+    return center
+
+
+def _sweep(
+    begin: Point, end: list[float], center: list[float], axes: tuple[int, int, int], clockwise: bool, turns: int
+) -> float:
+    """Return the angle of an arc, rad, always positive."""
+    (u0, v0), (u1, v1), (uc, vc) = _flat(begin, axes), _flat(end, axes), _flat(center, axes)
+    turn = math.atan2(v1 - vc, u1 - uc) - math.atan2(v0 - vc, u0 - uc)
+    sweep = (-turn if clockwise else turn) % math.tau
+    return (sweep if sweep > 1e-9 else math.tau) + math.tau * (turns - 1)

@@ -1,0 +1,72 @@
+"""Numbers as controllers want them: fixed decimals, no exponent, never -0, a decimal point where one is needed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from leafcut.errors import PostError
+from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
+
+#: Nothing on a machine tool is longer than this, mm (or mm/min).
+MAX_LENGTH = 1e6
+
+
+def format_number(value: float, decimals: int, point: bool = False) -> str:
+    """Return a number rounded to `decimals`, without needless zeros; `point` keeps the point of a whole number.
+
+    >>> format_number(-0.0004, 3), format_number(12.5, 3), format_number(3.0, 3, point=True)
+    ('0', '12.5', '3.')
+
+    Raises
+    ------
+    PostError
+        The number is not finite or absurdly large.
+    """
+    if not abs(value) <= MAX_LENGTH:
+        raise PostError(f"the toolpath holds the number {value:g}, which no machine can go to")
+    text = f"{value:.{decimals}f}"
+    if "." in text:
+        text = text.rstrip("0").rstrip(".")
+    if text == "-0":
+        text = "0"
+    return text + "." if point and "." not in text else text
+
+
+@dataclass(frozen=True, slots=True)
+class NumberFormat:
+    """How lengths and feeds of one program are written: unit (mm or inch), decimals, and the decimal point."""
+
+    inch: bool
+    decimals: int
+    point: bool
+
+    @property
+    def unit(self) -> float:
+        """Millimetres in one unit of the program."""
+        return MM_PER_INCH if self.inch else 1.0
+
+    @property
+    def resolution(self) -> float:
+        """The smallest step that a length of the program can say, mm."""
+        return self.unit * 10.0**-self.decimals
+
+    def length(self, mm: float) -> str:
+        """Return the text of a length given in mm."""
+        return format_number(mm / self.unit, self.decimals, self.point)
+
+    def said(self, mm: float) -> float:
+        """Return the length, mm, that the controller understands when `mm` is written."""
+        return float(self.length(mm)) * self.unit
+
+    def feed(self, mm_per_s: float) -> str:
+        """Return the text of a feed given in mm/s, in units per minute.
+
+        Raises
+        ------
+        PostError
+            The feed is nothing, or too small to be written.
+        """
+        text = format_number(mm_per_s * SECONDS_PER_MINUTE / self.unit, self.decimals, self.point)
+        if not float(text) > 0:
+            raise PostError(f"a cut has the feed {mm_per_s:g} mm/s; give the tool a feed")
+        return text

@@ -1,0 +1,139 @@
+"""What the interpreter remembers between blocks, and the readings of single words that depend on it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.words import BlockError, Word
+from leafcut.model.toolpath import ToolpathBuilder
+from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
+
+AXES = ("X", "Y", "Z")
+
+
+@dataclass
+class CycleWords:
+    """The words of a canned cycle that stay from hole to hole: as given, in mm and s.
+
+    `incremental` is the distance mode they were given in; `unit` the millimetres in one unit then.
+    """
+
+    r: float | None = None
+    z: float | None = None
+    peck: float | None = None
+    dwell: float | None = None
+    incremental: bool = False
+    unit: float | None = None
+
+
+@dataclass
+class State:
+    """Modal state and the toolpath so far.
+
+    `unit` is millimetres in one unit of the program, or None before G20 or G21. `feed` is in mm/s, or mm per
+    revolution with G95; with G93 every cutting block brings its own. `motion` is 0 to 3 or None, `cycle` the number of
+    the canned cycle or None. `pending_tool` is the tool that the next change brings.
+    """
+
+    dialect: Dialect
+    unit: float | None = None
+    path: ToolpathBuilder = field(default_factory=ToolpathBuilder)
+    line: int = 0
+    incremental: bool = False
+    absolute_centres: bool = False
+    plane: int = 17
+    feed_mode: int = 94
+    feed: float = 0.0
+    rpm: float = 0.0
+    spindle: int = 0
+    coolant: int = 0
+    motion: int | None = None
+    cycle: int | None = None
+    cycle_words: CycleWords = field(default_factory=CycleWords)
+    to_initial: bool = True
+    pending_tool: int | None = None
+    tool: int | None = None
+    offset_number: int | None = None
+    offset_on: bool = False
+
+    def length(self, word: Word) -> float:
+        """Return the length of a word in mm."""
+        if word.value == 0.0:
+            return 0.0
+        if self.unit is None:
+            raise BlockError(f"{word} comes before the units are stated ({self.dialect.units_mm} for mm)")
+        if self.dialect.point_required and "." not in word.text:
+            raise BlockError(
+                f"{word} has no decimal point: on this controller it may mean {word.value:g} or "
+                f"{word.value:g} thousandths"
+            )
+        return word.value * self.unit
+
+    def target(self, letters: dict[str, Word], axis: int) -> float | None:
+        """Take the word of an axis and return where it goes, mm, or None where it is not given."""
+        word = letters.pop(AXES[axis], None)
+        if word is None:
+            return None
+        value, here = self.length(word), self.path.position[axis]
+        if not self.incremental:
+            return value
+        if math.isnan(here) and value != 0.0:
+            raise BlockError(f"{word} is incremental (G91), but where {AXES[axis]} is before it is not known")
+        return None if math.isnan(here) else here + value
+
+    def set_feed(self, word: Word) -> None:
+        """Take an F word in the mode that is active."""
+        if word.value < 0.0:
+            raise BlockError(f"{word} is negative")
+        if word.value == 0.0:
+            self.feed = 0.0
+            return
+        if self.unit is None:
+            raise BlockError(f"{word} comes before the units are stated ({self.dialect.units_mm} for mm)")
+        self.feed = word.value * self.unit / (1.0 if self.feed_mode == 95 else SECONDS_PER_MINUTE)
+
+    def feed_for(self, letters: dict[str, Word], length: float) -> float:
+        """Return the feed, mm/s, of a cut of `length` mm.
+
+        With G93, F is the reciprocal of the minutes that the cut takes, and every block needs its own.
+        """
+        if self.feed_mode == 93:
+            word = letters.pop("F", None)
+            if word is None or not word.value > 0.0:
+                raise BlockError("a cut in inverse time (G93) needs its own F")
+            if not length > 0.0:
+                raise BlockError("a cut in inverse time (G93) needs a known length")
+            return length * word.value / SECONDS_PER_MINUTE
+        feed = self.feed
+        if self.feed_mode == 95:
+            if self.spindle == 0:
+                raise BlockError("a feed per revolution (G95) needs a turning spindle")
+            feed *= self.rpm / SECONDS_PER_MINUTE
+        if not feed > 0.0:
+            raise BlockError("a cut without a feed; F is missing")
+        return feed
+
+    def dwell(self, word: Word) -> float:
+        """Return the seconds that a dwell word means in this dialect."""
+        if word.value < 0.0:
+            raise BlockError(f"{word}: a dwell cannot be negative")
+        unit, whole = self.dialect.dwell_unit, "." not in word.text
+        if unit == "s" or (unit == "point" and not whole):
+            return word.value
+        if unit in ("ms", "cs") and not whole:
+            raise BlockError(f"{word}: with a decimal point, what it means differs between machines")
+        return word.value / (100.0 if unit == "cs" else 1000.0)
+
+
+def whole(word: Word, most: int = 99_999_999) -> int:
+    """Return the whole number of a word."""
+    if not 0 <= word.value <= most or word.value != int(word.value):
+        raise BlockError(f"{word} must be a whole number from 0 to {most}")
+    return int(word.value)
+
+
+def unit_of(code: int) -> float:
+    """Return the millimetres in one unit for G20, G21, G70 and G71, given in tenths."""
+    return MM_PER_INCH if code in (200, 700) else 1.0

@@ -1,0 +1,135 @@
+"""A line of G-code as words: letters with numbers, comments, the block-delete slash and the percent sign.
+
+    N10 g0x1.5 Y-.5 (over the hole) ; go
+
+Spaces between words do not matter, nor does the case of letters; a number has no space inside.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple, NoReturn
+
+from leafcut.errors import LeafcutError
+
+#: A line longer than this is no line of a program; the RS274/NGC limit is 256.
+MAX_LINE = 10_000
+#: Numbers beyond this are no numbers of a machine tool, in whatever unit.
+MAX_NUMBER = 1e9
+
+# The possessive `++` keeps a line of a thousand digits linear in its length.
+_WORD = re.compile(r"[ \t]*([A-Za-z])[ \t]*([+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++))")
+_COMMENT = re.compile(r"\([^()]*\)|;.*")
+
+
+class BlockError(LeafcutError):
+    """A block cannot be understood; the interpreter adds file and line.
+
+    The one seam between "cannot be read" and "must be kept word for word": every refusal of a block is one of these.
+    """
+
+
+class Word(NamedTuple):
+    """A letter in upper case, its number, and the number as it was written (some rules ask for the decimal point)."""
+
+    letter: str
+    value: float
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.letter}{self.text}"
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """One line: its words in order, its comments, and its marks.
+
+    `percent` is the text after a leading percent sign (often empty), or None when there is no such sign.
+    `deleted` says that the line starts with a slash, so that a switch on the machine may skip it.
+    """
+
+    line: int
+    words: tuple[Word, ...]
+    comments: tuple[str, ...] = ()
+    percent: str | None = None
+    deleted: bool = False
+
+
+def lines(text: str) -> Iterator[tuple[int, str]]:
+    """Yield (number from 1, line) of a text with any of the three line ends."""
+    return enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), start=1)
+
+
+def tokenise(line: str, number: int = 0) -> Block:
+    """Return the block that one line holds.
+
+    Raises
+    ------
+    BlockError
+        An unclosed or nested comment, a letter without a number, an absurd number, or any other character.
+    """
+    if len(line) > MAX_LINE:
+        raise BlockError(f"the line has {len(line)} characters; this is not G-code")
+    body, comments = line, tuple[str, ...]()
+    if "(" in line or ")" in line or ";" in line:
+        body, comments = _without_comments(line)
+    body = body.strip()
+    if body.startswith("%"):
+        return Block(number, (), comments, percent=body[1:].strip())
+    deleted = body.startswith("/")
+    if deleted:
+        body = body[1:]
+    return Block(number, _words(body), comments, deleted=deleted)
+
+
+def _without_comments(line: str) -> tuple[str, tuple[str, ...]]:
+    """Return a line with its comments cut out, and the comments. A semicolon inside parentheses is plain text."""
+    comments: list[str] = []
+
+    def cut(match: re.Match[str]) -> str:
+        comments.append(match.group().lstrip("(;").removesuffix(")").strip())
+        return " "
+
+    body = _COMMENT.sub(cut, line)
+    if "(" in body:
+        raise BlockError("a comment inside a comment" if ")" in body else "a comment is not closed: ')' is missing")
+    if ")" in body:
+        raise BlockError("')' without '(' before it")
+    return body, tuple(comments)
+
+
+def _words(body: str) -> tuple[Word, ...]:
+    words = []
+    position, end = 0, len(body)
+    match = _WORD.match
+    while position < end:
+        found = match(body, position)
+        if found is None:
+            _refuse(body, position)
+        letter, text = found.groups()
+        value = float(text)
+        if not -MAX_NUMBER < value < MAX_NUMBER:
+            raise BlockError(f"the number of {letter} is absurd")
+        words.append(Word(letter.upper(), value, text))
+        position = found.end()
+    return tuple(words)
+
+
+def _refuse(body: str, position: int) -> NoReturn:
+    """Say what stands at `position` instead of a word."""
+    rest = body[position:].lstrip(" \t")
+    first = rest[:1]
+    if first in "#[]=<>*":
+        raise BlockError(f"'{first}': parameters and expressions are not understood")
+    if first.isascii() and first.isalpha():
+        raise BlockError(f"'{_shown(rest)}' is a letter without a number")
+    if first in "0123456789.+-" and first:
+        raise BlockError(f"'{_shown(rest)}' is a number without a letter")
+    raise BlockError(f"unexpected character {first!a}")
+
+
+def _shown(text: str) -> str:
+    """Return the start of a text that is safe to show in one line."""
+    return re.sub(r"[^\x21-\x7e]+", " ", text[:12]).strip()

@@ -1,0 +1,246 @@
+"""Construction of tours: nearest neighbour, and the ant."""
+
+from __future__ import annotations
+
+from numpy.typing import NDArray
+
+from leafcut.kernels import kernel
+from leafcut.kernels.candidates import cheapest_unvisited
+from leafcut.kernels.cost import CostModel
+from leafcut.kernels.neighbours import Tree, nearest_unvisited, remove
+from leafcut.kernels.random import below, uniform
+
+
+@kernel
+def _begin(
+    tree: Tree, first: int, second: int, words: NDArray, ant: int, tour: NDArray, visited: NDArray, alive: NDArray
+) -> int:
+    """Lay the one or two first nodes of a tour and return how many; -1 stands for "any node". Changes: the arrays."""
+    visited[:] = 0
+    for node in range(len(tree.parent)):
+        alive[node] = tree.stop[node] - tree.begin[node]
+    n = len(tour)
+    step = 0
+    if first >= 0:
+        tour[0] = first
+        visited[first] = 1
+        step = 1
+    if step == 0 or second >= 0:
+        node = second if second >= 0 else below(words, ant, n)
+        tour[step] = node
+        visited[node] = 1
+        step += 1
+    for k in range(step):
+        if tour[k] < len(tree.x):
+            remove(tree, alive, tour[k])
+    return step
+
+
+@kernel
+def _nearest(cost: CostModel, tree: Tree, alive: NDArray, visited: NDArray, i: int, stack: NDArray) -> int:
+    """Return the nearest unvisited node: by the tree where places mean something, else by looking at all."""
+    if len(tree.x) == 0:
+        return cheapest_unvisited(cost, visited, i)
+    return nearest_unvisited(tree, alive, visited, i, stack)
+
+
+@kernel
+def nearest_neighbour_tour(
+    cost: CostModel,
+    tree: Tree,
+    first: int,
+    second: int,
+    words: NDArray,
+    tour: NDArray,
+    visited: NDArray,
+    alive: NDArray,
+    stack: NDArray,
+) -> None:
+    """Build the tour that always goes to the nearest unvisited node.
+
+    Changes: tour int32[n], visited uint8[n], alive int32[m], stack int32[64], words[0].
+    """
+    n = len(tour)
+    for step in range(_begin(tree, first, second, words, 0, tour, visited, alive), n):
+        last = tour[step - 1]
+        # The free node has no place of its own: any node is as near as another, so take the first.
+        node = (
+            cheapest_unvisited(cost, visited, last)
+            if last == cost.free
+            else _nearest(cost, tree, alive, visited, last, stack)
+        )
+        tour[step] = node
+        visited[node] = 1
+        if node < len(tree.x):
+            remove(tree, alive, node)
+
+
+@kernel
+def choose_next(
+    candidates: NDArray, weights: NDArray, visited: NDArray, i: int, greedy_probability: float, words: NDArray, ant: int
+) -> int:
+    """Return the place in the candidate list of i of the edge that an ant takes, or -1 when all are visited.
+
+    With probability q0 the heaviest edge, else one drawn in proportion to its weight
+    (pseudorandom proportional rule; q0 = 0 is the random proportional rule).
+
+    Changes: words[ant].
+    Source: Dorigo and Stützle, Ant Colony Optimization, MIT Press 2004, equations 3.2 and 3.10.
+    """
+    total, best, best_weight = 0.0, -1, -1.0
+    k = candidates.shape[1]
+    for c in range(k):
+        j = candidates[i, c]
+        if j < 0:
+            break
+        if visited[j] == 0:
+            weight = weights[i, c]
+            total += weight
+            if weight > best_weight:
+                best, best_weight = c, weight
+    if best < 0 or (greedy_probability > 0.0 and uniform(words, ant) < greedy_probability):
+        return best
+    mark = uniform(words, ant) * total
+    last = best
+    for c in range(k):
+        j = candidates[i, c]
+        if j < 0:
+            break
+        if visited[j] == 0:
+            last = c
+            mark -= weights[i, c]
+            if mark < 0.0:
+                return c
+    return last
+
+
+@kernel
+def random_unvisited(visited: NDArray, words: NDArray, ant: int) -> int:
+    """Return a random unvisited node, each with the same chance as far as few are visited. Changes: words[ant]."""
+    n = len(visited)
+    node = below(words, ant, n)
+    while visited[node] == 1:
+        node = (node + 1) % n
+    return node
+
+
+@kernel
+def _next_node(
+    cost: CostModel,
+    tree: Tree,
+    candidates: NDArray,
+    weights: NDArray,
+    greedy_probability: float,
+    words: NDArray,
+    ant: int,
+    visited: NDArray,
+    alive: NDArray,
+    stack: NDArray,
+    last: int,
+) -> int:
+    """Return the node that an ant at `last` goes to, and count it as visited. Changes: words, visited, alive, stack."""
+    if last == cost.free:
+        node = random_unvisited(visited, words, ant)
+    else:
+        c = choose_next(candidates, weights, visited, last, greedy_probability, words, ant)
+        node = candidates[last, c] if c >= 0 else _nearest(cost, tree, alive, visited, last, stack)
+    visited[node] = 1
+    if node < len(tree.x):
+        remove(tree, alive, node)
+    return node
+
+
+@kernel
+def _wear(
+    candidates: NDArray,
+    pheromone: NDArray,
+    nearness: NDArray,
+    weights: NDArray,
+    pheromone_weight: float,
+    rate: float,
+    initial: float,
+    a: int,
+    b: int,
+) -> None:
+    """Wear off the trail from a to b, if it is a candidate edge. Changes: pheromone, weights."""
+    for c in range(candidates.shape[1]):
+        if candidates[a, c] == b:
+            pheromone[a, c] = (1.0 - rate) * pheromone[a, c] + rate * initial
+            weights[a, c] = pheromone[a, c] ** pheromone_weight * nearness[a, c]
+
+
+@kernel
+def construct_tour(
+    cost: CostModel,
+    tree: Tree,
+    candidates: NDArray,
+    weights: NDArray,
+    greedy_probability: float,
+    first: int,
+    second: int,
+    words: NDArray,
+    ant: int,
+    tour: NDArray,
+    visited: NDArray,
+    alive: NDArray,
+    stack: NDArray,
+) -> None:
+    """Let one ant build a tour by pheromone and nearness.
+
+    ========== =============== ==========================================================
+    candidates int32[n, k]     neighbours of every node, -1 for none
+    weights    float64[n, k]   τ^α · η^β of those edges
+    first      int             first node, or -1 for a random one; `second` likewise
+    words      uint64[ants]    random state, `ant` is this one's row
+    ========== =============== ==========================================================
+
+    Changes: tour int32[n], words[ant], visited uint8[n], alive int32[m], stack int32[64].
+    Source: Dorigo and Stützle 2004, section 3.8.2 (candidate lists).
+    Differs: when every candidate is visited the ant goes to the nearest unvisited node, since pheromone is kept on
+    candidate edges only and so is equal elsewhere.
+    """
+    n = len(tour)
+    for step in range(_begin(tree, first, second, words, ant, tour, visited, alive), n):
+        tour[step] = _next_node(
+            cost, tree, candidates, weights, greedy_probability, words, ant, visited, alive, stack, tour[step - 1]
+        )
+
+
+@kernel
+def construct_tour_with_decay(
+    cost: CostModel,
+    tree: Tree,
+    candidates: NDArray,
+    pheromone: NDArray,
+    nearness: NDArray,
+    weights: NDArray,
+    pheromone_weight: float,
+    local_evaporation_rate: float,
+    initial_pheromone: float,
+    greedy_probability: float,
+    first: int,
+    second: int,
+    words: NDArray,
+    ant: int,
+    tour: NDArray,
+    visited: NDArray,
+    alive: NDArray,
+    stack: NDArray,
+) -> None:
+    """Let one ant of Ant Colony System build a tour, wearing off the pheromone of each edge that it takes.
+
+    As `construct_tour`; `pheromone`, `nearness` (η^β) and `weights` are float64[n, k] and worn edges get
+    τ ← (1 − ξ)τ + ξτ0 at once, so that the next ant meets them lighter.
+
+    Changes: pheromone, weights, tour, words[ant], visited, alive, stack.
+    Source: Dorigo and Stützle 2004, section 3.4.1, equations 3.10 and 3.12.
+    Differs: the ants of an iteration go one after another, not step by step.
+    """
+    n = len(tour)
+    for step in range(_begin(tree, first, second, words, ant, tour, visited, alive), n):
+        last = tour[step - 1]
+        node = _next_node(cost, tree, candidates, weights, greedy_probability, words, ant, visited, alive, stack, last)
+        rate, initial = local_evaporation_rate, initial_pheromone
+        _wear(candidates, pheromone, nearness, weights, pheromone_weight, rate, initial, last, node)
+        _wear(candidates, pheromone, nearness, weights, pheromone_weight, rate, initial, node, last)
+        tour[step] = node

@@ -1,0 +1,213 @@
+"""What it costs to travel from one node to another."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.kernels import kernel
+
+# Codes of the metrics; `solve.instance` maps the names of `model.problem.METRICS` to them.
+EUCLIDEAN, CHEBYSHEV, MANHATTAN = 0, 1, 2
+EUC_2D, CEIL_2D, ATT, GEO, MAX_2D, MAN_2D, EXPLICIT = 3, 4, 5, 6, 7, 8, 9
+LINEAR, DOGLEG = 10, 11
+
+#: TSPLIB 95, section 2.4: the value of π and of the earth's radius (km) that GEO distances are defined with.
+GEO_PI, GEO_RADIUS = 3.141592, 6378.388
+
+#: Stands for "this edge must stay": smaller than any sum of real costs, and still exact to 1e-4 in float64.
+TIED = -1e12
+
+
+class CostModel(NamedTuple):
+    """All that `travel` needs. Few arrays: a kernel that is not inlined gets a copy of every field.
+
+    ============== ============== ==========================================================================
+    code           int            which metric, see the constants above
+    plain          bool           no node is free or tied, no zones, no matrix: the metric is all
+    xy             float64[n, 2]  places of the nodes, mm (degrees and minutes for GEO)
+    vx, vy         float          highest velocity of x and y, mm/s
+    ax, ay         float          acceleration of x and y, mm/s²
+    zones          float64[k, 4]  rectangles x0, y0, x1, y1 over which a move is lifted
+    lift           float          cost of a lift
+    matrix         float64[n, n]  costs of EXPLICIT, else shape (0, 0)
+    tied_a, tied_b int            the two nodes whose edge must stay, or -1
+    free           int            a node that every node is at cost 0 of, or -1: the free end of an open path
+    ============== ============== ==========================================================================
+    """
+
+    code: int
+    plain: bool
+    xy: NDArray[np.float64]
+    vx: float
+    vy: float
+    ax: float
+    ay: float
+    zones: NDArray[np.float64]
+    lift: float
+    matrix: NDArray[np.float64]
+    tied_a: int
+    tied_b: int
+    free: int
+
+
+@kernel
+def rest_to_rest(distance: float, velocity: float, acceleration: float) -> float:
+    """Return the seconds of a move from rest to rest: a triangle of velocity when it is short, else a trapezoid."""
+    ramp = velocity * velocity / acceleration
+    if distance < ramp:
+        return 2.0 * math.sqrt(distance / acceleration)
+    return distance / velocity + velocity / acceleration
+
+
+@kernel
+def machine_seconds(code: int, dx: float, dy: float, vx: float, vy: float, ax: float, ay: float) -> float:
+    """Return the seconds of a rapid (dx, dy) ≥ 0 mm: all axes together (LINEAR) or each by itself (DOGLEG)."""
+    if code == DOGLEG:
+        return max(rest_to_rest(dx, vx, ax), rest_to_rest(dy, vy, ay))
+    # All together: stretched until both axes keep within their limits, the move takes as long as the distance d/v
+    # and d/a of the axis that decides on each.
+    ramp = max(dx / vx, dy / vy)
+    pull = max(dx / ax, dy / ay)
+    if pull == 0.0:
+        return 0.0
+    if ramp * ramp < pull:
+        return 2.0 * math.sqrt(pull)
+    return ramp + pull / ramp
+
+
+@kernel
+def _radians(degrees_minutes: float) -> float:
+    degrees = float(int(degrees_minutes))
+    return GEO_PI * (degrees + 5.0 * (degrees_minutes - degrees) / 3.0) / 180.0
+
+
+@kernel
+def geographical(xi: float, yi: float, xj: float, yj: float) -> float:
+    """Return the whole kilometres between two places in degrees.minutes.
+
+    Source: TSPLIB 95 (Reinelt), section 2.4.
+    """
+    latitude_i, longitude_i = _radians(xi), _radians(yi)
+    latitude_j, longitude_j = _radians(xj), _radians(yj)
+    q1 = math.cos(longitude_i - longitude_j)
+    q2 = math.cos(latitude_i - latitude_j)
+    q3 = math.cos(latitude_i + latitude_j)
+    cosine = 0.5 * ((1.0 + q1) * q2 - (1.0 - q1) * q3)
+    return float(int(GEO_RADIUS * math.acos(min(1.0, max(-1.0, cosine))) + 1.0))
+
+
+@kernel
+def tsplib_distance(code: int, xi: float, yi: float, xj: float, yj: float) -> float:
+    """Return TSPLIB's whole-number distances. Source: TSPLIB 95 (Reinelt), sections 2.1 to 2.6."""
+    if code == GEO:
+        return geographical(xi, yi, xj, yj)
+    dx, dy = abs(xi - xj), abs(yi - yj)
+    if code == MAX_2D:
+        return max(math.floor(dx + 0.5), math.floor(dy + 0.5))
+    if code == MAN_2D:
+        return math.floor(dx + dy + 0.5)
+    if code == ATT:
+        real = math.sqrt((dx * dx + dy * dy) / 10.0)
+        rounded = math.floor(real + 0.5)
+        return rounded + 1.0 if rounded < real else rounded
+    length = math.sqrt(dx * dx + dy * dy)
+    return math.ceil(length) if code == CEIL_2D else math.floor(length + 0.5)
+
+
+@kernel
+def crosses(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) -> bool:
+    """Return whether the segment touches the closed rectangle ``zones[k]`` (Liang–Barsky clipping)."""
+    enter, leave = 0.0, 1.0
+    for axis in range(2):
+        begin = xi if axis == 0 else yi
+        step = (xj - xi) if axis == 0 else (yj - yi)
+        low, high = zones[k, axis], zones[k, axis + 2]
+        if step == 0.0:
+            if begin < low or begin > high:
+                return False
+        else:
+            t0, t1 = (low - begin) / step, (high - begin) / step
+            if t0 > t1:
+                t0, t1 = t1, t0
+            enter, leave = max(enter, t0), min(leave, t1)
+            if enter > leave:
+                return False
+    return True
+
+
+@kernel
+def overlaps(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) -> bool:
+    """Return whether the box between two places touches the closed rectangle ``zones[k]``."""
+    if max(xi, xj) < zones[k, 0] or min(xi, xj) > zones[k, 2]:
+        return False
+    return not (max(yi, yj) < zones[k, 1] or min(yi, yj) > zones[k, 3])
+
+
+@kernel
+def distance(
+    code: int, xi: float, yi: float, xj: float, yj: float, vx: float, vy: float, ax: float, ay: float
+) -> float:
+    """Return the cost between two places by the metric alone."""
+    dx, dy = abs(xi - xj), abs(yi - yj)
+    if code == EUCLIDEAN:
+        return math.sqrt(dx * dx + dy * dy)
+    if code == EUC_2D:
+        return math.floor(math.sqrt(dx * dx + dy * dy) + 0.5)
+    if code >= LINEAR:
+        return machine_seconds(code, dx, dy, vx, vy, ax, ay)
+    if code == CHEBYSHEV:
+        return max(dx, dy)
+    if code == MANHATTAN:
+        return dx + dy
+    return tsplib_distance(code, xi, yi, xj, yj)
+
+
+@kernel
+def _special(cost: CostModel, i: int, j: int) -> float:
+    """As `travel`, with free and tied nodes, zones and matrices."""
+    if (i == cost.tied_a and j == cost.tied_b) or (i == cost.tied_b and j == cost.tied_a):
+        return TIED
+    if i == cost.free or j == cost.free:
+        return 0.0
+    if cost.code == EXPLICIT:
+        return float(cost.matrix[i, j])
+    xi, yi, xj, yj = cost.xy[i, 0], cost.xy[i, 1], cost.xy[j, 0], cost.xy[j, 1]
+    base = distance(cost.code, xi, yi, xj, yj, cost.vx, cost.vy, cost.ax, cost.ay)
+    for k in range(cost.zones.shape[0]):
+        # Axes that do not arrive together leave the straight line: then all of the box between the places counts.
+        if overlaps(cost.zones, k, xi, yi, xj, yj) and (cost.code == DOGLEG or crosses(cost.zones, k, xi, yi, xj, yj)):
+            return base + cost.lift
+    return base
+
+
+@kernel
+def travel(cost: CostModel, i: int, j: int) -> float:
+    """Return the cost of travelling between nodes i and j; it is the same both ways."""
+    if cost.plain:
+        xy = cost.xy
+        return distance(cost.code, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1], cost.vx, cost.vy, cost.ax, cost.ay)
+    return _special(cost, i, j)
+
+
+@kernel
+def tour_cost(cost: CostModel, tour: NDArray) -> float:
+    """Return the cost of the closed tour int32[n]; a tied edge counts nothing."""
+    total = 0.0
+    for k in range(len(tour)):
+        step = travel(cost, tour[k], tour[k - 1])
+        if step != TIED:
+            total += step
+    return total
+
+
+@kernel
+def sequence_cost(cost: CostModel, leave: NDArray, arrive: NDArray) -> float:
+    """Return the sum of the travels from leave[k] to arrive[k], int32[legs] each."""
+    total = 0.0
+    for k in range(len(leave)):
+        total += travel(cost, leave[k], arrive[k])
+    return total

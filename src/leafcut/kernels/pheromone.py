@@ -1,0 +1,96 @@
+"""Pheromone on candidate edges: evaporation, deposit, and the product that ants choose by.
+
+`pheromone[i, c]` lies on the edge from node i to its c-th candidate; an edge that stands in both its nodes' lists has
+two equal entries. Memory is n·k, not n².
+"""
+
+from __future__ import annotations
+
+from numpy.typing import NDArray
+
+from leafcut.kernels import kernel
+from leafcut.kernels.cost import CostModel, travel
+
+
+@kernel
+def fill_nearness(cost: CostModel, candidates: NDArray, weight: float, offset: float, nearness: NDArray) -> None:
+    """Fill η^β = (1 / (cost + offset))^β of every candidate edge; the offset keeps nodes on one place finite.
+
+    Changes: nearness float64[n, k].
+    """
+    for i in range(candidates.shape[0]):
+        for c in range(candidates.shape[1]):
+            j = candidates[i, c]
+            nearness[i, c] = (1.0 / (travel(cost, i, j) + offset)) ** weight if j >= 0 else 0.0
+
+
+@kernel
+def fill_weights(pheromone: NDArray, nearness: NDArray, pheromone_weight: float, weights: NDArray) -> None:
+    """Fill weights = τ^α · η^β. Changes: weights float64[n, k]."""
+    for i in range(pheromone.shape[0]):
+        for c in range(pheromone.shape[1]):
+            trail = pheromone[i, c]
+            weights[i, c] = (trail if pheromone_weight == 1.0 else trail**pheromone_weight) * nearness[i, c]
+
+
+@kernel
+def evaporate(pheromone: NDArray, rate: float, lowest: float) -> None:
+    """Let every trail lose the part `rate`, but not below `lowest`. Changes: pheromone.
+
+    Source: Dorigo and Stützle 2004, equations 3.3 and 3.5 (lower trail limit of MAX–MIN: section 3.3.4).
+    """
+    for i in range(pheromone.shape[0]):
+        for c in range(pheromone.shape[1]):
+            pheromone[i, c] = max(lowest, (1.0 - rate) * pheromone[i, c])
+
+
+@kernel
+def deposit(candidates: NDArray, tour: NDArray, amount: float, highest: float, pheromone: NDArray) -> None:
+    """Add `amount` to every edge of the closed tour, up to `highest`. Changes: pheromone.
+
+    Source: Dorigo and Stützle 2004, equation 3.4; upper trail limit of MAX–MIN: section 3.3.4.
+    """
+    for step in range(len(tour)):
+        a, b = tour[step - 1], tour[step]
+        for c in range(candidates.shape[1]):
+            if candidates[a, c] == b:
+                pheromone[a, c] = min(highest, pheromone[a, c] + amount)
+            if candidates[b, c] == a:
+                pheromone[b, c] = min(highest, pheromone[b, c] + amount)
+
+
+@kernel
+def reinforce_and_decay(candidates: NDArray, tour: NDArray, rate: float, amount: float, pheromone: NDArray) -> None:
+    """Move the trails of the tour's edges towards `amount`: τ ← (1 − ρ)τ + ρ·amount. Changes: pheromone.
+
+    Source: Dorigo and Stützle 2004, equation 3.11 (global update of Ant Colony System).
+    """
+    for step in range(len(tour)):
+        a, b = tour[step - 1], tour[step]
+        for c in range(candidates.shape[1]):
+            if candidates[a, c] == b:
+                pheromone[a, c] = (1.0 - rate) * pheromone[a, c] + rate * amount
+            if candidates[b, c] == a:
+                pheromone[b, c] = (1.0 - rate) * pheromone[b, c] + rate * amount
+
+
+@kernel
+def branching(candidates: NDArray, pheromone: NDArray, share: float) -> float:
+    """Return the mean number of edges per node whose trail is above min + share·(max − min) of that node.
+
+    Source: Dorigo and Stützle 2004, section 3.3.4 (λ-branching factor), share = λ.
+    """
+    total, nodes = 0, 0
+    for i in range(candidates.shape[0]):
+        if candidates[i, 0] < 0:
+            continue
+        low = high = pheromone[i, 0]
+        for c in range(candidates.shape[1]):
+            if candidates[i, c] >= 0:
+                low, high = min(low, pheromone[i, c]), max(high, pheromone[i, c])
+        mark = low + share * (high - low)
+        nodes += 1
+        for c in range(candidates.shape[1]):
+            if candidates[i, c] >= 0 and pheromone[i, c] >= mark:
+                total += 1
+    return total / nodes if nodes else 1.0

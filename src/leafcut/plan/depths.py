@@ -1,0 +1,65 @@
+"""How deep a tool goes: from the plate's thickness or a given depth, to the shoulder or to the tip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from leafcut.errors import PlanError
+from leafcut.model.issue import Issue
+from leafcut.model.tool import Tool, ToolKind
+from leafcut.options import DrillOptions
+
+#: A hole is spotted this deep when nobody said how deep holes are: it marks the place and harms nothing.
+SPOT_DEPTH = 1.0
+
+#: A centre drill goes this part of its diameter deep when the library does not say (the cone of a spot for the drill).
+CENTRE_DEPTH_RATIO = 0.4
+
+
+@dataclass(frozen=True)
+class DepthRule:
+    """The depth that holes are given, mm below the surface.
+
+    `through` means that the full diameter goes through the plate and `break_through` further, so a tool's point hangs
+    below by its own length.
+    """
+
+    depth: float
+    through: bool
+    to_shoulder: bool
+    break_through: float
+    issues: tuple[Issue, ...] = ()
+
+    def tip_depth(self, tool: Tool) -> float:
+        """Return how far the tip of `tool` goes below the surface, mm."""
+        if tool.kind is ToolKind.CENTRE_DRILL:
+            return tool.depth if tool.depth is not None else CENTRE_DEPTH_RATIO * tool.diameter
+        if self.through:
+            return self.depth + self.break_through + tool.point_length
+        return self.depth + (tool.point_length if self.to_shoulder else 0.0)
+
+
+def depth_rule(options: DrillOptions) -> DepthRule:
+    """Return the rule that the options state.
+
+    Raises
+    ------
+    PlanError
+        A depth and a thickness that contradict each other.
+    """
+    to_shoulder = options.depth_to == "shoulder"
+    if options.thickness is None and options.depth is None:
+        note = Issue(
+            "L402",
+            f"no depth given: holes are only spotted, {SPOT_DEPTH:g} mm deep; give --thickness or --depth",
+        )
+        return DepthRule(SPOT_DEPTH, False, False, 0.0, (note,))
+    if options.depth is None:
+        assert options.thickness is not None
+        return DepthRule(options.thickness, True, to_shoulder, options.break_through)
+    if options.thickness is not None and options.depth > options.thickness:
+        raise PlanError(
+            f"--depth {options.depth:g} mm is more than --thickness {options.thickness:g} mm; "
+            "leave --depth out for through holes"
+        )
+    return DepthRule(options.depth, False, to_shoulder, 0.0)

@@ -1,0 +1,161 @@
+"""Which tools make a hole: the library's recipes and drills, or an assumed drill per diameter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from fnmatch import fnmatch
+from typing import NamedTuple
+
+from leafcut.errors import PlanError
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.machine import Machine
+from leafcut.model.part import Hole, Slot
+from leafcut.model.tool import Tool, ToolKind, ToolLibrary
+from leafcut.options import DrillOptions
+
+#: Cutting data of assumed tools: high-speed steel in mild steel or aluminium, on the careful side (estimate).
+SURFACE_SPEED = 20_000.0 / 60.0  # mm/s
+FEED_PER_REVOLUTION = 0.02  # of the diameter
+
+#: A bare point has no diameter: it is drilled as if it were this wide (mm).
+POINT_DIAMETER = 1.0
+
+
+class Step(NamedTuple):
+    """A tool at work, on holes or on slots."""
+
+    tool: Tool
+    slots: bool = False
+
+
+class ToolChooser:
+    """Chooses the tools of one plan, and remembers what it had to assume."""
+
+    def __init__(self, library: ToolLibrary | None, machine: Machine, options: DrillOptions) -> None:
+        self.library, self.machine, self.options = library, machine, options
+        self._assumed: dict[tuple[ToolKind, float], Tool] = {}
+        self._chosen: dict[tuple[float, str], tuple[Step, ...]] = {}
+        self._pointless = 0
+
+    @property
+    def chains(self) -> list[tuple[Step, ...]]:
+        """The sequences of steps that holes need, each once."""
+        return list(dict.fromkeys(self._chosen.values()))
+
+    def steps_for_hole(self, hole: Hole) -> tuple[Step, ...]:
+        """Return the steps that make a hole, in their order.
+
+        Raises
+        ------
+        PlanError
+            The library has neither a recipe nor a drill for it.
+        """
+        if hole.diameter <= 0:
+            self._pointless += 1
+        diameter = hole.diameter if hole.diameter > 0 else self.point_diameter
+        key = (round(diameter, 6), hole.layer)
+        if key not in self._chosen:
+            tools = self._from_library(diameter, hole) if self.library else [self._assume(ToolKind.DRILL, diameter)]
+            self._chosen[key] = tuple(Step(tool) for tool in tools)
+        return self._chosen[key]
+
+    @property
+    def point_diameter(self) -> float:
+        """The diameter that bare points get: that of the library's only drill, else `POINT_DIAMETER`."""
+        drills = [t for t in self.library.tools if t.kind is ToolKind.DRILL] if self.library else []
+        return drills[0].diameter if len(drills) == 1 else POINT_DIAMETER
+
+    def step_for_slot(self, slot: Slot) -> Step:
+        """Return the step that routes a slot; a drill cannot cut sideways, so a slot mill of its width is needed.
+
+        Raises
+        ------
+        PlanError
+            The library has no slot mill of this width.
+        """
+        if self.library is None:
+            return Step(self._assume(ToolKind.SLOT_MILL, slot.width), slots=True)
+        tool = self._nearest(slot.width, ToolKind.SLOT_MILL)
+        if tool is None:
+            raise PlanError(
+                f"{self.library.source}: no slot mill of {slot.width:g} mm for the slot at "
+                f"{slot.start[0]:g}, {slot.start[1]:g}; add one to the library"
+            )
+        return Step(tool, slots=True)
+
+    def issues(self) -> Iterable[Issue]:
+        """Yield what was assumed."""
+        for tool in self._assumed.values():
+            yield Issue(
+                "L401",
+                f"{tool.label} assumed: {tool.feed * 60:.0f} mm/min at {tool.spindle_rpm:.0f} rpm; "
+                "check it, or give --tools",
+                severity=Severity.NOTE,
+            )
+        if self._pointless:
+            yield Issue(
+                "L401",
+                f"{self._pointless} points have no diameter and are drilled as {self.point_diameter:g} mm holes",
+            )
+
+    def _from_library(self, diameter: float, hole: Hole) -> list[Tool]:
+        assert self.library is not None
+        tolerance = self.options.diameter_tolerance
+        fitting = [
+            r
+            for r in self.library.recipes
+            if abs(r.diameter - diameter) <= tolerance and fnmatch(hole.layer.lower(), r.layer.lower())
+        ]
+        if fitting:
+            # A recipe for this very layer before one for all layers, then the closest diameter.
+            best = min(fitting, key=lambda r: (r.layer == "*", abs(r.diameter - diameter)))
+            return [self.library.by_number[number] for number in best.steps]
+        drill = self._nearest(diameter, ToolKind.DRILL)
+        if drill is None:
+            raise PlanError(self._no_drill(diameter, hole))
+        return [*self._centre(), drill]
+
+    def _centre(self) -> list[Tool]:
+        if not self.options.centre_drill or self.library is None:
+            return []
+        found = [t for t in self.library.tools if t.kind is ToolKind.CENTRE_DRILL]
+        if not found:
+            raise PlanError(f"{self.library.source}: --centre-drill asks for a centre drill, and there is none")
+        return found[:1]
+
+    def _nearest(self, diameter: float, kind: ToolKind) -> Tool | None:
+        assert self.library is not None
+        found = [t for t in self.library.tools if t.kind is kind]
+        best = min(found, key=lambda t: abs(t.diameter - diameter), default=None)
+        if best is None or abs(best.diameter - diameter) > self.options.diameter_tolerance + 1e-9:
+            return None
+        return best
+
+    def _no_drill(self, diameter: float, hole: Hole) -> str:
+        assert self.library is not None
+        drills = [t.diameter for t in self.library.tools if t.kind is ToolKind.DRILL]
+        near = min(drills, key=lambda d: abs(d - diameter), default=None)
+        advice = f"the nearest is {near:g} mm" if near is not None else "it has no drill at all"
+        return (
+            f"{self.library.source}: no drill of {diameter:g} mm for the hole at {hole.x:g}, {hole.y:g}"
+            f" (layer '{hole.layer}'); {advice}; add a tool or a recipe, or raise --diameter-tolerance"
+        )
+
+    def _assume(self, kind: ToolKind, diameter: float) -> Tool:
+        """Return a tool of this diameter with careful cutting data (see the constants above)."""
+        diameter = round(diameter, 4)
+        if (kind, diameter) not in self._assumed:
+            rpm = self.options.spindle_speed or 60.0 * SURFACE_SPEED / (math.pi * diameter)
+            rpm = round(min(max(rpm, self.machine.spindle_min_rpm), self.machine.spindle_max_rpm))
+            feed = self.options.feed or round(FEED_PER_REVOLUTION * diameter * rpm, 1) / 60.0
+            self._assumed[kind, diameter] = Tool(
+                number=len(self._assumed) + 1,
+                diameter=diameter,
+                kind=kind,
+                point_angle=math.radians(118) if kind is ToolKind.DRILL else math.pi,
+                feed=min(feed, self.machine.max_feed),
+                spindle_rpm=rpm,
+                assumed=True,
+            )
+        return self._assumed[kind, diameter]

@@ -1,0 +1,35 @@
+"""Comments that no controller can take for something else."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+import unicodedata
+
+#: What the shop writes that ASCII lacks; ? ! ~ act at once when GRBL receives them, % ends a tape.
+_PLAIN = str.maketrans(
+    {"(": "[", ")": "]", "{": "[", "}": "]", "%": " pct", "?": ".", "!": ".", "~": "-", "×": "x", "–": "-", "—": "-"}
+    | {"µ": "u", "μ": "u", "°": " deg", "Ø": "D", "ø": "d", "⌀": "D", "²": "2", "³": "3", "·": ",", "→": "->"}
+)
+# LinuxCNC acts on comments such as (MSG, …), (LOGOPEN, …) and (PY, …).
+_ACTIVE = re.compile(r"\A([A-Za-z_]+)\s*,")
+
+
+def plain_text(text: str) -> str:
+    """Return a text as one line of printable ASCII without parentheses and without words that a controller acts on.
+
+    >>> plain_text("Ø3 mm (steel)\\nMSG, 20 %")
+    'D3 mm [steel] MSG, 20 pct'
+    """
+    decomposed = unicodedata.normalize("NFKD", text.translate(_PLAIN))
+    letters = "".join(c for c in decomposed if not unicodedata.combining(c))
+    ascii_text = "".join(c if " " <= c <= "\x7e" else " " if c.isspace() or ord(c) < 32 else "." for c in letters)
+    return _ACTIVE.sub(r"\1 -", " ".join(ascii_text.translate(_PLAIN).split()))
+
+
+def comment_lines(text: str, width: int, uppercase: bool = False) -> list[str]:
+    """Return a text as comments in parentheses, none longer than `width` characters."""
+    plain = plain_text(text)
+    if uppercase:
+        plain = plain.upper()
+    return [f"({plain_text(part)})" for part in textwrap.wrap(plain, width - 4) or [""]]

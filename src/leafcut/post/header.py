@@ -1,0 +1,53 @@
+"""What the comments at the top of a program say: where it comes from, how to make it again, what to set up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from datetime import datetime
+
+from leafcut.model.machine import Machine
+from leafcut.model.tool import Tool
+from leafcut.model.toolpath import Toolpath
+from leafcut.units import MM_PER_INCH, format_time
+
+
+def header_lines(
+    *,
+    source: str,
+    version: str,
+    machine: Machine,
+    tools: Iterable[Tool],
+    path: Toolpath,
+    seconds: tuple[float, float],
+    seed: int,
+    options: Mapping[str, str],
+    units: str,
+    date: bool = False,
+) -> list[str]:
+    """Return the lines of the header; `seconds` are the machine times before and after.
+
+    Nothing in it changes from run to run, so that the same seed gives the same bytes; the date stands in it only when
+    `date` asks for it.
+    """
+    lines = [f"leafcut {version}", f"source: {source}"]
+    if date:
+        lines.append(f"date: {datetime.now().astimezone().isoformat(timespec='seconds')}")
+    lines.append(f"machine: {machine.name}")
+    lines.append(
+        " ".join([f"seed {seed}", *(f"{flag} {value}" for flag, value in options.items() if flag != "--seed")])
+    )
+    lines.extend(_tool_line(tool, units) for tool in tools)
+    scale, unit = (MM_PER_INCH, "in") if units == "inch" else (1.0, "mm")
+    low, high = path.extents
+    for axis, least, most in zip("XYZ", low, high, strict=True):
+        lines.append(f"{axis} {least / scale:.4g} to {most / scale:.4g} {unit}")
+    before, after = seconds
+    lines.append(f"estimated time {format_time(after)}, in the drawing's order {format_time(before)}")
+    return lines
+
+
+def _tool_line(tool: Tool, units: str) -> str:
+    size = f"{tool.diameter / MM_PER_INCH:.4f} in" if units == "inch" else f"{tool.diameter:g} mm"
+    name = f" {tool.name}" if tool.name else ""
+    assumed = " (assumed)" if tool.assumed else ""
+    return f"T{tool.number} {tool.kind.value}{name} {size}, {tool.spindle_rpm:.0f} rpm{assumed}"

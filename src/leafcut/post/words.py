@@ -1,0 +1,74 @@
+"""How this controller says dwells and canned cycles; the only place where dialects differ in kind."""
+
+from __future__ import annotations
+
+from leafcut.errors import PostError
+from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.numbers import NumberFormat, format_number
+from leafcut.model.cycles import peck_depths
+from leafcut.model.toolpath import DrillCycle
+
+
+def dwell_word(seconds: float, dialect: Dialect) -> str:
+    """Return the word that lets the machine wait: P or K, in seconds, milliseconds or hundredths."""
+    if not seconds >= 0.0:
+        raise PostError(f"a dwell of {seconds:g} s")
+    unit = dialect.dwell_unit
+    if unit in ("ms", "cs"):
+        number = format_number(seconds * (1000 if unit == "ms" else 100), 0)
+    else:
+        number = format_number(seconds, 3, point=unit == "point")
+    return dialect.dwell_letter + number
+
+
+def has_cycle(cycle: DrillCycle, dialect: Dialect) -> bool:
+    """Return whether the controller can do this cycle; if not, it is written out.
+
+    Raises
+    ------
+    PostError
+        It is a tap, which cannot be written out, or the cycle lacks a word that it needs.
+    """
+    if cycle.name in ("G83", "G73") and not cycle.peck > 0:
+        raise PostError(f"{cycle.name} needs the depth of a peck")
+    known = cycle.name in dialect.cycles
+    if cycle.name != "G84":
+        return known
+    if not known:
+        raise PostError(
+            f"{dialect.name} has no tapping cycle (G84) that leafcut knows, and tapping cannot be written in plain "
+            "moves; leave the tapped holes out, or choose another machine"
+        )
+    if cycle.dwell > 0 and "G84" not in dialect.dwell_cycles:
+        raise PostError(f"the tapping cycle (G84) of {dialect.name} has no dwell; take it out of the tool library")
+    return True
+
+
+def cycle_words(cycle: DrillCycle, numbers: NumberFormat, dialect: Dialect) -> tuple[str, list[str]]:
+    """Return the G word of a cycle, and its other words but X, Y and F."""
+    r_plane, bottom = numbers.length(cycle.r_plane), numbers.length(cycle.bottom)
+    if dialect.cycle_words == "fagor":
+        # G82 is G81 with a dwell there: see the sources in fagor8055.toml.
+        dwelling = [dwell_word(cycle.dwell, dialect)] if cycle.name == "G82" else []
+        return ("G81" if dwelling else cycle.name), [f"Z{r_plane}", f"I{bottom}", *dwelling]
+    words = [f"Z{bottom}", f"R{r_plane}"]
+    if cycle.name in ("G83", "G73"):
+        words.append(f"Q{_peck(cycle, numbers)}")
+    if cycle.name == "G82" or (cycle.name == "G84" and cycle.dwell > 0):
+        words.append(dwell_word(cycle.dwell, dialect))
+    return cycle.name, words
+
+
+def _peck(cycle: DrillCycle, numbers: NumberFormat) -> str:
+    """Return the text of a peck, rounded so that the hole still takes the same number of pecks.
+
+    10 mm in three pecks of 3.3333 mm would otherwise take a fourth one, of 0.001 mm.
+    """
+    r_plane, bottom = numbers.said(cycle.r_plane), numbers.said(cycle.bottom)
+    count = len(peck_depths(cycle))
+    for steps in (0, 1, -1, 2):
+        text = numbers.length(cycle.peck + steps * numbers.resolution)
+        peck = float(text) * numbers.unit
+        if peck > 0 and len(peck_depths(DrillCycle(cycle.name, r_plane, bottom, peck=peck))) == count:
+            return text
+    raise PostError(f"a peck of {cycle.peck:g} mm is too small to be written; use a larger one")

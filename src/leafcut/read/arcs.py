@@ -1,0 +1,80 @@
+"""Arcs that together close a circle: halves of a hole, quarters, overlapping pieces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from leafcut.read.sift import anchors
+
+#: Pieces of one circle may differ by this in centre and radius, mm: drawings keep 4 to 6 digits.
+SAME_CIRCLE = 0.01
+#: The largest gap between two pieces of a closed circle: mm along the arc, within these bounds in radians.
+GAP_LENGTH, GAP_SMALLEST, GAP_LARGEST = 0.01, 2e-4, 0.01
+
+
+class Piece(NamedTuple):
+    """An arc in mm and radians, counter-clockwise from `start` over `sweep`; `entity` says which one it is part of."""
+
+    x: float
+    y: float
+    radius: float
+    start: float
+    sweep: float
+    entity: int
+
+
+def close_circles(pieces: Sequence[Piece]) -> tuple[list[Piece], set[int]]:
+    """Return one piece for every circle that is closed, and the entities that went into them.
+
+    The piece returned is the circle's first, in the order given. O(n log n).
+    """
+    table = np.array([(p.x, p.y, p.radius) for p in pieces]).reshape(-1, 3)
+    groups: dict[int, list[Piece]] = {}
+    for piece, anchor in zip(pieces, anchors(table, SAME_CIRCLE), strict=True):
+        groups.setdefault(anchor, []).append(piece)
+    circles: list[Piece] = []
+    used: set[int] = set()
+    for group in groups.values():
+        if _covers_full_turn(group):
+            circles.append(group[0])
+            used.update(p.entity for p in group)
+    return circles, used
+
+
+def _covers_full_turn(group: list[Piece]) -> bool:
+    gap = min(max(GAP_LENGTH / group[0].radius, GAP_SMALLEST), GAP_LARGEST)
+    if sum(p.sweep for p in group) < math.tau - gap * len(group):
+        return False
+    spans = sorted((p.start % math.tau, p.sweep) for p in group)
+    begin = spans[0][0]
+    reach = begin
+    for start, sweep in spans:
+        if start > reach + gap:
+            return False
+        reach = max(reach, start + sweep)
+    # The last piece has to meet the first again, one turn later.
+    return reach >= begin + math.tau - gap
+
+
+def bulge_arc(
+    x0: float, y0: float, x1: float, y1: float, bulge: float
+) -> tuple[float, float, float, float, float] | None:
+    """Return (centre x, centre y, radius, start angle, sweep) of a polyline's bulged segment, counter-clockwise.
+
+    The bulge is the tangent of a quarter of the arc's angle, positive for counter-clockwise (DXF reference,
+    LWPOLYLINE, group code 42). None for a segment without length or bulge.
+    """
+    dx, dy = x1 - x0, y1 - y0
+    chord = math.hypot(dx, dy)
+    if chord == 0.0 or bulge == 0.0:
+        return None
+    offset = (1.0 - bulge * bulge) / (4.0 * bulge)
+    cx, cy = 0.5 * (x0 + x1) - offset * dy, 0.5 * (y0 + y1) + offset * dx
+    radius = chord * (1.0 + bulge * bulge) / (4.0 * abs(bulge))
+    sweep = 4.0 * math.atan(abs(bulge))
+    first = (x0, y0) if bulge > 0 else (x1, y1)
+    return cx, cy, radius, math.atan2(first[1] - cy, first[0] - cx), sweep

@@ -1,0 +1,208 @@
+"""Tables of points: ``x, y[, diameter][, name]`` with or without a header, comma, semicolon, tab or blanks between.
+
+A comma between digits is a decimal comma where semicolons or tabs part the fields. Lines that begin with # are
+comments. A row that cannot be understood is left out and reported, unless no row can.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from leafcut.errors import ReadError
+from leafcut.model import Hole, Issue, Part, Severity
+from leafcut.options import ReadOptions
+from leafcut.read.format import (
+    MAX_COORDINATE,
+    MAX_HOLES,
+    Format,
+    Match,
+    Source,
+    factor_of,
+    shown,
+    to_mm,
+    too_many_holes,
+    units_unknown,
+)
+from leafcut.read.sift import sift
+
+#: Words of a header, and the field they mean.
+HEADER_WORDS = {
+    "x": "x",
+    "y": "y",
+    "d": "d",
+    "dia": "d",
+    "diam": "d",
+    "diameter": "d",
+    "size": "d",
+    "name": "name",
+    "id": "name",
+    "label": "name",
+    "city": "name",
+    "layer": "layer",
+}
+_UNIT_IN_HEADER = re.compile(r"^(\w+?)[ _]*[\[(]?(mm|cm|in|inch|mil|m)[\])]?$")
+#: Rows in error that are named one by one; the rest is counted.
+NAMED_ROWS = 10
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """Which column holds what, and mm per unit where the header says it."""
+
+    x: int = 0
+    y: int = 1
+    d: int | None = 2
+    name: int | None = 3
+    layer: int | None = None
+    unit: str | None = None
+    from_header: bool = False
+
+
+def sniff(head: bytes) -> Match:
+    """Say whether most lines begin with two numbers; nothing is certain about a table."""
+    if b"\0" in head:
+        return Match.NO
+    lines = [line for line in head.decode("latin-1").splitlines()[:50] if line.strip() and not line.startswith("#")]
+    separator = _separator(lines)
+    rows = [_split(line, separator) for line in lines]
+    numeric = sum(len(r) >= 2 and _is_number(r[0], separator) and _is_number(r[1], separator) for r in rows)
+    return Match.MAYBE if rows and numeric >= max(1, len(rows) // 2) else Match.NO
+
+
+def read_csv(source: Source, options: ReadOptions) -> Part:
+    """Return the points of a table as holes, in mm.
+
+    Raises
+    ------
+    ReadError
+        There is no row with two numbers, or the header names no columns x and y.
+    """
+    lines = source.text().splitlines()
+    separator = _separator([line for line in lines[:200] if line.strip() and not line.lstrip().startswith("#")])
+    rows = _rows(lines, separator)
+    columns, first = _columns(source, rows, separator)
+    factor = factor_of(options, columns.unit)
+    holes: list[Hole] = []
+    bad: list[tuple[int, str]] = []
+    for number, fields in first:
+        try:
+            holes.append(_hole(fields, columns, separator, factor))
+        except ValueError as problem:
+            bad.append((number, str(problem)))
+        if len(holes) > MAX_HOLES:
+            raise too_many_holes(source.path)
+    if not holes:
+        line, reason = bad[0] if bad else (None, "the table has a header and nothing else")
+        raise ReadError(source.path, f"no points: {reason}", line)
+    issues = [
+        Issue("L208", f"row skipped: {reason}", f"{source.file_name}:{line}") for line, reason in bad[:NAMED_ROWS]
+    ]
+    if len(bad) > NAMED_ROWS:
+        issues.append(Issue("L208", f"{len(bad) - NAMED_ROWS} more rows skipped"))
+    kept, noticed = sift(holes, options, point_tolerance=0.0)
+    if not kept:
+        raise ReadError(source.path, f"no holes: {'; '.join(i.message for i in noticed)}")
+    units = options.units or columns.unit
+    part = Part(source.name, kept, source=source.file_name, format="csv", units=units or "mm")
+    if units is None:
+        noticed.append(units_unknown("the table", part, Severity.NOTE))
+    return replace(part, issues=(*issues, *noticed))
+
+
+def _separator(lines: list[str]) -> str | None:
+    """Return what parts the fields: the strongest sign that at least half of the lines have; None for blanks."""
+    for sign in (";", "\t", ","):
+        if lines and 2 * sum(sign in line for line in lines) >= len(lines):
+            return sign
+    return None
+
+
+def _split(line: str, separator: str | None) -> list[str]:
+    if separator is None:
+        return line.split()
+    if '"' not in line:
+        return [field.strip() for field in line.split(separator)]
+    try:
+        return [field.strip() for field in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
+    except (csv.Error, StopIteration):
+        return [line]
+
+
+def _rows(lines: list[str], separator: str | None) -> Iterator[tuple[int, list[str]]]:
+    for number, line in enumerate(lines, 1):
+        if line.strip() and not line.lstrip().startswith("#"):
+            yield number, _split(line, separator)
+
+
+def _columns(
+    source: Source, rows: Iterator[tuple[int, list[str]]], separator: str | None
+) -> tuple[_Columns, Iterator[tuple[int, list[str]]]]:
+    """Return the columns of a table, and its rows without the header."""
+    number, fields = next(rows, (0, []))
+    if not fields:
+        raise ReadError(source.path, "no points: the file holds comments only")
+    if any(_is_number(f, separator) for f in fields[:2]):
+        return _Columns(), _with_first((number, fields), rows)
+    found: dict[str, int] = {}
+    unit = None
+    for index, field in enumerate(fields):
+        word = field.strip().lower()
+        if word not in HEADER_WORDS and (match := _UNIT_IN_HEADER.match(word)) and match.group(1) in HEADER_WORDS:
+            word, unit = match.group(1), match.group(2)
+        if word in HEADER_WORDS:
+            found.setdefault(HEADER_WORDS[word], index)
+    if "x" not in found or "y" not in found:
+        given = shown(", ".join(fields))
+        raise ReadError(source.path, f"the header '{given}' names no columns x and y", number)
+    return (
+        _Columns(found["x"], found["y"], found.get("d"), found.get("name"), found.get("layer"), unit, True),
+        rows,
+    )
+
+
+def _with_first(first: tuple[int, list[str]], rest: Iterator[tuple[int, list[str]]]) -> Iterator[tuple[int, list[str]]]:
+    yield first
+    yield from rest
+
+
+def _hole(fields: list[str], columns: _Columns, separator: str | None, factor: float) -> Hole:
+    if len(fields) <= max(columns.x, columns.y):
+        raise ValueError(f"'{shown(' '.join(fields))}' has {len(fields)} field(s), expected x and y")
+    x, y = (to_mm(_number(fields[i], separator), factor) for i in (columns.x, columns.y))
+    name_at, diameter = columns.name, 0.0
+    if (text := _field(fields, columns.d)) and not columns.from_header and not _is_number(text, separator):
+        name_at = columns.d  # x, y, name: no diameter in this row
+    elif text:
+        diameter = to_mm(_number(text, separator), factor)
+    if not (abs(x) <= MAX_COORDINATE and abs(y) <= MAX_COORDINATE and 0 <= diameter <= MAX_COORDINATE):
+        raise ValueError(f"x {x:g}, y {y:g}, diameter {diameter:g} mm cannot be meant")
+    return Hole(x, y, diameter, _field(fields, columns.layer), _field(fields, name_at))
+
+
+def _field(fields: list[str], index: int | None) -> str:
+    return fields[index][:100] if index is not None and index < len(fields) else ""
+
+
+def _number(text: str, separator: str | None) -> float:
+    # float() also reads "1_000"; in a table that is a mistake.
+    plain = text.replace(",", ".") if separator in (";", "\t") and text.count(",") == 1 and "." not in text else text
+    try:
+        if "_" in plain:
+            raise ValueError
+        return float(plain)
+    except ValueError:
+        raise ValueError(f"'{shown(text, 30)}' is no number") from None
+
+
+def _is_number(text: str, separator: str | None) -> bool:
+    try:
+        return math.isfinite(_number(text, separator))
+    except ValueError:
+        return False
+
+
+FORMAT = Format("csv", (".csv", ".tsv", ".xy"), "table of points: x, y[, diameter][, name]", read_csv, sniff)

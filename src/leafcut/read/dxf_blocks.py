@@ -1,0 +1,219 @@
+"""From a DXF document to every shape in model space: blocks placed, scaled, turned, mirrored and arrayed; layers kept.
+
+Each block is looked through once; after that only what may be a hole is visited again per insertion, so that a large
+block of lines costs nothing, and the visits are counted, so that nested arrays end in an error and not in the night.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from leafcut.errors import ReadError
+from leafcut.read.dxf_shapes import IDENTITY, Matrix, Shape, combined, shape_of, turned
+
+MAX_DEPTH = 32
+MAX_VISITS = 4_000_000
+
+
+class Insertion(NamedTuple):
+    """An INSERT: which block, where, on which layer, and the two steps of its array with their numbers."""
+
+    block: str
+    matrix: Matrix
+    layer: str
+    steps: tuple[tuple[int, tuple[float, float, float]], tuple[int, tuple[float, float, float]]]
+
+
+@dataclass
+class Content:
+    """What a layout or a block holds, in its own coordinates."""
+
+    items: list[Shape | Insertion] = field(default_factory=list)
+    #: Entities that can never be holes, by (type, layer).
+    others: Counter[tuple[str, str]] = field(default_factory=Counter)
+    #: Entities with missing or impossible numbers: (type, handle, what is wrong).
+    broken: list[tuple[str, str, str]] = field(default_factory=list)
+    invisible: int = 0
+
+
+@dataclass
+class Layers:
+    """Which layers are frozen or off, and which of the others are chosen."""
+
+    frozen: set[str]
+    off: set[str]
+    chosen: Callable[[str], bool]
+    _known: dict[str, bool] = field(default_factory=dict)
+
+    def shows(self, layer: str) -> bool:
+        """Whether an entity on this layer is to be read."""
+        found = self._known.get(layer)
+        if found is None:
+            name = layer.casefold()
+            found = name not in self.frozen and name not in self.off and self.chosen(layer)
+            self._known[layer] = found
+        return found
+
+    def freezes(self, layer: str) -> bool:
+        """Whether an INSERT on this layer hides all that is in its block: frozen does, off does not."""
+        return layer.casefold() in self.frozen
+
+
+@dataclass
+class Walk:
+    """Visits every shape of model space once per insertion, and counts what it leaves out."""
+
+    document: Any
+    path: str
+    layers: Layers
+    #: (type, layer) of what is not a hole, of what is hidden or not chosen, and of trouble with blocks.
+    others: Counter[str] = field(default_factory=Counter)
+    hidden: Counter[str] = field(default_factory=Counter)
+    missing_blocks: Counter[str] = field(default_factory=Counter)
+    endless_blocks: Counter[str] = field(default_factory=Counter)
+    broken: list[tuple[str, str, str]] = field(default_factory=list)
+    _contents: dict[str, Content | None] = field(default_factory=dict)
+    _fruitful: set[str] = field(default_factory=set)
+    _visits: int = 0
+
+    def shapes(self) -> Iterator[tuple[Shape, Matrix, str]]:
+        """Yield every visible shape with its place and the layer it counts as, in the order of the drawing.
+
+        Raises
+        ------
+        ReadError
+            The insertions come to more than `MAX_VISITS` shapes and blocks.
+        """
+        top = content_of(self.document.modelspace())
+        self._look_through(top)
+        yield from self._visit(top, IDENTITY, None, ())
+
+    def _look_through(self, top: Content) -> None:
+        """Read every block that is reached, and find those that lead to a shape, to spare the visits to the others."""
+        parents: dict[str, set[str]] = {}
+        waiting = [("", top)]
+        fruitful = []
+        while waiting:
+            name, content = waiting.pop()
+            if any(isinstance(item, Shape) for item in content.items):
+                fruitful.append(name)
+            for block in {item.block for item in content.items if isinstance(item, Insertion)}:
+                parents.setdefault(block, set()).add(name)
+                if block not in self._contents:
+                    layout = self.document.blocks.get(block) if block else None
+                    # A reference to another drawing (flag 4) has nothing in it, and that drawing is not ours to open.
+                    absent = layout is None or layout.block.dxf.get("flags", 0) & 4
+                    inner = self._contents[block] = None if absent else content_of(layout)
+                    if inner is not None:
+                        waiting.append((block, inner))
+        while fruitful:
+            name = fruitful.pop()
+            if name not in self._fruitful:
+                self._fruitful.add(name)
+                fruitful.extend(parents.get(name, ()))
+
+    def _visit(
+        self, content: Content, matrix: Matrix, inherited: str | None, trail: tuple[str, ...]
+    ) -> Iterator[tuple[Shape, Matrix, str]]:
+        self._count(1 + len(content.others) + len(content.broken))
+        for (kind, layer), number in content.others.items():
+            if self.layers.shows(_layer_of(layer, inherited)):
+                self.others[kind] += number
+        self.broken.extend(content.broken)
+        if content.invisible:
+            self.hidden["invisible"] += content.invisible
+        for item in content.items:
+            layer = _layer_of(item.layer, inherited)
+            if isinstance(item, Insertion):
+                yield from self._insert(item, matrix, layer, trail)
+                continue
+            self._count(1)
+            if self.layers.shows(layer):
+                yield item, matrix, layer
+            else:
+                self.hidden[layer] += 1
+
+    def _insert(
+        self, insertion: Insertion, matrix: Matrix, layer: str, trail: tuple[str, ...]
+    ) -> Iterator[tuple[Shape, Matrix, str]]:
+        name = insertion.block
+        content = self._contents[name]
+        if content is None:
+            self.missing_blocks[name or "without a name"] += 1
+        elif name not in self._fruitful:
+            self.others["INSERT without holes"] += 1
+        elif self.layers.freezes(layer):
+            self.hidden[layer] += 1
+        elif name in trail or len(trail) >= MAX_DEPTH:
+            self.endless_blocks[name] += 1
+        else:
+            (columns, step_x), (rows, step_y) = insertion.steps
+            # Said before the work is done: one INSERT may ask for a billion places.
+            self._count(rows * columns)
+            place = combined(matrix, insertion.matrix)
+            step_x, step_y = turned(matrix, step_x), turned(matrix, step_y)
+            for row in range(rows):
+                for column in range(columns):
+                    shift = tuple(column * a + row * b for a, b in zip(step_x, step_y, strict=True))
+                    origin = (place[3][0] + shift[0], place[3][1] + shift[1], place[3][2] + shift[2])
+                    yield from self._visit(content, (*place[:3], origin), layer, (*trail, name))
+
+    def _count(self, visits: int) -> None:
+        self._visits += visits
+        if self._visits > MAX_VISITS:
+            raise ReadError(
+                self.path, f"the blocks of this drawing expand to more than {MAX_VISITS:,} entities; explode less of it"
+            )
+
+
+def _layer_of(layer: str, inherited: str | None) -> str:
+    """Return the layer an entity counts as: on layer 0 of a block it takes the layer of the INSERT."""
+    return inherited if layer == "0" and inherited is not None else layer
+
+
+def content_of(layout: Any) -> Content:
+    """Return what a layout of ezdxf holds, each entity looked at once."""
+    content = Content()
+    for entity in layout:
+        kind, dxf = entity.dxftype(), entity.dxf
+        if dxf.get("invisible", 0):
+            content.invisible += 1
+            continue
+        try:
+            shape = _insertion(entity) if kind == "INSERT" else shape_of(entity)
+        except (ArithmeticError, ValueError, TypeError, AttributeError) as problem:
+            content.broken.append((kind, dxf.get("handle") or "", str(problem)))
+            continue
+        layer = dxf.get("layer", "0")
+        if shape is None or (kind == "POINT" and layer.casefold() == "defpoints"):
+            # Points on Defpoints belong to dimensions; CAD programs put them there and never plot them.
+            content.others[kind, layer] += 1
+        else:
+            content.items.append(shape)
+    return content
+
+
+def _insertion(entity: Any) -> Insertion:
+    dxf = entity.dxf
+    if not dxf.hasattr("insert"):
+        raise ValueError("no insertion point")
+    rows = entity.matrix44().rows()
+    matrix = tuple((float(r[0]), float(r[1]), float(r[2])) for r in rows)
+    numbers = [v for row in matrix for v in row]
+    angle = math.radians(dxf.get("rotation", 0.0))
+    right, up = dxf.get("column_spacing", 0.0), dxf.get("row_spacing", 0.0)
+    if not all(math.isfinite(v) for v in (*numbers, angle, right, up)):
+        raise ValueError("a number that is not finite")
+    ocs = entity.ocs()
+    # The array follows the rotation of the INSERT and not its scale (as in AutoCAD and ezdxf). A spacing of 0 puts
+    # copies on top of each other: one is enough.
+    x = ocs.to_wcs((right * math.cos(angle), right * math.sin(angle), 0.0))
+    y = ocs.to_wcs((-up * math.sin(angle), up * math.cos(angle), 0.0))
+    columns = max(1, dxf.get("column_count", 1)) if right else 1
+    rows_ = max(1, dxf.get("row_count", 1)) if up else 1
+    steps = ((columns, (x[0], x[1], x[2])), (rows_, (y[0], y[1], y[2])))
+    return Insertion(dxf.get("name") or "", (matrix[0], matrix[1], matrix[2], matrix[3]), dxf.get("layer", "0"), steps)

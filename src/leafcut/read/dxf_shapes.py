@@ -1,0 +1,215 @@
+"""What of a DXF entity may become a hole: full circles, arcs, bulged polylines, points; and how a block moves them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+from leafcut.read.arcs import bulge_arc
+
+Vector = tuple[float, float, float]
+
+#: A block's place in model space: images of x, y and z, and the origin, each a vector.
+Matrix = tuple[Vector, Vector, Vector, Vector]
+IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+
+#: Half axes may differ by this part of their length and still be a circle: 0.01 mm on a hole of 10 mm.
+ROUND = 1e-3
+#: A circle may lean by this part of its radius out of the plane; drawings keep normals to 6 digits or more.
+FLAT = 1e-4
+
+
+class Curve(NamedTuple):
+    """centre + u·cos(t) + v·sin(t) for t from `start` over `sweep`, in units of the drawing; a point has sweep 0."""
+
+    center: Vector
+    u: Vector
+    v: Vector
+    start: float = 0.0
+    sweep: float = math.tau
+
+
+class Shape(NamedTuple):
+    """An entity that may be a hole, or a part of one: a point, a circle, or arcs one after the other."""
+
+    dxftype: str
+    curves: tuple[Curve, ...]
+    layer: str
+    handle: str
+    arcs: bool
+
+
+def shape_of(entity: Any) -> Shape | None:
+    """Return the shape of an ezdxf entity, or None for one that can never be a hole.
+
+    Raises
+    ------
+    ValueError
+        The entity lacks a coordinate or a radius that it must have.
+    """
+    kind = entity.dxftype()
+    maker = _MAKERS.get(kind)
+    curves = maker(entity) if maker else ()
+    if not curves:
+        return None
+    arcs = kind != "POINT" and not (len(curves) == 1 and curves[0].sweep == math.tau)
+    return Shape(kind, curves, entity.dxf.get("layer", "0"), entity.dxf.get("handle") or "", arcs)
+
+
+def _need(entity: Any, *names: str) -> None:
+    # ezdxf puts defaults (the origin, radius 1) where a damaged file has nothing: such a hole nobody drew.
+    if missing := [name for name in names if not entity.dxf.hasattr(name)]:
+        raise ValueError(f"no {missing[0]}")
+
+
+def _point(entity: Any) -> tuple[Curve, ...]:
+    _need(entity, "location")
+    return (Curve(entity.dxf.location.xyz, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0),)
+
+
+def _axes(entity: Any) -> tuple[Vector, Vector, Any]:
+    """Return the x and y axes of an entity's own plane (OCS) in its layout's coordinates, and the OCS."""
+    ocs = entity.ocs()
+    if not ocs.transform:
+        return (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), ocs
+    return ocs.ux.xyz, ocs.uy.xyz, ocs
+
+
+def _in_layout(ocs: Any, point: Vector) -> Vector:
+    if not ocs.transform:
+        return point
+    x, y, z = ocs.to_wcs(point)
+    return (x, y, z)
+
+
+def _scaled(vector: Vector, factor: float) -> Vector:
+    return (vector[0] * factor, vector[1] * factor, vector[2] * factor)
+
+
+def _circle(entity: Any) -> tuple[Curve, ...]:
+    _need(entity, "center", "radius")
+    ux, uy, ocs = _axes(entity)
+    radius = entity.dxf.radius
+    if not radius > 0:
+        raise ValueError(f"radius {radius:g}")
+    return (Curve(_in_layout(ocs, entity.dxf.center.xyz), _scaled(ux, radius), _scaled(uy, radius)),)
+
+
+def _arc(entity: Any) -> tuple[Curve, ...]:
+    _need(entity, "start_angle", "end_angle")
+    circle = _circle(entity)[0]
+    start, end = entity.dxf.start_angle, entity.dxf.end_angle
+    return (circle._replace(start=math.radians(start), sweep=_sweep(math.radians(end - start))),)
+
+
+def _sweep(angle: float) -> float:
+    """Return the counter-clockwise sweep of an arc; one full turn is meant by 0 to 360 degrees, not by 0 to 0."""
+    if abs(abs(angle) - math.tau) < 1e-9:
+        return math.tau
+    return angle % math.tau
+
+
+def _ellipse(entity: Any) -> tuple[Curve, ...]:
+    _need(entity, "center", "major_axis", "ratio")
+    major, ratio = entity.dxf.major_axis, entity.dxf.ratio
+    minor = entity.dxf.extrusion.normalize().cross(major) * ratio
+    start, end = entity.dxf.get("start_param", 0.0), entity.dxf.get("end_param", math.tau)
+    if abs(ratio) < 1 - ROUND and _sweep(end - start) != math.tau:
+        return ()  # an arc of an ellipse that is none of a circle
+    return (Curve(entity.dxf.center.xyz, major.xyz, minor.xyz, start, _sweep(end - start)),)
+
+
+def _lwpolyline(entity: Any) -> tuple[Curve, ...]:
+    return _bulged(entity, entity.get_points("xyb"), entity.closed, entity.dxf.get("elevation", 0.0))
+
+
+def _polyline(entity: Any) -> tuple[Curve, ...]:
+    if not entity.is_2d_polyline:
+        return ()
+    # Spline and curve frames carry control points that are no vertices of the line (bit 16 of the vertex flags).
+    real = [v for v in entity.vertices if not v.dxf.get("flags", 0) & 16]
+    vertices = [(v.dxf.location.x, v.dxf.location.y, v.dxf.get("bulge", 0.0)) for v in real]
+    elevation = entity.dxf.elevation.z if entity.dxf.hasattr("elevation") else 0.0
+    return _bulged(entity, vertices, entity.is_closed, elevation)
+
+
+def _bulged(
+    entity: Any, vertices: Sequence[tuple[float, float, float]], closed: bool, elevation: float
+) -> tuple[Curve, ...]:
+    """Return the arcs of a polyline that has nothing but arcs, else none: a contour's corners are no holes."""
+    if all(v[2] == 0.0 for v in vertices):
+        return ()
+    ux, uy, ocs = _axes(entity)
+    ends: Iterable[tuple[float, float, float]] = [*vertices[1:], vertices[0]] if closed else vertices[1:]
+    curves = []
+    for (x0, y0, bulge), (x1, y1, _) in zip(vertices, ends, strict=False):
+        if (x0, y0) == (x1, y1):
+            continue
+        arc = bulge_arc(x0, y0, x1, y1, bulge)
+        if arc is None:
+            return ()
+        x, y, radius, start, sweep = arc
+        curves.append(Curve(_in_layout(ocs, (x, y, elevation)), _scaled(ux, radius), _scaled(uy, radius), start, sweep))
+    return tuple(curves)
+
+
+_MAKERS = {
+    "POINT": _point,
+    "CIRCLE": _circle,
+    "ARC": _arc,
+    "ELLIPSE": _ellipse,
+    "LWPOLYLINE": _lwpolyline,
+    "POLYLINE": _polyline,
+}
+
+
+def turned(matrix: Matrix, vector: Vector) -> Vector:
+    """Return a direction of a block in the coordinates around it."""
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz), _ = matrix
+    x, y, z = vector
+    return (x * ax + y * bx + z * cx, x * ay + y * by + z * cy, x * az + y * bz + z * cz)
+
+
+def placed(matrix: Matrix, point: Vector) -> Vector:
+    """Return a point of a block in the coordinates around it."""
+    x, y, z = turned(matrix, point)
+    ox, oy, oz = matrix[3]
+    return (x + ox, y + oy, z + oz)
+
+
+def combined(outer: Matrix, inner: Matrix) -> Matrix:
+    """Return the matrix that applies `inner` first, then `outer`."""
+    return (turned(outer, inner[0]), turned(outer, inner[1]), turned(outer, inner[2]), placed(outer, inner[3]))
+
+
+def moved(matrix: Matrix, curve: Curve) -> Curve:
+    """Return a curve of a block in the coordinates around it."""
+    if matrix is IDENTITY:
+        return curve
+    return Curve(
+        placed(matrix, curve.center), turned(matrix, curve.u), turned(matrix, curve.v), curve.start, curve.sweep
+    )
+
+
+def is_flat(curve: Curve) -> bool:
+    """Whether the curve lies parallel to the plane of the plate."""
+    ux, uy, uz = curve.u
+    vx, vy, vz = curve.v
+    return abs(uz) <= FLAT * math.hypot(ux, uy) and abs(vz) <= FLAT * math.hypot(vx, vy)
+
+
+def half_axes(curve: Curve) -> tuple[float, float]:
+    """Return the larger and the smaller half axis of the curve seen from above: the singular values of (u v)."""
+    (ux, uy, _), (vx, vy, _) = curve.u, curve.v
+    even, odd = math.hypot(ux + vy, uy - vx) / 2, math.hypot(ux - vy, uy + vx) / 2
+    return even + odd, abs(even - odd)
+
+
+def seen_span(curve: Curve) -> tuple[float, float]:
+    """Return (start, sweep) of a round arc as seen from above, counter-clockwise also where a block mirrors it."""
+    (ux, uy, _), (vx, vy, _) = curve.u, curve.v
+    mirrored = ux * vy - uy * vx < 0
+    first = curve.start + curve.sweep if mirrored else curve.start
+    cos, sin = math.cos(first), math.sin(first)
+    return math.atan2(uy * cos + vy * sin, ux * cos + vx * sin), curve.sweep

@@ -1,0 +1,278 @@
+"""Parts by name, without a file: ``example:plate-70``, ``example:ten-points``, and random maps ``random:N[:SEED]``.
+
+The plates and boards have the sizes and numbers of holes of test parts in the literature on drilling order; their
+patterns (bolt circles, grids, rows) are our own. `examples/make_plates.py` writes the same definitions as DXF.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from leafcut.errors import ReadError, nearest
+from leafcut.model import Hole, Part
+from leafcut.options import ReadOptions
+from leafcut.read.format import MAX_HOLES, Format, Source, shown
+from leafcut.units import MM_PER_INCH
+
+EXAMPLE, RANDOM = "example:", "random:"
+DEFAULT_SEED = 1
+
+#: The classic small map: ten points to be visited, mm.
+TEN_POINTS = (
+    (12.0, 64.0), (78.0, 18.0), (45.0, 90.0), (90.0, 72.0), (24.0, 20.0),
+    (60.0, 52.0), (8.0, 38.0), (96.0, 44.0), (36.0, 58.0), (70.0, 88.0),
+)  # fmt: skip
+
+Inches = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class PlateHole:
+    """A hole of a plate: centre and diameter, inches."""
+
+    x: float
+    y: float
+    diameter: float
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A rectangular plate with its lower left corner at the origin, inches; holes in the order they were drawn."""
+
+    name: str
+    width: float
+    height: float
+    thickness: float
+    holes: tuple[PlateHole, ...]
+
+
+def _row(x: float, y: float, dx: float, dy: float, n: int) -> list[Inches]:
+    return [(x + i * dx, y + i * dy) for i in range(n)]
+
+
+def _grid(x: float, y: float, pitch: float, columns: int, rows: int) -> list[Inches]:
+    return [(x + i * pitch, y + j * pitch) for j in range(rows) for i in range(columns)]
+
+
+def _bolt_circle(x: float, y: float, diameter: float, n: int, first_degrees: float = 0.0) -> list[Inches]:
+    angles = [math.radians(first_degrees + 360.0 * i / n) for i in range(n)]
+    # Four decimals of an inch, as a drawing has them.
+    return [(round(x + diameter / 2 * math.cos(a), 4), round(y + diameter / 2 * math.sin(a), 4)) for a in angles]
+
+
+def _corners(width: float, height: float, margin: float) -> list[Inches]:
+    return [(x, y) for y in (margin, height - margin) for x in (margin, width - margin)]
+
+
+#: A group of holes that belong together, and their diameter.
+_Group = tuple[list[Inches], float]
+_QUARTER, _EIGHTH = 0.25, 0.125
+
+
+def _plate_10() -> list[_Group]:
+    return [(_corners(10, 12, 0.75), _QUARTER), (_bolt_circle(5, 6, 4.5, 6), _QUARTER)]
+
+
+def _plate_27() -> list[_Group]:
+    return [
+        (_corners(10, 12, 0.75), _QUARTER),
+        (_bolt_circle(5, 8.25, 4, 8, 22.5), _QUARTER),
+        (_grid(2, 1.75, 1.5, 5, 3), _QUARTER),
+    ]
+
+
+def _plate_45() -> list[_Group]:
+    return [
+        (_corners(10, 12, 0.625), _QUARTER),
+        (_bolt_circle(5, 8, 6, 12, 15), _QUARTER),
+        (_bolt_circle(5, 8, 2.5, 5, 90), _QUARTER),
+        (_grid(1.875, 1.25, 1.25, 6, 3), _QUARTER),
+        (_row(0.625, 3.5, 0, 1.0, 3), _QUARTER),
+        (_row(9.375, 3.5, 0, 1.0, 3), _QUARTER),
+    ]
+
+
+def _plate_65() -> list[_Group]:
+    return [
+        (_corners(10, 12, 0.5), _QUARTER),
+        (_row(0.5, 2.0, 0, 8 / 7, 8), _QUARTER),
+        (_row(9.5, 2.0, 0, 8 / 7, 8), _QUARTER),
+        (_bolt_circle(5, 8.25, 5.5, 16), _QUARTER),
+        (_bolt_circle(5, 8.25, 2, 4, 45), _QUARTER),
+        (_grid(3, 1, 1, 5, 5), _QUARTER),
+    ]
+
+
+def _plate_70() -> list[_Group]:
+    return [
+        (_corners(10, 12, 0.5), _QUARTER),
+        (_row(0.5, 2.0, 0, 1.0, 9), _QUARTER),
+        (_row(9.5, 2.0, 0, 1.0, 9), _QUARTER),
+        (_bolt_circle(5, 8.125, 6, 18), _QUARTER),
+        (_bolt_circle(5, 8.125, 2.75, 6, 30), _QUARTER),
+        (_grid(2.5, 1.0, 1, 6, 4), _QUARTER),
+    ]
+
+
+def _plate_8x8_10() -> list[_Group]:
+    return [(_bolt_circle(4, 4, 4.5, 8), _QUARTER), ([(1.0, 1.0), (7.0, 7.0)], _QUARTER)]
+
+
+def _plate_8x8_21() -> list[_Group]:
+    return [
+        (_corners(8, 8, 0.75), _QUARTER),
+        (_bolt_circle(4, 4, 5.5, 12, 15), _QUARTER),
+        (_bolt_circle(4, 4, 2.5, 4, 45), _QUARTER),
+        ([(4.0, 4.0)], _QUARTER),
+    ]
+
+
+def _plate_15x15_35() -> list[_Group]:
+    return [
+        (_corners(15, 15, 1), _QUARTER),
+        ([(7.5, 1.0), (7.5, 14.0), (1.0, 7.5), (14.0, 7.5)], _QUARTER),
+        (_bolt_circle(7.5, 10, 5, 12), _QUARTER),
+        (_grid(3.5, 2.5, 2, 5, 3), _QUARTER),
+    ]
+
+
+def _plate_15x15_70() -> list[_Group]:
+    return [
+        (_corners(15, 15, 0.75), _QUARTER),
+        (_row(3.75, 0.75, 3.75, 0, 3) + _row(3.75, 14.25, 3.75, 0, 3), _QUARTER),
+        (_row(0.75, 3.75, 0, 3.75, 3) + _row(14.25, 3.75, 0, 3.75, 3), _QUARTER),
+        (_bolt_circle(7.5, 9.5, 8, 24), _QUARTER),
+        (_bolt_circle(7.5, 9.5, 4, 12), _QUARTER),
+        (_grid(4.375, 2, 1.25, 6, 3), _QUARTER),
+    ]
+
+
+def _board_97() -> list[_Group]:
+    blocks = [(1.5, 2.0), (10.5, 2.0), (1.5, 11.5), (10.5, 11.5), (6.0, 1.25)]
+    return [
+        (_corners(15, 15, 0.5), _QUARTER),
+        *((_grid(x, y, 0.75, 5, 3), _EIGHTH) for x, y in blocks),
+        (_bolt_circle(7.5, 7.75, 5, 18), _EIGHTH),
+    ]
+
+
+def _board_121() -> list[_Group]:
+    centres = [(x, y) for y in (2.75, 7.5, 12.25) for x in (2.75, 7.5, 12.25)]
+    return [
+        (_corners(15, 15, 0.5), _QUARTER),
+        *(([centre, *_bolt_circle(*centre, 2.75, 12)], _EIGHTH) for centre in centres),
+    ]
+
+
+def _board_200() -> list[_Group]:
+    blocks = [
+        (1.5, 1.5),
+        (5.75, 1.25),
+        (10.5, 1.5),
+        (1.25, 6.25),
+        (11.25, 6.25),
+        (1.5, 11.5),
+        (5.75, 11.75),
+        (10.5, 11.5),
+    ]
+    circles = [(6.0, 6.25, 2.0), (9.0, 6.25, 2.0), (7.5, 9.25, 2.5)]
+    return [
+        (_corners(15, 15, 0.5), _QUARTER),
+        *((_grid(x, y, 0.625, 5, 4), _EIGHTH) for x, y in blocks),
+        *((_bolt_circle(*circle, 12), _EIGHTH) for circle in circles),
+    ]
+
+
+#: name → (width, height, pattern), inches.
+_PLATES: dict[str, tuple[float, float, Callable[[], list[_Group]]]] = {
+    "plate-10": (10, 12, _plate_10),
+    "plate-27": (10, 12, _plate_27),
+    "plate-45": (10, 12, _plate_45),
+    "plate-65": (10, 12, _plate_65),
+    "plate-70": (10, 12, _plate_70),
+    "plate-8x8-10": (8, 8, _plate_8x8_10),
+    "plate-8x8-21": (8, 8, _plate_8x8_21),
+    "plate-15x15-35": (15, 15, _plate_15x15_35),
+    "plate-15x15-70": (15, 15, _plate_15x15_70),
+    "board-97": (15, 15, _board_97),
+    "board-121": (15, 15, _board_121),
+    "board-200": (15, 15, _board_200),
+}
+PLATE_NAMES = tuple(_PLATES)
+EXAMPLE_NAMES = ("ten-points", *PLATE_NAMES)
+
+
+@cache
+def plate(name: str) -> Plate:
+    """Return one of `PLATE_NAMES`.
+
+    The holes are in the order in which a person draws: one group after the other, and inside a group as they come.
+    That order is shuffled once, by the plate's name, and always the same.
+    """
+    width, height, pattern = _PLATES[name]
+    groups = pattern()
+    draw = random.Random(name)
+    draw.shuffle(groups)
+    holes = []
+    for points, diameter in groups:
+        draw.shuffle(points)
+        holes += [PlateHole(round(x, 4), round(y, 4), diameter) for x, y in points]
+    return Plate(name, width, height, 0.25, tuple(holes))
+
+
+def read_example(source: Source, options: ReadOptions) -> Part:
+    """Return a built-in part by its name.
+
+    Raises
+    ------
+    ReadError
+        There is no such example, or the numbers of a random map are out of range.
+    """
+    if source.path.startswith(RANDOM):
+        return _random_map(source)
+    name = source.path.removeprefix(EXAMPLE).strip().lower().replace("_", "-")
+    if name not in EXAMPLE_NAMES:
+        raise ReadError(source.path, f"unknown example '{shown(name)}'{nearest(name, EXAMPLE_NAMES)}")
+    if name == "ten-points":
+        return _points(name, TEN_POINTS)
+    holes = tuple(
+        Hole(round(h.x * MM_PER_INCH, 6), round(h.y * MM_PER_INCH, 6), round(h.diameter * MM_PER_INCH, 6), "HOLES")
+        for h in plate(name).holes
+    )
+    return Part(name, holes, source=EXAMPLE + name, format="example", units="in")
+
+
+def _random_map(source: Source) -> Part:
+    """Return n points uniform in a square of √n·10 mm, so that neighbours are some 5 mm apart whatever n."""
+    words = source.path.removeprefix(RANDOM).split(":")
+    try:
+        n, seed = int(words[0]), int(words[1]) if len(words) > 1 else DEFAULT_SEED
+        good = len(words) <= 2 and 1 <= n <= MAX_HOLES and 0 <= seed < 2**32
+    except ValueError:
+        good = False
+    if not good:
+        reason = f"a random map is random:N or random:N:SEED, N from 1 to {MAX_HOLES:,}, SEED from 0 to 2³²−1"
+        raise ReadError(shown(source.path), reason)
+    side = round(math.sqrt(n) * 10.0, 3)
+    xy = np.round(np.random.default_rng(seed).random((n, 2)) * side, 3)
+    return _points(f"random-{n}-{seed}", xy.tolist(), f"{RANDOM}{n}:{seed}")
+
+
+def _points(name: str, points: object, source: str = "") -> Part:
+    holes = tuple([Hole(x, y, 0.0) for x, y in points])  # type: ignore[attr-defined]
+    return Part(name, holes, source=source or EXAMPLE + name, format="example")
+
+
+FORMAT = Format(
+    "example",
+    (),
+    f"built in: {EXAMPLE}{{{', '.join(EXAMPLE_NAMES)}}} and random:N[:SEED]",
+    read_example,
+    prefix=(EXAMPLE, RANDOM),
+)

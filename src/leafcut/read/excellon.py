@@ -1,0 +1,280 @@
+"""Excellon drill files through gerbonara: holes by tool, and slots, routed or G85, as straight slots.
+
+gerbonara knows the dialects of KiCad, Altium, Eagle, Allegro and others. What it does not know is put into words that
+it does before it reads (G85 slots, one-digit G words, feeds and speeds of a machine's own file), line by line, so that
+messages name the line of the file.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from leafcut.errors import ReadError
+from leafcut.model import Hole, Issue, Part, Severity, Slot
+from leafcut.options import ReadOptions
+from leafcut.read.format import (
+    MAX_COORDINATE,
+    MAX_HOLES,
+    Format,
+    Match,
+    Source,
+    count_of,
+    factor_of,
+    shown,
+    too_many_holes,
+    units_unknown,
+)
+from leafcut.read.sift import layer_filter, sift
+
+#: A command is never this long; a longer line is no drill file, and slow to match.
+MAX_COMMAND = 200
+
+_NUMBER = r"[+-]?\d*\.?\d*"
+_COORDINATE = re.compile(rf"[XY]{_NUMBER}")
+_SLOT = re.compile(rf"((?:X{_NUMBER})?(?:Y{_NUMBER})?)G85((?:X{_NUMBER})?(?:Y{_NUMBER})?)")
+_TOOL = re.compile(r"T(\d{1,6})((?:[A-Z][+-]?[.\d]*)*)")
+_TOOL_DIAMETER = re.compile(r"C([.\d]+)")
+_REPEAT = re.compile(r"R(\d+)")
+_FORMAT_COMMENT = re.compile(
+    r";\s*FORMAT=\{(\d):(\d)\s*/[^/]*/[^/]*/\s*(suppress leading|suppress trailing|keep)?", re.I
+)
+_MARK_TOOL = re.compile(rb"^T\d+.*C[.\d]+", re.MULTILINE)
+_MARK_HEADER = re.compile(rb"^(?:METRIC|INCH|M71|M72|FMAT)", re.MULTILINE)
+_GERBONARA_PLACE = re.compile(r"^.*?:(\d+) \"(.*?)\": (.*)$", re.DOTALL)
+#: gerbonara's warnings that change nothing about the holes.
+_HARMLESS = re.compile(
+    r"header statement found|implicit number format|intended for CAM tools|in the middle of the file"
+    r"|M30 statement found|end of program statement"
+)
+
+
+def sniff(head: bytes) -> Match:
+    """Say whether a file has the header of Excellon, or at least its tools and coordinates."""
+    lines = head.replace(b"\r", b"\n")
+    tools = bool(_MARK_TOOL.search(lines))
+    if re.search(rb"^M48\s*$", lines, re.MULTILINE) and (tools or _MARK_HEADER.search(lines)):
+        return Match.YES
+    return Match.MAYBE if tools and re.search(rb"^X[-+.\d]+Y[-+.\d]+\s*$", lines, re.MULTILINE) else Match.NO
+
+
+@dataclass
+class _Prepared:
+    """The commands in gerbonara's words, and the line of the file that each came from."""
+
+    lines: list[str] = field(default_factory=list)
+    numbers: list[int] = field(default_factory=list)
+    digits: tuple[int | None, int | None] = (None, None)
+    zeros: str = "leading"
+    has_format: bool = False
+    has_plain_integers: bool = False
+    metric: bool | None = None
+    repeats: int = 0
+
+    def add(self, line: str, number: int) -> None:
+        self.lines.append(line)
+        self.numbers.append(number)
+
+
+def read_excellon(source: Source, options: ReadOptions) -> Part:
+    """Return the holes and slots of a drill file, in mm; the layer of each is its tool (``T1``).
+
+    Raises
+    ------
+    ReadError
+        A command is not known, a coordinate cannot be read with certainty, or there are no holes and slots.
+    """
+    prepared = _prepare(source)
+    issues: list[Issue] = []
+    parser = _parse(source, prepared, issues)
+    own_units = _unit_name(parser.settings.unit)
+    holes, slots = _objects(source, parser, options, issues)
+    kept, noticed = sift(holes, options)
+    if not kept and not slots:
+        tools = ", ".join(f"T{n}" for n in sorted(parser.tools)) or "none"
+        reasons = "; ".join(i.message for i in (*issues, *noticed)) or "no coordinates follow the header"
+        raise ReadError(source.path, f"no holes: {reasons} (tools: {tools})")
+    units = options.units or own_units
+    part = Part(source.name, kept, tuple(slots), (), source.file_name, "excellon", units or "mm")
+    if units is None:
+        issues.append(units_unknown("the file", part, Severity.WARNING))
+    if prepared.has_plain_integers and not prepared.has_format:
+        issues.append(_format_assumed(part, prepared.metric))
+    return replace(part, issues=(*issues, *noticed))
+
+
+def _format_assumed(part: Part, metric: bool | None) -> Issue:
+    left, low, right, high = part.extents
+    form = "000.000" if metric else "00.0000"
+    return Issue(
+        "L102",
+        f"coordinates have no decimal point and the file gives no format; with the usual {form} the holes span "
+        f"{right - left:g} × {high - low:g} mm",
+    )
+
+
+def _prepare(source: Source) -> _Prepared:
+    prepared = _Prepared()
+    in_header = False
+    for number, raw in enumerate(source.text().splitlines(), 1):
+        line = raw.strip()
+        if line.startswith(";"):
+            _comment(prepared, line, number)
+            continue
+        line = "".join(line.split()).upper()
+        if len(line) > MAX_COMMAND:
+            raise ReadError(source.path, f"'{shown(line, 30)}' is no Excellon command", number)
+        if line == "M48":
+            in_header = True
+        elif line in ("%", "M95"):
+            in_header = False
+        if line and not line.startswith("M47"):  # M47 shows a message to the operator
+            _command(source, prepared, line, number, in_header)
+    if "M48" not in prepared.lines and next((x for x in prepared.lines if x[0] != ";"), "") != "%":
+        prepared.lines.insert(0, "%")
+        prepared.numbers.insert(0, 1)
+    if prepared.has_plain_integers and not prepared.has_format and prepared.metric:
+        prepared.digits = (3, 3)
+    return prepared
+
+
+def _comment(prepared: _Prepared, line: str, number: int) -> None:
+    if match := _FORMAT_COMMENT.match(line[:MAX_COMMAND]):
+        prepared.digits = int(match.group(1)), int(match.group(2))
+        prepared.has_format = True
+        if match.group(3):
+            prepared.zeros = "trailing" if match.group(3).lower() == "suppress trailing" else "leading"
+    if re.match(r";FILE_FORMAT=\d:\d|; Format\s*: \d", line):
+        prepared.has_format = True
+    if len(line) <= MAX_COMMAND:
+        prepared.add(line, number)
+
+
+def _command(source: Source, prepared: _Prepared, line: str, number: int, in_header: bool) -> None:
+    """Add one command, in gerbonara's words."""
+    if re.match(r"G[0-5](?!\d)", line):
+        line = f"G0{line[1:]}"
+    if line == "G91":
+        line = "ICI,ON"
+    if re.match(r"G0[23]", line):
+        raise ReadError(source.path, f"routed arc '{shown(line)}': only holes and straight slots are read", number)
+    if match := re.fullmatch(r"(METRIC|M71|INCH|M72)(,.*)?", line):
+        prepared.metric = match.group(1) in ("METRIC", "M71")
+        prepared.has_format |= bool(re.search(r"0\.0", match.group(2) or ""))
+    if match := _REPEAT.match(line):
+        prepared.repeats += int(match.group(1))
+        if prepared.repeats > MAX_HOLES:
+            raise too_many_holes(source.path)
+    if match := _TOOL.fullmatch(line):
+        _tool(prepared, match, number, in_header)
+        return
+    words = _COORDINATE.findall(line)
+    prepared.has_plain_integers |= any("." not in word for word in words) and line[0] in "XYG"
+    if "G85" in line:
+        match = _SLOT.fullmatch(line)
+        if not match or not match.group(1) or not match.group(2):
+            raise ReadError(source.path, f"slot '{shown(line)}' needs a start and an end: X Y G85 X Y", number)
+        for word in (f"G00{match.group(1)}", "M15", f"G01{match.group(2)}", "M16", "G05"):
+            prepared.add(word, number)
+        return
+    prepared.add(line, number)
+
+
+def _tool(prepared: _Prepared, match: re.Match[str], number: int, in_header: bool) -> None:
+    """Add a tool's definition, its selection, or both; feeds and speeds are for the machine that wrote them."""
+    name = f"T{int(match.group(1))}"
+    diameter = _TOOL_DIAMETER.search(match.group(2))
+    if diameter:
+        # One or two digits without a point are a size in whole units, not a number in the coordinates' format.
+        text = diameter.group(1)
+        prepared.add(f"{name}C{text}{'.' if '.' not in text and len(text) <= 2 else ''}", number)
+    if not diameter or not in_header:
+        prepared.add(name, number)
+
+
+def _parse(source: Source, prepared: _Prepared, issues: list[Issue]) -> Any:
+    """Return gerbonara's parser after it has read the prepared lines."""
+    from gerbonara.cam import FileSettings
+    from gerbonara.excellon import ExcellonParser
+
+    parser = ExcellonParser(FileSettings(number_format=prepared.digits, zeros=prepared.zeros))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            parser.do_parse("\n".join(prepared.lines), filename="drill file")
+        except (SyntaxError, ValueError) as problem:
+            line, text, reason = _place(str(problem), prepared)
+            raise ReadError(source.path, f"'{shown(text)}': {_reason(reason)}", line) from None
+    for warning in caught:
+        message = str(warning.message)
+        if issubclass(warning.category, DeprecationWarning) or _HARMLESS.search(message):
+            continue
+        line, text, reason = _place(message, prepared)
+        if "first tool definition" in reason or "Bare coordinate" in reason:
+            raise ReadError(source.path, f"'{shown(text)}' stands where no tool drills it", line)
+        issues.append(Issue("L101", f"'{shown(text)}': {shown(reason, 100)}", f"{source.file_name}:{line}"))
+    return parser
+
+
+def _place(message: str, prepared: _Prepared) -> tuple[int | None, str, str]:
+    """Return (line of the file, command, reason) of a message of gerbonara."""
+    match = _GERBONARA_PLACE.match(message)
+    if match is None:
+        return None, "", message
+    row = int(match.group(1)) - 1
+    return prepared.numbers[row] if 0 <= row < len(prepared.numbers) else None, match.group(2), match.group(3)
+
+
+def _reason(text: str) -> str:
+    if "No number format" in text or "NoneType" in text:
+        return "the number has no decimal point, and the file does not say where it belongs (METRIC or INCH is missing)"
+    if "Unknown excellon statement" in text:
+        return "unknown Excellon command"
+    return shown(text, 100)
+
+
+def _unit_name(unit: Any) -> str | None:
+    """Return our name of gerbonara's unit, None when the file gave none."""
+    return None if unit is None else {"mm": "mm", "in": "in"}[unit.shorthand]
+
+
+def _objects(source: Source, parser: Any, options: ReadOptions, issues: list[Issue]) -> tuple[list[Hole], list[Slot]]:
+    """Return holes and slots in mm, in the order of the file."""
+    chosen = layer_filter(options.layers)
+    names = {id(tool): f"T{number}" for number, tool in parser.tools.items()}
+    holes: list[Hole] = []
+    slots: list[Slot] = []
+    absurd = hidden = 0
+    for found in parser.objects:
+        layer = names.get(id(found.tool), "")
+        factor = factor_of(options, _unit_name(found.unit))
+        width = round((found.tool.diameter or 0.0) * factor_of(options, _unit_name(found.tool.unit)), 6)
+        numbers = (found.x1, found.y1, found.x2, found.y2) if hasattr(found, "x1") else (found.x, found.y)
+        ends = [round(v * factor, 6) for v in numbers]
+        if not all(abs(v) <= MAX_COORDINATE for v in (*ends, width)):
+            absurd += 1
+        elif not chosen(layer):
+            hidden += 1
+        elif ends[:2] == ends[2:] or len(ends) == 2:
+            holes.append(Hole(ends[0], ends[1], width, layer))
+        else:
+            slots.append(Slot((ends[0], ends[1]), (ends[2], ends[3]), width, layer))
+        if len(holes) > MAX_HOLES:
+            raise too_many_holes(source.path)
+    if absurd:
+        issues.append(Issue("L203", f"{count_of(absurd, 'hole')} with coordinates or diameter that cannot be meant"))
+    if hidden:
+        message = f"{count_of(hidden, 'hole')} of tools that are not chosen left out"
+        issues.append(Issue("L204", message, severity=Severity.NOTE))
+    return holes, slots
+
+
+FORMAT = Format(
+    "excellon",
+    (".drl", ".xln", ".exc", ".ncd", ".drd"),
+    "drill file of a circuit board: holes by tool, straight slots",
+    read_excellon,
+    sniff,
+)

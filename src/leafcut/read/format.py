@@ -1,0 +1,177 @@
+"""What a reader is: a named format, the file it is given, and small things that all readers share."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+
+from leafcut.errors import ReadError
+from leafcut.model import Issue, Part, Severity
+from leafcut.options import ReadOptions
+from leafcut.units import MM_PER_UNIT
+
+#: Files larger than this are refused: no drawing of holes is, and reading one could exhaust the memory.
+MAX_BYTES = 512 * 1024 * 1024
+#: More holes than this are refused, whatever the file.
+MAX_HOLES = 1_000_000
+#: No machine that leafcut writes for is a kilometre wide; beyond this a number is a mistake, mm.
+MAX_COORDINATE = 1e6
+#: How much of a file `Format.sniff` sees, bytes.
+SNIFF_BYTES = 64 * 1024
+
+
+class Match(IntEnum):
+    """How sure a format is, from the first bytes, that a file is its own."""
+
+    NO = 0
+    MAYBE = 1
+    YES = 2
+
+
+@dataclass(frozen=True)
+class Source:
+    """What a reader is given: the path as the user wrote it, and the bytes of the file."""
+
+    path: str
+    data: bytes = b""
+
+    @property
+    def file_name(self) -> str:
+        """The file's name without its folders, so that no program's header tells where it was made."""
+        return Path(self.path).name
+
+    @property
+    def name(self) -> str:
+        """The file's name without folders and extension, for people."""
+        return Path(self.path).stem
+
+    def text(self) -> str:
+        """Return the file as text: UTF-8, UTF-16 by its mark, else Latin-1.
+
+        Raises
+        ------
+        ReadError
+            The file is not text.
+        """
+        if self.data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+            return self.data.decode("utf-16", errors="replace")
+        if b"\0" in self.data:
+            raise ReadError(self.path, "this is a binary file; a text file was expected")
+        try:
+            return self.data.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            return self.data.decode("latin-1")
+
+
+def _no_match(_: bytes) -> Match:
+    return Match.NO
+
+
+@dataclass(frozen=True)
+class Format:
+    """One kind of file and the function that reads it.
+
+    Attributes
+    ----------
+    name
+        One word, kept as `Part.format`.
+    extensions
+        Lower case, with the dot.
+    help
+        One line for `leafcut formats`.
+    read
+        ``(Source, ReadOptions) -> Part``; raises `ReadError`.
+    sniff
+        Says from the first bytes of a file whether it is of this format.
+    prefix
+        Inputs that begin with it are no files; they are given to this format by name (``example:plate-70``).
+    error
+        Why a plug-in could not be loaded; empty for a format that works.
+    """
+
+    name: str
+    extensions: tuple[str, ...]
+    help: str
+    read: Callable[[Source, ReadOptions], Part]
+    sniff: Callable[[bytes], Match] = _no_match
+    prefix: tuple[str, ...] = ()
+    error: str = ""
+
+
+def load(path: str | Path) -> Source:
+    """Return the bytes of a regular file.
+
+    Raises
+    ------
+    ReadError
+        The file is missing, is a folder or a device, cannot be read, is empty, or is larger than `MAX_BYTES`.
+    """
+    try:
+        found = os.stat(path)  # noqa: PTH116  # a name with a NUL must end in the same except clause
+        if stat.S_ISDIR(found.st_mode):
+            raise ReadError(path, "this is a folder; name a file in it")
+        if not stat.S_ISREG(found.st_mode):
+            raise ReadError(path, "this is not a regular file; save it to a file first")
+        if found.st_size > MAX_BYTES:
+            raise ReadError(path, f"the file has {found.st_size >> 20} MiB; the limit is {MAX_BYTES >> 20} MiB")
+        with Path(path).open("rb") as stream:
+            data = stream.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise ReadError(path, "there is no such file") from None
+    except OSError as problem:
+        raise ReadError(path, f"cannot be read ({problem.strerror or problem})") from None
+    except ValueError:
+        raise ReadError(shown(str(path)), "this cannot be the name of a file") from None
+    if not data.strip():
+        raise ReadError(path, "the file is empty")
+    return Source(str(path), data)
+
+
+def shown(text: str, limit: int = 60) -> str:
+    """Return text from a file as it may stand in a message: one line, printable, not too long."""
+    line = " ".join(text.split())
+    printable = "".join(c if c.isprintable() else "?" for c in line[: limit + 1])
+    return printable if len(printable) <= limit else printable[: limit - 1] + "…"
+
+
+def count_of(number: int, noun: str) -> str:
+    """Return ``1 hole`` or ``3 holes``."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def places_of(points: list[tuple[float, float]], number: int) -> str:
+    """Return the first places of `number` things, as the place of an `Issue`."""
+    first = ", ".join(f"({x:g}, {y:g})" for x, y in points[:3])
+    return f"at {first}" + (" …" if number > 3 else "")
+
+
+def factor_of(options: ReadOptions, own_units: str | None) -> float:
+    """Return mm per unit: the user's word, else the file's own, else mm."""
+    return MM_PER_UNIT[options.units or own_units or "mm"]
+
+
+def to_mm(value: float, factor: float) -> float:
+    """Return a length in mm, without the digits that only a conversion makes: the same part in inch is the same."""
+    return value if factor == 1.0 else round(value * factor, 6)
+
+
+def units_unknown(what: str, part: Part, severity: Severity) -> Issue:
+    """Return the issue L102, with the size that the part has in mm, so that a wrong guess is seen."""
+    left, low, right, high = part.extents
+    widths = [w for w in part.diameters if w > 0]
+    holes = f"holes of Ø {min(widths):g} to {max(widths):g} mm" if widths else "the points"
+    return Issue(
+        "L102",
+        f"{what} does not say its units; with mm, {holes} span {right - left:g} × {high - low:g} mm; "
+        "--units says otherwise",
+        severity=severity,
+    )
+
+
+def too_many_holes(path: str) -> ReadError:
+    """Return the error about more holes than leafcut takes."""
+    return ReadError(path, f"more than {MAX_HOLES:,} holes; choose some with --layers or split the file")

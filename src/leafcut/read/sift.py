@@ -1,0 +1,181 @@
+"""From all holes found in a drawing to those that are drilled: chosen by diameter, each place once."""
+
+from __future__ import annotations
+
+import fnmatch
+import math
+import re
+from collections.abc import Callable, Sequence
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model import Hole, Issue, Severity
+from leafcut.options import ReadOptions
+from leafcut.read.format import count_of, places_of
+
+
+def layer_filter(patterns: tuple[str, ...]) -> Callable[[str], bool]:
+    """Return the test for ``--layers``: wildcards * and ?, upper and lower case alike; without patterns all pass."""
+    tests = [re.compile(fnmatch.translate(p), re.IGNORECASE) for p in patterns]
+    return lambda layer: not tests or any(t.match(layer) for t in tests)
+
+
+def sift(
+    holes: Sequence[Hole], options: ReadOptions, point_tolerance: float | None = None
+) -> tuple[tuple[Hole, ...], list[Issue]]:
+    """Return the holes to drill, in the order of the drawing, and what was noticed.
+
+    Holes outside the chosen diameters are left out (L205); of holes of one diameter on top of each other the first
+    stays (L301); of circles with one centre the one that `options.concentric` says stays (L302); a bare point in the
+    centre of a circle is its centre mark.
+
+    Parameters
+    ----------
+    point_tolerance
+        Distance within which bare points are one, mm; None for `options.merge_tolerance`.
+    """
+    issues: list[Issue] = []
+    kept = _by_diameter(holes, options, issues)
+    kept = _without_doubles(kept, options.merge_tolerance, point_tolerance, issues)
+    kept = _without_centre_marks(kept, options.merge_tolerance, issues)
+    if options.concentric != "all":
+        kept = _one_per_centre(kept, options, issues)
+    return tuple(kept), issues
+
+
+def _by_diameter(holes: Sequence[Hole], options: ReadOptions, issues: list[Issue]) -> list[Hole]:
+    low = options.min_diameter if options.min_diameter is not None else 0.0
+    high = options.max_diameter if options.max_diameter is not None else math.inf
+    # Inches become mm with a rounding error: a limit of 6.35 means the hole of 1/4 in too.
+    slack = 1e-6
+    kept = [h for h in holes if low - slack <= h.diameter <= high + slack]
+    if left := len(holes) - len(kept):
+        issues.append(
+            Issue("L205", f"{count_of(left, 'hole')} of other diameters than chosen left out", severity=Severity.NOTE)
+        )
+    return kept
+
+
+def _without_doubles(
+    holes: list[Hole], tolerance: float, point_tolerance: float | None, issues: list[Issue]
+) -> list[Hole]:
+    points = tolerance if point_tolerance is None else point_tolerance
+    double = [False] * len(holes)
+    for select, reach in (([h.diameter > 0 for h in holes], tolerance), ([h.diameter <= 0 for h in holes], points)):
+        rows = [i for i, chosen in enumerate(select) if chosen]
+        table = np.array([(holes[i].x, holes[i].y, holes[i].diameter) for i in rows]).reshape(-1, 3)
+        for row, first in zip(rows, anchors(table, reach), strict=True):
+            double[row] = rows[first] != row
+    if gone := [(h.x, h.y) for h, is_double in zip(holes, double, strict=True) if is_double]:
+        issues.append(
+            Issue(
+                "L301",
+                f"{count_of(len(gone), 'hole')} drawn on top of another of the same diameter: drilled once",
+                places_of(gone, len(gone)),
+            )
+        )
+    return [h for h, is_double in zip(holes, double, strict=True) if not is_double]
+
+
+def _without_centre_marks(holes: list[Hole], tolerance: float, issues: list[Issue]) -> list[Hole]:
+    circles = [h for h in holes if h.diameter > 0]
+    if not circles or len(circles) == len(holes):
+        return holes
+    # Circles first: a point whose anchor is a circle marks its centre.
+    ordered = circles + [h for h in holes if h.diameter <= 0]
+    table = np.array([(h.x, h.y, 0.0) for h in ordered])
+    found = anchors(table, tolerance)
+    marks = {id(ordered[i]) for i in range(len(circles), len(ordered)) if found[i] < len(circles)}
+    if marks:
+        issues.append(
+            Issue(
+                "L302",
+                f"{count_of(len(marks), 'point')} in the centre of a circle: taken as centre marks",
+                severity=Severity.NOTE,
+            )
+        )
+    return [h for h in holes if id(h) not in marks]
+
+
+def _one_per_centre(holes: list[Hole], options: ReadOptions, issues: list[Issue]) -> list[Hole]:
+    sign = 1.0 if options.concentric == "smallest" else -1.0
+    order = sorted(range(len(holes)), key=lambda i: sign * holes[i].diameter)
+    table = np.array([(holes[i].x, holes[i].y, 0.0) for i in order]).reshape(-1, 3)
+    found = anchors(table, options.merge_tolerance)
+    kept = sorted(row for rank, row in enumerate(order) if found[rank] == rank)
+    if len(kept) < len(holes):
+        stay = set(kept)
+        gone = [(h.x, h.y) for i, h in enumerate(holes) if i not in stay]
+        issues.append(
+            Issue(
+                "L302",
+                f"{count_of(len(gone), 'circle')} left out beside the {options.concentric} with the same centre",
+                places_of(gone, len(gone)),
+            )
+        )
+    return [holes[i] for i in kept]
+
+
+def anchors(points: NDArray[np.float64], tolerance: float) -> list[int]:
+    """Return for every row the first anchor within `tolerance`; a row that has none before it is an anchor.
+
+    Rows are taken in their order, so no two anchors are within `tolerance` of each other, and every row is within
+    `tolerance` of its anchor. The grid only finds candidates: cell borders do not matter. O(n): an anchor keeps others
+    out of its neighbourhood, so a cell holds few.
+
+    Parameters
+    ----------
+    points
+        float64[n, 3], finite. The distance is Euclidean in the first two columns; the third may differ by `tolerance`.
+    """
+    found = list(range(len(points)))
+    cells: dict[tuple[float, float, float], list[int]] = {}
+    rows = points.tolist()
+    for i in np.flatnonzero(_crowded(points, tolerance)).tolist():
+        x, y, w = rows[i]
+        cell = _cell(x, y, w, tolerance)
+        best = i
+        for key in _around(cell, tolerance):
+            for j in cells.get(key, ()):
+                xj, yj, wj = rows[j]
+                if j < best and abs(w - wj) <= tolerance and math.hypot(x - xj, y - yj) <= tolerance:
+                    best = j
+        found[i] = best
+        if best == i:
+            cells.setdefault(cell, []).append(i)
+    return found
+
+
+def _cell(x: float, y: float, w: float, tolerance: float) -> tuple[float, float, float]:
+    if tolerance <= 0:
+        return (x, y, w)
+    # A hair wider than the tolerance: rounding must not put neighbours two cells apart.
+    size = tolerance * 1.001
+    return (x // size, y // size, w // size)
+
+
+def _around(cell: tuple[float, float, float], tolerance: float) -> list[tuple[float, float, float]]:
+    if tolerance <= 0:
+        return [cell]
+    x, y, w = cell
+    return [(x + i, y + j, w + k) for i, j, k in product((-1.0, 0.0, 1.0), repeat=3)]
+
+
+def _crowded(points: NDArray[np.float64], tolerance: float) -> NDArray[np.bool_]:
+    """Return bool[n]: which rows share their cell or one beside it with another row; the rest are anchors for sure."""
+    if len(points) < 2:
+        return np.zeros(len(points), dtype=np.bool_)
+    size = max(tolerance, 1e-3)
+    # Coordinates are within ±1e6 mm, so a cell number fits in 31 bits and two of them in one key.
+    column = np.floor(points[:, 0] / size).astype(np.int64)
+    key = column * 2**32 + np.floor(points[:, 1] / size).astype(np.int64)
+    cells, counts = np.unique(key, return_counts=True)
+    total = np.zeros(len(points), dtype=np.int64)
+    for i, j in product((-1, 0, 1), repeat=2):
+        beside = key + i * 2**32 + j
+        at = np.minimum(np.searchsorted(cells, beside), len(cells) - 1)
+        total += np.where(cells[at] == beside, counts[at], 0)
+    crowded: NDArray[np.bool_] = total > 1
+    return crowded

@@ -1,0 +1,163 @@
+"""TOML files of ours, read with care: every wrong key or value is one line that says where it stands."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from leafcut.errors import OptionError, nearest
+from leafcut.units import BARE_UNIT, parse_quantity
+
+T = TypeVar("T")
+
+#: Machine profiles and tool libraries are some kilobytes; more than this is another kind of file.
+_MOST_BYTES = 1_000_000
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the tables of a TOML file.
+
+    Raises
+    ------
+    OptionError
+        There is no such file, it is too large, or it is not TOML.
+    """
+    if not path.is_file():
+        raise OptionError(f"{path}: there is no such file")
+    try:
+        with path.open("rb") as file:
+            content = file.read(_MOST_BYTES + 1)
+    except OSError as problem:
+        raise OptionError(f"{path}: cannot be read ({problem.strerror})") from None
+    if len(content) > _MOST_BYTES:
+        raise OptionError(f"{path}: larger than {_MOST_BYTES // 1000} kB, so it is no profile and no tool library")
+    return parse_toml(content, str(path))
+
+
+def parse_toml(content: bytes, source: str) -> dict[str, Any]:
+    """Return the tables of TOML text; `source` names it in an error."""
+    try:
+        return tomllib.loads(content.decode("utf-8"))
+    except UnicodeDecodeError:
+        raise OptionError(f"{source}: not a TOML file (not UTF-8 text)") from None
+    except RecursionError:
+        raise OptionError(f"{source}: not a TOML file of ours (nested too deep)") from None
+    except ValueError as problem:  # TOMLDecodeError, and numbers of thousands of digits
+        raise OptionError(f"{source}: not a TOML file ({' '.join(str(problem).split())[:200]})") from None
+
+
+class Table:
+    """One table of a TOML file: takes values out by kind, and knows how to say what is wrong with them.
+
+    `place` is what messages begin with: the file, and the table in it.
+    """
+
+    def __init__(self, values: Any, place: str, keys: Iterable[str]) -> None:
+        if not isinstance(values, Mapping):
+            raise OptionError(f"{place}: is not a table")
+        self.values: Mapping[str, Any] = values
+        self.place = place
+        known = tuple(keys)
+        for key in values:
+            if key not in known:
+                raise OptionError(f"{place}: unknown key '{_shown(key)}'{nearest(key[:80], known)}")
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.values
+
+    def problem(self, key: str, reason: str) -> OptionError:
+        """Return the error that says what is wrong with the value of `key`."""
+        return OptionError(f"{self.place}: '{key}' {reason}")
+
+    def table(self, key: str, keys: Iterable[str]) -> Table:
+        """Return the table `key`; an absent one is empty."""
+        return Table(self.values.get(key, {}), f"{self.place}: [{key}]", keys)
+
+    def text(self, key: str, default: str | None = None, choices: Iterable[str] = ()) -> str:
+        """Return a text of one line; without `default` the key must be there."""
+        value = self._get(key, default)
+        if not isinstance(value, str) or not value.isprintable():
+            raise self.problem(key, f"is {_shown(value)}, but must be a text of one line")
+        known = tuple(choices)
+        if known and value not in known:
+            raise self.problem(key, f"is '{_shown(value)}'{nearest(value[:80], known)}")
+        return value
+
+    def flag(self, key: str, default: bool) -> bool:
+        """Return true or false."""
+        value = self._get(key, default)
+        if not isinstance(value, bool):
+            raise self.problem(key, f"is {_shown(value)}, but must be true or false")
+        return value
+
+    def whole(self, key: str, lowest: int, highest: int) -> int:
+        """Return a whole number within its bounds."""
+        return self._whole(key, self._get(key, None), lowest, highest)
+
+    def wholes(self, key: str, lowest: int, highest: int) -> tuple[int, ...]:
+        """Return a list of at least one whole number within bounds."""
+        value = self._get(key, None)
+        if not isinstance(value, list) or not value:
+            raise self.problem(key, f"is {_shown(value)}, but must be a list such as [1, 2]")
+        return tuple(self._whole(key, one, lowest, highest) for one in value)
+
+    def number(self, key: str, default: float) -> float:
+        """Return a plain number."""
+        value = self._get(key, default)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise self.problem(key, f"is {_shown(value)}, but must be a number")
+        return float(value)
+
+    def quantity(self, key: str, unit: str, default: float | None = None) -> float:
+        """Return a number with its unit, written as text ("25.4 m/min"), in the inner `unit`."""
+        return default if default is not None and key not in self else self._quantity(key, unit, self._get(key, None))
+
+    def optional(self, key: str, read: Callable[[str], T]) -> T | None:
+        """Return what `read` makes of `key`, or None when the key is absent."""
+        return read(key) if key in self else None
+
+    def vector(self, key: str, unit: str, default: tuple[float, ...] | None = None, size: int = 3) -> tuple[float, ...]:
+        """Return one quantity per axis; one text stands for all axes."""
+        if default is not None and key not in self:
+            return default
+        value = self._get(key, None)
+        if isinstance(value, str):
+            value = [value] * size
+        if not isinstance(value, list) or len(value) != size:
+            raise self.problem(key, f"is {_shown(value)}, but must be {size} texts, one for each axis")
+        return tuple(self._quantity(key, unit, one) for one in value)
+
+    def _get(self, key: str, default: Any) -> Any:
+        if key in self.values:
+            return self.values[key]
+        if default is None:
+            raise OptionError(f"{self.place}: the key '{key}' is missing")
+        return default
+
+    def _whole(self, key: str, value: Any, lowest: int, highest: int) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not lowest <= value <= highest:
+            raise self.problem(key, f"is {_shown(value)}, but must be a whole number from {lowest} to {highest}")
+        return value
+
+    def _quantity(self, key: str, unit: str, value: Any) -> float:
+        if not isinstance(value, str):
+            raise self.problem(
+                key, f"is {_shown(value)}, but must be a text with a unit, such as '1 {BARE_UNIT[unit]}'"
+            )
+        try:
+            return parse_quantity(value[:80], unit)
+        except OptionError as problem:
+            raise self.problem(key, f"is wrong: {' '.join(str(problem).split())}") from None
+
+
+def _shown(value: Any) -> str:
+    """Return a value as a message may show it: one short line."""
+    try:
+        words = value if isinstance(value, str) else repr(value)
+    except ValueError:  # an integer of more digits than Python prints
+        words = "a very long number"
+    line = "".join(c if c.isprintable() else "?" for c in words)
+    return line if len(line) <= 60 else line[:57] + "..."

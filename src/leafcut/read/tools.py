@@ -1,0 +1,139 @@
+"""Tool libraries: TOML → `ToolLibrary`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from leafcut.errors import OptionError
+from leafcut.model.tool import Recipe, Tool, ToolKind, ToolLibrary
+from leafcut.options import CYCLES
+from leafcut.read.toml_table import Table, read_toml
+
+_TOOL_KEYS = (
+    "number", "kind", "diameter", "name", "point_angle", "feed", "spindle_speed", "cycle", "peck", "dwell", "pitch",
+    "flute_length", "depth",
+)  # fmt: skip
+_HOLE_KEYS = ("diameter", "layer", "steps")
+
+_HIGHEST_NUMBER = 99_999_999  # eight digits: the widest T word, of Fanuc
+_LARGEST = 1000.0
+
+#: The full angle of the point where a tool does not say it: 118° is the common twist drill; the others end flat.
+_POINT_ANGLE = {ToolKind.DRILL: math.radians(118), ToolKind.CENTRE_DRILL: math.radians(118)}
+
+#: How far the feed of a tap may be from pitch × speed: the rounding of the numbers in a catalogue.
+_TAP_FEED = 0.005
+
+
+def load_tools(path: str | Path) -> ToolLibrary:
+    """Return the tool library of a TOML file: a ``[[tool]]`` per tool, a ``[[hole]]`` per recipe.
+
+    A tap gets the cycle G84, and pitch × speed where it has no feed.
+
+    Raises
+    ------
+    OptionError
+        The file cannot be read, or a table says what cannot be: an unknown key, a number used twice, a tap without its
+        pitch, a recipe with a tool that is not there … The message names the file and the table by its number.
+    """
+    place = str(path)
+    top = Table(read_toml(Path(path)), place, ("tool", "hole"))
+    tools: dict[int, Tool] = {}
+    for count, values in enumerate(_tables(top, "tool"), start=1):
+        table = Table(values, f"{place}: [[tool]] {count}", _TOOL_KEYS)
+        tool = _tool(table)
+        if tool.number in tools:
+            raise table.problem("number", f"{tool.number} is used twice; every tool needs its own")
+        tools[tool.number] = tool
+    if not tools:
+        raise OptionError(f"{place}: there is no [[tool]] in this library")
+    recipes: dict[tuple[float, str], Recipe] = {}
+    for count, values in enumerate(_tables(top, "hole"), start=1):
+        table = Table(values, f"{place}: [[hole]] {count}", _HOLE_KEYS)
+        recipe = _recipe(table, tools)
+        if (recipe.diameter, recipe.layer) in recipes:
+            raise table.problem("diameter", f"{recipe.diameter:g} mm on layer '{recipe.layer}' has a recipe already")
+        recipes[recipe.diameter, recipe.layer] = recipe
+    return ToolLibrary(tuple(tools.values()), tuple(recipes.values()), place)
+
+
+def _tables(top: Table, key: str) -> list[Any]:
+    found = top.values.get(key, [])
+    if not isinstance(found, list):
+        raise OptionError(f"{top.place}: '{key}' must be written as [[{key}]], once for each")
+    return found
+
+
+def _tool(table: Table) -> Tool:
+    kind = ToolKind(table.text("kind", ToolKind.DRILL, [k.value for k in ToolKind]))
+    angle = table.quantity("point_angle", "rad", _POINT_ANGLE.get(kind, math.pi))
+    if not 0 < angle <= math.pi + 1e-9:
+        raise table.problem("point_angle", "must be above 0° and at most 180°")
+    tool = Tool(
+        number=table.whole("number", 1, _HIGHEST_NUMBER),
+        diameter=_positive(table, "diameter", "mm"),
+        kind=kind,
+        name=table.text("name", ""),
+        point_angle=min(angle, math.pi),
+        feed=_positive(table, "feed", "mm/s") if "feed" in table else 0.0,
+        spindle_rpm=_positive(table, "spindle_speed", "rpm") if "spindle_speed" in table else 0.0,
+        cycle=table.optional("cycle", lambda key: table.text(key, choices=CYCLES)),
+        peck=table.optional("peck", lambda key: _positive(table, key, "mm")),
+        dwell=table.optional("dwell", lambda key: _seconds(table, key)),
+        pitch=table.optional("pitch", lambda key: _positive(table, key, "mm")),
+        flute_length=table.optional("flute_length", lambda key: _positive(table, key, "mm")),
+        depth=table.optional("depth", lambda key: _positive(table, key, "mm")),
+    )
+    _check_cycle(tool, table)
+    return _tapping(tool, table) if kind is ToolKind.TAP else tool
+
+
+def _positive(table: Table, key: str, unit: str) -> float:
+    value = table.quantity(key, unit)
+    if not value > 0 or (unit == "mm" and value > _LARGEST):
+        most = f" and at most {_LARGEST:g} mm" if unit == "mm" else ""
+        raise table.problem(key, f"is {value:g}, but must be above 0{most}")
+    return value
+
+
+def _seconds(table: Table, key: str) -> float:
+    value = table.quantity(key, "s")
+    if not 0 <= value <= 100:
+        raise table.problem(key, f"is {value:g} s, but must be from 0 to 100 s")
+    return value
+
+
+def _check_cycle(tool: Tool, table: Table) -> None:
+    """A cycle that does not fit its tool breaks it."""
+    if tool.cycle in ("G83", "G73") and tool.peck is None:
+        raise table.problem("cycle", f"is {tool.cycle}, which needs 'peck', the depth of one peck")
+    if tool.cycle == "G82" and tool.dwell is None:
+        raise table.problem("cycle", "is G82, which needs 'dwell', the wait at the bottom")
+    if tool.cycle is not None and (tool.cycle == "G84") is not (tool.kind is ToolKind.TAP):
+        raise table.problem("cycle", f"is {tool.cycle} for a {tool.kind.value}; G84 is for taps, and taps are for G84")
+
+
+def _tapping(tool: Tool, table: Table) -> Tool:
+    """Return a tap with its cycle, and with the feed that its thread needs: pitch × revolutions."""
+    if tool.pitch is None:
+        raise OptionError(f"{table.place}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6")
+    if tool.pitch >= tool.diameter:
+        raise table.problem("pitch", f"is {tool.pitch:g} mm, not below the diameter {tool.diameter:g} mm")
+    feed = tool.pitch * tool.spindle_rpm / 60.0
+    if tool.feed and feed and abs(tool.feed - feed) > _TAP_FEED * feed:
+        shown = f"is {tool.feed * 60:g} mm/min, but pitch × speed is {feed * 60:g} mm/min"
+        raise table.problem("feed", f"{shown}; leave it out")
+    return replace(tool, cycle="G84", feed=feed or tool.feed)
+
+
+def _recipe(table: Table, tools: dict[int, Tool]) -> Recipe:
+    steps = table.wholes("steps", 1, _HIGHEST_NUMBER)
+    for number in steps:
+        if number not in tools:
+            raise table.problem("steps", f"names tool {number}, which is not in this library")
+    if len(set(steps)) < len(steps):
+        raise table.problem("steps", "names a tool twice")
+    return Recipe(_positive(table, "diameter", "mm"), steps, table.text("layer", "*"))

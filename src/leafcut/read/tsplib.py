@@ -1,0 +1,272 @@
+"""TSPLIB: symmetric ``.tsp`` problems into a `Part`, and ``.tour`` files both ways.
+
+Source: G. Reinelt, TSPLIB 95 (Heidelberg 1995), sections 1.1 and 1.2. The numbers of a file are taken as mm.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import math
+import os
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import LeafcutError, ReadError, nearest
+from leafcut.model import Hole, Issue, Part, Severity
+from leafcut.options import ReadOptions
+from leafcut.read.format import MAX_HOLES, Format, Match, Source, load, shown, too_many_holes
+
+WEIGHT_TYPES = ("EUC_2D", "CEIL_2D", "ATT", "GEO", "MAX_2D", "MAN_2D", "EXPLICIT")
+#: Numbers that a matrix of n nodes has in each format of its section.
+MATRIX_FORMATS: dict[str, Callable[[int], int]] = {
+    "FULL_MATRIX": lambda n: n * n,
+    "UPPER_ROW": lambda n: n * (n - 1) // 2,
+    "LOWER_ROW": lambda n: n * (n - 1) // 2,
+    "UPPER_DIAG_ROW": lambda n: n * (n + 1) // 2,
+    "LOWER_DIAG_ROW": lambda n: n * (n + 1) // 2,
+}
+#: By columns is by rows of the other triangle, as the matrix is symmetric.
+SAME_FORMAT = {
+    "UPPER_COL": "LOWER_ROW",
+    "LOWER_COL": "UPPER_ROW",
+    "UPPER_DIAG_COL": "LOWER_DIAG_ROW",
+    "LOWER_DIAG_COL": "UPPER_DIAG_ROW",
+}
+#: Best known lengths, if this file lies beside the instance: columns name, n, optimal_length.
+OPTIMA_FILE = "optima.csv"
+
+_KEY = re.compile(r"\s*([A-Za-z][A-Za-z_0-9]*)\s*(?::\s*(.*?))?\s*\Z")
+
+
+def sniff(head: bytes) -> Match:
+    """Say whether a file begins with the keys of TSPLIB."""
+    text = head[:4096].decode("latin-1").upper()
+    keys = re.findall(r"^\s*(NAME|TYPE|COMMENT|DIMENSION|EDGE_WEIGHT_TYPE|NODE_COORD_SECTION)\b", text, re.MULTILINE)
+    return Match.YES if len(set(keys)) >= 2 and "DIMENSION" in keys else Match.NO
+
+
+def read_tsp(source: Source, options: ReadOptions) -> Part:
+    """Return the nodes of a TSPLIB problem as holes of diameter 0, with its rule of distance.
+
+    A problem that gives distances only (EXPLICIT) has its nodes on a circle: the places are for pictures.
+
+    Raises
+    ------
+    ReadError
+        A key, section or number is missing, wrong, or of a kind that leafcut does not solve.
+    """
+    keys, sections = _split(source)
+    weight = keys.get("EDGE_WEIGHT_TYPE", ("EUC_2D", 0))[0].upper()
+    _check_kind(source.path, keys, weight)
+    n = _dimension(source.path, keys)
+    issues: list[Issue] = []
+    matrix = _matrix(source.path, keys, sections, n) if weight == "EXPLICIT" else None
+    if "NODE_COORD_SECTION" in sections:
+        points = _coordinates(source.path, sections["NODE_COORD_SECTION"], n, issues)
+    elif matrix is None:
+        raise ReadError(source.path, "there is no NODE_COORD_SECTION")
+    elif "DISPLAY_DATA_SECTION" in sections:
+        points = _coordinates(source.path, sections["DISPLAY_DATA_SECTION"], n, issues)
+    else:
+        points = _on_circle(n)
+    name = shown(keys.get("NAME", ("", 0))[0]) or source.name
+    return Part(
+        name=name,
+        holes=tuple([Hole(x, y, 0.0) for x, y in points.tolist()]),
+        issues=tuple(issues),
+        source=source.file_name,
+        format="tsplib",
+        edge_weight_type=weight,
+        matrix=matrix,
+        optimum=_optimum(source, name, n),
+    )
+
+
+_Section = tuple[int, list[str]]
+
+
+def _split(source: Source) -> tuple[dict[str, tuple[str, int]], dict[str, _Section]]:
+    """Return the keys with their values and lines, and the sections with their first lines and their texts."""
+    keys: dict[str, tuple[str, int]] = {}
+    sections: dict[str, _Section] = {}
+    current: list[str] | None = None
+    for number, line in enumerate(source.text().splitlines(), 1):
+        if current is not None and not line.lstrip()[:1].isalpha():
+            current.append(line)
+            continue
+        if not line.strip():
+            continue
+        match = _KEY.match(line)
+        if match is None:
+            raise ReadError(source.path, f"'{shown(line)}' is neither a key nor numbers", number)
+        key = match.group(1).upper()
+        if key == "EOF":
+            break
+        if key.endswith("_SECTION"):
+            current = []
+            sections[key] = (number + 1, current)
+        else:
+            current = None
+            keys[key] = (match.group(2) or "", number)
+    return keys, sections
+
+
+def _check_kind(path: str, keys: dict[str, tuple[str, int]], weight: str) -> None:
+    kind, line = keys.get("TYPE", ("TSP", 0))
+    if kind.upper().split()[:1] != ["TSP"]:
+        raise ReadError(path, f"TYPE '{shown(kind)}' is not solved; expected TSP (symmetric)", line)
+    if weight not in WEIGHT_TYPES:
+        line = keys["EDGE_WEIGHT_TYPE"][1]
+        raise ReadError(path, f"EDGE_WEIGHT_TYPE '{shown(weight)}' is not known{nearest(weight, WEIGHT_TYPES)}", line)
+
+
+def _dimension(path: str, keys: dict[str, tuple[str, int]]) -> int:
+    if "DIMENSION" not in keys:
+        raise ReadError(path, "there is no DIMENSION")
+    text, line = keys["DIMENSION"]
+    if not text.isdecimal() or not 0 < len(text) < 10 or int(text) < 1:
+        raise ReadError(path, f"DIMENSION '{shown(text)}' is no number of nodes", line)
+    if int(text) > MAX_HOLES:
+        raise too_many_holes(path)
+    return int(text)
+
+
+def _numbers(path: str, section: _Section) -> NDArray[np.float64]:
+    """Return all numbers of a section, float64, or raise at the first line that has something else."""
+    first, lines = section
+    try:
+        numbers = np.array(list(map(float, " ".join(lines).split())), dtype=np.float64)
+    except ValueError:
+        numbers = np.array([math.nan])
+    if np.isfinite(numbers).all():
+        return numbers
+    for offset, line in enumerate(lines):
+        for word in line.split():
+            try:
+                good = math.isfinite(float(word))
+            except ValueError:
+                good = False
+            if not good:
+                raise ReadError(path, f"'{shown(word, 30)}' is no number", first + offset)
+    return numbers
+
+
+def _coordinates(path: str, section: _Section, n: int, issues: list[Issue]) -> NDArray[np.float64]:
+    """Return the coordinates in the order of the node numbers, float64[n, 2]."""
+    numbers = _numbers(path, section)
+    last = section[0] + len(section[1]) - 1
+    if len(numbers) != 3 * n:
+        raise ReadError(path, f"DIMENSION says {n} nodes, the section has {len(numbers) / 3:g} (number, x, y)", last)
+    table = numbers.reshape(n, 3)
+    ids = table[:, 0]
+    order = np.argsort(ids, kind="stable")
+    if np.array_equal(ids[order], np.arange(1, n + 1)):
+        return np.ascontiguousarray(table[order, 1:])
+    if len(np.unique(ids)) < n:
+        raise ReadError(path, "a node number occurs twice", last)
+    issues.append(
+        Issue("L304", "nodes are not numbered from 1; taken in the order of the file", severity=Severity.NOTE)
+    )
+    return np.ascontiguousarray(table[:, 1:])
+
+
+def _matrix(path: str, keys: dict[str, tuple[str, int]], sections: dict[str, _Section], n: int) -> NDArray[np.float64]:
+    """Return the distances of an EXPLICIT problem, float64[n, n], symmetric."""
+    form, line = keys.get("EDGE_WEIGHT_FORMAT", ("", 0))
+    form = SAME_FORMAT.get(form.upper(), form.upper())
+    if form not in MATRIX_FORMATS:
+        known = nearest(form, MATRIX_FORMATS)
+        raise ReadError(path, f"EDGE_WEIGHT_FORMAT '{shown(form)}' is not known{known}", line or None)
+    if "EDGE_WEIGHT_SECTION" not in sections:
+        raise ReadError(path, "there is no EDGE_WEIGHT_SECTION")
+    section = sections["EDGE_WEIGHT_SECTION"]
+    numbers = _numbers(path, section)
+    if len(numbers) != MATRIX_FORMATS[form](n):
+        last = section[0] + len(section[1]) - 1
+        wanted = MATRIX_FORMATS[form](n)
+        raise ReadError(path, f"{form} of {n} nodes needs {wanted} numbers, the section has {len(numbers)}", last)
+    if form == "FULL_MATRIX":
+        full = numbers.reshape(n, n)
+        if not np.array_equal(full, full.T):
+            raise ReadError(path, "the matrix is not symmetric; leafcut solves symmetric problems")
+        return full
+    matrix = np.zeros((n, n))
+    offset = 0 if "DIAG" in form else 1
+    # Both walk the triangle row by row, as the file does.
+    where = np.triu_indices(n, offset) if form.startswith("UPPER") else np.tril_indices(n, -offset)
+    matrix[where] = numbers
+    symmetric: NDArray[np.float64] = matrix + matrix.T - np.diag(np.diag(matrix))
+    return symmetric
+
+
+def _on_circle(n: int) -> NDArray[np.float64]:
+    angle = np.arange(n) * (math.tau / n)
+    return np.column_stack([np.cos(angle), np.sin(angle)]) * (10.0 * n / math.tau)
+
+
+def _optimum(source: Source, name: str, n: int) -> float | None:
+    """Return the length that `OPTIMA_FILE` beside the instance gives, if there is one."""
+    names = {name.casefold().removesuffix(".tsp"), source.name.casefold()}
+    with contextlib.suppress(LeafcutError, csv.Error, ValueError, TypeError):
+        text = load(Path(source.path).with_name(OPTIMA_FILE)).text()
+        for row in csv.DictReader(text.splitlines()):
+            if (row.get("name") or "").casefold() in names and int(row.get("n") or n) == n:
+                length = float(row["optimal_length"])
+                return length if math.isfinite(length) and length > 0 else None
+    return None
+
+
+def write_tour(path: str | Path, name: str, order: Sequence[int] | NDArray[np.integer]) -> None:
+    """Write a tour (node numbers from 0 in visiting order) as a TSPLIB ``.tour`` file, whole or not at all.
+
+    Raises
+    ------
+    LeafcutError
+        The order is not a permutation, or the file cannot be written.
+    """
+    nodes = [int(i) for i in order]
+    if sorted(nodes) != list(range(len(nodes))):
+        raise LeafcutError(f"{path}: a tour visits every node once; this order does not")
+    lines = [f"NAME : {shown(name)}", "TYPE : TOUR", f"DIMENSION : {len(nodes)}", "TOUR_SECTION"]
+    text = "\n".join([*lines, *(str(i + 1) for i in nodes), "-1", "EOF", ""])
+    target = Path(path)
+    temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+        os.replace(temporary, target)  # noqa: PTH105
+    except OSError as problem:
+        temporary.unlink(missing_ok=True)
+        raise LeafcutError(f"{path}: cannot be written ({problem.strerror or problem})") from None
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def read_tour(path: str | Path) -> NDArray[np.int64]:
+    """Return the visiting order of a TSPLIB ``.tour`` file, int64[n], nodes from 0.
+
+    Raises
+    ------
+    ReadError
+        It is no tour, or does not visit every node once.
+    """
+    source = load(path)
+    keys, sections = _split(source)
+    if "TOUR_SECTION" not in sections:
+        raise ReadError(path, "there is no TOUR_SECTION")
+    numbers = _numbers(source.path, sections["TOUR_SECTION"])
+    ends = np.flatnonzero(numbers == -1)
+    order = (numbers[: ends[0]] if len(ends) else numbers) - 1
+    if "DIMENSION" in keys and _dimension(source.path, keys) != len(order):
+        raise ReadError(path, f"DIMENSION says {keys['DIMENSION'][0]} nodes, the tour has {len(order)}")
+    if not len(order) or not np.array_equal(np.sort(order), np.arange(len(order))):
+        raise ReadError(path, f"the tour does not visit each of its {len(order)} nodes once")
+    return order.astype(np.int64)
+
+
+FORMAT = Format("tsplib", (".tsp",), "TSPLIB problem (symmetric), nodes as points", read_tsp, sniff)

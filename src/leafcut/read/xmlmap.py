@@ -1,0 +1,209 @@
+"""XML point maps: ``<map units="mm"><city name="A" x="1" y="2"/></map>``, in attribute or element style.
+
+Any root name; points are called city, point, hole or node; ``diameter`` (or ``d``) is optional. Entity declarations
+and external entities are refused (defusedxml), so a map can neither grow in memory nor read other files.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from leafcut.errors import ReadError, nearest
+from leafcut.model import Hole, Issue, Part, Severity
+from leafcut.options import ReadOptions
+from leafcut.read.format import (
+    MAX_COORDINATE,
+    MAX_HOLES,
+    Format,
+    Match,
+    Source,
+    factor_of,
+    shown,
+    to_mm,
+    too_many_holes,
+    units_unknown,
+)
+from leafcut.read.sift import sift
+from leafcut.units import MM_PER_UNIT
+
+POINT_TAGS = ("city", "point", "hole", "node")
+#: The fields of a point, and the names they go by.
+FIELDS = {
+    "x": "x",
+    "y": "y",
+    "d": "d",
+    "diameter": "d",
+    "dia": "d",
+    "name": "name",
+    "id": "name",
+    "label": "name",
+    "layer": "layer",
+}
+UNIT_WORDS = {"millimeter": "mm", "millimetre": "mm", "inches": "in", "mils": "mil", "feet": "ft", "meter": "m"}
+
+
+def sniff(head: bytes) -> Match:
+    """Say whether a file begins as XML does; SVG and HTML are other things."""
+    start = head.removeprefix(b"\xef\xbb\xbf").lstrip()[:2000].lower()
+    if not start.startswith((b"<?xml", b"<")) or b"<svg" in start or b"<html" in start or b"<!doctype html" in start:
+        return Match.NO
+    return Match.YES if any(b"<" + tag.encode() in head.lower() for tag in POINT_TAGS) else Match.MAYBE
+
+
+@dataclass
+class _Point:
+    line: int
+    values: dict[str, str] = field(default_factory=dict)
+    #: Field being read in element style.
+    current: str = ""
+    holds_points: bool = False
+
+
+@dataclass
+class _Map:
+    """Collects the points of a map while the parser runs."""
+
+    path: str
+    units: str | None = None
+    root: str = ""
+    points: list[_Point] = field(default_factory=list)
+    open: list[_Point] = field(default_factory=list)
+    tags: dict[str, int] = field(default_factory=dict)
+
+    def start(self, tag: str, attributes: dict[str, str], line: int) -> None:
+        if not self.root:
+            self.root = tag
+            self._read_units(attributes, line)
+        if tag in POINT_TAGS:
+            if self.open:
+                self.open[-1].holds_points = True
+            point = _Point(line, {FIELDS[k]: v for k, v in attributes.items() if k in FIELDS})
+            self.open.append(point)
+        elif self.open:
+            self.open[-1].current = FIELDS.get(tag, "")
+        else:
+            self.tags[tag] = self.tags.get(tag, 0) + 1
+
+    def text(self, text: str) -> None:
+        if self.open and (name := self.open[-1].current):
+            self.open[-1].values[name] = self.open[-1].values.get(name, "") + text
+
+    def end(self, tag: str) -> None:
+        if not self.open:
+            return
+        if tag in POINT_TAGS:
+            point = self.open.pop()
+            if not point.holds_points or "x" in point.values:
+                self.points.append(point)
+            if len(self.points) > MAX_HOLES:
+                raise too_many_holes(self.path)
+        else:
+            self.open[-1].current = ""
+
+    def _read_units(self, attributes: dict[str, str], line: int) -> None:
+        given = attributes.get("units", attributes.get("unit"))
+        if given is None:
+            return
+        word = given.strip().lower()
+        self.units = UNIT_WORDS.get(word, word)
+        if self.units not in MM_PER_UNIT:
+            known = [u for u in MM_PER_UNIT if u != '"']
+            raise ReadError(self.path, f"unknown units '{shown(given)}'{nearest(word, known)}", line)
+
+
+def read_xml(source: Source, options: ReadOptions) -> Part:
+    """Return the points of an XML map as holes, in mm.
+
+    Raises
+    ------
+    ReadError
+        It is not well-formed XML, declares entities, has unknown units, or holds no points.
+    """
+    found = _parse(source)
+    if not found.points:
+        tags = ", ".join(f"{n} <{shown(t, 30)}>" for t, n in list(found.tags.items())[:5])
+        raise ReadError(
+            source.path, f"no points: there is none of <{'>, <'.join(POINT_TAGS)}>, but {tags or 'nothing'}"
+        )
+    factor = factor_of(options, found.units)
+    holes, issues = [], []
+    for point in found.points:
+        try:
+            holes.append(_hole(point, factor))
+        except ValueError as problem:
+            issues.append(Issue("L203", f"point skipped: {problem}", f"{source.file_name}:{point.line}"))
+    if not holes:
+        raise ReadError(source.path, f"no usable points: {issues[0].message}", found.points[0].line)
+    kept, noticed = sift(holes, options, point_tolerance=0.0)
+    if not kept:
+        raise ReadError(source.path, f"no holes: {'; '.join(i.message for i in noticed)}")
+    units = options.units or found.units
+    part = Part(source.name, kept, source=source.file_name, format="xml", units=units or "mm")
+    if units is None:
+        noticed.append(units_unknown("the map", part, Severity.NOTE))
+    return replace(part, issues=(*issues, *noticed))
+
+
+def _hole(point: _Point, factor: float) -> Hole:
+    numbers = {}
+    for name in ("x", "y", "d"):
+        text = point.values.get(name, "0" if name == "d" else "").strip()
+        if not text:
+            raise ValueError(f"no {name}")
+        try:
+            numbers[name] = to_mm(float(text), factor)
+        except ValueError:
+            raise ValueError(f"{name} is '{shown(text, 20)}'") from None
+    if not all(abs(v) <= MAX_COORDINATE for v in numbers.values()) or numbers["d"] < 0 or math.isnan(numbers["d"]):
+        raise ValueError(f"x {numbers['x']:g}, y {numbers['y']:g}, diameter {numbers['d']:g} mm cannot be meant")
+    values = {k: " ".join(v.split())[:100] for k, v in point.values.items()}
+    return Hole(numbers["x"], numbers["y"], numbers["d"], values.get("layer", ""), values.get("name", ""))
+
+
+def _parse(source: Source) -> _Map:
+    from xml.sax import SAXParseException
+    from xml.sax.handler import ContentHandler
+
+    from defusedxml import DefusedXmlException
+    from defusedxml.expatreader import DefusedExpatParser
+
+    found = _Map(source.path)
+
+    class Handler(ContentHandler):
+        """Passes the parser's events on with plain lower-case names."""
+
+        def startElement(self, name: str, attrs: Any) -> None:
+            plain = {_plain(key): str(value) for key, value in attrs.items()}
+            found.start(_plain(name), plain, parser.getLineNumber())
+
+        def characters(self, content: str) -> None:
+            found.text(content)
+
+        def endElement(self, name: str) -> None:
+            found.end(_plain(name))
+
+    parser = DefusedExpatParser(forbid_dtd=False, forbid_entities=True, forbid_external=True)
+    parser.setContentHandler(Handler())
+    try:
+        parser.parse(io.BytesIO(source.data))
+    except DefusedXmlException as problem:
+        kind = type(problem).__name__
+        what = "an external reference" if kind == "ExternalReferenceForbidden" else "an entity declaration"
+        raise ReadError(source.path, f"refused: the file has {what}, which a map does not need") from None
+    except SAXParseException as problem:
+        reason = shown(str(problem.getMessage()), 80)
+        raise ReadError(source.path, f"not well-formed XML: {reason}", problem.getLineNumber()) from None
+    return found
+
+
+def _plain(name: str) -> str:
+    """Return a tag or attribute without its name space, in lower case."""
+    return name.rpartition(":")[2].lower()
+
+
+FORMAT = Format(
+    "xml", (".xml", ".map"), "point map in XML: <city>, <point>, <hole> or <node> with x and y", read_xml, sniff
+)

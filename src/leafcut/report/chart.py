@@ -1,0 +1,193 @@
+"""Charts: cost against seconds, and bars."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from leafcut.model.solution import Solution
+from leafcut.report.svg import element, nice_step, short, text, tick_words, ticks, title
+from leafcut.report.wording import cost_words
+
+WIDTH, HEIGHT = 480.0, 230.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 10.0, 12.0, 40.0
+_MOST_POINTS = 600
+#: Seconds spread over more than this factor are drawn on a logarithmic axis.
+_LOG_FROM = 20.0
+_LINE_HEIGHT = 14.0
+#: Room for the words at the end of the curve.
+_WORDS = 110.0
+_EMPTY = 1e-9
+
+#: Kinds of time in the order they are stacked, with their words.
+TIME_KINDS = {
+    "rapid": "rapids",
+    "feed": "cutting",
+    "dwell": "dwell",
+    "tool_change": "tool changes",
+    "spindle": "spindle",
+}
+
+
+@dataclass(frozen=True)
+class _Axes:
+    """Seconds and costs to user units; seconds by their logarithm when `log`."""
+
+    seconds: tuple[float, float]
+    costs: tuple[float, float]
+    log: bool
+
+    def x(self, seconds: float) -> float:
+        low, high = self.seconds
+        seconds = min(max(seconds, low), high)
+        part = math.log(seconds / low) / math.log(high / low) if self.log else (seconds - low) / (high - low)
+        return _LEFT + part * (WIDTH - _LEFT - _RIGHT)
+
+    def y(self, cost: float) -> float:
+        low, high = self.costs
+        return _TOP + (high - cost) / (high - low) * (HEIGHT - _TOP - _BOTTOM)
+
+
+def convergence(solution: Solution, nearest: float | None, words: str) -> str:
+    """Return the chart of the best cost against seconds, or an empty text when nothing was improved.
+
+    `nearest` is the cost of the nearest neighbour order in the solution's unit if it is known: a dashed line.
+    """
+    history = [(max(s, 0.0), c) for s, c in solution.history if math.isfinite(s) and math.isfinite(c)]
+    if len(history) < 2:
+        return ""
+    history = sorted(_thinned(history))
+    levels = {"nearest neighbour": nearest, "lower bound": solution.lower_bound}
+    known = {name: level for name, level in levels.items() if level is not None and math.isfinite(level)}
+    axes = _axes(history, [*known.values(), *(c for _, c in history)], solution.seconds)
+    factor, unit = _shown_unit(solution.unit, axes.costs[1])
+    lines = [_level(axes, name, level) for name, level in known.items()]
+    return element(
+        "svg",
+        title(words),
+        _grid(axes, factor, unit),
+        *lines,
+        _curve(axes, history, solution.unit),
+        *_level_words(axes, known, solution.unit),
+        viewBox=f"0 0 {short(WIDTH)} {short(HEIGHT)}",
+        class_="chart",
+        role="img",
+    )
+
+
+def _thinned(history: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return at most `_MOST_POINTS` points, the first and the last among them."""
+    if len(history) <= _MOST_POINTS:
+        return history
+    last = len(history) - 1
+    return [history[i * last // (_MOST_POINTS - 1)] for i in range(_MOST_POINTS)]
+
+
+def _axes(history: list[tuple[float, float]], costs: list[float], total: float) -> _Axes:
+    end = max(history[-1][0], total if math.isfinite(total) else 0.0)
+    end = end if end > 0 else 1.0
+    begin = min((s for s, _ in history if s > 0), default=end)
+    log = end / begin > _LOG_FROM
+    low, high = min(costs), max(costs)
+    margin = 0.08 * (high - low) if high > low else max(0.05 * abs(high), 0.5)
+    return _Axes(
+        (begin if log else 0.0, end), (max(0.0, low - margin) if low >= 0 else low - margin, high + margin), log
+    )
+
+
+def _shown_unit(unit: str, largest: float) -> tuple[float, str]:
+    """Return the factor and the name of the unit that the axis of costs is marked in."""
+    if unit == "mm":
+        return (0.001, "m") if largest >= 10_000 else (1.0, "mm")
+    return (1.0 / 60.0, "min") if largest >= 600 else (1.0, "s")
+
+
+def _grid(axes: _Axes, factor: float, unit: str) -> str:
+    """Return faint lines at round costs, ticks at round seconds, and what the axes mean."""
+    bottom = HEIGHT - _BOTTOM
+    low, high = (c * factor for c in axes.costs)
+    step = nice_step(high - low, 4)
+    lines, numbers = [], []
+    for value in ticks(low, high, step):
+        y = axes.y(value / factor)
+        lines.append(f"M{short(_LEFT)} {short(y)}H{short(WIDTH - _RIGHT)}")
+        numbers.append(text(tick_words(value, step), _LEFT - 7, y, text_anchor="end", dy="0.34em"))
+    marks = [f"M{short(_LEFT)} {short(bottom)}H{short(WIDTH - _RIGHT)}"]
+    for seconds, words in _second_ticks(axes):
+        x = axes.x(seconds)
+        marks.append(f"M{short(x)} {short(bottom)}v4")
+        numbers.append(text(words, x, bottom + 16, text_anchor="middle"))
+    middle = (_TOP + bottom) / 2
+    names = text("seconds of search", (_LEFT + WIDTH - _RIGHT) / 2, bottom + 33, text_anchor="middle") + text(
+        f"cost, {unit}", 12, middle, text_anchor="middle", transform=f"rotate(-90 12 {short(middle)})"
+    )
+    return (
+        element("path", d="".join(lines), class_="gridline")
+        + element("path", d="".join(marks), class_="tick")
+        + "".join(numbers)
+        + names
+    )
+
+
+def _second_ticks(axes: _Axes) -> list[tuple[float, str]]:
+    low, high = axes.seconds
+    if not axes.log:
+        step = nice_step(high - low, 5)
+        return [(v, tick_words(v, step)) for v in ticks(low, high, step)]
+    powers = range(math.ceil(math.log10(low) - _EMPTY), math.floor(math.log10(high) + _EMPTY) + 1)
+    marks = [(10.0**p, f"{10.0**p:.{max(0, -p)}f}") for p in powers]
+    # Less than two whole powers of ten on the axis: its ends say more.
+    return marks if len(marks) > 1 else [(v, f"{v:.2g}") for v in (low, high)]
+
+
+def _curve(axes: _Axes, history: list[tuple[float, float]], unit: str) -> str:
+    """Return the best cost as a staircase to the end of the search, its end marked with the cost."""
+    points = [(axes.x(s), axes.y(c)) for s, c in history]
+    (x, y), *rest = points
+    words = [f"M{short(x)} {short(y)}", *(f"H{short(px)}V{short(py)}" for px, py in rest)]
+    end_x, end_y = WIDTH - _RIGHT, points[-1][1]
+    words.append(f"H{short(end_x)}")
+    # The cost only falls, so above the curve there is room: over the highest step that the words stand over.
+    over = [py for (_, py), (next_x, _) in zip(points, [*rest, (end_x, end_y)], strict=True) if next_x > end_x - _WORDS]
+    label_y = min([end_y, *over]) - 8
+    label_y = label_y if label_y > _TOP + 4 else end_y + 16
+    label = text(f"best {cost_words(history[-1][1], unit)}", end_x - 8, label_y, text_anchor="end", class_="value")
+    dot = element("circle", cx=end_x, cy=end_y, r=3.5, class_="point")
+    return element("path", d="".join(words), class_="curve") + dot + label
+
+
+def _level(axes: _Axes, name: str, level: float) -> str:
+    y = short(axes.y(level))
+    return element("path", d=f"M{short(_LEFT)} {y}H{short(WIDTH - _RIGHT)}", class_=f"level {name.partition(' ')[0]}")
+
+
+def _level_words(axes: _Axes, levels: dict[str, float], unit: str) -> list[str]:
+    """Return each level's name and cost, just under its line, or over it at the foot of the chart."""
+    words = []
+    for name, level in levels.items():
+        y = axes.y(level)
+        under = y + _LINE_HEIGHT + 2 <= HEIGHT - _BOTTOM and not (name == "nearest neighbour" and y - _TOP > 12)
+        y += 13 if under else -6
+        words.append(text(f"{name} {cost_words(level, unit)}", _LEFT + 8, y, class_="note"))
+    return words
+
+
+def stacked_bar(times: dict[str, float], longest: float) -> str:
+    """Return one bar of times by kind, its full width being `longest` seconds."""
+    x, parts = 0.0, []
+    for kind in TIME_KINDS:
+        width = 100.0 * max(times.get(kind, 0.0), 0.0) / longest if longest > 0 else 0.0
+        if width > 0:
+            parts.append(element("rect", x=x, y=0.0, width=width, height=10.0, class_=f"time {kind.replace('_', '-')}"))
+        x += width
+    return element("svg", *parts, viewBox="0 0 100 10", preserveAspectRatio="none", class_="bar", aria_hidden="true")
+
+
+def bar(part: float, kind: str = "plain") -> str:
+    """Return a bar that fills `part` (0 to 1) of its width."""
+    part = min(max(part, 0.0), 1.0) if math.isfinite(part) else 0.0
+    track = element("rect", x=0.0, y=0.0, width=100.0, height=10.0, class_="track")
+    fill = element("rect", x=0.0, y=0.0, width=100.0 * part, height=10.0, class_=f"fill {kind}")
+    return element(
+        "svg", track, fill, viewBox="0 0 100 10", preserveAspectRatio="none", class_="bar", aria_hidden="true"
+    )

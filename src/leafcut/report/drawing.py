@@ -1,0 +1,283 @@
+"""The drawing of a path over its holes: one scene for both paths, so that they can be compared at a glance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.outcome import Outcome
+from leafcut.report.frame import Frame
+from leafcut.report.labels import Surroundings, place_labels
+from leafcut.report.svg import STEPS, dots_data, element, in_steps, lines_data, short, text, title
+from leafcut.report.trace import Trace, trace
+
+#: Which of the two paths.
+Which = Literal["before", "after"]
+
+#: Up to so many stops carry numbers; more are told apart by the colour of the path, from first to last.
+MOST_NUMBERS = 120
+#: Colours of the ramp along a path, and of tools before they repeat.
+RAMP = 24
+TOOL_COLOURS = 8
+
+_SMALLEST_HOLE = 1.6  # user units: smaller holes are drawn so large that they can be seen
+_RING = 1.1
+_MOST_GROUPS = 64
+_MOST_ARROWS = 28
+_SHORTEST_ARROWED = 22.0
+_ARROW = 4.2
+_GOLDEN = 0.618034
+
+
+@dataclass(frozen=True, eq=False)
+class Dots:
+    """Holes of one tool and size: `size` in user units as drawn, `points` float64[n, 2] in user units."""
+
+    tool: int
+    size: float
+    points: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """All that the drawings of one outcome share.
+
+    `tools` are the tool numbers in the order of their work; a hole's colour is that of the last tool that works on it
+    (-1: none does). `slots` are (tool, width, centre line) in user units. `numbered`: stops carry numbers.
+    """
+
+    frame: Frame
+    tools: tuple[int, ...]
+    dots: tuple[Dots, ...]
+    slots: tuple[tuple[int, float, NDArray[np.float64]], ...]
+    numbered: bool
+    enlarged: bool
+    before: Trace
+    after: Trace
+    discs: NDArray[np.float64]
+
+
+def build_scene(outcome: Outcome) -> Scene:
+    """Return the scene of an outcome; an empty part gives an empty window."""
+    part = outcome.part
+    before, after = trace(outcome.path_before), trace(outcome.path_after)
+    diameters = part.diameters
+    ends = np.array([(s.start, s.end) for s in part.slots], dtype=np.float64).reshape(-1, 2)
+    radius = np.concatenate([diameters / 2, np.repeat([s.width / 2 for s in part.slots], 2)])[:, None]
+    centres = np.concatenate([part.hole_xy, ends])
+    everything = np.concatenate([centres - radius, centres + radius, before.points, after.points])
+    everything = everything[np.isfinite(everything).all(axis=1)]
+    if not len(everything):
+        everything = np.zeros((1, 2))
+    (x0, y0), (x1, y1) = everything.min(axis=0).tolist(), everything.max(axis=0).tolist()
+    frame = Frame.around((x0, y0), (x1, y1))
+
+    tools = tuple(dict.fromkeys(o.tool.number for o in outcome.operations))
+    of_hole, of_slot = np.full(len(part.holes), -1), np.full(len(part.slots), -1)
+    for operation in outcome.operations:
+        chosen = of_slot if operation.slots else of_hole
+        chosen[list(operation.hole_order)] = tools.index(operation.tool.number)
+    true_sizes = diameters * frame.scale
+    sizes = np.maximum(true_sizes, _SMALLEST_HOLE)
+    placed = frame.place(part.hole_xy)
+    slots = tuple(
+        (int(tool), max(slot.width * frame.scale, _SMALLEST_HOLE), frame.place(np.array([[slot.start, slot.end]])))
+        for tool, slot in zip(of_slot, part.slots, strict=True)
+    )
+    return Scene(
+        frame=frame,
+        tools=tools,
+        dots=_dots(placed, sizes, of_hole),
+        slots=slots,
+        numbered=max(len(before.stops), len(after.stops)) <= MOST_NUMBERS,
+        enlarged=bool((true_sizes < _SMALLEST_HOLE).any()),
+        before=before,
+        after=after,
+        discs=np.concatenate([placed, sizes[:, None] / 2], axis=1),
+    )
+
+
+def _dots(points: NDArray[np.float64], sizes: NDArray[np.float64], tools: NDArray[np.int64]) -> tuple[Dots, ...]:
+    """Return the holes grouped by tool and size, the largest first so that no hole hides a smaller one."""
+    if len(np.unique(sizes)) > _MOST_GROUPS:  # as good as any size: steps of 5 %
+        sizes = 1.05 ** np.rint(np.log(sizes) / math.log(1.05))
+    keys, group = np.unique(np.stack([-sizes, tools], axis=1), axis=0, return_inverse=True)
+    group = group.reshape(-1)
+    return tuple(Dots(int(tool), -size, points[group == g]) for g, (size, tool) in enumerate(keys.tolist()))
+
+
+def tool_class(scene: Scene, tool: int) -> str:
+    """Return the CSS class of a tool's colour: neutral when there is only one, and ``idle`` where none works."""
+    if tool < 0:
+        return "idle"
+    return "only" if len(scene.tools) == 1 else f"t{tool % TOOL_COLOURS}"
+
+
+def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bool = False) -> str:
+    """Return the drawing of the path ``before`` or ``after`` as an SVG element with `words` as its title.
+
+    The holes are drawn in this SVG under the id `holes` if it is given as ``"=name"``, and taken from another SVG of
+    the page if it is ``"#name"``, so that a page holds a hundred thousand holes once. `size` states width and height.
+    """
+    frame, path = scene.frame, scene.before if which == "before" else scene.after
+    width, height = frame.size
+    x, y = frame.origin
+    drawn = element("use", href=holes) if holes.startswith("#") else _holes(scene, holes.removeprefix("="))
+    inside = (drawn, _rapids(scene, path), _cuts(path, frame), _arrows(frame.place(path.rapids)), *_ends(scene, path))
+    return element(
+        "svg",
+        title(words),
+        frame.axes(),
+        element("g", *inside, transform=f"translate({short(x)} {short(y)})"),
+        viewBox=f"0 0 {short(width)} {short(height)}",
+        width=width if size else None,
+        height=height if size else None,
+        class_="drawing" if scene.numbered else "drawing ramped",
+        role="img",
+        xmlns="http://www.w3.org/2000/svg" if size else None,
+    )
+
+
+def _holes(scene: Scene, name: str) -> str:
+    """Return every hole once, as a dot with a rim, and every slot."""
+    parts = []
+    for number, dots in enumerate(scene.dots):
+        of_tool, data = tool_class(scene, dots.tool), dots_data(dots.points)
+        if dots.size < 4 * _RING:
+            parts.append(element("path", d=data, class_=f"hole {of_tool}", stroke_width=dots.size * STEPS))
+            continue
+        shape = f"{name or 'holes'}-{number}"
+        parts += [
+            element("g", element("path", id=shape, d=data), class_=f"hole {of_tool}", stroke_width=dots.size * STEPS),
+            element("use", href=f"#{shape}", class_=f"inside {of_tool}", stroke_width=(dots.size - 2 * _RING) * STEPS),
+        ]
+    for tool, width, line in scene.slots:
+        data, of_tool = lines_data(line), tool_class(scene, tool)
+        parts.append(element("path", d=data, class_=f"slot {of_tool}", stroke_width=width * STEPS))
+        if width > 4 * _RING:
+            parts.append(element("path", d=data, class_=f"inside {of_tool}", stroke_width=(width - 2 * _RING) * STEPS))
+    return element("g", in_steps(*parts), id=name or None)
+
+
+def _rapids(scene: Scene, path: Trace) -> str:
+    """Return the rapids: in one colour where stops are numbered, else in a ramp of colours from first to last."""
+    segments = scene.frame.place(path.rapids)
+    width = 1.25 if len(segments) <= 400 else 0.9 if len(segments) <= 4000 else 0.55
+    if scene.numbered:
+        lines = [element("path", d=lines_data(segments), class_="rapid")]
+    else:
+        chunks = np.array_split(segments, RAMP)
+        lines = [element("path", d=lines_data(c), class_=f"rapid r{i}") for i, c in enumerate(chunks) if len(c)]
+    return element("g", in_steps(*lines), stroke_width=width * STEPS)
+
+
+def _cuts(path: Trace, frame: Frame) -> str:
+    if not len(path.cuts):
+        return ""
+    return in_steps(element("path", d=lines_data(frame.place(path.cuts)), class_="cut", stroke_width=2.6 * STEPS))
+
+
+def _arrows(segments: NDArray[np.float64]) -> str:
+    """Return arrow heads in the middle of some of the longer rapids, spread evenly over the path."""
+    along = segments[:, 1] - segments[:, 0]
+    length = np.hypot(along[:, 0], along[:, 1])
+    long = np.flatnonzero(length >= min(_SHORTEST_ARROWED, length.max(initial=0.0) * 0.9))
+    if not len(long):
+        return ""
+    if len(long) > _MOST_ARROWS:
+        # One from each stretch, not always at the same place of it: rows of a grid would put them all in one column.
+        spread = np.arange(_MOST_ARROWS) + np.arange(_MOST_ARROWS) * _GOLDEN % 1.0
+        long = long[(spread * len(long) / _MOST_ARROWS).astype(np.int64)]
+    heads = []
+    for row in long[length[long] > 2 * _ARROW].tolist():
+        (dx, dy), (mx, my) = (along[row] / length[row]).tolist(), segments[row].mean(axis=0).tolist()
+        tip = (mx + dx * _ARROW, my + dy * _ARROW)
+        wings = [
+            (mx + s * dy * _ARROW * 0.62 - dx * _ARROW, my - s * dx * _ARROW * 0.62 - dy * _ARROW) for s in (1, -1)
+        ]
+        heads.append("M" + "L".join(f"{short(px)} {short(py)}" for px, py in (wings[0], tip, wings[1])) + "z")
+    return element("path", d="".join(heads), class_="arrow")
+
+
+def _ends(scene: Scene, path: Trace) -> list[str]:
+    """Return the marks of the first and the last stop, and numbers where there are few enough of them."""
+    if not len(path.stops):
+        return []
+    visits: dict[tuple[float, float], list[str]] = {}
+    for number, (x, y) in enumerate(path.stops.tolist(), start=1):
+        visits.setdefault((x, y), []).append(str(number))
+    places = scene.frame.place(np.array(list(visits)))
+    radii = _radii(scene, places)
+    last = list(visits).index(tuple(path.stops[-1].tolist()))
+    free = radii.copy()
+    marks = _marks(scene, places, free, last)
+    if not scene.numbered:
+        return marks
+    return [
+        *marks,
+        _numbers(scene, path, np.column_stack([places, free, radii]), ["/".join(v) for v in visits.values()]),
+    ]
+
+
+def _numbers(scene: Scene, path: Trace, stops: NDArray[np.float64], words: list[str]) -> str:
+    """Return the numbers of the stops, each where it covers the least.
+
+    `stops` is float64[k, 4]: x, y, the radius that is kept free, and the radius of the hole.
+    """
+    frame, font = scene.frame, _font(stops[:, :2])
+    lines = frame.place(np.concatenate([path.rapids, path.cuts]))
+    around = Surroundings(np.concatenate([scene.discs, stops[:, :3]]), lines, (frame.width, frame.height))
+    spots = place_labels(stops, words, font, around)
+    numbers = [text(w, spot[0], spot[1], dy="0.35em") for w, spot in zip(words, spots, strict=True) if spot]
+    return element("g", *numbers, class_="number", font_size=font, stroke_width=font * 0.3)
+
+
+def _radii(scene: Scene, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the drawn radius of the largest hole at each place, 0 where there is none (a slot's end)."""
+    sizes: dict[tuple[int, int], float] = {}
+    for x, y, radius in scene.discs.tolist():
+        key = (round(x * STEPS), round(y * STEPS))
+        sizes[key] = max(radius, sizes.get(key, 0.0))
+    return np.array([sizes.get((round(x * STEPS), round(y * STEPS)), 0.0) for x, y in places.tolist()])
+
+
+def _font(places: NDArray[np.float64]) -> float:
+    """Return a size of the numbers that suits the usual distance from a hole to the next one."""
+    if len(places) < 2:
+        return 11.0
+    apart = np.hypot(*(places[:, None, :] - places[None, :, :]).transpose(2, 0, 1))
+    np.fill_diagonal(apart, np.inf)
+    return float(np.clip(0.45 * np.median(apart.min(axis=1)), 7.0, 11.0))
+
+
+def _marks(scene: Scene, places: NDArray[np.float64], radii: NDArray[np.float64], last: int) -> list[str]:
+    """Return a ring around the first stop and a square around the last one; `radii` grow where they stand."""
+    radii[0] = ring = max(radii[0] + 3.0, 4.5)
+    (x0, y0), (x1, y1) = places[[0, last]].tolist()
+    half = max(radii[last] + 3.0, 4.5)
+    radii[last] = 1.35 * half
+    square = f"M{short(x1 - half)} {short(y1 - half)}h{short(2 * half)}v{short(2 * half)}h{short(-2 * half)}z"
+    shapes = (element("circle", cx=x0, cy=y0, r=ring), element("path", d=square))
+    marks = [element("g", *shapes, class_="halo"), element("g", *shapes, class_="end")]
+    if not scene.numbered:
+        wide, high = scene.frame.width, scene.frame.height
+        marks += [_word("start", x0, y0, ring, wide, high), _word("end", x1, y1, half, wide, high)]
+    return marks
+
+
+def _word(word: str, x: float, y: float, reach: float, width: float, height: float) -> str:
+    """Return a word beside a mark, on the side where there is room."""
+    left = x > width - 50
+    y = min(max(y, 8.0), height - 8.0)
+    return text(
+        word,
+        x + (-1 if left else 1) * (reach + 4),
+        y,
+        dy="0.35em",
+        text_anchor="end" if left else "start",
+        class_="mark",
+    )

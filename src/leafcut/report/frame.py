@@ -1,0 +1,112 @@
+"""The frame of a drawing: which millimetres are shown, at what scale, with axes and a scale bar."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.report.svg import element, nice_step, short, text, tick_words, ticks
+
+#: Width of a drawing in user units; about the width of a column on a desk's screen, in pixels. A part that is much
+#: wider than high takes both columns.
+WIDTH = 480.0
+WIDE = 960.0
+_WIDE_FROM = 2.4
+_TOP, _BOTTOM, _RIGHT = 6.0, 44.0, 6.0
+_TICK = 4.0
+_LARGEST_HEIGHT = 1.35 * WIDTH
+_SMALLEST_HEIGHT = 0.28 * WIDTH
+_MARGIN = 0.04
+_CHARACTER = 6.8
+_WIDEST_NUMBERS = 120.0
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A window on the part: millimetres (y up) to user units (y down).
+
+    `low` and `high` are its corners in mm, `scale` user units per mm, `left` the room for the numbers of the y axis,
+    `width` and `height` the size of the window in user units.
+    """
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+    scale: float
+    left: float
+    width: float
+    height: float
+
+    @classmethod
+    def around(cls, low: tuple[float, float], high: tuple[float, float]) -> Frame:
+        """Return the frame that shows everything between two corners, with a margin."""
+        span = max(high[0] - low[0], high[1] - low[1])
+        margin = _MARGIN * span if span > 0 else 10.0
+        spans = [high[i] - low[i] + 2 * margin for i in range(2)]
+        middle = [(high[i] + low[i]) / 2 for i in range(2)]
+        step = nice_step(max(spans), 6)
+        numbers = (tick_words(middle[1] + s * spans[1] / 2, step) for s in (-1, 1))
+        left = min(28.0 + _CHARACTER * max(len(n) for n in numbers), _WIDEST_NUMBERS)
+        width = (WIDE if spans[0] > _WIDE_FROM * spans[1] else WIDTH) - left - _RIGHT
+        height = min(max(width * spans[1] / spans[0], _SMALLEST_HEIGHT), _LARGEST_HEIGHT)
+        scale = min(width / spans[0], height / spans[1])
+        # The window is filled to its edges: what the part does not need is empty plate around it.
+        low = (middle[0] - width / scale / 2, middle[1] - height / scale / 2)
+        high = (middle[0] + width / scale / 2, middle[1] + height / scale / 2)
+        return cls(low, high, scale, left, width, height)
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height of the whole drawing, axes included, user units."""
+        return (self.left + self.width + _RIGHT, _TOP + self.height + _BOTTOM)
+
+    @property
+    def wide(self) -> bool:
+        """True for a drawing that wants the whole width of a page."""
+        return self.width > WIDTH
+
+    def place(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return points in mm, float64[…, 2], in user units of the window (not yet shifted by `origin`)."""
+        placed: NDArray[np.float64] = np.stack(
+            [(points[..., 0] - self.low[0]) * self.scale, (self.high[1] - points[..., 1]) * self.scale], axis=-1
+        )
+        return placed
+
+    @property
+    def origin(self) -> tuple[float, float]:
+        """Upper left corner of the window in the drawing."""
+        return (self.left, _TOP)
+
+    def axes(self) -> str:
+        """Return the frame's edge with ticks in mm on the left and below, and a scale bar."""
+        step = nice_step(max(self.high[0] - self.low[0], self.high[1] - self.low[1]), 6)
+        marks, numbers = [], []
+        x0, y0 = self.origin
+        bottom = y0 + self.height
+        for value in ticks(self.low[0], self.high[0], step):
+            x = x0 + (value - self.low[0]) * self.scale
+            marks.append(f"M{short(x)} {short(bottom)}v{short(_TICK)}")
+            numbers.append(text(tick_words(value, step), x, bottom + 15, text_anchor="middle"))
+        for value in ticks(self.low[1], self.high[1], step):
+            y = y0 + (self.high[1] - value) * self.scale
+            marks.append(f"M{short(x0)} {short(y)}h{short(-_TICK)}")
+            numbers.append(text(tick_words(value, step), x0 - _TICK - 3, y, text_anchor="end", dy="0.34em"))
+        edge = element("rect", x=x0, y=y0, width=self.width, height=self.height, rx=1.0, class_="edge")
+        names = text("x mm", x0, bottom + 36) + text(
+            "y mm", 11, y0 + self.height / 2, text_anchor="middle", transform=self._upright(11, y0 + self.height / 2)
+        )
+        return element("g", edge, element("path", d="".join(marks), class_="tick"), *numbers, names, self._bar(step))
+
+    @staticmethod
+    def _upright(x: float, y: float) -> str:
+        return f"rotate(-90 {short(x)} {short(y)})"
+
+    def _bar(self, step: float) -> str:
+        """Return a bar as long as one tick step, with its length: it stays true when the page is scaled or printed."""
+        length = step * self.scale
+        x, y = self.left + self.width - length, _TOP + self.height + 33
+        path = f"M{short(x)} {short(y - 3)}v6m0 -3h{short(length)}m0 -3v6"
+        return element("path", d=path, class_="bar") + text(
+            f"{tick_words(step, step)} mm", x - 6, y, text_anchor="end", dy="0.34em"
+        )

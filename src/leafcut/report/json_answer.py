@@ -1,0 +1,84 @@
+"""The answer of `leafcut optimize --json`: one object of plain values, with the keys that scripts rely on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from leafcut.model.outcome import Measure, OperationOutcome, Outcome
+from leafcut.report.wording import algorithm_words, feed_mm_min, plain_number
+
+
+def as_json(outcome: Outcome) -> dict[str, Any]:
+    """Return the outcome as a dict of lists, dicts, texts and finite numbers; what is not known is None.
+
+    Lengths are in mm, times in s, feeds in mm/min. `lower_bound` is in the unit of the objective: s or mm.
+    """
+    gap = plain_number(outcome.gap)
+    return {
+        "input": outcome.part.source or outcome.part.name,
+        "output": outcome.output,
+        "report": outcome.report,
+        "process": outcome.process,
+        "machine": outcome.machine.name,
+        "dialect": outcome.dialect,
+        "algorithm": algorithm_words(outcome),
+        "seed": outcome.seed,
+        "counts": {
+            "holes": len(outcome.part.holes),
+            "slots": len(outcome.part.slots),
+            "tools": len({o.tool.number for o in outcome.operations}),
+            "operations": len(outcome.operations),
+        },
+        "before": _measure(outcome.before),
+        "nearest": _measure(outcome.nearest),
+        "after": _measure(outcome.after),
+        "saved_percent": plain_number(outcome.saved_percent),
+        "lower_bound": plain_number(outcome.lower_bound),
+        "gap_percent": None if gap is None else 100.0 * gap,
+        "verified": bool(outcome.verified),
+        "seconds": plain_number(outcome.seconds),
+        "tools": [_tool(o) for o in outcome.operations],
+        "workers": [w for number, o in enumerate(outcome.operations) for w in _workers(number, o)],
+        "issues": [
+            {"code": i.code, "severity": i.severity.value, "message": i.message, "place": i.place}
+            for i in outcome.issues
+        ],
+    }
+
+
+def _measure(measure: Measure) -> dict[str, float | None]:
+    return {
+        "travel_mm": plain_number(measure.travel_mm),
+        "cut_mm": plain_number(measure.cut_mm),
+        "time_s": plain_number(measure.time_s),
+    }
+
+
+def _tool(operation: OperationOutcome) -> dict[str, Any]:
+    """Return one operation's tool; a tool with two operations (holes and slots) has two entries."""
+    tool = operation.tool
+    return {
+        "number": tool.number,
+        "kind": tool.kind.value,
+        "name": tool.name,
+        "diameter_mm": plain_number(tool.diameter),
+        "cycle": operation.cycle,
+        "feed_mm_min": plain_number(feed_mm_min(tool.feed)),
+        "speed_rpm": plain_number(tool.spindle_rpm),
+        "slots" if operation.slots else "holes": len(operation.hole_order),
+        "assumed": tool.assumed,
+    }
+
+
+def _workers(number: int, operation: OperationOutcome) -> list[dict[str, Any]]:
+    return [
+        {
+            "operation": number,
+            "tool": operation.tool.number,
+            "worker": w.worker,
+            "ants": w.ants,
+            "seconds": plain_number(w.seconds),
+            "best": plain_number(w.best),
+        }
+        for w in operation.solution.workers
+    ]

@@ -1,0 +1,112 @@
+"""Where the number of a hole is written: beside it, off other holes and numbers and, where it can be, off paths."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Width of a digit and height of a capital, in font sizes, of the usual sans-serif faces.
+DIGIT_WIDTH = 0.56
+CAP_HEIGHT = 0.72
+
+#: What a place costs: worse by far to cover another number than a hole, and a hole than a line.
+_OUTSIDE = _ON_NUMBER = 1000.0
+_ON_HOLE = 60.0
+_ON_LINE = 4.0
+_WORST_ACCEPTED = 999.0
+_GAP = 1.2
+
+#: Directions around the hole (y down), the most usual first.
+_DIRECTIONS = ((1, -1), (-1, -1), (1, 1), (-1, 1), (1, 0), (-1, 0), (0, -1), (0, 1))
+_DIAGONAL = 0.72
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What numbers should not cover, in user units (y down).
+
+    `holes` float64[n, 3]: x, y, radius. `lines` float64[m, 2, 2]. `size`: width and height of the drawing.
+    """
+
+    holes: NDArray[np.float64]
+    lines: NDArray[np.float64]
+    size: tuple[float, float]
+
+
+def place_labels(
+    stops: NDArray[np.float64], words: list[str], font: float, around: Surroundings
+) -> list[tuple[float, float] | None]:
+    """Return the middle of each number, in user units, or None where every place would cover another number.
+
+    `stops` is float64[n, 4]: x, y, the radius that is kept free around, and that of the hole, inside which a number is
+    written when the hole is large enough.
+    """
+    placed: list[NDArray[np.float64]] = []
+    centres: list[tuple[float, float] | None] = []
+    for (x, y, free, hole), word in zip(stops.tolist(), words, strict=True):
+        half = np.array([DIGIT_WIDTH * font * len(word), CAP_HEIGHT * font]) / 2 + (1.6, 0.6)
+        candidates = _candidates((x, y), free, hole, half)
+        costs = _costs(candidates, half, (x, y), around, placed)
+        best = int(np.argmin(costs))
+        if costs[best] > _WORST_ACCEPTED:
+            centres.append(None)
+            continue
+        centre = candidates[best]
+        placed.append(np.concatenate([centre - half, centre + half]))
+        centres.append((float(centre[0]), float(centre[1])))
+    return centres
+
+
+def _candidates(
+    centre: tuple[float, float], free: float, hole: float, half: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the middles to try, float64[k, 2]: inside the hole if it is large enough, then around it."""
+    (x, y), reach = centre, free + _GAP
+    around = []
+    for dx, dy in _DIRECTIONS:
+        out = reach * (_DIAGONAL if dx and dy else 1.0)
+        around.append((x + dx * (out + half[0]), y + dy * (out + half[1])))
+    inside = [(x, y)] if np.hypot(*half) < hole - 1 else []
+    return np.array(inside + around)
+
+
+def _costs(
+    candidates: NDArray[np.float64],
+    half: NDArray[np.float64],
+    own: tuple[float, float],
+    around: Surroundings,
+    placed: list[NDArray[np.float64]],
+) -> NDArray[np.float64]:
+    costs = np.arange(len(candidates), dtype=np.float64) * 0.1
+    inside = len(candidates) > len(_DIRECTIONS)
+    others = np.abs(around.holes[:, :2] - own).sum(axis=1) > 1e-6
+    for number, centre in enumerate(candidates):
+        low, high = centre - half, centre + half
+        if (low < 0).any() or (high > around.size).any():
+            costs[number] += _OUTSIDE
+        if placed:
+            boxes = np.array(placed)
+            costs[number] += _ON_NUMBER * ((boxes[:, :2] < high) & (boxes[:, 2:] > low)).all(axis=1).sum()
+        nearest = np.clip(around.holes[:, :2], low, high)
+        covered = np.hypot(*(around.holes[:, :2] - nearest).T) < around.holes[:, 2] + 0.5
+        costs[number] += _ON_HOLE * (covered & others).sum()
+        if number or not inside:
+            costs[number] += _ON_LINE * crossing(around.lines, low, high).sum()
+    return costs
+
+
+def crossing(lines: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which segments, float64[m, 2, 2], pass through the box from `low` to `high`: bool[m] (slab test)."""
+    if not len(lines):
+        return np.zeros(0, dtype=bool)
+    start, along = lines[:, 0], lines[:, 1] - lines[:, 0]
+    level = np.abs(along) < 1e-12
+    step = np.where(level, 1.0, along)
+    first, second = (low - start) / step, (high - start) / step
+    inside = (start >= low) & (start <= high)
+    enter = np.where(level, np.where(inside, -np.inf, np.inf), np.minimum(first, second)).max(axis=1)
+    leave = np.where(level, np.where(inside, np.inf, -np.inf), np.maximum(first, second)).min(axis=1)
+    crossed: NDArray[np.bool_] = (enter <= leave) & (leave >= 0) & (enter <= 1)
+    return crossed

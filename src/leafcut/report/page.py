@@ -1,0 +1,120 @@
+"""The report page: one HTML file with everything inside, and drawings as files of their own."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from typing import Any
+
+from leafcut.model.outcome import Outcome
+from leafcut.report import views
+from leafcut.report.colours import drawing_css, style_sheet
+from leafcut.report.drawing import RAMP, Scene, Which, build_scene, drawing, tool_class
+from leafcut.report.svg import element
+from leafcut.report.wording import algorithm_words, clean, count, counts_words, length_words, time_words
+
+
+def write_page(outcome: Outcome) -> str:
+    """Return the report as one HTML page that needs nothing else: no script, no request, styles and drawings inside.
+
+    Everything from files is escaped by the template or by `svg.element`; a content security policy lets nothing run.
+    """
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from markupsafe import Markup
+
+    scene = build_scene(outcome)
+    css = drawing_css() + style_sheet("page.css")
+    environment = Environment(
+        loader=PackageLoader("leafcut.report", ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    # What our own functions drew is escaped already; the mark of it is given here, once, and nowhere else.
+    environment.filters["drawn"] = Markup
+    page = environment.get_template("page.html.jinja")
+    return page.render(css=css, css_hash=_hash(css), **_content(outcome, scene))
+
+
+def path_svg(outcome: Outcome, which: Which) -> str:
+    """Return the path ``before`` or ``after`` over the holes as a stand-alone SVG file."""
+    scene = build_scene(outcome)
+    words = _path_words(outcome, which)
+    svg = drawing(scene, which, words, size=True)
+    style = element("style", drawing_css())
+    head, title, rest = svg.partition("</title>")
+    return f"{head}{title}{style}{rest}\n"
+
+
+def _hash(css: str) -> str:
+    return base64.b64encode(hashlib.sha256(css.encode()).digest()).decode()
+
+
+def _path_words(outcome: Outcome, which: Which) -> str:
+    order = "the drawing’s order" if which == "before" else "leafcut’s order"
+    return f"Path of {clean(outcome.part.name)} in {order}"
+
+
+def _content(outcome: Outcome, scene: Scene) -> dict[str, Any]:
+    return {
+        "name": clean(outcome.part.name),
+        "source": clean(outcome.part.source),
+        "output": clean(outcome.output),
+        "counts": counts_words(outcome),
+        "machine": clean(outcome.machine.name),
+        "machine_words": clean(outcome.machine.description),
+        "dialect": clean(outcome.dialect),
+        "process": clean(outcome.process),
+        "algorithm": clean(algorithm_words(outcome)),
+        "seed": outcome.seed,
+        "version": clean(outcome.version),
+        "seconds": time_words(outcome.seconds),
+        "verified": outcome.verified,
+        "options": [(clean(flag), clean(value)) for flag, value in outcome.options.items()],
+        "size": _size(outcome),
+        "drawn": bool(outcome.part.holes or outcome.part.slots or len(scene.after.points)),
+        "saved": views.saved(outcome),
+        "orders": views.orders(outcome),
+        "times": views.times(outcome),
+        "before": drawing(scene, "before", _path_words(outcome, "before"), holes="=holes"),
+        "after": drawing(scene, "after", _path_words(outcome, "after"), holes="#holes"),
+        "wide": scene.frame.wide,
+        "travel": [length_words(m.travel_mm) for m in (outcome.before, outcome.after)],
+        "legend": _legend(outcome, scene),
+        "searches": views.searches(outcome),
+        "workers": views.workers(outcome),
+        "tools": views.tools(outcome, scene),
+        "issues": views.issues(outcome),
+        "program": views.program(outcome),
+    }
+
+
+def _size(outcome: Outcome) -> str:
+    x0, y0, x1, y1 = outcome.part.extents
+    return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm between centres"
+
+
+def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:
+    """Return what the drawings show; only what is there is explained."""
+    # A hole's colour is that of its last tool, so a tool that is always followed by another one colours nothing.
+    shown = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
+    entries = [(tool_class(scene, t), _tool_words(outcome, scene.tools[t])) for t in sorted(shown) if t >= 0]
+    if -1 in shown:
+        entries.append(("idle", "not machined"))
+    return {
+        "ramp": None if scene.numbered else [f"r{i}" for i in range(0, RAMP, 3)],
+        "cuts": bool(len(scene.after.cuts) or len(scene.before.cuts)),
+        "stops": bool(len(scene.after.stops)),
+        "tools": entries,
+        "enlarged": scene.enlarged,
+    }
+
+
+def _tool_words(outcome: Outcome, number: int) -> str:
+    """Return ``T1 drill Ø6.35, 70 holes and 2 slots``, a tool's operations taken together."""
+    work = [
+        count(len(o.hole_order), "slot" if o.slots else "hole") for o in outcome.operations if o.tool.number == number
+    ]
+    label = next(o.tool.label for o in outcome.operations if o.tool.number == number)
+    return f"{clean(label)}, {' and '.join(work)}"

@@ -1,0 +1,118 @@
+"""The summary on the terminal: what there was, what there is now, and whether to trust it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from leafcut.model.issue import Severity
+from leafcut.model.outcome import Outcome
+from leafcut.report.wording import (
+    NO_VALUE,
+    algorithm_words,
+    clean,
+    counts_words,
+    group_issues,
+    length_words,
+    percent_words,
+    saved_percent,
+    time_words,
+)
+
+if TYPE_CHECKING:
+    from rich.console import Console, Group, RenderableType
+    from rich.table import Table
+    from rich.text import Text
+
+#: So many kinds of issue are named; the report page has them all.
+MOST_ISSUES = 8
+
+
+def summary(outcome: Outcome) -> RenderableType:
+    """Return what `rich` prints: part and machine, a table of the three orders, facts, issues. Fits 80 columns.
+
+    Colour only underlines what the words say; names from files are printed as they are, never as markup.
+    """
+    from rich.console import Group
+
+    parts: list[RenderableType] = [_title(outcome), "", _orders(outcome), "", _facts(outcome)]
+    if outcome.issues:
+        parts += ["", _issues(outcome)]
+    return Group("", *parts, "")
+
+
+def print_summary(outcome: Outcome, console: Console) -> None:
+    """Print the summary on a console of `rich`."""
+    console.print(summary(outcome))
+
+
+def _title(outcome: Outcome) -> Text:
+    from rich.text import Text
+
+    machine = f"{clean(outcome.machine.name)} ({clean(outcome.dialect)})"
+    return Text.assemble(
+        (clean(outcome.part.name), "bold"), "\n", (f"{counts_words(outcome)} · {machine}", "dim"), overflow="fold"
+    )
+
+
+def _orders(outcome: Outcome) -> Table:
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim", pad_edge=False)
+    table.add_column("order")
+    for title in ("travel", "cutting", "time", "saved"):
+        table.add_column(title, justify="right", no_wrap=True)
+    rows = (
+        ("drawing", outcome.before, ""),
+        ("nearest neighbour", outcome.nearest, ""),
+        ("leafcut", outcome.after, "bold green"),
+    )
+    for name, measure, style in rows:
+        saved = NO_VALUE if name == "drawing" else percent_words(saved_percent(outcome, measure))
+        figures = (length_words(measure.travel_mm), length_words(measure.cut_mm), time_words(measure.time_s), saved)
+        table.add_row(Text(name, style), *(Text(f, style) for f in figures))
+    return table
+
+
+def _facts(outcome: Outcome) -> Table:
+    from rich.table import Table
+    from rich.text import Text
+
+    verified = Text("yes, read back: it does the work that was planned", "green")
+    facts: list[tuple[str, Text]] = [
+        ("verified", verified if outcome.verified else Text("no", "bold red")),
+    ]
+    if outcome.gap is not None:
+        facts.append(("gap", Text(f"at most {percent_words(100 * outcome.gap, 2)} above the best possible order")))
+    if outcome.operations:
+        method = f"{clean(algorithm_words(outcome))}, seed {outcome.seed}, {time_words(outcome.seconds)}"
+        facts.append(("method", Text(method)))
+    facts += [
+        (name, Text(clean(place), "cyan", overflow="fold"))
+        for name, place in (("program", outcome.output), ("report", outcome.report))
+        if place
+    ]
+    table = Table.grid(padding=(0, 2, 0, 0))
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column(overflow="fold")
+    for name, words in facts:
+        table.add_row(name, words)
+    return table
+
+
+def _issues(outcome: Outcome) -> Group:
+    from rich.console import Group
+    from rich.text import Text
+
+    groups = group_issues(outcome.issues)
+    lines = []
+    for group in groups[:MOST_ISSUES]:
+        style = "yellow" if group.severity is Severity.WARNING else "dim"
+        number = f"{group.number:,} × " if group.number > 1 else ""
+        place = f" ({group.place})" if group.place else ""
+        words = (group.code, style), "  ", (number, "dim"), group.message, (place, "dim")
+        lines.append(Text.assemble(*words, no_wrap=True, overflow="ellipsis"))
+    rest = sum(group.number for group in groups[MOST_ISSUES:])
+    if rest:
+        lines.append(Text(f"+ {rest:,} more", "dim"))
+    return Group(*lines)

@@ -1,0 +1,105 @@
+"""SVG as text: elements with every attribute escaped, and path data that stays small for a hundred thousand points."""
+
+from __future__ import annotations
+
+import math
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.report.wording import clean
+
+#: Path data is written in whole steps of 1/32 of a user unit: finer than a screen, on paper as well, and short.
+STEPS = 32
+
+
+def element(tag: str, *children: str, **attributes: str | float | None) -> str:
+    """Return ``<tag attributes>children</tag>``; children are SVG already, attributes are escaped here.
+
+    A trailing underscore is dropped from an attribute's name and the others become hyphens; None leaves it out.
+    """
+    words = [tag]
+    for name, value in attributes.items():
+        if value is not None:
+            text = clean(value) if isinstance(value, str) else short(value)
+            words.append(f'{name.rstrip("_").replace("_", "-")}="{escape(text)}"')
+    return f"<{' '.join(words)}>{''.join(children)}</{tag}>"
+
+
+def text(words: str, x: float, y: float, **attributes: str | float | None) -> str:
+    """Return a text element with the words escaped."""
+    return element("text", escape(clean(words)), x=x, y=y, **attributes)
+
+
+def title(words: str) -> str:
+    """Return the title of a drawing: what a reader who cannot see it is told."""
+    return element("title", escape(clean(words)))
+
+
+def short(value: float) -> str:
+    """Return a finite number with two decimals at most, without trailing zeros."""
+    words = f"{value:.2f}".rstrip("0").rstrip(".")
+    return "0" if words == "-0" else words
+
+
+def lines_data(segments: NDArray[np.float64]) -> str:
+    """Return path data of straight segments, float64[n, 2, 2] in user units, in `STEPS`.
+
+    A segment that begins where the one before ended continues its line. Relative numbers, rounded from absolute
+    ones, so that errors do not add up.
+    """
+    if not len(segments):
+        return ""
+    rows = np.rint(segments.reshape(-1, 4) * STEPS).astype(np.int64)
+    joined = np.concatenate([[False], (rows[1:, :2] == rows[:-1, 2:]).all(axis=1)])
+    words = []
+    for (x0, y0, x1, y1), continues in zip(rows.tolist(), joined.tolist(), strict=True):
+        if not continues:
+            words.append(f"M{x0} {y0}l")
+        elif words:
+            words.append(" ")
+        words.append(_pair(x1 - x0, y1 - y0))
+    return "".join(words)
+
+
+def dots_data(points: NDArray[np.float64]) -> str:
+    """Return path data of one dot per point, float64[n, 2] in user units, in `STEPS`.
+
+    A dot is a line of no length (``h0``): with round ends and the right stroke width it is a disc, and it costs ten
+    characters where a circle element costs fifty.
+    """
+    rows = np.rint(points * STEPS).astype(np.int64)
+    moves = np.diff(rows, axis=0, prepend=np.zeros((1, 2), dtype=np.int64))
+    return "".join(f"m{_pair(x, y)}h0" for x, y in moves.tolist())
+
+
+def _pair(x: int, y: int) -> str:
+    return f"{x}{y}" if y < 0 else f"{x} {y}"
+
+
+def in_steps(*children: str) -> str:
+    """Return a group in which path data of `STEPS` fits the drawing around it."""
+    return element("g", *children, transform=f"scale({1 / STEPS:g})")
+
+
+def nice_step(span: float, count: int) -> float:
+    """Return the distance of ticks, 1, 2 or 5 times a power of ten, that gives about `count` of them over `span`."""
+    if not span > 0:
+        return 1.0
+    rough = span / count
+    power = 10.0 ** math.floor(math.log10(rough))
+    # A little less than asked is better than a lot more: 2 for 2.6, not 5.
+    return next(power * f for f in (1.0, 2.0, 5.0, 10.0) if power * f >= 0.75 * rough)
+
+
+def ticks(low: float, high: float, step: float) -> list[float]:
+    """Return the multiples of `step` between `low` and `high`, a hundred at most."""
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return [i * step for i in range(first, min(last, first + 100) + 1)]
+
+
+def tick_words(value: float, step: float) -> str:
+    """Return a tick's number with the decimals that its step needs."""
+    places = max(0, -math.floor(math.log10(step) + 1e-9)) if step > 0 else 0
+    return f"{value:.{places}f}".replace("-", "−") if abs(value) > step / 2 else "0"

@@ -1,0 +1,85 @@
+"""What a toolpath looks like from above: rapids, cuts, and the places where the tool goes down."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes, position_before
+
+_RAPIDS = (Kind.RAPID, Kind.DRILL)
+_ARCS = (Kind.ARC_CW, Kind.ARC_CCW)
+_STEPS_PER_TURN = 48
+_SMALLEST_MOVE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """A toolpath seen from above, mm.
+
+    Attributes
+    ----------
+    rapids, cuts
+        float64[n, 2, 2]: straight segments (from, to) in order; arcs are cut into short ones.
+    stops
+        float64[k, 2]: where the tool goes down into the part, in order.
+    """
+
+    rapids: NDArray[np.float64]
+    cuts: NDArray[np.float64]
+    stops: NDArray[np.float64]
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """Every place of the trace, float64[m, 2], mm."""
+        return np.concatenate([self.rapids.reshape(-1, 2), self.cuts.reshape(-1, 2), self.stops])
+
+
+def trace(path: Toolpath) -> Trace:
+    """Return the toolpath seen from above; moves from or to a place that is not known are left out."""
+    machine = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
+    rows = np.flatnonzero(np.isin(path.kind, [*_RAPIDS, *_ARCS, Kind.FEED]) | machine)
+    kind, end = path.kind[rows], path.end[rows].copy()
+    end[machine[rows]] = np.nan  # machine coordinates say nothing about the place on the part
+    start = np.concatenate([np.full((1, 3), np.nan), end])[: len(end)]
+    known = np.isfinite(start[:, :2]).all(axis=1) & np.isfinite(end[:, :2]).all(axis=1)
+    moved = known & (np.abs(end[:, :2] - start[:, :2]) > _SMALLEST_MOVE).any(axis=1)
+    segments = np.stack([start[:, :2], end[:, :2]], axis=1)
+
+    rapid = np.isin(kind, _RAPIDS) & moved
+    arcs = [_arc_segments(path, int(row)) for row in rows[np.isin(kind, _ARCS) & known]]
+    cuts = np.concatenate([segments[(kind == Kind.FEED) & moved], *arcs])
+    drills = (kind == Kind.DRILL) & np.isfinite(end[:, :2]).all(axis=1)
+    plunges = (kind == Kind.FEED) & known & ~moved & (end[:, 2] < start[:, 2])
+    tools = np.searchsorted(np.flatnonzero(path.kind == Kind.TOOL), rows)
+    return Trace(segments[rapid], cuts, _stops(end[:, :2], drills, plunges, np.cumsum(rapid | ~known) + tools))
+
+
+def _stops(
+    place: NDArray[np.float64], drills: NDArray[np.bool_], plunges: NDArray[np.bool_], travels: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Return the places of drills, and of the first plunge after each travel: the pecks that follow are one stop."""
+    down = np.flatnonzero(drills | plunges)
+    travelled = np.concatenate([[True], np.diff(travels[down]) > 0])[: len(down)]
+    kept: NDArray[np.float64] = place[down[drills[down] | travelled]]
+    return kept
+
+
+def _arc_segments(path: Toolpath, row: int) -> NDArray[np.float64]:
+    """Return an arc as short straight segments seen from above, float64[n, 2, 2], mm."""
+    arc = path.arcs[int(path.ref[row])]
+    first, second, normal = plane_axes(arc.plane)
+    radius, begin, sweep = arc_sweep(path, row)
+    if abs(sweep) > math.tau:  # the turns of a helix lie on top of each other: one is drawn, and the rest of a turn
+        sweep = math.fmod(sweep, math.tau) + math.copysign(math.tau, sweep)
+    parts = np.linspace(0.0, 1.0, 1 + max(2, math.ceil(abs(sweep) / math.tau * _STEPS_PER_TURN)))
+    points = np.empty((len(parts), 3))
+    points[:, first] = arc.center[first] + radius * np.cos(begin + sweep * parts)
+    points[:, second] = arc.center[second] + radius * np.sin(begin + sweep * parts)
+    low, high = position_before(path, row)[normal], path.end[row, normal]
+    points[:, normal] = low + (high - low) * parts
+    points = points[np.isfinite(points[:, :2]).all(axis=1)][:, :2]
+    return np.stack([points[:-1], points[1:]], axis=1)

@@ -1,0 +1,203 @@
+"""The rows and words of the report page, ready to be set: the template only lays them out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from leafcut.model.issue import CODES, Severity
+from leafcut.model.outcome import Measure, OperationOutcome, Outcome
+from leafcut.report import chart
+from leafcut.report.drawing import Scene, tool_class
+from leafcut.report.wording import (
+    NO_VALUE,
+    clean,
+    clean_lines,
+    cost_words,
+    count,
+    feed_mm_min,
+    group_issues,
+    length_words,
+    number_words,
+    percent_words,
+    saved_percent,
+    time_words,
+)
+
+Row = dict[str, Any]
+
+MOST_ISSUE_ROWS = 200
+MOST_WORKER_ROWS = 128
+#: A program of fewer lines is shown whole, of a longer one the first `HEAD_LINES`.
+WHOLE_PROGRAM_LINES = 2000
+HEAD_LINES = 200
+
+_KIND_WORDS = {"centre-drill": "centre drill", "slot-mill": "slot mill"}
+
+
+def orders(outcome: Outcome) -> list[Row]:
+    """Return the three orders: name, time, lengths, saved percent, and a bar of the time."""
+    longest = max(m.time_s for _, m in _measures(outcome))
+    rows = []
+    for number, (name, measure) in enumerate(_measures(outcome)):
+        part = measure.time_s / longest if longest > 0 else 0.0
+        rows.append(
+            {
+                "name": name,
+                "ours": number == 2,
+                "time": time_words(measure.time_s),
+                "travel": length_words(measure.travel_mm),
+                "cut": length_words(measure.cut_mm),
+                "saved": percent_words(saved_percent(outcome, measure)) if number else NO_VALUE,
+                "bar": chart.bar(part, "ours" if number == 2 else "plain"),
+            }
+        )
+    return rows
+
+
+def _measures(outcome: Outcome) -> tuple[tuple[str, Measure], ...]:
+    return (("Drawing order", outcome.before), ("Nearest neighbour", outcome.nearest), ("leafcut", outcome.after))
+
+
+def saved(outcome: Outcome) -> Row:
+    """Return the large figure and the words around it."""
+    seconds = outcome.before.time_s - outcome.after.time_s
+    worse = seconds < 0
+    percent = f"{percent_words(abs(outcome.saved_percent))} {'more' if worse else 'less'} machine time"
+    hundred = f", {time_words(100 * seconds)} on a hundred parts" if seconds > 0 else ""
+    bound = f"At most {percent_words(100 * outcome.gap, 2)} above" if outcome.gap is not None else ""
+    return {
+        "figure": time_words(abs(seconds)),
+        "worse": worse,
+        "words": f"{'longer than' if worse else 'saved against'} the drawing’s order",
+        "percent": f"{percent}{hundred}." if outcome.before.time_s > 0 else "There is nothing to machine.",
+        "gap": f"{bound} the best possible order (lower bound)." if bound else "",
+    }
+
+
+def times(outcome: Outcome) -> Row:
+    """Return the seconds by kind of the three orders, with stacked bars; kinds that never occur are left out."""
+    measures = _measures(outcome)
+    kinds = [k for k in chart.TIME_KINDS if any(m.by_kind.get(k, 0.0) > 0 for _, m in measures)]
+    longest = max(sum(m.by_kind.values()) for _, m in measures)
+    return {
+        "kinds": [{"class": k.replace("_", "-"), "words": chart.TIME_KINDS[k]} for k in kinds],
+        "rows": [
+            {
+                "name": name,
+                "cells": [time_words(m.by_kind.get(k, 0.0)) for k in kinds],
+                "total": time_words(m.time_s),
+                "bar": chart.stacked_bar(m.by_kind, longest),
+            }
+            for name, m in measures
+        ],
+    }
+
+
+def tools(outcome: Outcome, scene: Scene) -> list[Row]:
+    """Return one row per operation."""
+    return [
+        {
+            "class": tool_class(scene, scene.tools.index(o.tool.number)),
+            "number": f"T{o.tool.number}",
+            "kind": clean(o.tool.name) or _KIND_WORDS.get(o.tool.kind.value, o.tool.kind.value),
+            "diameter": f"{o.tool.diameter:.4g}",
+            "cycle": clean(o.cycle) or NO_VALUE,
+            "feed": number_words(feed_mm_min(o.tool.feed)),
+            "speed": number_words(o.tool.spindle_rpm),
+            "work": count(len(o.hole_order), "slot" if o.slots else "hole"),
+            "assumed": o.tool.assumed,
+        }
+        for o in outcome.operations
+    ]
+
+
+def operation_words(operation: OperationOutcome) -> str:
+    """Return ``T1 drill Ø6.35, 70 holes``."""
+    return clean(operation.tool.label) + ", " + count(len(operation.hole_order), "slot" if operation.slots else "hole")
+
+
+def searches(outcome: Outcome) -> list[Row]:
+    """Return how each operation's order was found: words, and the chart where there is a history."""
+    rows = []
+    for operation in outcome.operations:
+        solution = operation.solution
+        facts = [clean(solution.algorithm), cost_words(solution.cost, solution.unit)]
+        if solution.iterations:
+            facts.append(count(solution.iterations, "iteration"))
+        if solution.gap is not None:
+            facts.append(f"gap ≤ {percent_words(100 * solution.gap, 2)}")
+        if solution.stopped_early:
+            facts.append("stopped early")
+        words = operation_words(operation)
+        rows.append(
+            {
+                "name": words,
+                "facts": " · ".join(facts),
+                "still": f"Best from the first moment: {cost_words(solution.cost, solution.unit)}.",
+                "chart": chart.convergence(solution, nearest_cost(outcome), f"Cost against seconds: {words}"),
+            }
+        )
+    return rows
+
+
+def nearest_cost(outcome: Outcome) -> float | None:
+    """Return what the nearest neighbour order costs in the solver's unit, or None where that is not known.
+
+    Two orders of the same work differ by their travel alone, so the difference of the measures is the difference of
+    the costs. With several operations the measures say nothing about one of them.
+    """
+    if len(outcome.operations) != 1:
+        return None
+    solution = outcome.operations[0].solution
+    if solution.unit == "s":
+        return solution.cost + outcome.nearest.time_s - outcome.after.time_s
+    return solution.cost + outcome.nearest.travel_mm - outcome.after.travel_mm
+
+
+def workers(outcome: Outcome) -> Row:
+    """Return one row per worker and operation, with bars of ants and seconds, and how many rows were left out."""
+    every = [(o, w) for o in outcome.operations for w in o.solution.workers]
+    most_ants = max((w.ants for _, w in every), default=0)
+    most_seconds = max((w.seconds for _, w in every), default=0.0)
+    several = len({id(o) for o, _ in every}) > 1
+    rows = [
+        {
+            "tool": f"T{o.tool.number}" if several else "",
+            "worker": w.worker,
+            "ants": f"{w.ants:,}",
+            "ants_bar": chart.bar(w.ants / most_ants if most_ants else 0.0),
+            "seconds": f"{w.seconds:.3f}",
+            "seconds_bar": chart.bar(w.seconds / most_seconds if most_seconds > 0 else 0.0),
+            "best": cost_words(w.best, o.solution.unit),
+            "found": w.best <= o.solution.cost * (1 + 1e-9),
+        }
+        for o, w in every[:MOST_WORKER_ROWS]
+    ]
+    return {"rows": rows, "several": several, "left_out": len(every) - len(rows)}
+
+
+def issues(outcome: Outcome) -> Row:
+    """Return the groups of issues, and the issues themselves up to `MOST_ISSUE_ROWS`, warnings first."""
+    ordered = sorted(outcome.issues, key=lambda i: (i.severity is Severity.NOTE, i.code))
+    rows = [
+        {
+            "code": i.code,
+            "severity": i.severity.value,
+            "message": clean(i.message),
+            "place": clean(i.place),
+        }
+        for i in ordered[:MOST_ISSUE_ROWS]
+    ]
+    groups = [{"code": g.code, "number": f"{g.number:,}", "words": CODES[g.code]} for g in group_issues(outcome.issues)]
+    return {"rows": rows, "groups": groups, "left_out": len(ordered) - len(rows), "number": f"{len(ordered):,}"}
+
+
+def program(outcome: Outcome) -> Row:
+    """Return the program's text, whole or its head, and what it is called."""
+    lines = clean_lines(outcome.text)
+    whole = len(lines) < WHOLE_PROGRAM_LINES
+    shown = lines if whole else lines[:HEAD_LINES]
+    return {
+        "text": "\n".join(shown),
+        "words": count(len(lines), "line") + ("" if whole else f", the first {HEAD_LINES} shown"),
+    }

@@ -1,0 +1,128 @@
+"""Words and numbers for people: text from strangers made harmless, figures as they are read in a shop."""
+
+from __future__ import annotations
+
+import math
+import unicodedata
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.outcome import Measure, Outcome
+from leafcut.units import SECONDS_PER_MINUTE, format_length, format_time
+
+NO_VALUE = "–"
+MINUS = "−"
+
+#: Unicode categories that print nothing and may mislead: controls, direction overrides, surrogates, private use.
+_UNPRINTABLE = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
+
+
+def clean(text: str) -> str:
+    """Return one line in which whatever does not print (escape sequences, direction marks) is ``�``."""
+    return "".join("�" if unicodedata.category(c) in _UNPRINTABLE else c for c in text)
+
+
+def clean_lines(text: str) -> list[str]:
+    """Return the lines of a text, each made harmless by `clean`."""
+    return [clean(line.replace("\t", "    ")) for line in text.splitlines()]
+
+
+def plain_number(value: float | None) -> float | None:
+    """Return a number that JSON can say, else None (JSON has no NaN and no infinity)."""
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def count(number: int, noun: str) -> str:
+    """Return ``1 hole``, ``10,000 holes``."""
+    return f"{number:,} {noun}" + ("" if number == 1 else "s")
+
+
+def time_words(seconds: float) -> str:
+    """Return a time as `format_time` has it, with a true minus sign; a dash for what is not a number."""
+    if not math.isfinite(seconds):
+        return NO_VALUE
+    return (MINUS if seconds < 0 else "") + format_time(abs(seconds))
+
+
+def length_words(mm: float) -> str:
+    """Return a length as `format_length` has it; a dash for what is not a number."""
+    return format_length(mm) if math.isfinite(mm) else NO_VALUE
+
+
+def cost_words(cost: float, unit: str) -> str:
+    """Return a solver's cost in its unit, ``s`` or ``mm``, to four digits, so that close costs can be told apart."""
+    if not math.isfinite(cost):
+        return NO_VALUE
+    if unit == "mm":
+        return f"{cost:.4g} mm" if abs(cost) < 1000 else f"{cost / 1000:#.4g} m".replace(". ", " ")
+    return f"{cost:#.4g} s".replace(". ", " ") if abs(cost) < 10_000 else time_words(cost)
+
+
+def percent_words(percent: float | None, places: int = 1) -> str:
+    """Return ``42.1 %`` with a true minus sign; a dash for no number."""
+    if percent is None or not math.isfinite(percent):
+        return NO_VALUE
+    number = f"{abs(percent):.{places}f}"
+    return (MINUS if percent < 0 and float(number) > 0 else "") + f"{number} %"
+
+
+def number_words(value: float) -> str:
+    """Return a feed or a speed with no more digits than a panel shows; a dash for none."""
+    if not math.isfinite(value) or value <= 0:
+        return NO_VALUE
+    return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
+
+
+def feed_mm_min(feed: float) -> float:
+    """Return a feed of mm/s in mm/min."""
+    return feed * SECONDS_PER_MINUTE
+
+
+def saved_percent(outcome: Outcome, measure: Measure) -> float:
+    """Return the machine time that a measure saves against the drawing's order, percent."""
+    before = outcome.before.time_s
+    return 100.0 * (1.0 - measure.time_s / before) if before > 0 else 0.0
+
+
+def algorithm_words(outcome: Outcome) -> str:
+    """Return the algorithms of all operations, each once, the one with the most holes first."""
+    by_size = sorted(outcome.operations, key=lambda o: -len(o.hole_order))
+    return ", ".join(dict.fromkeys(o.solution.algorithm for o in by_size))
+
+
+def tool_count(outcome: Outcome) -> int:
+    """Return how many different tools work."""
+    return len({o.tool.number for o in outcome.operations})
+
+
+def counts_words(outcome: Outcome) -> str:
+    """Return ``70 holes · 2 slots · 3 tools``."""
+    words = [count(len(outcome.part.holes), "hole")]
+    if outcome.part.slots:
+        words.append(count(len(outcome.part.slots), "slot"))
+    return " · ".join([*words, count(tool_count(outcome), "tool")])
+
+
+@dataclass(frozen=True)
+class IssueGroup:
+    """All issues of one code and severity: how many, and the first of them."""
+
+    code: str
+    severity: Severity
+    number: int
+    message: str
+    place: str
+
+
+def group_issues(issues: Iterable[Issue]) -> list[IssueGroup]:
+    """Return the issues grouped by code, warnings first, then by code."""
+    first: dict[tuple[str, Severity], Issue] = {}
+    numbers: Counter[tuple[str, Severity]] = Counter()
+    for issue in issues:
+        key = (issue.code, issue.severity)
+        numbers[key] += 1
+        first.setdefault(key, issue)
+    order = sorted(first, key=lambda key: (key[1] is Severity.NOTE, key[0]))
+    return [IssueGroup(*key, numbers[key], clean(first[key].message), clean(first[key].place)) for key in order]

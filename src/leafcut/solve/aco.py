@@ -1,0 +1,294 @@
+"""The five ant algorithms of the literature.
+
+Source: M. Dorigo and T. Stützle, Ant Colony Optimization, MIT Press 2004, chapter 3 ("the book" below).
+Differs: pheromone is kept on candidate edges only, so memory grows with n; see `kernels.construct`.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.kernels import pheromone as trails
+from leafcut.kernels.construct import construct_tour, construct_tour_with_decay
+from leafcut.kernels.cost import tour_cost
+from leafcut.options import AcoOptions
+from leafcut.solve.construction import Scratch, nearest_neighbour, random_words
+from leafcut.solve.instance import Instance
+from leafcut.solve.local_search import LocalSearch
+from leafcut.solve.statistics import Best, WorkerLog
+from leafcut.solve.stop import Stop
+
+
+@dataclass(frozen=True)
+class Recommended:
+    """What the book recommends for one algorithm: ants (0 = as many as nodes) and evaporation rate ρ.
+
+    Without local search from box 3.1; with local search the few ants that its section 3.7 and the authors' program
+    ACOTSP use.
+    """
+
+    name: str
+    title: str
+    ants: int
+    rate: float
+    ants_local: int
+    rate_local: float
+
+
+RECOMMENDED = {
+    "as": Recommended("as", "Ant System", 0, 0.5, 25, 0.5),
+    "eas": Recommended("eas", "Elitist Ant System", 0, 0.5, 25, 0.5),
+    "asrank": Recommended("asrank", "rank-based Ant System", 0, 0.1, 25, 0.1),
+    "mmas": Recommended("mmas", "MAX–MIN Ant System", 0, 0.02, 25, 0.2),
+    "acs": Recommended("acs", "Ant Colony System", 10, 0.1, 10, 0.1),
+}
+
+#: As many ants as nodes, but not more than this: the rule is meant for hundreds of nodes.
+MOST_ANTS = 1000
+
+#: MAX–MIN starts again from equal trails when trails have converged and nothing got better for this long.
+RESTART_AFTER = 250
+CONVERGED_BRANCHING = 1.00001
+BRANCHING_SHARE = 0.05
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """The options with every "as recommended" filled in for one instance."""
+
+    algorithm: str
+    ants: int
+    alpha: float
+    beta: float
+    rate: float
+    elitist_weight: float
+    ranks: int
+    greedy_probability: float
+    local_rate: float
+    best_probability: float
+    local_search: bool
+
+    @classmethod
+    def of(cls, algorithm: str, options: AcoOptions, n: int, local_search: bool) -> Parameters:
+        """Return the parameters of `algorithm` for n nodes."""
+        known = RECOMMENDED[algorithm]
+        ants = options.n_ants or (known.ants_local if local_search else known.ants) or min(n, MOST_ANTS)
+        rate = options.evaporation_rate
+        return cls(
+            algorithm=algorithm,
+            ants=ants,
+            alpha=options.pheromone_weight,
+            beta=options.heuristic_weight,
+            rate=rate if rate is not None else (known.rate_local if local_search else known.rate),
+            elitist_weight=ants if options.elitist_weight is None else options.elitist_weight,
+            ranks=min(options.n_ranks, ants),
+            greedy_probability=options.greedy_probability if algorithm == "acs" else 0.0,
+            local_rate=options.local_evaporation_rate,
+            best_probability=options.best_probability,
+            local_search=local_search,
+        )
+
+
+class Colony:
+    """The state of a colony: pheromone on the candidate edges, and how the five algorithms change it."""
+
+    def __init__(self, instance: Instance, parameters: Parameters, c_nn: float) -> None:
+        """Lay equal trails; `c_nn` is the cost of the nearest-neighbour tour."""
+        self.instance, self.parameters = instance, parameters
+        shape = instance.candidates.shape
+        self.initial = _initial_pheromone(parameters, instance.n, c_nn)
+        self.highest, self.lowest = math.inf, 0.0
+        self.pheromone = np.full(shape, self.initial)
+        self.nearness, self.weights = np.zeros(shape), np.zeros(shape)
+        # A thousandth of the mean edge: nodes on one place are near, not infinitely near.
+        offset = max(1e-12, 1e-3 * c_nn / instance.n)
+        trails.fill_nearness(instance.cost, instance.candidates, parameters.beta, offset, self.nearness)
+        self.restarted_at = 0
+        self._learn: Callable[[int, NDArray[np.int32], NDArray[np.float64], Best], None] = {
+            "as": self._ant_system,
+            "eas": self._elitist,
+            "asrank": self._rank_based,
+            "mmas": self._max_min,
+            "acs": self._colony_system,
+        }[parameters.algorithm]
+        self._weigh()
+
+    def reinforce(self, iteration: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
+        """Evaporate and deposit as the algorithm says."""
+        self._learn(iteration, tours, costs, best)
+        self._weigh()
+
+    def _weigh(self) -> None:
+        trails.fill_weights(self.pheromone, self.nearness, self.parameters.alpha, self.weights)
+
+    def _deposit(self, tour: NDArray[np.int32], amount: float) -> None:
+        trails.deposit(self.instance.candidates, tour, amount, self.highest, self.pheromone)
+
+    def _ant_system(self, _: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
+        """All ants deposit 1/C (equations 3.2 to 3.4)."""
+        trails.evaporate(self.pheromone, self.parameters.rate, self.lowest)
+        for tour, cost in zip(tours, costs, strict=True):
+            if cost < math.inf:
+                self._deposit(tour, 1.0 / cost)
+
+    def _elitist(self, iteration: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
+        """As Ant System, and the best tour so far deposits e/C (equation 3.5)."""
+        self._ant_system(iteration, tours, costs, best)
+        self._deposit(best.tour, self.parameters.elitist_weight / best.cost)
+
+    def _rank_based(self, _: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
+        """The w - 1 best ants deposit by rank, the best so far with weight w (equation 3.6)."""
+        trails.evaporate(self.pheromone, self.parameters.rate, self.lowest)
+        w = self.parameters.ranks
+        for rank, ant in enumerate(np.argsort(costs, kind="stable")[: w - 1], start=1):
+            if costs[ant] < math.inf:
+                self._deposit(tours[ant], (w - rank) / costs[ant])
+        self._deposit(best.tour, w / best.cost)
+
+    def _max_min(self, iteration: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
+        """One ant deposits, within trail limits; equal trails again when they have converged (section 3.3.4)."""
+        p = self.parameters
+        self.highest = 1.0 / (p.rate * best.cost)
+        self.lowest = self.highest * _lowest_share(p, self.instance)
+        since = iteration - self.restarted_at
+        stuck = since >= RESTART_AFTER and iteration - best.iteration >= RESTART_AFTER
+        if stuck and iteration % 100 == 0 and self._converged():
+            self.pheromone[:] = self.highest
+            self.restarted_at = iteration
+            return
+        trails.evaporate(self.pheromone, p.rate, self.lowest)
+        if since % _best_so_far_every(since, p.local_search) == 0:
+            self._deposit(best.tour, 1.0 / best.cost)
+        else:
+            winner = int(np.argmin(costs))
+            self._deposit(tours[winner], 1.0 / costs[winner])
+
+    def _colony_system(self, _: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
+        """Only the edges of the best tour so far change (equation 3.11)."""
+        lists, rate = self.instance.candidates, self.parameters.rate
+        trails.reinforce_and_decay(lists, best.tour, rate, 1.0 / best.cost, self.pheromone)
+
+    def _converged(self) -> bool:
+        factor = trails.branching(self.instance.candidates, self.pheromone, BRANCHING_SHARE)
+        # An edge in both lists counts at both its nodes; a converged tour keeps two edges per node.
+        return bool(factor <= 2.0 * CONVERGED_BRANCHING)
+
+
+def _initial_pheromone(p: Parameters, n: int, c_nn: float) -> float:
+    """Return τ0 (the book's box 3.1)."""
+    if p.algorithm == "as":
+        return float(p.ants / c_nn)
+    if p.algorithm == "eas":
+        return float((p.elitist_weight + p.ants) / (p.rate * c_nn))
+    if p.algorithm == "asrank":
+        return max(1.0, 0.5 * p.ranks * (p.ranks - 1)) / (p.rate * c_nn)
+    if p.algorithm == "mmas":
+        return 1.0 / (p.rate * c_nn)
+    return 1.0 / (n * c_nn)
+
+
+def _lowest_share(p: Parameters, instance: Instance) -> float:
+    """Return τ_min / τ_max: 1/2n with local search (ACOTSP), else by p_best (the book, section 3.3.4, equation 3.9)."""
+    n, k = instance.candidates.shape
+    if p.local_search:
+        return float(1.0 / (2.0 * n))
+    root = float(p.best_probability ** (1.0 / n))
+    return float(min(1.0, (1.0 - root) / (max(1.0, 0.5 * (k + 1)) * root)))
+
+
+def _best_so_far_every(since_restart: int, local_search: bool) -> int:
+    """Return how often the best tour so far deposits instead of the iteration's best: ever more often (section 3.3.4).
+
+    The steps are those of ACOTSP.
+    """
+    if not local_search or since_restart < 25:
+        return 25
+    for limit, every in ((75, 5), (125, 3), (250, 2)):
+        if since_restart < limit:
+            return every
+    return 1
+
+
+class Ants:
+    """Builds and improves the tours of one iteration, ants spread over workers.
+
+    What an ant does depends on the seed, the iteration and its number only: the answer is the same on any number of
+    threads.
+    """
+
+    def __init__(self, colony: Colony, seed: int, stop: Stop, executor: Executor | None, workers: int) -> None:
+        self.colony, self.seed, self.stop = colony, seed, stop
+        self.executor, self.workers = executor, workers
+        self.log = WorkerLog.of(workers)
+        m, n = colony.parameters.ants, colony.instance.n
+        self.tours = np.zeros((m, n), dtype=np.int32)
+        self.costs = np.full(m, math.inf)
+        self._scratch = [Scratch.of(colony.instance) for _ in range(workers)]
+        self._search = [LocalSearch.of(colony.instance) for _ in range(workers)]
+
+    def propose(self, iteration: int) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+        """Return the tours int32[m, n] of the ants and their costs float64[m] (inf: not finished in time)."""
+        words = random_words(self.seed, iteration, len(self.costs))
+        self.costs[:] = math.inf
+        built = self._build_with_decay(words) if self.colony.parameters.algorithm == "acs" else None
+        if self.executor is None:
+            self._work(0, words, built)
+        else:
+            jobs = [self.executor.submit(self._work, w, words, built) for w in range(self.workers)]
+            for job in jobs:
+                job.result()
+        return self.tours, self.costs
+
+    def _build_with_decay(self, words: NDArray[np.uint64]) -> int:
+        """Let the ants of Ant Colony System build one after another; return how many had time to."""
+        colony, i, s = self.colony, self.colony.instance, self._scratch[0]
+        p = colony.parameters
+        for ant in range(p.ants):
+            if ant and self.stop.now():
+                return ant
+            construct_tour_with_decay(
+                i.cost, i.tree, i.candidates, colony.pheromone, colony.nearness, colony.weights,
+                p.alpha, p.local_rate, colony.initial, p.greedy_probability,
+                i.first, i.second, words, ant, self.tours[ant], s.visited, s.alive, s.stack,
+            )  # fmt: skip
+        return p.ants
+
+    def _work(self, worker: int, words: NDArray[np.uint64], built: int | None) -> None:
+        began, ants = time.perf_counter(), 0
+        i = self.colony.instance
+        for ant in range(worker, len(self.costs) if built is None else built, self.workers):
+            if ant >= self.workers and self.stop.now():
+                break
+            if built is None:
+                self._build(worker, ant, words)
+            if self.colony.parameters.local_search:
+                self._search[worker](self.tours[ant], self.stop)
+            self.costs[ant] = tour_cost(i.cost, self.tours[ant])
+            ants += 1
+        mine = self.costs[worker :: self.workers]
+        self.log.add(worker, ants, time.perf_counter() - began, float(mine.min(initial=math.inf)))
+
+    def _build(self, worker: int, ant: int, words: NDArray[np.uint64]) -> None:
+        colony, i, s = self.colony, self.colony.instance, self._scratch[worker]
+        construct_tour(
+            i.cost, i.tree, i.candidates, colony.weights, colony.parameters.greedy_probability,
+            i.first, i.second, words, ant, self.tours[ant], s.visited, s.alive, s.stack,
+        )  # fmt: skip
+
+
+def first_tour(instance: Instance, local_search: bool, stop: Stop, best: Best) -> float:
+    """Offer the nearest-neighbour tour, and its improvement when `local_search`; return the former's cost (C_nn)."""
+    tour = nearest_neighbour(instance)
+    c_nn = float(tour_cost(instance.cost, tour))
+    best.offer(tour, c_nn, 0)
+    if local_search:
+        LocalSearch.of(instance)(tour, stop)
+        best.offer(tour, float(tour_cost(instance.cost, tour)), 0)
+    return c_nn

@@ -1,0 +1,141 @@
+"""What travel between two nodes costs: the metric that a solver sees, and its reference in plain Python."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from leafcut.errors import PlanError
+from leafcut.geometry.zones import touches_any_zone
+from leafcut.model.machine import Machine
+from leafcut.model.problem import Metric
+from leafcut.timing.profile import trapezoid_time
+
+Point = tuple[float, float]
+
+
+def travel_metric(
+    machine: Machine,
+    objective: Literal["time", "distance"],
+    *,
+    zones: ArrayLike | None = None,
+    lift_height_mm: float = 0.0,
+) -> Metric:
+    """Return the cost of travel between holes on `machine`.
+
+    ``time``: seconds of a rapid in x and y, with the acceleration factor already in the accelerations; a move over one
+    of `zones` (float64[k, 4]: x0, y0, x1, y1 in mm) costs in addition the Z rapids up and down by `lift_height_mm`,
+    each from rest to rest. ``distance``: millimetres, and twice the height for a lift.
+
+    Raises
+    ------
+    PlanError
+        Zones that are not rows of four finite numbers, a negative height, or an unknown objective.
+    """
+    rectangles = _rectangles(zones)
+    if not (math.isfinite(lift_height_mm) and lift_height_mm >= 0):
+        raise PlanError(f"a lift of {lift_height_mm} mm cannot be made; the height must be 0 or more")
+    if objective == "distance":
+        return Metric("euclidean", zones=rectangles, lift=2.0 * lift_height_mm)
+    if objective != "time":
+        raise PlanError(f"unknown objective '{objective}'; there are: time, distance")
+    (vx, vy, vz), factor = machine.rapid_velocity, machine.acceleration_factor
+    ax, ay, az = (a * factor for a in machine.acceleration)
+    lift = 2.0 * trapezoid_time(float(lift_height_mm), vz, az)
+    return Metric(machine.rapid_style, velocity=(vx, vy), acceleration=(ax, ay), zones=rectangles, lift=lift)
+
+
+def _rectangles(zones: ArrayLike | None) -> NDArray[np.float64]:
+    if zones is None:
+        return np.zeros((0, 4))
+    table = np.asarray(zones, dtype=np.float64)
+    if table.size % 4 or not np.isfinite(table).all():
+        raise PlanError("a keep-out zone is four finite numbers: x0 y0 x1 y1")
+    x0, y0, x1, y1 = table.reshape(-1, 4).T
+    return np.column_stack([np.minimum(x0, x1), np.minimum(y0, y1), np.maximum(x0, x1), np.maximum(y0, y1)])
+
+
+def travel_cost(metric: Metric, a: Point, b: Point) -> float:
+    """Return the cost of going from `a` to `b` (mm): the reference that the compiled code is tested against.
+
+    Raises
+    ------
+    PlanError
+        The metric is EXPLICIT: its costs are by index, not by place.
+    """
+    if metric.name == "EXPLICIT":
+        raise PlanError("the metric EXPLICIT has costs by index, not by place")
+    cost = _COSTS[metric.name](metric, a, b)
+    lifted = touches_any_zone([a], [b], metric.zones, dogleg=metric.name == "dogleg")[0]
+    return cost + metric.lift if lifted else cost
+
+
+def _linear(metric: Metric, a: Point, b: Point) -> float:
+    """Seconds of a straight move: v = min v_i/|u_i|, a = min a_i/|u_i| along the unit vector u."""
+    distance = math.dist(a, b)
+    if distance == 0.0:
+        return 0.0
+    ux, uy = abs(b[0] - a[0]) / distance, abs(b[1] - a[1]) / distance
+    return trapezoid_time(distance, _along(metric.velocity, ux, uy), _along(metric.acceleration, ux, uy))
+
+
+def _along(limits: Point, ux: float, uy: float) -> float:
+    return min(limits[0] / ux if ux else math.inf, limits[1] / uy if uy else math.inf)
+
+
+def _dogleg(metric: Metric, a: Point, b: Point) -> float:
+    """Seconds of the slower axis."""
+    return max(
+        trapezoid_time(abs(b[i] - a[i]), metric.velocity[i], metric.acceleration[i]) for i in (0, 1)
+    )  # fmt: skip
+
+
+def _nearest_whole(x: float) -> int:
+    """TSPLIB's nint of a number that is not negative: halves go up."""
+    return int(x + 0.5)
+
+
+def _att(_: Metric, a: Point, b: Point) -> float:
+    """The pseudo-Euclidean distance of TSPLIB 95, section 2.5."""
+    exact = math.sqrt(((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2) / 10.0)
+    rounded = _nearest_whole(exact)
+    return float(rounded + 1 if rounded < exact else rounded)
+
+
+#: TSPLIB 95's value of pi and its radius of the earth in km: the rule is only met with these.
+_TSPLIB_PI = 3.141592
+_EARTH_KM = 6378.388
+
+
+def _radians(degrees_minutes: float) -> float:
+    """Radians of TSPLIB's DDD.MM; the degrees are cut off, not rounded, as its FAQ corrects the 1995 text."""
+    degrees = int(degrees_minutes)
+    return _TSPLIB_PI * (degrees + 5.0 * (degrees_minutes - degrees) / 3.0) / 180.0
+
+
+def _geo(_: Metric, a: Point, b: Point) -> float:
+    """Kilometres on the idealised earth of TSPLIB 95, section 2.4; x is the latitude, y the longitude."""
+    (latitude_a, longitude_a), (latitude_b, longitude_b) = (tuple(map(_radians, p)) for p in (a, b))
+    q1 = math.cos(longitude_a - longitude_b)
+    q2, q3 = math.cos(latitude_a - latitude_b), math.cos(latitude_a + latitude_b)
+    cosine = 0.5 * ((1.0 + q1) * q2 - (1.0 - q1) * q3)
+    return float(int(_EARTH_KM * math.acos(max(-1.0, min(1.0, cosine))) + 1.0))
+
+
+_COSTS: dict[str, Callable[[Metric, Point, Point], float]] = {
+    "euclidean": lambda _, a, b: math.dist(a, b),
+    "chebyshev": lambda _, a, b: max(abs(a[0] - b[0]), abs(a[1] - b[1])),
+    "manhattan": lambda _, a, b: abs(a[0] - b[0]) + abs(a[1] - b[1]),
+    "EUC_2D": lambda _, a, b: float(_nearest_whole(math.dist(a, b))),
+    "CEIL_2D": lambda _, a, b: float(math.ceil(math.dist(a, b))),
+    "MAX_2D": lambda _, a, b: float(max(_nearest_whole(abs(a[0] - b[0])), _nearest_whole(abs(a[1] - b[1])))),
+    "MAN_2D": lambda _, a, b: float(_nearest_whole(abs(a[0] - b[0]) + abs(a[1] - b[1]))),
+    "ATT": _att,
+    "GEO": _geo,
+    "linear": _linear,
+    "dogleg": _dogleg,
+}

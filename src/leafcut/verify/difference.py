@@ -1,0 +1,76 @@
+"""`Difference`: one thing that is not as it must be, with its place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from leafcut.model.toolpath import Kind, Motion
+
+#: A person reads a few; a program that is wrong everywhere must not make a list of a million.
+MOST_LISTED = 50
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One difference between two toolpaths, or one thing that is not safe in one.
+
+    Attributes
+    ----------
+    what
+        In a word or two: ``feed``, ``missing hole``, ``rapid below clearance`` …
+    original, new
+        Lines of the program texts, from 1; 0 where there is none (a planned toolpath has no lines).
+    text
+        What was found and what was expected, in a person's words.
+    """
+
+    what: str
+    original: int
+    new: int
+    text: str
+
+    def __str__(self) -> str:
+        places = [("original line", self.original), ("line", self.new)] if self.original else [("line", self.new)]
+        where = ", ".join(f"{word} {line}" for word, line in places if line)
+        return f"{self.what}: {self.text}" + (f" ({where})" if where else "")
+
+
+def shorten(differences: list[Difference], found: int | None = None) -> list[Difference]:
+    """Return at most `MOST_LISTED` differences, and one more that says how many there are of `found` in all."""
+    total = len(differences) if found is None else found
+    if total <= MOST_LISTED:
+        return differences
+    rest = Difference("and more", 0, 0, f"{total - MOST_LISTED} more of them")
+    return [*differences[:MOST_LISTED], rest]
+
+
+def place(x: float, y: float, z: float | None = None) -> str:
+    """Return a place for people: ``X10.000 Y20.000``."""
+    words = [f"{axis}{value:.3f}" for axis, value in zip("XYZ", (x, y, z), strict=True) if value is not None]
+    return " ".join(words)
+
+
+def describe(motion: Motion) -> str:
+    """Return what a row does, for people: ``rapid to X1.000 Y2.000 Z3.000``."""
+    if motion.kind <= Kind.DRILL or motion.kind is Kind.MACHINE:
+        return f"{_WORDS[motion.kind]} to {place(*motion.end)}"
+    if motion.kind in (Kind.DWELL, Kind.SPINDLE):
+        return f"{_WORDS[motion.kind]} {motion.value:g}"
+    return f"{_WORDS[motion.kind]} {motion.ref}" if motion.kind is not Kind.END else _WORDS[motion.kind]
+
+
+_WORDS = {
+    Kind.RAPID: "rapid",
+    Kind.FEED: "feed",
+    Kind.ARC_CW: "arc clockwise",
+    Kind.ARC_CCW: "arc counter-clockwise",
+    Kind.DRILL: "drilling cycle",
+    Kind.DWELL: "dwell of seconds",
+    Kind.TOOL: "change to tool",
+    Kind.OFFSET: "length offset",
+    Kind.SPINDLE: "spindle at rpm",
+    Kind.COOLANT: "coolant",
+    Kind.PAUSE: "pause",
+    Kind.MACHINE: "rapid in machine coordinates",
+    Kind.END: "end of program",
+}

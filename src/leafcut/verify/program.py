@@ -1,0 +1,56 @@
+"""The whole proof of a program, before anybody sees it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.interpreter import interpret
+from leafcut.model.machine import Machine
+from leafcut.model.toolpath import Toolpath
+from leafcut.units import MM_PER_INCH
+from leafcut.verify.clearance import check_clearance
+from leafcut.verify.difference import Difference
+from leafcut.verify.envelope import check_envelope
+from leafcut.verify.read_back import compare_motion
+
+
+def check_program(
+    planned: Toolpath,
+    text: str,
+    dialect: Dialect,
+    machine: Machine,
+    units: str,
+    *,
+    zones: NDArray[np.float64] | None = None,
+    zone_height: float = 0.0,
+) -> list[Difference]:
+    """Return all that is wrong with a program's text; an empty list is the proof.
+
+    The text is interpreted as the controller would, and what comes out must be the planned toolpath, inside the
+    machine's travel, above the work and over the keep-out zones. `units` are those of the program, mm or inch: places
+    may differ by half of the last decimal.
+
+    Raises
+    ------
+    ReadError
+        The text is no program that the controller takes.
+    """
+    written = interpret(text, dialect)
+    half = 0.5 * 10.0**-dialect.decimals_mm
+    if units == "inch":
+        half = 0.5 * MM_PER_INCH * 10.0**-dialect.decimals_inch
+    differences = compare_motion(
+        planned,
+        written,
+        half * 1.001 + 1e-9,
+        cycles=bool(dialect.cycles),
+        offsets=bool(dialect.length_offset),
+    )
+    if differences:
+        return differences
+    return [
+        *check_envelope(written, machine),
+        *check_clearance(written, zones=zones, zone_height=zone_height),
+    ]

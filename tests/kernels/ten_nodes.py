@@ -1,0 +1,59 @@
+"""Runs the kernels on a few nodes and prints what they give: once compiled, once as plain Python."""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import numpy as np
+
+from leafcut.kernels import candidates, construct, cost, local_search, neighbours, pheromone, random
+from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.options import AcoOptions, SolveOptions
+from leafcut.solve.instance import build_instance, cost_model
+from leafcut.solve.solve import solve
+
+
+def points(n: int = 24) -> np.ndarray:
+    """Return n places with two on top of each other and some in line, float64[n, 2]."""
+    xy = np.random.default_rng(5).uniform(0, 90, (n, 2)).round(1)
+    xy[3], xy[5:8, 1] = xy[2], 10.0
+    return xy
+
+
+def results() -> dict[str, object]:
+    """Return every kernel's answer on a small case."""
+    out: dict[str, object] = {}
+    xy = points()
+    machine = {"velocity": (250.0, 200.0), "acceleration": (900.0, 500.0)}
+    for name in ("euclidean", "chebyshev", "manhattan", "EUC_2D", "CEIL_2D", "ATT", "GEO", "MAX_2D", "MAN_2D"):
+        out[name] = cost.tour_cost(cost_model(Metric(name), xy), np.arange(24, dtype=np.int32))
+    zone = np.array([[20.0, 20.0, 40.0, 50.0]])
+    for name in ("linear", "dogleg"):
+        model = cost_model(Metric(name, zones=zone, lift=0.7, **machine), xy)
+        out[name] = cost.tour_cost(model, np.arange(24, dtype=np.int32))
+    words = np.array([1, 2**63 + 5], dtype=np.uint64)
+    out["uniform"] = [random.uniform(words, 1) for _ in range(5)] + [random.below(words, 0, 10) for _ in range(5)]
+    for start, end in ((None, None), ((0.0, 0.0), None), (None, (9.0, 9.0)), ((0.0, 0.0), (9.0, 9.0))):
+        problem = RoutingProblem.of_points(xy, Metric("linear", **machine), start=start, end=end)
+        out[f"lists {start} {end}"] = build_instance(problem, 6).candidates.tolist()
+        for algorithm in ("as", "eas", "asrank", "mmas", "acs"):
+            for local in (False, True):
+                options = SolveOptions(algorithm=algorithm, iterations=3, threads=1, local_search=local, candidates=6)
+                found = solve(problem, options, AcoOptions(n_ants=4))
+                out[f"{algorithm} {local} {start} {end}"] = [found.nodes.tolist(), found.cost]
+    matrix = np.abs(xy[:, None, 0] - xy[None, :, 0])
+    explicit = RoutingProblem.of_points(xy, Metric("EXPLICIT", matrix=matrix), closed=True)
+    out["explicit"] = solve(explicit, SolveOptions(algorithm="mmas", iterations=2, threads=1)).nodes.tolist()
+    lists = build_instance(RoutingProblem.of_points(xy, closed=True), 5).candidates
+    out["branching"] = pheromone.branching(lists, np.random.default_rng(1).uniform(0, 1, lists.shape), 0.05)
+    return out
+
+
+def unused() -> tuple[object, ...]:
+    """Name the kernel modules, so that a new one is not forgotten here."""
+    return candidates, construct, cost, local_search, neighbours, pheromone, random
+
+
+if __name__ == "__main__":
+    json.dump(results(), sys.stdout)

@@ -1,0 +1,77 @@
+"""The compiled cost of travel against hand calculations and the plain reference of `timing.travel`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from leafcut.kernels.cost import TIED, rest_to_rest, tour_cost, travel
+from leafcut.model.problem import METRICS, Metric
+from leafcut.solve.instance import cost_model
+from leafcut.timing.travel import travel_cost
+
+PLACES = st.tuples(st.floats(-300, 300), st.floats(-300, 300))
+
+
+def test_a_long_move_takes_distance_over_velocity_and_one_ramp() -> None:
+    """100 mm at 50 mm/s and 100 mm/s²: 100/50 + 50/100 = 2.5 s."""
+    assert rest_to_rest(100.0, 50.0, 100.0) == pytest.approx(2.5)
+
+
+def test_a_short_move_never_reaches_its_velocity() -> None:
+    """4 mm at 100 mm/s²: up 2 mm and down 2 mm take √(2·2/100) = 0.2 s each, whatever the velocity."""
+    assert rest_to_rest(4.0, 1000.0, 100.0) == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize("name", [m for m in METRICS if m != "EXPLICIT"])
+@given(a=PLACES, b=PLACES)
+def test_every_metric_equals_its_plain_reference(name: str, a: tuple[float, float], b: tuple[float, float]) -> None:
+    zones = np.zeros((0, 4)) if name == "GEO" else np.array([[10.0, -20.0, 60.0, 40.0], [-90.0, -90.0, -80.0, 90.0]])
+    metric = Metric(name, velocity=(250.0, 150.0), acceleration=(800.0, 300.0), zones=zones, lift=3.25)
+    model = cost_model(metric, np.array([a, b]))
+    assert travel(model, 0, 1) == pytest.approx(travel_cost(metric, a, b), rel=1e-12, abs=1e-9)
+    assert travel(model, 1, 0) == travel(model, 0, 1)
+
+
+def test_the_geographical_distance_is_that_of_tsplib() -> None:
+    """burma14, nodes 1 and 2 (16.47 96.10, 16.47 94.44): 153 km as in the TSPLIB paper's own optimal tour sums."""
+    model = cost_model(Metric("GEO"), np.array([[16.47, 96.10], [16.47, 94.44]]))
+    assert travel(model, 0, 1) == 153
+
+
+def test_a_free_node_costs_nothing_and_a_tied_edge_stands_out() -> None:
+    model = cost_model(Metric(), np.array([[0.0, 0.0], [30.0, 40.0], [0.0, 0.0]]), tied=(1, 2), free=2)
+    assert travel(model, 0, 1) == 50.0
+    assert travel(model, 0, 2) == 0.0
+    assert travel(model, 1, 2) == TIED
+
+
+def test_a_tied_edge_adds_nothing_to_a_tour() -> None:
+    model = cost_model(Metric(), np.array([[0.0, 0.0], [30.0, 40.0], [0.0, 0.0]]), tied=(1, 2), free=2)
+    assert tour_cost(model, np.array([0, 1, 2], dtype=np.int32)) == 50.0
+
+
+def test_explicit_costs_are_read_from_the_matrix() -> None:
+    matrix = np.array([[0.0, 7.0], [7.0, 0.0]])
+    assert travel(cost_model(Metric("EXPLICIT", matrix=matrix), np.zeros((2, 2))), 0, 1) == 7.0
+
+
+def test_a_move_along_the_edge_of_a_zone_is_lifted() -> None:
+    metric = Metric(zones=np.array([[0.0, 0.0, 10.0, 10.0]]), lift=5.0)
+    model = cost_model(metric, np.array([[-5.0, 10.0], [15.0, 10.0], [15.0, 10.001], [-5.0, 10.001]]))
+    assert travel(model, 0, 1) == 25.0
+    assert travel(model, 2, 3) == 20.0
+
+
+def test_a_dogleg_move_round_a_corner_counts_as_crossing() -> None:
+    """The axes do not arrive together: the way may run anywhere in the box between the places."""
+    zones = np.array([[8.0, 0.0, 10.0, 2.0]])
+    xy = np.array([[0.0, 0.0], [10.0, 10.0]])
+    linear = cost_model(Metric("linear", (10.0, 10.0), (1e9, 1e9), zones, 4.0), xy)
+    dogleg = cost_model(Metric("dogleg", (10.0, 10.0), (1e9, 1e9), zones, 4.0), xy)
+    assert travel(linear, 0, 1) == pytest.approx(math.sqrt(200) / math.hypot(10, 10), rel=1e-6)
+    assert travel(dogleg, 0, 1) == pytest.approx(5.0, rel=1e-6)

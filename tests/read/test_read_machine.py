@@ -1,0 +1,169 @@
+"""Machine profiles: those shipped, and what a wrong one is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from leafcut.errors import OptionError
+from leafcut.read.machine import SOURCE_KEYS, load_machine, machine_descriptions, machine_names
+
+PROFILE = """
+name = "mine"
+description = "a mill of mine"
+controller = "linuxcnc"
+max_feed = "3 m/min"
+
+[rapid]
+style = "linear"
+velocity = ["6 m/min", "100 ipm", "50 mm/s"]
+acceleration = "0.5 m/s2"
+
+[travel]
+min = ["0 mm", "0 mm", "-8 in"]
+max = ["400 mm", "20 cm", "0 mm"]
+
+[spindle]
+max_speed = "6 krpm"
+
+[tool_change]
+automatic = false
+time = "1 min"
+position = ["0 mm", "200 mm"]
+"""
+
+
+def write(folder: Path, text: str) -> str:
+    file = folder / "mine.toml"
+    file.write_text(text, encoding="utf-8")
+    return str(file)
+
+
+def refusal(name: str) -> str:
+    with pytest.raises(OptionError) as caught:
+        load_machine(name)
+    message = str(caught.value)
+    assert "\n" not in message
+    return message
+
+
+def test_seven_machines_are_shipped_with_a_description_each() -> None:
+    assert set(machine_names()) == {
+        "haas-vf2", "linuxcnc-mill", "linuxcnc-sim", "grbl-3018", "mach3-router", "fagor-8055", "pcb-drill",
+    }  # fmt: skip
+    assert list(machine_descriptions()) == machine_names()
+    assert all(machine_descriptions().values())
+
+
+@pytest.mark.parametrize("name", machine_names())
+def test_every_value_of_a_shipped_profile_has_its_source(name: str) -> None:
+    import tomllib
+    from importlib import resources
+
+    machine = load_machine(name)
+    data = tomllib.loads((resources.files("leafcut.machines") / f"{name}.toml").read_text(encoding="utf-8"))
+    stated = {
+        key for key in SOURCE_KEYS if (key.split(".")[-1] in data[key.split(".")[0]] if "." in key else key in data)
+    }
+    assert machine.name == name
+    assert set(machine.sources) == stated
+    assert all(machine.sources.values())
+
+
+def test_the_simulated_machine_is_that_of_its_ini_file() -> None:
+    """[AXIS_*] MAX_VELOCITY 100, 100, 50; MAX_ACCELERATION 500, 500, 300; limits -2000..4000, -500..500; ratio 0.1."""
+    machine = load_machine("linuxcnc-sim")
+    assert machine.rapid_velocity == (100.0, 100.0, 50.0)
+    assert machine.acceleration == (500.0, 500.0, 300.0)
+    assert machine.acceleration_factor == 0.9
+    assert (machine.travel_min, machine.travel_max) == ((-2000.0, -2000.0, -500.0), (4000.0, 4000.0, 500.0))
+    assert (machine.rapid_style, machine.safe_z, machine.tool_change_s) == ("linear", None, 0.0)
+
+
+def test_the_haas_is_that_of_its_data_sheet() -> None:
+    """Travels 30 × 16 × 20 in, rapids 1000 in/min, cutting 650 in/min, 8100 rpm."""
+    machine = load_machine("haas-vf2")
+    travel = [h - low for low, h in zip(machine.travel_min, machine.travel_max, strict=True)]
+    assert travel == pytest.approx([30 * 25.4, 406, 508])
+    assert machine.rapid_velocity == pytest.approx((25400 / 60,) * 3)
+    assert machine.max_feed == pytest.approx(650 * 25.4 / 60, rel=1e-3)
+    assert (machine.rapid_style, machine.spindle_max_rpm, machine.safe_z) == ("dogleg", 8100, 0.0)
+
+
+def test_a_file_of_the_users_is_read_with_its_units(tmp_path: Path) -> None:
+    machine = load_machine(write(tmp_path, PROFILE))
+    assert machine.rapid_velocity == pytest.approx((100, 2540 / 60, 50))
+    assert machine.acceleration == pytest.approx((500, 500, 500))
+    assert machine.travel_min == pytest.approx((0, 0, -203.2))
+    assert machine.travel_max == pytest.approx((400, 200, 0))
+    assert (machine.spindle_max_rpm, machine.tool_change_s) == pytest.approx((6000, 60))
+    assert machine.tool_change_position == (0.0, 200.0)
+    assert machine.work_offset is None
+    assert not machine.tool_changer
+
+
+def test_a_work_offset_given_takes_the_place_of_the_profiles() -> None:
+    assert load_machine("linuxcnc-sim", (1, 2, 3)).work_offset == (1.0, 2.0, 3.0)
+    with pytest.raises(OptionError, match="x, y and z"):
+        load_machine("linuxcnc-sim", (1, 2))
+
+
+def test_an_unknown_machine_is_told_the_nearest_name() -> None:
+    assert "did you mean 'haas-vf2'" in refusal("haas-vf3")
+    assert "haas-vf2" in refusal("zzz")
+    assert "unknown machine" in refusal("../machines/haas-vf2")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("max_feed", "max_fed", "unknown key 'max_fed'; did you mean 'max_feed'"),
+        ("velocity =", "velocty =", "[rapid]: unknown key 'velocty'; did you mean 'velocity'"),
+        ("[rapid]", "[rapids]", "did you mean 'rapid'"),
+        ('acceleration = "0.5 m/s2"', 'acceleration = "-0.5 m/s2"', "'rapid.acceleration' of x is -500"),
+        ('acceleration = "0.5 m/s2"', "", "[rapid]: the key 'acceleration' is missing"),
+        ('max_feed = "3 m/min"', "max_feed = 3", "must be a text with a unit"),
+        ('max_feed = "3 m/min"', 'max_feed = "3 m/fortnight"', "unknown unit 'm/fortnight'"),
+        ('max_feed = "3 m/min"', 'max_feed = "0 m/min"', "'max_feed' must be above 0"),
+        ('max_feed = "3 m/min"', 'max_feed = "1e999 m/min"', "not a finite number"),
+        ('style = "linear"', 'style = "linaer"', "did you mean 'linear'"),
+        ('["400 mm", "20 cm", "0 mm"]', '["400 mm", "20 cm"]', "3 texts, one for each axis"),
+        ('["400 mm", "20 cm", "0 mm"]', '["400 mm", "-20 cm", "0 mm"]', "'travel.max' of y is -200 mm"),
+        ("automatic = false", 'automatic = "no"', "must be true or false"),
+        ('time = "1 min"', 'time = "-1 min"', "'tool_change.time' is -60 s"),
+        ('name = "mine"', "name = 7", "'name' is 7, but must be a text"),
+        ('name = "mine"', 'home = "9 m"\nname = "mine"', "'home' of x is 9000 mm, outside the travel"),
+        ('name = "mine"', 'safe_z = "1 mm"\nname = "mine"', "'safe_z' is 1 mm, outside the travel"),
+        ('name = "mine"', 'acceleration_factor = 2\nname = "mine"', "'acceleration_factor' is 2"),
+        ("[spindle]", "[sources]\nrapids = 'a book'\n[spindle]", "[sources]: unknown key 'rapids'"),
+        ("[rapid]", "rapid = 3\n[x]", "unknown key 'x'"),
+        ("[rapid]", "[rapid", "not a TOML file"),
+        ("[rapid]", "x = " + "[" * 100_000, "not a TOML file"),
+        ("[rapid]", "x = " + "9" * 10_000, "not a TOML file"),
+    ],
+)
+def test_a_wrong_profile_is_refused_in_one_line_with_its_file(tmp_path: Path, old: str, new: str, words: str) -> None:
+    assert old in PROFILE
+    name = write(tmp_path, PROFILE.replace(old, new))
+    message = refusal(name)
+    assert message.startswith(name)
+    assert words in message
+
+
+def test_a_table_that_is_no_table_is_refused(tmp_path: Path) -> None:
+    text = 'rapid = 3\nname = "mine"\ndescription = "d"\ncontroller = "haas"\nmax_feed = "1 m/min"\n'
+    assert "[rapid]: is not a table" in refusal(write(tmp_path, text))
+
+
+def test_what_is_no_file_of_ours_is_refused_in_one_line(tmp_path: Path) -> None:
+    assert "there is no such file" in refusal(str(tmp_path / "none.toml"))
+    (tmp_path / "folder.toml").mkdir()
+    assert "there is no such file" in refusal(str(tmp_path / "folder.toml"))
+    binary = tmp_path / "binary.toml"
+    binary.write_bytes(b"\x00\xff\xfe" * 100)
+    assert "not UTF-8" in refusal(str(binary))
+    large = tmp_path / "large.toml"
+    large.write_bytes(b"# " + b"x" * 1_000_001)
+    assert "larger than" in refusal(str(large))
+    assert "there is no such file" in refusal("a\0b.toml")

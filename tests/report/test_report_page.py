@@ -1,0 +1,193 @@
+"""The report page."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pytest
+
+from leafcut.model import Issue, Severity
+from leafcut.report.colours import drawing_css, ramp_css
+from leafcut.report.page import write_page
+from leafcut.report.views import HEAD_LINES, MOST_ISSUE_ROWS, WHOLE_PROGRAM_LINES, nearest_cost
+
+VOID = {"meta", "link", "br", "hr", "img", "input"}
+
+
+class Page(HTMLParser):
+    """Checks that tags are balanced, and keeps what a browser would see."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[str] = []
+        self.attributes: list[tuple[str, str, str]] = []
+        self.texts: list[str] = []
+        self.cells: dict[str, list[str]] = {}
+        self.feed(html)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.texts.append(data)
+        self.cells.setdefault(self.open[-1] if self.open else "", []).append(data)
+
+    @property
+    def words(self) -> str:
+        return " ".join(" ".join(self.texts).split())
+
+    def values(self, name: str) -> list[str]:
+        return [value for _, n, value in self.attributes if n == name]
+
+
+def test_every_page_is_well_formed_and_complete(every_outcome):
+    for name, outcome in every_outcome.items():
+        page = Page(write_page(outcome))
+        assert outcome.part.name in page.words, name
+        assert len(page.values("id")) == len(set(page.values("id"))), name
+
+
+def test_a_page_asks_for_nothing_and_runs_nothing(every_outcome):
+    for outcome in every_outcome.values():
+        page = Page(write_page(outcome))
+        names = {n for _, n, _ in page.attributes}
+        assert not {"script", "link", "img", "iframe", "object", "embed", "form"} & set(page.tags)
+        assert not {"src", "style", "srcset", "action", "background", "xlink:href"} & names
+        assert not [n for n in names if n.startswith("on")]
+        ids = {f"#{i}" for i in page.values("id")}
+        assert set(page.values("href")) <= ids
+        assert "url(" not in "".join(page.cells["style"])
+        assert "@import" not in "".join(page.cells["style"])
+
+
+def test_the_security_policy_allows_the_one_style_sheet_and_no_more(outcome_of):
+    page = Page(write_page(outcome_of([(0.0, 0.0)])))
+    (policy,) = [v for v in page.values("content") if "default-src" in v]
+    css = "".join(page.cells["style"])
+    digest = base64.b64encode(hashlib.sha256(css.encode()).digest()).decode()
+    assert policy == f"default-src 'none'; style-src 'sha256-{digest}'; base-uri 'none'; form-action 'none'"
+    assert page.tags.count("style") == 1
+
+
+def test_text_from_files_stays_text(outcome_of):
+    evil = "<script>alert('x')</script>"
+    quoted = '" onload="alert(1)'
+    holes = outcome_of([(1.0, 1.0)]).part.holes
+    outcome = outcome_of(
+        [(1.0, 1.0)],
+        part={"name": evil, "source": evil, "holes": tuple(replace(h, layer=evil, handle=quoted) for h in holes)},
+        issues=(Issue("L201", evil + quoted, evil),),
+        text=f"({evil})\n</pre></details>\n",
+        options={quoted: evil},
+        output=evil,
+        version=quoted,
+    )
+    operation = outcome.operations[0]
+    named = replace(operation, tool=replace(operation.tool, name=evil), cycle=evil)
+    page = Page(write_page(replace(outcome, operations=(named,))))
+    assert "script" not in page.tags
+    assert not [n for _, n, _ in page.attributes if n.startswith("on")]
+    assert page.cells["title"][0] == f"{evil} – leafcut report"
+    assert page.cells["pre"] == [f"({evil})\n</pre></details>"]
+    assert page.cells["bdi"].count(evil) == 5  # heading, tool, input, program; place of the issue
+    assert evil + quoted in page.cells["bdi"]
+
+
+def test_what_does_not_print_is_replaced(outcome_of):
+    html = write_page(outcome_of(part={"name": "a\x00b\u202ec\udcff"}, text="G0\x1b[2J\nM30\n"))
+    assert "a�b�c�" in html
+    assert "G0�[2J" in html
+    html.encode("utf-8")
+
+
+def test_the_figures_are_those_of_the_outcome(outcome_of):
+    """100 s before and 58 s after save 42 s, which is 42 %; 60 s of 100 s are rapids."""
+    words = Page(write_page(outcome_of([(0.0, 0.0), (10.0, 10.0)]))).words
+    for figure in ("42.0 s", "42.0 % less machine time", "1 h 10 min on a hundred parts", "1 min 40 s", "58.0 s"):
+        assert figure in words
+    assert "9.00 m" in words
+    assert "At most 5.00 % above the best possible order" in words
+    assert "T1 drill Ø2, 2 holes" in words
+    assert "seed 7" in words
+    assert "--thickness 6.35mm" in words
+    assert "180" in words
+
+
+def test_a_loss_is_not_sold_as_a_gain(every_outcome):
+    words = Page(write_page(every_outcome["slower than drawn"])).words
+    assert "20.0 s longer than the drawing’s order 20.0 % more machine time." in words
+
+
+def test_only_a_verified_program_has_the_badge(outcome_of):
+    assert "Verified: read back" in Page(write_page(outcome_of())).words
+    words = Page(write_page(outcome_of(verified=False))).words
+    assert "Verified: read back" not in words
+    assert "Not verified" in words
+
+
+def test_an_order_alone_is_marked_as_ours_even_when_all_three_are_one_object(empty_outcome):
+    classes = Page(write_page(empty_outcome)).values("class")
+    assert [c for c in classes if c.split()[:1] == ["order"]] == ["order", "order", "order ours"]
+
+
+def test_a_long_program_shows_its_head_only(outcome_of):
+    whole = "\n".join(f"N{i}" for i in range(WHOLE_PROGRAM_LINES - 1))
+    assert Page(write_page(outcome_of(text=whole))).cells["pre"] == [whole]
+    long = whole + "\nM5\nM30\n"
+    page = Page(write_page(outcome_of(text=long)))
+    assert page.cells["pre"] == ["\n".join(whole.splitlines()[:HEAD_LINES])]
+    assert f"2,001 lines, the first {HEAD_LINES} shown" in page.words
+
+
+def test_warnings_come_before_notes_and_many_issues_are_counted(outcome_of):
+    notes = [Issue("L401", f"note {i}", "", Severity.NOTE) for i in range(MOST_ISSUE_ROWS)]
+    issues = (*notes, Issue("L201", "a warning", "plate.dxf:7"))
+    words = Page(write_page(outcome_of(issues=issues))).words
+    assert words.index("a warning plate.dxf:7") < words.index("note 0")
+    assert f"+ 1 more; in all: 1 × L201 (an entity is of a kind that is not a hole), {MOST_ISSUE_ROWS} × L401" in words
+
+
+def test_nearest_neighbour_costs_the_difference_of_travel_more(outcome_of):
+    """42 s + (70 s − 58 s) = 54 s; in distance 12 345 mm + (4 000 − 3 000) mm; of several operations none is known."""
+    assert nearest_cost(outcome_of([(0, 0)])) == 54.0
+    assert nearest_cost(outcome_of([(0, 0)], solution={"unit": "mm", "cost": 12345.0})) == 13345.0
+    assert nearest_cost(outcome_of([(0, 0)], [(9, 9)])) is None
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of sRGB by WCAG 2.2."""
+    parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(one: str, other: str) -> float:
+    high, low = sorted((luminance(one), luminance(other)), reverse=True)
+    return (high + 0.05) / (low + 0.05)
+
+
+@pytest.mark.parametrize("mode", [0, 1], ids=["light", "dark"])
+def test_words_and_lines_stand_out_enough_from_what_is_behind_them(mode):
+    """WCAG 2.2 AA: text 4.5 (1.4.3), lines and shapes that carry meaning 3 (1.4.11)."""
+    palette = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6})", drawing_css().split("@media")[mode]))
+    texts = ["ink", "ink-2", "accent", "warn", "bad"]
+    pairs = [(w, b) for w in texts for b in ("card", "page")]
+    pairs += [("accent", "accent-soft"), ("ink-2", "accent-soft"), ("warn", "warn-soft"), ("bad", "bad-soft")]
+    assert {p: c for p in pairs if (c := contrast(palette[p[0]], palette[p[1]])) < 4.5} == {}
+    shapes = ["rapid", "cut", "hole-rim", "change", "spindle", *(f"t{i}" for i in range(8))]
+    assert {s: c for s in shapes if (c := contrast(palette[s], palette["card"])) < 3} == {}
+    ramp = re.findall(r"stroke: (#[0-9a-f]{6})", ramp_css().split("@media")[mode])
+    assert min(contrast(c, palette["card"]) for c in ramp) >= 3

@@ -1,0 +1,89 @@
+"""The summary on the terminal."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+
+import pytest
+from rich.console import Console
+
+from leafcut.model import Issue, Outcome
+from leafcut.model.issue import CODES
+from leafcut.report.summary import MOST_ISSUES, print_summary
+from leafcut.report.wording import clean, cost_words, percent_words, time_words
+
+
+def shown(outcome: Outcome, **terminal: object) -> str:
+    """Return what a terminal of 80 columns shows."""
+    console = Console(file=io.StringIO(), width=80, **terminal)  # type: ignore[arg-type]
+    print_summary(outcome, console)
+    return console.file.getvalue()  # type: ignore[attr-defined]
+
+
+def test_every_summary_fits_80_columns(every_outcome):
+    long = replace(every_outcome["ten holes"], output="/a/very/long/path" * 12, report="x" * 200)
+    long = replace(long, part=replace(long.part, name="name " * 40), issues=(Issue("L201", "word " * 60, "p" * 90),))
+    for outcome in [*every_outcome.values(), long]:
+        assert max(len(line) for line in shown(outcome).splitlines()) <= 80
+
+
+def test_paths_are_folded_never_cut(outcome_of):
+    path = "/parts/" + "folder/" * 30 + "plate.nc"
+    assert path in "".join(line.strip() for line in shown(outcome_of(output=path)).splitlines())
+
+
+def test_the_three_orders_have_their_figures(outcome_of):
+    rows = {line.split("  ")[0]: line.split() for line in shown(outcome_of([(1.0, 1.0)])).splitlines() if line}
+    assert rows["drawing"][1:] == ["9.00", "m", "560.0", "mm", "1", "min", "40", "s", "–"]
+    assert rows["nearest neighbour"][2:] == ["4.00", "m", "560.0", "mm", "1", "min", "10", "s", "30.0", "%"]
+    assert rows["leafcut"][1:] == ["3.00", "m", "560.0", "mm", "58.0", "s", "42.0", "%"]
+    assert rows["gap"][1:] == ["at", "most", "5.00", "%", "above", "the", "best", "possible", "order"]
+
+
+def test_no_colour_when_it_is_not_wanted(outcome_of, monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert "\x1b[3" not in shown(outcome_of([(1.0, 1.0)]), force_terminal=True)
+    assert "\x1b" not in shown(outcome_of([(1.0, 1.0)]))
+
+
+def test_names_from_files_are_neither_markup_nor_escape_sequences(outcome_of):
+    outcome = outcome_of(part={"name": "[bold]a\x1b[31m\x07b\nc[/bold]"}, issues=(Issue("L201", "[red]\x1b]0;x"),))
+    text = shown(outcome)
+    assert "[bold]a�[31m��"[:8] in text
+    assert "[red]" in text
+    assert "\x1b" not in text
+
+
+def test_issues_are_grouped_and_at_most_eight_kinds_are_named(outcome_of):
+    codes = sorted(CODES)[:12]
+    issues = tuple(Issue(code, "something") for code in codes for _ in range(3))
+    lines = shown(outcome_of(issues=issues)).splitlines()
+    named = [line for line in lines if line.startswith("L")]
+    assert [line.split()[0] for line in named] == codes[:MOST_ISSUES]
+    assert all("3 ×" in line for line in named)
+    assert f"+ {3 * (12 - MOST_ISSUES)} more" in [line.strip() for line in lines]
+
+
+def test_what_is_not_verified_is_said_to_be_so(outcome_of):
+    assert "verified  no" in shown(outcome_of(verified=False))
+    assert "verified  yes" in shown(outcome_of())
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (percent_words(-3.14159), "−3.1 %"),
+        (percent_words(-0.01), "0.0 %"),
+        (percent_words(None), "–"),
+        (time_words(-75.0), "−1 min 15 s"),
+        (time_words(float("nan")), "–"),
+        (cost_words(102.56, "s"), "102.6 s"),
+        (cost_words(1234.0, "s"), "1234 s"),
+        (cost_words(12345.0, "mm"), "12.35 m"),
+        (cost_words(float("inf"), "mm"), "–"),
+        (clean("a\u202eb\udcffc\x00"), "a�b�c�"),
+    ],
+)
+def test_numbers_and_texts_are_worded_as_a_person_reads_them(words, expected):
+    assert words == expected
