@@ -6,6 +6,11 @@ import os
 import shutil
 
 import pytest
+from hypothesis import settings
+
+# Compiling and a busy machine make times noisy, and no test asserts a duration; the same cases in every run.
+settings.register_profile("leafcut", deadline=None, derandomize=True)
+settings.load_profile("leafcut")
 
 
 @pytest.fixture(scope="session")
@@ -17,10 +22,3 @@ def rs274() -> str:
             pytest.fail("rs274 is required here: apt-get install linuxcnc-uspace")
         pytest.skip("rs274 is not installed")
     return program
-
-
-from hypothesis import settings
-
-# Compiling and a busy machine make times noisy, and no test asserts a duration; the same cases in every run.
-settings.register_profile("leafcut", deadline=None, derandomize=True)
-settings.load_profile("leafcut")

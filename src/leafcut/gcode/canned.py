@@ -77,7 +77,7 @@ def _cycle(state: State, letters: dict[str, Word]) -> DrillCycle:
         words.peck = state.length(letters.pop("Q"))
     dwelling = name in state.dialect.dwell_cycles or (fagor and name in ("G81", "G85"))
     if dwelling and state.dialect.dwell_letter in letters:
-        words.dwell = state.dwell(letters.pop(state.dialect.dwell_letter))
+        words.dwell = state.last_dwell = state.dwell(letters.pop(state.dialect.dwell_letter))
     if fagor and name == "G81" and words.dwell is not None:
         name = "G82"
     elif fagor and name == "G85" and words.dwell:
@@ -87,6 +87,9 @@ def _cycle(state: State, letters: dict[str, Word]) -> DrillCycle:
     if name == "G82" and words.dwell is None:
         raise BlockError(f"G82 needs its dwell, {state.dialect.dwell_letter}")
     dwell = words.dwell or 0.0
+    if name == "G84" and words.dwell is None and state.dialect.groups == "rs274":
+        # LinuxCNC 2.9 (rs274): a tap without P dwells as the last cycle with P did, even across G80.
+        dwell = state.last_dwell
     return DrillCycle(name, r_plane, bottom, state.to_initial, peck, dwell if name in ("G82", "G84") else 0.0)
 
 

@@ -34,7 +34,8 @@ class State:
 
     `unit` is millimetres in one unit of the program, or None before G20 or G21. `feed` is in mm/s, or mm per
     revolution with G95; with G93 every cutting block brings its own. `motion` is 0 to 3 or None, `cycle` the number of
-    the canned cycle or None. `pending_tool` is the tool that the next change brings.
+    the canned cycle or None. `last_dwell` is the dwell of the last cycle that had one, s.
+    `pending_tool` is the tool that the next change brings.
     """
 
     dialect: Dialect
@@ -52,6 +53,7 @@ class State:
     motion: int | None = None
     cycle: int | None = None
     cycle_words: CycleWords = field(default_factory=CycleWords)
+    last_dwell: float = 0.0
     to_initial: bool = True
     pending_tool: int | None = None
     tool: int | None = None

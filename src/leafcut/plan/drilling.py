@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -212,11 +213,10 @@ def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
             x0, y0, x1, y1 = (float(word) for word in text.split())
         except ValueError:
             raise OptionError(f"--keep-out: '{text}' is not a rectangle such as '0 0 40 25'") from None
+        if not all(math.isfinite(v) for v in (x0, y0, x1, y1)):
+            raise OptionError(f"--keep-out: '{text}' has a number that is not finite")
         rows.append((min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)))
-    zones = np.array(rows, dtype=np.float64).reshape(-1, 4)
-    if not np.isfinite(zones).all():
-        raise OptionError("--keep-out: a rectangle has a number that is not finite")
-    return zones
+    return np.array(rows, dtype=np.float64).reshape(-1, 4)
 
 
 def _xy(point: tuple[float, ...] | None) -> tuple[float, float] | None:

@@ -54,7 +54,8 @@ def cycle_words(cycle: DrillCycle, numbers: NumberFormat, dialect: Dialect) -> t
     words = [f"Z{bottom}", f"R{r_plane}"]
     if cycle.name in ("G83", "G73"):
         words.append(f"Q{_peck(cycle, numbers)}")
-    if cycle.name == "G82" or (cycle.name == "G84" and cycle.dwell > 0):
+    # A tap says that it has no dwell: LinuxCNC would take the one of the last G82.
+    if cycle.name == "G82" or (cycle.name == "G84" and "G84" in dialect.dwell_cycles):
         words.append(dwell_word(cycle.dwell, dialect))
     return cycle.name, words
 

@@ -20,7 +20,7 @@ from leafcut.errors import ReadError
 from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.arcs import Piece, close_circles
-from leafcut.read.dxf_blocks import Layers, Walk
+from leafcut.read.dxf_blocks import INVISIBLE, Layers, Walk
 from leafcut.read.dxf_shapes import ROUND, Matrix, Shape, half_axes, is_flat, moved, seen_span
 from leafcut.read.format import (
     MAX_COORDINATE,
@@ -332,10 +332,8 @@ def _walk_issues(walk: Walk) -> list[Issue]:
 
 
 def _by_layer(walk: Walk) -> str:
-    named = [
-        f"{number} on layer {shown(layer)}" for layer, number in walk.hidden.most_common(5) if layer != "invisible"
-    ]
-    if invisible := walk.hidden.get("invisible"):
+    named = [f"{n} on layer {shown(layer)}" for layer, n in walk.hidden.most_common(5) if layer != INVISIBLE]
+    if invisible := walk.hidden.get(INVISIBLE):
         named.append(f"{invisible} invisible")
     return ", ".join(named) + (" …" if len(walk.hidden) > 5 else "")
 

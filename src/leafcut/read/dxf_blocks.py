@@ -17,6 +17,8 @@ from leafcut.read.dxf_shapes import IDENTITY, Matrix, Shape, combined, shape_of,
 
 MAX_DEPTH = 32
 MAX_VISITS = 4_000_000
+#: Stands for a layer in the counts of what is hidden; no layer has a name with a line end.
+INVISIBLE = "\n"
 
 
 class Insertion(NamedTuple):
@@ -70,7 +72,7 @@ class Walk:
     document: Any
     path: str
     layers: Layers
-    #: (type, layer) of what is not a hole, of what is hidden or not chosen, and of trouble with blocks.
+    #: By type what is no hole, by layer what is hidden or not chosen, by block what cannot be followed.
     others: Counter[str] = field(default_factory=Counter)
     hidden: Counter[str] = field(default_factory=Counter)
     missing_blocks: Counter[str] = field(default_factory=Counter)
@@ -78,6 +80,8 @@ class Walk:
     broken: list[tuple[str, str, str]] = field(default_factory=list)
     _contents: dict[str, Content | None] = field(default_factory=dict)
     _fruitful: set[str] = field(default_factory=set)
+    _weights: dict[str, int] = field(default_factory=dict)
+    _noted: set[int] = field(default_factory=set)
     _visits: int = 0
 
     def shapes(self) -> Iterator[tuple[Shape, Matrix, str]]:
@@ -90,6 +94,9 @@ class Walk:
         """
         top = content_of(self.document.modelspace())
         self._look_through(top)
+        # Said before the work is done: a few lines of nested arrays ask for a billion holes.
+        self._count(self._weight_of(top, ()))
+        self._visits = 0
         yield from self._visit(top, IDENTITY, None, ())
 
     def _look_through(self, top: Content) -> None:
@@ -116,16 +123,30 @@ class Walk:
                 self._fruitful.add(name)
                 fruitful.extend(parents.get(name, ()))
 
+    def _weight(self, name: str, trail: tuple[str, ...]) -> int:
+        """Return how many visits an insertion of a block costs; what is not followed costs nothing."""
+        content = self._contents[name]
+        if content is None or name not in self._fruitful or name in trail or len(trail) >= MAX_DEPTH:
+            return 0
+        if name not in self._weights:
+            self._weights[name] = self._weight_of(content, (*trail, name))
+        return self._weights[name]
+
+    def _weight_of(self, content: Content, trail: tuple[str, ...]) -> int:
+        weight = 1
+        for item in content.items:
+            if isinstance(item, Insertion):
+                (columns, _), (rows, _) = item.steps
+                weight += rows * columns * self._weight(item.block, trail)
+            else:
+                weight += 1
+        return weight
+
     def _visit(
         self, content: Content, matrix: Matrix, inherited: str | None, trail: tuple[str, ...]
     ) -> Iterator[tuple[Shape, Matrix, str]]:
-        self._count(1 + len(content.others) + len(content.broken))
-        for (kind, layer), number in content.others.items():
-            if self.layers.shows(_layer_of(layer, inherited)):
-                self.others[kind] += number
-        self.broken.extend(content.broken)
-        if content.invisible:
-            self.hidden["invisible"] += content.invisible
+        self._count(1)
+        self._note(content, inherited)
         for item in content.items:
             layer = _layer_of(item.layer, inherited)
             if isinstance(item, Insertion):
@@ -136,6 +157,18 @@ class Walk:
                 yield item, matrix, layer
             else:
                 self.hidden[layer] += 1
+
+    def _note(self, content: Content, inherited: str | None) -> None:
+        """Count what is no shape: once for a block, however often it is inserted."""
+        if id(content) in self._noted:
+            return
+        self._noted.add(id(content))
+        for (kind, layer), number in content.others.items():
+            if self.layers.shows(_layer_of(layer, inherited)):
+                self.others[kind] += number
+        self.broken.extend(content.broken)
+        if content.invisible:
+            self.hidden[INVISIBLE] += content.invisible
 
     def _insert(
         self, insertion: Insertion, matrix: Matrix, layer: str, trail: tuple[str, ...]
@@ -152,8 +185,6 @@ class Walk:
             self.endless_blocks[name] += 1
         else:
             (columns, step_x), (rows, step_y) = insertion.steps
-            # Said before the work is done: one INSERT may ask for a billion places.
-            self._count(rows * columns)
             place = combined(matrix, insertion.matrix)
             step_x, step_y = turned(matrix, step_x), turned(matrix, step_y)
             for row in range(rows):
@@ -180,15 +211,17 @@ def content_of(layout: Any) -> Content:
     content = Content()
     for entity in layout:
         kind, dxf = entity.dxftype(), entity.dxf
-        if dxf.get("invisible", 0):
+        # Asked this way, as `dxf.get` raises for what a damaged entity does not know.
+        layer = dxf.layer if dxf.hasattr("layer") else "0"
+        if dxf.hasattr("invisible") and dxf.invisible:
             content.invisible += 1
             continue
         try:
             shape = _insertion(entity) if kind == "INSERT" else shape_of(entity)
         except (ArithmeticError, ValueError, TypeError, AttributeError) as problem:
-            content.broken.append((kind, dxf.get("handle") or "", str(problem)))
+            handle = dxf.handle if dxf.hasattr("handle") else ""
+            content.broken.append((kind, handle or "", str(problem)))
             continue
-        layer = dxf.get("layer", "0")
         if shape is None or (kind == "POINT" and layer.casefold() == "defpoints"):
             # Points on Defpoints belong to dimensions; CAD programs put them there and never plot them.
             content.others[kind, layer] += 1

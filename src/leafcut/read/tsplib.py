@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import csv
 import math
-import os
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError, ReadError, nearest
+from leafcut.files import write_whole
 from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.format import MAX_HOLES, Format, Match, Source, load, shown, too_many_holes
@@ -234,17 +234,7 @@ def write_tour(path: str | Path, name: str, order: Sequence[int] | NDArray[np.in
         raise LeafcutError(f"{path}: a tour visits every node once; this order does not")
     lines = [f"NAME : {shown(name)}", "TYPE : TOUR", f"DIMENSION : {len(nodes)}", "TOUR_SECTION"]
     text = "\n".join([*lines, *(str(i + 1) for i in nodes), "-1", "EOF", ""])
-    target = Path(path)
-    temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
-        os.replace(temporary, target)  # noqa: PTH105
-    except OSError as problem:
-        temporary.unlink(missing_ok=True)
-        raise LeafcutError(f"{path}: cannot be written ({problem.strerror or problem})") from None
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
+    write_whole(path, text)
 
 
 def read_tour(path: str | Path) -> NDArray[np.int64]:

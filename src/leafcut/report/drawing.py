@@ -24,7 +24,9 @@ MOST_NUMBERS = 120
 RAMP = 24
 TOOL_COLOURS = 8
 
-_SMALLEST_HOLE = 1.6  # user units: smaller holes are drawn so large that they can be seen
+# User units: smaller holes are drawn so large that they can be seen, among few and among many.
+_SMALLEST_OF_FEW = 3.6
+_SMALLEST_HOLE = 1.6
 _RING = 1.1
 _MOST_GROUPS = 64
 _MOST_ARROWS = 28
@@ -79,10 +81,14 @@ def build_scene(outcome: Outcome) -> Scene:
     tools = tuple(dict.fromkeys(o.tool.number for o in outcome.operations))
     of_hole, of_slot = np.full(len(part.holes), -1), np.full(len(part.slots), -1)
     for operation in outcome.operations:
-        chosen = of_slot if operation.slots else of_hole
-        chosen[list(operation.hole_order)] = tools.index(operation.tool.number)
+        order = list(operation.hole_order)
+        (of_slot if operation.slots else of_hole)[order] = tools.index(operation.tool.number)
+        if not operation.slots:  # a bare point becomes as wide as its drill
+            diameters[order] = np.where(diameters[order] > 0, diameters[order], operation.tool.diameter)
+    numbered = max(len(before.stops), len(after.stops)) <= MOST_NUMBERS
+    smallest = _SMALLEST_OF_FEW if numbered else _SMALLEST_HOLE
     true_sizes = diameters * frame.scale
-    sizes = np.maximum(true_sizes, _SMALLEST_HOLE)
+    sizes = np.maximum(true_sizes, smallest)
     placed = frame.place(part.hole_xy)
     slots = tuple(
         (int(tool), max(slot.width * frame.scale, _SMALLEST_HOLE), frame.place(np.array([[slot.start, slot.end]])))
@@ -93,8 +99,8 @@ def build_scene(outcome: Outcome) -> Scene:
         tools=tools,
         dots=_dots(placed, sizes, of_hole),
         slots=slots,
-        numbered=max(len(before.stops), len(after.stops)) <= MOST_NUMBERS,
-        enlarged=bool((true_sizes < _SMALLEST_HOLE).any()),
+        numbered=numbered,
+        enlarged=bool((true_sizes < smallest).any()),
         before=before,
         after=after,
         discs=np.concatenate([placed, sizes[:, None] / 2], axis=1),
@@ -147,7 +153,7 @@ def _holes(scene: Scene, name: str) -> str:
     parts = []
     for number, dots in enumerate(scene.dots):
         of_tool, data = tool_class(scene, dots.tool), dots_data(dots.points)
-        if dots.size < 4 * _RING:
+        if dots.size < 3 * _RING:
             parts.append(element("path", d=data, class_=f"hole {of_tool}", stroke_width=dots.size * STEPS))
             continue
         shape = f"{name or 'holes'}-{number}"

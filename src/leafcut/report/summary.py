@@ -19,12 +19,13 @@ from leafcut.report.wording import (
 )
 
 if TYPE_CHECKING:
-    from rich.console import Console, Group, RenderableType
+    from rich.console import Console, RenderableType
     from rich.table import Table
     from rich.text import Text
 
 #: So many kinds of issue are named; the report page has them all.
 MOST_ISSUES = 8
+MOST_CHARACTERS = 146
 
 
 def summary(outcome: Outcome) -> RenderableType:
@@ -100,19 +101,23 @@ def _facts(outcome: Outcome) -> Table:
     return table
 
 
-def _issues(outcome: Outcome) -> Group:
-    from rich.console import Group
+def _issues(outcome: Outcome) -> Table:
+    from rich.table import Table
     from rich.text import Text
 
+    table = Table.grid(padding=(0, 2, 0, 0))
+    table.add_column(no_wrap=True, min_width=4)
+    table.add_column(overflow="fold")
     groups = group_issues(outcome.issues)
-    lines = []
     for group in groups[:MOST_ISSUES]:
         style = "yellow" if group.severity is Severity.WARNING else "dim"
         number = f"{group.number:,} × " if group.number > 1 else ""
         place = f" ({group.place})" if group.place else ""
-        words = (group.code, style), "  ", (number, "dim"), group.message, (place, "dim")
-        lines.append(Text.assemble(*words, no_wrap=True, overflow="ellipsis"))
+        words = Text.assemble((number, "dim"), group.message, (place, "dim"))
+        # The end of a message says what to do, so it is cut only when it is longer than two lines.
+        words.truncate(MOST_CHARACTERS, overflow="ellipsis")
+        table.add_row(Text(group.code, style), words)
     rest = sum(group.number for group in groups[MOST_ISSUES:])
     if rest:
-        lines.append(Text(f"+ {rest:,} more", "dim"))
-    return Group(*lines)
+        table.add_row("", Text(f"+ {rest:,} more", "dim"))
+    return table

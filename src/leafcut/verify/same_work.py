@@ -51,12 +51,22 @@ def same_work(original: Toolpath, new: Toolpath, tolerance_mm: float = 0.002) ->
     each tool, may be higher than in the original, never lower. When only one of the two uses drilling cycles, both are
     compared as single moves. Coordinates agree within `tolerance_mm` on every axis.
     """
-    if bool((original.kind == Kind.DRILL).any()) != bool((new.kind == Kind.DRILL).any()):
+    if _only_moves(original) or _only_moves(new):
         original, new = expand(original), expand(new)
     before, after = list(_features(original)), list(_features(new))
     missing, extra = _match(before, after, tolerance_mm)
     differences = list(_explain(missing, extra, tolerance_mm))
     return shorten([*differences, *_lower_traverses(original, new, tolerance_mm)])
+
+
+def _only_moves(path: Toolpath) -> bool:
+    """Return whether a program does its work without drilling cycles; one that does no work fits any other."""
+    return bool(_working(path).any()) and not bool((path.kind == Kind.DRILL).any())
+
+
+def _working(path: Toolpath) -> NDArray[np.bool_]:
+    working: NDArray[np.bool_] = (path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL)
+    return working
 
 
 def _features(path: Toolpath) -> Iterator[Feature]:
@@ -66,8 +76,7 @@ def _features(path: Toolpath) -> Iterator[Feature]:
     speeds = _latest(path, Kind.SPINDLE, path.value).tolist()
     dwell = np.zeros(len(path))
     dwell[:-1] = np.where(path.kind[1:] == Kind.DWELL, path.value[1:], 0.0)
-    working = (path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL)
-    for row in np.flatnonzero(working).tolist():
+    for row in np.flatnonzero(_working(path)).tolist():
         motion = path[row]
         x, y, z = motion.end
         common = {"tool": int(tools[row]), "coolant": int(coolant[row]), "feed": motion.value, "speed": speeds[row]}
