@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -22,3 +23,18 @@ def rs274() -> str:
             pytest.fail("rs274 is required here: apt-get install linuxcnc-uspace")
         pytest.skip("rs274 is not installed")
     return program
+
+
+@pytest.fixture(scope="session")
+def data() -> Path:
+    """Return the folder of shared real files, or skip."""
+    folder = Path(os.environ.get("LEAFCUT_DATA") or Path(__file__).parents[2] / "shared" / "data")
+    if not folder.is_dir():
+        pytest.skip("the shared data is not here; set LEAFCUT_DATA")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def examples() -> Path:
+    """Return the folder of the drawings that leafcut ships."""
+    return Path(__file__).parents[1] / "examples"

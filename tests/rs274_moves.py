@@ -22,9 +22,9 @@ PRINTED = {"mm": 1e-4, "inch": 2.54e-3}
 
 
 def run_rs274(program: str, text: str, folder: Path) -> tuple[int, str]:
-    """Return the exit status of rs274 and what it said; the tool table has the tools 1 to 9, all without length."""
+    """Return the exit status of rs274 and what it said; the tool table has the tools 1 to 99, all without length."""
     table, file = folder / "tool.tbl", folder / "part.ngc"
-    table.write_text("".join(f"T{n} P{n} D3.0 Z0 ;tool\n" for n in range(1, 10)), encoding="ascii")
+    table.write_text("".join(f"T{n} P{n} D3.0 Z0 ;tool\n" for n in range(1, 100)), encoding="ascii")
     file.write_text(text, encoding="utf-8")
     done = subprocess.run(
         [program, "-g", "-t", str(table), str(file)],

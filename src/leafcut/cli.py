@@ -88,6 +88,8 @@ def app() -> App:
         version=__version__,
         version_flags=["--version"],
         help_format="plaintext",
+        result_action="return_value",
+        suppress_keyboard_interrupt=False,
     )
     solving = (SolveOptions, AcoOptions)
     made.command(_command(_optimize, GROUPS), name="optimize")

@@ -28,7 +28,7 @@ PROGRAMS = {
     "pecks": "G99 G83 X5 Y5 R1 Z-10 Q3 / X6 Q4 / Y6 Z-11 / G80 / G98 G73 X7 Y7 Z-9 R0.5 Q2.2 / G80",
     "exact pecks": "G99 G83 X5 Y5 R1 Z-8 Q3 / G73 X6 Y5 R1 Z-9 Q2.5 / G83 X7 Y5 R0 Z-1 Q5",
     "dwell, ream, tap": "G99 G82 X1 Y1 Z-1 R1 P0.5 / X2 / G85 X3 Z-2 R1 / S100 M3"
-    " / G84 X4 Z-3 R1 / G80 / G0 Z9 / G98 G84 X5 Z-3 R2 P0.3",
+    " / G84 X4 Z-3 R1 / G80 / G0 Z9 / G99 G84 X5 Z-3 R2 P0.3",
     "inches": "G20 / G0 X1 Y1 Z.5 / G1 Z-.1 F5 / G2 X2 Y1 I.5 J0 / G0 Z.5 / G99 G83 X3 Y2 Z-.5 R.1 Q.2"
     " / G80 / G21 G0 X5",
     "inverse time": "G93 G1 X10 F2 / G1 Y10 Z3 F0.5 / G94 G1 X0 F100",

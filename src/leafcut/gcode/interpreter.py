@@ -148,14 +148,14 @@ class _Reader:
         state, letters = self.state, words.letters
         if "T" in letters:
             state.pending_tool = whole(letters.pop("T"), 99_999)
-        if state.dialect.length_offset == "D" and "D" in letters:
-            state.offset_number = whole(letters.pop("D"), 99_999)
-            if state.offset_on and words.g.get("length") is None:
-                state.path.offset(state.offset_number, line=state.line)
         if "tool change" in words.m:
             if state.pending_tool is None:
                 raise BlockError("M6 without a T before it")
             self._change_tool(state.pending_tool)
+        if state.dialect.length_offset == "D" and "D" in letters:
+            state.offset_number = whole(letters.pop("D"), 99_999)
+            if state.offset_on and words.g.get("length") is None:
+                state.path.offset(state.offset_number, line=state.line)
 
     def _change_tool(self, number: int) -> None:
         state = self.state

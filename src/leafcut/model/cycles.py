@@ -24,7 +24,10 @@ _EPSILON = 1e-9
 #: More pecks than this in one hole, or moves in one program, are a slip of the decimal point and would fill the
 #: memory.
 _MOST_PECKS = 10_000
-_MOST_ROWS = 10_000_000
+_MOST_ROWS = 6_000_000
+
+#: Down, up, and back down to where the last peck ended.
+_MOVES_A_PECK = 3
 
 
 def peck_depths(cycle: DrillCycle) -> list[float]:
@@ -35,13 +38,16 @@ def peck_depths(cycle: DrillCycle) -> list[float]:
     PlanError
         The peck is so small that it cannot be meant.
     """
+    return [cycle.r_plane - cycle.peck * (i + 1) for i in range(_peck_count(cycle) - 1)] + [cycle.bottom]
+
+
+def _peck_count(cycle: DrillCycle) -> int:
     if cycle.peck <= 0:
-        return [cycle.bottom]
+        return 1
     strokes = (cycle.r_plane - cycle.bottom) / cycle.peck
     if not strokes <= _MOST_PECKS:
         raise PlanError(f"a peck of {cycle.peck:g} mm takes {strokes:.0f} strokes a hole; use a larger one")
-    count = max(1, math.ceil(strokes - _EPSILON))
-    return [cycle.r_plane - cycle.peck * (i + 1) for i in range(count - 1)] + [cycle.bottom]
+    return max(1, math.ceil(strokes - _EPSILON))
 
 
 def expand_drill(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Motion]:
@@ -140,14 +146,11 @@ def expand(path: Toolpath) -> Toolpath:
 
 
 def _all_steps(cycles: tuple[DrillCycle, ...], uses: NDArray[np.int64]) -> list[list[_Step]]:
-    """Return the steps of every cycle, given how often each is used, before they grow beyond all measure."""
-    steps, rows = [], 0
-    for cycle, used in zip(cycles, uses.tolist(), strict=True):
-        steps.append(_steps_at_r(cycle))
-        rows += len(steps[-1]) * max(used, 1)
-        if rows > _MOST_ROWS:
-            raise PlanError(f"the drilling cycles come to more than {_MOST_ROWS:,} moves; use larger pecks")
-    return steps
+    """Return the steps of every cycle, given how often each is used, unless they come to more than can be meant."""
+    rows = sum(_MOVES_A_PECK * _peck_count(c) * max(n, 1) for c, n in zip(cycles, uses.tolist(), strict=True))
+    if rows > _MOST_ROWS:
+        raise PlanError(f"the drilling cycles come to {rows:,} moves, more than {_MOST_ROWS:,}; use larger pecks")
+    return [_steps_at_r(cycle) for cycle in cycles]
 
 
 class _Step(NamedTuple):

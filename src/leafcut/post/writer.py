@@ -275,7 +275,7 @@ class _Writer:
         )
         self.cycle = cycle
         self._arrive(row)
-        self.out.forget("Z")
+        self._axis(row, 2)
 
     def _can_return(self, cycle: DrillCycle, height: float) -> bool:
         """Return whether the tool will be at `height` after the cycle; starts a new series where that helps.

@@ -101,21 +101,21 @@ def _without_centre_marks(holes: list[Hole], tolerance: float, issues: list[Issu
 
 def _one_per_centre(holes: list[Hole], options: ReadOptions, issues: list[Issue]) -> list[Hole]:
     sign = 1.0 if options.concentric == "smallest" else -1.0
-    order = sorted(range(len(holes)), key=lambda i: sign * holes[i].diameter)
+    circles = [i for i, hole in enumerate(holes) if hole.diameter > 0]
+    order = sorted(circles, key=lambda i: sign * holes[i].diameter)
     table = np.array([(holes[i].x, holes[i].y, 0.0) for i in order]).reshape(-1, 3)
     found = anchors(table, options.merge_tolerance)
-    kept = sorted(row for rank, row in enumerate(order) if found[rank] == rank)
-    if len(kept) < len(holes):
-        stay = set(kept)
-        gone = [(h.x, h.y) for i, h in enumerate(holes) if i not in stay]
+    gone = {row for rank, row in enumerate(order) if found[rank] != rank}
+    if gone:
+        places = [(holes[i].x, holes[i].y) for i in sorted(gone)]
         issues.append(
             Issue(
                 "L302",
                 f"{count_of(len(gone), 'circle')} left out beside the {options.concentric} with the same centre",
-                places_of(gone, len(gone)),
+                places_of(places, len(places)),
             )
         )
-    return [holes[i] for i in kept]
+    return [hole for i, hole in enumerate(holes) if i not in gone]
 
 
 def anchors(points: NDArray[np.float64], tolerance: float) -> list[int]:

@@ -24,7 +24,7 @@ def check_program(
     units: str,
     *,
     zones: NDArray[np.float64] | None = None,
-    zone_height: float = 0.0,
+    zone_height: float | None = None,
 ) -> list[Difference]:
     """Return all that is wrong with a program's text; an empty list is the proof.
 
@@ -52,5 +52,11 @@ def check_program(
         return differences
     return [
         *check_envelope(written, machine),
-        *check_clearance(written, zones=zones, zone_height=zone_height),
+        *check_clearance(
+            written,
+            zones=zones,
+            zone_height=zone_height,
+            safe_z=machine.safe_z or 0.0,
+            dogleg=machine.rapid_style == "dogleg",
+        ),
     ]

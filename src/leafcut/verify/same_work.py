@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator
+from itertools import islice, product
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, positions_before
-from leafcut.verify.difference import Difference, place, shorten
+from leafcut.verify.difference import MOST_LISTED, Difference, place, shorten
 from leafcut.verify.read_back import DWELL_ROUNDING, FEED_PART, FEED_ROUNDING, SPEED_ROUNDING, compare_motion
 
 __all__ = ["compare_motion", "same_work"]
@@ -55,8 +56,11 @@ def same_work(original: Toolpath, new: Toolpath, tolerance_mm: float = 0.002) ->
         original, new = expand(original), expand(new)
     before, after = list(_features(original)), list(_features(new))
     missing, extra = _match(before, after, tolerance_mm)
-    differences = list(_explain(missing, extra, tolerance_mm))
-    return shorten([*differences, *_lower_traverses(original, new, tolerance_mm)])
+    # What lies beyond the list is counted only: to explain every one of a hundred thousand would take long.
+    changes = list(islice(_explain(missing, extra, tolerance_mm), MOST_LISTED + 1))
+    lower = list(_lower_traverses(original, new, tolerance_mm))
+    found = len(lower) + (len(changes) if len(changes) <= MOST_LISTED else max(len(missing), len(extra), len(changes)))
+    return shorten([*lower, *changes], found)
 
 
 def _only_moves(path: Toolpath) -> bool:
@@ -116,41 +120,48 @@ def _latest(path: Toolpath, kind: Kind, column: NDArray) -> NDArray[np.float64]:
     return np.where(rows >= 0, column[rows], 0.0)
 
 
+Cell = tuple[int, ...]
+
+
 def _match(before: list[Feature], after: list[Feature], tolerance: float) -> tuple[list[Feature], list[Feature]]:
     """Return the features of either side that have no equal on the other: each is used once."""
-    cells: dict[tuple[int, int], list[Feature]] = defaultdict(list)
-    size = 4.0 * max(tolerance, 1e-6)
-    for feature in after:
-        cells[_cell(feature, size)].append(feature)
+    cells = _sorted_into_cells(after, tolerance, 3)
     missing = []
     for feature in before:
-        for cell in _cells_around(feature, size, tolerance):
-            found = next((f for f in cells.get(cell, ()) if not _changes(feature, f, tolerance)), None)
-            if found is not None:
-                cells[cell].remove(found)
+        for key in _cells_around(feature, tolerance, 3):
+            cell = cells.get(key, [])
+            # From the end, where taking one away is cheap however many lie here.
+            equal = next((i for i in reversed(range(len(cell))) if not _changes(feature, cell[i], tolerance)), None)
+            if equal is not None:
+                del cell[equal]
                 break
         else:
             missing.append(feature)
     return missing, [feature for cell in cells.values() for feature in cell]
 
 
-def _cell(feature: Feature, size: float) -> tuple[int, int]:
-    """Return the square of a grid that a feature lies in; what is not known shares a square far away."""
-    if not (math.isfinite(feature.x) and math.isfinite(feature.y)):
-        return (1 << 62, 1 << 62)
-    return (math.floor(feature.x / size), math.floor(feature.y / size))
+def _sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> dict[Cell, list[Feature]]:
+    cells: dict[Cell, list[Feature]] = defaultdict(list)
+    for feature in features:
+        cells[next(_cells_around(feature, tolerance, axes))].append(feature)
+    return cells
 
 
-def _cells_around(feature: Feature, size: float, tolerance: float) -> Iterator[tuple[int, int]]:
-    """Yield the squares within `tolerance` of a feature, its own first."""
-    own = _cell(feature, size)
+def _cells_around(feature: Feature, tolerance: float, axes: int) -> Iterator[Cell]:
+    """Yield the cells of a grid over x, y (and depth) within `tolerance` of a feature, the one that it lies in first.
+
+    What is not known lies in a row of cells far away.
+    """
+    size, room = 4.0 * max(tolerance, 1e-6), tolerance + 1e-9
+    place = (feature.x, feature.y, feature.depth)[:axes]
+    own = tuple(math.floor(v / size) if math.isfinite(v) else _FAR for v in place)
     yield own
-    if own[0] == 1 << 62:
-        return
-    room = tolerance + 1e-9
-    xs = {math.floor((feature.x + d) / size) for d in (-room, 0.0, room)}
-    ys = {math.floor((feature.y + d) / size) for d in (-room, 0.0, room)}
-    yield from ((i, j) for i in sorted(xs) for j in sorted(ys) if (i, j) != own)
+    reach = [{math.floor((v + d) / size) for d in (-room, room)} if math.isfinite(v) else {_FAR} for v in place]
+    if any(len(cells) > 1 for cells in reach):
+        yield from (cell for cell in product(*map(sorted, reach)) if cell != own)
+
+
+_FAR = 1 << 62
 
 
 def _changes(a: Feature, b: Feature, tolerance: float) -> list[str]:
@@ -187,24 +198,22 @@ def _near(a: tuple[float, ...], b: tuple[float, ...], room: float) -> bool:
 
 def _explain(missing: list[Feature], extra: list[Feature], tolerance: float) -> Iterator[Difference]:
     """Yield what became of every feature without an equal: changed, if something else is at its place, or gone."""
-    size = 4.0 * max(tolerance, 1e-6)
-    cells: dict[tuple[int, int], list[Feature]] = defaultdict(list)
-    for feature in extra:
-        cells[_cell(feature, size)].append(feature)
+    cells = _sorted_into_cells(extra, tolerance, 2)
     for feature in missing:
-        there = [(f, cell) for cell in _cells_around(feature, size, tolerance) for f in cells.get(cell, ())]
+        there = [(f, key) for key in _cells_around(feature, tolerance, 2) for f in cells.get(key, ())]
         if there:
-            found, cell = min(there, key=lambda pair: len(_changes(feature, pair[0], tolerance)))
-            cells[cell].remove(found)
+            found, key = min(there, key=lambda pair: len(_changes(feature, pair[0], tolerance)))
+            cells[key].remove(found)
             text = f"at {place(feature.x, feature.y)}: {'; '.join(_changes(feature, found, tolerance))}"
             yield Difference(f"changed {_noun(feature)}", feature.line, found.line, text)
         else:
-            text = f"{feature.name} at {place(feature.x, feature.y, feature.depth)} with tool {feature.tool} is gone"
-            yield Difference(f"missing {_noun(feature)}", feature.line, 0, text)
-    for rest in cells.values():
-        for feature in rest:
-            text = f"{feature.name} at {place(feature.x, feature.y, feature.depth)} with tool {feature.tool} is new"
-            yield Difference(f"extra {_noun(feature)}", 0, feature.line, text)
+            yield Difference(f"missing {_noun(feature)}", feature.line, 0, f"{_said(feature)} is gone")
+    for feature in (feature for rest in cells.values() for feature in rest):
+        yield Difference(f"extra {_noun(feature)}", 0, feature.line, f"{_said(feature)} is new")
+
+
+def _said(feature: Feature) -> str:
+    return f"{feature.name} at {place(feature.x, feature.y, feature.depth)} with tool {feature.tool}"
 
 
 def _noun(feature: Feature) -> str:

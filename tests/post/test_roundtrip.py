@@ -1,0 +1,53 @@
+"""Any planned toolpath, written and read back, is the same toolpath: the rule that every program rests on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from toolpaths import assert_same_rows, planned
+
+from leafcut.gcode.dialects import dialect, dialects
+from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.numbers import NumberFormat
+from leafcut.model.cycles import expand
+from leafcut.model.toolpath import Toolpath
+from leafcut.options import PostOptions
+from leafcut.post.writer import write_program
+from rs274_moves import assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
+
+CYCLES = ("G81", "G82", "G83", "G73", "G85")
+_SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.function_scoped_fixture]
+
+
+@pytest.mark.parametrize("name", dialects())
+@settings(max_examples=60, deadline=None, suppress_health_check=_SLOW)
+@given(path=planned(CYCLES), inch=st.booleans(), repeat=st.booleans(), numbered=st.booleans())
+def test_a_program_reads_back_as_its_toolpath(
+    name: str, path: Toolpath, inch: bool, repeat: bool, numbered: bool
+) -> None:
+    """In every dialect, unit and style: the same moves, within half of the last decimal."""
+    profile = dialect(name)
+    options = PostOptions(output_units="inch" if inch else "mm", repeat_words=repeat, line_numbers=numbered)
+    text = write_program(path, profile, options, ["any"])
+    read = interpret(text, profile)
+    numbers = NumberFormat(inch, profile.decimals_inch if inch else profile.decimals_mm, False)
+    dwell_step = 0.01 if profile.dwell_unit == "cs" else 0.001
+    assert_same_rows(expand(read), expand(path), numbers.resolution, pecks=14, dwell_step=dwell_step)
+    assert max(len(line) for line in text.splitlines()) <= profile.max_line
+    if set(CYCLES) <= set(profile.cycles) and not any(c.to_initial for c in path.cycles):
+        assert_same_rows(read, path, numbers.resolution, dwell_step=dwell_step)
+
+
+@pytest.mark.external
+@settings(max_examples=25, deadline=None, suppress_health_check=_SLOW)
+@given(path=planned((*CYCLES, "G84")), inch=st.booleans())
+def test_linuxcnc_reads_any_program_as_we_do(rs274: str, tmp_path: Path, path: Toolpath, inch: bool) -> None:
+    """Any planned toolpath in LinuxCNC's words: rs274 accepts it, and its moves are ours."""
+    text = write_program(path, dialect("linuxcnc"), PostOptions(output_units="inch" if inch else "mm"))
+    status, output = run_rs274(rs274, text, tmp_path)
+    assert status == 0, output[-300:]
+    ours = moves_of_toolpath(interpret(text, dialect("linuxcnc")))
+    assert_same_moves(ours, moves_of_rs274(output), 2e-4 if not inch else 2.6e-3)

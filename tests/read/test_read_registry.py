@@ -1,0 +1,168 @@
+"""Which reader takes a file, and what is refused before any reader sees it."""
+
+from __future__ import annotations
+
+import os
+from importlib.metadata import EntryPoint
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from leafcut.errors import LeafcutError, ReadError
+from leafcut.model import Hole, Issue, Part
+from leafcut.options import ReadOptions
+from leafcut.read import Format, Match, format, formats, read, registry
+from leafcut.read.format import Source
+
+EXCELLON = "M48\nMETRIC\nT1C1.0\n%\nT1\nX1.0Y2.0\nX3.0Y4.0\nM30\n"
+XML = '<map units="mm"><city name="A" x="1" y="2"/></map>'
+TSP = "NAME: x\nTYPE: TSP\nDIMENSION: 2\nEDGE_WEIGHT_TYPE: EUC_2D\nNODE_COORD_SECTION\n1 0 0\n2 3 4\nEOF\n"
+CSV = "1, 2\n3, 4\n"
+DXF = "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n1\n20\n2\n40\n3\n0\nENDSEC\n0\nEOF\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "expected"),
+    [
+        ("plate.dxf", DXF, "dxf"),
+        ("plate", DXF, "dxf"),
+        ("PLATE.DXF", DXF, "dxf"),
+        ("board.drl", EXCELLON, "excellon"),
+        ("board.txt", EXCELLON, "excellon"),
+        ("points.xml", XML, "xml"),
+        ("points", XML, "xml"),
+        ("points.csv", CSV, "csv"),
+        ("points.txt", CSV, "csv"),
+        ("cities.tsp", TSP, "tsplib"),
+        ("cities.txt", TSP, "tsplib"),
+        ("really_a_board.csv", EXCELLON, "excellon"),
+        ("really_xml.dxf", XML, "xml"),
+    ],
+)
+def test_a_format_is_chosen_by_content_and_extension(text_file, name, text, expected):
+    part = read(text_file(name, text))
+    assert part.format == expected
+    assert part.source == name
+
+
+def test_an_unknown_kind_of_file_is_told_what_there_is(text_file):
+    with pytest.raises(ReadError, match=r"unknown kind of file.*dxf.*excellon.*xml.*csv.*tsplib"):
+        read(text_file("letter.txt", "Dear machine,\nplease drill holes.\n"))
+
+
+def test_missing_empty_unreadable_files_and_folders_are_refused_in_one_line(tmp_path, monkeypatch):
+    (tmp_path / "empty.dxf").write_text("  \n")
+    os.mkfifo(tmp_path / "pipe.dxf")
+    for name, words in {
+        "none.dxf": "no such file",
+        "empty.dxf": "empty",
+        "pipe.dxf": "not a regular file",
+        ".": "folder",
+        "nul\0.dxf": "cannot be the name",
+        "n" * 300 + ".dxf": "cannot be read",
+    }.items():
+        with pytest.raises(ReadError, match=words) as caught:
+            read(f"{tmp_path}/{name}")
+        assert "\n" not in str(caught.value)
+
+    def denied(*_args, **_more):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("pathlib.Path.open", denied)
+    with pytest.raises(ReadError, match="Permission denied"):
+        read(tmp_path / "empty.dxf")
+
+
+def test_a_file_over_the_limit_is_refused_before_it_is_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(format, "MAX_BYTES", 1 << 20)
+    path = tmp_path / "large.dxf"
+    with path.open("wb") as stream:
+        stream.truncate((1 << 20) + 1)
+    with pytest.raises(ReadError, match="the limit is 1 MiB"):
+        read(path)
+
+
+def test_every_format_has_a_name_and_one_line_of_help():
+    known = formats()
+    assert [f.name for f in known[:6]] == ["dxf", "excellon", "xml", "csv", "tsplib", "example"]
+    assert all(f.help and "\n" not in f.help for f in known)
+    extensions = [e for f in known for e in f.extensions]
+    assert len(extensions) == len(set(extensions))
+
+
+def read_toy(source: Source, options: ReadOptions) -> Part:
+    """Read the toy format: one number per line is x."""
+    return Part(source.name, tuple(Hole(float(x), 0, 1) for x in source.text().split()), format="toy")
+
+
+def crash(source: Source, options: ReadOptions) -> Part:
+    """Fail as a stranger's code does."""
+    raise KeyError("oh\nno")
+
+
+TOY = Format("toy", (".toy",), "a toy", read_toy)
+CRASHING = Format("crash", (".crash",), "crashes", crash, lambda head: 1 / 0)
+
+
+@pytest.fixture
+def plugins(monkeypatch):
+    """Put a working, a crashing and three broken plug-ins into the entry points."""
+    names = ("TOY", "CRASHING", "no_such_thing", "read_toy")
+    here = [EntryPoint(n.lower(), f"{__name__}:{n}", registry.PLUGIN_GROUP) for n in names]
+    here.append(EntryPoint("gone", "no_such_module:FORMAT", registry.PLUGIN_GROUP))
+    monkeypatch.setattr(registry, "entry_points", lambda group: here)
+
+
+def test_a_plugin_adds_a_format(plugins, text_file):
+    assert [h.x for h in read(text_file("a.toy", "3 4")).holes] == [3, 4]
+
+
+def test_a_broken_plugin_shows_its_error_and_stops_nothing_else(plugins, text_file):
+    broken = {f.name: f.error for f in formats() if f.error}
+    assert set(broken) == {"no_such_thing", "read_toy", "gone"}
+    assert "ModuleNotFoundError" in broken["gone"]
+    assert read(text_file("plate.dxf", DXF)).holes
+
+
+def test_whatever_a_reader_raises_becomes_a_read_error_of_one_line(plugins, text_file):
+    with pytest.raises(ReadError, match=r"could not be read as crash \(KeyError: .*oh.*no") as caught:
+        read(text_file("a.crash", "x"))
+    assert "\n" not in str(caught.value)
+
+
+def test_strict_names_the_first_warning_and_counts_the_rest(text_file, monkeypatch):
+    warnings = (Issue("L203", "one"), Issue("L208", "two", "a.csv:3"))
+    noisy = Format("noisy", (".noisy",), "noisy", lambda s, o: Part("n", (Hole(0, 0, 1),), issues=warnings))
+    monkeypatch.setattr(registry, "formats", lambda: (noisy,))
+    path = text_file("a.noisy", "x")
+    assert len(read(path).issues) == 2
+    with pytest.raises(ReadError, match="refused by --strict: L203 one, and 1 more"):
+        read(path, ReadOptions(strict=True))
+
+
+@given(st.binary(min_size=1, max_size=300), st.sampled_from([f for f in registry.BUILT_IN if f.extensions]))
+@settings(max_examples=150)
+def test_any_bytes_given_to_any_reader_end_in_a_part_or_a_leafcut_error(data, format_):
+    source = Source(f"file{format_.extensions[0]}", data)
+    assert isinstance(format_.sniff(data), Match)
+    try:
+        part = format_.read(source, ReadOptions())
+    except LeafcutError as problem:
+        assert "\n" not in str(problem)
+    else:
+        assert part.holes or part.slots
+
+
+@given(st.text(alphabet="XYTCGMR0123456789.-%;,\n <>=\"'/abcity:_ENODSCR", max_size=300))
+@settings(max_examples=150)
+def test_any_text_that_looks_nearly_right_ends_in_a_part_or_a_leafcut_error(text):
+    heads = {"excellon": "M48\nMETRIC\nT1C1.0\n%\nT1\n", "xml": "<map><city ", "tsplib": TSP[:-5], "csv": "x,y\n"}
+    for format_ in registry.BUILT_IN:
+        if format_.name in heads:
+            try:
+                part = format_.read(Source("file", (heads[format_.name] + text).encode()), ReadOptions())
+            except LeafcutError as problem:
+                assert "\n" not in str(problem)
+            else:
+                assert part.holes or part.slots

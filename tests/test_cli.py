@@ -1,0 +1,269 @@
+"""The command line's contract: exit status, one clear line, and JSON and nothing else on standard output."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+import leafcut
+from leafcut.cli import run
+from leafcut.options import Settings, SolveOptions, all_options, flag_name
+from leafcut.progress import Reporter
+
+
+def answer(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 0) -> tuple[str, str]:
+    """Run a command line in this process; return what it wrote to standard output and standard error."""
+    assert run(arguments) == status
+    captured = capsys.readouterr()
+    assert "Traceback" not in captured.err
+    return captured.out, captured.err
+
+
+def test_optimize_answers_with_the_keys_of_the_contract(
+    capsys: pytest.CaptureFixture[str], examples: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "p.ngc"
+    text, _ = answer(capsys, "optimize", str(examples / "plate_10.dxf"), "-o", str(out), "--json", "--thickness", "6mm")
+    found = json.loads(text)
+    wanted = {"input", "output", "process", "counts", "before", "after", "saved_percent", "lower_bound", "gap_percent",
+              "verified", "issues"}  # fmt: skip
+    assert wanted <= found.keys()
+    assert found["before"].keys() == {"travel_mm", "cut_mm", "time_s"} == found["after"].keys()
+    assert found["verified"] is True
+    assert found["counts"]["holes"] == 10
+    assert out.read_text() == leafcut.optimize(examples / "plate_10.dxf", thickness="6mm").text
+
+
+def test_solve_answers_with_the_keys_of_the_contract(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """A square of four points and its middle: 1 + 1 + 1 + 2·√½ long."""
+    points, tour = tmp_path / "square.csv", tmp_path / "square.tour"
+    points.write_text("x,y\n0,0\n1,0\n1,1\n0,1\n0.5,0.5\n")
+    text, _ = answer(capsys, "solve", str(points), "--tour", str(tour), "--json")
+    found = json.loads(text)
+    assert found.keys() == {"instance", "n", "algorithm", "seed", "length", "optimum", "gap_percent", "lower_bound",
+                            "seconds", "iterations", "history", "workers"}  # fmt: skip
+    assert found["length"] == pytest.approx(3 + 2 * 0.5**0.5)
+    numbers = tour.read_text().split("TOUR_SECTION")[1].split()[:-2]
+    assert sorted(int(v) for v in numbers) == [1, 2, 3, 4, 5]
+
+
+def test_a_program_can_be_simulated_and_compared(
+    capsys: pytest.CaptureFixture[str], examples: Path, tmp_path: Path
+) -> None:
+    one, two = tmp_path / "one.ngc", tmp_path / "two.ngc"
+    plate = str(examples / "plate_10.dxf")
+    answer(capsys, "optimize", plate, "-o", str(one), "-q", "--thickness", "6")
+    answer(capsys, "optimize", plate, "-o", str(two), "-q", "--thickness", "6", "--algorithm", "none")
+    simulated = json.loads(answer(capsys, "simulate", str(one), "--json")[0])
+    assert {"time_s", "rapid_mm", "feed_mm", "by_kind", "extents", "issues"} <= simulated.keys()
+    assert simulated["time_s"] == pytest.approx(sum(simulated["by_kind"].values()))
+    assert simulated["time_s"] == pytest.approx(leafcut.optimize(plate, thickness=6).after.time_s, rel=1e-3)
+    assert simulated["issues"] == []
+    assert json.loads(answer(capsys, "verify", str(one), str(two), "--json")[0]) == {"same": True, "differences": []}
+    lines = two.read_text().splitlines()
+    hole = next(k for k, line in enumerate(lines) if line.startswith("G99 G81"))
+    del lines[hole + 2]
+    two.write_text("\n".join(lines))
+    found = json.loads(answer(capsys, "verify", str(one), str(two), "--json", status=1)[0])
+    assert not found["same"]
+    assert found["differences"]
+
+
+def test_what_there_is_can_be_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    for command, name in (("machines", "haas-vf2"), ("algorithms", "mmas"), ("formats", "dxf")):
+        assert name in answer(capsys, command)[0]
+        assert name in [row["name"] for row in json.loads(answer(capsys, command, "--json")[0])]
+
+
+PLATE = "example:plate-10"
+REFUSED = [
+    (1, ["optimize", "nothing.dxf"], "no such file"),
+    (1, ["optimize", "."], "folder"),
+    (1, ["optimize", "empty.dxf"], "empty"),
+    (1, ["optimize", "garbage.dxf"], "garbage.dxf"),
+    (1, ["optimize", "cut.dxf"], "cut.dxf"),
+    (1, ["optimize", "lines.dxf"], "no holes"),
+    (1, ["optimize", "bomb.xml"], "bomb.xml"),
+    (1, ["optimize", "outside.xml"], "outside.xml"),
+    (1, ["optimize", "far.csv"], "far.csv"),
+    (2, ["optimize", PLATE, "--no-such-option", "1"], "--no-such-option"),
+    (2, ["optimize", PLATE, "--n-antz", "1"], "--n-ants"),
+    (2, ["optimize", PLATE, "--machine", "haas-vf3"], "did you mean 'haas-vf2'"),
+    (2, ["optimize", PLATE, "--algorithm", "mmass"], "did you mean 'mmas'"),
+    (2, ["optimize", PLATE, "--depth", "deep"], "--depth"),
+    (2, ["optimize", PLATE, "--depth", "-3"], "--depth"),
+    (2, ["optimize", PLATE, "--depth", "nan"], "--depth"),
+    (2, ["optimize", PLATE, "--depth", "1e9"], "largest"),
+    (2, ["optimize", PLATE, "--time-limit", "2 lightyears"], "lightyears"),
+    (2, ["optimize", PLATE, "--options", "wrong.toml"], "n_antz"),
+    (2, ["optimize", PLATE, "--process", "weld"], "--process"),
+    (1, ["optimize", "example:plate-11"], "plate-10"),
+    (2, ["optimize"], "INPUT"),
+    (2, ["polish", "x"], "polish"),
+    (1, ["optimize", PLATE, "--machine", "grbl-3018", "--work-offset", "1000,0,0"], "travel"),
+    (1, ["optimize", "example:board-200", "--machine", "grbl-3018"], "travel"),
+    (1, ["optimize", PLATE, "--thickness", "80", "--tools", "tools.toml"], "deep"),
+    (1, ["optimize", PLATE, "--thickness", "5", "--tools", "other.toml"], "no drill of 6.35"),
+    (1, ["optimize", PLATE, "-o", "no/such/folder/p.nc"], "no folder"),
+    (1, ["optimize", PLATE, "-o", "."], "folder"),
+    (1, ["optimize", "some.csv", "-o", "some.csv"], "never overwritten"),
+    (1, ["optimize", "some.csv", "-o", "./some.csv"], "never overwritten"),
+    (1, ["optimize", "some.csv", "--report", "some.csv"], "never overwritten"),
+    (1, ["optimize", "some.csv", "-o", "p.nc", "--report", "p.nc"], "never overwritten"),
+    (1, ["solve", "nothing.tsp"], "no such file"),
+    (1, ["simulate", "nothing.nc"], "cannot be read"),
+    (1, ["simulate", "empty.dxf"], "empty"),
+    (1, ["simulate", "garbage.dxf"], "garbage.dxf:1"),
+    (1, ["verify", "nothing.nc", "nothing.nc"], "cannot be read"),
+]
+
+
+def lay_out(folder: Path) -> None:
+    """Make the wrong files that the table names."""
+    (folder / "empty.dxf").write_bytes(b"")
+    (folder / "garbage.dxf").write_bytes(bytes(range(256)) * 40)
+    (folder / "cut.dxf").write_text("  0\nSECTION\n  2\nENTITIES\n  0\nCIRCLE\n 10\n1.0\n 20\n")
+    (folder / "lines.dxf").write_text(
+        "0\nSECTION\n2\nENTITIES\n0\nLINE\n8\n0\n10\n0\n20\n0\n11\n5\n21\n5\n0\nENDSEC\n0\nEOF\n"
+    )
+    entities = "".join(f'<!ENTITY e{k} "{f"&e{k - 1};" * 10}">' for k in range(1, 12))
+    (folder / "bomb.xml").write_text(
+        f'<!DOCTYPE m [<!ENTITY e0 "x">{entities}]><map><city x="1" y="2">&e11;</city></map>'
+    )
+    (folder / "outside.xml").write_text(
+        '<!DOCTYPE m [<!ENTITY e SYSTEM "file:///etc/passwd">]><map><city x="1" y="2">&e;</city></map>'
+    )
+    (folder / "far.csv").write_text("x,y\nnan,1\n1e300,2\n")
+    (folder / "some.csv").write_text("x,y\n0,0\n5,5\n")
+    (folder / "wrong.toml").write_text("[aco]\nn_antz = 3\n")
+    tool = '[[tool]]\nnumber = 1\nkind = "drill"\ndiameter = "{}mm"\nfeed = "100 mm/min"\nspindle_speed = "900 rpm"\n'
+    (folder / "tools.toml").write_text(tool.format(6.35) + 'flute_length = "40mm"\n')
+    (folder / "other.toml").write_text(tool.format(5))
+
+
+@pytest.mark.parametrize(
+    ("status", "arguments", "words"), REFUSED, ids=lambda v: " ".join(v) if isinstance(v, list) else ""
+)
+def test_bad_input_gets_one_clear_line_and_writes_nothing(
+    status: int, arguments: list[str], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    lay_out(tmp_path)
+    before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
+    out, err = answer(capsys, *arguments, status=status)
+    assert out == ""
+    assert err.startswith("leafcut: ")
+    assert err.count("\n") == 1, err
+    assert words in err
+    assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
+
+
+def test_an_output_that_may_not_be_written_is_refused_before_any_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    with pytest.raises(leafcut.LeafcutError, match="may not be written"):
+        leafcut.optimize("no such drawing.dxf", tmp_path / "p.nc")
+
+
+def interrupt_at(words: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have a person press Ctrl-C when the progress first says `words`."""
+
+    def call(self: Reporter, what: str, cost: float | None, share: float) -> None:
+        if what.startswith(words):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Reporter, "__call__", call)
+
+
+def test_ctrl_c_in_the_search_keeps_the_best_and_writes_a_whole_program(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "p.ngc"
+    interrupt_at("ordering", monkeypatch)
+    text, _ = answer(capsys, "optimize", "random:80", "-o", str(out), "--iterations", "1000000", "--json")
+    assert json.loads(text)["verified"]
+    assert out.read_text().rstrip().endswith("M2")
+    assert out.read_text().count("\nX") + out.read_text().count("\nY") >= 70
+
+
+def test_ctrl_c_elsewhere_writes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    interrupt_at("verifying", monkeypatch)
+    _, err = answer(capsys, "optimize", PLATE, "-o", str(tmp_path / "p.ngc"), status=1)
+    assert err == "leafcut: interrupted; nothing was written\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_every_option_is_a_flag_of_optimize(capsys: pytest.CaptureFixture[str]) -> None:
+    text, _ = answer(capsys, "optimize", "--help")
+    for _, name, spec in all_options():
+        assert flag_name(name) in text, name
+        assert spec.help.split()[0] in text
+
+
+@pytest.mark.parametrize("face", ["flags", "file", "api"])
+def test_the_same_options_through_flags_file_and_api_give_the_same_bytes(
+    face: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "p.nc"
+    if face == "api":
+        leafcut.optimize(PLATE, out, machine="haas-vf2", peck="2mm", thickness=6.0, n_ants=7, iterations=3, seed=4)
+    elif face == "flags":
+        flags = [
+            "--machine",
+            "haas-vf2",
+            "--peck",
+            "2",
+            "--thickness",
+            "6mm",
+            "--n-ants",
+            "7",
+            "--iterations",
+            "3",
+            "--seed",
+            "4",
+        ]
+        answer(capsys, "optimize", PLATE, "-o", str(out), *flags, "-q")
+    else:
+        options = tmp_path / "o.toml"
+        options.write_text(
+            '[machine]\nmachine = "haas-vf2"\n[drill]\npeck = "2mm"\nthickness = 6.0\n'
+            "[aco]\nn_ants = 7\n[solve]\niterations = 3\nseed = 4\n"
+        )
+        answer(capsys, "optimize", PLATE, "-o", str(out), "--options", str(options), "-q")
+    assert (
+        out.read_text()
+        == leafcut.optimize(PLATE, machine="haas-vf2", peck="2mm", thickness="6mm", n_ants=7, iterations=3, seed=4).text
+    )
+
+
+def test_the_header_holds_what_it_takes_to_make_the_program_again() -> None:
+    text = leafcut.optimize(PLATE, peck="2mm", thickness="0.25in", iterations=2, seed=11, threads=1).text
+    head = text[:600]
+    for words in (
+        "seed 11",
+        "--peck 2mm",
+        "--thickness 6.35mm",
+        "--iterations 2",
+        "linuxcnc-mill",
+        leafcut.__version__,
+    ):
+        assert words in head
+    assert "--threads" not in text
+
+
+def test_the_date_stands_in_the_header_only_when_asked_for() -> None:
+    assert "date:" not in leafcut.optimize(PLATE, thickness=5).text
+    assert "date:" in leafcut.optimize(PLATE, thickness=5, date=True).text
+
+
+def test_settings_are_checked_when_they_are_made() -> None:
+    with pytest.raises(leafcut.LeafcutError, match="smallest"):
+        SolveOptions(iterations=-1)
+    assert Settings.collect({"depth": "0.1in"}).drill.depth == pytest.approx(2.54)
