@@ -86,6 +86,14 @@ def test_importing_leafcut_loads_nothing_heavy() -> None:
     assert not loaded_by("import leafcut") & HEAVY
 
 
+def test_no_public_name_is_hidden_by_a_room() -> None:
+    import leafcut
+
+    rooms = {room_of(f) for f in FILES}
+    assert not rooms & (set(leafcut.__all__) - {"__version__"})
+    assert all(callable(getattr(leafcut, name)) for name in leafcut.__all__ if name != "__version__")
+
+
 def test_reading_and_planning_do_not_load_numba() -> None:
-    statement = "import leafcut\nfrom leafcut.plan.drilling import plan_drilling\nleafcut.read('example:plate-70')"
+    statement = "import leafcut\nfrom leafcut.plan.drilling import plan_drilling\nleafcut.read_part('example:plate-70')"
     assert "numba" not in loaded_by(statement)

@@ -13,19 +13,20 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from leafcut.api import optimize, simulate, solve_part, verify
+    from leafcut.api import optimize, simulate, solve_part, verify_programs
     from leafcut.errors import LeafcutError
-    from leafcut.read import read
+    from leafcut.read import read as read_part
 
-__all__ = ["LeafcutError", "__version__", "optimize", "read", "simulate", "solve_part", "verify"]
+__all__ = ["LeafcutError", "__version__", "optimize", "read_part", "simulate", "solve_part", "verify_programs"]
 
+#: Public name → (module, name there). None of them may be the name of a room: importing that would hide it.
 _HOMES = {
-    "LeafcutError": "leafcut.errors",
-    "optimize": "leafcut.api",
-    "read": "leafcut.read",
-    "simulate": "leafcut.api",
-    "solve_part": "leafcut.api",
-    "verify": "leafcut.api",
+    "LeafcutError": ("leafcut.errors", "LeafcutError"),
+    "optimize": ("leafcut.api", "optimize"),
+    "read_part": ("leafcut.read", "read"),
+    "simulate": ("leafcut.api", "simulate"),
+    "solve_part": ("leafcut.api", "solve_part"),
+    "verify_programs": ("leafcut.api", "verify_programs"),
 }
 
 
@@ -35,4 +36,5 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'leafcut' has no attribute '{name}'")
     from importlib import import_module
 
-    return getattr(import_module(_HOMES[name]), name)
+    module, attribute = _HOMES[name]
+    return getattr(import_module(module), attribute)

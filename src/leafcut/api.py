@@ -65,7 +65,7 @@ def optimize(
     Parameters
     ----------
     source
-        A drawing or a map that `leafcut.read` understands, or the name of an example such as ``example:plate-70``.
+        A drawing or a map that `leafcut.read_part` understands, or the name of an example such as ``example:plate-70``.
     output, report
         Where to write the program and the report page; nothing is written without them.
     options_file
@@ -345,7 +345,9 @@ def simulate(program: str | Path, *, dialect: str | None = None, **options: Any)
     }
 
 
-def verify(original: str | Path, new: str | Path, *, dialect: str | None = None, **options: Any) -> dict[str, Any]:
+def verify_programs(
+    original: str | Path, new: str | Path, *, dialect: str | None = None, **options: Any
+) -> dict[str, Any]:
     """Return whether two programs do the same work, and every difference as one line."""
     from leafcut.verify.same_work import same_work
 

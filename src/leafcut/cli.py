@@ -240,7 +240,7 @@ def _verify(
     """Tell whether two programs do the same work, or where they differ."""
     from leafcut import api
 
-    answer = api.verify(original, new, dialect=dialect, **_given(options))
+    answer = api.verify_programs(original, new, dialect=dialect, **_given(options))
     if as_json:
         _print_json(answer)
     elif answer["same"]:

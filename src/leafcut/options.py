@@ -124,7 +124,9 @@ def _names(_: OptionSpec, value: Any) -> tuple[str, ...]:
     return tuple(str(word).strip() for word in words if str(word).strip())
 
 
-def _point(_: OptionSpec, value: Any) -> tuple[float, ...]:
+def _point(_: OptionSpec, value: Any) -> tuple[float, ...] | None:
+    if value == "free":
+        return None
     numbers = parse_point(value)
     if len(numbers) not in (2, 3):
         raise OptionError(f"'{value}' is not a point such as '10,20' or '10,20,5'")
@@ -319,9 +321,11 @@ class DrillOptions(OptionGroup):
         "quantity", 0.05, "how far a tool may differ from the hole drawn", unit="mm", minimum=0, maximum=5
     )
     centre_drill: bool = _option("flag", False, "first centre every hole with the library's centre drill")
-    start_point: tuple[float, ...] | None = _option("point", (0.0, 0.0), "where the tool starts, x,y", unit="mm")
+    start_point: tuple[float, ...] | None = _option(
+        "point", (0.0, 0.0), "where the tool starts, x,y, or free", unit="mm"
+    )
     end_point: tuple[float, ...] | None = _option(
-        "point", None, "where the tool ends, x,y", unit="mm", default_words="at the last hole"
+        "point", None, "where the tool ends, x,y, or free", unit="mm", default_words="at the last hole"
     )
 
 
@@ -468,7 +472,7 @@ class Settings:
     def changed(self) -> dict[str, str]:
         """Return every option that is not at its default and can change the program: flag → value as one types it."""
         return {
-            flag_name(name): written(group.specs()[name], value)
+            flag_name(name if value is not False else f"no_{name}"): written(group.specs()[name], value)
             for group in (getattr(self, f.name) for f in fields(self))
             for name, value in group.changed().items()
             if group.specs()[name].changes_program
@@ -477,6 +481,10 @@ class Settings:
 
 def written(spec: OptionSpec, value: Any) -> str:
     """Return an option's value as a person would type it, shop units included."""
+    if value is None:
+        return "free"
+    if spec.kind == "flag":
+        return ""
     if spec.kind == "quantity":
         unit = BARE_UNIT[spec.unit]
         return f"{value / FACTORS[spec.unit][unit]:.6g}{unit}"

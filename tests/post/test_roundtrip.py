@@ -35,7 +35,7 @@ def test_a_program_reads_back_as_its_toolpath(
     read = interpret(text, profile)
     numbers = NumberFormat(inch, profile.decimals_inch if inch else profile.decimals_mm, False)
     dwell_step = 0.01 if profile.dwell_unit == "cs" else 0.001
-    assert_same_rows(expand(read), expand(path), numbers.resolution, pecks=14, dwell_step=dwell_step)
+    assert_same_rows(expand(read), expand(path), numbers.resolution, pecks=26, dwell_step=dwell_step)
     assert max(len(line) for line in text.splitlines()) <= profile.max_line
     if set(CYCLES) <= set(profile.cycles) and not any(c.to_initial for c in path.cycles):
         assert_same_rows(read, path, numbers.resolution, dwell_step=dwell_step)

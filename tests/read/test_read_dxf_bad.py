@@ -67,6 +67,15 @@ def test_a_drawing_without_eof_whose_entities_are_complete_is_read_and_reported(
     assert codes(part) == ["L101"]
 
 
+def test_what_follows_the_end_of_a_drawing_is_reported(hand_drawn):
+    path = hand_drawn(CIRCLE.format(1, 2, 3))
+    whole = path.read_bytes()
+    path.write_bytes(whole + b"\r\n\x1a\0\0")
+    assert codes(read(path)) == []
+    path.write_bytes(whole + whole)
+    assert codes(read(path)) == ["L101"]
+
+
 def test_a_damaged_line_is_named_by_its_number(hand_drawn):
     path = hand_drawn(CIRCLE.format(1, 2, 3) + "0\nCIRCLE\n8\nHOLES\nxx\n1\n")
     lines = path.read_text().splitlines()

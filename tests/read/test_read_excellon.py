@@ -175,6 +175,13 @@ def test_what_cannot_be_read_with_certainty_is_refused_with_its_line(text_file, 
     assert "\n" not in str(caught.value)
 
 
+def test_a_file_without_its_end_is_reported_and_one_cut_in_a_number_is_refused(text_file):
+    whole = body("X1.0Y2.0\nX10.0Y20.0")
+    assert codes(read(text_file("c.drl", whole.replace("M30\n", "")))) == ["L101"]
+    with pytest.raises(ReadError, match="cut off in its last line"):
+        read(text_file("c.drl", whole[: whole.index("0.0\nM30")]))
+
+
 def test_absurd_coordinates_are_skipped_and_reported(text_file):
     part = read(text_file("n.drl", body("X1.0Y1.0\nX99999999.0Y1.0")))
     assert len(part.holes) == 1

@@ -156,6 +156,13 @@ def test_doubled_holes_of_a_table_are_merged_and_near_bare_points_are_not(text_f
     assert codes(part) == ["L301"]
 
 
+def test_layers_of_a_map_are_chosen_and_points_without_one_stay(text_file):
+    path = text_file("a.csv", "x,y,layer\n1,2,A\n3,4,B\n5,6,\n")
+    part = read(path, ReadOptions(layers=("a",), units="mm"))
+    assert [h.x for h in part.holes] == [1, 5]
+    assert codes(part) == ["L204"]
+
+
 coordinates = st.floats(-1e6, 1e6, allow_subnormal=False)
 points = st.lists(st.tuples(coordinates, coordinates), min_size=1, max_size=20, unique=True)
 

@@ -32,7 +32,6 @@ CODES: dict[str, str] = {
     "L401": "a tool was assumed",
     "L402": "a depth was assumed",
     "L403": "the place of the part on the machine is not known",
-    "L404": "the machine's limit replaced a value",
     "L405": "bare points were taken as holes",
 }
 

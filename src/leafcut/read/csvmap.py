@@ -27,7 +27,7 @@ from leafcut.read.format import (
     too_many_holes,
     units_unknown,
 )
-from leafcut.read.sift import sift
+from leafcut.read.sift import chosen_layers, sift
 
 #: Words of a header, and the field they mean.
 HEADER_WORDS = {
@@ -103,9 +103,11 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
     ]
     if len(bad) > NAMED_ROWS:
         issues.append(Issue("L208", f"{len(bad) - NAMED_ROWS} more rows skipped"))
-    kept, noticed = sift(holes, options, point_tolerance=0.0)
+    on_layer, left_out = chosen_layers(holes, options)
+    kept, noticed = sift(on_layer, options, point_tolerance=0.0)
+    issues += left_out
     if not kept:
-        raise ReadError(source.path, f"no holes: {'; '.join(i.message for i in noticed)}")
+        raise ReadError(source.path, f"no holes: {'; '.join(i.message for i in (*left_out, *noticed))}")
     units = options.units or columns.unit
     part = Part(source.name, kept, source=source.file_name, format="csv", units=units or "mm")
     if units is None:

@@ -38,9 +38,9 @@ from leafcut.read.format import (
 from leafcut.read.sift import layer_filter, sift
 
 BINARY_MARK = b"AutoCAD Binary DXF\r\n\x1a\x00"
-#: ezdxf needs about 1.5 kB for an entity and 0.1 kB for a tag (two lines): beyond these it would eat the memory.
-MAX_ENTITIES = 2_500_000
-MAX_LINES = 60_000_000
+#: ezdxf needs about 1.6 kB for a circle and 0.1 kB for a tag (two lines): beyond these it would eat the memory.
+MAX_ENTITIES = 1_500_000
+MAX_LINES = 30_000_000
 #: Circles smaller than this are drawing errors, mm.
 MIN_RADIUS = 1e-6
 
@@ -75,7 +75,7 @@ TRIVIAL_REPAIRS = (9, 10, 14, 111)
 
 _SECTION = re.compile(rb"(?:^|[\r\n])[ \t]*0[ \t]*\r?\n[ \t]*SECTION\b", re.IGNORECASE)
 _END = re.compile(rb"[\r\n][ \t]*0[ \t]*\r?\n[ \t]*EOF[ \t]*(?:[\r\n\x1a\0]|$)", re.IGNORECASE)
-_STRUCTURE = re.compile(rb"\n[ \t]*0[ \t]*\r?\n")
+_STRUCTURE = re.compile(rb"\n[ \t]*0[ \t]*\r?\n(?=[ \t]*[A-Za-z])")
 _SECTION_END = re.compile(rb"\n[ \t]*0[ \t]*\r?\n[ \t]*ENDSEC\b")
 _LINE = re.compile(r"\bline:? (\d+)")
 
@@ -136,7 +136,9 @@ def _document(source: Source, issues: list[Issue]) -> Any:
         raise ReadError(source.path, "the drawing is cut off: its end is missing; save or send it again")
     with _quiet():
         try:
-            return _load_binary(data) if binary else _load_text(source.path, data, issues)
+            document = _load_binary(data) if binary else _load_text(source.path, data, issues)
+            document.modelspace()
+            return document
         except ReadError:
             raise
         except Exception as problem:  # ezdxf raises nearly anything on a damaged file
@@ -150,7 +152,9 @@ def _check_whole(path: str, data: bytes, issues: list[Issue]) -> None:
     lines = data.count(b"\n")
     if lines > MAX_LINES or sum(1 for _ in _STRUCTURE.finditer(data)) > MAX_ENTITIES:
         raise ReadError(path, f"the drawing has more than {MAX_ENTITIES:,} entities or {MAX_LINES:,} lines; split it")
-    if _END.search(data, max(0, len(data) - 4096)) or _END.search(data):
+    if end := _END.search(data):
+        if data[end.end() :].strip(b" \t\r\n\0\x1a"):
+            issues.append(Issue("L101", "the drawing goes on after its end (EOF); what follows was not read"))
         return
     start = data.rfind(b"ENTITIES")
     if start < 0 or not _SECTION_END.search(data, start):

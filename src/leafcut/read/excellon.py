@@ -88,6 +88,7 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
     """
     prepared = _prepare(source)
     issues: list[Issue] = []
+    _check_whole(source, prepared, issues)
     parser = _parse(source, prepared, issues)
     own_units = _unit_name(parser.settings.unit)
     holes, slots = _objects(source, parser, options, issues)
@@ -138,6 +139,17 @@ def _prepare(source: Source) -> _Prepared:
     if prepared.has_plain_integers and not prepared.has_format and prepared.metric:
         prepared.digits = (3, 3)
     return prepared
+
+
+def _check_whole(source: Source, prepared: _Prepared, issues: list[Issue]) -> None:
+    last = next((i for i in reversed(range(len(prepared.lines))) if prepared.lines[i][0] != ";"), None)
+    if last is None or prepared.lines[last] in ("M30", "M00"):
+        return
+    if prepared.lines[last][0] in "XYG" and not source.data.endswith((b"\n", b"\r")):
+        # Half a number is a number too: the hole would be somewhere else.
+        reason = "the file is cut off in its last line; export or send it again"
+        raise ReadError(source.path, reason, prepared.numbers[last])
+    issues.append(Issue("L101", "the file does not end with M30: it may be cut off, and holes may be missing"))
 
 
 def _comment(prepared: _Prepared, line: str, number: int) -> None:

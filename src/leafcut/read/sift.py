@@ -22,6 +22,16 @@ def layer_filter(patterns: tuple[str, ...]) -> Callable[[str], bool]:
     return lambda layer: not tests or any(t.match(layer) for t in tests)
 
 
+def chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
+    """Return the holes of a map that are on the chosen layers, or on none, and what was left out (L204)."""
+    chosen = layer_filter(options.layers)
+    kept = [h for h in holes if not h.layer or chosen(h.layer)]
+    if left := len(holes) - len(kept):
+        message = f"{count_of(left, 'hole')} on layers that are not chosen left out"
+        return kept, [Issue("L204", message, severity=Severity.NOTE)]
+    return kept, []
+
+
 def sift(
     holes: Sequence[Hole], options: ReadOptions, point_tolerance: float | None = None
 ) -> tuple[tuple[Hole, ...], list[Issue]]:

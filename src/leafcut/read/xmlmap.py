@@ -26,7 +26,7 @@ from leafcut.read.format import (
     too_many_holes,
     units_unknown,
 )
-from leafcut.read.sift import sift
+from leafcut.read.sift import chosen_layers, sift
 from leafcut.units import MM_PER_UNIT
 
 POINT_TAGS = ("city", "point", "hole", "node")
@@ -137,9 +137,11 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
             issues.append(Issue("L203", f"point skipped: {problem}", f"{source.file_name}:{point.line}"))
     if not holes:
         raise ReadError(source.path, f"no usable points: {issues[0].message}", found.points[0].line)
-    kept, noticed = sift(holes, options, point_tolerance=0.0)
+    on_layer, left_out = chosen_layers(holes, options)
+    kept, noticed = sift(on_layer, options, point_tolerance=0.0)
+    issues += left_out
     if not kept:
-        raise ReadError(source.path, f"no holes: {'; '.join(i.message for i in noticed)}")
+        raise ReadError(source.path, f"no holes: {'; '.join(i.message for i in (*left_out, *noticed))}")
     units = options.units or found.units
     part = Part(source.name, kept, source=source.file_name, format="xml", units=units or "mm")
     if units is None:

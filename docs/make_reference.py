@@ -1,0 +1,56 @@
+"""Writes docs/reference.md (options, issue codes, formats, machines, algorithms, errors) from the program itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from leafcut.gcode.dialects import dialect, dialects
+from leafcut.model.issue import CODES
+from leafcut.options import ALGORITHM_TITLES, GROUPS, flag_name, written
+from leafcut.read import formats
+from leafcut.read.machine import machine_descriptions
+
+HERE = Path(__file__).parent
+OPTIONS_INTRODUCTION = (
+    "Each is a flag of the command line, a key of a TOML file given with `--options`, and a keyword of",
+    "`leafcut.optimize`. Bare numbers are millimetres, seconds, mm/min, rpm or degrees; any can carry its own unit:",
+    "`0.25in`, `90ipm`, `500ms`. In Python a number is in inner units: mm, s, mm/s, rpm.",
+)
+
+
+def options_table() -> list[str]:
+    """Return one table per group of options."""
+    lines = ["## Options", "", *OPTIONS_INTRODUCTION, ""]
+    for group in GROUPS:
+        lines += [f"### [{group.section}] {(group.__doc__ or '').splitlines()[0]}", ""]
+        lines += ["| flag | TOML key | default | what |", "| --- | --- | --- | --- |"]
+        for name, spec in group.specs().items():
+            default = group.defaults()[name]
+            words = spec.default_words or ("" if default in (None, ()) else written(spec, default))
+            words = words or ("off", "on")[default is True] if spec.kind == "flag" else words
+            choices = f" ({', '.join(f'`{c}`' for c in spec.choices)})" if spec.choices else ""
+            lines.append(f"| `{flag_name(name)}` | `{name}` | {words} | {spec.help}{choices} |")
+        lines.append("")
+    return lines
+
+
+def table(title: str, head: tuple[str, str], rows: list[tuple[str, str]]) -> list[str]:
+    """Return a section with a table of two columns."""
+    lines = [f"## {title}", "", f"| {head[0]} | {head[1]} |", "| --- | --- |"]
+    return [*lines, *(f"| `{name}` | {text} |" for name, text in rows), ""]
+
+
+def reference() -> str:
+    """Return the whole page."""
+    lines = ["# Reference", "", "Made by `docs/make_reference.py` from the program; do not edit by hand.", ""]
+    lines += options_table()
+    lines += table("Algorithms", ("name", "what"), list(ALGORITHM_TITLES.items()))
+    lines += table("Formats", ("name", "what"), [(f.name, f"{' '.join(f.extensions)} {f.help}") for f in formats()])
+    lines += table("Machines", ("name", "what"), list(machine_descriptions().items()))
+    lines += table("Dialects", ("name", "what"), [(name, dialect(name).description) for name in dialects()])
+    lines += table("Issues", ("code", "meaning"), list(CODES.items()))
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    (HERE / "reference.md").write_text(reference(), encoding="utf-8")

@@ -1,0 +1,59 @@
+"""The ants on instances whose optimum is known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import leafcut
+from leafcut.api import solve_part
+
+ANTS = ("as", "eas", "asrank", "mmas", "acs")
+
+
+def test_the_published_optimal_tour_has_the_published_length(data: Path) -> None:
+    """Reader, TSPLIB's rounding and the adding up of costs agree with the file's own optimum."""
+    import numpy as np
+
+    from leafcut.model import Metric, RoutingProblem
+    from leafcut.read.tsplib import read_tour
+    from leafcut.solve.instance import path_cost
+
+    for name in ("kroA100", "pcb442"):
+        part = leafcut.read_part(data / "tsplib" / f"{name}.tsp")
+        problem = RoutingProblem.of_points(part.hole_xy, Metric(part.edge_weight_type), closed=True)
+        tour = read_tour(data / "tsplib" / f"{name}.opt.tour").astype(np.int32)
+        assert path_cost(problem, tour) == part.optimum
+
+
+@pytest.mark.parametrize("algorithm", ANTS)
+def test_each_algorithm_comes_within_three_percent_on_kroa100(algorithm: str, data: Path) -> None:
+    part = leafcut.read_part(data / "tsplib" / "kroA100.tsp")
+    assert part.optimum == 21282
+    found = solve_part(part, algorithm=algorithm, iterations=40)
+    assert 21282 <= found.cost <= 1.03 * 21282
+
+
+@pytest.mark.parametrize("algorithm", ANTS)
+@pytest.mark.parametrize("name", ["d198", "fl417", "pcb442", "u724", "rl1304"])
+def test_each_algorithm_improves_on_nearest_neighbour(algorithm: str, name: str, data: Path) -> None:
+    part = leafcut.read_part(data / "tsplib" / f"{name}.tsp")
+    nearest = solve_part(part, algorithm="nn")
+    found = solve_part(part, algorithm=algorithm, iterations=1)
+    assert part.optimum <= found.cost < nearest.cost
+
+
+@pytest.mark.parametrize("algorithm", ANTS)
+def test_without_local_search_the_ants_still_learn(algorithm: str, data: Path) -> None:
+    """The tours of pure ants get better than nearest neighbour; MAX–MIN slowest, since it forgets slowest (ρ = 0.02)."""
+    iterations = 800 if algorithm == "mmas" else 60
+    part = leafcut.read_part(data / "tsplib" / "kroA100.tsp")
+    nearest = solve_part(part, algorithm="nn")
+    found = solve_part(part, algorithm=algorithm, local_search=False, iterations=iterations, n_ants=50)
+    assert 21282 <= found.cost < 0.92 * nearest.cost
+
+
+def test_mmas_comes_within_one_percent_on_pcb442(data: Path) -> None:
+    part = leafcut.read_part(data / "tsplib" / "pcb442.tsp")
+    assert solve_part(part, algorithm="mmas", iterations=200).cost <= 1.01 * 50778

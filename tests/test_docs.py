@@ -1,0 +1,109 @@
+"""What the documents say is so: examples run, names exist, tables are the program's own."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import runpy
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from leafcut.cli import run
+from leafcut.model.issue import CODES
+from leafcut.options import all_options, flag_name
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_the_reference_is_what_the_program_says() -> None:
+    made = runpy.run_path(str(ROOT / "docs" / "make_reference.py"))["reference"]()
+    assert (ROOT / "docs" / "reference.md").read_text(encoding="utf-8") == made
+
+
+def test_the_reference_names_every_option_and_issue() -> None:
+    text = (ROOT / "docs" / "reference.md").read_text(encoding="utf-8")
+    assert all(f"`{flag_name(name)}`" in text for _, name, _ in all_options())
+    assert all(f"`{code}`" in text for code in CODES)
+
+
+def test_every_issue_code_can_happen() -> None:
+    sources = "".join(p.read_text(encoding="utf-8") for p in (ROOT / "src").rglob("*.py") if p.name != "issue.py")
+    assert [code for code in CODES if f'"{code}"' not in sources] == []
+
+
+def test_the_python_example_of_the_readme_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code = re.search(r"^    import leafcut\n(?:\n|    .*\n)+", README, flags=re.MULTILINE)
+    assert code
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    exec(re.sub("^    ", "", code.group(0), flags=re.MULTILINE), {})
+    assert re.fullmatch(r"\d+ s became \d+ s, verified: True\n", capsys.readouterr().out)
+    assert (tmp_path / "plate.nc").read_text().startswith("%")
+
+
+def test_the_figures_of_the_readme_are_those_of_the_plate() -> None:
+    import leafcut
+
+    outcome = leafcut.optimize("example:plate-70", thickness="0.25in")
+    assert f"{outcome.before.travel_mm / 1000:.2f} m of rapids" in README
+    assert f"by leafcut: {outcome.after.travel_mm / 1000:.2f} m" in README
+
+
+def test_the_flags_that_the_readme_shows_exist(capsys: pytest.CaptureFixture[str]) -> None:
+    run(["optimize", "--help"])
+    run(["solve", "--help"])
+    known = capsys.readouterr().out
+    assert all(flag in known for flag in set(re.findall(r"--[a-z][a-z-]+", README)) - {"--help"})
+
+
+@pytest.mark.parametrize("page", ["walk.md", "machine_time.md"])
+def test_the_names_in_a_page_exist(page: str) -> None:
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    rooms = {p.name.removesuffix(".py") for p in (ROOT / "src" / "leafcut").iterdir()}
+    found = 0
+    for name in re.findall(r"`([a-z_]+(?:\.\w+)+)(?:\(.*?\))?`", text):
+        room, *rest = name.split(".")
+        if room not in rooms or rest[-1] in ("py", "md", "toml"):
+            continue
+        found += 1
+        assert exists(name), name
+    assert found
+
+
+def exists(name: str) -> bool:
+    """Return whether leafcut.NAME is a module, or an attribute of one (of a class in it)."""
+    parts = name.split(".")
+    for cut in range(len(parts), 0, -1):
+        try:
+            thing = importlib.import_module("leafcut." + ".".join(parts[:cut]))
+        except ModuleNotFoundError:
+            continue
+        for attribute in parts[cut:]:
+            thing = getattr(thing, attribute, None)
+        return thing is not None
+    return False
+
+
+def test_links_between_documents_lead_somewhere() -> None:
+    for page in (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")):
+        for link in re.findall(r"\]\(([^)#:]+)\)", page.read_text(encoding="utf-8")):
+            assert (page.parent / link).exists(), (page, link)
+
+
+@pytest.mark.parametrize("script", sorted(p.name for p in (ROOT / "examples").glob("*.py")))
+def test_example_scripts_run(script: str, tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    done = subprocess.run(
+        [sys.executable, f"examples/{script}"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    if script == "make_plates.py":
+        for plate in (ROOT / "examples").glob("*.dxf"):
+            assert (tmp_path / "examples" / plate.name).read_bytes() == plate.read_bytes(), plate.name
