@@ -66,7 +66,7 @@ _FEED = st.floats(0.1, 90.0)
 def cycles(draw: st.DrawFn, names: tuple[str, ...]) -> DrillCycle:
     """Any cycle of these names, with at most twelve pecks."""
     name = draw(st.sampled_from(names))
-    r_plane, depth = draw(st.integers(50, 500)) / 100, draw(st.floats(0.2, 60.0))
+    r_plane, depth = draw(st.integers(50, 500)) / 100, draw(st.floats(2.0, 60.0))
     peck = depth / draw(st.floats(0.8, 11.0)) if name in ("G83", "G73") else 0.0
     dwell = draw(st.floats(0.02, 9.0)) if name == "G82" else 0.0
     # LinuxCNC feeds a tap or a reamer all the way up to the initial plane; others only to R.

@@ -66,17 +66,18 @@ def lay_toolpath(
     when G98 follows G99 in one series of cycles, other controllers do not.
     """
     builder = ToolpathBuilder()
-    _rise(builder, plan, machine)
+    if machine.safe_z is not None:
+        builder.machine(z=machine.safe_z)
     for number, (operation, nodes) in enumerate(zip(plan.operations, orders, strict=True)):
         if number:
             _leave_for_tool_change(builder, plan, machine, coolant)
         builder.tool(operation.tool.number)
+        if machine.safe_z is None:
+            # With its own length offset now: no move of z before, it would count from the tool before, or from none.
+            builder.rapid(z=plan.clearance_height)
         builder.spindle(operation.tool.spindle_rpm)
         if machine.spindle_start_s > 0:
             builder.dwell(machine.spindle_start_s)
-        if machine.safe_z is None:
-            # The new tool may be longer: its own clearance height first.
-            builder.rapid(z=plan.clearance_height)
         if coolant:
             builder.coolant(2)
         (_rout if operation.slots else _drill)(builder, plan, machine, operation, nodes)

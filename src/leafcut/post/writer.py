@@ -281,14 +281,16 @@ class _Writer:
         """Return whether the tool will be at `height` after the cycle; starts a new series where that helps.
 
         After G99 in the same series the initial plane of G98 is still the height from before the first hole, and
-        LinuxCNC 2.9 (rs274) goes up to it, or to a higher R plane, on its way to the next hole instead of before it.
-        Such a hole starts a series of its own, or is written out.
+        LinuxCNC 2.9 (rs274) goes up to it, or to a higher R plane, on its way to the next hole instead of before it;
+        and where R is above the initial plane, it goes down to R before it travels. Such a hole starts a series of its
+        own, or is written out.
         """
         if self.cycle is not None:
             returns = self._returns(cycle, self.initial, height)
             restarts = self.dialect.cycle_words == "fagor" and _words_of(self.cycle) != _words_of(cycle)
             level = max(self.initial, cycle.r_plane) if cycle.to_initial else cycle.r_plane
-            slants = self.position[2] < level
+            height_now = self.position[2]
+            slants = height_now < level or self.initial < cycle.r_plane < height_now
             if returns and not restarts and not slants:
                 return True
             self._leave_cycle()

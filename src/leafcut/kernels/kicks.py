@@ -1,0 +1,77 @@
+"""Kicks: small changes at one place of a good tour, mended by local search at the touched nodes only.
+
+A kick and its repair cost what they touch, whatever the size of the tour; a result that is not as good is taken back
+from the log.
+
+Source: O. Martin, S. W. Otto and E. W. Felten, Operations Research Letters 11 (1992) (the double bridge); D. Applegate,
+W. Cook and A. Rohe, INFORMS J. Computing 15 (2003), section 3 (local kicks, no global work per kick).
+"""
+
+from __future__ import annotations
+
+from numpy.typing import NDArray
+
+from leafcut.kernels import EPSILON, kernel
+from leafcut.kernels.cost import CostModel, travel
+from leafcut.kernels.lin_kernighan import Tour, improve_queued, is_one_tour, make_move, pop, push, take_back
+from leafcut.kernels.random import below
+
+#: Longest piece that a kick moves. Shorter ones are soon exhausted, longer ones are seldom mended.
+LONGEST_PIECE = 50
+
+
+@kernel
+def segment_kick(cost: CostModel, tour: Tour, words: NDArray, k: int) -> float:
+    """Swap two neighbouring pieces of 1 … 50 nodes at a random place; return what that costs.
+
+    Changes: tour, words[k].
+    """
+    n = len(tour.node)
+    longest = min(LONGEST_PIECE, (n - 2) // 2)
+    p = below(words, k, n)
+    q = (p + 1 + below(words, k, longest)) % n
+    r = (q + 1 + below(words, k, longest)) % n
+    a, b = tour.node[p], tour.node[p + 1 if p + 1 < n else 0]
+    c, d = tour.node[q], tour.node[q + 1 if q + 1 < n else 0]
+    e, f = tour.node[r], tour.node[r + 1 if r + 1 < n else 0]
+    # a b…c d…e f  becomes  a d…e b…c f
+    ends = tour.ends
+    ends[0], ends[1], ends[2], ends[3], ends[4], ends[5] = b, a, d, c, f, e
+    added = travel(cost, a, d) + travel(cost, e, b) + travel(cost, c, f)
+    removed = travel(cost, a, b) + travel(cost, c, d) + travel(cost, e, f)
+    if is_one_tour(tour, 3):
+        make_move(tour, 3)
+        for i in range(6):
+            push(tour, ends[i])
+        return added - removed
+    return 0.0
+
+
+@kernel
+def kick_and_mend(
+    cost: CostModel,
+    tour: Tour,
+    candidates: NDArray,
+    lengths: NDArray,
+    breadth: NDArray,
+    words: NDArray,
+    k: int,
+    kicks: int,
+) -> float:
+    """Kick and mend `kicks` times, taking back what made the tour longer; return the gain of all together.
+
+    Changes: tour, words[k].
+    """
+    total = 0.0
+    for _ in range(kicks):
+        tour.counts[2] = 0
+        tour.counts[3] = 0
+        worse = segment_kick(cost, tour, words, k)
+        gained = improve_queued(cost, tour, candidates, lengths, breadth, 1_000_000) - worse
+        if tour.counts[3] == 1 or gained < -EPSILON:
+            while tour.counts[1] > 0:
+                pop(tour)
+            take_back(tour)
+        else:
+            total += gained
+    return total
