@@ -73,7 +73,8 @@ def optimize(
     cancelled
         Set it from another thread to stop the search and keep the best.
     options
-        Any option of `leafcut.options` by its name: ``machine="haas-vf2", thickness="0.25in", seed=7``.
+        Any option of `leafcut.options` by its name: ``machine="haas-vf2", thickness="0.25in", seed=7``. A number
+        without a unit is what it is on the command line: mm, s, rpm, and mm/min for feeds.
 
     Returns
     -------
@@ -87,8 +88,10 @@ def optimize(
     """
     began = time.perf_counter()
     settings = Settings.collect(options, Path(options_file) if options_file else None)
+    profile = settings.machine.machine
+    inputs = [source, options_file, settings.drill.tools, profile if profile.endswith(".toml") else None]
     for target in (output, report):
-        check_output(target, [source, options_file, settings.drill.tools])
+        check_output(target, inputs)
     check_output(report, [output])
     run = Run(settings, _machine(settings), progress, cancelled or threading.Event())
     plan = _plan(run, source)
@@ -173,9 +176,13 @@ def _problems(run: Run, plan: DrillPlan) -> list[RoutingProblem]:
     from leafcut.timing.travel import travel_metric
 
     height = 0.0 if plan.always_initial else plan.clearance_height - plan.retract_height
-    metric = travel_metric(run.machine, run.settings.solve.objective, zones=plan.zones, lift_height_mm=height)
-    last = plan.operations[-1]
-    return [build_problem(plan, o, metric, None, plan.end if o is last else None) for o in plan.operations]
+    problems = []
+    for operation in plan.operations:
+        zones = plan.zones_for(operation.tool)
+        metric = travel_metric(run.machine, run.settings.solve.objective, zones=zones, lift_height_mm=height)
+        end = plan.end if operation is plan.operations[-1] else None
+        problems.append(build_problem(plan, operation, metric, None, end))
+    return problems
 
 
 def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions) -> list[Solution]:
@@ -183,6 +190,7 @@ def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions) -> list[
     from leafcut.plan.routing import drawing_order, last_place
     from leafcut.solve.solve import keep_better, solve
 
+    began, left = time.perf_counter(), sum(len(o.targets) for o in plan.operations)
     place, solutions = plan.start, []
     for operation, endless in zip(plan.operations, _problems(run, plan), strict=True):
         problem = replace(endless, start=place)
@@ -190,12 +198,23 @@ def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions) -> list[
         def tell(_: int, cost: float, __: float, share: float, label: str = operation.tool.label) -> None:
             run.tell(f"ordering {label}", cost, share)
 
-        found = solve(problem, options, run.settings.aco, progress=tell, cancelled=run.cancelled)
+        found = solve(
+            problem, _share(options, began, left, problem), run.settings.aco, progress=tell, cancelled=run.cancelled
+        )
         if options.algorithm != "nn":
             found = keep_better(problem, found, drawing_order(operation))
         solutions.append(found)
+        left -= problem.n_clusters
         place = last_place(problem, found.nodes, place)
     return solutions
+
+
+def _share(options: SolveOptions, began: float, left: int, problem: RoutingProblem) -> SolveOptions:
+    """Return the options with this operation's part of the time that is left, by its part of the targets `left`."""
+    if options.time_limit is None:
+        return options
+    rest = options.time_limit - (time.perf_counter() - began)
+    return replace(options, time_limit=max(rest * problem.n_clusters / left, 0.001))
 
 
 def _restated(run: Run, plan: DrillPlan, orders: list[NDArray[np.int32]], solutions: list[Solution]) -> list[Solution]:
@@ -228,7 +247,7 @@ def _write(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, measures: 
         units=settings.post.output_units,
         date=settings.post.date,
     )
-    names = {tool.number: tool.label for tool in plan.tools}
+    names = {tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools}
     return write_program(path, words, settings.post, header, tool_names=names)
 
 
@@ -251,6 +270,7 @@ def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str
         run.settings.post.output_units,
         zones=plan.zones,
         zone_height=plan.clearance_height,
+        tool_radii={tool.number: 0.5 * tool.diameter for tool in plan.tools},
     )
     if problems:
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
@@ -341,7 +361,9 @@ def simulate(program: str | Path, *, dialect: str | None = None, **options: Any)
         "feed_mm": result.cut_mm,
         "by_kind": result.by_kind,
         "extents": {axis: [low[k], high[k]] for k, axis in enumerate("xyz")},
-        "issues": [str(d) for d in (*check_envelope(path, machine), *check_clearance(path))],
+        "issues": [
+            str(d) for d in (*check_envelope(path, machine), *check_clearance(path, safe_z=machine.safe_z or 0.0))
+        ],
     }
 
 

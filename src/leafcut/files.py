@@ -48,6 +48,8 @@ def check_output(target: str | Path | None, inputs: Iterable[str | Path | None])
     path = Path(target)
     if path.is_dir():
         raise OutputError(f"{path}: is a folder; name a file in it")
+    if path.exists() and not path.is_file():
+        raise OutputError(f"{path}: is a device or a pipe; name a file")
     if not path.parent.is_dir():
         raise OutputError(f"{path}: there is no folder '{path.parent}'; make it first")
     if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
@@ -60,7 +62,7 @@ def check_output(target: str | Path | None, inputs: Iterable[str | Path | None])
 def _same_file(a: Path, b: Path) -> bool:
     if a.exists() and b.exists():
         return a.samefile(b)
-    return a.resolve() == b.resolve()
+    return os.path.realpath(a) == os.path.realpath(b)
 
 
 def write_whole(target: str | Path, text: str, *, encoding: str = "utf-8", newline: str = "\n") -> None:
@@ -71,7 +73,7 @@ def write_whole(target: str | Path, text: str, *, encoding: str = "utf-8", newli
     OutputError
         The file cannot be written.
     """
-    path = Path(target)
+    path = Path(os.path.realpath(target))  # a link keeps pointing to the file that it names
     temporary: Path | None = None
     try:
         with tempfile.NamedTemporaryFile(
@@ -84,7 +86,9 @@ def write_whole(target: str | Path, text: str, *, encoding: str = "utf-8", newli
         temporary.chmod(_mode(path))
         temporary.replace(path)
     except OSError as problem:
-        raise OutputError(f"{path}: cannot be written ({problem.strerror})") from None
+        raise OutputError(f"{target}: cannot be written ({problem.strerror})") from None
+    except UnicodeError:
+        raise OutputError(f"{target}: cannot be written (a letter that is not in {encoding})") from None
     finally:
         if temporary is not None:
             with suppress(OSError):

@@ -73,7 +73,7 @@ def _convert(name: str, spec: OptionSpec, value: Any) -> Any:
     flag = flag_name(name)
     try:
         converted = _CONVERTERS[spec.kind](spec, value)
-    except (OptionError, TypeError, ValueError) as problem:
+    except (OptionError, TypeError, ValueError, OverflowError) as problem:
         detail = str(problem) if isinstance(problem, OptionError) else f"'{value}' is not {_KIND_WORDS[spec.kind]}"
         raise OptionError(f"{flag}: {detail}") from None
     if spec.choices:
@@ -162,12 +162,13 @@ _KIND_WORDS = {
 
 #: What `--algorithm` takes, in words.
 ALGORITHM_TITLES = {
-    "auto": "leafcut's choice: MAX–MIN ants, or one improved tour where ants would take too long",
+    "auto": "leafcut's choice: MAX–MIN ants on up to 1500 nodes, local kicks above",
     "as": "Ant System",
     "eas": "Elitist Ant System",
     "asrank": "rank-based Ant System",
     "mmas": "MAX–MIN Ant System",
     "acs": "Ant Colony System",
+    "kicks": "one tour, kicked at one place at a time and mended by exchanges of up to five edges (Lin–Kernighan)",
     "2opt": "nearest neighbour, improved by 2-opt and Or-opt",
     "nn": "nearest neighbour",
     "none": "the order of the drawing",
@@ -279,7 +280,8 @@ class DrillOptions(OptionGroup):
     keep_out: tuple[str, ...] = _option(
         "names",
         (),
-        "rectangles 'x0 y0 x1 y1' that moves cross at the initial plane only, such as clamps; several with commas",
+        "rectangles 'x0 y0 x1 y1' in mm, such as clamps: nothing is drilled there, moves cross them at the initial "
+        "plane only, and the tool's radius is kept away; several with commas",
         default_words="none",
     )
     cycle: str | None = _option(
@@ -455,7 +457,8 @@ class Settings:
     def collect(cls, values: Mapping[str, Any], file: Path | None = None) -> Settings:
         """Return the settings of a TOML `file` (if any), overridden by `values`.
 
-        `values` maps option names to values; None stands for "not given".
+        `values` maps option names to values; None stands for "not given". A number without a unit means the same
+        here, in the file and on the command line (`units.BARE_UNIT`).
 
         Raises
         ------
@@ -466,7 +469,9 @@ class Settings:
         for name, value in values.items():
             if value is not None:
                 given.setdefault(group_of(name).section, {})[name] = value
-        made: dict[str, Any] = {group.section: group(**given.get(group.section, {})) for group in GROUPS}
+        made: dict[str, Any] = {
+            group.section: group(**_as_typed(group, given.get(group.section, {}))) for group in GROUPS
+        }
         return cls(**made)
 
     def changed(self) -> dict[str, str]:
@@ -477,6 +482,17 @@ class Settings:
             for name, value in group.changed().items()
             if group.specs()[name].changes_program
         }
+
+
+def _as_typed(group: type[OptionGroup], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values with bare numbers as texts: ``feed = 300`` is mm/min, as ``--feed 300`` is, and not mm/s."""
+    specs = group.specs()
+    return {
+        name: repr(float(value))
+        if specs[name].kind == "quantity" and isinstance(value, int | float) and not isinstance(value, bool)
+        else value
+        for name, value in given.items()
+    }
 
 
 def written(spec: OptionSpec, value: Any) -> str:

@@ -75,6 +75,8 @@ def parse_quantity(value: str | float, unit: str) -> float:
     OptionError
         The text is not a number with a known unit, or the number is not finite.
     """
+    if isinstance(value, bool):
+        raise OptionError(f"'{value}' is not a number")
     if isinstance(value, int | float):
         number, factor = float(value), 1.0
     else:

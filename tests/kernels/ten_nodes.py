@@ -7,7 +7,17 @@ import sys
 
 import numpy as np
 
-from leafcut.kernels import candidates, construct, cost, local_search, neighbours, pheromone, random
+from leafcut.kernels import (
+    candidates,
+    construct,
+    cost,
+    kicks,
+    lin_kernighan,
+    local_search,
+    neighbours,
+    pheromone,
+    random,
+)
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import AcoOptions, SolveOptions
 from leafcut.solve.instance import build_instance, cost_model
@@ -37,6 +47,8 @@ def results() -> dict[str, object]:
     for start, end in ((None, None), ((0.0, 0.0), None), (None, (9.0, 9.0)), ((0.0, 0.0), (9.0, 9.0))):
         problem = RoutingProblem.of_points(xy, Metric("linear", **machine), start=start, end=end)
         out[f"lists {start} {end}"] = build_instance(problem, 6).candidates.tolist()
+        kicked = solve(problem, SolveOptions(algorithm="kicks", iterations=1))
+        out[f"kicks {start} {end}"] = [kicked.nodes.tolist(), kicked.cost]
         for algorithm in ("as", "eas", "asrank", "mmas", "acs"):
             for local in (False, True):
                 options = SolveOptions(algorithm=algorithm, iterations=3, threads=1, local_search=local, candidates=6)
@@ -52,7 +64,7 @@ def results() -> dict[str, object]:
 
 def unused() -> tuple[object, ...]:
     """Name the kernel modules, so that a new one is not forgotten here."""
-    return candidates, construct, cost, local_search, neighbours, pheromone, random
+    return candidates, construct, cost, kicks, lin_kernighan, local_search, neighbours, pheromone, random
 
 
 if __name__ == "__main__":

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from leafcut.errors import OptionError, PlanError
-from leafcut.model import Hole, Kind, Machine, Metric, Part, Recipe, Slot, Tool, ToolKind, ToolLibrary
+from leafcut.model import Hole, Kind, Machine, Metric, Part, Recipe, Severity, Slot, Tool, ToolKind, ToolLibrary
 from leafcut.options import DrillOptions
 from leafcut.plan.drilling import parse_zones, plan_drilling
 from leafcut.plan.routing import build_problem, drawing_order, lay_toolpath
@@ -170,13 +171,15 @@ def test_z_is_safe_before_x_and_y_move_and_after_every_tool_change() -> None:
         rows = laid(plan(part), machine)
         for number, (kind, _) in enumerate(rows):
             if kind is Kind.TOOL:
-                before = next(k for k, _ in reversed(rows[:number]) if k in (Kind.RAPID, Kind.MACHINE))
-                after = next((k, e) for k, e in rows[number:] if k <= Kind.DRILL)
+                after = next(e for k, e in rows[number:] if k <= Kind.DRILL)
                 if machine.safe_z is None:
-                    assert after[1][2] == 10.0
+                    assert after[2] == 10.0
                 else:
+                    before = next(k for k, _ in reversed(rows[:number]) if k in (Kind.RAPID, Kind.MACHINE))
                     assert before is Kind.MACHINE
-        assert rows[0][0] is (Kind.RAPID if machine.safe_z is None else Kind.MACHINE)
+        first = next((k, e) for k, e in rows if k in (Kind.RAPID, Kind.MACHINE))
+        assert first[0] is (Kind.RAPID if machine.safe_z is None else Kind.MACHINE)
+        assert all(math.isnan(v) for v in first[1][:2])
 
 
 def test_moves_over_a_keep_out_zone_are_made_at_the_initial_plane() -> None:
@@ -220,3 +223,136 @@ def test_inch_and_millimetre_parts_give_the_solver_the_same_numbers() -> None:
         made = plan(part, None)
         problems.append(build_problem(made, made.operations[0], Metric(), None, None))
     assert np.array_equal(problems[0].entry, problems[1].entry)
+
+
+def test_a_tap_or_reamer_never_meets_the_cone_that_a_drill_leaves() -> None:
+    """A 5 mm drill whose tip is 8 mm deep leaves its full diameter to 6.5 mm only: a tap to 8 mm would break."""
+    tapped = Part("tapped", (Hole(0, 0, 6.0, "TAP"),))
+    for options in ({"thickness": None}, {"thickness": None, "depth": 8.0, "depth_to": "tip"}):
+        with pytest.raises(PlanError, match="would break at the bottom"):
+            plan(tapped, **options)
+    drill, tap = plan(tapped, thickness=None, depth=8.0).operations[1:]
+    assert -tap.cycle.bottom <= -drill.cycle.bottom - drill.tool.point_length + 1e-9
+
+
+def test_a_through_hole_is_tapped_as_far_as_it_is_drilled_to_full_diameter() -> None:
+    drill, tap = plan(Part("tapped", (Hole(0, 0, 6.0, "TAP"),))).operations[1:]
+    assert tap.cycle.bottom == pytest.approx(drill.cycle.bottom + drill.tool.point_length)
+
+
+def test_a_blind_hole_stays_blind() -> None:
+    """9 mm deep to the shoulder in 10 mm: the point of a 5 mm drill, 1.5 mm long, would come out below."""
+    with pytest.raises(PlanError, match=r"is blind, but the tip of T5 drill Ø5 would go 10.5 mm deep"):
+        plan(depth=9.0)
+    assert plan(depth=9.0, depth_to="tip").operations[0].cycle.bottom == -9.0
+    assert plan(depth=8.0).operations[0].cycle.bottom > -10.0
+
+
+def test_a_hole_or_slot_in_a_keep_out_zone_is_refused_with_the_radius_of_its_tool() -> None:
+    """The hole at (30, 20) is 2 mm from a clamp that begins at x 32; its drill has a radius of 2.5 mm."""
+    with pytest.raises(PlanError, match=r"hole at 30, 20 is in a keep-out zone"):
+        plan(keep_out=("32 15 50 40",))
+    plan(keep_out=("32.6 15 50 40",))
+    with pytest.raises(PlanError, match=r"slot at 0, 0 is in a keep-out zone"):
+        plan(SLOTTED, None, keep_out=("4 0.9 6 5",))
+
+
+def test_the_tool_keeps_its_radius_away_from_a_zone_that_its_centre_passes_by() -> None:
+    """From (30, 0) to (30, 20), 2 mm beside a clamp: the 5 mm drill would touch it, so the move is lifted."""
+    assert lifts(keep_out=("32 8 50 12",)) == [False, True, False]
+    assert lifts(keep_out=("32.6 8 50 12",)) == [False, False, False]
+
+
+def test_a_dogleg_rapid_is_lifted_when_the_box_between_its_ends_touches_a_zone() -> None:
+    diagonal = Part("diagonal", (Hole(0, 0, 5.0), Hole(30, 20, 5.0)))
+    for style, expected in (("linear", [False]), ("dogleg", [True])):
+        assert lifts(diagonal, replace(MILL, rapid_style=style), keep_out=("20 2 24 4",)) == expected
+
+
+def lifts(part: Part = FOUR, machine: Machine = MILL, **options: object) -> list[bool]:
+    """Return for every move from hole to hole of the drawing's order whether it is lifted."""
+    rows = laid(plan(part, **options), machine)
+    drills = [k for k, (kind, _) in enumerate(rows) if kind is Kind.DRILL]
+    return [b > a + 1 for a, b in pairwise(drills)]
+
+
+def test_between_slots_a_zone_is_crossed_at_the_initial_plane_and_all_else_at_the_r_plane() -> None:
+    part = Part("slots", slots=(Slot((0, 0), (10, 0), 2.0), Slot((20, 0), (16, 0), 2.0)))
+    for zones, height in (((), 2.0), (("12.5 -5 13.5 5",), 10.0)):
+        path = lay_toolpath(plan(part, None, keep_out=zones), MILL, [np.array([0, 3], dtype=np.int32)])
+        over = next(k for k, m in enumerate(path) if m.kind is Kind.RAPID and m.end[:2] == (16, 0))
+        assert path[over].end[2] == path[over - 1].end[2] == height
+
+
+def test_retract_initial_lifts_between_slots_too() -> None:
+    path = lay_toolpath(plan(SLOTTED, None, retract="initial"), MILL, [np.array([0, 3], dtype=np.int32)])
+    assert {m.end[2] for m in path if m.kind is Kind.RAPID and m.end[:2] == (12, 0)} == {10.0, 2.0}
+
+
+def test_the_end_point_is_reached_high_up_and_last() -> None:
+    rows = laid(plan(end_point="5,7"))
+    moves = [end for kind, end in rows if kind in (Kind.RAPID, Kind.DRILL)]
+    assert moves[-1] == (5, 7, 10.0)
+    assert moves[-2][2] == 10.0
+
+
+@pytest.mark.parametrize("flag", ["start_point", "end_point"])
+def test_start_and_end_are_places_in_the_plane(flag: str) -> None:
+    with pytest.raises(OptionError, match="needs two numbers"):
+        plan(**{flag: "1,2,3"})
+    assert plan(**{flag: "free"}) is not None
+
+
+def test_an_order_that_leaves_a_hole_out_or_visits_one_twice_is_refused() -> None:
+    for nodes in ([0, 1, 2], [0, 1, 2, 2], [0, 1, 2, 4]):
+        with pytest.raises(PlanError, match="targets once"):
+            lay_toolpath(plan(), MILL, [np.array(nodes, dtype=np.int32)])
+    with pytest.raises(PlanError, match="targets once"):
+        lay_toolpath(plan(SLOTTED, None), MILL, [np.array([0, 1], dtype=np.int32)])
+
+
+def test_centre_drilling_every_hole_means_those_with_a_recipe_too() -> None:
+    library = ToolLibrary((CENTRE, DRILL5, DRILL8), (Recipe(5.0, (5,)), Recipe(8.0, (5, 8))))
+    made = plan(Part("x", (Hole(0, 0, 5.0), Hole(9, 0, 8.0))), library, centre_drill=True)
+    assert [(o.tool.number, o.targets.tolist()) for o in made.operations] == [(1, [0, 1]), (5, [0, 1]), (8, [1])]
+
+
+def test_centre_drilling_needs_a_library() -> None:
+    with pytest.raises(PlanError, match="give --tools"):
+        plan(library=None, centre_drill=True)
+
+
+def test_a_tool_without_feed_or_speed_is_refused() -> None:
+    for wrong, word in ((replace(DRILL5, feed=0.0), "feed"), (replace(DRILL5, spindle_rpm=0.0), "spindle_speed")):
+        with pytest.raises(PlanError, match=f"has no {word}"):
+            plan(library=ToolLibrary((wrong,)))
+
+
+def test_a_machine_without_a_spindle_does_not_drill() -> None:
+    with pytest.raises(PlanError, match="has a torch"):
+        plan_drilling(FOUR, replace(MILL, process="torch"), LIBRARY, DrillOptions(thickness=1.0))
+
+
+def test_a_safe_height_of_the_machine_below_the_clearance_height_is_refused() -> None:
+    """Program zero at z −95 and the machine's safe height at −90: only 5 mm over the part, below 10 mm."""
+    low = replace(MILL, safe_z=-90.0, work_offset=(0.0, 0.0, -95.0))
+    with pytest.raises(PlanError, match="5 mm over program zero"):
+        plan_drilling(FOUR, low, LIBRARY, DrillOptions(thickness=1.0))
+    plan_drilling(FOUR, replace(low, safe_z=-85.0), LIBRARY, DrillOptions(thickness=1.0))
+
+
+def test_circles_of_absurd_size_are_drilled_only_with_a_warning_or_not_at_all() -> None:
+    made = plan(Part("x", (Hole(0, 0, 200.0), Hole(300, 0, 10.0))), None)
+    assert [i.message for i in made.issues if i.severity is Severity.WARNING] == [
+        "T1 drill Ø200: hardly a drill; leave circles that are not drilled out with --max-diameter"
+    ]
+    with pytest.raises(PlanError, match="has no feed"):
+        plan(Part("x", (Hole(0, 0, 1e-7),)), None)
+
+
+def test_points_without_a_diameter_are_one_millimetre_wide_or_as_wide_as_the_only_drill() -> None:
+    points = Part("points", (Hole(0, 0, 0.0), Hole(5, 0, 0.0)))
+    for library, diameter in ((None, 1.0), (ToolLibrary((DRILL8, CENTRE)), 8.0)):
+        made = plan(points, library)
+        assert [o.tool.diameter for o in made.operations] == [diameter]
+        assert f"2 points have no diameter and are drilled as {diameter:g} mm holes" in [i.message for i in made.issues]

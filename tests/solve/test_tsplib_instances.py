@@ -57,3 +57,11 @@ def test_without_local_search_the_ants_still_learn(algorithm: str, data: Path) -
 def test_mmas_comes_within_one_percent_on_pcb442(data: Path) -> None:
     part = leafcut.read_part(data / "tsplib" / "pcb442.tsp")
     assert solve_part(part, algorithm="mmas", iterations=200).cost <= 1.01 * 50778
+
+
+@pytest.mark.parametrize(("name", "percent"), [("pcb442", 1.0), ("pcb3038", 1.5), ("rl11849", 2.5)])
+def test_kicks_come_near_the_optimum_of_large_boards(name: str, percent: float, data: Path) -> None:
+    part = leafcut.read_part(data / "tsplib" / f"{name}.tsp")
+    found = solve_part(part, algorithm="kicks", iterations=60)
+    assert part.optimum <= found.cost <= (1 + percent / 100) * part.optimum
+    assert sorted(found.nodes.tolist()) == list(range(len(part.holes)))

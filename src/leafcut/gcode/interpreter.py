@@ -20,7 +20,9 @@ from leafcut.model.toolpath import Toolpath
 from leafcut.units import MM_PER_UNIT
 
 
-def interpret(text: str, dialect: Dialect, file: str = "program", *, units: str | None = None) -> Toolpath:
+def interpret(
+    text: str, dialect: Dialect, file: str = "program", *, units: str | None = None, left_over: bool = False
+) -> Toolpath:
     """Return the motions and commands of a program.
 
     Positions are NaN until the program moves their axis. Text after the end of the program is not looked at. G28 is
@@ -36,6 +38,9 @@ def interpret(text: str, dialect: Dialect, file: str = "program", *, units: str 
         Its name, for messages.
     units
         "mm" or "in" for a program that does not state them before its first length; None: that is an error.
+    left_over
+        True: start with what another program may have left active (G1, G18, G91, G95, G99), so that a program which
+        does not state its own modes comes out wrong. False: start as a control is when it is switched on.
 
     Raises
     ------
@@ -44,7 +49,10 @@ def interpret(text: str, dialect: Dialect, file: str = "program", *, units: str 
     """
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
-    reader = _Reader(State(dialect, unit=None if units is None else MM_PER_UNIT[units]))
+    state = State(dialect, unit=None if units is None else MM_PER_UNIT[units])
+    if left_over:
+        state.motion, state.plane, state.incremental, state.feed_mode, state.to_initial = 1, 18, True, 95, False
+    reader = _Reader(state)
     for number, line in lines(text):
         if not line or line.isspace():
             continue

@@ -29,6 +29,13 @@ def touches_zone(a: tuple[float, float], b: tuple[float, float], zone: tuple[flo
     return min(sides) <= room and max(sides) >= -room
 
 
+def widened(zones: ArrayLike, by: float) -> NDArray[np.float64]:
+    """Return `zones` (float64[k, 4]: x0 ≤ x1, y0 ≤ y1) with every side moved outwards by `by` mm."""
+    table = np.asarray(zones, dtype=np.float64).reshape(-1, 4)
+    wider: NDArray[np.float64] = table + np.array([-by, -by, by, by])
+    return wider
+
+
 def touches_any_zone(a: ArrayLike, b: ArrayLike, zones: ArrayLike, *, dogleg: bool = False) -> NDArray[np.bool_]:
     """Return for every move from `a` to `b` (float64[n, 2], mm) whether it touches one of `zones` (float64[k, 4]).
 

@@ -86,6 +86,15 @@ def fill_candidates_by_cost(cost: CostModel, n: int, candidates: NDArray) -> Non
 
 
 @kernel
+def fill_lengths(cost: CostModel, candidates: NDArray, lengths: NDArray) -> None:
+    """Fill the cost of every candidate edge; infinite where there is none. Changes: lengths float64[n, k]."""
+    for i in range(candidates.shape[0]):
+        for c in range(candidates.shape[1]):
+            j = candidates[i, c]
+            lengths[i, c] = travel(cost, i, j) if j >= 0 else math.inf
+
+
+@kernel
 def cheapest_unvisited(cost: CostModel, visited: NDArray, i: int) -> int:
     """Return the unvisited node that is cheapest to reach from i, or -1, by looking at all."""
     best, best_d = -1, math.inf

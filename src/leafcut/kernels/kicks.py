@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import EPSILON, kernel
 from leafcut.kernels.cost import CostModel, travel
-from leafcut.kernels.lin_kernighan import Tour, improve_queued, is_one_tour, make_move, pop, push, take_back
+from leafcut.kernels.lin_kernighan import ENDS, Tour, improve_queued, is_one_tour, make_move, pop, push, take_back
 from leafcut.kernels.random import below
 
 #: Longest piece that a kick moves. Shorter ones are soon exhausted, longer ones are seldom mended.
@@ -35,16 +35,15 @@ def segment_kick(cost: CostModel, tour: Tour, words: NDArray, k: int) -> float:
     c, d = tour.node[q], tour.node[q + 1 if q + 1 < n else 0]
     e, f = tour.node[r], tour.node[r + 1 if r + 1 < n else 0]
     # a b…c d…e f  becomes  a d…e b…c f
-    ends = tour.ends
-    ends[0], ends[1], ends[2], ends[3], ends[4], ends[5] = b, a, d, c, f, e
+    move = tour.move
+    move[ENDS, 0], move[ENDS, 1], move[ENDS, 2], move[ENDS, 3], move[ENDS, 4], move[ENDS, 5] = b, a, d, c, f, e
     added = travel(cost, a, d) + travel(cost, e, b) + travel(cost, c, f)
     removed = travel(cost, a, b) + travel(cost, c, d) + travel(cost, e, f)
-    if is_one_tour(tour, 3):
-        make_move(tour, 3)
-        for i in range(6):
-            push(tour, ends[i])
-        return added - removed
-    return 0.0
+    if not is_one_tour(tour.place, move, 3) or not make_move(tour, 3):
+        return 0.0
+    for i in range(6):
+        push(tour, move[ENDS, i])
+    return added - removed
 
 
 @kernel

@@ -23,6 +23,9 @@ from leafcut.kernels.cost import CostModel, travel
 #: Most edges that one move exchanges.
 DEPTH = 5
 
+#: Rows of `Tour.move`.
+ENDS, ORDER, RANK, KEY = 0, 1, 2, 3
+
 
 class Tour(NamedTuple):
     """A tour being worked on, and all that a search in it needs; one object per worker.
@@ -35,12 +38,9 @@ class Tour(NamedTuple):
     counts   int64[4]        queue's first, queue's length, entries in the log, 1 when the log was too small
     log      int32[m, 2]     (place, node that stood there) of everything overwritten
     buffer   int32[n]        pieces on their way
-    ends     int32[2·DEPTH]  t0, t1, … of the move
-    order    int32[2·DEPTH]  indices into `ends`, by place
-    rank     int32[2·DEPTH]  inverse of `order`
-    key      int64[2·DEPTH]  what they are sorted by
+    move     int64[4, 2·DEPTH]  of a move: rows ENDS t0, t1, …; ORDER, their indices by place; RANK, its inverse; KEY
     gain     float64[DEPTH]  gain of the edges exchanged down to each depth
-    tried    int32[DEPTH]    how far the candidates at each depth have been tried
+    tried    int64[DEPTH]    how far the candidates at each depth have been tried
     ======== =============== ==========================================================================
     """
 
@@ -51,12 +51,9 @@ class Tour(NamedTuple):
     counts: NDArray[np.int64]
     log: NDArray[np.int32]
     buffer: NDArray[np.int32]
-    ends: NDArray[np.int32]
-    order: NDArray[np.int32]
-    rank: NDArray[np.int32]
-    key: NDArray[np.int64]
+    move: NDArray[np.int64]
     gain: NDArray[np.float64]
-    tried: NDArray[np.int32]
+    tried: NDArray[np.int64]
 
 
 @kernel
@@ -78,213 +75,218 @@ def pop(tour: Tour) -> int:
     tour.counts[0] = first + 1 if first + 1 < len(tour.queue) else 0
     tour.counts[1] -= 1
     tour.queued[node] = 0
-    return node
+    return int(node)
 
 
 @kernel
-def after(tour: Tour, node: int) -> int:
-    """Return the node that follows."""
-    at = tour.place[node] + 1
-    return tour.node[at if at < len(tour.node) else 0]
+def after(node: NDArray, place: NDArray, v: int) -> int:
+    """Return the node that follows v."""
+    at = place[v] + 1
+    return int(node[at if at < len(node) else 0])
 
 
 @kernel
-def before(tour: Tour, node: int) -> int:
-    """Return the node that precedes."""
-    return tour.node[tour.place[node] - 1]
+def before(node: NDArray, place: NDArray, v: int) -> int:
+    """Return the node that precedes v."""
+    return int(node[place[v] - 1])
 
 
 @kernel
-def sort_ends(tour: Tour, k: int) -> None:
+def sort_ends(place: NDArray, move: NDArray, k: int) -> None:
     """Sort the 2k ends of the k removed edges by place, from just behind the first removed edge round to its front.
 
     Even ranks then begin a piece of the tour and odd ranks end one; a piece of one node has both, the beginning first.
-    Changes: order, rank, key.
+    Changes: rows ORDER, RANK, KEY of move.
     """
-    n = len(tour.node)
-    ends, key, order, rank = tour.ends, tour.key, tour.order, tour.rank
-    p0, p1 = tour.place[ends[0]], tour.place[ends[1]]
+    n = len(place)
+    p0, p1 = place[move[ENDS, 0]], place[move[ENDS, 1]]
     base = p1 if p1 == p0 + 1 or (p0 == n - 1 and p1 == 0) else p0
     for e in range(k):
-        a = tour.place[ends[2 * e]] - base
-        b = tour.place[ends[2 * e + 1]] - base
+        a = place[move[ENDS, 2 * e]] - base
+        b = place[move[ENDS, 2 * e + 1]] - base
         if a < 0:
             a += n
         if b < 0:
             b += n
         # The one that stands later begins a piece, the other ends one; the first edge closes the circle.
         begins_b = (a == n - 1) if e == 0 else (b == a + 1)
-        key[2 * e] = 2 * a + (1 if begins_b else 0)
-        key[2 * e + 1] = 2 * b + (0 if begins_b else 1)
+        move[KEY, 2 * e] = 2 * a + (1 if begins_b else 0)
+        move[KEY, 2 * e + 1] = 2 * b + (0 if begins_b else 1)
     for i in range(2 * k):
         j = i
-        while j > 0 and key[order[j - 1]] > key[i]:
-            order[j] = order[j - 1]
+        value = move[KEY, i]
+        while j > 0 and move[KEY, move[ORDER, j - 1]] > value:
+            move[ORDER, j] = move[ORDER, j - 1]
             j -= 1
-        order[j] = i
+        move[ORDER, j] = i
     for i in range(2 * k):
-        rank[order[i]] = i
+        move[RANK, move[ORDER, i]] = i
 
 
 @kernel
-def partner(i: int, k: int) -> int:
-    """Return the index of the end that end i is joined to: t1–t2, t3–t4, …, t(2k-1)–t0."""
+def next_piece(move: NDArray, rank: int, k: int) -> int:
+    """Return the rank at which the new tour enters the next piece, after it entered one at `rank`.
+
+    It leaves the piece at its other end, which is joined to a partner: t1–t2, t3–t4, …, t(2k-1)–t0.
+    """
+    i = move[ORDER, rank ^ 1]
     if i == 0:
-        return 2 * k - 1
+        return int(move[RANK, 2 * k - 1])
     if i == 2 * k - 1:
-        return 0
-    return i + 1 if i % 2 == 1 else i - 1
+        return int(move[RANK, 0])
+    return int(move[RANK, i + 1 if i % 2 == 1 else i - 1])
 
 
 @kernel
-def is_one_tour(tour: Tour, k: int) -> bool:
-    """Return whether the move in `ends` leaves one tour. Changes: order, rank, key."""
-    sort_ends(tour, k)
+def is_one_tour(place: NDArray, move: NDArray, k: int) -> bool:
+    """Return whether the move leaves one tour. Changes: rows ORDER, RANK, KEY of move."""
+    sort_ends(place, move, k)
     rank, pieces = 0, 0
     while True:
         pieces += 1
-        rank = tour.rank[partner(tour.order[rank ^ 1], k)]
+        rank = next_piece(move, rank, k)
         if rank == 0:
             return pieces == k
 
 
 @kernel
-def _put(tour: Tour, at: int, node: int) -> None:
-    """Write a node to a place and log what stood there. Changes: node, place, log, counts."""
-    old = tour.node[at]
-    if old == node:
-        return
-    entry = tour.counts[2]
-    if entry < len(tour.log):
-        tour.log[entry, 0] = at
-        tour.log[entry, 1] = old
-        tour.counts[2] = entry + 1
-    else:
-        tour.counts[3] = 1
-    tour.node[at] = node
-    tour.place[node] = at
+def make_move(tour: Tour, k: int) -> bool:
+    """Make the move, whose ends are sorted: keep the longest piece, write the others behind it.
 
-
-@kernel
-def make_move(tour: Tour, k: int) -> None:
-    """Make the move in `ends`, whose ends are sorted: keep the longest piece, write the others behind it.
-
+    Return whether the log had room for it; without, nothing is changed and counts[3] is set.
     Changes: node, place, log, counts, buffer.
     """
-    n = len(tour.node)
+    node, place, move = tour.node, tour.place, tour.move
+    n = len(node)
     longest, most = 0, -1
     for piece in range(k):
-        first = tour.place[tour.ends[tour.order[2 * piece]]]
-        last = tour.place[tour.ends[tour.order[2 * piece + 1]]]
-        length = last - first
+        length = place[move[ENDS, move[ORDER, 2 * piece + 1]]] - place[move[ENDS, move[ORDER, 2 * piece]]]
         if length < 0:
             length += n
         if length > most:
             longest, most = piece, length
-    # Leave the longest piece at its end and copy the pieces in the order in which the new tour meets them.
-    at = tour.place[tour.ends[tour.order[2 * longest + 1]]]
-    rank = tour.rank[partner(tour.order[2 * longest + 1], k)]
+    if tour.counts[2] + n - most - 1 > len(tour.log):
+        tour.counts[3] = 1
+        return False
+    # Copy the pieces in the order in which the new tour meets them behind the longest one.
+    rank = next_piece(move, 2 * longest, k)
     filled = 0
     while rank != 2 * longest:
-        here = tour.place[tour.ends[tour.order[rank]]]
-        there = tour.place[tour.ends[tour.order[rank ^ 1]]]
+        here = place[move[ENDS, move[ORDER, rank]]]
+        there = place[move[ENDS, move[ORDER, rank ^ 1]]]
         step = 1 if rank % 2 == 0 else -1
-        while True:
-            tour.buffer[filled] = tour.node[here]
-            filled += 1
-            if here == there:
-                break
+        tour.buffer[filled] = node[here]
+        filled += 1
+        while here != there:
             here += step
             if here == n:
                 here = 0
             elif here < 0:
                 here = n - 1
-        rank = tour.rank[partner(tour.order[rank ^ 1], k)]
+            tour.buffer[filled] = node[here]
+            filled += 1
+        rank = next_piece(move, rank, k)
+    at = place[move[ENDS, move[ORDER, 2 * longest + 1]]]
+    entry = tour.counts[2]
     for i in range(filled):
         at += 1
         if at == n:
             at = 0
-        _put(tour, at, tour.buffer[i])
+        new = tour.buffer[i]
+        if node[at] != new:
+            tour.log[entry, 0], tour.log[entry, 1] = at, node[at]
+            entry += 1
+            node[at] = new
+            place[new] = at
+    tour.counts[2] = entry
+    return True
 
 
 @kernel
 def take_back(tour: Tour) -> None:
     """Undo everything in the log, last first, and empty it. Changes: node, place, counts."""
     for entry in range(tour.counts[2] - 1, -1, -1):
-        at, node = tour.log[entry, 0], tour.log[entry, 1]
-        tour.node[at] = node
-        tour.place[node] = at
+        at, v = tour.log[entry, 0], tour.log[entry, 1]
+        tour.node[at] = v
+        tour.place[v] = at
     tour.counts[2] = 0
 
 
 @kernel
-def _is_new(tour: Tour, depth: int, c: int, d: int) -> bool:
+def _is_new(move: NDArray, depth: int, c: int, d: int) -> bool:
     """Return whether the edge c–d is not among the edges removed so far."""
     for e in range(depth):
-        a, b = tour.ends[2 * e], tour.ends[2 * e + 1]
+        a, b = move[ENDS, 2 * e], move[ENDS, 2 * e + 1]
         if (a == c and b == d) or (a == d and b == c):
             return False
     return True
 
 
 @kernel
-def improving_move(
-    cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, breadth: NDArray, t0: int
-) -> float:
-    """Look for a move that begins at t0 and improves; make it and return its gain, or return 0.
+def find_move(
+    cost: CostModel,
+    node: NDArray,
+    place: NDArray,
+    move: NDArray,
+    gain: NDArray,
+    tried: NDArray,
+    candidates: NDArray,
+    lengths: NDArray,
+    breadth: NDArray,
+    t0: int,
+) -> int:
+    """Look for an improving move that begins at t0; return its number of edges, or 0. Its gain is in gain[0].
 
     ========== =============== ==========================================================
     candidates int32[n, k]     neighbours of every node, nearest first, -1 for none
     lengths    float64[n, k]   costs of those edges
-    breadth    int32[DEPTH]    candidates tried at each depth; entry 0 is not used
+    breadth    int64[DEPTH]    candidates tried at each depth; entry 0 is not used
     ========== =============== ==========================================================
 
-    Changes: tour.
+    Changes: move, gain, tried.
     """
-    ends, gain, tried = tour.ends, tour.gain, tour.tried
     for direction in range(2):
-        ends[0] = t0
-        ends[1] = after(tour, t0) if direction == 0 else before(tour, t0)
-        gain[0] = travel(cost, t0, ends[1])
+        t1 = after(node, place, t0) if direction == 0 else before(node, place, t0)
+        move[ENDS, 0], move[ENDS, 1] = t0, t1
+        gain[0] = travel(cost, t0, t1)
         depth = 1
         tried[1] = 0
         while depth > 0:
-            last = ends[2 * depth - 1]
+            last = move[ENDS, 2 * depth - 1]
             choice = tried[depth] >> 1
             forward = (tried[depth] & 1) == 0
-            tried[depth] += 1
-            if choice >= breadth[depth]:
+            if choice >= breadth[depth] or candidates[last, choice] < 0:
                 depth -= 1
                 continue
             c = candidates[last, choice]
-            if c < 0:
-                depth -= 1
-                continue
             left = gain[depth - 1] - lengths[last, choice]
             if left <= EPSILON:
                 depth -= 1
                 continue
-            next_c, previous_c = after(tour, c), before(tour, c)
-            if last in (next_c, previous_c):
-                tried[depth] |= 1  # an edge of the tour: both ways are no use
-                tried[depth] += 1
+            tried[depth] += 1
+            following, preceding = after(node, place, c), before(node, place, c)
+            if last in (following, preceding):
+                tried[depth] += 1  # an edge of the tour: neither way is of use
                 continue
-            d = next_c if forward else previous_c
-            if not _is_new(tour, depth, c, d):
+            d = following if forward else preceding
+            if not _is_new(move, depth, c, d):
                 continue
-            ends[2 * depth], ends[2 * depth + 1] = c, d
+            move[ENDS, 2 * depth], move[ENDS, 2 * depth + 1] = c, d
             total = left + travel(cost, c, d)
             closed = total - travel(cost, d, t0)
-            if closed > EPSILON and is_one_tour(tour, depth + 1):
-                make_move(tour, depth + 1)
-                for i in range(2 * depth + 2):
-                    push(tour, ends[i])
-                return closed
+            # With two edges the way round decides; with more, the order of the places.
+            if closed > EPSILON and (
+                forward == (direction == 1) if depth == 1 else is_one_tour(place, move, depth + 1)
+            ):
+                if depth == 1:
+                    sort_ends(place, move, 2)
+                gain[0] = closed
+                return depth + 1
             if depth + 1 < DEPTH:
                 gain[depth] = total
                 depth += 1
                 tried[depth] = 0
-    return 0.0
+    return 0
 
 
 @kernel
@@ -298,11 +300,26 @@ def improve_queued(
     total = 0.0
     looked = 0
     while tour.counts[1] > 0 and tour.counts[3] == 0 and looked < max_nodes:
-        node = pop(tour)
+        v = pop(tour)
         looked += 1
         while True:
-            gained = improving_move(cost, tour, candidates, lengths, breadth, node)
-            if gained == 0.0:
+            k = find_move(
+                cost, tour.node, tour.place, tour.move, tour.gain, tour.tried, candidates, lengths, breadth, v
+            )
+            if k == 0:
                 break
-            total += gained
+            if not make_move(tour, k):
+                push(tour, v)
+                break
+            total += tour.gain[0]
+            for i in range(2 * k):
+                push(tour, tour.move[ENDS, i])
     return total
+
+
+@kernel
+def push_all(tour: Tour) -> None:
+    """Set `place` and put every node into the queue in the order of the tour. Changes: place, queue, queued, counts."""
+    for k in range(len(tour.node)):
+        tour.place[tour.node[k]] = k
+        push(tour, tour.node[k])

@@ -6,7 +6,7 @@ The order of moves is that of RS274/NGC section 3.5.16 as LinuxCNC's interpreter
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -93,8 +93,8 @@ def _drilling(cycle: DrillCycle, move: Callable[..., Motion], feed: float, line:
         yield Motion(Kind.DWELL, (math.nan,) * 3, cycle.dwell, 0, line)
 
 
-def expand(path: Toolpath) -> Toolpath:
-    """Return the same toolpath with every canned cycle written out in rapids, feeds and dwells.
+def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
+    """Return the same toolpath with every canned cycle, but those named in `keep`, as rapids, feeds and dwells.
 
     A tap's reversal of the spindle stays implied by the cycle and is not written out. Row by row this is
     `expand_drill`; here all holes are laid out at once, since a board has a hundred thousand.
@@ -104,7 +104,9 @@ def expand(path: Toolpath) -> Toolpath:
     PlanError
         The pecks are so many that no machine would drill so.
     """
+    written_out = np.array([c.name not in keep for c in path.cycles], dtype=bool)
     drills = np.flatnonzero(path.kind == Kind.DRILL)
+    drills = drills[written_out[path.ref[drills]]]
     if not len(drills):
         return path
     ref = path.ref[drills]
@@ -123,7 +125,7 @@ def expand(path: Toolpath) -> Toolpath:
 
     source = np.repeat(np.arange(len(path)), count)
     kind, end, value = path.kind[source], path.end[source], path.value[source]
-    from_cycle = kind == Kind.DRILL
+    from_cycle = np.isin(source, drills)
     kind[from_cycle], value[from_cycle] = Kind.RAPID, 0.0
     end[first[lift], :2] = before[lift, :2]
     end[first[lift], 2] = r_plane[lift]
@@ -141,7 +143,13 @@ def expand(path: Toolpath) -> Toolpath:
     value[row[dwells]] = np.array([s.dwell for s in flat])[which][dwells]
     end[row[dwells]] = math.nan
     return Toolpath(
-        kind, end, value, np.where(from_cycle, 0, path.ref[source]).astype(np.int32), path.line[source], (), path.arcs
+        kind,
+        end,
+        value,
+        np.where(from_cycle, 0, path.ref[source]).astype(np.int32),
+        path.line[source],
+        path.cycles if keep else (),
+        path.arcs,
     )
 
 

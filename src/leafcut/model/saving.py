@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 def to_json(noun: Any) -> str:
-    """Return a noun as one JSON object; NaN is written as null."""
+    """Return a noun as one JSON object; NaN is written as null, infinity as the text "inf"."""
     return json.dumps(plain(noun), allow_nan=False)
 
 
@@ -37,8 +37,7 @@ def plain(value: Any) -> Any:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value) if f.init}
     if isinstance(value, np.ndarray):
-        flat = [None if isinstance(v, float) and not math.isfinite(v) else v for v in value.ravel().tolist()]
-        return {"dtype": value.dtype.str, "shape": list(value.shape), "values": flat}
+        return {"dtype": value.dtype.str, "shape": list(value.shape), "values": plain(value.ravel().tolist())}
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, dict):
@@ -48,7 +47,7 @@ def plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and not math.isfinite(value):
-        return None
+        return None if math.isnan(value) else str(value)
     return value
 
 
@@ -62,7 +61,7 @@ def _restore(kind: Any, data: Any) -> Any:
     if origin in (Union, types.UnionType):
         return None if data is None else _restore(next(a for a in args if a is not type(None)), data)
     if isinstance(data, dict) and {"dtype", "shape", "values"} <= data.keys():
-        values = [math.nan if v is None else v for v in data["values"]]
+        values = [math.nan if v is None else float(v) if isinstance(v, str) else v for v in data["values"]]
         return np.array(values, dtype=np.dtype(data["dtype"])).reshape(data["shape"])
     if origin is tuple:
         inner = [args[0]] * len(data) if len(args) == 2 and args[1] is Ellipsis else args

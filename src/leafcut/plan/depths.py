@@ -28,15 +28,34 @@ class DepthRule:
     through: bool
     to_shoulder: bool
     break_through: float
+    thickness: float | None = None
     issues: tuple[Issue, ...] = ()
 
     def tip_depth(self, tool: Tool) -> float:
-        """Return how far the tip of `tool` goes below the surface, mm."""
+        """Return how far the tip of `tool` goes below the surface, mm.
+
+        Raises
+        ------
+        PlanError
+            A tap or a reamer would meet the cone that a drill's point leaves, or a blind hole would not stay blind.
+        """
         if tool.kind is ToolKind.CENTRE_DRILL:
             return tool.depth if tool.depth is not None else CENTRE_DEPTH_RATIO * tool.diameter
         if self.through:
             return self.depth + self.break_through + tool.point_length
-        return self.depth + (tool.point_length if self.to_shoulder else 0.0)
+        if tool.kind in (ToolKind.TAP, ToolKind.REAMER) and not self.to_shoulder:
+            raise PlanError(
+                f"{tool.label} would break at the bottom: the drill before it reaches {self.depth:g} mm with its tip "
+                "only; give --thickness, or --depth with --depth-to shoulder"
+            )
+        tip = self.depth + (tool.point_length if self.to_shoulder else 0.0)
+        if self.thickness is not None and self.depth < self.thickness < tip:
+            raise PlanError(
+                f"a hole of --depth {self.depth:g} mm in a plate of {self.thickness:g} mm is blind, but the tip of "
+                f"{tool.label} would go {tip:.3g} mm deep; use a smaller --depth or --depth-to tip, or leave --depth "
+                "out for through holes"
+            )
+        return tip
 
 
 def depth_rule(options: DrillOptions) -> DepthRule:
@@ -53,7 +72,7 @@ def depth_rule(options: DrillOptions) -> DepthRule:
             "L402",
             f"no depth given: holes are only spotted, {SPOT_DEPTH:g} mm deep; give --thickness or --depth",
         )
-        return DepthRule(SPOT_DEPTH, False, False, 0.0, (note,))
+        return DepthRule(SPOT_DEPTH, False, False, 0.0, issues=(note,))
     if options.depth is None:
         assert options.thickness is not None
         return DepthRule(options.thickness, True, to_shoulder, options.break_through)
@@ -62,4 +81,4 @@ def depth_rule(options: DrillOptions) -> DepthRule:
             f"--depth {options.depth:g} mm is more than --thickness {options.thickness:g} mm; "
             "leave --depth out for through holes"
         )
-    return DepthRule(options.depth, False, to_shoulder, 0.0)
+    return DepthRule(options.depth, False, to_shoulder, 0.0, options.thickness)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.part import Part
@@ -37,7 +38,7 @@ class DrillOperation:
 class DrillPlan:
     """Operations in the order of machining, and what they have in common (mm).
 
-    `zones` is float64[k, 4]: rectangles that are crossed at the clearance height only.
+    `zones` is float64[k, 4]: rectangles that are crossed at the clearance height only, as they were given.
     """
 
     part: Part
@@ -55,6 +56,10 @@ class DrillPlan:
         """The tools in the order of their use, each once."""
         return tuple({o.tool.number: o.tool for o in self.operations}.values())
 
+    def zones_for(self, tool: Tool) -> NDArray[np.float64]:
+        """Return the zones, float64[k, 4], that the centre of `tool` keeps out of: wider by its radius."""
+        return widened(self.zones, 0.5 * tool.diameter)
+
 
 def plan_drilling(part: Part, machine: Machine, library: ToolLibrary | None, options: DrillOptions) -> DrillPlan:
     """Return the operations that make every hole and slot of `part`.
@@ -69,28 +74,61 @@ def plan_drilling(part: Part, machine: Machine, library: ToolLibrary | None, opt
     """
     if not part.holes and not part.slots:
         raise PlanError(f"{part.name}: there is no hole to drill")
-    if options.retract_height > options.clearance_height:
-        raise PlanError(
-            f"--retract-height {options.retract_height:g} mm is above --clearance-height "
-            f"{options.clearance_height:g} mm; the R plane must not be higher than the initial plane"
-        )
+    _check_machine(machine, options)
     rule = depth_rule(options)
     chooser = ToolChooser(library, machine, options)
     work = _collect(part, chooser)
     groups = _order_tools(list(work), chooser.chains)
     operations = tuple(_operation(step, work[step], rule, options) for step in groups)
     _check_speeds(operations, machine)
-    return DrillPlan(
+    plan = DrillPlan(
         part=part,
         operations=operations,
         clearance_height=options.clearance_height,
         retract_height=options.retract_height,
         always_initial=options.retract == "initial",
         zones=parse_zones(options.keep_out),
-        start=_xy(options.start_point),
-        end=_xy(options.end_point),
+        start=_xy(options.start_point, "--start-point"),
+        end=_xy(options.end_point, "--end-point"),
         issues=(*rule.issues, *chooser.issues()),
     )
+    _check_zones(plan)
+    return plan
+
+
+def _check_machine(machine: Machine, options: DrillOptions) -> None:
+    if machine.process != "spindle":
+        raise PlanError(f"{machine.name} has a {machine.process}, which cannot drill; give another --machine")
+    if options.retract_height > options.clearance_height:
+        raise PlanError(
+            f"--retract-height {options.retract_height:g} mm is above --clearance-height "
+            f"{options.clearance_height:g} mm; the R plane must not be higher than the initial plane"
+        )
+    if machine.safe_z is not None and machine.work_offset is not None:
+        height = machine.safe_z - machine.work_offset[2]
+        if height < options.clearance_height:
+            raise PlanError(
+                f"the safe height of {machine.name}, z {machine.safe_z:g} mm in machine coordinates, is {height:g} mm "
+                f"over program zero, below --clearance-height {options.clearance_height:g} mm; "
+                "check --work-offset, or lower the clearance height"
+            )
+
+
+def _check_zones(plan: DrillPlan) -> None:
+    """Refuse a hole or a slot that lies in a keep-out zone: whatever stands there would be drilled."""
+    for operation in plan.operations:
+        if operation.slots:
+            slots = [plan.part.slots[t] for t in operation.targets]
+            begin, end = np.array([s.start for s in slots]), np.array([s.end for s in slots])
+        else:
+            begin = end = plan.part.hole_xy[operation.targets]
+        inside = np.flatnonzero(touches_any_zone(begin, end, plan.zones_for(operation.tool)))
+        if len(inside):
+            x, y = begin[inside[0]]
+            raise PlanError(
+                f"the {'slot' if operation.slots else 'hole'} at {x:g}, {y:g} is in a keep-out zone, or closer to it "
+                f"than the radius of {operation.tool.label} ({len(inside)} such); leave it out, or change --keep-out"
+            )
 
 
 def _collect(part: Part, chooser: ToolChooser) -> dict[Step, list[int]]:
@@ -187,6 +225,9 @@ def _consistent(cycle: DrillCycle, tool: Tool) -> DrillCycle:
 
 def _check_speeds(operations: tuple[DrillOperation, ...], machine: Machine) -> None:
     for tool in (o.tool for o in operations):
+        if not (tool.spindle_rpm > 0 and tool.feed > 0):
+            missing = "feed" if tool.spindle_rpm > 0 else "spindle_speed"
+            raise PlanError(f"{tool.label} has no {missing}; give it in the tool library")
         if not machine.spindle_min_rpm <= tool.spindle_rpm <= machine.spindle_max_rpm:
             raise PlanError(
                 f"{tool.label} wants {tool.spindle_rpm:g} rpm, but the spindle of {machine.name} turns "
@@ -219,5 +260,9 @@ def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
     return np.array(rows, dtype=np.float64).reshape(-1, 4)
 
 
-def _xy(point: tuple[float, ...] | None) -> tuple[float, float] | None:
-    return None if point is None else (point[0], point[1])
+def _xy(point: tuple[float, ...] | None, flag: str) -> tuple[float, float] | None:
+    if point is None:
+        return None
+    if len(point) != 2:
+        raise OptionError(f"{flag}: needs two numbers, x,y")
+    return point[0], point[1]

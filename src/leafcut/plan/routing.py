@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.errors import PlanError
 from leafcut.geometry.zones import touches_any_zone
 from leafcut.model.machine import Machine
 from leafcut.model.problem import Metric, RoutingProblem
@@ -64,7 +65,14 @@ def lay_toolpath(
     Between holes the tool travels at the R plane (G99) or at the initial plane (G98, `always_initial`). A move over a
     keep-out zone is lifted by a rapid of its own, not by G98 on a single hole: LinuxCNC 2.9 was seen to rise on a slant
     when G98 follows G99 in one series of cycles, other controllers do not.
+
+    Raises
+    ------
+    PlanError
+        An order leaves a target out, or visits one twice.
     """
+    for operation, nodes in zip(plan.operations, orders, strict=True):
+        _check_order(operation, nodes)
     builder = ToolpathBuilder()
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
@@ -83,6 +91,16 @@ def lay_toolpath(
         (_rout if operation.slots else _drill)(builder, plan, machine, operation, nodes)
     _finish(builder, plan, machine, coolant)
     return builder.build()
+
+
+def _check_order(operation: DrillOperation, nodes: NDArray[np.int32]) -> None:
+    """Every hole and slot is made once: read-back compares with the toolpath, so nothing later would see it."""
+    visits = np.sort(nodes // 2 if operation.slots else nodes)
+    if not np.array_equal(visits, np.arange(len(operation.targets))):
+        raise PlanError(
+            f"{operation.tool.label}: the order of {len(nodes)} visits does not make each of its "
+            f"{len(operation.targets)} targets once; this is a fault of the algorithm, choose another --algorithm"
+        )
 
 
 def _rise(builder: ToolpathBuilder, plan: DrillPlan, machine: Machine) -> None:
@@ -109,7 +127,8 @@ def _drill(
     xy = plan.part.hole_xy[targets]
     lifted = np.zeros(len(xy), dtype=bool)
     if len(plan.zones) and not plan.always_initial:
-        lifted[1:] = touches_any_zone(xy[:-1], xy[1:], plan.zones, dogleg=machine.rapid_style == "dogleg")
+        zones = plan.zones_for(operation.tool)
+        lifted[1:] = touches_any_zone(xy[:-1], xy[1:], zones, dogleg=machine.rapid_style == "dogleg")
     for k, (x, y) in enumerate(xy.tolist()):
         if k == 0:
             _approach(builder, plan, x, y)
@@ -125,6 +144,7 @@ def _rout(
 ) -> None:
     """Plunge, cut along the slot, and rise, slot by slot."""
     cycle, feed = operation.cycle, operation.tool.feed
+    zones, dogleg = plan.zones_for(operation.tool), machine.rapid_style == "dogleg"
     place: Point | None = None
     for node in nodes.tolist():
         slot = plan.part.slots[int(operation.targets[node // 2])]
@@ -132,8 +152,7 @@ def _rout(
         if place is None:
             _approach(builder, plan, x0, y0)
         else:
-            dogleg = machine.rapid_style == "dogleg"
-            zone = bool(touches_any_zone([place], [(x0, y0)], plan.zones, dogleg=dogleg)[0])
+            zone = bool(touches_any_zone([place], [(x0, y0)], zones, dogleg=dogleg)[0])
             builder.rapid(z=plan.clearance_height if zone or plan.always_initial else plan.retract_height)
             builder.rapid(x0, y0)
         if builder.position[2] != plan.retract_height:

@@ -21,6 +21,12 @@ FEED_PER_REVOLUTION = 0.02  # of the diameter
 #: A bare point has no diameter: it is drilled as if it were this wide (mm).
 POINT_DIAMETER = 1.0
 
+#: Twist drills larger than this are rare: a circle this wide is more likely something to mill than to drill (mm).
+LARGEST_COMMON_DRILL = 32.0
+
+#: Diameters are told apart to this (mm); no drill is thinner.
+_RESOLUTION = 1e-4
+
 
 class Step(NamedTuple):
     """A tool at work, on holes or on slots."""
@@ -36,7 +42,7 @@ class ToolChooser:
         self.library, self.machine, self.options = library, machine, options
         self._assumed: dict[tuple[ToolKind, float], Tool] = {}
         self._chosen: dict[tuple[float, str], tuple[Step, ...]] = {}
-        self._pointless = 0
+        self._bare_points = 0
 
     @property
     def chains(self) -> list[tuple[Step, ...]]:
@@ -49,15 +55,14 @@ class ToolChooser:
         Raises
         ------
         PlanError
-            The library has neither a recipe nor a drill for it.
+            The library has neither a recipe nor a drill for it, or no centre drill where one is asked for.
         """
         if hole.diameter <= 0:
-            self._pointless += 1
+            self._bare_points += 1
         diameter = hole.diameter if hole.diameter > 0 else self.point_diameter
         key = (round(diameter, 6), hole.layer)
         if key not in self._chosen:
-            tools = self._from_library(diameter, hole) if self.library else [self._assume(ToolKind.DRILL, diameter)]
-            self._chosen[key] = tuple(Step(tool) for tool in tools)
+            self._chosen[key] = tuple(Step(tool) for tool in self._tools_for(diameter, hole))
         return self._chosen[key]
 
     @property
@@ -93,11 +98,26 @@ class ToolChooser:
                 "check it, or give --tools",
                 severity=Severity.NOTE,
             )
-        if self._pointless:
+            if tool.kind is ToolKind.DRILL and tool.diameter > LARGEST_COMMON_DRILL:
+                yield Issue(
+                    "L401",
+                    f"{tool.label}: hardly a drill; leave circles that are not drilled out with --max-diameter",
+                )
+        if self._bare_points:
             yield Issue(
                 "L401",
-                f"{self._pointless} points have no diameter and are drilled as {self.point_diameter:g} mm holes",
+                f"{self._bare_points} points have no diameter and are drilled as {self.point_diameter:g} mm holes",
             )
+
+    def _tools_for(self, diameter: float, hole: Hole) -> list[Tool]:
+        if self.library is None:
+            if self.options.centre_drill:
+                raise PlanError("--centre-drill takes the centre drill of a tool library; give --tools")
+            return [self._assume(ToolKind.DRILL, diameter)]
+        tools = self._from_library(diameter, hole)
+        if self.options.centre_drill and all(t.kind is not ToolKind.CENTRE_DRILL for t in tools):
+            return [self._centre_drill(), *tools]
+        return tools
 
     def _from_library(self, diameter: float, hole: Hole) -> list[Tool]:
         assert self.library is not None
@@ -114,15 +134,14 @@ class ToolChooser:
         drill = self._nearest(diameter, ToolKind.DRILL)
         if drill is None:
             raise PlanError(self._no_drill(diameter, hole))
-        return [*self._centre(), drill]
+        return [drill]
 
-    def _centre(self) -> list[Tool]:
-        if not self.options.centre_drill or self.library is None:
-            return []
+    def _centre_drill(self) -> Tool:
+        assert self.library is not None
         found = [t for t in self.library.tools if t.kind is ToolKind.CENTRE_DRILL]
         if not found:
             raise PlanError(f"{self.library.source}: --centre-drill asks for a centre drill, and there is none")
-        return found[:1]
+        return found[0]
 
     def _nearest(self, diameter: float, kind: ToolKind) -> Tool | None:
         assert self.library is not None
@@ -144,7 +163,7 @@ class ToolChooser:
 
     def _assume(self, kind: ToolKind, diameter: float) -> Tool:
         """Return a tool of this diameter with careful cutting data (see the constants above)."""
-        diameter = round(diameter, 4)
+        diameter = max(round(diameter, 4), _RESOLUTION)
         if (kind, diameter) not in self._assumed:
             rpm = self.options.spindle_speed or 60.0 * SURFACE_SPEED / (math.pi * diameter)
             rpm = round(min(max(rpm, self.machine.spindle_min_rpm), self.machine.spindle_max_rpm))

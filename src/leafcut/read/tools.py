@@ -114,6 +114,8 @@ def _check_cycle(tool: Tool, table: Table) -> None:
         raise table.problem("cycle", "is G82, which needs 'dwell', the wait at the bottom")
     if tool.cycle is not None and (tool.cycle == "G84") is not (tool.kind is ToolKind.TAP):
         raise table.problem("cycle", f"is {tool.cycle} for a {tool.kind.value}; G84 is for taps, and taps are for G84")
+    if tool.depth is not None and tool.kind is not ToolKind.CENTRE_DRILL:
+        raise table.problem("depth", "is of centre drills only; how deep a hole is, --depth or --thickness say")
 
 
 def _tapping(tool: Tool, table: Table) -> Tool:

@@ -23,6 +23,7 @@ from leafcut.solve.aco import RECOMMENDED, Ants, Colony, Parameters, first_tour
 from leafcut.solve.clusters import choose_nodes
 from leafcut.solve.construction import nearest_neighbour
 from leafcut.solve.instance import FULL_LISTS_LIMIT, Instance, build_instance, path_cost
+from leafcut.solve.kicks import CANDIDATES, improve_by_kicks, kicks_per_iteration
 from leafcut.solve.loop import search
 from leafcut.solve.statistics import Best, Progress
 from leafcut.solve.stop import Stop
@@ -33,8 +34,11 @@ TRY_ALL = 4
 #: A preset is a budget of nodes visited by ants, and how many iterations without a better tour end it.
 PRESETS = {"fast": (2e5, 30), "default": (4e6, 60), "thorough": (1e8, 2000)}
 
-#: Above this many clusters `auto` only improves one tour: whole tours by ants cost too much there.
-ANTS_LIMIT = 20_000
+#: The same for local kicks: kicks per node, and most kicks.
+KICK_PRESETS = {"fast": (10, 2e4), "default": (100, 2e5), "thorough": (2000, math.inf)}
+
+#: Above this many clusters `auto` kicks one tour instead of building whole ones: an ant costs n steps, a kick a few.
+ANTS_LIMIT = 1500
 
 
 @dataclass(frozen=True)
@@ -86,7 +90,8 @@ def solve(
             f"--candidates 0 makes all {problem.n_clusters} nodes candidates of each other, too much memory above "
             f"{FULL_LISTS_LIMIT} nodes; give a number such as 16"
         )
-    instance = build_instance(problem, options.candidates)
+    kicked = choose_algorithm(options.algorithm, problem.n_clusters) == "kicks"
+    instance = build_instance(problem, CANDIDATES if kicked else options.candidates)
     found = _run(instance, options, aco, stop, best)
     return _solution(problem, instance.path(found.tour), options, found, best)
 
@@ -113,6 +118,14 @@ def _run(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop,
     if algorithm == "2opt":
         first_tour(instance, True, stop, best)
         return Found(best.tour)
+    if algorithm == "kicks":
+        _set_kicks(stop, options, instance.n)
+        try:
+            iterations = improve_by_kicks(instance, options.seed, stop, best)
+        except KeyboardInterrupt:  # a person: stop, keep the best
+            stop.cancelled.set()
+            iterations = best.iteration
+        return Found(best.tour, iterations)
     parameters = Parameters.of(algorithm, aco, instance.n, options.local_search)
     c_nn = first_tour(instance, options.local_search, stop, best)
     if c_nn <= 0.0:
@@ -133,7 +146,7 @@ def choose_algorithm(name: str, n_clusters: int) -> str:
     """Return what `auto` stands for at this size, or the name itself."""
     if name != "auto":
         return name
-    return "mmas" if n_clusters <= ANTS_LIMIT else "2opt"
+    return "mmas" if n_clusters <= ANTS_LIMIT else "kicks"
 
 
 def _set_budget(stop: Stop, options: SolveOptions, visits_per_iteration: int) -> None:
@@ -143,6 +156,14 @@ def _set_budget(stop: Stop, options: SolveOptions, visits_per_iteration: int) ->
         visits, patience = PRESETS[options.preset]
         stop.iterations = max(1, math.ceil(visits / visits_per_iteration))
         stop.patience = patience
+
+
+def _set_kicks(stop: Stop, options: SolveOptions, n: int) -> None:
+    if options.iterations is not None:
+        stop.iterations = options.iterations
+    elif options.time_limit is None:
+        per_node, most = KICK_PRESETS[options.preset]
+        stop.iterations = math.ceil(min(per_node * n, most) / kicks_per_iteration(n))
 
 
 @contextmanager

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.interpreter import interpret
+from leafcut.model.cycles import expand
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Toolpath
 from leafcut.units import MM_PER_INCH
@@ -25,10 +29,12 @@ def check_program(
     *,
     zones: NDArray[np.float64] | None = None,
     zone_height: float | None = None,
+    tool_radii: Mapping[int, float] = MappingProxyType({}),
 ) -> list[Difference]:
     """Return all that is wrong with a program's text; an empty list is the proof.
 
-    The text is interpreted as the controller would, and what comes out must be the planned toolpath, inside the
+    The text is interpreted as the controller would, whatever modes another program left active. What comes out must
+    be the planned toolpath, with the cycles that the controller lacks written out, inside the
     machine's travel, above the work and over the keep-out zones. `units` are those of the program, mm or inch: places
     may differ by half of the last decimal.
 
@@ -37,15 +43,15 @@ def check_program(
     ReadError
         The text is no program that the controller takes.
     """
-    written = interpret(text, dialect)
+    written = interpret(text, dialect, left_over=True)
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
         half = 0.5 * MM_PER_INCH * 10.0**-dialect.decimals_inch
     differences = compare_motion(
-        planned,
+        expand(planned, keep=dialect.cycles),
         written,
         half * 1.001 + 1e-9,
-        cycles=bool(dialect.cycles),
+        cycles=True,
         offsets=bool(dialect.length_offset),
     )
     if differences:
@@ -56,6 +62,7 @@ def check_program(
             written,
             zones=zones,
             zone_height=zone_height,
+            tool_radii=tool_radii,
             safe_z=machine.safe_z or 0.0,
             dogleg=machine.rapid_style == "dogleg",
         ),

@@ -1,0 +1,155 @@
+"""Moves of up to five edges, and kicks: what they claim to gain they gain, and what is taken back is as it was."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from leafcut.kernels.candidates import fill_lengths
+from leafcut.kernels.cost import tour_cost
+from leafcut.kernels.kicks import kick_and_mend, segment_kick
+from leafcut.kernels.lin_kernighan import ENDS, find_move, improve_queued, is_one_tour, make_move, take_back
+from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.solve.instance import Instance, build_instance
+from leafcut.solve.kicks import BREADTH, work_tour
+
+SEEDS = st.integers(0, 2**31)
+METRICS = st.sampled_from(["euclidean", "linear", "dogleg", "EUC_2D"])
+
+
+def random_instance(n: int, seed: int, metric: str = "euclidean", **ends: object) -> tuple[Instance, np.ndarray]:
+    """Return an instance of n nodes on a coarse grid (so that ties and doubles occur) and its candidate lengths."""
+    xy = np.random.default_rng(seed).integers(0, 25, (n, 2)).astype(np.float64)
+    problem = RoutingProblem.of_points(xy, Metric(metric, (10.0, 20.0), (50.0, 40.0)), **(ends or {"closed": True}))
+    instance = build_instance(problem, 8)
+    lengths = np.zeros(instance.candidates.shape)
+    fill_lengths(instance.cost, instance.candidates, lengths)
+    return instance, lengths
+
+
+def breadth_for(instance: Instance) -> np.ndarray:
+    """Return the breadth of the solver, cut to the lists of a small instance."""
+    return np.minimum(np.array(BREADTH, dtype=np.int64), instance.candidates.shape[1])
+
+
+def edges(tour: np.ndarray) -> list[tuple[int, int]]:
+    """Return the edges of a closed tour, each with its smaller node first, sorted."""
+    return sorted(tuple(sorted((int(a), int(b)))) for a, b in zip(tour, np.roll(tour, -1), strict=True))
+
+
+def joined_in_one(n: int, old: list[tuple[int, int]], ends: list[int]) -> bool:
+    """Return whether removing t0–t1, t2–t3, … and adding t1–t2, …, t(2k-1)–t0 leaves one cycle, by walking it."""
+    left = list(old)
+    for a, b in zip(ends[::2], ends[1::2], strict=True):
+        left.remove(tuple(sorted((a, b))))
+    left += [tuple(sorted(p)) for p in zip(ends[1::2], [*ends[2::2], ends[0]], strict=True)]
+    near: dict[int, list[int]] = {v: [] for v in range(n)}
+    for a, b in left:
+        near[a].append(b)
+        near[b].append(a)
+    came, at, steps = -1, 0, 0
+    while True:
+        forward = list(near[at])
+        if came in forward:
+            forward.remove(came)
+        came, at, steps = at, forward[0], steps + 1
+        if at == 0 or steps > n:
+            return steps == n
+
+
+@given(st.integers(8, 24), SEEDS, st.integers(2, 5))
+def test_feasibility_by_sorted_places_is_that_of_walking_the_tour(n: int, seed: int, k: int) -> None:
+    """Random removed edges, each end first or second at random: both ways of looking agree, and so does the move."""
+    rng = np.random.default_rng(seed)
+    tour = work_tour(rng.permutation(n).astype(np.int32))
+    cuts = rng.choice(n, k, replace=False)
+    ends: list[int] = []
+    for cut in cuts.tolist():
+        pair = [int(tour.node[cut]), int(tour.node[(cut + 1) % n])]
+        ends += pair if rng.random() < 0.5 else pair[::-1]
+    tour.move[ENDS, : 2 * k] = ends
+    added = {tuple(sorted(p)) for p in zip(ends[1::2], [*ends[2::2], ends[0]], strict=True)}
+    old = edges(tour.node)
+    if len(added) < k or any(a == b for a, b in added) or added & set(old):
+        return  # an edge twice, a loop, or an edge that is there: the search never makes such moves
+    expected = joined_in_one(n, old, ends)
+    assert is_one_tour(tour.place, tour.move, k) == expected
+    if expected:
+        before = tour.node.copy()
+        assert make_move(tour, k)
+        removed = {tuple(sorted(p)) for p in zip(ends[::2], ends[1::2], strict=True)}
+        assert set(edges(tour.node)) == set(old) - removed | added
+        assert np.array_equal(tour.node[tour.place], np.arange(n))
+        take_back(tour)
+        assert np.array_equal(tour.node, before)
+        assert np.array_equal(tour.node[tour.place], np.arange(n))
+
+
+@given(st.integers(8, 60), SEEDS, METRICS)
+def test_every_move_gains_what_it_says(n: int, seed: int, metric: str) -> None:
+    instance, lengths = random_instance(n, seed, metric)
+    tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32))
+    breadth = breadth_for(instance)
+    for v in range(n):
+        cost = tour_cost(instance.cost, tour.node)
+        arrays = (tour.node, tour.place, tour.move, tour.gain, tour.tried)
+        k = find_move(instance.cost, *arrays, instance.candidates, lengths, breadth, v)
+        if k:
+            assert tour.gain[0] > 0
+            assert make_move(tour, k)
+            assert tour_cost(instance.cost, tour.node) == pytest.approx(cost - tour.gain[0])
+            assert sorted(tour.node.tolist()) == list(range(n))
+
+
+@given(st.integers(8, 60), SEEDS, METRICS)
+def test_kicks_never_make_a_tour_longer_and_count_their_gains_right(n: int, seed: int, metric: str) -> None:
+    instance, lengths = random_instance(n, seed, metric)
+    tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32))
+    arrays = (tour, instance.candidates, lengths, breadth_for(instance))
+    words = np.array([seed + 1], dtype=np.uint64)
+    first = tour_cost(instance.cost, tour.node)
+    gained = improve_queued(instance.cost, *arrays, 10**6)
+    optimum = tour_cost(instance.cost, tour.node)
+    assert optimum == pytest.approx(first - gained)
+    more = kick_and_mend(instance.cost, *arrays, words, 0, 30)
+    assert more >= -1e-9  # sums of gains, some of them nothing but rounding
+    assert tour_cost(instance.cost, tour.node) == pytest.approx(optimum - more)
+    assert sorted(tour.node.tolist()) == list(range(n))
+    assert np.array_equal(tour.node[tour.place], np.arange(n))
+
+
+@given(st.integers(8, 60), SEEDS)
+def test_a_kick_that_is_taken_back_leaves_no_trace(n: int, seed: int) -> None:
+    instance, _ = random_instance(n, seed)
+    tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32))
+    before, place = tour.node.copy(), tour.place.copy()
+    cost = tour_cost(instance.cost, before)
+    worse = segment_kick(instance.cost, tour, np.array([seed + 1], dtype=np.uint64), 0)
+    assert tour_cost(instance.cost, tour.node) == pytest.approx(cost + worse)
+    take_back(tour)
+    assert np.array_equal(tour.node, before)
+    assert np.array_equal(tour.place, place)
+
+
+@given(st.integers(6, 40), SEEDS)
+def test_a_tied_edge_survives_kicks(n: int, seed: int) -> None:
+    instance, lengths = random_instance(n, seed, start=(0.0, 0.0), end=(9.0, 9.0))
+    tour = work_tour(np.concatenate([[n + 1, n], np.random.default_rng(seed).permutation(n)]).astype(np.int32))
+    arrays = (tour, instance.candidates, lengths, breadth_for(instance))
+    improve_queued(instance.cost, *arrays, 10**6)
+    kick_and_mend(instance.cost, *arrays, np.array([seed + 1], dtype=np.uint64), 0, 30)
+    assert (n, n + 1) in edges(tour.node)
+
+
+def test_a_full_log_stops_the_work_and_nothing_is_lost() -> None:
+    """A log too small for any move: the move is not made, the tour stays, and the node stays in the queue."""
+    instance, lengths = random_instance(40, 3)
+    tour = work_tour(np.random.default_rng(3).permutation(40).astype(np.int32))
+    tour = tour._replace(log=np.zeros((1, 2), dtype=np.int32))
+    before = tour.node.copy()
+    assert improve_queued(instance.cost, tour, instance.candidates, lengths, breadth_for(instance), 10**6) == 0.0
+    assert np.array_equal(tour.node, before)
+    assert tour.counts[3] == 1
+    assert tour.counts[1] == 40
