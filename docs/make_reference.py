@@ -13,8 +13,8 @@ from leafcut.read.machine import machine_descriptions
 HERE = Path(__file__).parent
 OPTIONS_INTRODUCTION = (
     "Each is a flag of the command line, a key of a TOML file given with `--options`, and a keyword of",
-    "`leafcut.optimize`, and means the same in all three. Bare numbers are millimetres, seconds, mm/min or rpm; any can",
-    "carry its own unit: `0.25in`, `90ipm`, `500ms`.",
+    "`leafcut.optimize`, and means the same in all three. Bare numbers are millimetres, seconds, mm/min or rpm;",
+    "any can carry its own unit: `0.25in`, `90ipm`, `500ms`.",
 )
 
 

@@ -13,6 +13,8 @@ import leafcut
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.model import Kind
+from leafcut.model.cycles import expand
+from leafcut.options import SolveOptions
 from leafcut.read.machine import machine_names
 from rs274_moves import moves_of_rs274, moves_of_toolpath, run_rs274
 
@@ -134,3 +136,128 @@ def test_a_hundred_thousand_circles_become_a_program(tmp_path: Path) -> None:
     # The shortest tour of many random points is 0.7124 √(nA) long (Johnson and McGeoch 1996).
     shortest = 0.7124 * (len(outcome.part.holes) * 300.0**2) ** 0.5
     assert shortest * 0.99 < outcome.operations[0].solution.cost < shortest * 1.08
+
+
+WAYS: list[dict[str, object]] = [
+    {"peck": "2mm"},
+    {"cycle": "G73", "peck": "3mm", "retract": "initial"},
+    {"dwell": "0.5s", "coolant": True, "line_numbers": True},
+    {"cycle": "G85", "repeat_words": True},
+    {"peck": "2mm", "output_units": "inch", "repeat_words": True, "keep_out": ("20 20 60 60",)},
+    {"retract": "initial", "output_units": "inch", "end_point": "free"},
+    {"end_point": "-20,-20", "start_point": "free", "objective": "distance", "header": False},
+]
+
+
+@pytest.mark.parametrize("machine", machine_names())
+@pytest.mark.parametrize("way", WAYS, ids=" ".join)
+def test_every_way_to_drill_gives_a_verified_program_on_every_machine(
+    machine: str, way: dict[str, object], tmp_path: Path
+) -> None:
+    outcome = leafcut.optimize(_two_sizes(tmp_path), machine=machine, thickness=6, algorithm="2opt", **way)
+    assert outcome.verified
+    path = interpret(outcome.text, dialect(outcome.dialect))
+    bottoms = [m.end[2] for m in expand(path) if m.kind is Kind.FEED]
+    # 6 mm of plate, 0.5 mm below it, and the point of the larger drill: 3 / tan 59°.
+    assert min(bottoms) == pytest.approx(-6.5 - 3 / np.tan(np.radians(59)), abs=0.002)
+
+
+def _two_sizes(folder: Path, **layers: str) -> Path:
+    """Holes of 4 and 6 mm around a free middle, and rings of 8 mm around those of 4."""
+    document = ezdxf.new("R2010", units=4)
+    for number, (x, y) in enumerate([(0, 0), (80, 0), (80, 80), (0, 80), (40, 5), (75, 40), (40, 75), (5, 40)]):
+        diameter = 4 if number % 2 else 6
+        layer = layers.get(f"d{diameter}", "0")
+        document.modelspace().add_circle((x, y), diameter / 2, dxfattribs={"layer": layer})
+        if diameter == 4:
+            document.modelspace().add_circle((x, y), 4, dxfattribs={"layer": "RINGS"})
+    document.saveas(folder / "two.dxf")
+    return folder / "two.dxf"
+
+
+@pytest.mark.parametrize(
+    ("options", "diameters"),
+    [
+        ({}, {4.0, 6.0}),
+        ({"concentric": "largest"}, {6.0, 8.0}),
+        ({"concentric": "all"}, {4.0, 6.0, 8.0}),
+        ({"layers": "SM*"}, {4.0}),
+        ({"layers": "rings,0"}, {6.0, 8.0}),
+        ({"min_diameter": 5}, {6.0, 8.0}),
+        ({"max_diameter": 5}, {4.0}),
+    ],
+)
+def test_circles_are_chosen_by_centre_layer_and_diameter(
+    options: dict[str, object], diameters: set[float], tmp_path: Path
+) -> None:
+    outcome = leafcut.optimize(_two_sizes(tmp_path, d4="SMALL"), depth=1, algorithm="nn", **options)
+    assert {o.tool.diameter for o in outcome.operations} == diameters
+    assert all(len(o.hole_order) == 4 for o in outcome.operations)
+
+
+def test_no_rapid_crosses_a_clamp_low_between_operations_or_to_the_end(tmp_path: Path) -> None:
+    """Every move that the interpreter finds over the clamp, the tool's 3 mm included, is at 10 mm or machine height."""
+    options = {"keep_out": "20 20 60 60", "end_point": "40,100", "thickness": 6, "preset": "fast"}
+    for machine in ("linuxcnc-mill", "linuxcnc-sim", "grbl-3018", "haas-vf2"):
+        outcome = leafcut.optimize(_two_sizes(tmp_path), machine=machine, **options)
+        path = expand(interpret(outcome.text, dialect(outcome.dialect)))
+        x, y, z = 0.0, 0.0, np.inf
+        for motion in path:
+            if motion.kind is Kind.MACHINE:
+                z = np.inf
+            if motion.kind > Kind.FEED:
+                continue
+            end = [b if np.isnan(a) else a for a, b in zip(motion.end, (x, y, z), strict=True)]
+            for part in np.linspace(0, 1, 201):
+                place = x + part * (end[0] - x), y + part * (end[1] - y)
+                if all(17.1 < v < 62.9 for v in place):
+                    assert min(z, end[2]) >= 10.0, (machine, motion)
+            x, y, z = end
+
+
+def test_a_part_that_does_not_lie_in_the_travel_at_its_work_offset_is_refused(examples: Path) -> None:
+    """The VF-2 goes from −762 to 0 in x: a plate of 254 mm with its zero at x −200 does not fit, at −400 it does."""
+    options = {"machine": "haas-vf2", "thickness": "0.25in", "algorithm": "nn"}
+    with pytest.raises(leafcut.LeafcutError, match="outside the machine's travel"):
+        leafcut.optimize(examples / "plate_10.dxf", work_offset="-200,-350,-300", **options)
+    placed = leafcut.optimize(examples / "plate_10.dxf", work_offset="-400,-350,-300", **options)
+    assert "L403" not in [i.code for i in placed.issues]
+    assert "L403" in [i.code for i in leafcut.optimize(examples / "plate_10.dxf", **options).issues]
+
+
+def test_the_time_limit_is_one_for_all_tools_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from leafcut.solve import solve as room
+
+    limits: list[float] = []
+    inner = room.solve
+
+    def spy(problem: object, options: SolveOptions, *rest: object, **words: object) -> object:
+        if options.algorithm != "nn":
+            limits.append(options.time_limit or 0.0)
+        return inner(problem, options, *rest, **words)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(room, "solve", spy)
+    leafcut.optimize(_two_sizes(tmp_path), depth=1, concentric="all", time_limit="900ms", iterations=1)
+    assert len(limits) == 3
+    assert limits[0] == pytest.approx(0.3, abs=0.01)
+    assert all(limit <= 0.9 for limit in limits)
+
+
+def test_a_machine_profile_is_never_overwritten(examples: Path, tmp_path: Path) -> None:
+    from importlib.resources import files
+
+    profile = tmp_path / "mine.toml"
+    profile.write_text((files("leafcut.machines") / "haas-vf2.toml").read_text())
+    with pytest.raises(leafcut.LeafcutError, match="is an input"):
+        leafcut.optimize(examples / "plate_10.dxf", profile, machine=str(profile), depth=1)
+
+
+def test_a_program_of_ours_has_no_fault_for_simulate_whatever_the_safe_height(examples: Path, tmp_path: Path) -> None:
+    from importlib.resources import files
+
+    profile, program = tmp_path / "mine.toml", tmp_path / "p.nc"
+    text = (files("leafcut.machines") / "haas-vf2.toml").read_text()
+    profile.write_text(text.replace('safe_z = "0 mm"', 'safe_z = "-25 mm"'))
+    leafcut.optimize(examples / "plate_10.dxf", program, machine=str(profile), depth=1, algorithm="nn")
+    assert "G53 G0 Z-25." in program.read_text()
+    assert leafcut.simulate(program, machine=str(profile))["issues"] == []

@@ -30,6 +30,9 @@ from leafcut.progress import Reporter
 
 DONE, REFUSED, USAGE = 0, 1, 2
 
+#: The switch that every command which answers has.
+Json = Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")]
+
 _TITLES = {
     "read": "Reading",
     "machine": "Machine",
@@ -76,7 +79,8 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _refuse(line: str, status: int) -> int:
-    print(f"leafcut: {line}", file=sys.stderr)
+    shown = "".join(c if c.isprintable() else "?" for c in line)  # names of files may hold anything
+    print(f"leafcut: {shown}", file=sys.stderr)
     return status
 
 
@@ -146,7 +150,7 @@ def _optimize(
     report: Annotated[str | None, Parameter(name="--report", help="a page with pictures to write")] = None,
     process: Annotated[str, Parameter(name="--process", help="what to make of the input [auto, drill]")] = "auto",
     options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
-    as_json: Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")] = False,
+    as_json: Json = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative="", help="no progress, no summary")] = False,
     options: dict[str, Any],
 ) -> int:
@@ -177,7 +181,7 @@ def _solve(
     /,
     *,
     tour: Annotated[str | None, Parameter(name="--tour", help="the tour to write, as TSPLIB has it")] = None,
-    as_json: Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")] = False,
+    as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
     """Find a short closed tour through the points of a map, to study the algorithms."""
@@ -206,7 +210,7 @@ def _simulate(
     /,
     *,
     dialect: Annotated[str | None, Parameter(name="--dialect", help="its dialect (default: the machine's)")] = None,
-    as_json: Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")] = False,
+    as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
     """Tell how long a program runs on a machine, how far it moves, and what is dangerous in it."""
@@ -234,7 +238,7 @@ def _verify(
     /,
     *,
     dialect: Annotated[str | None, Parameter(name="--dialect", help="their dialect (default: the machine's)")] = None,
-    as_json: Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")] = False,
+    as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
     """Tell whether two programs do the same work, or where they differ."""
@@ -251,7 +255,7 @@ def _verify(
     return DONE if answer["same"] else REFUSED
 
 
-def _machines(*, as_json: Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")] = False) -> int:
+def _machines(*, as_json: Json = False) -> int:
     """List the machines that leafcut knows."""
     from leafcut.read.machine import load_machine, machine_names
 
@@ -259,16 +263,14 @@ def _machines(*, as_json: Annotated[bool, Parameter(name="--json", negative="", 
     return _list([(m.name, f"{m.description} ({m.controller})") for m in machines], as_json)
 
 
-def _algorithms(
-    *, as_json: Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")] = False
-) -> int:
+def _algorithms(*, as_json: Json = False) -> int:
     """List the algorithms that order the work."""
     from leafcut.options import ALGORITHM_TITLES
 
     return _list(list(ALGORITHM_TITLES.items()), as_json)
 
 
-def _formats(*, as_json: Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")] = False) -> int:
+def _formats(*, as_json: Json = False) -> int:
     """List the kinds of file that leafcut reads."""
     from leafcut.read import formats
 

@@ -274,6 +274,14 @@ class DrillOptions(OptionGroup):
     retract_height: float = _option(
         "quantity", 2.0, "R plane: where rapid becomes feed", unit="mm", minimum=0.05, maximum=1000
     )
+    tool_change_height: float = _option(
+        "quantity",
+        25.0,
+        "height for changing tools, on a machine that has no safe height of its own",
+        unit="mm",
+        minimum=0.1,
+        maximum=1000,
+    )
     retract: str = _option(
         "text", "r", "after a hole: up to the R plane (G99) or to the initial plane (G98)", choices=("r", "initial")
     )

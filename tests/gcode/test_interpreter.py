@@ -245,3 +245,24 @@ def test_a_long_program_is_read_line_by_line() -> None:
     text = "G21 G90 G0 X0 Y0\nG1 F600\n" + "".join(f"X{n % 100}.5\n" for n in range(50_000)) + "M2"
     path = interpret(text, dialect("linuxcnc"))
     assert len(path) == 50_002 and path.line[-1] == 50_003
+
+
+def test_a_program_that_states_its_modes_is_the_same_whatever_another_left_over() -> None:
+    for left_over in (False, True):
+        path = interpret(STATED, dialect("linuxcnc"), left_over=left_over)
+        assert [m.end for m in path if m.kind is Kind.DRILL] == [(1, 2, 5)]
+
+
+@pytest.mark.parametrize("mode", ["G17 ", "G90 ", " G94", "G0 ", "G98 "])
+def test_a_program_that_relies_on_the_modes_it_finds_is_found_out(mode: str) -> None:
+    """Without G17, G94 or G0 it cannot be run then; without G90 the hole is elsewhere, without G98 the retract."""
+    text = STATED.replace(mode, "", 1)
+    assert text != STATED
+    try:
+        path = interpret(text, dialect("linuxcnc"), left_over=True)
+    except ReadError:
+        return
+    assert [m.end for m in path if m.kind is Kind.DRILL] != [(1, 2, 5)]
+
+
+STATED = "G21\nG17 G90 G94\nG0 Z5\nX1 Y2\nG98 G81 X1 Y2 Z-3 R1 F100\nM2\n"

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.geometry.zones import touches_any_zone, touches_zone
+from leafcut.geometry.zones import touches_any_zone, touches_zone, widened
 
 WHOLE = st.integers(-6, 6)
 POINT = st.tuples(WHOLE, WHOLE)
@@ -45,3 +45,8 @@ def test_on_a_dogleg_machine_the_whole_rectangle_of_a_move_counts() -> None:
 
 def test_an_unknown_place_touches_nothing() -> None:
     assert not touches_any_zone([(np.nan, 0)], [(10, 10)], [(0, 0, 20, 20)])[0]
+
+
+def test_a_zone_is_widened_on_every_side() -> None:
+    assert widened([[0.0, 1.0, 10.0, 5.0]], 2.5).tolist() == [[-2.5, -1.5, 12.5, 7.5]]
+    assert widened(np.zeros((0, 4)), 1.0).shape == (0, 4)

@@ -1,6 +1,8 @@
 (two tools)
 (T1 drill D3 mm [carbide])
 (T2 mill 6 mm)
+(GRBL has no tool lengths: with several tools, set Z zero anew after every)
+(change - by the sender's own pause.)
 G20
 G17 G90 G40 G49 G80
 G94 G54
@@ -10,7 +12,7 @@ T1
 M0
 S1000 M3
 G4 P2.5
-Z0.9843
+G0 Z0.9843
 M8
 X0 Y0
 Z0.3937
@@ -98,7 +100,7 @@ M9
 T2
 M0
 S2000 M4
-Z0.9843
+G0 Z0.9843
 X1.9685 Y0
 Z0.0787
 G1 Z-0.0394 F2.3622

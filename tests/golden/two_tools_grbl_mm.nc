@@ -1,6 +1,8 @@
 (two tools)
 (T1 drill D3 mm [carbide])
 (T2 mill 6 mm)
+(GRBL has no tool lengths: with several tools, set Z zero anew after every)
+(change - by the sender's own pause.)
 G21
 G17 G90 G40 G49 G80
 G94 G54
@@ -10,7 +12,7 @@ T1
 M0
 S1000 M3
 G4 P2.5
-Z25
+G0 Z25
 M8
 X0 Y0
 Z10
@@ -98,7 +100,7 @@ M9
 T2
 M0
 S2000 M4
-Z25
+G0 Z25
 X50 Y0
 Z2
 G1 Z-1 F60

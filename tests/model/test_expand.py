@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import subprocess
 from dataclasses import replace
@@ -146,7 +147,10 @@ def test_linuxcnc_makes_the_same_moves_of_the_same_cycles(tmp_path: Path, rs274:
     program, tools = tmp_path / "part.ngc", tmp_path / "tool.tbl"
     program.write_text(PROGRAM)
     tools.write_text("T1 P1 D3.0 Z0\n")
-    run = subprocess.run([rs274, "-g", "-t", tools, program], capture_output=True, text=True, timeout=60, check=True)
+    home = dict(os.environ, HOME=str(tmp_path))  # rs274 keeps a file in its home, one run at a time
+    run = subprocess.run(
+        [rs274, "-g", "-t", tools, program], capture_output=True, text=True, timeout=60, check=True, env=home
+    )
     words = {"STRAIGHT_TRAVERSE": "rapid", "STRAIGHT_FEED": "feed", "DWELL": "dwell"}
     theirs = []
     for word, numbers in re.findall(r"(STRAIGHT_TRAVERSE|STRAIGHT_FEED|DWELL)\((.*)\)", run.stdout):
@@ -158,3 +162,19 @@ def test_linuxcnc_makes_the_same_moves_of_the_same_cycles(tmp_path: Path, rs274:
     theirs, ours = without_still(theirs), without_still(ours)
     assert theirs[1:] == ours
     assert len(ours) > 40
+
+
+def test_cycles_that_the_controller_has_are_kept_and_the_others_written_out() -> None:
+    """G81, then G83 in two pecks, then G81: only the middle hole becomes moves, and heights stay what they were."""
+    builder = ToolpathBuilder()
+    builder.rapid(0.0, 0.0, 10.0)
+    for x, cycle in ((1.0, DrillCycle("G81", 2.0, -3.0)), (2.0, DrillCycle("G83", 2.0, -3.0, peck=2.5))):
+        builder.drill(x, 0.0, cycle, feed=1.0)
+    builder.drill(3.0, 0.0, DrillCycle("G81", 2.0, -3.0), feed=1.0)
+    path = builder.build()
+    mixed = expand(path, keep=("G81", "G82"))
+    drills = [m for m in mixed if m.kind is Kind.DRILL]
+    assert [(m.end, mixed.cycles[m.ref].name) for m in drills] == [((1, 0, 2), "G81"), ((3, 0, 2), "G81")]
+    assert [m.end for m in mixed if m.kind is Kind.FEED] == [(2, 0, -0.5), (2, 0, -3)]
+    assert [tuple(m) for m in expand(mixed)] == [tuple(m) for m in expand(path)]
+    assert expand(path, keep=("G81", "G83")) is path

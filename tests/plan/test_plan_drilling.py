@@ -235,7 +235,24 @@ def test_a_tap_or_reamer_never_meets_the_cone_that_a_drill_leaves() -> None:
     assert -tap.cycle.bottom <= -drill.cycle.bottom - drill.tool.point_length + 1e-9
 
 
+def test_a_thread_that_is_not_full_at_the_exit_is_said() -> None:
+    """M6 × 1: the lead may be 5 mm long, so 0.5 mm of break-through is short and 5 mm is not."""
+    part = Part("tapped", (Hole(0, 0, 6.0, "TAP"),))
+    assert [i.code for i in plan(part).issues] == ["L402"]
+    assert plan(part, break_through=5.0).issues == ()
+
+
+def test_the_tool_is_changed_at_its_own_height_where_the_machine_has_none() -> None:
+    """Two tools on a machine without a safe height: up to 25 mm before the second, at the clearance height after it."""
+    rows = laid(plan(Part("two tools", (Hole(0, 0, 5.0), Hole(9, 0, 8.0)))))
+    change = [k for k, (kind, _) in enumerate(rows) if kind is Kind.TOOL][1]
+    heights = [end[2] for kind, end in rows[:change] if kind is Kind.RAPID]
+    assert heights[-1] == 25.0
+    assert next(end[2] for kind, end in rows[change:] if kind is Kind.RAPID) == 10.0
+
+
 def test_a_through_hole_is_tapped_as_far_as_it_is_drilled_to_full_diameter() -> None:
+    """Not deeper: what lies below the plate is not known, and a tap that meets the table breaks."""
     drill, tap = plan(Part("tapped", (Hole(0, 0, 6.0, "TAP"),))).operations[1:]
     assert tap.cycle.bottom == pytest.approx(drill.cycle.bottom + drill.tool.point_length)
 

@@ -55,14 +55,14 @@ def test_names_from_files_are_neither_markup_nor_escape_sequences(outcome_of):
     assert "\x1b" not in text
 
 
-def test_issues_are_grouped_and_at_most_eight_kinds_are_named(outcome_of):
-    codes = sorted(CODES)[:12]
+def test_issues_that_say_the_same_are_grouped_and_at_most_twelve_are_named(outcome_of):
+    codes = sorted(CODES)[:14]
     issues = tuple(Issue(code, "something") for code in codes for _ in range(3))
     lines = shown(outcome_of(issues=issues)).splitlines()
     named = [line for line in lines if line.startswith("L")]
     assert [line.split()[0] for line in named] == codes[:MOST_ISSUES]
     assert all("3 ×" in line for line in named)
-    assert f"+ {3 * (12 - MOST_ISSUES)} more" in [line.strip() for line in lines]
+    assert f"+ {3 * (14 - MOST_ISSUES)} more" in [line.strip() for line in lines]
 
 
 def test_what_is_not_verified_is_said_to_be_so(outcome_of):
@@ -87,3 +87,8 @@ def test_what_is_not_verified_is_said_to_be_so(outcome_of):
 )
 def test_numbers_and_texts_are_worded_as_a_person_reads_them(words, expected):
     assert words == expected
+
+
+def test_different_tools_that_were_assumed_are_all_named(outcome_of):
+    issues = tuple(Issue("L401", f"T{n} drill assumed", "") for n in (1, 2, 3))
+    assert all(f"T{n} drill assumed" in shown(outcome_of(issues=issues)) for n in (1, 2, 3))

@@ -46,7 +46,7 @@ def test_each_algorithm_improves_on_nearest_neighbour(algorithm: str, name: str,
 
 @pytest.mark.parametrize("algorithm", ANTS)
 def test_without_local_search_the_ants_still_learn(algorithm: str, data: Path) -> None:
-    """The tours of pure ants get better than nearest neighbour; MAX–MIN slowest, since it forgets slowest (ρ = 0.02)."""
+    """The tours of pure ants get better than nearest neighbour; MAX–MIN slowest: it forgets least (ρ = 0.02)."""
     iterations = 800 if algorithm == "mmas" else 60
     part = leafcut.read_part(data / "tsplib" / "kroA100.tsp")
     nearest = solve_part(part, algorithm="nn")

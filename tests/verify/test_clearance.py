@@ -209,3 +209,29 @@ def test_a_fault_names_its_line_and_place() -> None:
 def test_an_empty_toolpath_is_safe() -> None:
     assert whats(ToolpathBuilder()) == []
     assert whats(ToolpathBuilder(), zones=ZONE, zone_height=1.0) == []
+
+
+def test_nothing_is_cut_inside_a_zone_by_a_cycle_or_a_feed() -> None:
+    zones, rules = [[20.0, -5.0, 30.0, 5.0]], {"zone_height": 10.0}
+    drilled = begun()
+    drilled.rapid(25.0, 0.0)
+    drilled.drill(25.0, 0.0, G81, feed=2.0)
+    assert whats(drilled, zones=zones, **rules) == ["cuts in a zone"]
+    cut = begun()
+    cut.feed(z=-1.0, feed=1.0)
+    cut.feed(40.0, 0.0, feed=1.0)
+    assert whats(cut, zones=zones, **rules) == ["cuts in a zone"]
+    beside = begun()
+    beside.drill(31.0, 0.0, G81, feed=2.0)
+    assert whats(beside, zones=zones, **rules) == []
+
+
+def test_the_radius_of_the_tool_in_the_spindle_is_kept_away_from_a_zone() -> None:
+    """At y 8, 3 mm beside the zone: a tool of 2.9 mm radius passes at the R plane, one of 3.1 mm does not."""
+    builder = begun()
+    builder.drill(0.0, 8.0, G81, feed=2.0)
+    builder.drill(50.0, 8.0, G81, feed=2.0)
+    rules = {"zones": [[20.0, -5.0, 30.0, 5.0]], "zone_height": 10.0}
+    assert whats(builder, **rules, tool_radii={1: 2.9}) == []
+    assert whats(builder, **rules, tool_radii={1: 3.1}) == ["crosses a zone"]
+    assert whats(builder, **rules, tool_radii={2: 3.1}) == []

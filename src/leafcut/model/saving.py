@@ -69,6 +69,8 @@ def _restore(kind: Any, data: Any) -> Any:
     if origin is dict:
         return {k: _restore(args[1], v) for k, v in data.items()}
     if dataclasses.is_dataclass(kind):
+        if not isinstance(data, dict):
+            raise TypeError(f"a {kind.__name__} is a JSON object")  # type: ignore[union-attr]
         hints = _hints(kind)  # type: ignore[arg-type]
         return kind(**{name: _restore(hints[name], value) for name, value in data.items()})  # type: ignore[operator]
     if isinstance(kind, type) and issubclass(kind, Enum):

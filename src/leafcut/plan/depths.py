@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from leafcut.errors import PlanError
-from leafcut.model.issue import Issue
+from leafcut.model.issue import Issue, Severity
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import DrillOptions
 
@@ -14,6 +14,9 @@ SPOT_DEPTH = 1.0
 
 #: A centre drill goes this part of its diameter deep when the library does not say (the cone of a spot for the drill).
 CENTRE_DEPTH_RATIO = 0.4
+
+#: A tap cuts full threads only behind its lead; of a plug tap that is 3.5 to 5 pitches long (DIN 2197, form B).
+TAP_LEAD = 5.0
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,22 @@ class DepthRule:
                 "out for through holes"
             )
         return tip
+
+
+def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
+    """Return a note when a through hole's thread will not be full at its far side, for the lead of the tap.
+
+    The tap is not sent deeper for it: what lies below the plate is not known, and a tap that meets the table breaks.
+    """
+    lead = TAP_LEAD * tool.pitch if tool.pitch else 0.0
+    if not rule.through or rule.break_through >= lead:
+        return None
+    return Issue(
+        "L402",
+        f"{tool.label} goes {rule.break_through:g} mm below the plate, and its lead may be {lead:g} mm long: for a "
+        "full thread at the exit give --break-through, if there is room below",
+        severity=Severity.NOTE,
+    )
 
 
 def depth_rule(options: DrillOptions) -> DepthRule:

@@ -17,7 +17,7 @@ from leafcut.model.part import Part
 from leafcut.model.tool import Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import DrillCycle
 from leafcut.options import DrillOptions
-from leafcut.plan.depths import DepthRule, depth_rule
+from leafcut.plan.depths import DepthRule, depth_rule, tap_lead_issue
 from leafcut.plan.tooling import Step, ToolChooser
 
 
@@ -45,6 +45,7 @@ class DrillPlan:
     operations: tuple[DrillOperation, ...]
     clearance_height: float
     retract_height: float
+    tool_change_height: float
     always_initial: bool
     zones: NDArray[np.float64]
     start: tuple[float, float] | None
@@ -86,14 +87,20 @@ def plan_drilling(part: Part, machine: Machine, library: ToolLibrary | None, opt
         operations=operations,
         clearance_height=options.clearance_height,
         retract_height=options.retract_height,
+        tool_change_height=options.tool_change_height,
         always_initial=options.retract == "initial",
         zones=parse_zones(options.keep_out),
         start=_xy(options.start_point, "--start-point"),
         end=_xy(options.end_point, "--end-point"),
-        issues=(*rule.issues, *chooser.issues()),
+        issues=(*rule.issues, *chooser.issues(), *_tap_lead_issues(operations, rule)),
     )
     _check_zones(plan)
     return plan
+
+
+def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) -> list[Issue]:
+    """Return a note for every tap whose lead leaves a through thread short at the far side."""
+    return [note for o in operations if (note := tap_lead_issue(o.tool, rule)) is not None]
 
 
 def _check_machine(machine: Machine, options: DrillOptions) -> None:

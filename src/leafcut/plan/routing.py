@@ -112,7 +112,10 @@ def _rise(builder: ToolpathBuilder, plan: DrillPlan, machine: Machine) -> None:
 
 
 def _leave_for_tool_change(builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, coolant: bool) -> None:
-    _rise(builder, plan, machine)
+    if machine.safe_z is not None:
+        builder.machine(z=machine.safe_z)
+    else:
+        builder.rapid(z=max(plan.clearance_height, plan.tool_change_height))
     if machine.tool_change_position is not None:
         builder.machine(*machine.tool_change_position)
     builder.spindle(0.0)

@@ -165,15 +165,18 @@ class ToolChooser:
         """Return a tool of this diameter with careful cutting data (see the constants above)."""
         diameter = max(round(diameter, 4), _RESOLUTION)
         if (kind, diameter) not in self._assumed:
-            rpm = self.options.spindle_speed or 60.0 * SURFACE_SPEED / (math.pi * diameter)
-            rpm = round(min(max(rpm, self.machine.spindle_min_rpm), self.machine.spindle_max_rpm))
-            feed = self.options.feed or round(FEED_PER_REVOLUTION * diameter * rpm, 1) / 60.0
+            machine = self.machine
+            rpm = 60.0 * SURFACE_SPEED / (math.pi * diameter)
+            rpm = float(round(min(max(rpm, machine.spindle_min_rpm), machine.spindle_max_rpm)))
+            # What a person asked for is kept as it is, and refused later if the machine cannot do it.
+            rpm = self.options.spindle_speed or rpm
+            feed = self.options.feed or min(round(FEED_PER_REVOLUTION * diameter * rpm, 1) / 60.0, machine.max_feed)
             self._assumed[kind, diameter] = Tool(
                 number=len(self._assumed) + 1,
                 diameter=diameter,
                 kind=kind,
                 point_angle=math.radians(118) if kind is ToolKind.DRILL else math.pi,
-                feed=min(feed, self.machine.max_feed),
+                feed=feed,
                 spindle_rpm=rpm,
                 assumed=True,
             )

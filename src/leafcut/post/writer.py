@@ -344,7 +344,8 @@ class _Writer:
         self.pending_offset = row.ref if self.dialect.length_offset else None
         # At a height of the machine any tool is clear of the part; elsewhere the new one may be longer.
         self.safe = self.at_machine_height
-        self.out.forget("XYZF")
+        # People start again at a tool: the first move after it says all its words, G0 too.
+        self.out.forget(["motion", *"XYZF"])
 
     def _offset(self, row: Motion) -> None:
         if row.ref:

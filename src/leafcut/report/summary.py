@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from rich.table import Table
     from rich.text import Text
 
-#: So many kinds of issue are named; the report page has them all.
-MOST_ISSUES = 8
+#: So many different issues are named; the report page has them all.
+MOST_ISSUES = 12
 MOST_CHARACTERS = 146
 
 
@@ -108,7 +108,7 @@ def _issues(outcome: Outcome) -> Table:
     table = Table.grid(padding=(0, 2, 0, 0))
     table.add_column(no_wrap=True, min_width=4)
     table.add_column(overflow="fold")
-    groups = group_issues(outcome.issues)
+    groups = group_issues(outcome.issues, by_message=True)
     for group in groups[:MOST_ISSUES]:
         style = "yellow" if group.severity is Severity.WARNING else "dim"
         number = f"{group.number:,} × " if group.number > 1 else ""

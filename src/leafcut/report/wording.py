@@ -107,7 +107,7 @@ def counts_words(outcome: Outcome) -> str:
 
 @dataclass(frozen=True)
 class IssueGroup:
-    """All issues of one code and severity: how many, and the first of them."""
+    """Issues of one kind: how many, and the first of them."""
 
     code: str
     severity: Severity
@@ -116,13 +116,13 @@ class IssueGroup:
     place: str
 
 
-def group_issues(issues: Iterable[Issue]) -> list[IssueGroup]:
-    """Return the issues grouped by code, warnings first, then by code."""
-    first: dict[tuple[str, Severity], Issue] = {}
-    numbers: Counter[tuple[str, Severity]] = Counter()
+def group_issues(issues: Iterable[Issue], *, by_message: bool = False) -> list[IssueGroup]:
+    """Return the issues grouped by code, or by what they say; warnings first, then by code, then as they came."""
+    first: dict[tuple[str, Severity, str], Issue] = {}
+    numbers: Counter[tuple[str, Severity, str]] = Counter()
     for issue in issues:
-        key = (issue.code, issue.severity)
+        key = (issue.code, issue.severity, issue.message if by_message else "")
         numbers[key] += 1
         first.setdefault(key, issue)
     order = sorted(first, key=lambda key: (key[1] is Severity.NOTE, key[0]))
-    return [IssueGroup(*key, numbers[key], clean(first[key].message), clean(first[key].place)) for key in order]
+    return [IssueGroup(*key[:2], numbers[key], clean(first[key].message), clean(first[key].place)) for key in order]

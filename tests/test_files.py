@@ -1,0 +1,110 @@
+"""A file appears whole or not at all, and an input is never overwritten."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from leafcut.errors import ReadError
+from leafcut.files import LARGEST_PROGRAM, OutputError, check_output, read_program, write_whole
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(p.name for p in folder.iterdir())
+
+
+def test_what_is_written_is_read_again_with_plain_line_ends(tmp_path: Path) -> None:
+    write_whole(tmp_path / "a.nc", "G21\nM30\n")
+    assert (tmp_path / "a.nc").read_bytes() == b"G21\nM30\n"
+    assert names(tmp_path) == ["a.nc"]
+
+
+def test_a_file_that_exists_is_replaced_and_keeps_its_permissions(tmp_path: Path) -> None:
+    file = tmp_path / "a.nc"
+    file.write_text("old")
+    file.chmod(0o640)
+    write_whole(file, "new")
+    assert (file.read_text(), file.stat().st_mode & 0o777) == ("new", 0o640)
+
+
+def test_a_new_file_has_the_permissions_that_any_new_file_gets(tmp_path: Path) -> None:
+    write_whole(tmp_path / "a.nc", "x")
+    (tmp_path / "b.nc").touch()
+    assert (tmp_path / "a.nc").stat().st_mode == (tmp_path / "b.nc").stat().st_mode
+
+
+@pytest.mark.parametrize("failure", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+def test_a_write_that_fails_leaves_the_old_file_and_nothing_beside_it(
+    failure: BaseException, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "a.nc"
+    file.write_text("old")
+
+    def fail(_: int) -> None:
+        raise failure
+
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises((OutputError, KeyboardInterrupt)):
+        write_whole(file, "new")
+    assert (file.read_text(), names(tmp_path)) == ("old", ["a.nc"])
+
+
+def test_a_letter_that_cannot_be_written_is_one_clear_error(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="a letter that is not in utf-8"):
+        write_whole(tmp_path / "a.html", "bad \udcff")
+    assert names(tmp_path) == []
+
+
+def test_a_link_keeps_pointing_to_the_file_it_names(tmp_path: Path) -> None:
+    file, link = tmp_path / "a.nc", tmp_path / "link.nc"
+    file.write_text("old")
+    link.symlink_to(file)
+    write_whole(link, "new")
+    assert link.is_symlink()
+    assert file.read_text() == "new"
+
+
+def test_an_input_is_never_an_output_by_whatever_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    source, link = tmp_path / "a.dxf", tmp_path / "link.dxf"
+    source.write_text("x")
+    link.symlink_to(source)
+    monkeypatch.chdir(tmp_path)
+    for target in (source, link, Path("a.dxf"), Path("../") / tmp_path.name / "a.dxf"):
+        with pytest.raises(OutputError, match="is an input"):
+            check_output(target, [None, source])
+    with pytest.raises(OutputError, match="is an input"):
+        check_output(tmp_path / "page.html", [tmp_path / "page.html"])  # neither is there yet
+    check_output(tmp_path / "b.nc", [source])
+    check_output(None, [source])
+
+
+def test_what_is_no_file_is_refused_before_any_work(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for target, words in (
+        (tmp_path, "is a folder"),
+        (tmp_path / "no" / "a.nc", "there is no folder"),
+        (tmp_path / "pipe", "is a device or a pipe"),
+        (Path(os.devnull), "is a device or a pipe"),
+    ):
+        with pytest.raises(OutputError, match=words):
+            check_output(target, [])
+
+
+def test_old_controllers_programs_are_read_as_latin_1(tmp_path: Path) -> None:
+    file = tmp_path / "a.nc"
+    file.write_bytes("(Ø5)\nM30\n".encode("latin-1"))
+    assert read_program(file) == "(Ø5)\nM30\n"
+    file.write_bytes("(Ø5)\nM30\n".encode("utf-8-sig"))
+    assert read_program(file) == "(Ø5)\nM30\n"
+
+
+def test_what_is_no_program_is_refused_with_its_name(tmp_path: Path) -> None:
+    empty, huge = tmp_path / "empty.nc", tmp_path / "huge.nc"
+    empty.write_bytes(b" \n")
+    with huge.open("wb") as file:
+        file.truncate(LARGEST_PROGRAM + 1)  # a sparse file: it takes no room
+    for file_name, words in ((empty, "is empty"), (huge, "is larger than"), (tmp_path / "no.nc", "cannot be read")):
+        with pytest.raises(ReadError, match=f"{file_name.name}: {words}"):
+            read_program(file_name)

@@ -1,0 +1,142 @@
+"""Options are checked and converted where they are made, and mean the same however they are given."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from leafcut.errors import OptionError
+from leafcut.options import (
+    GROUPS,
+    DrillOptions,
+    PostOptions,
+    ReadOptions,
+    Settings,
+    SolveOptions,
+    all_options,
+    flag_name,
+    group_of,
+    option_type,
+    written,
+)
+
+SOURCES = sorted((Path(__file__).parents[1] / "src" / "leafcut").rglob("*.py"))
+
+
+def test_every_option_is_read_by_the_program() -> None:
+    """An option that nothing reads promises what is not done."""
+    code = "\n".join(p.read_text(encoding="utf-8") for p in SOURCES if p.name not in ("options.py", "cli.py"))
+    assert [name for _, name, _ in all_options() if f".{name}" not in code] == []
+
+
+def test_a_name_belongs_to_one_group_only() -> None:
+    names = [name for _, name, _ in all_options()]
+    assert len(set(names)) == len(names)
+    assert {group_of(n) for n in names} == set(GROUPS)
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_a_default_passes_its_own_check_and_its_type_is_known(group: type) -> None:
+    made = group()
+    for name, spec in group.specs().items():
+        assert getattr(made, name) == group.defaults()[name], name
+        assert option_type(group, name) is not None
+        assert spec.help
+
+
+@pytest.mark.parametrize(
+    ("group", "name", "value", "words"),
+    [
+        (SolveOptions, "iterations", 1.5, "whole number"),
+        (SolveOptions, "iterations", "many", "whole number"),
+        (SolveOptions, "iterations", -1, "below the smallest"),
+        (SolveOptions, "seed", math.inf, "whole number"),
+        (SolveOptions, "seed", 2**32, "above the largest"),
+        (SolveOptions, "seed", True, "whole number"),
+        (SolveOptions, "algorithm", "mmass", "did you mean 'mmas'"),
+        (SolveOptions, "local_search", "yes", "true or false"),
+        (DrillOptions, "depth", "5 parsec", "unknown unit"),
+        (DrillOptions, "depth", 0, "below the smallest"),
+        (DrillOptions, "depth", math.nan, "not a finite"),
+        (DrillOptions, "depth", True, "not a number"),
+        (DrillOptions, "start_point", "1", "not a point"),
+        (DrillOptions, "start_point", "1,2,3,4", "not a point"),
+        (DrillOptions, "cycle", "G86", "unknown value"),
+        (DrillOptions, "tools", 5, "a path"),
+        (ReadOptions, "units", "yard", "unknown value"),
+        (PostOptions, "dialect", 5, "a text"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_with_its_flag(group: Any, name: str, value: Any, words: str) -> None:
+    with pytest.raises(OptionError, match=f"^{flag_name(name)}: .*{words}"):
+        group(**{name: value})
+
+
+def test_a_bare_number_means_the_same_in_a_file_in_a_call_and_on_the_command_line(tmp_path: Path) -> None:
+    """300 mm/min is 5 mm/s; 300 mm/s would break the drill."""
+    file = tmp_path / "o.toml"
+    file.write_text("[drill]\nfeed = 300\nthickness = 6\ndwell = 0.5\n")
+    made = [
+        Settings.collect({}, file),
+        Settings.collect({"feed": 300, "thickness": 6.0, "dwell": 0.5}),
+        Settings.collect({"feed": "300", "thickness": "6", "dwell": "0.5"}),
+        Settings.collect({"feed": "0.3 m/min", "thickness": "6mm", "dwell": "500ms"}),
+    ]
+    assert [s.drill.feed for s in made] == pytest.approx([5.0] * 4)
+    assert all((s.drill.thickness, s.drill.dwell) == (6.0, 0.5) for s in made)
+
+
+def test_an_option_made_anew_keeps_its_inner_value() -> None:
+    options = Settings.collect({"feed": "300"}).drill
+    assert dataclasses.replace(options, thickness=3.0).feed == options.feed
+
+
+def test_what_is_given_goes_before_what_the_file_says(tmp_path: Path) -> None:
+    file = tmp_path / "o.toml"
+    file.write_text("[solve]\nseed = 3\npreset = 'fast'\n")
+    settings = Settings.collect({"seed": 4, "preset": None}, file)
+    assert (settings.solve.seed, settings.solve.preset) == (4, "fast")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[drll]\n", r"unknown table \[drll\]; did you mean 'drill'"),
+        ("[drill]\ndeth = 3\n", r"unknown option 'deth' in \[drill\]; did you mean 'depth'"),
+        ("drill = 3\n", r"write \[drill\]"),
+        ("[drill\n", "not a TOML file"),
+        ("[drill]\ndepth = -3\n", "--depth: -3 mm is below"),
+    ],
+)
+def test_a_file_of_options_that_is_wrong_is_refused(text: str, words: str, tmp_path: Path) -> None:
+    file = tmp_path / "o.toml"
+    file.write_text(text)
+    with pytest.raises(OptionError, match=words):
+        Settings.collect({}, file)
+
+
+def test_an_unknown_option_gets_the_nearest_name() -> None:
+    with pytest.raises(OptionError, match="unknown option 'thicknes'; did you mean 'thickness'"):
+        Settings.collect({"thicknes": 3})
+
+
+def test_only_what_changes_the_program_counts_as_changed() -> None:
+    given = {"threads": 2, "feed": "300", "start_point": "free", "end_point": "1,2.5", "header": False, "seed": 1}
+    assert Settings.collect(given).changed() == {
+        "--feed": "300mm/min",
+        "--start-point": "free",
+        "--end-point": "1,2.5",
+        "--no-header": "",
+    }
+
+
+@pytest.mark.parametrize(("group", "name", "spec"), list(all_options()), ids=lambda v: v if isinstance(v, str) else "")
+def test_what_is_written_is_read_again_as_the_same(group: Any, name: str, spec: Any) -> None:
+    value = getattr(group(), name)
+    if value is None or spec.kind in ("flag", "names"):
+        return
+    assert getattr(group(**{name: written(spec, value)}), name) == value

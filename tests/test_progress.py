@@ -1,0 +1,53 @@
+"""What a person sees while waiting."""
+
+from __future__ import annotations
+
+import io
+import sys
+
+import pytest
+
+from leafcut import progress
+from leafcut.progress import Reporter
+
+
+class Terminal(io.StringIO):
+    """A standard error that says it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_without_a_terminal_only_compiling_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    with Reporter() as reporter:
+        reporter("reading", None, 0.0)
+        reporter("compiling (first run on this machine)", None, 0.0)
+        reporter("ordering T1", 12.5, 0.5)
+    out, err = capsys.readouterr()
+    assert (out, err) == ("", "leafcut: compiling (first run on this machine) …\n")
+
+
+def test_quiet_is_quiet(capsys: pytest.CaptureFixture[str]) -> None:
+    with Reporter(quiet=True) as reporter:
+        reporter("compiling", None, 0.0)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_terminal_shows_a_bar_with_the_cost_when_the_run_takes_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(progress, "QUIET_SECONDS", 0.0)
+    with Reporter() as reporter:
+        reporter("ordering T1", 1234.5, 0.5)
+        assert reporter.bar.tasks[0].completed == 50.0
+        assert reporter.bar.tasks[0].description == "ordering T1: 1,234.50"
+    assert reporter.bar.finished is False
+
+
+def test_a_short_run_shows_no_bar(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    monkeypatch.setattr(progress, "QUIET_SECONDS", 1e9)
+    with Reporter() as reporter:
+        reporter("ordering T1", 1.0, 0.5)
+    assert reporter.bar is None
+    assert sys.stderr.getvalue() == ""

@@ -1,0 +1,92 @@
+"""Units are converted once, at the edge."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from leafcut.errors import OptionError
+from leafcut.units import BARE_UNIT, FACTORS, format_length, format_time, parse_point, parse_quantity
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("3mm", "mm", 3.0),
+        ("3", "mm", 3.0),
+        (" .5 in ", "mm", 12.7),
+        ('1"', "mm", 25.4),
+        ("1e1 mil", "mm", 0.254),
+        ("-2.5cm", "mm", -25.0),
+        ("3 MM", "mm", 3.0),
+        ("300", "mm/s", 5.0),
+        ("90ipm", "mm/s", 90 * 25.4 / 60),
+        ("1.5 m/min", "mm/s", 25.0),
+        ("500ms", "s", 0.5),
+        ("2 min", "s", 120.0),
+        ("118deg", "rad", math.radians(118)),
+        ("118", "rad", math.radians(118)),
+        ("2.5 m/s2", "mm/s²", 2500.0),
+        ("0.1g", "mm/s²", 980.665),
+        ("24krpm", "rpm", 24000.0),
+    ],
+)
+def test_a_text_carries_its_unit_or_has_the_one_of_the_shop(text: str, unit: str, value: float) -> None:
+    assert parse_quantity(text, unit) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize("unit", list(FACTORS))
+def test_the_unit_that_a_bare_number_has_is_a_known_one(unit: str) -> None:
+    assert BARE_UNIT[unit] in FACTORS[unit]
+
+
+def test_a_number_is_in_inner_units_already() -> None:
+    assert parse_quantity(5, "mm/s") == 5.0
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ("", "not a number"),
+        ("abc", "not a number"),
+        ("3 furlongs", "unknown unit 'furlongs'"),
+        ("nan", "not a number"),
+        ("1e999", "not a finite"),
+        (math.inf, "not a finite"),
+        (math.nan, "not a finite"),
+        (True, "not a number"),
+        ("3mm4", "unknown unit"),
+    ],
+)
+def test_what_is_no_quantity_is_refused(value: str | float, words: str) -> None:
+    with pytest.raises(OptionError, match=words):
+        parse_quantity(value, "mm")
+
+
+@given(st.text())
+def test_no_text_breaks_the_parser(text: str) -> None:
+    try:
+        assert math.isfinite(parse_quantity(text, "mm"))
+    except OptionError as problem:
+        assert str(problem)
+
+
+def test_a_point_has_a_unit_in_every_coordinate() -> None:
+    assert parse_point("1in, 2 ,3cm") == pytest.approx((25.4, 2.0, 30.0))
+    assert parse_point((1.0, 2.0)) == (1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(8.421, "8.42 s"), (42.06, "42.1 s"), (185.2, "3 min 05 s"), (3599.9, "1 h 00 min"), (7320, "2 h 02 min")],
+)
+def test_times_read_as_a_person_says_them(seconds: float, text: str) -> None:
+    assert format_time(seconds) == text
+
+
+@pytest.mark.parametrize(("mm", "text"), [(412.34, "412.3 mm"), (12410, "12.41 m"), (-1500, "-1.50 m"), (0, "0.0 mm")])
+def test_lengths_read_as_a_person_says_them(mm: float, text: str) -> None:
+    assert format_length(mm) == text
