@@ -267,3 +267,11 @@ def test_settings_are_checked_when_they_are_made() -> None:
     with pytest.raises(leafcut.LeafcutError, match="smallest"):
         SolveOptions(iterations=-1)
     assert Settings.collect({"depth": "0.1in"}).drill.depth == pytest.approx(2.54)
+
+
+def test_quiet_still_warns_of_lost_holes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "odd.csv").write_text("x,y,diameter\n0,0,3\n9,oops,3\n5,5,3\n")
+    out, err = answer(capsys, "optimize", str(tmp_path / "odd.csv"), "-q", "--thickness", "2")
+    assert out == ""
+    assert "warning: L208" in err
+    assert "odd.csv" in err or "line 3" in err or ":3" in err

@@ -30,6 +30,9 @@ from leafcut.progress import Reporter
 
 DONE, REFUSED, USAGE = 0, 1, 2
 
+#: So many warnings are said when there is no summary.
+MOST_WARNINGS = 10
+
 #: The switch that every command which answers has.
 Json = Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")]
 
@@ -76,6 +79,15 @@ def run(arguments: Sequence[str]) -> int:
             raise
         text = " ".join(f"{type(problem).__name__}: {problem}".split())
         return _refuse(f"a fault in leafcut itself ({text}); set LEAFCUT_TRACEBACK=1 to see where", REFUSED)
+
+
+def _warn(issues: Iterable[Any]) -> None:
+    """Say on standard error what matters even to somebody who wants no summary: holes lost, depths assumed."""
+    lines = list(dict.fromkeys(str(issue) for issue in issues if issue.severity == "warning"))
+    for line in lines[:MOST_WARNINGS]:
+        _refuse(f"warning: {line}", DONE)
+    if len(lines) > MOST_WARNINGS:
+        _refuse(f"warning: and {len(lines) - MOST_WARNINGS} more", DONE)
 
 
 def _refuse(line: str, status: int) -> int:
@@ -151,7 +163,9 @@ def _optimize(
     process: Annotated[str, Parameter(name="--process", help="what to make of the input [auto, drill]")] = "auto",
     options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
     as_json: Json = False,
-    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative="", help="no progress, no summary")] = False,
+    quiet: Annotated[
+        bool, Parameter(name=["--quiet", "-q"], negative="", help="no progress, no summary; warnings only")
+    ] = False,
     options: dict[str, Any],
 ) -> int:
     """Make a verified program with the shortest machine time from a drawing."""
@@ -167,7 +181,9 @@ def _optimize(
         from leafcut.report.json_answer import as_json as answer
 
         _print_json(answer(outcome))
-    elif not quiet:
+    elif quiet:
+        _warn(outcome.issues)
+    else:
         from rich.console import Console
 
         from leafcut.report.summary import summary
