@@ -132,8 +132,11 @@ def _order(run: Run, plan: DrillPlan) -> Outcome:
     from leafcut.solve.compiling import announced
     from leafcut.timing.toolpath import measure
 
+    words = dialect(run.settings.post.dialect or run.machine.controller)
+    pause = words.hand_change_pause and not run.machine.tool_changer
+
     def lay(orders: list[NDArray[np.int32]]) -> Toolpath:
-        return lay_toolpath(plan, run.machine, orders, coolant=run.settings.post.coolant)
+        return lay_toolpath(plan, run.machine, orders, coolant=run.settings.post.coolant, pause=pause)
 
     with announced(lambda: run.tell("compiling (first run on this machine)")):
         solutions = _solve_operations(run, plan, run.settings.solve)
@@ -145,7 +148,6 @@ def _order(run: Run, plan: DrillPlan) -> Outcome:
         # Each tool's path is no longer than the drawing's, but where one ends the next begins: all together may be.
         solutions = _restated(run, plan, orders, solutions)
         after, measures[2] = before, measures[0]
-    words = dialect(run.settings.post.dialect or run.machine.controller)
     text = _write(run, plan, words, after, measures)
     return Outcome(
         part=plan.part,

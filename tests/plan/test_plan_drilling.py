@@ -207,11 +207,16 @@ def test_a_slot_is_a_cluster_of_its_two_ways() -> None:
     assert problem.exit.tolist() == [[10, 0], [0, 0], [12, 0], [20, 0]]
 
 
-def test_slots_are_plunged_cut_and_left_at_full_depth() -> None:
+def test_slots_are_cut_to_and_fro_one_diameter_at_a_time() -> None:
     made = plan(SLOTTED, None)
     path = lay_toolpath(made, MILL, [np.array([0, 3], dtype=np.int32)])
     feeds = [m.end for m in path if m.kind is Kind.FEED]
-    assert feeds == [(0, 0, -10.5), (10, 0, -10.5), (12, 0, -10.5), (20, 0, -10.5)]
+    depths = [-10.5 * k / 7 for k in range(1, 7)] + [-10.5]  # 10.5 mm in passes of at most 2 mm, an odd number
+    to_and_fro = [10, 0, 10, 0, 10, 0, 10]
+    assert feeds[0:14:2] == [(x, 0, z) for x, z in zip([0, *to_and_fro], depths, strict=False)]
+    assert feeds[1:14:2] == [(x, 0, z) for x, z in zip(to_and_fro, depths, strict=True)]
+    assert feeds[-1] == (20, 0, -10.5)
+    assert len(feeds) == 28
 
 
 def test_inch_and_millimetre_parts_give_the_solver_the_same_numbers() -> None:

@@ -62,6 +62,8 @@ class Dialect:
         ``M6``, or ``pause``: T and M0, and a person changes the tool.
     arc_turns
         G2 and G3 take full turns in P.
+    hand_change_pause
+        M6 may go on without waiting, so a change by hand needs an M0 behind it.
     length_offset
         ``H``: G43 Hn. ``D``: Dn with the tool, and G43. Empty: none that a program chooses.
     length_offset_off
@@ -102,6 +104,7 @@ class Dialect:
     dwell_x: bool = False
     repeat_letter: str = "L"
     tool_change: str = "M6"
+    hand_change_pause: bool = False
     arc_turns: bool = False
     length_offset: str = "H"
     length_offset_off: str = "G49"

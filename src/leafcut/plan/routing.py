@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,7 +12,8 @@ from leafcut.errors import PlanError
 from leafcut.geometry.zones import touches_any_zone
 from leafcut.model.machine import Machine
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.model.tool import Tool
+from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.plan.drilling import DrillOperation, DrillPlan
 
 Point = tuple[float, float]
@@ -58,13 +60,19 @@ def targets_in_order(operation: DrillOperation, nodes: NDArray[np.int32]) -> NDA
 
 
 def lay_toolpath(
-    plan: DrillPlan, machine: Machine, orders: Sequence[NDArray[np.int32]], *, coolant: bool = False
+    plan: DrillPlan,
+    machine: Machine,
+    orders: Sequence[NDArray[np.int32]],
+    *,
+    coolant: bool = False,
+    pause: bool = False,
 ) -> Toolpath:
     """Return the motions of the whole program: `orders` has one array of nodes per operation.
 
     Between holes the tool travels at the R plane (G99) or at the initial plane (G98, `always_initial`). A move over a
     keep-out zone is lifted by a rapid of its own, not by G98 on a single hole: LinuxCNC 2.9 was seen to rise on a slant
-    when G98 follows G99 in one series of cycles, other controllers do not.
+    when G98 follows G99 in one series of cycles, other controllers do not. With `pause` the program waits (M0) after
+    every tool change, for a controller whose M6 may not.
 
     Raises
     ------
@@ -80,6 +88,8 @@ def lay_toolpath(
         if number:
             _leave_for_tool_change(builder, plan, machine, coolant)
         builder.tool(operation.tool.number)
+        if pause:
+            builder.pause()
         if machine.safe_z is None:
             # With its own length offset now: no move of z before, it would count from the tool before, or from none.
             builder.rapid(z=plan.clearance_height)
@@ -145,7 +155,7 @@ def _drill(
 def _rout(
     builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, operation: DrillOperation, nodes: NDArray[np.int32]
 ) -> None:
-    """Plunge, cut along the slot, and rise, slot by slot."""
+    """Plunge, cut along the slot to and fro, deeper each time, and rise, slot by slot."""
     cycle, feed = operation.cycle, operation.tool.feed
     zones, dogleg = plan.zones_for(operation.tool), machine.rapid_style == "dogleg"
     place: Point | None = None
@@ -160,10 +170,23 @@ def _rout(
             builder.rapid(x0, y0)
         if builder.position[2] != plan.retract_height:
             builder.rapid(z=plan.retract_height)
-        builder.feed(z=cycle.bottom, feed=feed)
-        builder.feed(x1, y1, feed=feed)
+        for number, depth in enumerate(slot_depths(cycle, operation.tool)):
+            builder.feed(z=depth, feed=feed)
+            builder.feed(*((x1, y1) if number % 2 == 0 else (x0, y0)), feed=feed)
         place = (x1, y1)
     builder.rapid(z=plan.clearance_height)
+
+
+def slot_depths(cycle: DrillCycle, tool: Tool) -> list[float]:
+    """Return the heights of the passes of a slot, mm, from the first to the bottom.
+
+    A pass is at most one peck deep, or one diameter where the library gives no peck: what a slot mill takes in full
+    width. Their number is odd, so that the tool, cutting to and fro, ends where the slot ends.
+    """
+    step = tool.peck or tool.diameter
+    passes = max(1, math.ceil(-cycle.bottom / step - 1e-9))
+    passes += 1 - passes % 2
+    return [cycle.bottom * number / passes for number in range(1, passes)] + [cycle.bottom]
 
 
 def _approach(builder: ToolpathBuilder, plan: DrillPlan, x: float, y: float) -> None:

@@ -40,10 +40,15 @@ def header_lines(
     scale, unit = (MM_PER_INCH, "in") if units == "inch" else (1.0, "mm")
     low, high = path.extents
     for axis, least, most in zip("XYZ", low, high, strict=True):
-        lines.append(f"{axis} {least / scale:.4g} to {most / scale:.4g} {unit}")
+        lines.append(f"{axis} {_short(least / scale)} to {_short(most / scale)} {unit}")
     before, after = seconds
     lines.append(f"estimated time {format_time(after)}, in the drawing's order {format_time(before)}")
     return lines
+
+
+def _short(length: float) -> str:
+    """Return a length to three decimals, without the zeros at its end."""
+    return f"{round(length, 3) + 0.0:.3f}".rstrip("0").rstrip(".")
 
 
 def _tool_line(tool: Tool, units: str) -> str:
