@@ -6,7 +6,8 @@ from pathlib import Path
 
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.model.issue import CODES
-from leafcut.options import ALGORITHM_TITLES, GROUPS, flag_name, written
+from leafcut.option_spec import flag_name, written
+from leafcut.options import ALGORITHM_TITLES, GROUPS
 from leafcut.read import formats
 from leafcut.read.machine import machine_descriptions
 

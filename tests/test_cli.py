@@ -10,7 +10,8 @@ import pytest
 
 import leafcut
 from leafcut.cli import run
-from leafcut.options import Settings, SolveOptions, all_options, flag_name
+from leafcut.option_spec import flag_name
+from leafcut.options import Settings, SolveOptions, all_options
 from leafcut.progress import Reporter
 
 

@@ -20,7 +20,8 @@ MAY_IMPORT = {
     "kernels": set(),
     "files": {"errors"},
     "geometry": BASE,
-    "options": BASE,
+    "option_spec": BASE,
+    "options": BASE | {"option_spec"},
     "model": BASE | {"geometry"},
     "gcode": MODEL,
     "machines": set(),
@@ -35,7 +36,7 @@ MAY_IMPORT = {
 }
 STAGES = {"read", "plan", "timing", "solve", "post", "verify", "report"}
 MAY_IMPORT["api"] = STAGE | STAGES | {"files"}
-MAY_IMPORT["cli"] = BASE | {"api", "options", "files", "progress", "read", "report"}
+MAY_IMPORT["cli"] = BASE | {"api", "option_spec", "options", "files", "progress", "read", "report"}
 
 FILES = sorted(ROOT.rglob("*.py"))
 

@@ -15,17 +15,8 @@ from cyclopts import App, CycloptsError, Group, Parameter
 
 from leafcut import __version__
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.options import (
-    GROUPS,
-    AcoOptions,
-    MachineOptions,
-    OptionGroup,
-    OptionSpec,
-    ReadOptions,
-    SolveOptions,
-    flag_name,
-    written,
-)
+from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
+from leafcut.options import GROUPS, AcoOptions, MachineOptions, ReadOptions, SolveOptions
 from leafcut.progress import Reporter
 
 DONE, REFUSED, USAGE = 0, 1, 2

@@ -11,154 +11,10 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, ClassVar, Literal, get_type_hints
+from typing import Any, ClassVar, Literal
 
 from leafcut.errors import OptionError, nearest
-from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity
-
-
-@dataclass(frozen=True)
-class OptionSpec:
-    """What a face needs to know about one option, beside its name and default.
-
-    `kind` is one of ``quantity`` (a float in `unit`), ``number``, ``whole``, ``flag``, ``text``, ``names`` (a comma
-    list), ``point`` (two or three lengths) and ``path``.
-    """
-
-    help: str
-    kind: str
-    unit: str = ""
-    minimum: float | None = None
-    maximum: float | None = None
-    choices: tuple[str, ...] = ()
-    #: The default in words, where the default value None stands for "as the algorithm recommends" and the like.
-    default_words: str = ""
-    #: False for what cannot change the program, such as the number of threads: it stays out of the header.
-    changes_program: bool = True
-
-
-def _option(kind: str, default: Any, help: str, **spec: Any) -> Any:
-    return field(default=default, metadata={"option": OptionSpec(help=help, kind=kind, **spec)})
-
-
-class OptionGroup:
-    """Base of the option dataclasses: converts and checks every field, and knows how to describe itself."""
-
-    #: The table of a TOML file that holds these options.
-    section: ClassVar[str] = ""
-
-    def __post_init__(self) -> None:
-        for name, spec in self.specs().items():
-            object.__setattr__(self, name, _convert(name, spec, getattr(self, name)))
-
-    @classmethod
-    def specs(cls) -> dict[str, OptionSpec]:
-        """Return the specification of every field, by field name."""
-        return {f.name: f.metadata["option"] for f in fields(cls)}  # type: ignore[arg-type]
-
-    @classmethod
-    def defaults(cls) -> dict[str, Any]:
-        """Return the default of every field, by field name."""
-        return {f.name: f.default for f in fields(cls)}  # type: ignore[arg-type]
-
-    def changed(self) -> dict[str, Any]:
-        """Return the options that differ from their defaults, in inner units."""
-        reference = type(self)()
-        return {n: getattr(self, n) for n in self.specs() if getattr(self, n) != getattr(reference, n)}
-
-
-def _convert(name: str, spec: OptionSpec, value: Any) -> Any:
-    if value is None:
-        return None
-    flag = flag_name(name)
-    try:
-        converted = _CONVERTERS[spec.kind](spec, value)
-    except (OptionError, TypeError, ValueError, OverflowError) as problem:
-        detail = str(problem) if isinstance(problem, OptionError) else f"'{value}' is not {_KIND_WORDS[spec.kind]}"
-        raise OptionError(f"{flag}: {detail}") from None
-    if spec.choices:
-        given = converted if isinstance(converted, tuple) else (converted,)
-        for word in given:
-            if word not in spec.choices:
-                raise OptionError(f"{flag}: unknown value '{word}'{nearest(str(word), spec.choices)}")
-    _check_bounds(flag, spec, converted)
-    return converted
-
-
-def _check_bounds(flag: str, spec: OptionSpec, value: Any) -> None:
-    if isinstance(value, str | tuple | bool | Path):
-        return
-    unit = f" {spec.unit}" if spec.unit else ""
-    if spec.minimum is not None and value < spec.minimum:
-        raise OptionError(f"{flag}: {value:g}{unit} is below the smallest value {spec.minimum:g}{unit}")
-    if spec.maximum is not None and value > spec.maximum:
-        raise OptionError(f"{flag}: {value:g}{unit} is above the largest value {spec.maximum:g}{unit}")
-
-
-def _whole(_: OptionSpec, value: Any) -> int:
-    if isinstance(value, bool) or float(value) != int(value):
-        raise ValueError(value)
-    return int(value)
-
-
-def _number(_: OptionSpec, value: Any) -> float:
-    if isinstance(value, bool):
-        raise ValueError(value)
-    return parse_quantity(value, "rad") if not isinstance(value, str) else _finite(float(value))
-
-
-def _finite(value: float) -> float:
-    if value - value != 0.0:
-        raise OptionError(f"'{value}' is not a finite number")
-    return value
-
-
-def _flag(_: OptionSpec, value: Any) -> bool:
-    if not isinstance(value, bool):
-        raise ValueError(value)
-    return value
-
-
-def _names(_: OptionSpec, value: Any) -> tuple[str, ...]:
-    words = value.split(",") if isinstance(value, str) else value
-    return tuple(str(word).strip() for word in words if str(word).strip())
-
-
-def _point(_: OptionSpec, value: Any) -> tuple[float, ...] | None:
-    if value == "free":
-        return None
-    numbers = parse_point(value)
-    if len(numbers) not in (2, 3):
-        raise OptionError(f"'{value}' is not a point such as '10,20' or '10,20,5'")
-    return numbers
-
-
-def _text(_: OptionSpec, value: Any) -> str:
-    if not isinstance(value, str):
-        raise ValueError(value)
-    return value
-
-
-_CONVERTERS: dict[str, Any] = {
-    "quantity": lambda spec, value: parse_quantity(value, spec.unit),
-    "number": _number,
-    "whole": _whole,
-    "flag": _flag,
-    "text": _text,
-    "names": _names,
-    "point": _point,
-    "path": lambda _, value: Path(value),
-}
-_KIND_WORDS = {
-    "quantity": "a number with a unit",
-    "number": "a number",
-    "whole": "a whole number",
-    "flag": "true or false",
-    "text": "a text",
-    "names": "a list of names",
-    "point": "a point",
-    "path": "a path",
-}
+from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, option, written
 
 #: What `--algorithm` takes, in words.
 ALGORITHM_TITLES = {
@@ -183,32 +39,32 @@ class ReadOptions(OptionGroup):
 
     section: ClassVar[str] = "read"
 
-    units: str | None = _option(
+    units: str | None = option(
         "text",
         None,
         "units of a file that does not say them",
         choices=("mm", "cm", "m", "in", "mil", "ft"),
         default_words="the file's own, else mm",
     )
-    layers: tuple[str, ...] = _option(
+    layers: tuple[str, ...] = option(
         "names", (), "only these layers, with * and ? as wildcards", default_words="all that are on"
     )
-    min_diameter: float | None = _option(
+    min_diameter: float | None = option(
         "quantity", None, "leave out holes smaller than this", unit="mm", minimum=0, default_words="none"
     )
-    max_diameter: float | None = _option(
+    max_diameter: float | None = option(
         "quantity", None, "leave out holes larger than this", unit="mm", minimum=0, default_words="none"
     )
-    merge_tolerance: float = _option(
+    merge_tolerance: float = option(
         "quantity", 0.01, "holes of one diameter closer than this are one hole", unit="mm", minimum=0, maximum=1
     )
-    concentric: str = _option(
+    concentric: str = option(
         "text",
         "smallest",
         "which of several circles with one centre is drilled",
         choices=("smallest", "largest", "all"),
     )
-    strict: bool = _option("flag", False, "refuse a file in which anything had to be skipped or repaired")
+    strict: bool = option("flag", False, "refuse a file in which anything had to be skipped or repaired")
 
 
 @dataclass(frozen=True)
@@ -217,8 +73,8 @@ class MachineOptions(OptionGroup):
 
     section: ClassVar[str] = "machine"
 
-    machine: str = _option("text", "linuxcnc-mill", "name of a shipped machine, or the path of a TOML profile")
-    work_offset: tuple[float, ...] | None = _option(
+    machine: str = option("text", "linuxcnc-mill", "name of a shipped machine, or the path of a TOML profile")
+    work_offset: tuple[float, ...] | None = option(
         "point",
         None,
         "program zero in machine coordinates, x,y,z",
@@ -233,10 +89,10 @@ class DrillOptions(OptionGroup):
 
     section: ClassVar[str] = "drill"
 
-    tools: Path | None = _option(
+    tools: Path | None = option(
         "path", None, "tool library, a TOML file", default_words="a drill per diameter is assumed"
     )
-    depth: float | None = _option(
+    depth: float | None = option(
         "quantity",
         None,
         "depth of a blind hole below Z0",
@@ -245,7 +101,7 @@ class DrillOptions(OptionGroup):
         maximum=1000,
         default_words="from --thickness, else 1 mm (spotting)",
     )
-    thickness: float | None = _option(
+    thickness: float | None = option(
         "quantity",
         None,
         "thickness of the plate: holes go through it",
@@ -254,16 +110,16 @@ class DrillOptions(OptionGroup):
         maximum=1000,
         default_words="holes are not through",
     )
-    depth_to: str = _option(
+    depth_to: str = option(
         "text",
         "shoulder",
         "what reaches the depth: the full diameter or the point of the drill",
         choices=("shoulder", "tip"),
     )
-    break_through: float = _option(
+    break_through: float = option(
         "quantity", 0.5, "how far below the plate a through hole goes", unit="mm", minimum=0, maximum=100
     )
-    clearance_height: float = _option(
+    clearance_height: float = option(
         "quantity",
         10.0,
         "initial plane: safe height over the part and its clamps",
@@ -271,10 +127,10 @@ class DrillOptions(OptionGroup):
         minimum=0.1,
         maximum=1000,
     )
-    retract_height: float = _option(
+    retract_height: float = option(
         "quantity", 2.0, "R plane: where rapid becomes feed", unit="mm", minimum=0.05, maximum=1000
     )
-    tool_change_height: float = _option(
+    tool_change_height: float = option(
         "quantity",
         25.0,
         "height for changing tools, on a machine that has no safe height of its own",
@@ -282,24 +138,24 @@ class DrillOptions(OptionGroup):
         minimum=0.1,
         maximum=1000,
     )
-    retract: str = _option(
+    retract: str = option(
         "text", "r", "after a hole: up to the R plane (G99) or to the initial plane (G98)", choices=("r", "initial")
     )
-    keep_out: tuple[str, ...] = _option(
+    keep_out: tuple[str, ...] = option(
         "names",
         (),
         "rectangles 'x0 y0 x1 y1' in mm, such as clamps: nothing is drilled there, moves cross them at the initial "
         "plane only, and the tool's radius is kept away; several with commas",
         default_words="none",
     )
-    cycle: str | None = _option(
+    cycle: str | None = option(
         "text",
         None,
         "cycle of every drill that the tool library says nothing of",
         choices=CYCLES,
         default_words="G83 with --peck, G82 with --dwell, else G81",
     )
-    peck: float | None = _option(
+    peck: float | None = option(
         "quantity",
         None,
         "depth of one peck (Q of G83 and G73)",
@@ -308,10 +164,10 @@ class DrillOptions(OptionGroup):
         maximum=1000,
         default_words="no pecking",
     )
-    dwell: float | None = _option(
+    dwell: float | None = option(
         "quantity", None, "wait at the bottom (P of G82)", unit="s", minimum=0, maximum=100, default_words="none"
     )
-    feed: float | None = _option(
+    feed: float | None = option(
         "quantity",
         None,
         "feed of assumed drills",
@@ -319,7 +175,7 @@ class DrillOptions(OptionGroup):
         minimum=0.001,
         default_words="0.02 diameters a revolution",
     )
-    spindle_speed: float | None = _option(
+    spindle_speed: float | None = option(
         "quantity",
         None,
         "spindle speed of assumed drills",
@@ -327,14 +183,14 @@ class DrillOptions(OptionGroup):
         minimum=1,
         default_words="20 m/min at the drill's edge",
     )
-    diameter_tolerance: float = _option(
+    diameter_tolerance: float = option(
         "quantity", 0.05, "how far a tool may differ from the hole drawn", unit="mm", minimum=0, maximum=5
     )
-    centre_drill: bool = _option("flag", False, "first centre every hole with the library's centre drill")
-    start_point: tuple[float, ...] | None = _option(
+    centre_drill: bool = option("flag", False, "first centre every hole with the library's centre drill")
+    start_point: tuple[float, ...] | None = option(
         "point", (0.0, 0.0), "where the tool starts, x,y, or free", unit="mm"
     )
-    end_point: tuple[float, ...] | None = _option(
+    end_point: tuple[float, ...] | None = option(
         "point", None, "where the tool ends, x,y, or free", unit="mm", default_words="at the last hole"
     )
 
@@ -345,14 +201,14 @@ class SolveOptions(OptionGroup):
 
     section: ClassVar[str] = "solve"
 
-    algorithm: str = _option("text", "auto", "name of an algorithm (see `leafcut algorithms`)", choices=ALGORITHMS)
-    preset: str = _option(
+    algorithm: str = option("text", "auto", "name of an algorithm (see `leafcut algorithms`)", choices=ALGORITHMS)
+    preset: str = option(
         "text", "default", "budget of work, the same on every machine", choices=("fast", "default", "thorough")
     )
-    objective: Literal["time", "distance"] = _option(
+    objective: Literal["time", "distance"] = option(
         "text", "time", "what is made small: machine seconds or millimetres of travel", choices=("time", "distance")
     )
-    time_limit: float | None = _option(
+    time_limit: float | None = option(
         "quantity",
         None,
         "stop after this time by the clock",
@@ -360,11 +216,11 @@ class SolveOptions(OptionGroup):
         minimum=0.001,
         default_words="the preset's budget of work",
     )
-    iterations: int | None = _option(
+    iterations: int | None = option(
         "whole", None, "stop after this many iterations", minimum=0, default_words="the preset's"
     )
-    seed: int = _option("whole", 1, "start of the random numbers: same seed, same answer", minimum=0, maximum=2**32 - 1)
-    threads: int = _option(
+    seed: int = option("whole", 1, "start of the random numbers: same seed, same answer", minimum=0, maximum=2**32 - 1)
+    threads: int = option(
         "whole",
         0,
         "threads that ants run in; the answer does not depend on it",
@@ -373,14 +229,14 @@ class SolveOptions(OptionGroup):
         default_words="one per core",
         changes_program=False,
     )
-    candidates: int = _option(
+    candidates: int = option(
         "whole",
         16,
         "length of each node's candidate list; 0 for all nodes, as in the first papers",
         minimum=0,
         maximum=1000,
     )
-    local_search: bool = _option("flag", True, "improve every ant's tour by 2-opt and Or-opt")
+    local_search: bool = option("flag", True, "improve every ant's tour by 2-opt and Or-opt")
 
 
 @dataclass(frozen=True)
@@ -389,7 +245,7 @@ class AcoOptions(OptionGroup):
 
     section: ClassVar[str] = "aco"
 
-    n_ants: int | None = _option(
+    n_ants: int | None = option(
         "whole",
         None,
         "ants per iteration",
@@ -397,9 +253,9 @@ class AcoOptions(OptionGroup):
         maximum=1_000_000,
         default_words="one per node; 25 with local search; 10 for acs",
     )
-    pheromone_weight: float = _option("number", 1.0, "weight of the pheromone (α)", minimum=0, maximum=20)
-    heuristic_weight: float = _option("number", 2.0, "weight of nearness (β)", minimum=0, maximum=20)
-    evaporation_rate: float | None = _option(
+    pheromone_weight: float = option("number", 1.0, "weight of the pheromone (α)", minimum=0, maximum=20)
+    heuristic_weight: float = option("number", 2.0, "weight of nearness (β)", minimum=0, maximum=20)
+    evaporation_rate: float | None = option(
         "number",
         None,
         "part of the pheromone lost per iteration (ρ)",
@@ -407,15 +263,15 @@ class AcoOptions(OptionGroup):
         maximum=1,
         default_words="0.5 as, eas · 0.1 asrank, acs · 0.02 mmas, 0.2 with local search",
     )
-    elitist_weight: float | None = _option(
+    elitist_weight: float | None = option(
         "number", None, "deposits of the best tour so far (e of eas)", minimum=0, default_words="the number of ants"
     )
-    n_ranks: int = _option("whole", 6, "ranks that deposit (w of asrank)", minimum=1, maximum=1000)
-    greedy_probability: float = _option("number", 0.9, "chance to take the best edge (q0 of acs)", minimum=0, maximum=1)
-    local_evaporation_rate: float = _option(
+    n_ranks: int = option("whole", 6, "ranks that deposit (w of asrank)", minimum=1, maximum=1000)
+    greedy_probability: float = option("number", 0.9, "chance to take the best edge (q0 of acs)", minimum=0, maximum=1)
+    local_evaporation_rate: float = option(
         "number", 0.1, "pheromone lost by an edge just used (ξ of acs)", minimum=0, maximum=1
     )
-    best_probability: float = _option(
+    best_probability: float = option(
         "number",
         0.05,
         "chance to rebuild the best tour at convergence; sets the trail limits (p_best of mmas)",
@@ -430,14 +286,14 @@ class PostOptions(OptionGroup):
 
     section: ClassVar[str] = "post"
 
-    dialect: str | None = _option("text", None, "controller's dialect", default_words="the machine's own")
-    output_units: str = _option("text", "mm", "units of the program", choices=("mm", "inch"))
-    line_numbers: bool = _option("flag", False, "number the blocks N10, N20, …")
-    program_number: int = _option("whole", 1, "number of the program, O0001", minimum=1, maximum=9999)
-    header: bool = _option("flag", True, "write the comments at the top: source, options, tools, extents, time")
-    date: bool = _option("flag", False, "write the date and time into the header")
-    repeat_words: bool = _option("flag", False, "repeat modal words on every block")
-    coolant: bool = _option("flag", False, "coolant on while drilling")
+    dialect: str | None = option("text", None, "controller's dialect", default_words="the machine's own")
+    output_units: str = option("text", "mm", "units of the program", choices=("mm", "inch"))
+    line_numbers: bool = option("flag", False, "number the blocks N10, N20, …")
+    program_number: int = option("whole", 1, "number of the program, O0001", minimum=1, maximum=9999)
+    header: bool = option("flag", True, "write the comments at the top: source, options, tools, extents, time")
+    date: bool = option("flag", False, "write the date and time into the header")
+    repeat_words: bool = option("flag", False, "repeat modal words on every block")
+    coolant: bool = option("flag", False, "coolant on while drilling")
 
 
 GROUPS: tuple[type[OptionGroup], ...] = (
@@ -503,22 +359,6 @@ def _as_typed(group: type[OptionGroup], given: Mapping[str, Any]) -> dict[str, A
     }
 
 
-def written(spec: OptionSpec, value: Any) -> str:
-    """Return an option's value as a person would type it, shop units included."""
-    if value is None:
-        return "free"
-    if spec.kind == "flag":
-        return ""
-    if spec.kind == "quantity":
-        unit = BARE_UNIT[spec.unit]
-        return f"{value / FACTORS[spec.unit][unit]:.6g}{unit}"
-    if spec.kind in ("names", "point"):
-        return ",".join(f"{v:.6g}" if isinstance(v, float) else v for v in value)
-    if spec.kind == "path":
-        return str(value.name)
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
 def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
     """Yield every option as (group, name, specification), in the order of the stages."""
     for group in GROUPS:
@@ -532,16 +372,6 @@ def group_of(name: str) -> type[OptionGroup]:
     if name not in names:
         raise OptionError(f"unknown option '{name}'{nearest(name, names)}")
     return names[name]
-
-
-def option_type(group: type[OptionGroup], name: str) -> Any:
-    """Return the annotated type of a field, resolved."""
-    return get_type_hints(group)[name]
-
-
-def flag_name(name: str) -> str:
-    """Return the command line's flag for a field: ``n_ants`` → ``--n-ants``."""
-    return "--" + name.replace("_", "-")
 
 
 def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]]]:

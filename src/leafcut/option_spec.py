@@ -1,0 +1,176 @@
+"""What an option is: its kind, unit, bounds and help, and how a value becomes one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, ClassVar
+
+from leafcut.errors import OptionError, nearest
+from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity
+
+
+@dataclass(frozen=True)
+class OptionSpec:
+    """What a face needs to know about one option, beside its name and default.
+
+    `kind` is one of ``quantity`` (a float in `unit`), ``number``, ``whole``, ``flag``, ``text``, ``names`` (a comma
+    list), ``point`` (two or three lengths) and ``path``.
+    """
+
+    help: str
+    kind: str
+    unit: str = ""
+    minimum: float | None = None
+    maximum: float | None = None
+    choices: tuple[str, ...] = ()
+    #: The default in words, where the default value None stands for "as the algorithm recommends" and the like.
+    default_words: str = ""
+    #: False for what cannot change the program, such as the number of threads: it stays out of the header.
+    changes_program: bool = True
+
+
+def option(kind: str, default: Any, help: str, **spec: Any) -> Any:
+    """Return the field of an option dataclass: its default, and the rest of its `OptionSpec`."""
+    return field(default=default, metadata={"option": OptionSpec(help=help, kind=kind, **spec)})
+
+
+class OptionGroup:
+    """Base of the option dataclasses: converts and checks every field, and knows how to describe itself."""
+
+    #: The table of a TOML file that holds these options.
+    section: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        for name, spec in self.specs().items():
+            object.__setattr__(self, name, _convert(name, spec, getattr(self, name)))
+
+    @classmethod
+    def specs(cls) -> dict[str, OptionSpec]:
+        """Return the specification of every field, by field name."""
+        return {f.name: f.metadata["option"] for f in fields(cls)}  # type: ignore[arg-type]
+
+    @classmethod
+    def defaults(cls) -> dict[str, Any]:
+        """Return the default of every field, by field name."""
+        return {f.name: f.default for f in fields(cls)}  # type: ignore[arg-type]
+
+    def changed(self) -> dict[str, Any]:
+        """Return the options that differ from their defaults, in inner units."""
+        reference = type(self)()
+        return {n: getattr(self, n) for n in self.specs() if getattr(self, n) != getattr(reference, n)}
+
+
+def _convert(name: str, spec: OptionSpec, value: Any) -> Any:
+    if value is None:
+        return None
+    flag = flag_name(name)
+    try:
+        converted = _CONVERTERS[spec.kind](spec, value)
+    except (OptionError, TypeError, ValueError, OverflowError) as problem:
+        detail = str(problem) if isinstance(problem, OptionError) else f"'{value}' is not {_KIND_WORDS[spec.kind]}"
+        raise OptionError(f"{flag}: {detail}") from None
+    if spec.choices:
+        given = converted if isinstance(converted, tuple) else (converted,)
+        for word in given:
+            if word not in spec.choices:
+                raise OptionError(f"{flag}: unknown value '{word}'{nearest(str(word), spec.choices)}")
+    _check_bounds(flag, spec, converted)
+    return converted
+
+
+def _check_bounds(flag: str, spec: OptionSpec, value: Any) -> None:
+    if isinstance(value, str | tuple | bool | Path):
+        return
+    unit = f" {spec.unit}" if spec.unit else ""
+    if spec.minimum is not None and value < spec.minimum:
+        raise OptionError(f"{flag}: {value:g}{unit} is below the smallest value {spec.minimum:g}{unit}")
+    if spec.maximum is not None and value > spec.maximum:
+        raise OptionError(f"{flag}: {value:g}{unit} is above the largest value {spec.maximum:g}{unit}")
+
+
+def _whole(_: OptionSpec, value: Any) -> int:
+    if isinstance(value, bool) or float(value) != int(value):
+        raise ValueError(value)
+    return int(value)
+
+
+def _number(_: OptionSpec, value: Any) -> float:
+    if isinstance(value, bool):
+        raise ValueError(value)
+    return parse_quantity(value, "rad") if not isinstance(value, str) else _finite(float(value))
+
+
+def _finite(value: float) -> float:
+    if value - value != 0.0:
+        raise OptionError(f"'{value}' is not a finite number")
+    return value
+
+
+def _flag(_: OptionSpec, value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError(value)
+    return value
+
+
+def _names(_: OptionSpec, value: Any) -> tuple[str, ...]:
+    words = value.split(",") if isinstance(value, str) else value
+    return tuple(str(word).strip() for word in words if str(word).strip())
+
+
+def _point(_: OptionSpec, value: Any) -> tuple[float, ...] | None:
+    if value == "free":
+        return None
+    numbers = parse_point(value)
+    if len(numbers) not in (2, 3):
+        raise OptionError(f"'{value}' is not a point such as '10,20' or '10,20,5'")
+    return numbers
+
+
+def _text(_: OptionSpec, value: Any) -> str:
+    if not isinstance(value, str):
+        raise ValueError(value)
+    return value
+
+
+_CONVERTERS: dict[str, Any] = {
+    "quantity": lambda spec, value: parse_quantity(value, spec.unit),
+    "number": _number,
+    "whole": _whole,
+    "flag": _flag,
+    "text": _text,
+    "names": _names,
+    "point": _point,
+    "path": lambda _, value: Path(value),
+}
+_KIND_WORDS = {
+    "quantity": "a number with a unit",
+    "number": "a number",
+    "whole": "a whole number",
+    "flag": "true or false",
+    "text": "a text",
+    "names": "a list of names",
+    "point": "a point",
+    "path": "a path",
+}
+
+
+def written(spec: OptionSpec, value: Any) -> str:
+    """Return an option's value as a person would type it, shop units included."""
+    if value is None:
+        return "free"
+    if spec.kind == "flag":
+        return ""
+    if spec.kind == "quantity":
+        unit = BARE_UNIT[spec.unit]
+        return f"{value / FACTORS[spec.unit][unit]:.6g}{unit}"
+    if spec.kind in ("names", "point"):
+        return ",".join(f"{v:.6g}" if isinstance(v, float) else v for v in value)
+    if spec.kind == "path":
+        return str(value.name)
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def flag_name(name: str) -> str:
+    """Return the command line's flag for a field: ``n_ants`` → ``--n-ants``."""
+    return "--" + name.replace("_", "-")
