@@ -31,7 +31,8 @@ def test_a_short_move_never_reaches_its_velocity() -> None:
 @given(a=PLACES, b=PLACES)
 def test_every_metric_equals_its_plain_reference(name: str, a: tuple[float, float], b: tuple[float, float]) -> None:
     zones = np.zeros((0, 4)) if name == "GEO" else np.array([[10.0, -20.0, 60.0, 40.0], [-90.0, -90.0, -80.0, 90.0]])
-    metric = Metric(name, velocity=(250.0, 150.0), acceleration=(800.0, 300.0), zones=zones, lift=3.25)
+    limits = {"velocity": (250.0, 150.0), "acceleration": (800.0, 300.0), "per_mm": 0.001}
+    metric = Metric(name, **limits, zones=zones, lift=3.25)
     model = cost_model(metric, np.array([a, b]))
     assert travel(model, 0, 1) == pytest.approx(travel_cost(metric, a, b), rel=1e-12, abs=1e-9)
     assert travel(model, 1, 0) == travel(model, 0, 1)
@@ -71,7 +72,7 @@ def test_a_dogleg_move_round_a_corner_counts_as_crossing() -> None:
     """The axes do not arrive together: the way may run anywhere in the box between the places."""
     zones = np.array([[8.0, 0.0, 10.0, 2.0]])
     xy = np.array([[0.0, 0.0], [10.0, 10.0]])
-    linear = cost_model(Metric("linear", (10.0, 10.0), (1e9, 1e9), zones, 4.0), xy)
-    dogleg = cost_model(Metric("dogleg", (10.0, 10.0), (1e9, 1e9), zones, 4.0), xy)
+    linear = cost_model(Metric("linear", (10.0, 10.0), (1e9, 1e9), 0.0, zones, 4.0), xy)
+    dogleg = cost_model(Metric("dogleg", (10.0, 10.0), (1e9, 1e9), 0.0, zones, 4.0), xy)
     assert travel(linear, 0, 1) == pytest.approx(math.sqrt(200) / math.hypot(10, 10), rel=1e-6)
     assert travel(dogleg, 0, 1) == pytest.approx(5.0, rel=1e-6)

@@ -13,7 +13,7 @@ from leafcut.errors import PlanError
 from leafcut.model.machine import Machine
 from leafcut.model.problem import METRICS, Metric
 from leafcut.timing.profile import move_time
-from leafcut.timing.travel import travel_cost, travel_metric
+from leafcut.timing.travel import TIE_BREAK, travel_cost, travel_metric
 
 PLACE = st.tuples(st.floats(-900, 900), st.floats(-900, 900))
 
@@ -38,7 +38,8 @@ def machine(style: str) -> Machine:
 def test_seconds_between_two_places_are_those_of_the_rapid_between_them(a, b, style: str) -> None:
     metric = travel_metric(machine(style), "time")
     rapid = move_time((b[0] - a[0], b[1] - a[1], 0.0), machine(style))
-    assert travel_cost(metric, a, b) == pytest.approx(rapid, rel=1e-9, abs=1e-12)
+    shortness = TIE_BREAK * math.dist(a, b)
+    assert travel_cost(metric, a, b) == pytest.approx(rapid + shortness, rel=1e-9, abs=1e-12)
     assert metric.name == style
 
 
@@ -110,3 +111,10 @@ def test_what_cannot_be_meant_is_refused() -> None:
         travel_metric(machine("linear"), "money")  # type: ignore[arg-type]
     with pytest.raises(PlanError, match="by index"):
         travel_cost(Metric("EXPLICIT", matrix=np.zeros((2, 2))), (0, 0), (1, 1))
+
+
+def test_of_two_ways_that_take_equally_long_the_shorter_costs_less() -> None:
+    """On equal axes 10 mm along x takes as long as 10 mm along x and y at once, which is 4.14 mm longer."""
+    metric = Metric("linear", (50.0, 50.0), (100.0, 100.0), per_mm=TIE_BREAK)
+    straight, slant = (travel_cost(metric, (0.0, 0.0), end) for end in ((10.0, 0.0), (10.0, 10.0)))
+    assert slant - straight == pytest.approx(TIE_BREAK * (math.sqrt(200.0) - 10.0), rel=1e-6)

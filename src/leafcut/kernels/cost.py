@@ -31,6 +31,7 @@ class CostModel(NamedTuple):
     xy             float64[n, 2]  places of the nodes, mm (degrees and minutes for GEO)
     vx, vy         float          highest velocity of x and y, mm/s
     ax, ay         float          acceleration of x and y, mm/s²
+    per_mm         float          what a millimetre costs besides, s/mm, in LINEAR and DOGLEG
     zones          float64[k, 4]  rectangles x0, y0, x1, y1 over which a move is lifted
     lift           float          cost of a lift
     matrix         float64[n, n]  costs of EXPLICIT, else shape (0, 0)
@@ -46,6 +47,7 @@ class CostModel(NamedTuple):
     vy: float
     ax: float
     ay: float
+    per_mm: float
     zones: NDArray[np.float64]
     lift: float
     matrix: NDArray[np.float64]
@@ -149,7 +151,7 @@ def overlaps(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float)
 
 @kernel
 def distance(
-    code: int, xi: float, yi: float, xj: float, yj: float, vx: float, vy: float, ax: float, ay: float
+    code: int, xi: float, yi: float, xj: float, yj: float, vx: float, vy: float, ax: float, ay: float, per_mm: float
 ) -> float:
     """Return the cost between two places by the metric alone."""
     dx, dy = abs(xi - xj), abs(yi - yj)
@@ -158,7 +160,7 @@ def distance(
     if code == EUC_2D:
         return math.floor(math.sqrt(dx * dx + dy * dy) + 0.5)
     if code >= LINEAR:
-        return machine_seconds(code, dx, dy, vx, vy, ax, ay)
+        return machine_seconds(code, dx, dy, vx, vy, ax, ay) + per_mm * math.sqrt(dx * dx + dy * dy)
     if code == CHEBYSHEV:
         return max(dx, dy)
     if code == MANHATTAN:
@@ -176,7 +178,7 @@ def _special(cost: CostModel, i: int, j: int) -> float:
     if cost.code == EXPLICIT:
         return float(cost.matrix[i, j])
     xi, yi, xj, yj = cost.xy[i, 0], cost.xy[i, 1], cost.xy[j, 0], cost.xy[j, 1]
-    base = distance(cost.code, xi, yi, xj, yj, cost.vx, cost.vy, cost.ax, cost.ay)
+    base = distance(cost.code, xi, yi, xj, yj, cost.vx, cost.vy, cost.ax, cost.ay, cost.per_mm)
     for k in range(cost.zones.shape[0]):
         # Axes that do not arrive together leave the straight line: then all of the box between the places counts.
         if overlaps(cost.zones, k, xi, yi, xj, yj) and (cost.code == DOGLEG or crosses(cost.zones, k, xi, yi, xj, yj)):
@@ -189,7 +191,9 @@ def travel(cost: CostModel, i: int, j: int) -> float:
     """Return the cost of travelling between nodes i and j; it is the same both ways."""
     if cost.plain:
         xy = cost.xy
-        return distance(cost.code, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1], cost.vx, cost.vy, cost.ax, cost.ay)
+        return distance(
+            cost.code, xy[i, 0], xy[i, 1], xy[j, 0], xy[j, 1], cost.vx, cost.vy, cost.ax, cost.ay, cost.per_mm
+        )
     return _special(cost, i, j)
 
 

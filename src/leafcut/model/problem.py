@@ -33,6 +33,9 @@ class Metric:
         One of `METRICS`: a distance in mm, a TSPLIB rule, or the seconds of a ``linear`` or ``dogleg`` machine.
     velocity, acceleration
         Of x and y, mm/s and mm/s²; used by ``linear`` and ``dogleg``.
+    per_mm
+        What a millimetre costs besides, s/mm; used by ``linear`` and ``dogleg``. Next to nothing, so that of two ways
+        that take equally long the shorter is taken.
     zones
         float64[k, 4]: rectangles (x0, y0, x1, y1) in mm over which a move must be lifted.
     lift
@@ -44,6 +47,7 @@ class Metric:
     name: str = "euclidean"
     velocity: tuple[float, float] = (1.0, 1.0)
     acceleration: tuple[float, float] = (1.0, 1.0)
+    per_mm: float = 0.0
     zones: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 4)))
     lift: float = 0.0
     matrix: NDArray[np.float64] | None = None

@@ -51,6 +51,7 @@ def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = 
         vy=float(metric.velocity[1]),
         ax=float(metric.acceleration[0]),
         ay=float(metric.acceleration[1]),
+        per_mm=float(metric.per_mm),
         zones=zones,
         lift=float(metric.lift),
         matrix=np.zeros((0, 0)) if metric.matrix is None else np.ascontiguousarray(metric.matrix, dtype=np.float64),

@@ -32,7 +32,7 @@ from leafcut.solve.stop import Stop
 TRY_ALL = 4
 
 #: A preset is a budget of nodes visited by ants, and how many iterations without a better tour end it.
-PRESETS = {"fast": (2e5, 30), "default": (4e6, 60), "thorough": (1e8, 2000)}
+PRESETS = {"fast": (2e5, 30), "default": (4e6, 40), "thorough": (1e8, 2000)}
 
 #: The same for local kicks: kicks per node, and most kicks.
 KICK_PRESETS = {"fast": (10, 2e4), "default": (100, 2e5), "thorough": (2000, math.inf)}
