@@ -169,3 +169,11 @@ def test_ants_are_never_worse_than_nearest_neighbour(n: int, seed: int) -> None:
     problem = problem_of(np.random.default_rng(seed).integers(0, 15, (n, 2)).astype(float), Metric(), "closed")
     ants = solve(problem, SolveOptions(iterations=1))
     assert ants.cost <= solve(problem, SolveOptions(algorithm="nn")).cost + 1e-9
+
+
+@pytest.mark.parametrize("algorithm", [*ANTS, "kicks"])
+def test_every_search_tells_what_its_workers_did(algorithm: str) -> None:
+    problem = problem_of(np.random.default_rng(3).uniform(0, 40, (50, 2)), Metric(), "closed")
+    found = solve(problem, SolveOptions(algorithm=algorithm, iterations=4), AcoOptions(n_ants=6))
+    assert sum(w.ants for w in found.workers) == (800 if algorithm == "kicks" else 24)
+    assert min(w.best for w in found.workers) >= found.cost - 1e-9

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class WorkerFigures:
-    """What one thread did: ants built, seconds of its own clock, and the best cost it found (inf for none)."""
+    """What one thread did: ants built or kicks made, seconds by the clock, the best cost it found (inf for none)."""
 
     worker: int
     ants: int

@@ -125,7 +125,8 @@ def _run(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop,
         except KeyboardInterrupt:  # a person: stop, keep the best
             stop.cancelled.set()
             iterations = best.iteration
-        return Found(best.tour, iterations)
+        kicks = iterations * kicks_per_iteration(instance.n)
+        return Found(best.tour, iterations, (WorkerFigures(0, kicks, stop.elapsed(), best.cost),))
     parameters = Parameters.of(algorithm, aco, instance.n, options.local_search)
     c_nn = first_tour(instance, options.local_search, stop, best)
     if c_nn <= 0.0:
