@@ -177,9 +177,9 @@ def _optimize(
     else:
         from rich.console import Console
 
-        from leafcut.report.summary import summary
+        from leafcut.report.summary import print_summary
 
-        Console().print(summary(outcome))
+        print_summary(outcome, Console())
     return DONE
 
 

@@ -177,3 +177,16 @@ def test_every_search_tells_what_its_workers_did(algorithm: str) -> None:
     found = solve(problem, SolveOptions(algorithm=algorithm, iterations=4), AcoOptions(n_ants=6))
     assert sum(w.ants for w in found.workers) == (800 if algorithm == "kicks" else 24)
     assert min(w.best for w in found.workers) >= found.cost - 1e-9
+
+
+@pytest.mark.parametrize(("n", "meant"), [(60, "mmas"), (1600, "kicks")])
+def test_what_auto_stands_for_is_what_is_compiled_before_the_clock_and_what_is_told(
+    n: int, meant: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from leafcut.solve import solve as room
+
+    warmed: list[str] = []
+    monkeypatch.setattr(room, "warm_up", lambda options, aco: warmed.append(options.algorithm))
+    problem = problem_of(np.random.default_rng(3).uniform(0, 90, (n, 2)), Metric(), "closed")
+    assert solve(problem, SolveOptions(iterations=1)).algorithm == meant
+    assert warmed == [meant]

@@ -113,19 +113,16 @@ def _check_order(operation: DrillOperation, nodes: NDArray[np.int32]) -> None:
         )
 
 
-def _rise(builder: ToolpathBuilder, plan: DrillPlan, machine: Machine) -> None:
-    """Go to the machine's own safe height where it has one, else to the clearance height."""
+def _rise(builder: ToolpathBuilder, machine: Machine, height: float) -> None:
+    """Go to the machine's own safe height where it has one, else to `height`."""
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
-    elif builder.position[2] != plan.clearance_height:
-        builder.rapid(z=plan.clearance_height)
+    elif builder.position[2] != height:
+        builder.rapid(z=height)
 
 
 def _leave_for_tool_change(builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, coolant: bool) -> None:
-    if machine.safe_z is not None:
-        builder.machine(z=machine.safe_z)
-    else:
-        builder.rapid(z=max(plan.clearance_height, plan.tool_change_height))
+    _rise(builder, machine, max(plan.clearance_height, plan.tool_change_height))
     if machine.tool_change_position is not None:
         builder.machine(*machine.tool_change_position)
     builder.spindle(0.0)
@@ -199,7 +196,7 @@ def _approach(builder: ToolpathBuilder, plan: DrillPlan, x: float, y: float) -> 
 def _finish(builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, coolant: bool) -> None:
     if plan.end is not None:
         builder.rapid(*plan.end)
-    _rise(builder, plan, machine)
+    _rise(builder, machine, plan.clearance_height)
     builder.spindle(0.0)
     if coolant:
         builder.coolant(0)

@@ -6,7 +6,7 @@ import itertools
 import math
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.options import AcoOptions, SolveOptions
-from leafcut.solve.aco import RECOMMENDED, Ants, Colony, Parameters, first_tour
+from leafcut.solve.aco import Ants, Colony, Parameters, first_tour
 from leafcut.solve.clusters import choose_nodes
 from leafcut.solve.construction import nearest_neighbour
 from leafcut.solve.instance import FULL_LISTS_LIMIT, Instance, build_instance, path_cost
@@ -73,6 +73,7 @@ def solve(
         The problem has precedence pairs, or asks for full candidate lists on too many nodes.
     """
     options, aco = options or SolveOptions(), aco or AcoOptions()
+    options = replace(options, algorithm=choose_algorithm(options.algorithm, problem.n_clusters))
     if len(problem.precedence):
         raise SolveError("this algorithm cannot keep precedence pairs inside one routing problem")
     tiny = problem.n_clusters <= TRY_ALL
@@ -90,8 +91,7 @@ def solve(
             f"--candidates 0 makes all {problem.n_clusters} nodes candidates of each other, too much memory above "
             f"{FULL_LISTS_LIMIT} nodes; give a number such as 16"
         )
-    kicked = choose_algorithm(options.algorithm, problem.n_clusters) == "kicks"
-    instance = build_instance(problem, CANDIDATES if kicked else options.candidates)
+    instance = build_instance(problem, CANDIDATES if options.algorithm == "kicks" else options.candidates)
     found = _run(instance, options, aco, stop, best)
     return _solution(problem, instance.path(found.tour), options, found, best)
 
@@ -110,7 +110,8 @@ def warm_up(options: SolveOptions, aco: AcoOptions) -> None:
 
 
 def _run(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop, best: Best) -> Found:
-    algorithm = choose_algorithm(options.algorithm, instance.problem.n_clusters)
+    """Run the algorithm of `options`, which is not `auto` any more."""
+    algorithm = options.algorithm
     if algorithm == "nn":
         tour = nearest_neighbour(instance)
         best.offer(tour, float(tour_cost(instance.cost, tour)), 0)
@@ -119,27 +120,21 @@ def _run(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop,
         first_tour(instance, True, stop, best)
         return Found(best.tour)
     if algorithm == "kicks":
-        _set_kicks(stop, options, instance.n)
-        try:
-            iterations = improve_by_kicks(instance, options.seed, stop, best)
-        except KeyboardInterrupt:  # a person: stop, keep the best
-            stop.cancelled.set()
-            iterations = best.iteration
+        per_node, most = KICK_PRESETS[options.preset]
+        _set_budget(stop, options, min(per_node * instance.n, most) / kicks_per_iteration(instance.n))
+        iterations = _until_interrupted(lambda: improve_by_kicks(instance, options.seed, stop, best), best)
         kicks = iterations * kicks_per_iteration(instance.n)
         return Found(best.tour, iterations, (WorkerFigures(0, kicks, stop.elapsed(), best.cost),))
     parameters = Parameters.of(algorithm, aco, instance.n, options.local_search)
     c_nn = first_tour(instance, options.local_search, stop, best)
     if c_nn <= 0.0:
         return Found(best.tour)  # all nodes on one place: nothing to gain, and trails of 1/0
-    _set_budget(stop, options, parameters.ants * instance.n)
+    visits, patience = PRESETS[options.preset]
+    _set_budget(stop, options, visits / (parameters.ants * instance.n), patience)
     threads = min(options.threads or os.cpu_count() or 1, parameters.ants)
     with _pool(threads) as executor:
         ants = Ants(Colony(instance, parameters, c_nn), options.seed, stop, executor, threads)
-        try:
-            iterations = search(ants.propose, ants.colony.reinforce, stop, best)
-        except KeyboardInterrupt:  # a person: stop, keep the best
-            stop.cancelled.set()
-            iterations = best.iteration
+        iterations = _until_interrupted(lambda: search(ants.propose, ants.colony.reinforce, stop, best), best)
     return Found(best.tour, iterations, ants.log.figures())
 
 
@@ -150,21 +145,22 @@ def choose_algorithm(name: str, n_clusters: int) -> str:
     return "mmas" if n_clusters <= ANTS_LIMIT else "kicks"
 
 
-def _set_budget(stop: Stop, options: SolveOptions, visits_per_iteration: int) -> None:
+def _set_budget(stop: Stop, options: SolveOptions, iterations: float, patience: float = math.inf) -> None:
+    """Stop after the iterations asked for; without any, and without a time limit, after the preset's."""
     if options.iterations is not None:
         stop.iterations = options.iterations
     elif options.time_limit is None:
-        visits, patience = PRESETS[options.preset]
-        stop.iterations = max(1, math.ceil(visits / visits_per_iteration))
+        stop.iterations = max(1, math.ceil(iterations))
         stop.patience = patience
 
 
-def _set_kicks(stop: Stop, options: SolveOptions, n: int) -> None:
-    if options.iterations is not None:
-        stop.iterations = options.iterations
-    elif options.time_limit is None:
-        per_node, most = KICK_PRESETS[options.preset]
-        stop.iterations = math.ceil(min(per_node * n, most) / kicks_per_iteration(n))
+def _until_interrupted(work: Callable[[], int], best: Best) -> int:
+    """Return the iterations that `work` made; Ctrl-C ends it, and what is in `best` is kept."""
+    try:
+        return work()
+    except KeyboardInterrupt:
+        best.stop.cancelled.set()
+        return best.iteration
 
 
 @contextmanager
@@ -190,12 +186,11 @@ def _solution(
     # Costs of the search are without service; the history is told in the costs of the answer.
     extra = cost - best.cost if best.history else 0.0
     history = [(t, c + extra) for t, c in best.history] or [(seconds, cost)]
-    name = options.algorithm
     return Solution(
         nodes=nodes,
         cost=cost,
         unit=problem.metric.unit,
-        algorithm=choose_algorithm(name, problem.n_clusters) if name in (*RECOMMENDED, "auto") else name,
+        algorithm=options.algorithm,
         seed=options.seed,
         iterations=found.iterations,
         seconds=seconds,
