@@ -14,7 +14,9 @@ from leafcut.model.problem import METRICS, Metric
 from leafcut.solve.instance import cost_model
 from leafcut.timing.travel import travel_cost
 
-PLACES = st.tuples(st.floats(-300, 300), st.floats(-300, 300))
+# To the nanometre: squares of what is smaller than 1e-154 are 0, which no machine will notice.
+COORDINATES = st.floats(-300, 300).map(lambda v: round(v, 6))
+PLACES = st.tuples(COORDINATES, COORDINATES)
 
 
 def test_a_long_move_takes_distance_over_velocity_and_one_ramp() -> None:
@@ -66,6 +68,14 @@ def test_a_move_along_the_edge_of_a_zone_is_lifted() -> None:
     model = cost_model(metric, np.array([[-5.0, 10.0], [15.0, 10.0], [15.0, 10.001], [-5.0, 10.001]]))
     assert travel(model, 0, 1) == 25.0
     assert travel(model, 2, 3) == 20.0
+
+
+def test_a_move_that_just_touches_a_zone_costs_the_same_both_ways() -> None:
+    """(131.4, 21.9) to (0, 0) passes the corner (60, 10) at no distance: rounding must not hang on the direction."""
+    metric = Metric(zones=np.array([[20.0, 10.0, 60.0, 300.0]]), lift=5.0)
+    model = cost_model(metric, np.array([[131.4, 21.9], [0.0, 0.0], [43.8, 7.3]]))
+    assert travel(model, 0, 1) == travel(model, 1, 0)
+    assert travel(model, 0, 2) == travel(model, 2, 0)
 
 
 def test_a_dogleg_move_round_a_corner_counts_as_crossing() -> None:

@@ -179,6 +179,9 @@ def _special(cost: CostModel, i: int, j: int) -> float:
         return float(cost.matrix[i, j])
     xi, yi, xj, yj = cost.xy[i, 0], cost.xy[i, 1], cost.xy[j, 0], cost.xy[j, 1]
     base = distance(cost.code, xi, yi, xj, yj, cost.vx, cost.vy, cost.ax, cost.ay, cost.per_mm)
+    if xj < xi or (xj == xi and yj < yi):
+        # Always the same way round: rounding decides whether a move just touches a zone.
+        xi, yi, xj, yj = xj, yj, xi, yi
     for k in range(cost.zones.shape[0]):
         # Axes that do not arrive together leave the straight line: then all of the box between the places counts.
         if overlaps(cost.zones, k, xi, yi, xj, yj) and (cost.code == DOGLEG or crosses(cost.zones, k, xi, yi, xj, yj)):

@@ -1,4 +1,7 @@
-"""A k-d tree over the nodes: nearest neighbours, by quadrant too, and the nearest node not yet visited.
+"""A k-d tree over the nodes: nearest neighbours by quadrant, and the nearest node not yet visited.
+
+The points are numbered in the order of the leaves, so a leaf is a run of memory, and points with near numbers are near
+each other. Points on one place ("twins") always have numbers in a row.
 
 Source: J. L. Bentley, K-d trees for semidynamic point sets, SoCG 1990 (bottom-up search, deletion by counting).
 """
@@ -16,48 +19,76 @@ from leafcut.kernels import kernel
 #: Points per leaf: the whole leaf is scanned, so a few points cost less than one more level.
 LEAF_SIZE = 8
 
+#: Most points on its own place that a point is shown.
+MOST_TWINS = 2
+
+#: Rows of `Nearby` behind those of the quadrants 0 … 3.
+REST, TWINS = 4, 5
+
 
 class Tree(NamedTuple):
-    """A k-d tree of m tree nodes over n points.
+    """A k-d tree of m tree nodes over n points; the root is 0.
 
-    ======= =========== ===================================================
-    x, y    float64[n]  the points
-    order   int32[n]    points, so that every tree node owns a run of them
-    leaf_of int32[n]    the leaf of every point
-    begin   int32[m]    first of the run in `order`
-    stop    int32[m]    one past its last
-    axis    int8[m]     0 splits x, 1 splits y
-    split   float64[m]  left holds values ≤ split, right values ≥ split
-    child   int32[m]    left child; right is the next one; -1 for a leaf
-    parent  int32[m]    -1 for the root
-    ======= =========== ===================================================
+    ======= ============= ===================================================
+    x, y    float64[n]    the points, in the order of the leaves
+    leaf_of int32[n]      the leaf of every point
+    begin   int32[m]      first of the points of a tree node
+    stop    int32[m]      one past its last
+    box     float64[m, 4] the smallest x0, y0, x1, y1 round its points
+    child   int32[m]      left child; right is the next one; -1 for a leaf
+    parent  int32[m]      -1 for the root
+    ======= ============= ===================================================
     """
 
     x: NDArray[np.float64]
     y: NDArray[np.float64]
-    order: NDArray[np.int32]
     leaf_of: NDArray[np.int32]
     begin: NDArray[np.int32]
     stop: NDArray[np.int32]
-    axis: NDArray[np.int8]
-    split: NDArray[np.float64]
+    box: NDArray[np.float64]
     child: NDArray[np.int32]
     parent: NDArray[np.int32]
 
 
+class Nearby(NamedTuple):
+    """What a search by quadrant finds: rows of points, nearest first; one object per worker.
+
+    ====== ============= ============================================================================================
+    found  int32[6, w]   points by quadrant, the rest (row REST), and those on the same place (row TWINS); -1 for none
+    near   float64[6, w] their squared distances, infinite for none
+    chosen int32[w]      those of the points that are taken
+    limit  float64[6]    from this squared distance on nothing more is wanted of a row
+    stack  int32[64]     tree nodes still to be looked at
+    ====== ============= ============================================================================================
+    """
+
+    found: NDArray[np.int32]
+    near: NDArray[np.float64]
+    chosen: NDArray[np.int32]
+    limit: NDArray[np.float64]
+    stack: NDArray[np.int32]
+
+
 @kernel
-def _select(values: NDArray, order: NDArray, low: int, high: int, middle: int) -> None:
-    """Order the run low … high so that its `middle` is in place (quickselect). Changes: order."""
+def _swap(u: NDArray, v: NDArray, label: NDArray, i: int, j: int) -> None:
+    u[i], u[j] = u[j], u[i]
+    v[i], v[j] = v[j], v[i]
+    label[i], label[j] = label[j], label[i]
+
+
+@kernel
+def _select(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, middle: int) -> None:
+    """Order the run low … high by u so that its `middle` is in place (quickselect). Changes: u, v, label."""
     while low < high:
-        pivot = values[order[(low + high) // 2]]
+        pivot = u[(low + high) // 2]
         i, j = low, high
         while i <= j:
-            while values[order[i]] < pivot:
+            while u[i] < pivot:
                 i += 1
-            while values[order[j]] > pivot:
+            while u[j] > pivot:
                 j -= 1
             if i <= j:
-                order[i], order[j] = order[j], order[i]
+                _swap(u, v, label, i, j)
                 i += 1
                 j -= 1
         if middle <= j:
@@ -69,120 +100,239 @@ def _select(values: NDArray, order: NDArray, low: int, high: int, middle: int) -
 
 
 @kernel
-def _spread(values: NDArray, order: NDArray, begin: int, stop: int) -> float:
-    low, high = math.inf, -math.inf
-    for k in range(begin, stop):
-        low, high = min(low, values[order[k]]), max(high, values[order[k]])
-    return high - low
+def _split(u: NDArray, v: NDArray, label: NDArray, begin: int, stop: int) -> int:
+    """Split the run of points near its middle by u, equal values on one side; return where the right part begins.
+
+    Changes: u, v, label.
+    """
+    middle = (begin + stop) // 2
+    _select(u, v, label, begin, stop - 1, middle)
+    value = u[middle]
+    first, last = middle, middle + 1
+    for i in range(middle - 1, begin - 1, -1):
+        if u[i] == value:
+            first -= 1
+            _swap(u, v, label, i, first)
+    for i in range(middle + 1, stop):
+        if u[i] == value:
+            _swap(u, v, label, i, last)
+            last += 1
+    # The run first … last - 1 is of one value; cut on that side of it which is nearer the middle, if anything is there.
+    if first > begin and (last == stop or middle - first <= last - middle):
+        return first
+    return last if last < stop else middle
+
+
+@kernel
+def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, begin: int, stop: int) -> None:
+    """Sort a few points by place, then by label, so that twins come in a row. Changes: x, y, label."""
+    for i in range(begin + 1, stop):
+        j = i
+        while j > begin and (
+            x[j - 1] > x[j]
+            or (x[j - 1] == x[j] and (y[j - 1] > y[j] or (y[j - 1] == y[j] and label[j - 1] > label[j])))
+        ):
+            _swap(x, y, label, j - 1, j)
+            j -= 1
+
+
+@kernel
+def _measure(x: NDArray, y: NDArray, begin: int, stop: int, box: NDArray, node: int) -> None:
+    """Set the box of a tree node. Changes: box[node]."""
+    x0, y0, x1, y1 = math.inf, math.inf, -math.inf, -math.inf
+    for i in range(begin, stop):
+        x0, x1 = min(x0, x[i]), max(x1, x[i])
+        y0, y1 = min(y0, y[i]), max(y1, y[i])
+    box[node, 0], box[node, 1], box[node, 2], box[node, 3] = x0, y0, x1, y1
 
 
 @kernel
 def grow_tree(
     x: NDArray,
     y: NDArray,
-    order: NDArray,
+    label: NDArray,
+    apart: int,
     leaf_of: NDArray,
     begin: NDArray,
     stop: NDArray,
-    axis: NDArray,
-    split: NDArray,
+    box: NDArray,
     child: NDArray,
     parent: NDArray,
+    stack: NDArray,
 ) -> int:
-    """Fill the arrays of a `Tree` (all but x, y; order = 0 … n-1 on entry) and return how many tree nodes it has.
+    """Bring the points into the order of the leaves, fill the arrays of a `Tree`, and return how many nodes it has.
 
-    Changes: all arrays but x and y.
+    The last `apart` points (≤ LEAF_SIZE) get a leaf of their own, so that they stay where they are. Room is needed for
+    2n + 1 tree nodes: every leaf has a point.
+
+    Changes: all arrays. `label` int32[n] goes with the points.
     """
-    begin[0], stop[0], parent[0], child[0] = 0, len(x), -1, -1
-    count, node = 1, 0
-    while node < count:
+    begin[0], stop[0], parent[0] = 0, len(x), -1
+    stack[0] = 0
+    count, height = 1, 1
+    while height > 0:
+        height -= 1
+        node = stack[height]
         b, s = begin[node], stop[node]
         child[node] = -1
-        if s - b > LEAF_SIZE:
-            wide = _spread(x, order, b, s) >= _spread(y, order, b, s)
-            middle = (b + s) // 2
-            values = x if wide else y
-            _select(values, order, b, s - 1, middle)
-            axis[node] = 0 if wide else 1
-            split[node] = values[order[middle]]
-            child[node] = count
-            begin[count], stop[count], parent[count] = b, middle, node
-            begin[count + 1], stop[count + 1], parent[count + 1] = middle, s, node
-            count += 2
+        _measure(x, y, b, s, box, node)
+        if node == 0 and 0 < apart < s:
+            cut = s - apart
+        elif s - b <= LEAF_SIZE:
+            if b < len(x) - apart:
+                _sort_leaf(x, y, label, b, s)
+            for i in range(b, s):
+                leaf_of[i] = node
+            continue
+        elif box[node, 2] - box[node, 0] >= box[node, 3] - box[node, 1]:
+            cut = _split(x, y, label, b, s)
         else:
-            for k in range(b, s):
-                leaf_of[order[k]] = node
-        node += 1
+            cut = _split(y, x, label, b, s)
+        child[node] = count
+        begin[count], stop[count], parent[count] = b, cut, node
+        begin[count + 1], stop[count + 1], parent[count + 1] = cut, s, node
+        # Left first and depth first: what is near in the plane is near in memory, here and in every search.
+        stack[height], stack[height + 1] = count + 1, count
+        height += 2
+        count += 2
     return count
 
 
 @kernel
-def _in_quadrant(dx: float, dy: float, quadrant: int) -> bool:
-    """Quadrants are half open, so that every direction but none belongs to exactly one; a point on top to all."""
-    if quadrant < 0 or (dx == 0.0 and dy == 0.0):
-        return True
-    if quadrant == 0:
-        return dx > 0.0 and dy >= 0.0
-    if quadrant == 1:
-        return dx <= 0.0 and dy > 0.0
-    if quadrant == 2:
-        return dx < 0.0 and dy <= 0.0
-    return dx >= 0.0 and dy < 0.0
+def _insert(found: NDArray, near: NDArray, row: int, room: int, j: int, d: float) -> None:
+    """Put j at squared distance d into the sorted row; the last of `room` falls out. Changes: found, near."""
+    place = room - 1
+    while place > 0 and near[row, place - 1] > d:
+        near[row, place], found[row, place] = near[row, place - 1], found[row, place - 1]
+        place -= 1
+    near[row, place], found[row, place] = d, j
 
 
 @kernel
-def _scan_leaf(tree: Tree, leaf: int, i: int, quadrant: int, found: NDArray, near: NDArray, k: int, have: int) -> int:
-    for slot in range(tree.begin[leaf], tree.stop[leaf]):
-        j = tree.order[slot]
-        dx, dy = tree.x[j] - tree.x[i], tree.y[j] - tree.y[i]
-        if j == i or not _in_quadrant(dx, dy, quadrant):
-            continue
-        d = dx * dx + dy * dy
-        if have == k and d >= near[k - 1]:
-            continue
-        if have < k:
-            have += 1
-        place = have - 1
-        while place > 0 and near[place - 1] > d:
-            near[place], found[place] = near[place - 1], found[place - 1]
-            place -= 1
-        near[place], found[place] = d, j
-    return have
+def _note_twin(found: NDArray, j: int) -> None:
+    """Note a point on the same place, if there is room. Changes: found."""
+    for c in range(MOST_TWINS):
+        if found[TWINS, c] == j:
+            return
+        if found[TWINS, c] < 0:
+            found[TWINS, c] = j
+            return
 
 
 @kernel
-def nearest_k(tree: Tree, i: int, k: int, quadrant: int, found: NDArray, near: NDArray, stack: NDArray) -> int:
-    """Find the k points nearest to point i, in one quadrant (0 … 3) or in all (-1); return how many there are.
+def _scan(
+    x: NDArray, y: NDArray, begin: int, stop: int, i: int, found: NDArray, near: NDArray, per_quadrant: int, room: int
+) -> int:
+    """Keep those points of a run that are among the nearest of their quadrant, or of the rest as far as it has room.
 
-    Changes: found int32[≥k] (nearest first), near float64[≥k] (squared distances), stack int32[64].
+    Of twins only the first and the last are looked at. Returns the room that is left for the rest.
+    Changes: found, near.
     """
-    leaf = tree.leaf_of[i]
-    have = _scan_leaf(tree, leaf, i, quadrant, found, near, k, 0)
-    node = leaf
-    while tree.parent[node] >= 0:
-        up = tree.parent[node]
-        sibling = tree.child[up] + 1 if node == tree.child[up] else tree.child[up]
-        height = 0
-        stack[0] = sibling
-        gap = (tree.x[i] if tree.axis[up] == 0 else tree.y[i]) - tree.split[up]
-        if have < k or gap * gap < near[k - 1]:
-            height = 1
+    xi, yi, last = x[i], y[i], per_quadrant - 1
+    step = max(1, stop - 1 - begin) if stop - begin > LEAF_SIZE else 1
+    for j in range(begin, stop, step):
+        dx, dy = x[j] - xi, y[j] - yi
+        d = dx * dx + dy * dy
+        quadrant = (0 if dx > 0.0 else 1) if dy > 0.0 or (dy == 0.0 and dx > 0.0) else (2 if dx < 0.0 else 3)
+        limit = near[quadrant, last]
+        rest = near[REST, room - 1] if room > 0 else -1.0
+        if d >= limit and d >= rest:
+            continue
+        if dx == 0.0 and dy == 0.0:
+            if j != i:
+                _note_twin(found, j)
+            continue
+        if begin < j < stop - 1 and x[j - 1] == x[j] == x[j + 1] and y[j - 1] == y[j] == y[j + 1]:
+            continue
+        if d >= limit:
+            _insert(found, near, REST, room, j, d)
+            continue
+        out = found[quadrant, last]
+        _insert(found, near, quadrant, per_quadrant, j, d)
+        if out < 0:
+            room -= 1
+        elif limit < rest:
+            _insert(found, near, REST, room, out, limit)
+    return room
+
+
+@kernel
+def _gap(box: NDArray, node: int, x: float, y: float) -> float:
+    """Return the squared distance from a place to the box of a tree node; 0 inside."""
+    dx = max(box[node, 0] - x, x - box[node, 2], 0.0)
+    dy = max(box[node, 1] - y, y - box[node, 3], 0.0)
+    return float(dx * dx + dy * dy)
+
+
+@kernel
+def _set_limits(found: NDArray, near: NDArray, per_quadrant: int, room: int, limit: NDArray) -> None:
+    """Set the squared distance from which on nothing is wanted, by row; in row REST the largest. Changes: limit."""
+    rest = near[REST, room - 1] if room > 0 else -1.0
+    limit[REST] = 0.0
+    for quadrant in range(4):
+        limit[quadrant] = max(near[quadrant, per_quadrant - 1], rest)
+        limit[REST] = max(limit[REST], limit[quadrant])
+    # A twin is at no distance at all: nothing but 0 is below this.
+    limit[TWINS] = 1e-300 if found[TWINS, MOST_TWINS - 1] < 0 else 0.0
+
+
+@kernel
+def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> bool:
+    """Return whether a box reaches into a quadrant round (x, y) nearer than its limit, or may hold a twin."""
+    d = _gap(box, node, x, y)
+    if d >= limit[REST]:
+        return False
+    x0, y0, x1, y1 = box[node, 0], box[node, 1], box[node, 2], box[node, 3]
+    if x1 > x and y1 >= y and d < limit[0]:
+        return True
+    if x0 <= x and y1 > y and d < limit[1]:
+        return True
+    if x0 < x and y0 <= y and d < limit[2]:
+        return True
+    if x1 >= x and y0 < y and d < limit[3]:
+        return True
+    return bool(d < limit[TWINS])
+
+
+@kernel
+def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -> None:
+    """Find the points nearest to point i in every quadrant, the nearest of the rest up to k in all, and its twins.
+
+    Quadrants are half open, so that every direction belongs to exactly one. Twins of i belong to none: there may be
+    thousands; it gets the one before and the one after it, so that they form a chain, or else any. Of the twins on
+    another place only the first and the last are seen: more would crowd out other places.
+
+    Changes: nearby.
+    """
+    x, y, box, child = tree.x, tree.y, tree.box, tree.child
+    found, near, stack, limit = nearby.found, nearby.near, nearby.stack, nearby.limit
+    xi, yi = x[i], y[i]
+    found[:] = -1
+    near[:] = math.inf
+    for j in range(max(0, i - 1), min(len(x), i + 2)):
+        if j != i and x[j] == xi and y[j] == yi:
+            _note_twin(found, j)
+    node, up, room, height = -1, tree.leaf_of[i], k, 1
+    stack[0] = up
+    while up >= 0:
         while height > 0:
             height -= 1
             at = stack[height]
-            if tree.child[at] < 0:
-                have = _scan_leaf(tree, at, i, quadrant, found, near, k, have)
+            if at != up and not _reaches(box, at, xi, yi, limit):
                 continue
-            gap = (tree.x[i] if tree.axis[at] == 0 else tree.y[i]) - tree.split[at]
-            left = tree.child[at]
-            close, far = (left, left + 1) if gap <= 0.0 else (left + 1, left)
-            if have < k or gap * gap < near[k - 1]:
-                stack[height] = far
-                height += 1
-            stack[height] = close
-            height += 1
-        node = up
-    return have
+            left = child[at]
+            if left < 0 or (box[at, 0] == box[at, 2] and box[at, 1] == box[at, 3]):
+                room = _scan(x, y, tree.begin[at], tree.stop[at], i, found, near, per_quadrant, room)
+                _set_limits(found, near, per_quadrant, room, limit)
+                continue
+            right_first = _gap(box, left + 1, xi, yi) < _gap(box, left, xi, yi)
+            stack[height] = left if right_first else left + 1
+            stack[height + 1] = left + 1 if right_first else left
+            height += 2
+        node, up = up, tree.parent[up]
+        if up >= 0:
+            stack[0] = child[up] + 1 if child[up] == node else child[up]
+            height = 1
 
 
 @kernel
@@ -201,41 +351,32 @@ def nearest_unvisited(tree: Tree, alive: NDArray, visited: NDArray, i: int, stac
     Symbols: alive int32[m], unvisited points under every tree node; visited uint8[n].
     Changes: stack int32[64].
     """
+    box, x, y = tree.box, tree.x, tree.y
+    xi, yi = x[i], y[i]
     best, best_d = -1, math.inf
     node, came_from = tree.leaf_of[i], -1
     while node >= 0:
-        if alive[node] > 0:
-            height = 0
-            if came_from < 0:
-                stack[0] = node
-                height = 1
-            else:
-                gap = (tree.x[i] if tree.axis[node] == 0 else tree.y[i]) - tree.split[node]
-                if gap * gap < best_d:
-                    stack[0] = tree.child[node] + 1 if came_from == tree.child[node] else tree.child[node]
-                    height = 1
-            while height > 0:
-                height -= 1
-                at = stack[height]
-                if alive[at] == 0:
-                    continue
-                if tree.child[at] < 0:
-                    for slot in range(tree.begin[at], tree.stop[at]):
-                        j = tree.order[slot]
-                        if visited[j] == 0:
-                            dx, dy = tree.x[j] - tree.x[i], tree.y[j] - tree.y[i]
-                            d = dx * dx + dy * dy
-                            if d < best_d or (d == best_d and j < best):
-                                best, best_d = j, d
-                    continue
-                gap = (tree.x[i] if tree.axis[at] == 0 else tree.y[i]) - tree.split[at]
-                left = tree.child[at]
-                close, far = (left, left + 1) if gap <= 0.0 else (left + 1, left)
-                if gap * gap < best_d:
-                    stack[height] = far
-                    height += 1
-                stack[height] = close
-                height += 1
+        stack[0] = node
+        if came_from >= 0:
+            stack[0] = tree.child[node] + 1 if came_from == tree.child[node] else tree.child[node]
+        height = 1
+        while height > 0:
+            height -= 1
+            at = stack[height]
+            if alive[at] == 0 or _gap(box, at, xi, yi) >= best_d:
+                continue
+            left = tree.child[at]
+            if left < 0:
+                for j in range(tree.begin[at], tree.stop[at]):
+                    if visited[j] == 0:
+                        d = (x[j] - xi) * (x[j] - xi) + (y[j] - yi) * (y[j] - yi)
+                        if d < best_d:
+                            best, best_d = j, d
+                continue
+            right_first = _gap(box, left + 1, xi, yi) < _gap(box, left, xi, yi)
+            stack[height] = left if right_first else left + 1
+            stack[height + 1] = left + 1 if right_first else left
+            height += 2
         came_from = node
         node = tree.parent[node]
     return best

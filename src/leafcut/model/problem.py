@@ -22,6 +22,9 @@ METRICS = (
     "linear", "dogleg",
 )  # fmt: skip
 
+#: No coordinate may be as large: long before the square of a distance is too large for a number, which is at 1e154.
+FARTHEST = 1e100
+
 
 @dataclass(frozen=True, eq=False)
 class Metric:
@@ -99,8 +102,9 @@ class RoutingProblem:
         n = len(self.entry)
         if self.entry.shape != (n, 2) or self.exit.shape != (n, 2) or self.cluster.shape != (n,):
             raise PlanError(f"a problem of {n} nodes needs entry and exit of shape ({n}, 2) and cluster of ({n},)")
-        if not (np.isfinite(self.entry).all() and np.isfinite(self.exit).all()):
-            raise PlanError("a node has a coordinate that is not finite")
+        ends = [np.array(p) for p in (self.start, self.end) if p is not None]
+        if not all((np.abs(p) < FARTHEST).all() for p in (self.entry, self.exit, *ends)):
+            raise PlanError(f"a coordinate is not a number, or farther away than {FARTHEST:g}")
         if n and not np.array_equal(np.unique(self.cluster), np.arange(self.cluster.max() + 1)):
             raise PlanError("clusters must be numbered from 0 without gaps")
 

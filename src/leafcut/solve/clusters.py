@@ -17,12 +17,12 @@ from leafcut.solve.instance import path_cost
 
 def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return int32[clusters]: for the given order of clusters, the nodes that make the path cheapest."""
+    if problem.n_nodes == problem.n_clusters:
+        return np.argsort(problem.cluster)[order].astype(np.int32)
     members: list[list[int]] = [[] for _ in range(problem.n_clusters)]
     for node, cluster in enumerate(problem.cluster):
         members[int(cluster)].append(node)
     layers = [members[int(c)] for c in order]
-    if all(len(layer) == 1 for layer in layers):
-        return np.array([layer[0] for layer in layers], dtype=np.int32)
     if not problem.closed:
         return _shortest(problem, layers)
     # A closed tour: one path per node of the first cluster, closed by hand.

@@ -2,12 +2,14 @@
 
 An open path becomes a closed tour by extra nodes: a given start and end are nodes whose edge to each other is tied; a
 free end is a node that costs nothing to reach. A tour over these nodes is a path over the clusters, at the same cost.
+
+Nodes are numbered for locality: what is near in the plane is near in memory. `Instance.label` says which cluster a node
+is; the extra nodes come last.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +17,7 @@ from numpy.typing import NDArray
 from leafcut.kernels import candidates as candidate_kernels
 from leafcut.kernels import cost as codes
 from leafcut.kernels.cost import CostModel, sequence_cost
-from leafcut.kernels.neighbours import LEAF_SIZE, Tree, grow_tree
+from leafcut.kernels.neighbours import MOST_TWINS, Nearby, Tree, grow_tree
 from leafcut.model.problem import Metric, RoutingProblem
 
 _CODES = {
@@ -61,17 +63,49 @@ def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = 
     )
 
 
-def plant_tree(xy: NDArray[np.float64]) -> Tree:
-    """Return the k-d tree of the points float64[n, 2]; n may be 0."""
+def plant_tree(xy: NDArray[np.float64], apart: int = 0) -> tuple[Tree, NDArray[np.int32]]:
+    """Return the k-d tree of the points float64[n, 2], and int32[n]: which of them each point of the tree is.
+
+    The tree numbers the points in the order of its leaves; the last `apart` of them (at most two) keep their numbers.
+    """
     n = len(xy)
-    room = max(1, 8 * n // LEAF_SIZE + 4)
     x, y = np.ascontiguousarray(xy[:, 0]), np.ascontiguousarray(xy[:, 1])
-    order, leaf_of = np.arange(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
-    begin, stop, child, parent = (np.zeros(room, dtype=np.int32) for _ in range(4))
-    axis, split = np.zeros(room, dtype=np.int8), np.zeros(room)
-    m = grow_tree(x, y, order, leaf_of, begin, stop, axis, split, child, parent)
-    parts: list[Any] = [np.ascontiguousarray(a[:m]) for a in (begin, stop, axis, split, child, parent)]
-    return Tree(x, y, order, leaf_of, *parts)
+    label = np.arange(n, dtype=np.int32)
+    if n == 0:
+        none = np.zeros(0, dtype=np.int32)
+        return Tree(x, y, none, none, none, np.zeros((0, 4)), none, none), label
+    leaf_of, stack = np.zeros(n, dtype=np.int32), np.zeros(64, dtype=np.int32)
+    begin, stop, child, parent = (np.empty(2 * n + 1, dtype=np.int32) for _ in range(4))
+    box = np.empty((2 * n + 1, 4))
+    m = grow_tree(x, y, label, apart, leaf_of, begin, stop, box, child, parent, stack)
+    return Tree(x, y, leaf_of, begin[:m], stop[:m], box[:m], child[:m], parent[:m]), label
+
+
+def nearby_buffers(k: int) -> Nearby:
+    """Return what one worker needs to search for k neighbours."""
+    width = max(k, MOST_TWINS)
+    return Nearby(
+        found=np.zeros((6, width), dtype=np.int32),
+        near=np.zeros((6, width)),
+        chosen=np.zeros(width, dtype=np.int32),
+        limit=np.zeros(6),
+        stack=np.zeros(64, dtype=np.int32),
+    )
+
+
+def candidate_lists(cost: CostModel, tree: Tree, n: int, total: int, k: int) -> tuple[NDArray, NDArray]:
+    """Return candidates int32[total, k] of the first n nodes, and their costs float64[total, k].
+
+    By the tree, each in its quadrant; by looking at all nodes where the tree is of none, or where all are wanted. Where
+    there are fewer than k: -1, at an infinite cost.
+    """
+    candidates, lengths = np.full((total, k), -1, dtype=np.int32), np.full((total, k), np.inf)
+    if len(tree.x) == 0 or k >= n - 1:
+        candidate_kernels.fill_candidates_by_cost(cost, n, candidates, lengths)
+        return candidates, lengths
+    per_quadrant = min(PER_QUADRANT, max(1, k // 4))
+    candidate_kernels.fill_candidates(cost, tree, per_quadrant, 0, n, candidates, lengths, nearby_buffers(k))
+    return candidates, lengths
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,18 +118,24 @@ class Instance:
         What it was made of.
     cost
         Over the clusters' places, then the start, the end and the free node, as far as there are any.
+    label
+        int32[n]: the cluster that a node stands for; the extra nodes, which come last, have their own numbers.
     tree
         Of all nodes that have a place; of none when costs are explicit.
     candidates
-        int32[n, k], -1 where there are fewer.
+        int32[n, k], -1 where there are fewer. The free node is the first of every cluster.
+    lengths
+        float64[n, k]: their costs, infinite where there are fewer.
     first, second
         The nodes that every construction begins with; -1 for any.
     """
 
     problem: RoutingProblem
     cost: CostModel
+    label: NDArray[np.int32]
     tree: Tree
     candidates: NDArray[np.int32]
+    lengths: NDArray[np.float64]
     first: int
     second: int
 
@@ -104,14 +144,20 @@ class Instance:
         """Number of nodes of the tour, extra ones included."""
         return len(self.candidates)
 
+    @property
+    def home(self) -> int:
+        """The node that a tour begins with when nothing else is said: the given start, or the first cluster."""
+        return self.first if self.first >= 0 else int(np.flatnonzero(self.label == 0)[0])
+
     def path(self, tour: NDArray[np.int32]) -> NDArray[np.int32]:
         """Return the clusters in the order in which the tour int32[n] visits them, from start to end."""
         count = self.problem.n_clusters
-        begin = int(np.flatnonzero(tour == (self.first if self.first >= 0 else 0))[0])
-        rolled = np.roll(tour, -begin)
+        named = self.label[tour]
+        begin = int(np.flatnonzero(named == max(0, self.first))[0])
+        rolled = np.roll(named, -begin)
         if self.second >= 0 and rolled[1] != self.second:
             rolled = np.roll(rolled[::-1], 1)
-        order = rolled[rolled < count].astype(np.int32)
+        order = rolled[rolled < count]
         if self.problem.closed:
             # Both ways round cost the same: say it always the same way.
             return np.concatenate([order[:1], order[:0:-1]]) if order[1] > order[-1] else order
@@ -143,19 +189,29 @@ def build_instance(problem: RoutingProblem, n_candidates: int) -> Instance:
             tied = (first, second)
     total = len(places) + (1 if free >= 0 else 0)
     explicit = problem.metric.name == "EXPLICIT"
-    xy = np.concatenate([places, np.zeros((total - len(places), 2))])
+    tree, order = plant_tree(np.zeros((0, 2)) if explicit else places, apart=len(places) - n)
+    label = np.arange(total, dtype=np.int32)
+    label[: len(order)] = order
+    xy = np.zeros((total, 2))
+    xy[: len(places)] = places[label[: len(places)]]
     cost = cost_model(problem.metric, xy, tied, free)
-    tree = plant_tree(np.zeros((0, 2)) if explicit else places)
-    wanted = n_candidates or total
-    k = max(1, min(wanted, len(places) - 1))
-    lists = np.full((total, k), -1, dtype=np.int32)
-    if explicit or k >= len(places) - 1:
-        candidate_kernels.fill_candidates_by_cost(cost, len(places), lists)
-    else:
-        found, near = np.zeros(k, dtype=np.int32), np.zeros(k)
-        per_quadrant = min(PER_QUADRANT, max(1, k // 4))
-        candidate_kernels.fill_candidates(cost, tree, per_quadrant, lists, found, near, np.zeros(64, dtype=np.int32))
-    return Instance(problem, cost, tree, lists, first, second)
+    k = max(1, min(n_candidates or total, len(places) - 1))
+    candidates, lengths = candidate_lists(cost, tree, len(places), total, k)
+    if free >= 0:
+        candidates, lengths = _with_free(candidates, lengths, n, free)
+    return Instance(problem, cost, label, tree, candidates, lengths, first, second)
+
+
+def _with_free(
+    candidates: NDArray[np.int32], lengths: NDArray[np.float64], n: int, free: int
+) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+    """Return the lists with the free node as the first candidate of the n clusters: any of them may be an end."""
+    total, k = candidates.shape
+    wider, costs = np.full((total, k + 1), -1, dtype=np.int32), np.full((total, k + 1), np.inf)
+    wider[:n, 0], costs[:n, 0] = free, 0.0
+    wider[:n, 1:], costs[:n, 1:] = candidates[:n], lengths[:n]
+    wider[n:, :k], costs[n:, :k] = candidates[n:], lengths[n:]
+    return wider, costs
 
 
 def cluster_places(problem: RoutingProblem) -> NDArray[np.float64]:
