@@ -1,0 +1,296 @@
+"""1-trees on a sparse graph, and the ascent on node penalties that makes the smallest of them heavy.
+
+A 1-tree is a spanning tree of all nodes but one, the hub, and two edges of the hub. Every tour is one, so no tour costs
+less than the smallest 1-tree. A penalty on a node, added to the cost of all its edges, changes all tours alike and
+1-trees as their degrees are: penalties on nodes of many edges and rewards on ends of branches drive 1-trees to tours.
+
+Source: M. Held and R. M. Karp, The traveling-salesman problem and minimum spanning trees, Operations Research 18 (1970)
+and Mathematical Programming 1 (1971).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numpy.typing import NDArray
+
+from leafcut.kernels import kernel
+from leafcut.kernels.cost import TIED, CostModel, travel
+
+#: Children of a place in the heap: four share a line of the cache, and it is half as high as with two.
+WAYS = 4
+
+#: In `Work.place`: the node is not in the heap yet, or in the tree already.
+OUTSIDE, DONE = -1, -2
+
+#: The least width of a set, as a part of the distance to the next node outside over the number of nodes inside: sets on
+#: a grid would have none. Tried on eight boards: 0 was worse where holes are clustered, 1 where they are on grids.
+SLACK = 0.3
+
+
+class Graph(NamedTuple):
+    """A sparse graph over n nodes; every edge stands with both its ends.
+
+    ====== ============ =======================================================
+    begin  int32[n+1]   the edges of node i are begin[i] … begin[i + 1] - 1
+    near   int32[2e]    the other end
+    length float64[2e]  the cost
+    ====== ============ =======================================================
+    """
+
+    begin: NDArray
+    near: NDArray
+    length: NDArray
+
+
+class Sets(NamedTuple):
+    """Sets of nodes that grow together: set i < n is node i, the later ones are joined from two earlier ones each.
+
+    ===== =========== ==============================================================================
+    left  int32[2n]   one part of a set ≥ n
+    right int32[2n]   the other
+    width float64[2n] how much farther the nearest node outside is than the gaps inside, or a little
+    ===== =========== ==============================================================================
+    """
+
+    left: NDArray
+    right: NDArray
+    width: NDArray
+
+
+class Work(NamedTuple):
+    """The tree in the making, and scratch.
+
+    ====== =========== =================================================================================
+    parent int32[n]    the node through which a node joined the tree; -1 for the first
+    key    float64[n]  the penalised cost of that edge
+    heap   int32[n]    nodes next to the tree, the cheapest first
+    place  int32[n]    where in the heap a node is
+    excess float64[2n] the degree of a node less two; of sets: the sum
+    ====== =========== =================================================================================
+    """
+
+    parent: NDArray
+    key: NDArray
+    heap: NDArray
+    place: NDArray
+    excess: NDArray
+
+
+@kernel
+def edge_costs(cost: CostModel, a: NDArray, b: NDArray, length: NDArray) -> None:
+    """Fill in what the edges from a[e] to b[e] cost; a tied edge costs nothing. Changes: length float64[e]."""
+    for e in range(len(a)):
+        length[e] = travel(cost, a[e], b[e])
+        if length[e] == TIED:
+            length[e] = 0.0
+
+
+@kernel
+def _rise(heap: NDArray, place: NDArray, key: NDArray, hole: int, node: int) -> None:
+    """Put a node into the heap at `hole` or above. Changes: heap, place."""
+    while hole > 0:
+        up = (hole - 1) // WAYS
+        other = heap[up]
+        if key[other] <= key[node]:
+            break
+        heap[hole] = other
+        place[other] = hole
+        hole = up
+    heap[hole] = node
+    place[node] = hole
+
+
+@kernel
+def _sink(heap: NDArray, place: NDArray, key: NDArray, size: int, node: int) -> None:
+    """Put a node into the heap in the place of its top. Changes: heap, place."""
+    hole = 0
+    while WAYS * hole + 1 < size:
+        low = WAYS * hole + 1
+        for other in range(low + 1, min(WAYS * hole + 1 + WAYS, size)):
+            if key[heap[other]] < key[heap[low]]:
+                low = other
+        if key[heap[low]] >= key[node]:
+            break
+        heap[hole] = heap[low]
+        place[heap[hole]] = hole
+        hole = low
+    heap[hole] = node
+    place[node] = hole
+
+
+@kernel
+def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: Work) -> float:
+    """Find the smallest spanning tree of a connected graph under penalties, and return its penalised cost.
+
+    Nodes without edges stay out. Changes: work.parent, key, heap, place.
+    Source: R. C. Prim, Bell System Technical Journal 36 (1957).
+    """
+    parent, key, heap, place = work.parent, work.key, work.heap, work.place
+    begin, near, length = graph.begin, graph.near, graph.length
+    for i in range(len(key)):
+        key[i], place[i] = math.inf, OUTSIDE
+    heap[0], place[root], key[root], parent[root] = root, 0, 0.0, -1
+    size, total = 1, 0.0
+    while size > 0:
+        i = int(heap[0])
+        total += key[i]
+        place[i] = DONE
+        size -= 1
+        if size > 0:
+            _sink(heap, place, key, size, heap[size])
+        for e in range(begin[i], begin[i + 1]):
+            j = near[e]
+            if place[j] == DONE:
+                continue
+            c = length[e] + (penalty[i] + penalty[j])
+            if c < key[j]:
+                key[j] = c
+                parent[j] = i
+                if place[j] == OUTSIDE:
+                    place[j] = size
+                    size += 1
+                _rise(heap, place, key, place[j], j)
+    return total
+
+
+@kernel
+def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[int, int]:
+    """Return the other ends of the hub's two cheapest edges, the tied one among them if there is one (else -1).
+
+    Symbols: spokes float64[n], the cost of the edge from the hub to every node.
+    """
+    a, b = tied, -1
+    least = -math.inf if tied >= 0 else math.inf
+    second = math.inf
+    for j in range(len(penalty)):
+        c = spokes[j] + penalty[j] if j != hub and j != tied else math.inf
+        if c < least:
+            b, second = a, least
+            a, least = j, c
+        elif c < second:
+            b, second = j, c
+    return a, b
+
+
+@kernel
+def close_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray, work: Work) -> float:
+    """Make a 1-tree of the spanning tree in `work`, count its degrees, and return what is to be added to its cost.
+
+    That is the cost of two edges of the hub, less what the penalties add to every tour. The penalty of the hub is 0.
+
+    Changes: work.excess, which is 0 at the hub.
+    """
+    a, b = two_spokes(spokes, penalty, hub, tied)
+    excess, parent, on_a_tour = work.excess, work.parent, 0.0
+    for i in range(len(penalty)):
+        excess[i] = -2.0
+        on_a_tour += penalty[i]
+    for i in range(len(penalty)):
+        if i != hub and i != root:
+            excess[i] += 1.0
+            excess[parent[i]] += 1.0
+    excess[a] += 1.0
+    excess[b] += 1.0
+    excess[hub] = 0.0
+    return float((spokes[a] + penalty[a]) + (spokes[b] + penalty[b]) - 2.0 * on_a_tour)
+
+
+@kernel
+def join_sets(
+    a: NDArray, b: NDArray, length: NDArray, n: int, up: NDArray, formed: NDArray, size: NDArray, sets: Sets
+) -> None:
+    """Join the n nodes into sets along the edges of a spanning tree, the shortest first (single linkage).
+
+    ====== =========== =====================================
+    a, b   int32[e]    ends of the edges, length ascending
+    up     int32[2n]   scratch: the set that a set is part of
+    formed float64[2n] scratch: the length that joined a set
+    size   float64[2n] scratch: how many nodes are in a set
+    ====== =========== =====================================
+
+    Changes: up, formed, size, sets.
+    """
+    for i in range(len(up)):
+        up[i], formed[i], size[i], sets.width[i] = i, 0.0, 1.0, 0.0
+    for e in range(len(a)):
+        new = n + e
+        formed[new], size[new] = length[e], 0.0
+        for side in range(2):
+            part = a[e] if side == 0 else b[e]
+            while up[part] != part:
+                up[part] = up[up[part]]
+                part = up[part]
+            (sets.left if side == 0 else sets.right)[new] = part
+            sets.width[part] = max(0.0, length[e] - formed[part], SLACK * length[e] / size[part])
+            size[new] += size[part]
+        up[sets.left[new]] = new
+        up[sets.right[new]] = new
+
+
+@kernel
+def shifts(sets: Sets, n: int, excess: NDArray) -> float:
+    """Turn the excess of nodes into the way their penalties should go; return the product of the two.
+
+    Every set moves by its excess times its width, and takes its nodes along.
+
+    Changes: excess float64[2n].
+    """
+    last = 2 * n - 3
+    for s in range(n, last + 1):
+        excess[s] = excess[sets.left[s]] + excess[sets.right[s]]
+    product = 0.0
+    for s in range(last + 1):
+        product += sets.width[s] * excess[s] * excess[s]
+        excess[s] *= sets.width[s]
+    for s in range(last, n - 1, -1):
+        excess[sets.left[s]] += excess[s]
+        excess[sets.right[s]] += excess[s]
+    return product
+
+
+@kernel
+def climb(
+    graph: Graph,
+    sets: Sets,
+    spokes: NDArray,
+    hub: int,
+    tied: int,
+    upper: float,
+    first: int,
+    last: int,
+    steps: int,
+    penalty: NDArray,
+    best: NDArray,
+    best_value: float,
+    work: Work,
+) -> float:
+    """Take the steps first … last - 1 of `steps` from `penalty`, keep the best penalties met, and return their value.
+
+    A step goes along the excess of the smallest 1-tree, as far as would close the gap to `upper`, the cost of a tour,
+    if the value rose evenly; steps get shorter to nothing.
+
+    Changes: penalty, best (float64[n] each), work.
+    Source: M. Held, P. Wolfe and H. P. Crowder, Validation of subgradient optimization, Mathematical Programming 6
+    (1974) (the length); T. Volgenant and R. Jonker, European J. Operational Research 9 (1982) (the squared decline).
+    Differs: not only single nodes move but all sets of `Sets`, each as far as it has room. The sets stand for the moats
+    of M. Jünger and W. R. Pulleyblank (1993): a cluster of holes needs a reward as a whole, and node by node it would
+    take thousands of steps to grow.
+    """
+    n = len(penalty)
+    root = 0 if hub != 0 else 1
+    for step in range(first, last):
+        value = sparse_tree(graph, penalty, root, work) + close_tree(spokes, hub, tied, root, penalty, work)
+        if value > best_value:
+            best_value = value
+            for i in range(n):
+                best[i] = penalty[i]
+        product = shifts(sets, n, work.excess)
+        if not (product > 0.0 and upper > value):
+            break
+        share = 1.0 - step / steps
+        pace = share * share * (upper - value) / product
+        for i in range(n):
+            penalty[i] += pace * work.excess[i]
+    return best_value

@@ -1,0 +1,190 @@
+"""Smallest spanning trees over all pairs of nodes, under penalties: the proof of a lower bound.
+
+One node, `apart`, is left out: the hub of a 1-tree. The penalised cost of an edge is d(i, j) + (p_i + p_j), in this
+order of adding, so that both its ends see the same number.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numpy.typing import NDArray
+
+from leafcut.kernels import kernel
+from leafcut.kernels.cost import EXPLICIT, CostModel, distance, travel
+from leafcut.kernels.neighbours import Tree
+from leafcut.kernels.one_tree import Graph
+
+
+@kernel
+def dense_tree(
+    cost: CostModel, penalty: NDArray, apart: int, left: NDArray, key: NDArray, near: NDArray, a: NDArray, b: NDArray
+) -> None:
+    """Find the smallest spanning tree by looking at all n² pairs; any metric, O(n) memory.
+
+    Of edges that cost the same it takes the one to the node that joined last: chains rather than stars.
+
+    Changes: left, near int32[n], key float64[n] (scratch); a, b int32[n-2], the edges.
+    Source: R. C. Prim, Bell System Technical Journal 36 (1957).
+    """
+    size = 0
+    for j in range(len(penalty)):
+        if j != apart:
+            left[size], key[size] = j, math.inf
+            size += 1
+    size -= 1
+    i = left[size]
+    for e in range(len(a)):
+        low = 0
+        for s in range(size):
+            # In a matrix to look up is all there is to do, as tied and free edges are edges of the hub.
+            d = cost.matrix[i, left[s]] if cost.code == EXPLICIT else travel(cost, i, left[s])
+            c = d + (penalty[i] + penalty[left[s]])
+            if c <= key[s]:
+                key[s], near[s] = c, i
+            if key[s] < key[low]:
+                low = s
+        a[e], b[e] = near[low], left[low]
+        i = left[low]
+        size -= 1
+        left[low], key[low], near[low] = left[size], key[size], near[size]
+
+
+class Parts(NamedTuple):
+    """The parts of a forest that grow together to a tree, round by round.
+
+    ======= =========== ===============================================================================
+    up      int64[n]    union–find: a part is named by the node that all its nodes lead up to
+    part    int32[n]    the part of every node
+    low     int32[m]    the lowest name of a part that has points in a box of the k-d tree
+    high    int32[m]    the highest; -1 if it has none
+    least   float64[m]  the smallest penalty of its points
+    found   int32[n]    the cheapest node of another part that a node has found, or -1
+    reach   float64[n]  no node of another part costs less than this; the cost of `found`, if there is one
+    best    float64[n]  of every part: the cheapest edge that leaves it, from `leave` to `arrive`
+    leave   int64[n]
+    arrive  int64[n]
+    stack   int64[128]  boxes to be looked into
+    ======= =========== ===============================================================================
+    """
+
+    up: NDArray
+    part: NDArray
+    low: NDArray
+    high: NDArray
+    least: NDArray
+    found: NDArray
+    reach: NDArray
+    best: NDArray
+    leave: NDArray
+    arrive: NDArray
+    stack: NDArray
+
+
+@kernel
+def _gap(box: NDArray, at: int, x: float, y: float) -> float:
+    """Return the squared distance from a place to a box; 0 inside."""
+    dx = max(box[at, 0] - x, x - box[at, 2], 0.0)
+    dy = max(box[at, 1] - y, y - box[at, 3], 0.0)
+    return float(dx * dx + dy * dy)
+
+
+@kernel
+def leave_by_graph(graph: Graph, penalty: NDArray, parts: Parts) -> None:
+    """Find the cheapest edge of the graph that leaves each part. Changes: parts.best, leave, arrive."""
+    part, best, near = parts.part, parts.best, graph.near
+    for i in range(len(part)):
+        best[i] = math.inf
+    for i in range(len(part)):
+        mine = part[i]
+        for e in range(graph.begin[i], graph.begin[i + 1]):
+            j = near[e]
+            if part[j] != mine:
+                c = graph.length[e] + (penalty[i] + penalty[j])
+                if c < best[mine]:
+                    best[mine], parts.leave[mine], parts.arrive[mine] = c, i, j
+
+
+@kernel
+def leave_by_tree(cost: CostModel, tree: Tree, penalty: NDArray, apart: int, most: int, parts: Parts) -> int:
+    """Find the cheapest edge that leaves each part; return how much was looked at, or -1 if that was more than `most`.
+
+    Every metric of places grows with |dx| and with |dy|, also after rounding, and a lift only adds to it: no edge into
+    a box costs less than to the place in it that is nearest. What is in `parts.best` already spares many looks.
+
+    Changes: parts.found, reach, best, leave, arrive, stack.
+    """
+    part, best, found, reach, low, high = parts.part, parts.best, parts.found, parts.reach, parts.low, parts.high
+    least, stack, box = parts.least, parts.stack, tree.box
+    looks = 0
+    for i in range(len(tree.x)):
+        x, y, mine = tree.x[i], tree.y[i], part[i]
+        if i == apart:
+            continue
+        searched = (found[i] < 0 or part[found[i]] == mine) and reach[i] < best[mine]
+        if searched:
+            found[i], reach[i] = -1, best[mine]
+        stack[0] = 0
+        height = 1 if searched else 0
+        while height > 0:
+            height -= 1
+            at = stack[height]
+            looks += 1
+            if high[at] < 0 or low[at] == mine == high[at]:
+                continue
+            dx = max(box[at, 0] - x, x - box[at, 2], 0.0)
+            dy = max(box[at, 1] - y, y - box[at, 3], 0.0)
+            c = distance(cost.code, dx, dy, 0.0, 0.0, cost.vx, cost.vy, cost.ax, cost.ay, cost.per_mm)
+            if c + (penalty[i] + least[at]) >= reach[i]:
+                continue
+            right = tree.child[at] + 1
+            if right > 0:
+                # The nearer one is looked into first: what is found there lowers the limit for the other.
+                second = 0 if _gap(box, right, x, y) < _gap(box, right - 1, x, y) else 1
+                stack[height], stack[height + 1] = right - 1 + second, right - second
+                height += 2
+                continue
+            for j in range(tree.begin[at], tree.stop[at]):
+                if j != apart and part[j] != mine:
+                    c = travel(cost, i, j) + (penalty[i] + penalty[j])
+                    if c < reach[i]:
+                        reach[i], found[i] = c, j
+            looks += tree.stop[at] - tree.begin[at]
+        if looks > most:
+            return -1
+        if found[i] >= 0 and part[found[i]] != mine and reach[i] < best[mine]:
+            best[mine], parts.leave[mine], parts.arrive[mine] = reach[i], i, found[i]
+    return looks
+
+
+@kernel
+def _name(up: NDArray, i: int) -> int:
+    """Return the part of node i. Changes: up (shorter ways)."""
+    while up[i] != i:
+        up[i] = up[up[i]]
+        i = up[i]
+    return i
+
+
+@kernel
+def join_parts(apart: int, parts: Parts, a: NDArray, b: NDArray, have: int) -> int:
+    """Join the parts along the edges that leave them; return how many edges there are now.
+
+    Edges that cost the same do no harm: of two that would close a ring the second is left out, and what is left out
+    costs no less than what its part was joined by.
+
+    Changes: parts.up, part; a, b int32[n-2] from `have` on.
+    Source: O. Borůvka, Práce Moravské přírodovědecké společnosti 3 (1926).
+    """
+    up, part = parts.up, parts.part
+    for i in range(len(up)):
+        if part[i] == i and i != apart and parts.best[i] < math.inf:
+            u, v = _name(up, parts.leave[i]), _name(up, parts.arrive[i])
+            if u != v:
+                up[u] = v
+                a[have], b[have] = parts.leave[i], parts.arrive[i]
+                have += 1
+    for i in range(len(up)):
+        part[i] = _name(up, i)
+    return have
