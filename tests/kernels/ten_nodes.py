@@ -11,15 +11,20 @@ from leafcut.kernels import (
     candidates,
     construct,
     cost,
+    greedy,
     kicks,
     lin_kernighan,
     local_search,
     neighbours,
+    one_tree,
     pheromone,
     random,
+    spanning_tree,
 )
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import AcoOptions, SolveOptions
+from leafcut.solve.bound import lower_bound
+from leafcut.solve.construction import greedy as greedy_tour
 from leafcut.solve.instance import build_instance, cost_model
 from leafcut.solve.solve import solve
 
@@ -46,7 +51,12 @@ def results() -> dict[str, object]:
     out["uniform"] = [random.uniform(words, 1) for _ in range(5)] + [random.below(words, 0, 10) for _ in range(5)]
     for start, end in ((None, None), ((0.0, 0.0), None), (None, (9.0, 9.0)), ((0.0, 0.0), (9.0, 9.0))):
         problem = RoutingProblem.of_points(xy, Metric("linear", **machine), start=start, end=end)
-        out[f"lists {start} {end}"] = build_instance(problem, 6).candidates.tolist()
+        for k in (6, 0):
+            instance = build_instance(problem, k)
+            out[f"lists {k} {start} {end}"] = [instance.label.tolist(), instance.candidates.tolist()]
+            out[f"greedy {k} {start} {end}"] = greedy_tour(instance).tolist()
+        few = RoutingProblem.of_points(xy[:10], problem.metric, start=start, end=end)
+        out[f"bound {start} {end}"] = lower_bound(build_instance(few, 6), 9.0)
         kicked = solve(problem, SolveOptions(algorithm="kicks", iterations=1))
         out[f"kicks {start} {end}"] = [kicked.nodes.tolist(), kicked.cost]
         for algorithm in ("as", "eas", "asrank", "mmas", "acs"):
@@ -56,6 +66,9 @@ def results() -> dict[str, object]:
                 out[f"{algorithm} {local} {start} {end}"] = [found.nodes.tolist(), found.cost]
     matrix = np.abs(xy[:, None, 0] - xy[None, :, 0])
     explicit = RoutingProblem.of_points(xy, Metric("EXPLICIT", matrix=matrix), closed=True)
+    few = RoutingProblem.of_points(xy[:10], Metric("EXPLICIT", matrix=matrix[:10, :10]), closed=True)
+    out["explicit bound"] = lower_bound(build_instance(few, 6), 200.0)
+    out["explicit greedy"] = greedy_tour(build_instance(explicit, 3)).tolist()
     out["explicit"] = solve(explicit, SolveOptions(algorithm="mmas", iterations=2, threads=1)).nodes.tolist()
     lists = build_instance(RoutingProblem.of_points(xy, closed=True), 5).candidates
     out["branching"] = pheromone.branching(lists, np.random.default_rng(1).uniform(0, 1, lists.shape), 0.05)
@@ -64,7 +77,8 @@ def results() -> dict[str, object]:
 
 def unused() -> tuple[object, ...]:
     """Name the kernel modules, so that a new one is not forgotten here."""
-    return candidates, construct, cost, kicks, lin_kernighan, local_search, neighbours, pheromone, random
+    few = (candidates, construct, cost, greedy, kicks, lin_kernighan, local_search, neighbours)
+    return (*few, one_tree, pheromone, random, spanning_tree)
 
 
 if __name__ == "__main__":

@@ -10,10 +10,21 @@ from hypothesis import strategies as st
 from leafcut.kernels.candidates import fill_lengths
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.kicks import kick_and_mend, segment_kick
-from leafcut.kernels.lin_kernighan import ENDS, find_move, improve_queued, is_one_tour, make_move, take_back
+from leafcut.kernels.lin_kernighan import (
+    ENDS,
+    WAITING,
+    find_move,
+    improve_queued,
+    is_one_tour,
+    make_move,
+    take_back,
+)
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.solve.instance import Instance, build_instance
-from leafcut.solve.kicks import BREADTH, work_tour
+from leafcut.solve.kicks import BREADTH, queue_waiting, work_tour
+
+#: Entries enough for all that a test does.
+LOG = 100_000
 
 SEEDS = st.integers(0, 2**31)
 METRICS = st.sampled_from(["euclidean", "linear", "dogleg", "EUC_2D"])
@@ -63,7 +74,7 @@ def joined_in_one(n: int, old: list[tuple[int, int]], ends: list[int]) -> bool:
 def test_feasibility_by_sorted_places_is_that_of_walking_the_tour(n: int, seed: int, k: int) -> None:
     """Random removed edges, each end first or second at random: both ways of looking agree, and so does the move."""
     rng = np.random.default_rng(seed)
-    tour = work_tour(rng.permutation(n).astype(np.int32))
+    tour = work_tour(rng.permutation(n).astype(np.int32), log=LOG)
     cuts = rng.choice(n, k, replace=False)
     ends: list[int] = []
     for cut in cuts.tolist():
@@ -90,7 +101,7 @@ def test_feasibility_by_sorted_places_is_that_of_walking_the_tour(n: int, seed: 
 @given(st.integers(8, 60), SEEDS, METRICS)
 def test_every_move_gains_what_it_says(n: int, seed: int, metric: str) -> None:
     instance, lengths = random_instance(n, seed, metric)
-    tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32))
+    tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32), log=LOG)
     breadth = breadth_for(instance)
     for v in range(n):
         cost = tour_cost(instance.cost, tour.node)
@@ -106,7 +117,7 @@ def test_every_move_gains_what_it_says(n: int, seed: int, metric: str) -> None:
 @given(st.integers(8, 60), SEEDS, METRICS)
 def test_kicks_never_make_a_tour_longer_and_count_their_gains_right(n: int, seed: int, metric: str) -> None:
     instance, lengths = random_instance(n, seed, metric)
-    tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32))
+    tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32), log=LOG)
     arrays = (tour, instance.candidates, lengths, breadth_for(instance))
     words = np.array([seed + 1], dtype=np.uint64)
     first = tour_cost(instance.cost, tour.node)
@@ -123,7 +134,7 @@ def test_kicks_never_make_a_tour_longer_and_count_their_gains_right(n: int, seed
 @given(st.integers(8, 60), SEEDS)
 def test_a_kick_that_is_taken_back_leaves_no_trace(n: int, seed: int) -> None:
     instance, _ = random_instance(n, seed)
-    tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32))
+    tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32), log=LOG)
     before, place = tour.node.copy(), tour.place.copy()
     cost = tour_cost(instance.cost, before)
     worse = segment_kick(instance.cost, tour, np.array([seed + 1], dtype=np.uint64), 0)
@@ -136,7 +147,7 @@ def test_a_kick_that_is_taken_back_leaves_no_trace(n: int, seed: int) -> None:
 @given(st.integers(6, 40), SEEDS)
 def test_a_tied_edge_survives_kicks(n: int, seed: int) -> None:
     instance, lengths = random_instance(n, seed, start=(0.0, 0.0), end=(9.0, 9.0))
-    tour = work_tour(np.concatenate([[n + 1, n], np.random.default_rng(seed).permutation(n)]).astype(np.int32))
+    tour = work_tour(np.concatenate([[n + 1, n], np.random.default_rng(seed).permutation(n)]).astype(np.int32), log=LOG)
     arrays = (tour, instance.candidates, lengths, breadth_for(instance))
     improve_queued(instance.cost, *arrays, 10**6)
     kick_and_mend(instance.cost, *arrays, np.array([seed + 1], dtype=np.uint64), 0, 30)
@@ -153,3 +164,21 @@ def test_a_full_log_stops_the_work_and_nothing_is_lost() -> None:
     assert np.array_equal(tour.node, before)
     assert tour.counts[3] == 1
     assert tour.counts[1] == 40
+
+
+def test_a_move_too_long_for_the_buffer_waits_until_there_is_a_longer_one() -> None:
+    instance, lengths = random_instance(300, 3)
+    tour = work_tour(np.random.default_rng(3).permutation(300).astype(np.int32))
+    rest = (instance.candidates, lengths, breadth_for(instance), 10**6)
+    first = tour_cost(instance.cost, tour.node)
+    some = improve_queued(instance.cost, tour._replace(buffer=tour.buffer[:20]), *rest)
+    assert tour_cost(instance.cost, tour.node) == pytest.approx(first - some)
+    waiting = int((tour.queued == WAITING).sum())
+    assert waiting > 0
+    assert tour.counts[1] == 0
+    queue_waiting(tour)
+    assert tour.counts[1] == waiting
+    more = improve_queued(instance.cost, tour, *rest)
+    assert more > 0
+    assert tour_cost(instance.cost, tour.node) == pytest.approx(first - some - more)
+    assert not tour.queued.any()

@@ -23,6 +23,9 @@ from leafcut.kernels.cost import CostModel, travel
 #: Most edges that one move exchanges.
 DEPTH = 5
 
+#: In `Tour.queued`: not in the queue, and not to be pushed.
+WAITING = 2
+
 #: Rows of `Tour.move`.
 ENDS, ORDER, RANK, KEY = 0, 1, 2, 3
 
@@ -34,10 +37,10 @@ class Tour(NamedTuple):
     node     int32[n]        nodes in the order of the tour
     place    int32[n]        where each node stands in it
     queue    int32[n]        ring buffer of nodes worth looking at; counts[0] is its first, counts[1] how many
-    queued   uint8[n]        1 for nodes in the queue
+    queued   uint8[n]        1 for nodes in the queue, WAITING for those whose move was too long for the buffer
     counts   int64[4]        queue's first, queue's length, entries in the log, 1 when the log was too small
-    log      int32[m, 2]     (place, node that stood there) of everything overwritten
-    buffer   int32[n]        pieces on their way
+    log      int32[m, 2]     (place, node that stood there) of everything overwritten; m = 0 where no log is kept
+    buffer   int32[b]        pieces on their way; a move that writes more places is not made
     move     int64[4, 2·DEPTH]  of a move: rows ENDS t0, t1, …; ORDER, their indices by place; RANK, its inverse; KEY
     gain     float64[DEPTH]  gain of the edges exchanged down to each depth
     tried    int64[DEPTH]    how far the candidates at each depth have been tried
@@ -153,7 +156,7 @@ def is_one_tour(place: NDArray, move: NDArray, k: int) -> bool:
 def make_move(tour: Tour, k: int) -> bool:
     """Make the move, whose ends are sorted: keep the longest piece, write the others behind it.
 
-    Return whether the log had room for it; without, nothing is changed and counts[3] is set.
+    Return whether there was room for it; without, nothing is changed, and counts[3] is set if a log is kept.
     Changes: node, place, log, counts, buffer.
     """
     node, place, move = tour.node, tour.place, tour.move
@@ -165,8 +168,9 @@ def make_move(tour: Tour, k: int) -> bool:
             length += n
         if length > most:
             longest, most = piece, length
-    if tour.counts[2] + n - most - 1 > len(tour.log):
-        tour.counts[3] = 1
+    logged = len(tour.log) > 0
+    if n - most - 1 > (len(tour.log) - tour.counts[2] if logged else len(tour.buffer)):
+        tour.counts[3] = 1 if logged else 0
         return False
     # Copy the pieces in the order in which the new tour meets them behind the longest one.
     rank = next_piece(move, 2 * longest, k)
@@ -194,8 +198,9 @@ def make_move(tour: Tour, k: int) -> bool:
             at = 0
         new = tour.buffer[i]
         if node[at] != new:
-            tour.log[entry, 0], tour.log[entry, 1] = at, node[at]
-            entry += 1
+            if logged:
+                tour.log[entry, 0], tour.log[entry, 1] = at, node[at]
+                entry += 1
             node[at] = new
             place[new] = at
     tour.counts[2] = entry
@@ -309,17 +314,12 @@ def improve_queued(
             if k == 0:
                 break
             if not make_move(tour, k):
-                push(tour, v)
+                if tour.counts[3] == 1:
+                    push(tour, v)
+                else:
+                    tour.queued[v] = WAITING
                 break
             total += tour.gain[0]
             for i in range(2 * k):
                 push(tour, tour.move[ENDS, i])
     return total
-
-
-@kernel
-def push_all(tour: Tour) -> None:
-    """Set `place` and put every node into the queue in the order of the tour. Changes: place, queue, queued, counts."""
-    for k in range(len(tour.node)):
-        tour.place[tour.node[k]] = k
-        push(tour, tour.node[k])

@@ -235,7 +235,7 @@ class Ants:
 
     def propose(self, iteration: int) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
         """Return the tours int32[m, n] of the ants and their costs float64[m] (inf: not finished in time)."""
-        words = random_words(self.seed, iteration, len(self.costs))
+        words = random_words(self.seed, iteration, count=len(self.costs))
         self.costs[:] = math.inf
         built = self._build_with_decay(words) if self.colony.parameters.algorithm == "acs" else None
         if self.executor is None:

@@ -1,0 +1,483 @@
+"""Edge assembly: an ant leaves its own tour for the trail of another ant, goes round, and comes back.
+
+Take two tours A and B. Where they differ one can walk along an edge of A, then along an edge of B, then of A again, …
+until the walk closes: an AB-cycle. To give up its edges of A for its edges of B keeps two edges at every node, but may
+leave several subtours; each is joined to the rest by an exchange of two edges. What comes out is a tour that differs
+from A in few places and is built of edges that one of two ants has found good. But for two passes over the nodes, in
+which the AB-cycles are found, a cycle costs what it touches.
+
+Source: Y. Nagata and S. Kobayashi, INFORMS J. Computing 25 (2013), section 3 (edge assembly) and section 4.1 (its
+localised form with single AB-cycles). Differs: every cycle that makes the tour shorter is taken at once, where the
+paper makes 30 children and keeps one; cycles that gain nothing by themselves are not tried; a subtour is joined near
+the ends of its pieces; the child is mended by sequential exchanges at the nodes that were touched.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.kernels import EPSILON, kernel
+from leafcut.kernels.cost import CostModel, travel
+from leafcut.kernels.lin_kernighan import Tour, improve_queued, push
+from leafcut.kernels.random import below
+
+#: Most edges of A in a cycle that is tried. Longer ones take long and hardly ever make a tour shorter.
+LONGEST_CYCLE = 1000
+
+#: Most entries of the log: two for every edge of A, and four for every subtour that is joined.
+MOST_CHANGES = 6 * LONGEST_CYCLE
+
+#: How far from the ends of its pieces a subtour is searched for the place where it is joined.
+REACH = 200
+
+#: Most candidates of a node that are tried there.
+JOINS = 16
+
+# Columns of `Assembly.trail`.
+UNUSED_A, UNUSED_B, LEFT, SEEN = 0, 2, 4, 6
+# Rows of `Assembly.lists` and of `Assembly.pieces`.
+WALK, CYCLES, BEGIN, ORDER = 0, 1, 2, 3
+CUT, JOINED, SUBTOUR, SIZE = 0, 1, 2, 3
+
+
+class Assembly(NamedTuple):
+    """What it takes to assemble tour A, which lies in a `Tour`, and tour B; one object per worker.
+
+    ====== ================ ==========================================================================
+    links  int32[n, 4]      neighbours of every node: 0, 1 in the child that is made of A, 2, 3 in B
+    trail  int32[n, 8]      columns UNUSED_A, UNUSED_B (two each): neighbours by edges of one tour alone
+                            that no cycle has yet; LEFT + 0, 1: how many of them; SEEN + 0, 1: where the
+                            walk passed before an edge of A, of B; -1 for nowhere
+    lists  int32[4, 2n+2]   rows WALK: its nodes; CYCLES: nodes of all AB-cycles, from each even one of
+                            which an edge of A goes on; BEGIN: where each cycle begins; ORDER: nodes to
+                            begin walks at, then cycles to try
+    pieces int32[4, m]      rows CUT: places behind which A is cut, ascending; JOINED: the end that each
+                            end is joined to; SUBTOUR of each piece; SIZE of each subtour
+    log    int32[m, 3]      (node, slot, neighbour before) of every change to the child's links
+    ====== ================ ==========================================================================
+    """
+
+    links: NDArray[np.int32]
+    trail: NDArray[np.int32]
+    lists: NDArray[np.int32]
+    pieces: NDArray[np.int32]
+    log: NDArray[np.int32]
+
+
+@kernel
+def fill_links(links: NDArray, tour: NDArray, first: int) -> None:
+    """Write the two neighbours of every node in a tour. Changes: columns first, first + 1 of links."""
+    for k in range(len(tour)):
+        links[tour[k], first] = tour[k - 1]
+        links[tour[k - 1], first + 1] = tour[k]
+
+
+@kernel
+def _fill_unused(a: Assembly) -> int:
+    """Find the edges that only one tour has; return at how many nodes there are some.
+
+    Changes: trail, row ORDER of lists.
+    """
+    nodes = 0
+    for v in range(len(a.links)):
+        link, trail = a.links[v], a.trail[v]
+        for kind in range(2):
+            count, mine, other = 0, 2 * kind, 2 - 2 * kind
+            for slot in range(2):
+                w = link[mine + slot]
+                if w != link[other] and w != link[other + 1]:
+                    trail[mine + count] = w
+                    count += 1
+            trail[LEFT + kind], trail[SEEN + kind] = count, -1
+        if trail[LEFT] > 0:
+            a.lists[ORDER, nodes] = v
+            nodes += 1
+    return nodes
+
+
+@kernel
+def _step(trail: NDArray, u: int, kind: int, words: NDArray, k: int) -> int:
+    """Take a random unused edge of a kind (0: A, 1: B) at u; return where it leads. Changes: trail, words[k]."""
+    first = 2 * kind
+    slot = first + (below(words, k, 2) if trail[u, LEFT + kind] == 2 else 0)
+    v = trail[u, slot]
+    if slot == first:
+        trail[u, first] = trail[u, first + 1]
+    trail[u, LEFT + kind] -= 1
+    if trail[v, first] == u:
+        trail[v, first] = trail[v, first + 1]
+    trail[v, LEFT + kind] -= 1
+    return int(v)
+
+
+@kernel
+def _some_node(a: Assembly, nodes: int, words: NDArray, k: int) -> int:
+    """Return how many nodes of ORDER are left when a random one with an unused edge has come to their end; 0 if none.
+
+    Changes: row ORDER of lists, words[k].
+    """
+    order = a.lists[ORDER]
+    while nodes > 0:
+        i = below(words, k, nodes)
+        order[i], order[nodes - 1] = order[nodes - 1], order[i]
+        if a.trail[order[nodes - 1], LEFT] > 0:
+            return nodes
+        nodes -= 1
+    return 0
+
+
+@kernel
+def find_cycles(a: Assembly, words: NDArray, k: int) -> int:
+    """Divide the edges that only one tour has into AB-cycles at random; return how many there are.
+
+    Changes: trail, lists, words[k].
+    """
+    walk, cycles, begin = a.lists[WALK], a.lists[CYCLES], a.lists[BEGIN]
+    nodes = _fill_unused(a)
+    count = filled = begin[0] = 0
+    length = 0  # edges in the walk
+    while True:
+        if length == 0:
+            nodes = _some_node(a, nodes, words, k)
+            if nodes == 0:
+                return count
+            walk[0] = a.lists[ORDER, nodes - 1]
+            a.trail[walk[0], SEEN] = 0
+        v = _step(a.trail, walk[length], length & 1, words, k)
+        length += 1
+        since = a.trail[v, SEEN + (length & 1)]
+        if since < 0:
+            walk[length] = v
+            a.trail[v, SEEN + (length & 1)] = length
+            continue
+        # The walk was here before an edge of the same kind: what lies between is a cycle. It begins at an edge of A.
+        for step in range(length - since):
+            at = since + (since & 1) + step
+            cycles[filled] = walk[at if at < length else at - length + since]
+            filled += 1
+        for at in range(since + 1, length):
+            a.trail[walk[at], SEEN + (at & 1)] = -1
+        count += 1
+        begin[count] = filled
+        length = since
+        if length == 0:
+            a.trail[v, SEEN] = -1
+
+
+@kernel
+def _relink(a: Assembly, entries: int, v: int, old: int, new: int) -> int:
+    """Make `new` a neighbour of v instead of `old`; return the new length of the log. Changes: links, log."""
+    slot = 0 if a.links[v, 0] == old else 1
+    a.log[entries, 0], a.log[entries, 1], a.log[entries, 2] = v, slot, old
+    a.links[v, slot] = new
+    return entries + 1
+
+
+@kernel
+def undo(a: Assembly, entries: int) -> None:
+    """Take back the changes in the log, last first. Changes: links."""
+    for e in range(entries - 1, -1, -1):
+        a.links[a.log[e, 0], a.log[e, 1]] = a.log[e, 2]
+
+
+@kernel
+def sort_few(values: NDArray, count: int) -> None:
+    """Sort the first `count` values. Changes: values.
+
+    Source: D. L. Shell, Communications of the ACM 2 (1959); gaps of M. Ciura (2001).
+    """
+    for gap in (1750, 701, 301, 132, 57, 23, 10, 4, 1):
+        for i in range(gap, count):
+            value, j = values[i], i
+            while j >= gap and values[j - gap] > value:
+                values[j] = values[j - gap]
+                j -= gap
+            values[j] = value
+
+
+@kernel
+def piece_at(cut: NDArray, count: int, place: int) -> int:
+    """Return the piece that holds a place: piece s ends at cut[s], and piece 0 goes on behind the last cut."""
+    low, high = 0, count
+    while low < high:
+        middle = (low + high) >> 1
+        if cut[middle] < place:
+            low = middle + 1
+        else:
+            high = middle
+    return low if low < count else 0
+
+
+@kernel
+def length_of_piece(cut: NDArray, count: int, s: int, n: int) -> int:
+    """Return how many nodes piece s of `count` pieces has."""
+    return int(cut[s] - cut[s - 1] if s > 0 else cut[0] - cut[count - 1] + n)
+
+
+@kernel
+def _follows(place: NDArray, u: int, v: int) -> bool:
+    """Return whether v stands right behind u in A."""
+    return bool(place[v] == place[u] + 1 or (place[v] == 0 and place[u] == len(place) - 1))
+
+
+@kernel
+def _take_edges(cost: CostModel, place: NDArray, a: Assembly, begin: int, stop: int) -> float:
+    """Take the edges of B of a cycle instead of those of A; return what that gains.
+
+    The log then holds two entries for each edge of A. Changes: links, log, row CUT of pieces.
+    """
+    cycle = a.lists[CYCLES]
+    gain, entries = 0.0, 0
+    for i in range(begin, stop, 2):
+        u, v = cycle[i], cycle[i + 1]
+        back, on = cycle[i - 1 if i > begin else stop - 1], cycle[i + 2 if i + 2 < stop else begin]
+        gain += travel(cost, u, v) - travel(cost, v, on)
+        a.pieces[CUT, entries >> 1] = place[u] if _follows(place, u, v) else place[v]
+        entries = _relink(a, entries, u, v, back)
+        entries = _relink(a, entries, v, u, on)
+    return gain
+
+
+@kernel
+def _end(a: Assembly, place: NDArray, count: int, v: int, lost: int) -> int:
+    """Return the end of a piece at which v stands, cut off from `lost`: 2 s where it begins piece s, 2 s + 1 else."""
+    return 2 * piece_at(a.pieces[CUT], count, place[v]) + (0 if _follows(place, lost, v) else 1)
+
+
+@kernel
+def _find_subtours(a: Assembly, place: NDArray, begin: int, stop: int) -> int:
+    """Number the subtours that a cycle leaves and count their nodes; return how many there are.
+
+    Changes: rows JOINED, SUBTOUR, SIZE of pieces.
+    """
+    cycle, count = a.lists[CYCLES], (stop - begin) >> 1
+    joined, subtour = a.pieces[JOINED], a.pieces[SUBTOUR]
+    for i in range(begin, stop, 2):
+        after = i + 2 if i + 2 < stop else begin
+        # A piece of one node has both ends too: which of them is meant, the edge of A that was lost says.
+        one = _end(a, place, count, cycle[i + 1], cycle[i])
+        two = _end(a, place, count, cycle[after], cycle[after + 1])
+        joined[one], joined[two] = two, one
+    for s in range(count):
+        subtour[s] = -1
+    subtours = 0
+    for first in range(count):
+        end, size = 2 * first, 0
+        while subtour[end >> 1] < 0:
+            subtour[end >> 1] = subtours
+            size += length_of_piece(a.pieces[CUT], count, end >> 1, len(place))
+            end = joined[end ^ 1]
+        if size > 0:
+            a.pieces[SIZE, subtours] = size
+            subtours += 1
+    return subtours
+
+
+@kernel
+def _join(
+    cost: CostModel, node: NDArray, place: NDArray, a: Assembly, candidates: NDArray, lengths: NDArray,
+    count: int, small: int, entries: int,
+) -> tuple[float, int]:  # fmt: skip
+    """Join the subtour `small` to another by the best exchange of two edges; return its gain and that subtour, or -1.
+
+    Symbols: u–v the edge given up in the small subtour, w–x the one outside; u–w and v–x come. Changes: links, log.
+    """
+    cut, subtour = a.pieces[CUT], a.pieces[SUBTOUR]
+    best, bu, bv, bw, bx = -math.inf, -1, -1, -1, -1
+    for s in range(count):
+        if subtour[s] != small:
+            continue
+        length = length_of_piece(cut, count, s, len(place))
+        i = 0
+        while i < length:
+            if i == REACH and length > 2 * REACH:
+                i = length - REACH
+            i += 1
+            u = node[cut[s] - length + i]  # a place below 0 counts from the end, where piece 0 begins
+            for slot in range(2):
+                v = a.links[u, slot]
+                gone = travel(cost, u, v)
+                for c in range(min(JOINS, candidates.shape[1])):
+                    w = candidates[u, c]
+                    if w < 0 or subtour[piece_at(cut, count, place[w])] == small:
+                        continue
+                    for side in range(2):
+                        x = a.links[w, side]
+                        gain = gone - lengths[u, c] + travel(cost, w, x) - travel(cost, v, x)
+                        if gain > best:
+                            best, bu, bv, bw, bx = gain, u, v, w, x
+    if bu < 0:
+        return best, -1
+    entries = _relink(a, entries, bu, bv, bw)
+    entries = _relink(a, entries, bv, bu, bx)
+    entries = _relink(a, entries, bw, bx, bu)
+    entries = _relink(a, entries, bx, bw, bv)
+    return best, int(subtour[piece_at(cut, count, place[bw])])
+
+
+@kernel
+def try_cycle(
+    cost: CostModel, node: NDArray, place: NDArray, a: Assembly, candidates: NDArray, lengths: NDArray, cycle: int
+) -> tuple[float, int]:
+    """Make the child of one cycle in `links`; return its gain, and the length of the log that undoes it.
+
+    The gain is -inf when the cycle gains nothing by itself, or when its subtours could not be joined.
+
+    Changes: links, log, pieces.
+    """
+    begin, stop = a.lists[BEGIN, cycle], a.lists[BEGIN, cycle + 1]
+    count = (stop - begin) >> 1
+    gain = _take_edges(cost, place, a, begin, stop)
+    entries = 2 * count
+    if gain <= EPSILON:
+        return -math.inf, entries
+    sort_few(a.pieces[CUT], count)
+    subtours = _find_subtours(a, place, begin, stop)
+    size, subtour = a.pieces[SIZE], a.pieces[SUBTOUR]
+    for _ in range(subtours - 1):
+        small = -1
+        for s in range(subtours):
+            if size[s] > 0 and (small < 0 or size[s] < size[small]):
+                small = s
+        more, into = _join(cost, node, place, a, candidates, lengths, count, small, entries)
+        if into < 0:
+            return -math.inf, entries
+        gain, entries = gain + more, entries + 4
+        for s in range(count):
+            if subtour[s] == small:
+                subtour[s] = into
+        size[into] += size[small]
+        size[small] = 0
+    return gain, entries
+
+
+@kernel
+def _cut_where_changed(node: NDArray, place: NDArray, a: Assembly, entries: int) -> int:
+    """Cut A behind every node in the log that has lost its follower; return the number of pieces.
+
+    Changes: row CUT of pieces.
+    """
+    cut, count = a.pieces[CUT], 0
+    for e in range(entries):
+        v = a.log[e, 0]
+        p = place[v]
+        w = node[p + 1 if p + 1 < len(node) else 0]
+        if a.links[v, 0] != w and a.links[v, 1] != w:
+            cut[count] = p
+            count += 1
+    sort_few(cut, count)
+    kept = 0
+    for i in range(count):  # a node may be in the log twice
+        if i == 0 or cut[i] != cut[kept - 1]:
+            cut[kept] = cut[i]
+            kept += 1
+    return kept
+
+
+@kernel
+def rewrite(tour: Tour, a: Assembly, entries: int) -> bool:
+    """Bring `node` and `place` in line with the child's links: keep the longest piece of A, write the others behind it.
+
+    Return whether the links are one tour and the buffer is long enough; if not, `node` and `place` stay as they were.
+    Changes: node, place and buffer of tour, row CUT of pieces.
+    """
+    node, place, cut, n = tour.node, tour.place, a.pieces[CUT], len(tour.node)
+    count = _cut_where_changed(node, place, a, entries)
+    if count == 0:
+        return True
+    longest = 0
+    for s in range(1, count):
+        if length_of_piece(cut, count, s, n) > length_of_piece(cut, count, longest, n):
+            longest = s
+    most = length_of_piece(cut, count, longest, n)
+    if n - most > len(tour.buffer):
+        return False
+    v = node[cut[longest]]
+    came = node[cut[longest] - 1] if most > 1 else a.links[v, 0]
+    filled = 0
+    while filled < n - most:
+        w = a.links[v, 1] if a.links[v, 0] == came else a.links[v, 0]
+        s = piece_at(cut, count, place[w])
+        if s == longest:
+            return False
+        length = length_of_piece(cut, count, s, n)
+        p = place[w]
+        step = -1 if p == cut[s] else 1
+        came = v
+        for _ in range(length):
+            tour.buffer[filled] = node[p]
+            filled += 1
+            p += step
+            if p == n:
+                p = 0
+        v = tour.buffer[filled - 1]
+        if length > 1:
+            came = tour.buffer[filled - 2]
+    p = cut[longest]
+    for i in range(filled):
+        p = p + 1 if p + 1 < n else 0
+        node[p] = tour.buffer[i]
+        place[node[p]] = p
+    return True
+
+
+@kernel
+def _has_edges(a: Assembly, cycle: int) -> bool:
+    """Return whether the child still has every edge of A of a cycle."""
+    for i in range(a.lists[BEGIN, cycle], a.lists[BEGIN, cycle + 1], 2):
+        u, v = a.lists[CYCLES, i], a.lists[CYCLES, i + 1]
+        if a.links[u, 0] != v and a.links[u, 1] != v:
+            return False
+    return True
+
+
+@kernel
+def assemble(
+    cost: CostModel, tour: Tour, a: Assembly, candidates: NDArray, lengths: NDArray, breadth: NDArray,
+    mine: NDArray, other: NDArray, words: NDArray, gains: NDArray, first: int, stop: int,
+) -> None:  # fmt: skip
+    """Improve tours by every AB-cycle with another one that makes them shorter, in random order, and mend them.
+
+    ========== =============== ==================================================
+    candidates int32[n, c]     neighbours of every node, -1 for none
+    lengths    float64[n, c]   costs of those edges
+    breadth    int64[DEPTH]    candidates tried at each depth of a mending exchange
+    mine       int32[m, n]     tours A; they become the children
+    other      int32[m, n]     tours B
+    words      uint64[m]       random words
+    gains      float64[m]      what each pair gains is added to it
+    first,stop int             which of the m pairs
+    ========== =============== ==================================================
+
+    Changes: mine, words, gains; tour, a.
+    """
+    n, order = mine.shape[1], a.lists[ORDER]
+    for pair in range(first, stop):
+        for i in range(n):
+            tour.node[i] = mine[pair, i]
+            tour.place[mine[pair, i]] = i
+        fill_links(a.links, mine[pair], 0)
+        fill_links(a.links, other[pair], 2)
+        count = find_cycles(a, words, pair)
+        for c in range(count):
+            order[c] = c
+        for c in range(count):
+            pick = c + below(words, pair, count - c)
+            cycle = order[pick]
+            order[pick] = order[c]
+            if a.lists[BEGIN, cycle + 1] - a.lists[BEGIN, cycle] > 2 * LONGEST_CYCLE or not _has_edges(a, cycle):
+                continue
+            gain, entries = try_cycle(cost, tour.node, tour.place, a, candidates, lengths, cycle)
+            if gain > EPSILON and rewrite(tour, a, entries):
+                gains[pair] += gain
+                for e in range(entries):
+                    push(tour, a.log[e, 0])
+            else:
+                undo(a, entries)
+        gains[pair] += improve_queued(cost, tour, candidates, lengths, breadth, n * n)
+        for i in range(n):
+            mine[pair, i] = tour.node[i]

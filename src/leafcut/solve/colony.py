@@ -1,0 +1,318 @@
+"""The colony: ants build tours of their own, then follow each other's trails until they all walk the same way.
+
+A tour of the colony is the trail of one ant; what lies on an edge is the number of ants that walk it, and nothing is
+kept for edges that no ant walks. In a generation every ant meets another one. Where the trails part, it goes round on
+the other's edges, and keeps what makes its own tour shorter (`kernels.assembly`). When nothing is gained any more, a
+new and larger colony is founded, which the best ant so far joins.
+
+Source: M. Guntsch and M. Middendorf, EvoWorkshops 2002, LNCS 2279 (pheromone that is a population of tours); Y. Nagata
+and S. Kobayashi, INFORMS J. Computing 25 (2013) (how two tours are put together, and pairing by a random permutation).
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.kernels import EPSILON
+from leafcut.kernels.assembly import MOST_CHANGES, Assembly, assemble
+from leafcut.kernels.cost import tour_cost
+from leafcut.solve.construction import greedy, random_words
+from leafcut.solve.instance import Instance
+from leafcut.solve.kicks import NODES_PER_LOOK, choices, descend, kick_on, work_tour
+from leafcut.solve.statistics import Best, WorkerLog
+from leafcut.solve.stop import Stop
+
+#: Candidates tried at each depth of an exchange: by an ant that builds its tour, and in mending a child.
+BREADTH = (0, 8, 5, 3, 1)
+
+#: Ants of the first colony, how many times as many each next one has, and most ants; never many more than nodes.
+FIRST_ANTS, GROWTH, MOST_ANTS = 8, 4, 400
+
+#: Fewer ants have too little to tell each other: what is left of the time goes to kicks on the best tour.
+FEWEST_ANTS = 4
+
+#: Generations without any gain that end a colony.
+PATIENCE = 3
+
+#: Colonies in a row without a better tour that end a search with a clock, and one on a budget of work.
+SAME_ANSWERS, SAME_ANSWERS_ON_BUDGET = 5, 2
+
+#: Share of the time that is left in which the ants of the last colony build their tours; following trails takes
+#: half as long again.
+BUILDING_SHARE = 0.38
+
+#: How much longer an ant takes whose greedy tour was changed at random, than one without whims.
+WHIMS = 1.8
+
+#: Shares of a generation per worker: more of them end more evenly, fewer cost less.
+MEETINGS_PER_WORKER = 2
+
+#: Kicks per node when colonies find nothing better: ants that all build alike may all have missed something.
+LAST_KICKS = 20
+
+#: What a kick costs, in visits of an ant that builds its tour: about ten.
+KICKS_PER_VISIT = 0.1
+
+# What random numbers are for: with the seed this begins their stream.
+_BUILDING, _FOLLOWING = 1, 2
+
+# The number of the colony that the best ants of all colonies form.
+_CHAMPIONS = 2**32 - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Colony:
+    """The state of a colony: arrays and numbers alone, so that it can be sent anywhere.
+
+    Attributes
+    ----------
+    tours
+        int32[m, n], one per ant.
+    costs
+        float64[m].
+    number, generation
+        Which colony it is, and how many generations it has lived.
+    """
+
+    tours: NDArray[np.int32]
+    costs: NDArray[np.float64]
+    number: int = 0
+    generation: int = 0
+
+    def joined_by(self, other: Colony) -> Colony:
+        """Return this colony with the best ant of another one, if that has any."""
+        if not len(other.costs):
+            return self
+        best = int(np.argmin(other.costs))
+        tours = np.concatenate([self.tours, other.tours[best][None]])
+        return replace(self, tours=tours, costs=np.append(self.costs, other.costs[best]))
+
+
+#: What comes of a share of the work: tours int32[m, n], and their costs float64[m].
+Share = tuple[NDArray[np.int32], NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Where work is done.
+
+    Attributes
+    ----------
+    executor
+        Any of `concurrent.futures`, or None: all is done here.
+    count
+        How many workers it has.
+    shared
+        Whether they see this memory. Those that do not (other processes, other machines) are not told to stop, but
+        finish what they have begun.
+    """
+
+    executor: Executor | None
+    count: int
+    stop: Stop
+    log: WorkerLog
+    shared: bool = True
+
+    def spread(self, work: Callable[..., Share], instance: Instance, items: list[Any]) -> Share:
+        """Return what ``work(instance, item, stop)`` returns for every item, one below the other.
+
+        The answer does not depend on the number of workers.
+        """
+        if self.executor is None:
+            done = [_timed(work, instance, item, self.stop) for item in items]
+        else:
+            stop = self.stop if self.shared else None
+            jobs = [self.executor.submit(_timed, work, instance, item, stop) for item in items]
+            done = [job.result() for job in jobs]
+        for who, seconds, (tours, costs) in done:
+            self.log.add(self.log.number(who), len(tours), seconds, float(costs.min(initial=math.inf)))
+        return np.concatenate([t for _, _, (t, _) in done]), np.concatenate([c for _, _, (_, c) in done])
+
+
+def _timed(
+    work: Callable[..., Share], instance: Instance, item: Any, stop: Stop | None
+) -> tuple[tuple[int, int], float, Share]:
+    """Do a share of work; return who did it, and in how many seconds."""
+    began = time.perf_counter()
+    share = work(instance, item, stop)
+    return (os.getpid(), threading.get_ident()), time.perf_counter() - began, share
+
+
+def build_tours(instance: Instance, words: NDArray[np.uint64], stop: Stop | None = None) -> Share:
+    """Return one tour for each of the random words uint64[m], and their costs (inf where the time was up before).
+
+    An ant takes edges in the order of their costs, each changed a little at random, and improves its tour by sequential
+    exchanges.
+    """
+    tours, costs = np.zeros((len(words), instance.n), dtype=np.int32), np.full(len(words), math.inf)
+    for k, word in enumerate(words):
+        if stop is not None and stop.now():
+            break
+        tour = work_tour(greedy(instance, np.random.default_rng(word)))
+        if descend(instance, tour, BREADTH, stop):
+            tours[k], costs[k] = tour.node, tour_cost(instance.cost, tour.node)
+    return tours, costs
+
+
+@dataclass(frozen=True, eq=False)
+class Meetings:
+    """Ants that meet: tours mine, other int32[m, n], costs of mine float64[m], and random words uint64[m]."""
+
+    mine: NDArray[np.int32]
+    other: NDArray[np.int32]
+    costs: NDArray[np.float64]
+    words: NDArray[np.uint64]
+
+
+def assembly_for(n: int) -> Assembly:
+    """Return what one worker needs to assemble tours of n nodes."""
+    return Assembly(
+        links=np.empty((n, 4), dtype=np.int32),
+        trail=np.empty((n, 8), dtype=np.int32),
+        lists=np.empty((4, 2 * n + 2), dtype=np.int32),
+        pieces=np.empty((4, MOST_CHANGES), dtype=np.int32),
+        log=np.empty((MOST_CHANGES, 3), dtype=np.int32),
+    )
+
+
+def follow_trails(instance: Instance, meetings: Meetings, stop: Stop | None = None) -> Share:
+    """Return what becomes of the tours `mine` when each follows `other` where that is shorter, and what they cost.
+
+    A function of its arguments alone, as far as it is not stopped.
+    """
+    n, pairs = instance.n, len(meetings.mine)
+    tours, gains, words = meetings.mine.copy(), np.zeros(pairs), meetings.words.copy()
+    tour = work_tour(np.arange(n, dtype=np.int32), queued=False)
+    assembly = assembly_for(n)
+    step = max(1, NODES_PER_LOOK // n)
+    for first in range(0, pairs, step):
+        if stop is not None and stop.now():
+            break
+        assemble(
+            instance.cost, tour, assembly, instance.candidates, instance.lengths, choices(instance, BREADTH),
+            tours, meetings.other, words, gains, first, min(pairs, first + step),
+        )  # fmt: skip
+    # Added up anew: gains would carry their rounding from generation to generation.
+    costs = meetings.costs.copy()
+    for k in np.flatnonzero(gains > 0.0):
+        costs[k] = tour_cost(instance.cost, tours[k])
+    return tours, costs
+
+
+def found_colony(instance: Instance, ants: int, seed: int, number: int, workers: Workers) -> Colony:
+    """Return a colony of ants that have built tours of their own; those that had no time to finish are not in it."""
+    words = random_words(seed, _BUILDING, number, count=ants)
+    tours, costs = workers.spread(build_tours, instance, [words[k : k + 1] for k in range(ants)])
+    done = np.isfinite(costs)
+    return Colony(tours[done], costs[done], number)
+
+
+def next_generation(instance: Instance, colony: Colony, seed: int, workers: Workers) -> Colony:
+    """Return the colony after every ant has met another one: a function of the colony and the seed."""
+    ants = len(colony.tours)
+    words = random_words(seed, _FOLLOWING, colony.number, colony.generation, count=ants)
+    mine = np.random.default_rng(words[0]).permutation(ants)
+    other = np.roll(mine, -1)
+    block = max(1, ants // (MEETINGS_PER_WORKER * workers.count))
+    items = [
+        Meetings(colony.tours[mine[at]], colony.tours[other[at]], colony.costs[mine[at]], words[at])
+        for at in (slice(k, k + block) for k in range(0, ants, block))
+    ]
+    tours, costs = workers.spread(follow_trails, instance, items)
+    back = np.argsort(mine)
+    return Colony(tours[back], costs[back], colony.number, colony.generation + 1)
+
+
+def improve_by_colony(
+    instance: Instance, seed: int, stop: Stop, best: Best, workers: Workers, visits: float = math.inf
+) -> int:
+    """Found colonies, one after another and each larger, until `stop`; return the generations that were lived.
+
+    Parameters
+    ----------
+    visits
+        The budget of work: the nodes of all tours that may be built. With budget or time left, the search ends when
+        several colonies (`SAME_ANSWERS`), and some kicks on the best tour, have found nothing better.
+    """
+    seconds = WHIMS * _first_ant(instance, stop, best) / workers.count
+    visits -= instance.n
+    enough = SAME_ANSWERS if math.isinf(visits) else SAME_ANSWERS_ON_BUDGET
+    champions = Colony(best.tour[None], np.array([best.cost]), _CHAMPIONS)
+    generations = number = same = 0
+    while same < enough and not stop.reached(generations, 0):
+        ants = _how_many(instance.n, number, seconds, stop, visits)
+        if ants < FEWEST_ANTS:
+            break
+        visits -= ants * instance.n
+        before, began = best.cost, stop.elapsed()
+        colony = found_colony(instance, ants, seed, number, workers)
+        seconds = (stop.elapsed() - began) / ants
+        colony, generations = _live(instance, colony, seed, stop, best, workers, generations)
+        champions = champions.joined_by(colony)
+        champions, generations = _live(instance, champions, seed, stop, best, workers, generations)
+        number, same = number + 1, same + 1 if best.cost >= before - EPSILON else 0
+    kicks = KICKS_PER_VISIT * visits
+    if same == enough:
+        kicks = min(kicks, LAST_KICKS * instance.n)
+    return kick_on(instance, best.tour, seed, stop, best, generations, kicks)
+
+
+def _live(
+    instance: Instance, colony: Colony, seed: int, stop: Stop, best: Best, workers: Workers, generations: int
+) -> tuple[Colony, int]:
+    """Let a colony live until all its ants walk the same way, or learn nothing.
+
+    Return what became of it, and the count of generations of all colonies.
+    """
+    idle = 0
+    _offer(colony, best, generations)
+    while idle < PATIENCE and _differ(colony) and not stop.reached(generations, 0):
+        following = next_generation(instance, colony, seed, workers)
+        idle = 0 if (colony.costs - following.costs).max() > EPSILON else idle + 1
+        colony = following
+        generations += 1
+        _offer(colony, best, generations)
+        best.tell(generations)
+    return colony, generations
+
+
+def _differ(colony: Colony) -> bool:
+    return len(colony.costs) > 1 and bool(np.ptp(colony.costs) > EPSILON)
+
+
+def _offer(colony: Colony, best: Best, generation: int) -> None:
+    if len(colony.costs):
+        winner = int(np.argmin(colony.costs))
+        best.offer(colony.tours[winner], float(colony.costs[winner]), generation)
+
+
+def _first_ant(instance: Instance, stop: Stop, best: Best) -> float:
+    """Offer the tour of an ant without whims; return the seconds that it took."""
+    began = time.perf_counter()
+    start = greedy(instance)
+    best.offer(start, float(tour_cost(instance.cost, start)), 0)
+    tour = work_tour(start)
+    descend(instance, tour, BREADTH, stop)
+    best.offer(tour.node, float(tour_cost(instance.cost, tour.node)), 0)
+    return time.perf_counter() - began
+
+
+def _how_many(n: int, number: int, seconds: float, stop: Stop, visits: float) -> int:
+    """Return how many ants the next colony has.
+
+    `GROWTH` times as many as the last one; but where time or budget will not do for a larger one after it, as many as
+    they do for.
+    """
+    planned = min(FIRST_ANTS * GROWTH ** min(number, 10), max(FIRST_ANTS, min(n, MOST_ANTS)))
+    room = min(visits / n, BUILDING_SHARE * (stop.seconds - stop.elapsed()) / seconds)
+    return max(1, int(room)) if room < 2 * planned else planned

@@ -1,0 +1,99 @@
+"""The colony: no ant's tour gets longer, costs are true, and where the work is done changes nothing."""
+
+from __future__ import annotations
+
+import math
+import threading
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+
+from leafcut.kernels.cost import tour_cost
+from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.options import SolveOptions
+from leafcut.solve.colony import FIRST_ANTS, Colony, Workers, _how_many, found_colony, next_generation
+from leafcut.solve.instance import Instance, build_instance
+from leafcut.solve.solve import solve
+from leafcut.solve.statistics import WorkerLog
+from leafcut.solve.stop import Stop
+
+
+def instance_of(n: int, seed: int = 1) -> Instance:
+    """Return a closed instance of n random places."""
+    return build_instance(RoutingProblem.of_points(np.random.default_rng(seed).uniform(0, 90, (n, 2)), closed=True), 8)
+
+
+def workers(executor: Executor | None = None, count: int = 1, shared: bool = True) -> Workers:
+    """Return workers without a clock."""
+    return Workers(executor, count, Stop(), WorkerLog.of(count), shared)
+
+
+def lived(instance: Instance, where: Workers, generations: int = 4) -> Colony:
+    """Return a colony of ten ants after some generations."""
+    colony = found_colony(instance, 10, 7, 0, where)
+    for _ in range(generations):
+        colony = next_generation(instance, colony, 7, where)
+    return colony
+
+
+def test_no_ants_tour_gets_longer_and_every_cost_is_that_of_its_tour() -> None:
+    instance = instance_of(150)
+    colony = found_colony(instance, 10, 3, 0, workers())
+    for _ in range(5):
+        after = next_generation(instance, colony, 3, workers())
+        assert (after.costs <= colony.costs).all()
+        assert all(sorted(t.tolist()) == list(range(150)) for t in after.tours)
+        assert after.costs.tolist() == pytest.approx([tour_cost(instance.cost, t) for t in after.tours])
+        colony = after
+    assert colony.generation == 5
+
+
+def test_a_generation_is_the_same_here_in_threads_and_in_another_process() -> None:
+    instance = instance_of(80)
+    here = lived(instance, workers())
+    with ThreadPoolExecutor(3) as threads:
+        assert np.array_equal(here.tours, lived(instance, workers(threads, 3)).tours)
+    with ProcessPoolExecutor(1, get_context("spawn")) as processes:
+        assert np.array_equal(here.tours, lived(instance, workers(processes, 1, shared=False), 4).tours)
+
+
+def test_a_generation_leaves_the_colony_it_comes_from_alone() -> None:
+    instance = instance_of(80)
+    colony = found_colony(instance, 6, 1, 0, workers())
+    before = colony.tours.copy()
+    assert np.array_equal(next_generation(instance, colony, 1, workers()).tours.shape, before.shape)
+    assert np.array_equal(colony.tours, before)
+
+
+def test_a_colony_grows_until_time_or_budget_is_short_and_then_takes_what_is_left() -> None:
+    stop = Stop(seconds=math.inf)
+    assert [_how_many(100, k, 1.0, stop, math.inf) for k in range(3)] == [FIRST_ANTS, 4 * FIRST_ANTS, 100]
+    assert _how_many(100, 0, 1.0, stop, 1500.0) == 15
+    assert _how_many(100, 0, 1.0, Stop(seconds=0.0), math.inf) == 1
+
+
+@pytest.mark.parametrize("n", [5, 6, 7, 12])
+def test_all_nodes_on_one_place_or_in_a_line_are_no_trouble(n: int) -> None:
+    for xy in (np.ones((n, 2)), np.stack([np.arange(n), np.zeros(n)], axis=1)):
+        for closed in (True, False):
+            found = solve(RoutingProblem.of_points(xy, closed=closed), SolveOptions(preset="fast"))
+            assert sorted(found.nodes.tolist()) == list(range(n))
+            assert found.cost == pytest.approx((2 if closed else 1) * float(np.ptp(xy[:, 0])))
+
+
+def test_a_search_that_is_stopped_keeps_the_best_that_it_has() -> None:
+    cancelled = threading.Event()
+    seen: list[float] = []
+
+    def stop_soon(_: int, cost: float, *__: object) -> None:
+        seen.append(cost)
+        if len(seen) == 3:
+            cancelled.set()
+
+    problem = RoutingProblem.of_points(np.random.default_rng(5).uniform(0, 90, (400, 2)), Metric(), closed=True)
+    found = solve(problem, SolveOptions(iterations=10_000), progress=stop_soon, cancelled=cancelled)
+    assert found.stopped_early
+    assert found.cost <= min(seen) + 1e-9
+    assert sorted(found.nodes.tolist()) == list(range(400))
