@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -49,6 +51,29 @@ def test_solve_answers_with_the_keys_of_the_contract(capsys: pytest.CaptureFixtu
     assert found["length"] == pytest.approx(3 + 2 * 0.5**0.5)
     numbers = tour.read_text().split("TOUR_SECTION")[1].split()[:-2]
     assert sorted(int(v) for v in numbers) == [1, 2, 3, 4, 5]
+
+
+def test_solve_tells_the_gap_to_the_known_optimum_else_to_the_bound_and_both_in_words(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The 2 × 1 rectangle with the middles of its long sides: 6 round, 20 % above 5, 25 % above 4.8."""
+    monkeypatch.setitem(sys.modules, "leafcut.solve.bound", SimpleNamespace(lower_bound=lambda *_, **__: 4.8))
+    points = "0 0", "1 0", "2 0", "2 1", "1 1", "0 1"
+    rows = "\n".join(f"{k} {p}" for k, p in enumerate(points, 1))
+    file = tmp_path / "six.tsp"
+    file.write_text(f"NAME: six\nTYPE: TSP\nDIMENSION: 6\nEDGE_WEIGHT_TYPE: EUC_2D\nNODE_COORD_SECTION\n{rows}\nEOF\n")
+    found = json.loads(answer(capsys, "solve", str(file), "--json")[0])
+    assert (found["length"], found["optimum"], found["lower_bound"]) == (6.0, None, 4.8)
+    assert found["gap_percent"] == pytest.approx(25.0)
+    (tmp_path / "optima.csv").write_text("name,n,optimal_length\nsix,6,5\n")
+    found = json.loads(answer(capsys, "solve", str(file), "--json")[0])
+    assert (found["optimum"], found["lower_bound"]) == (5.0, 4.8)
+    assert found["gap_percent"] == pytest.approx(20.0)
+    words, _ = answer(capsys, "solve", str(file))
+    assert "20.000 % above the best known length, 5\n" in words
+    assert "at most 25.00 % above the shortest possible (lower bound 4.8)\n" in words
+    words, _ = answer(capsys, "solve", str(file), "--no-bound")
+    assert "at most" not in words
 
 
 def test_a_program_can_be_simulated_and_compared(
@@ -100,6 +125,8 @@ REFUSED = [
     (2, ["optimize", PLATE, "--depth", "1e9"], "largest"),
     (2, ["optimize", PLATE, "--time-limit", "2 lightyears"], "lightyears"),
     (2, ["optimize", PLATE, "--options", "wrong.toml"], "n_antz"),
+    (2, ["optimize", PLATE, "--target-gap", "2%", "--no-bound"], "--no-bound"),
+    (2, ["optimize", PLATE, "--target-gap", "near"], "--target-gap"),
     (2, ["optimize", PLATE, "--process", "weld"], "--process"),
     (1, ["optimize", "example:plate-11"], "plate-10"),
     (2, ["optimize"], "INPUT"),
@@ -174,7 +201,7 @@ def test_an_output_that_may_not_be_written_is_refused_before_any_work(
 def interrupt_at(words: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Have a person press Ctrl-C when the progress first says `words`."""
 
-    def call(self: Reporter, what: str, cost: float | None, share: float) -> None:
+    def call(self: Reporter, what: str, *_: object) -> None:
         if what.startswith(words):
             raise KeyboardInterrupt
 

@@ -44,6 +44,23 @@ def test_a_terminal_shows_a_bar_with_the_cost_when_the_run_takes_long(monkeypatc
     assert reporter.bar.finished is False
 
 
+def test_the_bar_tells_the_gap_and_how_long_the_rest_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A quarter of the work in ten seconds: the half that is left takes twenty. Compiling before it does not count."""
+    now = [0.0]
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    monkeypatch.setattr(progress.time, "perf_counter", lambda: now[0])
+    with Reporter() as reporter:
+        for seconds, share in ((60.0, 0.0), (100.0, 0.25), (110.0, 0.5)):
+            now[0] = seconds
+            reporter("ordering T1", 10.0, share, 0.0123)
+        task = reporter.bar.tasks[0]
+        assert task.description == "ordering T1: 10.00, at most 1.23 % too long"
+        assert task.fields["left"] == "20 s left"
+        now[0] = 1100.0
+        reporter("ordering T1", 10.0, 0.5, None)
+        assert task.fields["left"] == "33 min left"
+
+
 def test_a_short_run_shows_no_bar(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stderr", Terminal())
     monkeypatch.setattr(progress, "QUIET_SECONDS", 1e9)

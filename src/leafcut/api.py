@@ -31,8 +31,9 @@ if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.plan.drilling import DrillPlan
 
-#: Told about the work as it goes: (what is being done, cost so far or None, share done 0 … 1).
-Progress = Callable[[str, float | None, float], None]
+#: Told about the work as it goes: (what is being done, cost so far or None, share done 0 … 1, how far at most the cost
+#: is above the least possible as a fraction, or None where no bound is known yet). Must be quick.
+Progress = Callable[[str, float | None, float, float | None], None]
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,10 @@ class Run:
     progress: Progress | None = None
     cancelled: threading.Event = field(default_factory=threading.Event)
 
-    def tell(self, what: str, cost: float | None = None, share: float = 0.0) -> None:
+    def tell(self, what: str, cost: float | None = None, share: float = 0.0, gap: float | None = None) -> None:
         """Pass on what is being done."""
         if self.progress is not None:
-            self.progress(what, cost, share)
+            self.progress(what, cost, share, gap)
 
 
 def optimize(
@@ -70,6 +71,8 @@ def optimize(
         Where to write the program and the report page; nothing is written without them.
     options_file
         A TOML file of options.
+    progress
+        Called as the work goes on with (what, cost so far or None, share done, gap or None).
     cancelled
         Set it from another thread to stop the search and keep the best.
     options
@@ -140,7 +143,7 @@ def _order(run: Run, plan: DrillPlan) -> Outcome:
 
     with announced(lambda: run.tell("compiling (first run on this machine)")):
         solutions = _solve_operations(run, plan, run.settings.solve)
-        nearest = _solve_operations(replace(run, progress=None), plan, SolveOptions(algorithm="nn"))
+        nearest = _solve_operations(replace(run, progress=None), plan, SolveOptions(algorithm="nn", bound=False))
     orders = [drawing_order(o) for o in plan.operations]
     before, after = lay(orders), lay([s.nodes for s in solutions])
     measures = [measure(path, run.machine) for path in (before, lay([s.nodes for s in nearest]), after)]
@@ -192,17 +195,13 @@ def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions) -> list[
     from leafcut.plan.routing import drawing_order, last_place
     from leafcut.solve.solve import keep_better, solve
 
-    began, left = time.perf_counter(), sum(len(o.targets) for o in plan.operations)
-    place, solutions = plan.start, []
+    total = left = sum(len(o.targets) for o in plan.operations)
+    place, solutions = plan.start, list[Solution]()
     for operation, endless in zip(plan.operations, _problems(run, plan), strict=True):
         problem = replace(endless, start=place)
-
-        def tell(_: int, cost: float, __: float, share: float, label: str = operation.tool.label) -> None:
-            run.tell(f"ordering {label}", cost, share)
-
-        found = solve(
-            problem, _share(options, began, left, problem), run.settings.aco, progress=tell, cancelled=run.cancelled
-        )
+        tell = _passing_on(run.progress, f"ordering {operation.tool.label}", left / total, problem.n_clusters / total)
+        budget = _share(options, sum(s.seconds for s in solutions), left, problem)
+        found = solve(problem, budget, run.settings.aco, progress=tell, cancelled=run.cancelled)
         if options.algorithm != "nn":
             found = keep_better(problem, found, drawing_order(operation))
         solutions.append(found)
@@ -211,23 +210,45 @@ def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions) -> list[
     return solutions
 
 
-def _share(options: SolveOptions, began: float, left: int, problem: RoutingProblem) -> SolveOptions:
-    """Return the options with this operation's part of the time that is left, by its part of the targets `left`."""
+def _passing_on(
+    progress: Progress | None, what: str, left: float = 1.0, part: float = 1.0
+) -> Callable[[int, float, float, float, float | None], None]:
+    """Return what `solve` tells its progress to; this search does `part` of the whole work, of which `left` is left."""
+
+    def tell(_: int, cost: float, __: float, share: float, gap: float | None) -> None:
+        if progress is not None:
+            progress(what, cost, 1.0 - left + part * share, gap)
+
+    return tell
+
+
+def _share(options: SolveOptions, used: float, left: int, problem: RoutingProblem) -> SolveOptions:
+    """Return the options with this operation's part of the time that is left, by its part of the targets `left`.
+
+    `used` are the seconds that the searches before took: lower bounds and compiling are outside the limit.
+    """
     if options.time_limit is None:
         return options
-    rest = options.time_limit - (time.perf_counter() - began)
+    rest = options.time_limit - used
     return replace(options, time_limit=max(rest * problem.n_clusters / left, 0.001))
 
 
 def _restated(run: Run, plan: DrillPlan, orders: list[NDArray[np.int32]], solutions: list[Solution]) -> list[Solution]:
-    """Return the solutions with the drawing's own orders in place of theirs, at those orders' cost."""
+    """Return the solutions with the drawing's own orders in place of theirs, at those orders' cost.
+
+    Their lower bounds go, but for the first: they were of paths from where leafcut's orders ended.
+    """
     from leafcut.plan.routing import last_place
     from leafcut.solve.instance import path_cost
 
-    place, restated = plan.start, []
+    place, restated = plan.start, list[Solution]()
     for problem, nodes, solution in zip(_problems(run, plan), orders, solutions, strict=True):
         here = replace(problem, start=place)
-        restated.append(replace(solution, nodes=nodes, cost=path_cost(here, nodes)))
+        cost = path_cost(here, nodes)
+        bound = None if restated else solution.lower_bound
+        restated.append(
+            replace(solution, nodes=nodes, cost=cost, history=((solution.seconds, cost),), lower_bound=bound)
+        )
         place = last_place(here, nodes, place)
     return restated
 
@@ -299,8 +320,13 @@ def _page(outcome: Outcome) -> str:
     return write_page(outcome)
 
 
-def solve_part(part: Part, *, progress: Progress | None = None, **options: Any) -> Solution:
-    """Return a closed tour through the points of a map, by TSPLIB's rule of distance where the file has one."""
+def solve_part(
+    part: Part, *, progress: Progress | None = None, cancelled: threading.Event | None = None, **options: Any
+) -> Solution:
+    """Return a closed tour through the points of a map, by TSPLIB's rule of distance where the file has one.
+
+    `progress`, `cancelled` and `options` are those of `optimize`.
+    """
     from leafcut.solve.compiling import announced
     from leafcut.solve.solve import solve
 
@@ -308,41 +334,21 @@ def solve_part(part: Part, *, progress: Progress | None = None, **options: Any) 
     metric = Metric(part.edge_weight_type or "euclidean", matrix=part.matrix)
     problem = RoutingProblem.of_points(part.hole_xy, metric, closed=True, name=part.name)
 
-    def tell(_: int, cost: float, __: float, share: float) -> None:
-        if progress:
-            progress(f"solving {part.name}", cost, share)
-
-    with announced(lambda: progress("compiling (first run on this machine)", None, 0.0) if progress else None):
-        return solve(problem, settings.solve, settings.aco, progress=tell)
+    tell = _passing_on(progress, f"solving {part.name}")
+    with announced(lambda: progress("compiling (first run on this machine)", None, 0.0, None) if progress else None):
+        return solve(problem, settings.solve, settings.aco, progress=tell, cancelled=cancelled)
 
 
 def solve_file(
-    source: str | Path, *, progress: Progress | None = None, **options: Any
+    source: str | Path, *, progress: Progress | None = None, cancelled: threading.Event | None = None, **options: Any
 ) -> tuple[dict[str, Any], NDArray[np.int32]]:
     """Solve a map file as a closed tour; return the answer of ``leafcut solve --json`` and the tour int32[n]."""
     from leafcut.read import read
+    from leafcut.report.json_answer import solution_as_json
 
     part = read(source, Settings.collect(options).read)
-    solution = solve_part(part, progress=progress, **options)
-    gap = None if not part.optimum else 100.0 * (solution.cost / part.optimum - 1.0)
-    answer = {
-        "instance": part.name,
-        "n": len(part.holes),
-        "algorithm": solution.algorithm,
-        "seed": solution.seed,
-        "length": solution.cost,
-        "optimum": part.optimum,
-        "gap_percent": gap,
-        "lower_bound": solution.lower_bound,
-        "seconds": solution.seconds,
-        "iterations": solution.iterations,
-        "history": [list(step) for step in solution.history],
-        "workers": [
-            {"worker": w.worker, "ants": w.ants, "seconds": w.seconds, "best": w.best if w.ants else None}
-            for w in solution.workers
-        ],
-    }
-    return answer, solution.nodes
+    solution = solve_part(part, progress=progress, cancelled=cancelled, **options)
+    return solution_as_json(part, solution), solution.nodes
 
 
 def simulate(program: str | Path, *, dialect: str | None = None, **options: Any) -> dict[str, Any]:

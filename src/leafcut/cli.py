@@ -194,6 +194,7 @@ def _solve(
     """Find a short closed tour through the points of a map, to study the algorithms."""
     from leafcut import api
     from leafcut.read.tsplib import write_tour
+    from leafcut.report.wording import gap_lines
 
     if tour:
         from leafcut.files import check_output
@@ -206,9 +207,10 @@ def _solve(
     if as_json:
         _print_json(answer)
         return DONE
-    gap = "" if answer["gap_percent"] is None else f", {answer['gap_percent']:.3f} % above the best known"
     print(f"{answer['instance']}: {answer['n']} points, {answer['algorithm']}, seed {answer['seed']}")
-    print(f"length {answer['length']:,.6g}{gap}, {answer['iterations']} iterations in {answer['seconds']:.2f} s")
+    print(f"length {answer['length']:,.6g}, {answer['iterations']} iterations in {answer['seconds']:.2f} s")
+    for line in gap_lines(answer["length"], answer["optimum"], answer["lower_bound"]):
+        print(line)
     return DONE
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar
@@ -15,7 +16,7 @@ class OptionSpec:
     """What a face needs to know about one option, beside its name and default.
 
     `kind` is one of ``quantity`` (a float in `unit`), ``number``, ``whole``, ``flag``, ``text``, ``names`` (a comma
-    list), ``point`` (two or three lengths) and ``path``.
+    list), ``point`` (two or three lengths), ``percent`` and ``path``.
     """
 
     help: str
@@ -54,6 +55,17 @@ class OptionGroup:
     def defaults(cls) -> dict[str, Any]:
         """Return the default of every field, by field name."""
         return {f.name: f.default for f in fields(cls)}  # type: ignore[arg-type]
+
+    @classmethod
+    def as_typed(cls, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return values with bare numbers as texts: ``feed = 300`` is mm/min, as ``--feed 300`` is, and not mm/s."""
+        specs = cls.specs()
+        return {
+            name: repr(float(value))
+            if specs[name].kind == "quantity" and isinstance(value, int | float) and not isinstance(value, bool)
+            else value
+            for name, value in given.items()
+        }
 
     def changed(self) -> dict[str, Any]:
         """Return the options that differ from their defaults, in inner units."""
@@ -141,6 +153,7 @@ _CONVERTERS: dict[str, Any] = {
     "text": _text,
     "names": _names,
     "point": _point,
+    "percent": lambda spec, value: _number(spec, value.removesuffix("%") if isinstance(value, str) else value),
     "path": lambda _, value: Path(value),
 }
 _KIND_WORDS = {
@@ -151,6 +164,7 @@ _KIND_WORDS = {
     "text": "a text",
     "names": "a list of names",
     "point": "a point",
+    "percent": "a number of percent",
     "path": "a path",
 }
 
@@ -164,6 +178,8 @@ def written(spec: OptionSpec, value: Any) -> str:
     if spec.kind == "quantity":
         unit = BARE_UNIT[spec.unit]
         return f"{value / FACTORS[spec.unit][unit]:.6g}{unit}"
+    if spec.kind == "percent":
+        return f"{value:g}%"
     if spec.kind in ("names", "point"):
         return ",".join(f"{v:.6g}" if isinstance(v, float) else v for v in value)
     if spec.kind == "path":

@@ -18,7 +18,8 @@ from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, option, writ
 
 #: What `--algorithm` takes, in words.
 ALGORITHM_TITLES = {
-    "auto": "leafcut's choice: MAX–MIN ants on up to 1500 nodes, local kicks above",
+    "auto": "leafcut's choice: the colony",
+    "colony": "ants that improve tours of their own (Lin–Kernighan), then follow each other's trails (edge assembly)",
     "as": "Ant System",
     "eas": "Elitist Ant System",
     "asrank": "rank-based Ant System",
@@ -219,6 +220,16 @@ class SolveOptions(OptionGroup):
     iterations: int | None = option(
         "whole", None, "stop after this many iterations", minimum=0, default_words="the preset's"
     )
+    target_gap: float | None = option(
+        "percent",
+        None,
+        "stop at this gap to the lower bound, in percent; it is found first",
+        minimum=0,
+        default_words="none",
+    )
+    bound: bool = option(
+        "flag", True, "find a lower bound and tell the gap to it, outside the time limit", changes_program=False
+    )
     seed: int = option("whole", 1, "start of the random numbers: same seed, same answer", minimum=0, maximum=2**32 - 1)
     threads: int = option(
         "whole",
@@ -229,14 +240,20 @@ class SolveOptions(OptionGroup):
         default_words="one per core",
         changes_program=False,
     )
-    candidates: int = option(
+    candidates: int | None = option(
         "whole",
-        16,
+        None,
         "length of each node's candidate list; 0 for all nodes, as in the first papers",
         minimum=0,
         maximum=1000,
+        default_words="8 for colony and kicks, else 16",
     )
     local_search: bool = option("flag", True, "improve every ant's tour by 2-opt and Or-opt")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.target_gap is not None and not self.bound:
+            raise OptionError("--target-gap needs the lower bound; leave out --no-bound")
 
 
 @dataclass(frozen=True)
@@ -334,7 +351,7 @@ class Settings:
             if value is not None:
                 given.setdefault(group_of(name).section, {})[name] = value
         made: dict[str, Any] = {
-            group.section: group(**_as_typed(group, given.get(group.section, {}))) for group in GROUPS
+            group.section: group(**group.as_typed(given.get(group.section, {}))) for group in GROUPS
         }
         return cls(**made)
 
@@ -346,17 +363,6 @@ class Settings:
             for name, value in group.changed().items()
             if group.specs()[name].changes_program
         }
-
-
-def _as_typed(group: type[OptionGroup], given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values with bare numbers as texts: ``feed = 300`` is mm/min, as ``--feed 300`` is, and not mm/s."""
-    specs = group.specs()
-    return {
-        name: repr(float(value))
-        if specs[name].kind == "quantity" and isinstance(value, int | float) and not isinstance(value, bool)
-        else value
-        for name, value in given.items()
-    }
 
 
 def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:

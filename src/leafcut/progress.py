@@ -19,10 +19,12 @@ class Reporter:
         self.task: Any = None
         self.quiet = quiet
         self.began = time.perf_counter()
+        #: When a share of the work was first told of, and that share: compiling does not count.
+        self.origin: tuple[float, float] | None = None
         self.terminal = sys.stderr.isatty()
 
-    def __call__(self, what: str, cost: float | None, share: float) -> None:
-        """Show what is being done, the cost so far and the share done."""
+    def __call__(self, what: str, cost: float | None, share: float, gap: float | None = None) -> None:
+        """Show what is being done, the cost so far, its gap to the lower bound, the share done and the time left."""
         if self.quiet:
             return
         if what.startswith("compiling"):
@@ -32,7 +34,20 @@ class Reporter:
         if self.bar is None:
             self._open()
         words = what if cost is None else f"{what}: {cost:,.2f}"
-        self.bar.update(self.task, completed=100.0 * share, description=words)
+        if gap is not None:
+            words += f", at most {100.0 * gap:.2f} % too long"
+        self.bar.update(self.task, completed=100.0 * share, description=words, left=self._left(share))
+
+    def _left(self, share: float) -> str:
+        """Return how long the rest takes if it goes on as it did; empty while that is not known."""
+        now = time.perf_counter()
+        if self.origin is None or not 0.0 < self.origin[1] <= share:
+            self.origin = (now, share)
+        began, before = self.origin
+        if share <= before:
+            return ""
+        seconds = (now - began) * (1.0 - share) / (share - before)
+        return f"{seconds:.0f} s left" if seconds < 90 else f"{seconds / 60:.0f} min left"
 
     def _say(self, line: str) -> None:
         if self.bar is not None:
@@ -44,10 +59,15 @@ class Reporter:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-        columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            TimeElapsedColumn(),
+            TextColumn("{task.fields[left]}"),
+        )
         self.bar = Progress(*columns, console=Console(stderr=True), transient=True)
         self.bar.start()
-        self.task = self.bar.add_task("", total=100.0)
+        self.task = self.bar.add_task("", total=100.0, left="")
 
     def __enter__(self) -> Self:
         return self

@@ -119,7 +119,7 @@ def test_the_figures_are_those_of_the_outcome(outcome_of):
     for figure in ("42.0 s", "42.0 % less machine time", "1 h 10 min on a hundred parts", "1 min 40 s", "58.0 s"):
         assert figure in words
     assert "9.00 m" in words
-    assert "At most 5.00 % above the best possible order" in words
+    assert "Travel time at most 5.00 % above the least possible." in words
     assert "T1 drill Ø2, 2 holes" in words
     assert "seed 7" in words
     assert "--thickness 6.35mm" in words

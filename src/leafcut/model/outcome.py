@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.part import Part
-from leafcut.model.solution import Solution
+from leafcut.model.solution import Solution, gap
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
 
@@ -84,12 +84,15 @@ class Outcome:
 
     @property
     def lower_bound(self) -> float | None:
-        """Sum of the operations' lower bounds in the unit of their costs, or None when one has none."""
+        """Sum of the operations' lower bounds in the unit of their costs, or None when one has none.
+
+        Each is a bound of the travel of one tool from where the tool before it ended: of several tools, the sum is a
+        bound of their paths one by one, not of all ways to share the work.
+        """
         bounds = [o.solution.lower_bound for o in self.operations]
         return None if not bounds or any(b is None for b in bounds) else sum(b for b in bounds if b is not None)
 
     @property
     def gap(self) -> float | None:
         """How far at most the orders are above the least possible, as a fraction; None without a bound."""
-        bound = self.lower_bound
-        return None if not bound else sum(o.solution.cost for o in self.operations) / bound - 1.0
+        return gap(sum(o.solution.cost for o in self.operations), self.lower_bound)

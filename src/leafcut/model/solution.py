@@ -53,6 +53,13 @@ class Solution:
     @property
     def gap(self) -> float | None:
         """How far at most the cost is above the least possible, as a fraction; None without a bound."""
-        if self.lower_bound is None or self.lower_bound <= 0:
-            return None
-        return self.cost / self.lower_bound - 1.0
+        return gap(self.cost, self.lower_bound)
+
+
+def gap(cost: float, bound: float | None) -> float | None:
+    """Return how far a cost is above a lower bound, as a fraction of the bound; None where that says nothing."""
+    if bound is None or cost < bound:
+        return None
+    if cost == bound:
+        return 0.0
+    return cost / bound - 1.0 if bound > 0 else None

@@ -1,17 +1,21 @@
-"""The answer of `leafcut optimize --json`: one object of plain values, with the keys that scripts rely on."""
+"""The answers of `leafcut optimize --json` and `solve --json`: plain values, with the keys that scripts rely on."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from leafcut.model.outcome import Measure, OperationOutcome, Outcome
+from leafcut.model.part import Part
+from leafcut.model.solution import Solution
 from leafcut.report.wording import algorithm_words, feed_mm_min, plain_number
 
 
 def as_json(outcome: Outcome) -> dict[str, Any]:
     """Return the outcome as a dict of lists, dicts, texts and finite numbers; what is not known is None.
 
-    Lengths are in mm, times in s, feeds in mm/min. `lower_bound` is in the unit of the objective: s or mm.
+    Lengths are in mm, times in s, feeds in mm/min. `lower_bound` is in the unit of the objective, s or mm,
+    and of the travel between holes: the sum over the operations, each from where the one before it ended.
+    `gap_percent` is how far at most the travel is above it.
     """
     gap = plain_number(outcome.gap)
     return {
@@ -42,6 +46,31 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "issues": [
             {"code": i.code, "severity": i.severity.value, "message": i.message, "place": i.place}
             for i in outcome.issues
+        ],
+    }
+
+
+def solution_as_json(part: Part, solution: Solution) -> dict[str, Any]:
+    """Return the answer of `leafcut solve --json`: lengths are in the unit of the map's own rule of distance.
+
+    The gap is against the best known length where the map has one, else against the lower bound.
+    """
+    gap = solution.cost / part.optimum - 1.0 if part.optimum else solution.gap
+    return {
+        "instance": part.name,
+        "n": len(part.holes),
+        "algorithm": solution.algorithm,
+        "seed": solution.seed,
+        "length": solution.cost,
+        "optimum": part.optimum,
+        "gap_percent": None if gap is None else 100.0 * gap,
+        "lower_bound": solution.lower_bound,
+        "seconds": solution.seconds,
+        "iterations": solution.iterations,
+        "history": [list(step) for step in solution.history],
+        "workers": [
+            {"worker": w.worker, "ants": w.ants, "seconds": w.seconds, "best": plain_number(w.best)}
+            for w in solution.workers
         ],
     }
 

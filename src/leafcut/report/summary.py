@@ -9,6 +9,7 @@ from leafcut.model.outcome import Outcome
 from leafcut.report.wording import (
     NO_VALUE,
     algorithm_words,
+    bound_words,
     clean,
     counts_words,
     group_issues,
@@ -84,7 +85,7 @@ def _facts(outcome: Outcome) -> Table:
         ("verified", verified if outcome.verified else Text("no", "bold red")),
     ]
     if outcome.gap is not None:
-        facts.append(("gap", Text(f"at most {percent_words(100 * outcome.gap, 2)} above the best possible order")))
+        facts.append(("gap", Text(bound_words(outcome))))
     if outcome.operations:
         method = f"{clean(algorithm_words(outcome))}, seed {outcome.seed}, {time_words(outcome.seconds)}"
         facts.append(("method", Text(method)))

@@ -10,6 +10,8 @@ from leafcut.report import chart
 from leafcut.report.drawing import Scene, tool_class
 from leafcut.report.wording import (
     NO_VALUE,
+    at_most_words,
+    bound_words,
     clean,
     clean_lines,
     cost_words,
@@ -64,13 +66,13 @@ def saved(outcome: Outcome) -> Row:
     worse = seconds < 0
     percent = f"{percent_words(abs(outcome.saved_percent))} {'more' if worse else 'less'} machine time"
     hundred = f", {time_words(100 * seconds)} on a hundred parts" if seconds > 0 else ""
-    bound = f"At most {percent_words(100 * outcome.gap, 2)} above" if outcome.gap is not None else ""
+    bound = bound_words(outcome)
     return {
         "figure": time_words(abs(seconds)),
         "worse": worse,
         "words": f"{'longer than' if worse else 'saved against'} the drawing’s order",
         "percent": f"{percent}{hundred}." if outcome.before.time_s > 0 else "There is nothing to machine.",
-        "gap": f"{bound} the best possible order (lower bound)." if bound else "",
+        "gap": f"{bound[0].upper()}{bound[1:]}." if bound else "",
     }
 
 
@@ -125,7 +127,7 @@ def searches(outcome: Outcome) -> list[Row]:
         if solution.iterations:
             facts.append(count(solution.iterations, "iteration"))
         if solution.gap is not None:
-            facts.append(f"gap ≤ {percent_words(100 * solution.gap, 2)}")
+            facts.append(at_most_words(solution.gap, solution.unit))
         if solution.stopped_early:
             facts.append("stopped early")
         words = operation_words(operation)

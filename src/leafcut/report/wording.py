@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import Measure, Outcome
+from leafcut.model.solution import gap
 from leafcut.units import SECONDS_PER_MINUTE, format_length, format_time
 
 NO_VALUE = "–"
@@ -66,6 +67,40 @@ def percent_words(percent: float | None, places: int = 1) -> str:
         return NO_VALUE
     number = f"{abs(percent):.{places}f}"
     return (MINUS if percent < 0 and float(number) > 0 else "") + f"{number} %"
+
+
+def at_most_words(fraction: float, unit: str) -> str:
+    """Return ``at most 1.24 % above the shortest possible`` for a gap; ``the least`` where time counts.
+
+    The figure is rounded up: less would not be certain.
+    """
+    possible = "the least possible" if unit == "s" else "the shortest possible"
+    hundredths = math.ceil(1e4 * fraction - 1e-6)
+    return f"at most {percent_words(hundredths / 100, 2)} above {possible}" if hundredths > 0 else possible
+
+
+def bound_words(outcome: Outcome) -> str:
+    """Return what is certain of the orders: ``travel time at most 1.24 % above the least possible``; empty for nothing.
+
+    With several tools it says that each tool's path was taken from where the tool before it ended.
+    """
+    if outcome.gap is None:
+        return ""
+    unit = outcome.operations[0].solution.unit
+    words = f"{'travel time' if unit == 's' else 'travel'} {at_most_words(outcome.gap, unit)}"
+    return words + (", each tool from where the one before it ended" if len(outcome.operations) > 1 else "")
+
+
+def gap_lines(length: float, optimum: float | None, bound: float | None) -> list[str]:
+    """Return what is known of how good a tour is, a line each: against the best known length, and for certain."""
+    lines = []
+    if optimum is not None:
+        above = percent_words(100.0 * (length / optimum - 1.0), 3)
+        lines.append(f"{above} above the best known length, {optimum:,.10g}")
+    certain = gap(length, bound)
+    if certain is not None:
+        lines.append(f"{at_most_words(certain, 'mm')} (lower bound {bound:,.10g})")
+    return lines
 
 
 def number_words(value: float) -> str:

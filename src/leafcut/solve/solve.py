@@ -20,13 +20,21 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.options import AcoOptions, SolveOptions
 from leafcut.solve.aco import Ants, Colony, Parameters, first_tour
+from leafcut.solve.certificate import aim, certify, stands_for_its_tour
 from leafcut.solve.clusters import choose_nodes
+from leafcut.solve.colony import Workers, improve_by_colony
 from leafcut.solve.construction import nearest_neighbour
 from leafcut.solve.instance import FULL_LISTS_LIMIT, Instance, build_instance, path_cost
 from leafcut.solve.kicks import CANDIDATES, improve_by_kicks, kicks_per_iteration
 from leafcut.solve.loop import search
-from leafcut.solve.statistics import Best, Progress
+from leafcut.solve.statistics import Best, Progress, WorkerLog
 from leafcut.solve.stop import Stop
+
+#: Candidates of each node for ants that choose every edge of a tour among them.
+ANTS_CANDIDATES = 16
+
+#: From this many clusters on a colony may have to do with kicks, and their kernels are made ready.
+KICKS_FROM = 10_000
 
 #: Up to this many clusters every order is tried: local search needs five nodes.
 TRY_ALL = 4
@@ -34,11 +42,11 @@ TRY_ALL = 4
 #: A preset is a budget of nodes visited by ants, and how many iterations without a better tour end it.
 PRESETS = {"fast": (2e5, 30), "default": (4e6, 40), "thorough": (1e8, 2000)}
 
+#: The same for the colony: nodes of all the tours that its ants may build.
+COLONY_PRESETS = {"fast": 1e5, "default": 6e5, "thorough": 1e7}
+
 #: The same for local kicks: kicks per node, and most kicks.
 KICK_PRESETS = {"fast": (10, 2e4), "default": (100, 2e5), "thorough": (2000, math.inf)}
-
-#: Above this many clusters `auto` kicks one tour instead of building whole ones: an ant costs n steps, a kick a few.
-ANTS_LIMIT = 1500
 
 
 @dataclass(frozen=True)
@@ -63,50 +71,80 @@ def solve(
     Parameters
     ----------
     progress
-        Called after every iteration with (iteration, cost, seconds, share done).
+        Called after every iteration with (iteration, cost, seconds, share done, gap or None).
     cancelled
         Set it from another thread to stop and keep the best. Ctrl-C does the same.
 
     Raises
     ------
     SolveError
-        The problem has precedence pairs, or asks for full candidate lists on too many nodes.
+        The problem has precedence pairs, asks for full candidate lists on too many nodes, or for a gap where no lower
+        bound can be had.
     """
     options, aco = options or SolveOptions(), aco or AcoOptions()
-    options = replace(options, algorithm=choose_algorithm(options.algorithm, problem.n_clusters))
+    options = _decided(options)
     if len(problem.precedence):
         raise SolveError("this algorithm cannot keep precedence pairs inside one routing problem")
     tiny = problem.n_clusters <= TRY_ALL
     if not tiny and options.algorithm != "none":
-        warm_up(options, aco)
+        warm_up(options, aco, problem.n_clusters)
     stop = Stop(cancelled=cancelled or threading.Event())
     if options.time_limit is not None:
         stop.seconds = options.time_limit
-    best = Best(stop, progress)
+    best = Best(stop, progress, float(problem.service.sum()))
     if tiny or options.algorithm == "none":
-        order = _try_all(problem) if options.algorithm != "none" else np.arange(problem.n_clusters, dtype=np.int32)
-        return _solution(problem, order, options, Found(order), best)
-    if not options.candidates and problem.n_clusters > FULL_LISTS_LIMIT:
+        return _without_search(problem, options, best)
+    if options.candidates == 0 and problem.n_clusters > FULL_LISTS_LIMIT:
         raise SolveError(
             f"--candidates 0 makes all {problem.n_clusters} nodes candidates of each other, too much memory above "
             f"{FULL_LISTS_LIMIT} nodes; give a number such as 16"
         )
-    instance = build_instance(problem, CANDIDATES if options.algorithm == "kicks" else options.candidates)
+    instance = build_instance(problem, _candidates(options))
+    aim(options, instance, best)
     found = _run(instance, options, aco, stop, best)
-    return _solution(problem, instance.path(found.tour), options, found, best)
+    solution = _solution(problem, instance.path(found.tour), options, found, best)
+    return certify(problem, solution, best.bound, stop.cancelled, instance) if options.bound else solution
 
 
-def warm_up(options: SolveOptions, aco: AcoOptions) -> None:
-    """Have every kernel that `options` need compiled, or loaded from disk, before any clock starts.
+def _decided(options: SolveOptions) -> SolveOptions:
+    """Return the options with the name of what `auto` stands for."""
+    return replace(options, algorithm="colony") if options.algorithm == "auto" else options
 
-    Six nodes and one iteration: next to nothing when the kernels are there already.
+
+def _candidates(options: SolveOptions) -> int:
+    if options.candidates is not None:
+        return options.candidates
+    return CANDIDATES if options.algorithm in ("colony", "kicks") else ANTS_CANDIDATES
+
+
+def _without_search(problem: RoutingProblem, options: SolveOptions, best: Best) -> Solution:
+    """Return the drawing's order when asked for, else the best of the few orders there are: its cost is the bound."""
+    drawn = options.algorithm == "none"
+    order = np.arange(problem.n_clusters, dtype=np.int32) if drawn else _try_all(problem)
+    solution = _solution(problem, order, options, Found(order), best)
+    if not options.bound:
+        return solution
+    bound = None
+    if problem.n_clusters <= TRY_ALL:
+        bound = path_cost(problem, choose_nodes(problem, _try_all(problem) if drawn else order))
+    return certify(problem, solution, bound, best.stop.cancelled)
+
+
+def warm_up(options: SolveOptions, aco: AcoOptions, n: int = 0) -> None:
+    """Have every kernel compiled, or loaded from disk, that `options` need for n nodes, before any clock starts.
+
+    Forty nodes and one iteration: next to nothing when the kernels are there already.
     """
-    tiny = RoutingProblem.of_points(np.arange(12.0).reshape(6, 2) ** 2)
+    options = _decided(options)
+    small = RoutingProblem.of_points(np.random.default_rng(1).uniform(0.0, 100.0, (40, 2)))
     once = replace(options, iterations=1, threads=1)
-    for lists in (3, 0):
+    build_instance(small, 0)
+    instance = build_instance(small, CANDIDATES)
+    names = [options.algorithm, "kicks"] if options.algorithm == "colony" and n > KICKS_FROM else [options.algorithm]
+    for name in names:
         stop = Stop()
-        found = _run(build_instance(tiny, lists), once, replace(aco, n_ants=1), stop, Best(stop))
-    path_cost(tiny, found.tour[found.tour < tiny.n_clusters])
+        found = _run(instance, replace(once, algorithm=name), replace(aco, n_ants=1), stop, Best(stop))
+    path_cost(small, instance.path(found.tour))
 
 
 def _run(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop, best: Best) -> Found:
@@ -119,6 +157,8 @@ def _run(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop,
     if algorithm == "2opt":
         first_tour(instance, True, stop, best)
         return Found(best.tour)
+    if algorithm == "colony":
+        return _colony(instance, options, stop, best)
     if algorithm == "kicks":
         per_node, most = KICK_PRESETS[options.preset]
         _set_budget(stop, options, min(per_node * instance.n, most) / kicks_per_iteration(instance.n))
@@ -138,11 +178,19 @@ def _run(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop,
     return Found(best.tour, iterations, ants.log.figures())
 
 
-def choose_algorithm(name: str, n_clusters: int) -> str:
-    """Return what `auto` stands for at this size, or the name itself."""
-    if name != "auto":
-        return name
-    return "mmas" if n_clusters <= ANTS_LIMIT else "kicks"
+def _colony(instance: Instance, options: SolveOptions, stop: Stop, best: Best) -> Found:
+    """Run the colony: without a clock and without a number of generations, on the preset's budget."""
+    counted = options.iterations is not None or options.time_limit is not None
+    visits = math.inf if counted else COLONY_PRESETS[options.preset]
+    if options.iterations is not None:
+        stop.iterations = options.iterations
+    threads = options.threads or os.cpu_count() or 1
+    with _pool(threads) as executor:
+        workers = Workers(executor, threads, stop, WorkerLog.of(threads))
+        iterations = _until_interrupted(
+            lambda: improve_by_colony(instance, options.seed, stop, best, workers, visits), best
+        )
+    return Found(best.tour, iterations, workers.log.figures())
 
 
 def _set_budget(stop: Stop, options: SolveOptions, iterations: float, patience: float = math.inf) -> None:
@@ -155,11 +203,13 @@ def _set_budget(stop: Stop, options: SolveOptions, iterations: float, patience: 
 
 
 def _until_interrupted(work: Callable[[], int], best: Best) -> int:
-    """Return the iterations that `work` made; Ctrl-C ends it, and what is in `best` is kept."""
+    """Return the iterations that `work` made; Ctrl-C ends it, and what is in `best` is kept, if there is anything."""
     try:
         return work()
     except KeyboardInterrupt:
         best.stop.cancelled.set()
+        if not len(best.tour):
+            raise
         return best.iteration
 
 
@@ -183,9 +233,6 @@ def _solution(
     nodes = choose_nodes(problem, order)
     cost = path_cost(problem, nodes)
     seconds = best.stop.elapsed()
-    # Costs of the search are without service; the history is told in the costs of the answer.
-    extra = cost - best.cost if best.history else 0.0
-    history = [(t, c + extra) for t, c in best.history] or [(seconds, cost)]
     return Solution(
         nodes=nodes,
         cost=cost,
@@ -194,13 +241,33 @@ def _solution(
         seed=options.seed,
         iterations=found.iterations,
         seconds=seconds,
-        history=tuple(history),
+        history=_history(problem, best, seconds, cost),
         workers=found.workers,
         stopped_early=best.stop.cancelled.is_set() or seconds >= best.stop.seconds,
     )
 
 
+def _history(problem: RoutingProblem, best: Best, seconds: float, cost: float) -> tuple[tuple[float, float], ...]:
+    """Return what the best path cost at every improvement, service included, ending with `cost`.
+
+    Where a cluster has several ways the search knows only its middle: then the answer's cost is all that is known.
+    """
+    if not best.history or not stands_for_its_tour(problem):
+        return ((seconds, cost),)
+    *before, (last, _) = best.history
+    return (*((t, max(cost, c + best.service)) for t, c in before), (last, cost))
+
+
 def keep_better(problem: RoutingProblem, solution: Solution, other: NDArray[np.int32]) -> Solution:
     """Return `solution`, with the nodes int32[clusters] of `other` instead when those cost less."""
     cost = path_cost(problem, other)
-    return solution if cost >= solution.cost else replace(solution, nodes=other, cost=cost)
+    if cost >= solution.cost:
+        return solution
+    bound = solution.lower_bound
+    return replace(
+        solution,
+        nodes=other,
+        cost=cost,
+        history=(*solution.history, (solution.seconds, cost)),
+        lower_bound=None if bound is None else min(bound, cost),
+    )

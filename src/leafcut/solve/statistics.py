@@ -9,19 +9,26 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.model.solution import WorkerFigures
+from leafcut.model.solution import WorkerFigures, gap
 from leafcut.solve.stop import Stop
 
-#: Told about every step: (iteration, best cost, seconds, share of the work done 0 … 1). Must be quick.
-Progress = Callable[[int, float, float, float], None]
+#: Told about every step: (iteration, best cost, seconds, share of the work done 0 … 1, gap as a fraction or None
+#: where there is no bound yet). Must be quick.
+Progress = Callable[[int, float, float, float, float | None], None]
 
 
 @dataclass
 class Best:
-    """The best tour so far, and how it came about."""
+    """The best tour so far, and how it came about.
+
+    `cost`, `history` and `Stop.target` are in the search's costs: travel alone. `service` is what every tour costs
+    besides, and `bound` the lower bound of both together, where it is known before the search.
+    """
 
     stop: Stop
     progress: Progress | None = None
+    service: float = 0.0
+    bound: float | None = None
     tour: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     cost: float = math.inf
     iteration: int = 0
@@ -33,6 +40,8 @@ class Best:
             return False
         self.tour, self.cost, self.iteration = tour.copy(), float(cost), iteration
         self.history.append((self.stop.elapsed(), float(cost)))
+        if cost <= self.stop.target:
+            self.stop.satisfied = True
         return True
 
     def tell(self, iteration: int) -> None:
@@ -41,7 +50,8 @@ class Best:
             return
         seconds = self.stop.elapsed()
         shares = (iteration / self.stop.iterations, seconds / self.stop.seconds)
-        self.progress(iteration, self.cost, seconds, min(1.0, max(shares)))
+        cost = self.cost + self.service
+        self.progress(iteration, cost, seconds, min(1.0, max(shares)), gap(cost, self.bound))
 
 
 @dataclass
@@ -51,6 +61,13 @@ class WorkerLog:
     ants: list[int]
     seconds: list[float]
     best: list[float]
+    known: list[object] = field(default_factory=list)
+
+    def number(self, who: object) -> int:
+        """Return the number of the worker that calls itself `who`: they are counted as they turn up."""
+        if who not in self.known:
+            self.known.append(who)
+        return self.known.index(who) % len(self.ants)
 
     @classmethod
     def of(cls, workers: int) -> WorkerLog:

@@ -1,10 +1,12 @@
-"""When to stop: a budget of iterations, a clock, a person, or nothing new for long."""
+"""When to stop: good enough, a budget of iterations, a clock, a person, or nothing new for long."""
 
 from __future__ import annotations
 
 import math
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 
@@ -12,7 +14,8 @@ from dataclasses import dataclass, field
 class Stop:
     """All reasons to stop in one place.
 
-    `now` is asked often (between ants): only a person or the clock stops there. `reached` is asked between iterations.
+    `now` is asked often (between ants): only a person, the clock, or a tour that is good enough stops there. `reached`
+    is asked between iterations.
 
     Attributes
     ----------
@@ -20,6 +23,10 @@ class Stop:
         Most iterations, and most of them without a better tour.
     seconds
         Most seconds since the object was made, by the clock.
+    target
+        A tour that costs no more is good enough, in the search's costs (without service).
+    satisfied
+        Set by `Best.offer` when it was given such a tour.
     cancelled
         Set from outside (Ctrl-C, a button) to stop and keep the best.
     """
@@ -27,6 +34,8 @@ class Stop:
     iterations: float = math.inf
     patience: float = math.inf
     seconds: float = math.inf
+    target: float = -math.inf
+    satisfied: bool = False
     cancelled: threading.Event = field(default_factory=threading.Event)
     began: float = field(default_factory=time.perf_counter)
 
@@ -36,7 +45,16 @@ class Stop:
 
     def now(self) -> bool:
         """Return whether to stop at once, with what there is."""
-        return self.cancelled.is_set() or self.elapsed() >= self.seconds
+        return self.satisfied or self.cancelled.is_set() or self.elapsed() >= self.seconds
+
+    @contextmanager
+    def paused(self) -> Iterator[None]:
+        """Do something that is not the search, such as seeking a lower bound, with the clock stopped."""
+        began = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.began += time.perf_counter() - began
 
     def reached(self, iteration: int, since_better: int) -> bool:
         """Return whether to stop before `iteration` (counted from 0), `since_better` iterations after the last gain."""

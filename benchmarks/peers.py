@@ -1,0 +1,319 @@
+"""leafcut beside other solvers, in one run on one machine and by one clock.
+
+    python benchmarks/peers.py pcb442 pcb3038 --times 1,10 --seeds 3 --write docs/benchmarks.md
+
+Peers are in the extra `bench` (`pip install -e '.[bench]'`). One that is not installed, or cannot take a board, has a
+line that says so. Every run is a process of its own; solvers take turns, so that what else the machine does meets all
+of them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import math
+import multiprocessing
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from multiprocessing.connection import Connection
+from statistics import median
+from typing import Any
+
+import boards
+from boards import Board
+from numpy.typing import ArrayLike
+from page import facts, table, write_section
+from tsplib import NO_TOUR, parser, problem_of, warm_up
+
+from leafcut.options import SolveOptions
+from leafcut.solve.solve import solve
+
+#: Seconds that a process may take to import, read and build its matrix, and to come to an end after its time.
+PATIENCE = 120.0
+
+#: What a solver found: the tour, and how long it says that it is, where it says so.
+Answer = tuple[ArrayLike, float | None]
+
+
+@dataclass(frozen=True)
+class Task:
+    """One run: seconds that the solver is given, its seed, and its threads, as far as it takes them."""
+
+    seconds: float
+    seed: int
+    threads: int
+
+
+@dataclass(frozen=True)
+class Peer:
+    """A solver: what it is called, the package it needs, why it cannot take a board, and how it is run.
+
+    `prepare` does what is not measured (import, matrix) and returns what is. `anytime` solvers stop after the seconds
+    given; the others return when they are done, and are run once.
+    """
+
+    name: str
+    package: str
+    refusal: Callable[[Board], str]
+    prepare: Callable[[Board, Task], Callable[[], Answer]]
+    anytime: bool = True
+
+
+@dataclass(frozen=True)
+class Result:
+    """One run's gap in percent, and seconds by the clock and of processors; or why there is none."""
+
+    gap: float = math.inf
+    wall: float = 0.0
+    processor: float = 0.0
+    why: str = ""
+
+
+def prepare_leafcut(board: Board, task: Task, algorithm: str = "auto") -> Callable[[], Answer]:
+    """Return leafcut's search, kernels loaded; neighbour lists are made inside."""
+    options = SolveOptions(
+        algorithm=algorithm, time_limit=task.seconds, seed=task.seed, threads=task.threads, bound=False
+    )
+    warm_up(board, options)
+    problem = problem_of(board)
+
+    def run() -> Answer:
+        found = solve(problem, options)
+        return found.nodes, found.cost
+
+    return run
+
+
+def prepare_2opt(board: Board, task: Task) -> Callable[[], Answer]:
+    """Return leafcut's own nearest neighbour with 2-opt and Or-opt to a local optimum."""
+    return prepare_leafcut(board, task, "2opt")
+
+
+def prepare_fast_tsp(board: Board, task: Task) -> Callable[[], Answer]:
+    """Return fast-tsp's search; its matrix is made before."""
+    fast_tsp = import_module("fast_tsp")
+    distances = boards.matrix(board, "uint16")
+
+    def run() -> Answer:
+        tour = fast_tsp.find_tour(distances, duration_seconds=task.seconds, max_threads=task.threads)
+        return tour, None
+
+    return run
+
+
+def prepare_elkai(board: Board, task: Task) -> Callable[[], Answer]:
+    """Return one run of LKH with its defaults, which has neither time limit nor seed here."""
+    cities = import_module("elkai").Coordinates2D({str(i): (x, y) for i, (x, y) in enumerate(board.xy.tolist())})
+
+    def run() -> Answer:
+        return [int(city) for city in cities.solve_tsp(runs=1)[:-1]], None
+
+    return run
+
+
+def prepare_ortools(board: Board, task: Task) -> Callable[[], Answer]:
+    """Return guided local search of OR-Tools' routing from its cheapest-arc start; model and matrix are made before."""
+    routing: Any = import_module("ortools.constraint_solver.pywrapcp")
+    enums: Any = import_module("ortools.constraint_solver.routing_enums_pb2")
+    manager = routing.RoutingIndexManager(board.n, 1, 0)
+    model = routing.RoutingModel(manager)
+    model.SetArcCostEvaluatorOfAllVehicles(model.RegisterTransitMatrix(boards.matrix(board, "int64").tolist()))
+    parameters = routing.DefaultRoutingSearchParameters()
+    parameters.first_solution_strategy = enums.FirstSolutionStrategy.PATH_CHEAPEST_ARC
+    parameters.local_search_metaheuristic = enums.LocalSearchMetaheuristic.GUIDED_LOCAL_SEARCH
+    parameters.time_limit.FromMilliseconds(round(1000 * task.seconds))
+
+    def run() -> Answer:
+        found = model.SolveWithParameters(parameters)
+        if found is None:
+            raise TimeoutError(f"no tour within {task.seconds:g} s")
+        tour, index = [], model.Start(0)
+        while not model.IsEnd(index):
+            tour.append(manager.IndexToNode(index))
+            index = found.Value(model.NextVar(index))
+        return tour, found.ObjectiveValue()
+
+    return run
+
+
+def _whole(board: Board) -> str:
+    return "" if board.rule in ("EUC_2D", "CEIL_2D") else "needs whole distances"
+
+
+def _small(board: Board, most: int, bytes_each: int) -> str:
+    """Return why a matrix is too large, from `most` nodes up."""
+    return "" if board.n <= most else f"its matrix of n² distances would take {board.n**2 * bytes_each / 1e9:,.1f} GB"
+
+
+def _refused_by_fast_tsp(board: Board) -> str:
+    reach = float(max(board.xy.max(axis=0) - board.xy.min(axis=0)))
+    far = "needs distances of at most 65,535" if math.hypot(reach, reach) > 65_535 else ""
+    return _whole(board) or far or _small(board, 12_000, 2)
+
+
+def _refused_by_elkai(board: Board) -> str:
+    return "" if board.rule == "EUC_2D" else "takes EUC_2D only"
+
+
+def _refused_by_ortools(board: Board) -> str:
+    # A list of lists of Python's numbers: some 40 bytes a distance.
+    return _whole(board) or _small(board, 6_000, 40)
+
+
+PEERS = (
+    Peer("leafcut", "", lambda board: "", prepare_leafcut),
+    Peer("nearest neighbour + 2-opt", "", lambda board: "", prepare_2opt),
+    Peer("fast-tsp", "fast_tsp", _refused_by_fast_tsp, prepare_fast_tsp),
+    Peer("LKH (elkai)", "elkai", _refused_by_elkai, prepare_elkai, anytime=False),
+    Peer("OR-Tools guided local search", "ortools", _refused_by_ortools, prepare_ortools),
+)
+
+
+def work(connection: Connection, peer: int, name: str, task: Task) -> None:
+    """Run one peer in this process; send ``ready`` when the clock begins, then a `Result`, or what is wrong with it."""
+    try:
+        board = boards.load(name)
+        run = PEERS[peer].prepare(board, task)
+        connection.send("ready")
+        wall, processor = time.perf_counter(), time.process_time()
+        tour, stated = run()
+        wall, processor = time.perf_counter() - wall, time.process_time() - processor
+        length = boards.checked_length(board, tour, stated)
+        connection.send(Result(board.gap_percent(length), wall, processor))
+    except AssertionError as problem:
+        connection.send(problem)
+    except Exception as problem:
+        connection.send(Result(why=" ".join((str(problem) or type(problem).__name__).split())))
+
+
+def measure(peer: int, name: str, task: Task, limit: float) -> Result:
+    """Return what one peer did in a process of its own, ended when it overruns `limit` seconds.
+
+    Raises
+    ------
+    AssertionError
+        The tour was wrong, or of another length than stated.
+    """
+    context = multiprocessing.get_context("spawn")
+    here, there = context.Pipe(duplex=False)
+    process = context.Process(target=work, args=(there, peer, name, task), daemon=True)
+    process.start()
+    there.close()
+    try:
+        for wait, words in ((PATIENCE, f"not ready after {PATIENCE:g} s"), (limit, f"no tour within {limit:g} s")):
+            if not here.poll(wait):
+                return Result(why=words)
+            message = here.recv()
+            if isinstance(message, AssertionError):
+                raise AssertionError(f"{PEERS[peer].name}: {message}")
+            if isinstance(message, Result):
+                return message
+        raise AssertionError(f"{PEERS[peer].name} said twice that it is ready")
+    except EOFError:
+        return Result(why="its process died")
+    finally:
+        process.kill()
+        process.join()
+
+
+def refusal(peer: Peer, board: Board) -> str:
+    """Return why a peer is not run on a board, or an empty text."""
+    if peer.package and importlib.util.find_spec(peer.package) is None:
+        return "not installed (pip install -e '.[bench]')"
+    return peer.refusal(board)
+
+
+def results_of(
+    board: Board, times: Sequence[float], seeds: int, threads: int, patience: float
+) -> dict[tuple[int, float], list[Result]]:
+    """Return the results of all peers on a board, by peer and time; 0 is the time of those that return when done."""
+    found: dict[tuple[int, float], list[Result]] = {}
+    able = [k for k, peer in enumerate(PEERS) if not refusal(peer, board)]
+    for seed, seconds, peer in _turns(able, times, seeds):
+        limit = seconds + PATIENCE if seconds else patience
+        result = measure(peer, board.name, Task(seconds, seed, threads), limit)
+        found.setdefault((peer, seconds), []).append(result)
+        said = result.why or f"{result.gap:.3f} % in {result.wall:.2f} s"
+        print(f"{board.name}, {PEERS[peer].name}, seed {seed}: {said}", file=sys.stderr, flush=True)
+    return found
+
+
+def _turns(able: Sequence[int], times: Sequence[float], seeds: int) -> Iterator[tuple[int, float, int]]:
+    """Yield (seed, seconds, peer): all peers in turn for each seed and time; once those that return when done."""
+    for seed in range(1, seeds + 1):
+        for seconds in times:
+            yield from ((seed, seconds, k) for k in able if PEERS[k].anytime)
+    yield from ((1, 0.0, k) for k in able if not PEERS[k].anytime)
+
+
+def cell(results: Sequence[Result]) -> str:
+    """Return the median gap and the median seconds by the clock and of processors: ``0.120 (1.0 / 1.0)``."""
+    good = [r for r in results if not r.why]
+    if 2 * len(good) <= len(results):
+        return NO_TOUR
+    gap = median(r.gap for r in results)
+    return f"{gap:.3f} ({median(r.wall for r in good):.1f} / {median(r.processor for r in good):.1f})"
+
+
+def rows_of(board: Board, times: Sequence[float], found: dict[tuple[int, float], list[Result]]) -> Iterator[list[str]]:
+    """Yield a row for every peer, those that were not run among them."""
+    for k, peer in enumerate(PEERS):
+        note = refusal(peer, board)
+        mine = [r for (number, _), results in found.items() if number == k for r in results]
+        if note:
+            yield [f"{board.name} ({board.n:,})", peer.name, *(NO_TOUR for _ in times), f"not run: {note}"]
+            continue
+        if peer.anytime:
+            cells = [cell(found[k, t]) for t in times]
+        else:
+            cells = [cell(mine) if mine[0].wall <= t else NO_TOUR for t in times]
+            note = f"done after {mine[0].wall:.1f} s at {mine[0].gap:.3f} %"
+        failures = list(dict.fromkeys(r.why for r in mine if r.why))
+        yield [f"{board.name} ({board.n:,})", peer.name, *cells, "; ".join(failures) or note]
+
+
+def section(rows: Sequence[Sequence[str]], times: Sequence[float], words: str, made: str) -> str:
+    """Return the section of the page."""
+    head = ["board", "solver", *(f"{t:g} s" for t in times), "note"]
+    return f"""## leafcut beside other solvers
+
+Gap in percent and, in brackets, seconds by the clock / seconds of processors, {words}. Every run was a process of its
+own, solvers taking turns. Import and file reading are outside the time, and so is the matrix of all distances for the
+solvers that need one; leafcut's neighbour lists are inside. fast-tsp and OR-Tools take no seed. LKH takes no time limit
+here: it is run once, with its defaults, until it is done; it is licensed for research only, and leafcut neither holds
+nor needs it. Gaps are to the optimum, to the best known length of mona-lisa100K (5,757,191), or of n uniform points on
+an area A to {boards.UNIFORM_CONSTANT}·√(nA).
+
+{made}
+
+{table(head, rows)}"""
+
+
+def main() -> None:
+    """Measure and print the table; write it into the page where asked."""
+    arguments = _arguments()
+    rows: list[list[str]] = []
+    for name in arguments.boards:
+        board = boards.load(name)
+        found = results_of(board, arguments.times, arguments.seeds, arguments.threads, arguments.patience)
+        rows += rows_of(board, arguments.times, found)
+    packages = ["leafcut", "numpy", "numba", "fast-tsp", "elkai", "ortools"]
+    seeds = f"medians of {arguments.seeds} runs" if arguments.seeds > 1 else "one run"
+    threads = f"{arguments.threads} thread{'s' if arguments.threads != 1 else ''}"
+    text = section(rows, arguments.times, f"{seeds}, {threads}", facts("peers", sys.argv[1:], packages))
+    print(text)
+    if arguments.write:
+        write_section(arguments.write, "peers", text)
+
+
+def _arguments() -> argparse.Namespace:
+    made = parser((__doc__ or "").splitlines()[0], "1,10", 3)
+    made.add_argument("--patience", type=float, default=60.0, help="seconds for solvers that take no time limit")
+    return made.parse_args()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,144 @@
+"""The benchmarks run, judge tours by themselves, and write nothing but their own section."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def benchmark(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Return what imports a module of the benchmarks."""
+    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
+    return import_module
+
+
+def run(data: Path, page: Path, script: str, *arguments: str) -> tuple[str, list[list[str]]]:
+    """Run a script; return what it printed and the rows of its table."""
+    command = [sys.executable, str(ROOT / "benchmarks" / f"{script}.py"), *arguments, "--write", str(page)]
+    environment = {**os.environ, "LEAFCUT_DATA": str(data)}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    lines = [line for line in done.stdout.splitlines() if line.startswith("| ")]
+    return done.stdout, [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+
+
+def test_the_table_of_leafcut_has_a_gap_for_every_time(data: Path, tmp_path: Path) -> None:
+    text, rows = run(data, tmp_path / "b.md", "tsplib", "kroA100", "--times", "0.1,0.2", "--seeds", "1")
+    head, _, row = rows
+    assert head == ["board", "nodes", "compared with", "0.1 s", "0.2 s", "clock, s", "processor, s"]
+    assert row[:3] == ["kroA100", "100", "21,282 (optimal)"]
+    early, late = float(row[3]), float(row[4])
+    assert 0.0 <= late <= early < 30.0
+    for words in ("Date: 20", "Machine: ", "Versions: Python 3", "Command: `python benchmarks/tsplib.py kroA100"):
+        assert words in text
+    assert f"<!-- tsplib: begin -->\n{text.strip()}\n<!-- tsplib: end -->" in (tmp_path / "b.md").read_text()
+
+
+def test_every_peer_has_a_line_whether_it_could_be_run_or_not(data: Path, tmp_path: Path) -> None:
+    """A peer that is not installed, or cannot take real distances, says why; no gap is below the optimum."""
+    options = "--times", "0.2", "--seeds", "1", "--patience", "20"
+    _, (head, _, *rows) = run(data, tmp_path / "b.md", "peers", "kroA100", "uniform:60", *options)
+    assert head == ["board", "solver", "0.2 s", "note"]
+    solvers = ["leafcut", "nearest neighbour + 2-opt", "fast-tsp", "LKH (elkai)", "OR-Tools guided local search"]
+    assert [row[1] for row in rows] == 2 * solvers
+    for board, solver, cell, note in rows:
+        if solver in solvers[:2]:
+            assert note == ""
+        assert note or re.fullmatch(r"-?\d+\.\d{3} \(\d+\.\d / \d+\.\d\)", cell)
+        if board.startswith("uniform") and solver not in solvers[:2]:
+            assert note.startswith("not run: ")
+    assert float(rows[0][2].split()[0]) <= float(rows[1][2].split()[0])
+
+
+def test_the_judge_of_tours_agrees_with_published_optima(
+    benchmark: Any, data: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from leafcut.read.tsplib import read_tour
+
+    monkeypatch.setenv("LEAFCUT_DATA", str(data))
+    boards = benchmark("boards")
+    for name in ("kroA100", "pcb442"):
+        board, tour = boards.load(name), read_tour(data / "tsplib" / f"{name}.opt.tour")
+        assert boards.checked_length(board, tour, stated=board.reference) == board.reference
+        assert boards.matrix(board, "int64")[tour, np.roll(tour, -1)].sum() == board.reference
+    assert boards.load("mona-lisa100K").reference == 5_757_191
+
+
+def test_the_judge_of_tours_refuses_what_is_no_tour_or_not_as_long_as_stated(benchmark: Any) -> None:
+    boards = benchmark("boards")
+    board = boards.uniform(5)
+    length = boards.checked_length(board, [0, 1, 2, 3, 4])
+    for tour, stated in (([0, 1, 2, 3], None), ([0, 1, 2, 3, 3], None), ([0, 1, 2, 3, 4], length * 1.000001)):
+        with pytest.raises(AssertionError, match="uniform:5: the tour"):
+            boards.checked_length(board, tour, stated)
+
+
+def test_distances_are_rounded_as_tsplib_says(benchmark: Any) -> None:
+    """√2 = 1.41 and √8 = 2.83: to the nearest 1 and 3, upwards 2 and 3."""
+    boards = benchmark("boards")
+    distances = np.sqrt([2.0, 8.0])
+    assert boards.rounded("EUC_2D", distances).tolist() == [1.0, 3.0]
+    assert boards.rounded("CEIL_2D", distances).tolist() == [2.0, 3.0]
+    assert boards.rounded("EUC_2D", np.array([2.5])).tolist() == [3.0]
+    with pytest.raises(ValueError, match="GEO"):
+        boards.rounded("GEO", distances)
+
+
+def test_a_gap_is_read_from_the_history_as_it_was_then(benchmark: Any) -> None:
+    tsplib, boards = benchmark("tsplib"), benchmark("boards")
+    run = tsplib.Run(((0.1, 300.0), (0.5, 220.0), (2.0, 210.0)), np.zeros(0, np.int32), 210.0, 2.0, 2.0)
+    assert [run.length_at(t) for t in (0.05, 0.1, 0.49, 1.0, 9.0)] == [np.inf, 300.0, 300.0, 220.0, 210.0]
+    board = boards.Board("b", np.zeros((3, 2)), "EUC_2D", 200.0, "optimal")
+    assert tsplib.gap_words(board, [220.0, 210.0, 200.0]) == "5.000 (0.000 to 10.000)"
+    assert tsplib.gap_words(board, [210.0, 210.0, np.inf]) == "5.000 (5.000 to –)"
+    assert tsplib.gap_words(board, [np.inf]) == "–"
+
+
+def test_a_peer_that_fails_says_why_and_a_wrong_tour_ends_the_benchmark(
+    benchmark: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    peers = benchmark("peers")
+    sent: list[Any] = []
+    pipe = type("Pipe", (), {"send": lambda _, message: sent.append(message)})()
+    task = peers.Task(1.0, 1, 1)
+
+    def answers(answer: Any) -> Any:
+        def prepare(*_: object) -> Any:
+            if isinstance(answer, Exception):
+                raise answer
+            return lambda: answer
+
+        return peers.Peer("one", "", lambda board: "", prepare)
+
+    for answer in (MemoryError(), ([0, 1, 2, 2, 4], None), ([0, 1, 2, 3, 4], 7.0), ([0, 1, 2, 3, 4], None)):
+        monkeypatch.setattr(peers, "PEERS", (answers(answer),))
+        peers.work(pipe, 0, "uniform:5", task)
+    failed, _, wrong, _, misstated, _, good = sent
+    assert (failed.why, peers.cell([failed])) == ("MemoryError", "–")
+    assert isinstance(wrong, AssertionError)
+    assert isinstance(misstated, AssertionError)
+    assert good.why == ""
+
+
+def test_a_section_is_replaced_and_the_others_stay(benchmark: Any, tmp_path: Path) -> None:
+    page, file = benchmark("page"), tmp_path / "benchmarks.md"
+    page.write_section(file, "one", "first")
+    page.write_section(file, "two", "second")
+    file.write_text(file.read_text() + "\nby hand\n")
+    before = file.read_text()
+    page.write_section(file, "one", "first, again")
+    assert file.read_text() == before.replace("\nfirst\n", "\nfirst, again\n")
+    file.write_text("<!-- one: begin -->\nno end")
+    with pytest.raises(ValueError, match="does not end"):
+        page.write_section(file, "one", "x")
