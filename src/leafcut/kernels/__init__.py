@@ -7,23 +7,34 @@ written in. Compiled code is kept on disk, so a machine compiles once.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 import numba
-from numba.core import types
+from numba.core import config, types
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
 #: A gain smaller than this is rounding, not an improvement (costs are millimetres, seconds or TSPLIB's whole numbers).
 EPSILON = 1e-9
 
+#: LLVM's level of optimisation. Measured on the colony: 1 makes code as fast as 3 does, in an eighth less time.
+LEVEL = 1
+
+_compiling = threading.RLock()
+
 
 def kernel(function: Function) -> Function:
-    """Compile a function: cached on disk, without the GIL. The one place that holds the flags."""
-    compiled = numba.njit(cache=True, nogil=True, no_cfunc_wrapper=True)(function)
-    if hasattr(compiled, "get_call_template"):
+    """Compile a function: without the GIL, and cached on disk unless it is private and so part of others.
+
+    The one place that holds the flags.
+    """
+    private = function.__name__.startswith("_")
+    compiled = numba.njit(cache=not private, nogil=True, no_cfunc_wrapper=True)(function)
+    if hasattr(compiled, "get_call_template"):  # not so when compiling is off
         compiled.get_call_template = _with_plain_numbers(compiled.get_call_template)
+        compiled.compile = _at_level(compiled.compile)
     return cast(Function, compiled)
 
 
@@ -38,3 +49,18 @@ def _with_plain_numbers(get_call_template: Callable[[Any, Any], Any]) -> Callabl
         return types.int64 if kind in (types.int8, types.uint8, types.int16, types.int32) else kind
 
     return lambda args, kws: get_call_template(tuple(map(plain, args)), {name: plain(k) for name, k in kws.items()})
+
+
+def _at_level(compile_it: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Compile at `LEVEL`; Numba knows one level for a whole process, so it is set back at once."""
+
+    def compile_at_level(signature: Any) -> Any:
+        with _compiling:
+            usual = config.OPT
+            config.OPT = type(usual)(min(int(usual), LEVEL))
+            try:
+                return compile_it(signature)
+            finally:
+                config.OPT = usual
+
+    return compile_at_level

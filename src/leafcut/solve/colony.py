@@ -28,7 +28,7 @@ from leafcut.kernels.assembly import MOST_CHANGES, Assembly, assemble
 from leafcut.kernels.cost import tour_cost
 from leafcut.solve.construction import greedy, random_words
 from leafcut.solve.instance import Instance
-from leafcut.solve.kicks import NODES_PER_LOOK, choices, descend, kick_on, work_tour
+from leafcut.solve.kicks import NODES_PER_LOOK, choices, descend, first_tour, kick_on, work_tour
 from leafcut.solve.statistics import Best, WorkerLog
 from leafcut.solve.stop import Stop
 
@@ -244,7 +244,9 @@ def improve_by_colony(
         The budget of work: the nodes of all tours that may be built. With budget or time left, the search ends when
         several colonies (`SAME_ANSWERS`), and some kicks on the best tour, have found nothing better.
     """
-    seconds = WHIMS * _first_ant(instance, stop, best) / workers.count
+    began = stop.elapsed()
+    first_tour(instance, BREADTH, stop, best)
+    seconds = WHIMS * (stop.elapsed() - began) / workers.count
     visits -= instance.n
     enough = SAME_ANSWERS if math.isinf(visits) else SAME_ANSWERS_ON_BUDGET
     champions = Colony(best.tour[None], np.array([best.cost]), _CHAMPIONS)
@@ -294,17 +296,6 @@ def _offer(colony: Colony, best: Best, generation: int) -> None:
     if len(colony.costs):
         winner = int(np.argmin(colony.costs))
         best.offer(colony.tours[winner], float(colony.costs[winner]), generation)
-
-
-def _first_ant(instance: Instance, stop: Stop, best: Best) -> float:
-    """Offer the tour of an ant without whims; return the seconds that it took."""
-    began = time.perf_counter()
-    start = greedy(instance)
-    best.offer(start, float(tour_cost(instance.cost, start)), 0)
-    tour = work_tour(start)
-    descend(instance, tour, BREADTH, stop)
-    best.offer(tour.node, float(tour_cost(instance.cost, tour.node)), 0)
-    return time.perf_counter() - began
 
 
 def _how_many(n: int, number: int, seconds: float, stop: Stop, visits: float) -> int:

@@ -24,6 +24,10 @@ SURE_NEIGHBOURS = 3
 MOST_NOISE = 0.1
 
 
+#: Up to this many nodes the nearest one is sought by looking at all: a few milliseconds.
+FEW = 500
+
+
 @dataclass(frozen=True, eq=False)
 class Scratch:
     """What one worker needs to build a tour: visited uint8[n], alive int32[tree nodes], stack int32[64]."""
@@ -43,7 +47,12 @@ class Scratch:
 
 
 def nearest_neighbour(instance: Instance) -> NDArray[np.int32]:
-    """Return the nearest-neighbour tour int32[n], from the given start or from the first cluster."""
+    """Return the nearest-neighbour tour int32[n], from the given start or from the first cluster.
+
+    Of few nodes in plain Python, which has not to be compiled; both ways give the same tour.
+    """
+    if instance.n <= FEW:
+        return _nearest_of_few(instance)
     tour = np.zeros(instance.n, dtype=np.int32)
     scratch = Scratch.of(instance)
     words = np.ones(1, dtype=np.uint64)
@@ -52,6 +61,25 @@ def nearest_neighbour(instance: Instance) -> NDArray[np.int32]:
         scratch.visited, scratch.alive, scratch.stack,
     )  # fmt: skip
     return tour
+
+
+def _nearest_of_few(instance: Instance) -> NDArray[np.int32]:
+    """Return the nearest-neighbour tour by looking at all nodes that are left, at every step."""
+    cost, explicit = instance.cost, len(instance.tree.x) == 0
+    tour = [instance.home] if instance.second < 0 else [instance.first, instance.second]
+    far = np.zeros(instance.n)
+    far[tour] = np.inf
+    while len(tour) < instance.n:
+        last = tour[-1]
+        if last == cost.free:
+            away = far
+        elif explicit:
+            away = far + cost.matrix[last]
+        else:
+            away = far + ((cost.xy - cost.xy[last]) ** 2).sum(axis=1)
+        tour.append(int(np.argmin(away)))
+        far[tour[-1]] = np.inf
+    return np.array(tour, dtype=np.int32)
 
 
 def _without(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,10 @@ LONGEST_REWRITE = 1000
 
 #: Nodes looked at between two looks at the clock in the first improvement: some ten milliseconds.
 NODES_PER_LOOK = 5000
+
+#: Seconds between two offers of a first tour that takes long: to add a tour up and copy it takes a tenth of one for a
+#: million nodes.
+OFFER_EVERY = 0.5
 
 
 def kicks_per_iteration(n: int) -> int:
@@ -66,8 +71,17 @@ def choices(instance: Instance, breadth: tuple[int, ...]) -> NDArray[np.int64]:
     return np.minimum(np.array(breadth, dtype=np.int64), instance.candidates.shape[1])
 
 
-def descend(instance: Instance, tour: Tour, breadth: tuple[int, ...], stop: Stop | None) -> bool:
-    """Improve a tour at the nodes in its queue, until it is empty or `stop`; return whether it is empty."""
+def descend(
+    instance: Instance,
+    tour: Tour,
+    breadth: tuple[int, ...],
+    stop: Stop | None,
+    look: Callable[[], None] | None = None,
+) -> bool:
+    """Improve a tour at the nodes in its queue, until it is empty or `stop`; return whether it is empty.
+
+    `look` is called every now and then, so that the tour can be seen on its way.
+    """
     tries = choices(instance, breadth)
     for longest in (LONGEST_REWRITE, instance.n):
         working = tour._replace(buffer=tour.buffer[:longest])
@@ -77,7 +91,27 @@ def descend(instance: Instance, tour: Tour, breadth: tuple[int, ...], stop: Stop
             if stop is not None and stop.now():
                 return False
             improve_queued(instance.cost, working, instance.candidates, instance.lengths, tries, NODES_PER_LOOK)
+            if look is not None:
+                look()
     return True
+
+
+def first_tour(instance: Instance, breadth: tuple[int, ...], stop: Stop, best: Best) -> NDArray[np.int32]:
+    """Offer the greedy tour, and what `descend` makes of it, also on the way where that takes long; return it."""
+    start = greedy(instance)
+    best.offer(start, float(tour_cost(instance.cost, start)), 0)
+    tour = work_tour(start)
+    offered = stop.elapsed()
+
+    def offer() -> None:
+        nonlocal offered
+        best.offer(tour.node, float(tour_cost(instance.cost, tour.node)), 0)
+        best.tell(0)
+        offered = stop.elapsed()
+
+    descend(instance, tour, breadth, stop, lambda: offer() if stop.elapsed() > offered + OFFER_EVERY else None)
+    offer()
+    return tour.node
 
 
 def improve_by_kicks(instance: Instance, seed: int, stop: Stop, best: Best) -> int:
@@ -85,12 +119,7 @@ def improve_by_kicks(instance: Instance, seed: int, stop: Stop, best: Best) -> i
 
     An iteration is `kicks_per_iteration` kicks. What comes out depends on the seed and the number of iterations only.
     """
-    start = greedy(instance)
-    best.offer(start, float(tour_cost(instance.cost, start)), 0)
-    tour = work_tour(start)
-    descend(instance, tour, BREADTH, stop)
-    best.offer(tour.node, float(tour_cost(instance.cost, tour.node)), 0)
-    return kick_on(instance, tour.node, seed, stop, best, 0, math.inf)
+    return kick_on(instance, first_tour(instance, BREADTH, stop, best), seed, stop, best, 0, math.inf)
 
 
 def kick_on(
