@@ -47,12 +47,12 @@ PATIENCE = 3
 #: Colonies in a row without a better tour that end a search with a clock, and one on a budget of work.
 SAME_ANSWERS, SAME_ANSWERS_ON_BUDGET = 5, 2
 
-#: Share of the time that is left in which the ants of the last colony build their tours; following trails takes
-#: half as long again.
-BUILDING_SHARE = 0.38
+#: Share of the time that is left in which the ants of the last colony build their tours; following trails takes about
+#: as long again.
+BUILDING_SHARE = 0.44
 
 #: How much longer an ant takes whose greedy tour was changed at random, than one without whims.
-WHIMS = 1.8
+WHIMS = 1.3
 
 #: Shares of a generation per worker: more of them end more evenly, fewer cost less.
 MEETINGS_PER_WORKER = 2
