@@ -191,13 +191,13 @@ def test_what_auto_stands_for_is_what_is_compiled_before_the_clock_and_what_is_t
     from leafcut.solve import solve as room
 
     warmed: list[str] = []
-    monkeypatch.setattr(room, "warm_up", lambda options, aco, n: warmed.append(options.algorithm))
+    monkeypatch.setattr(room, "warm_up", lambda options, aco: warmed.append(options.algorithm))
     problem = problem_of(np.random.default_rng(3).uniform(0, 90, (n, 2)), Metric(), "closed")
     assert solve(problem, SolveOptions(iterations=1)).algorithm == "colony"
     assert warmed == ["colony"]
 
 
-@pytest.mark.parametrize(("name", "n"), [("colony", 20), ("colony", 50_000), ("kicks", 20), ("mmas", 20), ("2opt", 20)])
+@pytest.mark.parametrize(("name", "n"), [("colony", 200), ("colony", 30), ("kicks", 200), ("mmas", 200), ("2opt", 200)])
 def test_the_warm_up_makes_ready_every_kernel_that_a_search_uses(name: str, n: int) -> None:
     """A second process is asked: no kernel has more signatures after a search than it had after the warm-up."""
     script = Path(__file__).parent / "warmed_up.py"

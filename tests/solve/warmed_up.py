@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import sys
-from dataclasses import replace
 
 import numba
 import numpy as np
@@ -13,7 +12,6 @@ import numpy as np
 import leafcut.kernels
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import AcoOptions, SolveOptions
-from leafcut.solve import colony
 from leafcut.solve.solve import solve, warm_up
 
 
@@ -31,14 +29,12 @@ def signatures() -> dict[str, int]:
 
 
 def main(algorithm: str, n: int) -> None:
-    """Warm up for n nodes, search with 200 of them, and compare."""
-    options = SolveOptions(algorithm=algorithm, iterations=6, threads=1, bound=False)
-    warm_up(options, AcoOptions(n_ants=2), n)
+    """Warm up, search with n nodes, and compare."""
+    options = SolveOptions(algorithm=algorithm, preset="fast", threads=1, bound=False)
+    warm_up(options, AcoOptions(n_ants=2))
     before = signatures()
-    xy = np.random.default_rng(2).uniform(0, 90, (200, 2))
-    if n > 1000:
-        colony.FIRST_ANTS = 1  # too few for a colony: kicks
-    solve(RoutingProblem.of_points(xy, closed=True), replace(options), AcoOptions(n_ants=2))
+    xy = np.random.default_rng(2).uniform(0, 90, (n, 2))
+    solve(RoutingProblem.of_points(xy, closed=True), options, AcoOptions(n_ants=2))
     new = [name for name, count in signatures().items() if count > before[name]]
     print("\n".join(new) or "nothing compiled")
 

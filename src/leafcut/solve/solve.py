@@ -33,9 +33,6 @@ from leafcut.solve.stop import Stop
 #: Candidates of each node for ants that choose every edge of a tour among them.
 ANTS_CANDIDATES = 16
 
-#: From this many clusters on a colony may have to do with kicks, and their kernels are made ready.
-KICKS_FROM = 10_000
-
 #: Up to this many clusters every order is tried: local search needs five nodes.
 TRY_ALL = 4
 
@@ -87,7 +84,7 @@ def solve(
         raise SolveError("this algorithm cannot keep precedence pairs inside one routing problem")
     tiny = problem.n_clusters <= TRY_ALL
     if not tiny and options.algorithm != "none":
-        warm_up(options, aco, problem.n_clusters)
+        warm_up(options, aco)
     stop = Stop(cancelled=cancelled or threading.Event())
     if options.time_limit is not None:
         stop.seconds = options.time_limit
@@ -130,8 +127,8 @@ def _without_search(problem: RoutingProblem, options: SolveOptions, best: Best) 
     return certify(problem, solution, bound, best.stop.cancelled)
 
 
-def warm_up(options: SolveOptions, aco: AcoOptions, n: int = 0) -> None:
-    """Have every kernel compiled, or loaded from disk, that `options` need for n nodes, before any clock starts.
+def warm_up(options: SolveOptions, aco: AcoOptions) -> None:
+    """Have every kernel compiled, or loaded from disk, that `options` need, before any clock starts.
 
     Forty nodes and one iteration: next to nothing when the kernels are there already.
     """
@@ -140,8 +137,7 @@ def warm_up(options: SolveOptions, aco: AcoOptions, n: int = 0) -> None:
     once = replace(options, iterations=1, threads=1)
     build_instance(small, 0)
     instance = build_instance(small, CANDIDATES)
-    names = [options.algorithm, "kicks"] if options.algorithm == "colony" and n > KICKS_FROM else [options.algorithm]
-    for name in names:
+    for name in ["colony", "kicks"] if options.algorithm == "colony" else [options.algorithm]:
         stop = Stop()
         found = _run(instance, replace(once, algorithm=name), replace(aco, n_ants=1), stop, Best(stop))
     path_cost(small, instance.path(found.tour))
