@@ -11,7 +11,6 @@ All three use the same candidate lists, exchanges and kernels, and the same time
 
 from __future__ import annotations
 
-import itertools
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -64,7 +63,7 @@ def main() -> None:
                     ]
                 cells.append(gap_words(board, [run.length_at(t) for run in runs]))
             rows.append([board.name, way, *cells])
-            print("  ".join(itertools.chain(rows[-1])), file=sys.stderr, flush=True)
+            print("  ".join(rows[-1]), file=sys.stderr, flush=True)
     text = f"""## What earns its time
 
 Gap in percent, median of {arguments.seeds} seeds (lowest to highest), threads: {arguments.threads}. Colony: ants build

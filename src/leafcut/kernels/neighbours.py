@@ -257,7 +257,7 @@ def _scan(
 
 
 @kernel
-def _gap(box: NDArray, node: int, x: float, y: float) -> float:
+def squared_gap(box: NDArray, node: int, x: float, y: float) -> float:
     """Return the squared distance from a place to the box of a tree node; 0 inside."""
     dx = max(box[node, 0] - x, x - box[node, 2], 0.0)
     dy = max(box[node, 1] - y, y - box[node, 3], 0.0)
@@ -279,7 +279,7 @@ def _set_limits(found: NDArray, near: NDArray, per_quadrant: int, room: int, lim
 @kernel
 def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> bool:
     """Return whether a box reaches into a quadrant round (x, y) nearer than its limit, or may hold a twin."""
-    d = _gap(box, node, x, y)
+    d = squared_gap(box, node, x, y)
     if d >= limit[REST]:
         return False
     x0, y0, x1, y1 = box[node, 0], box[node, 1], box[node, 2], box[node, 3]
@@ -325,7 +325,7 @@ def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -
                 room = _scan(x, y, tree.begin[at], tree.stop[at], i, found, near, per_quadrant, room)
                 _set_limits(found, near, per_quadrant, room, limit)
                 continue
-            right_first = _gap(box, left + 1, xi, yi) < _gap(box, left, xi, yi)
+            right_first = squared_gap(box, left + 1, xi, yi) < squared_gap(box, left, xi, yi)
             stack[height] = left if right_first else left + 1
             stack[height + 1] = left + 1 if right_first else left
             height += 2
@@ -363,7 +363,7 @@ def nearest_unvisited(tree: Tree, alive: NDArray, visited: NDArray, i: int, stac
         while height > 0:
             height -= 1
             at = stack[height]
-            if alive[at] == 0 or _gap(box, at, xi, yi) >= best_d:
+            if alive[at] == 0 or squared_gap(box, at, xi, yi) >= best_d:
                 continue
             left = tree.child[at]
             if left < 0:
@@ -373,7 +373,7 @@ def nearest_unvisited(tree: Tree, alive: NDArray, visited: NDArray, i: int, stac
                         if d < best_d:
                             best, best_d = j, d
                 continue
-            right_first = _gap(box, left + 1, xi, yi) < _gap(box, left, xi, yi)
+            right_first = squared_gap(box, left + 1, xi, yi) < squared_gap(box, left, xi, yi)
             stack[height] = left if right_first else left + 1
             stack[height + 1] = left + 1 if right_first else left
             height += 2

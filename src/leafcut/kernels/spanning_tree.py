@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel
 from leafcut.kernels.cost import EXPLICIT, CostModel, distance, travel
-from leafcut.kernels.neighbours import Tree
+from leafcut.kernels.neighbours import Tree, squared_gap
 from leafcut.kernels.one_tree import Graph
 
 
@@ -83,14 +83,6 @@ class Parts(NamedTuple):
 
 
 @kernel
-def _gap(box: NDArray, at: int, x: float, y: float) -> float:
-    """Return the squared distance from a place to a box; 0 inside."""
-    dx = max(box[at, 0] - x, x - box[at, 2], 0.0)
-    dy = max(box[at, 1] - y, y - box[at, 3], 0.0)
-    return float(dx * dx + dy * dy)
-
-
-@kernel
 def leave_by_graph(graph: Graph, penalty: NDArray, parts: Parts) -> None:
     """Find the cheapest edge of the graph that leaves each part. Changes: parts.best, leave, arrive."""
     part, best, near = parts.part, parts.best, graph.near
@@ -141,7 +133,7 @@ def leave_by_tree(cost: CostModel, tree: Tree, penalty: NDArray, apart: int, mos
             right = tree.child[at] + 1
             if right > 0:
                 # The nearer one is looked into first: what is found there lowers the limit for the other.
-                second = 0 if _gap(box, right, x, y) < _gap(box, right - 1, x, y) else 1
+                second = 0 if squared_gap(box, right, x, y) < squared_gap(box, right - 1, x, y) else 1
                 stack[height], stack[height + 1] = right - 1 + second, right - second
                 height += 2
                 continue

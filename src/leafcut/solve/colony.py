@@ -3,7 +3,7 @@
 A tour of the colony is the trail of one ant; what lies on an edge is the number of ants that walk it, and nothing is
 kept for edges that no ant walks. In a generation every ant meets another one. Where the trails part, it goes round on
 the other's edges, and keeps what makes its own tour shorter (`kernels.assembly`). When nothing is gained any more, a
-new and larger colony is founded, which the best ant so far joins.
+new and larger colony is founded; the best ants of all colonies meet in one of their own.
 
 Source: M. Guntsch and M. Middendorf, EvoWorkshops 2002, LNCS 2279 (pheromone that is a population of tours); Y. Nagata
 and S. Kobayashi, INFORMS J. Computing 25 (2013) (how two tours are put together, and pairing by a random permutation).
@@ -194,12 +194,12 @@ def follow_trails(instance: Instance, meetings: Meetings, stop: Stop | None = No
     tours, gains, words = meetings.mine.copy(), np.zeros(pairs), meetings.words.copy()
     tour = work_tour(np.arange(n, dtype=np.int32), queued=False)
     assembly = assembly_for(n)
-    step = max(1, NODES_PER_LOOK // n)
+    step, breadth = max(1, NODES_PER_LOOK // n), choices(instance, BREADTH)
     for first in range(0, pairs, step):
         if stop is not None and stop.now():
             break
         assemble(
-            instance.cost, tour, assembly, instance.candidates, instance.lengths, choices(instance, BREADTH),
+            instance.cost, tour, assembly, instance.candidates, instance.lengths, breadth,
             tours, meetings.other, words, gains, first, min(pairs, first + step),
         )  # fmt: skip
     # Added up anew: gains would carry their rounding from generation to generation.

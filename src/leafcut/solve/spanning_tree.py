@@ -18,6 +18,9 @@ from leafcut.solve.instance import Instance
 #: Most pairs and boxes that are looked at, and the same per node; only lifts that outweigh distances need so many.
 MOST_LOOKS, MOST_LOOKS_PER_NODE = 2e7, 2000
 
+#: Up to this many nodes all pairs are looked at: a millisecond, and the rounds need not be compiled.
+ALL_PAIRS = 500
+
 #: Room for boxes to be looked into: one more than the k-d tree is high, which is at most about 60 for a million points.
 STACK = 128
 
@@ -35,10 +38,6 @@ class SpanningTree(NamedTuple):
 def in_the_plane(cost: CostModel) -> bool:
     """Return whether an edge to a box of places cannot cost less than one to the box's nearest point."""
     return cost.code not in (codes.GEO, codes.EXPLICIT) and cost.lift >= 0.0 and cost.per_mm >= 0.0
-
-
-#: Up to this many nodes all pairs are looked at: a millisecond, and the rounds need not be compiled.
-ALL_PAIRS = 500
 
 
 def edge_lengths(cost: CostModel, edges: NDArray[np.int32]) -> Numbers:
