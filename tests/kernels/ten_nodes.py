@@ -23,6 +23,7 @@ from leafcut.kernels import (
 )
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import AcoOptions, SolveOptions
+from leafcut.solve import spanning_tree as patched
 from leafcut.solve.bound import lower_bound
 from leafcut.solve.construction import greedy as greedy_tour
 from leafcut.solve.instance import build_instance, cost_model
@@ -56,7 +57,9 @@ def results() -> dict[str, object]:
             out[f"lists {k} {start} {end}"] = [instance.label.tolist(), instance.candidates.tolist()]
             out[f"greedy {k} {start} {end}"] = greedy_tour(instance).tolist()
         few = RoutingProblem.of_points(xy[:10], problem.metric, start=start, end=end)
-        out[f"bound {start} {end}"] = lower_bound(build_instance(few, 6), 9.0)
+        for all_pairs in (0, 20):
+            patched.ALL_PAIRS = all_pairs
+            out[f"bound {all_pairs} {start} {end}"] = lower_bound(build_instance(few, 6), 9.0)
         kicked = solve(problem, SolveOptions(algorithm="kicks", iterations=1))
         out[f"kicks {start} {end}"] = [kicked.nodes.tolist(), kicked.cost]
         for algorithm in ("as", "eas", "asrank", "mmas", "acs"):
@@ -67,6 +70,7 @@ def results() -> dict[str, object]:
     matrix = np.abs(xy[:, None, 0] - xy[None, :, 0])
     explicit = RoutingProblem.of_points(xy, Metric("EXPLICIT", matrix=matrix), closed=True)
     few = RoutingProblem.of_points(xy[:10], Metric("EXPLICIT", matrix=matrix[:10, :10]), closed=True)
+    patched.ALL_PAIRS = 0
     out["explicit bound"] = lower_bound(build_instance(few, 6), 200.0)
     out["explicit greedy"] = greedy_tour(build_instance(explicit, 3)).tolist()
     out["explicit"] = solve(explicit, SolveOptions(algorithm="mmas", iterations=2, threads=1)).nodes.tolist()

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from leafcut.kernels.candidates import fill_candidates, fill_candidates_by_cost, fill_lengths
+from leafcut.kernels.candidates import fill_candidates
 from leafcut.kernels.cost import travel
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.solve.instance import Instance, build_instance, cost_model, nearby_buffers
+from leafcut.solve.instance import Instance, build_instance, nearby_buffers
 
 PLACES = st.lists(st.tuples(st.integers(0, 15), st.integers(0, 15)), min_size=12, max_size=90, unique=True)
 METRICS = st.sampled_from(["euclidean", "linear", "dogleg", "EUC_2D", "chebyshev"])
@@ -53,30 +53,15 @@ def test_a_list_holds_the_nearest_by_quadrant_and_then_the_nearest(
 def test_lists_are_sorted_by_cost_and_say_what_the_costs_are(places: list[tuple[int, int]], name: str, k: int) -> None:
     """With many points on one place, too; every list is full, or holds all that may be of use."""
     instance = instance_of(places, name, k)
-    lengths = np.zeros(instance.candidates.shape)
-    fill_lengths(instance.cost, instance.candidates, lengths)
-    assert np.array_equal(lengths, instance.lengths)
+    lengths = instance.lengths
     assert (np.diff(np.where(np.isinf(lengths), 1e300, lengths), axis=1) >= 0).all()
     for i, row in enumerate(instance.candidates.tolist()):
         listed = [j for j in row if j >= 0]
+        costs = [travel(instance.cost, i, j) for j in listed]
+        assert lengths[i].tolist() == costs + [np.inf] * (len(row) - len(listed))
         assert row[len(listed) :] == [-1] * (len(row) - len(listed))
         assert i not in listed
         assert len(set(listed)) == len(listed) >= min(2, k, instance.n - 1)
-
-
-@given(st.integers(1, 24), st.integers(1, 30), st.integers(0, 10_000))
-@settings(deadline=None)
-def test_lists_by_cost_are_those_of_sorting_all(n: int, k: int, seed: int) -> None:
-    """Of equal costs the lower number first; rows and columns that nothing belongs to stay as they are."""
-    matrix = np.random.default_rng(seed).integers(-3, 9, (n, n)).astype(float)
-    cost = cost_model(Metric("EXPLICIT", matrix=matrix), np.zeros((n, 2)))
-    lists, lengths = np.full((n + 1, k), -1, dtype=np.int32), np.full((n + 1, k), np.inf)
-    fill_candidates_by_cost(cost, n, lists, lengths)
-    for i in range(n):
-        order = [j for j in np.argsort(matrix[i], kind="stable").tolist() if j != i][:k]
-        assert lists[i].tolist() == order + [-1] * (k - len(order))
-        assert lengths[i].tolist() == [*matrix[i, order].tolist()] + [np.inf] * (k - len(order))
-    assert (lists[n] == -1).all()
 
 
 def test_lists_filled_in_parts_are_those_filled_at_once() -> None:

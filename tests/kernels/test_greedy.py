@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from leafcut.kernels.greedy import DIGIT, join, join_edges, list_edges, sort_digit, walk_path
+from leafcut.kernels.greedy import join, join_edges, list_edges, walk_path
 
 SEEDS = st.integers(0, 2**31)
 
@@ -25,14 +25,11 @@ def lists_of(n: int, k: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sorted_edges(lists: np.ndarray, lengths: np.ndarray, tail: np.ndarray, limit: float) -> np.ndarray:
-    """Return (row, column) of the edges that can be joined, in the order of the kernels."""
+    """Return (row, column) of the edges that can be joined, cheapest first."""
     n, k = lists.shape
-    edges, other = np.zeros(n * k, dtype=np.uint64), np.zeros(n * k, dtype=np.uint64)
+    edges = np.zeros(n * k, dtype=np.uint64)
     count = list_edges(lists, lengths, np.arange(n, dtype=np.int32), tail, limit, edges)
-    for digit in range(3):
-        sort_digit(edges, count, digit, np.zeros(2**DIGIT, dtype=np.int64), other)
-        edges, other = other, edges
-    at = (edges[:count] & np.uint64(2**32 - 1)).astype(np.int64)
+    at = (np.sort(edges[:count]) & np.uint64(2**32 - 1)).astype(np.int64)
     return np.stack([at // k, at % k], axis=1)
 
 

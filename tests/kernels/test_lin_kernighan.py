@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.kernels.candidates import fill_lengths
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.kicks import kick_and_mend, segment_kick
 from leafcut.kernels.lin_kernighan import (
@@ -35,9 +34,7 @@ def random_instance(n: int, seed: int, metric: str = "euclidean", **ends: object
     xy = np.random.default_rng(seed).integers(0, 25, (n, 2)).astype(np.float64)
     problem = RoutingProblem.of_points(xy, Metric(metric, (10.0, 20.0), (50.0, 40.0)), **(ends or {"closed": True}))
     instance = build_instance(problem, 8)
-    lengths = np.zeros(instance.candidates.shape)
-    fill_lengths(instance.cost, instance.candidates, lengths)
-    return instance, lengths
+    return instance, instance.lengths
 
 
 def breadth_for(instance: Instance) -> np.ndarray:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.solve.instance import Instance, build_instance, path_cost
+from leafcut.solve.instance import Instance, build_instance, candidate_lists, cost_model, path_cost, plant_tree
 
 ENDS = [(None, None), ((1.0, 2.0), None), (None, (30.0, 5.0)), ((1.0, 2.0), (30.0, 5.0)), "closed"]
 MATRIX = np.random.default_rng(1).integers(1, 99, (60, 60))
@@ -89,3 +89,17 @@ def test_the_same_points_always_get_the_same_numbers_and_lists() -> None:
     one, two = (instance_of(60, 2, ENDS[1]) for _ in range(2))
     assert np.array_equal(one.label, two.label)
     assert np.array_equal(one.candidates, two.candidates)
+
+
+@given(st.integers(1, 24), st.integers(1, 30), st.integers(0, 10_000))
+@settings(deadline=None)
+def test_lists_of_a_matrix_are_those_of_sorting_all(n: int, k: int, seed: int) -> None:
+    """Of equal costs the lower number first; rows and columns that nothing belongs to stay empty."""
+    matrix = np.random.default_rng(seed).integers(-3, 9, (n, n)).astype(float)
+    cost = cost_model(Metric("EXPLICIT", matrix=matrix), np.zeros((n, 2)))
+    lists, lengths = candidate_lists(cost, plant_tree(np.zeros((0, 2)))[0], n, n + 1, k)
+    for i in range(n):
+        order = [j for j in np.argsort(matrix[i], kind="stable").tolist() if j != i][:k]
+        assert lists[i].tolist() == order + [-1] * (k - len(order))
+        assert lengths[i].tolist() == [*matrix[i, order].tolist()] + [np.inf] * (k - len(order))
+    assert (lists[n] == -1).all()

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import EPSILON, kernel
+from leafcut.kernels import EPSILON, kernel, part
 from leafcut.kernels.cost import CostModel, travel
 from leafcut.kernels.lin_kernighan import Tour, improve_queued, push
 from leafcut.kernels.random import below
@@ -68,7 +68,7 @@ class Assembly(NamedTuple):
     log: NDArray[np.int32]
 
 
-@kernel
+@part
 def fill_links(links: NDArray, tour: NDArray, first: int) -> None:
     """Write the two neighbours of every node in a tour. Changes: columns first, first + 1 of links."""
     for k in range(len(tour)):
@@ -76,7 +76,7 @@ def fill_links(links: NDArray, tour: NDArray, first: int) -> None:
         links[tour[k - 1], first + 1] = tour[k]
 
 
-@kernel
+@part
 def _fill_unused(a: Assembly) -> int:
     """Find the edges that only one tour has; return at how many nodes there are some.
 
@@ -99,7 +99,7 @@ def _fill_unused(a: Assembly) -> int:
     return nodes
 
 
-@kernel
+@part
 def _step(trail: NDArray, u: int, kind: int, words: NDArray, k: int) -> int:
     """Take a random unused edge of a kind (0: A, 1: B) at u; return where it leads. Changes: trail, words[k]."""
     first = 2 * kind
@@ -114,7 +114,7 @@ def _step(trail: NDArray, u: int, kind: int, words: NDArray, k: int) -> int:
     return int(v)
 
 
-@kernel
+@part
 def _some_node(a: Assembly, nodes: int, words: NDArray, k: int) -> int:
     """Return how many nodes of ORDER are left when a random one with an unused edge has come to their end; 0 if none.
 
@@ -130,7 +130,7 @@ def _some_node(a: Assembly, nodes: int, words: NDArray, k: int) -> int:
     return 0
 
 
-@kernel
+@part
 def find_cycles(a: Assembly, words: NDArray, k: int) -> int:
     """Divide the edges that only one tour has into AB-cycles at random; return how many there are.
 
@@ -168,7 +168,7 @@ def find_cycles(a: Assembly, words: NDArray, k: int) -> int:
             a.trail[v, SEEN] = -1
 
 
-@kernel
+@part
 def _relink(a: Assembly, entries: int, v: int, old: int, new: int) -> int:
     """Make `new` a neighbour of v instead of `old`; return the new length of the log. Changes: links, log."""
     slot = 0 if a.links[v, 0] == old else 1
@@ -177,14 +177,14 @@ def _relink(a: Assembly, entries: int, v: int, old: int, new: int) -> int:
     return entries + 1
 
 
-@kernel
+@part
 def undo(a: Assembly, entries: int) -> None:
     """Take back the changes in the log, last first. Changes: links."""
     for e in range(entries - 1, -1, -1):
         a.links[a.log[e, 0], a.log[e, 1]] = a.log[e, 2]
 
 
-@kernel
+@part
 def sort_few(values: NDArray, count: int) -> None:
     """Sort the first `count` values. Changes: values.
 
@@ -199,7 +199,7 @@ def sort_few(values: NDArray, count: int) -> None:
             values[j] = value
 
 
-@kernel
+@part
 def piece_at(cut: NDArray, count: int, place: int) -> int:
     """Return the piece that holds a place: piece s ends at cut[s], and piece 0 goes on behind the last cut."""
     low, high = 0, count
@@ -212,19 +212,19 @@ def piece_at(cut: NDArray, count: int, place: int) -> int:
     return low if low < count else 0
 
 
-@kernel
+@part
 def length_of_piece(cut: NDArray, count: int, s: int, n: int) -> int:
     """Return how many nodes piece s of `count` pieces has."""
     return int(cut[s] - cut[s - 1] if s > 0 else cut[0] - cut[count - 1] + n)
 
 
-@kernel
+@part
 def _follows(place: NDArray, u: int, v: int) -> bool:
     """Return whether v stands right behind u in A."""
     return bool(place[v] == place[u] + 1 or (place[v] == 0 and place[u] == len(place) - 1))
 
 
-@kernel
+@part
 def _take_edges(cost: CostModel, place: NDArray, a: Assembly, begin: int, stop: int) -> float:
     """Take the edges of B of a cycle instead of those of A; return what that gains.
 
@@ -242,13 +242,13 @@ def _take_edges(cost: CostModel, place: NDArray, a: Assembly, begin: int, stop: 
     return gain
 
 
-@kernel
+@part
 def _end(a: Assembly, place: NDArray, count: int, v: int, lost: int) -> int:
     """Return the end of a piece at which v stands, cut off from `lost`: 2 s where it begins piece s, 2 s + 1 else."""
     return 2 * piece_at(a.pieces[CUT], count, place[v]) + (0 if _follows(place, lost, v) else 1)
 
 
-@kernel
+@part
 def _find_subtours(a: Assembly, place: NDArray, begin: int, stop: int) -> int:
     """Number the subtours that a cycle leaves and count their nodes; return how many there are.
 
@@ -277,7 +277,7 @@ def _find_subtours(a: Assembly, place: NDArray, begin: int, stop: int) -> int:
     return subtours
 
 
-@kernel
+@part
 def _join(
     cost: CostModel, node: NDArray, place: NDArray, a: Assembly, candidates: NDArray, lengths: NDArray,
     count: int, small: int, entries: int,
@@ -319,7 +319,7 @@ def _join(
     return best, int(subtour[piece_at(cut, count, place[bw])])
 
 
-@kernel
+@part
 def try_cycle(
     cost: CostModel, node: NDArray, place: NDArray, a: Assembly, candidates: NDArray, lengths: NDArray, cycle: int
 ) -> tuple[float, int]:
@@ -355,7 +355,7 @@ def try_cycle(
     return gain, entries
 
 
-@kernel
+@part
 def _cut_where_changed(node: NDArray, place: NDArray, a: Assembly, entries: int) -> int:
     """Cut A behind every node in the log that has lost its follower; return the number of pieces.
 
@@ -378,7 +378,7 @@ def _cut_where_changed(node: NDArray, place: NDArray, a: Assembly, entries: int)
     return kept
 
 
-@kernel
+@part
 def rewrite(tour: Tour, a: Assembly, entries: int) -> bool:
     """Bring `node` and `place` in line with the child's links: keep the longest piece of A, write the others behind it.
 
@@ -425,7 +425,7 @@ def rewrite(tour: Tour, a: Assembly, entries: int) -> bool:
     return True
 
 
-@kernel
+@part
 def _has_edges(a: Assembly, cycle: int) -> bool:
     """Return whether the child still has every edge of A of a cycle."""
     for i in range(a.lists[BEGIN, cycle], a.lists[BEGIN, cycle + 1], 2):

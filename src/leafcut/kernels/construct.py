@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel
+from leafcut.kernels import kernel, part
 from leafcut.kernels.candidates import cheapest_unvisited
 from leafcut.kernels.cost import CostModel
 from leafcut.kernels.neighbours import Tree, nearest_unvisited, remove
 from leafcut.kernels.random import below, uniform
 
 
-@kernel
+@part
 def _begin(
     tree: Tree, first: int, second: int, words: NDArray, ant: int, tour: NDArray, visited: NDArray, alive: NDArray
 ) -> int:
@@ -36,7 +36,7 @@ def _begin(
     return step
 
 
-@kernel
+@part
 def _nearest(cost: CostModel, tree: Tree, alive: NDArray, visited: NDArray, i: int, stack: NDArray) -> int:
     """Return the nearest unvisited node: by the tree where places mean something, else by looking at all."""
     if len(tree.x) == 0:
@@ -75,7 +75,7 @@ def nearest_neighbour_tour(
             remove(tree, alive, node)
 
 
-@kernel
+@part
 def choose_next(
     candidates: NDArray, weights: NDArray, visited: NDArray, i: int, greedy_probability: float, words: NDArray, ant: int
 ) -> int:
@@ -114,7 +114,7 @@ def choose_next(
     return last
 
 
-@kernel
+@part
 def random_unvisited(visited: NDArray, words: NDArray, ant: int) -> int:
     """Return a random unvisited node, each with the same chance as far as few are visited. Changes: words[ant]."""
     n = len(visited)
@@ -124,7 +124,7 @@ def random_unvisited(visited: NDArray, words: NDArray, ant: int) -> int:
     return node
 
 
-@kernel
+@part
 def _next_node(
     cost: CostModel,
     tree: Tree,
@@ -150,7 +150,7 @@ def _next_node(
     return node
 
 
-@kernel
+@part
 def _wear(
     candidates: NDArray,
     pheromone: NDArray,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel
+from leafcut.kernels import kernel, part
 
 # Codes of the metrics; `solve.instance` maps the names of `model.problem.METRICS` to them.
 EUCLIDEAN, CHEBYSHEV, MANHATTAN = 0, 1, 2
@@ -56,7 +56,7 @@ class CostModel(NamedTuple):
     free: int
 
 
-@kernel
+@part
 def rest_to_rest(distance: float, velocity: float, acceleration: float) -> float:
     """Return the seconds of a move from rest to rest: a triangle of velocity when it is short, else a trapezoid."""
     ramp = velocity * velocity / acceleration
@@ -65,7 +65,7 @@ def rest_to_rest(distance: float, velocity: float, acceleration: float) -> float
     return distance / velocity + velocity / acceleration
 
 
-@kernel
+@part
 def machine_seconds(code: int, dx: float, dy: float, vx: float, vy: float, ax: float, ay: float) -> float:
     """Return the seconds of a rapid (dx, dy) ≥ 0 mm: all axes together (LINEAR) or each by itself (DOGLEG)."""
     if code == DOGLEG:
@@ -81,13 +81,13 @@ def machine_seconds(code: int, dx: float, dy: float, vx: float, vy: float, ax: f
     return ramp + pull / ramp
 
 
-@kernel
+@part
 def _radians(degrees_minutes: float) -> float:
     degrees = float(int(degrees_minutes))
     return GEO_PI * (degrees + 5.0 * (degrees_minutes - degrees) / 3.0) / 180.0
 
 
-@kernel
+@part
 def geographical(xi: float, yi: float, xj: float, yj: float) -> float:
     """Return the whole kilometres between two places in degrees.minutes.
 
@@ -102,7 +102,7 @@ def geographical(xi: float, yi: float, xj: float, yj: float) -> float:
     return float(int(GEO_RADIUS * math.acos(min(1.0, max(-1.0, cosine))) + 1.0))
 
 
-@kernel
+@part
 def tsplib_distance(code: int, xi: float, yi: float, xj: float, yj: float) -> float:
     """Return TSPLIB's whole-number distances. Source: TSPLIB 95 (Reinelt), sections 2.1 to 2.6."""
     if code == GEO:
@@ -120,7 +120,7 @@ def tsplib_distance(code: int, xi: float, yi: float, xj: float, yj: float) -> fl
     return math.ceil(length) if code == CEIL_2D else math.floor(length + 0.5)
 
 
-@kernel
+@part
 def crosses(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) -> bool:
     """Return whether the segment touches the closed rectangle ``zones[k]`` (Liang–Barsky clipping)."""
     enter, leave = 0.0, 1.0
@@ -141,7 +141,7 @@ def crosses(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) 
     return True
 
 
-@kernel
+@part
 def overlaps(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float) -> bool:
     """Return whether the box between two places touches the closed rectangle ``zones[k]``."""
     if max(xi, xj) < zones[k, 0] or min(xi, xj) > zones[k, 2]:
@@ -149,7 +149,7 @@ def overlaps(zones: NDArray, k: int, xi: float, yi: float, xj: float, yj: float)
     return not (max(yi, yj) < zones[k, 1] or min(yi, yj) > zones[k, 3])
 
 
-@kernel
+@part
 def distance(
     code: int, xi: float, yi: float, xj: float, yj: float, vx: float, vy: float, ax: float, ay: float, per_mm: float
 ) -> float:
@@ -168,7 +168,7 @@ def distance(
     return tsplib_distance(code, xi, yi, xj, yj)
 
 
-@kernel
+@part
 def _special(cost: CostModel, i: int, j: int) -> float:
     """As `travel`, with free and tied nodes, zones and matrices."""
     if (i == cost.tied_a and j == cost.tied_b) or (i == cost.tied_b and j == cost.tied_a):
@@ -189,7 +189,7 @@ def _special(cost: CostModel, i: int, j: int) -> float:
     return base
 
 
-@kernel
+@part
 def travel(cost: CostModel, i: int, j: int) -> float:
     """Return the cost of travelling between nodes i and j; it is the same both ways."""
     if cost.plain:
@@ -212,9 +212,7 @@ def tour_cost(cost: CostModel, tour: NDArray) -> float:
 
 
 @kernel
-def sequence_cost(cost: CostModel, leave: NDArray, arrive: NDArray) -> float:
-    """Return the sum of the travels from leave[k] to arrive[k], int32[legs] each."""
-    total = 0.0
-    for k in range(len(leave)):
-        total += travel(cost, leave[k], arrive[k])
-    return total
+def edge_costs(cost: CostModel, leave: NDArray, arrive: NDArray, costs: NDArray) -> None:
+    """Fill in what it costs to travel from leave[e] to arrive[e], int32[m] each. Changes: costs float64[m]."""
+    for e in range(len(leave)):
+        costs[e] = travel(cost, leave[e], arrive[e])

@@ -20,9 +20,6 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel
 
-#: Edges are sorted by so many bits at a time, from bit 32 up: three passes.
-DIGIT = 11
-
 
 @kernel
 def list_edges(
@@ -62,25 +59,6 @@ def list_edges(
                 edges[count] = (key << np.uint64(32)) | np.uint64(i * k + c)
                 count += 1
     return count
-
-
-@kernel
-def sort_digit(edges: NDArray, count: int, digit: int, starts: NDArray, ordered: NDArray) -> None:
-    """Sort the first `count` edges by one digit of their cost, keeping the order of equal ones.
-
-    Changes: starts int64[2 ** DIGIT], ordered uint64[≥count].
-    """
-    shift, mask = np.uint64(32 + DIGIT * digit), np.uint64(2**DIGIT - 1)
-    starts[:] = 0
-    for e in range(count):
-        starts[(edges[e] >> shift) & mask] += 1
-    total = 0
-    for value in range(len(starts)):
-        starts[value], total = total, total + starts[value]
-    for e in range(count):
-        value = (edges[e] >> shift) & mask
-        ordered[starts[value]] = edges[e]
-        starts[value] += 1
 
 
 @kernel

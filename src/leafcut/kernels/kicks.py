@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import EPSILON, kernel
+from leafcut.kernels import EPSILON, kernel, part
 from leafcut.kernels.cost import CostModel, travel
 from leafcut.kernels.lin_kernighan import ENDS, Tour, improve_queued, is_one_tour, make_move, pop, push, take_back
 from leafcut.kernels.random import below
@@ -20,7 +20,7 @@ from leafcut.kernels.random import below
 LONGEST_PIECE = 50
 
 
-@kernel
+@part
 def segment_kick(cost: CostModel, tour: Tour, words: NDArray, k: int) -> float:
     """Swap two neighbouring pieces of 1 … 50 nodes at a random place; return what that costs.
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import EPSILON, kernel
+from leafcut.kernels import EPSILON, kernel, part
 from leafcut.kernels.cost import CostModel, travel
 
 #: Most edges that one move exchanges.
@@ -59,7 +59,7 @@ class Tour(NamedTuple):
     tried: NDArray[np.int64]
 
 
-@kernel
+@part
 def push(tour: Tour, node: int) -> None:
     """Put a node into the queue, if it is not there. Changes: queue, queued, counts."""
     if tour.queued[node] == 0:
@@ -81,20 +81,20 @@ def pop(tour: Tour) -> int:
     return int(node)
 
 
-@kernel
+@part
 def after(node: NDArray, place: NDArray, v: int) -> int:
     """Return the node that follows v."""
     at = place[v] + 1
     return int(node[at if at < len(node) else 0])
 
 
-@kernel
+@part
 def before(node: NDArray, place: NDArray, v: int) -> int:
     """Return the node that precedes v."""
     return int(node[place[v] - 1])
 
 
-@kernel
+@part
 def sort_ends(place: NDArray, move: NDArray, k: int) -> None:
     """Sort the 2k ends of the k removed edges by place, from just behind the first removed edge round to its front.
 
@@ -126,7 +126,7 @@ def sort_ends(place: NDArray, move: NDArray, k: int) -> None:
         move[RANK, move[ORDER, i]] = i
 
 
-@kernel
+@part
 def next_piece(move: NDArray, rank: int, k: int) -> int:
     """Return the rank at which the new tour enters the next piece, after it entered one at `rank`.
 
@@ -140,7 +140,7 @@ def next_piece(move: NDArray, rank: int, k: int) -> int:
     return int(move[RANK, i + 1 if i % 2 == 1 else i - 1])
 
 
-@kernel
+@part
 def is_one_tour(place: NDArray, move: NDArray, k: int) -> bool:
     """Return whether the move leaves one tour. Changes: rows ORDER, RANK, KEY of move."""
     sort_ends(place, move, k)
@@ -152,7 +152,7 @@ def is_one_tour(place: NDArray, move: NDArray, k: int) -> bool:
             return pieces == k
 
 
-@kernel
+@part
 def make_move(tour: Tour, k: int) -> bool:
     """Make the move, whose ends are sorted: keep the longest piece, write the others behind it.
 
@@ -207,7 +207,7 @@ def make_move(tour: Tour, k: int) -> bool:
     return True
 
 
-@kernel
+@part
 def take_back(tour: Tour) -> None:
     """Undo everything in the log, last first, and empty it. Changes: node, place, counts."""
     for entry in range(tour.counts[2] - 1, -1, -1):
@@ -217,7 +217,7 @@ def take_back(tour: Tour) -> None:
     tour.counts[2] = 0
 
 
-@kernel
+@part
 def _is_new(move: NDArray, depth: int, c: int, d: int) -> bool:
     """Return whether the edge c–d is not among the edges removed so far."""
     for e in range(depth):
@@ -227,7 +227,7 @@ def _is_new(move: NDArray, depth: int, c: int, d: int) -> bool:
     return True
 
 
-@kernel
+@part
 def find_move(
     cost: CostModel,
     node: NDArray,

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import EPSILON, kernel
+from leafcut.kernels import EPSILON, kernel, part
 from leafcut.kernels.cost import CostModel, travel
 
 #: Longest run of nodes that Or-opt moves (Or 1976).
 LONGEST_SEGMENT = 3
 
 
-@kernel
+@part
 def beside(tour: NDArray, place: NDArray, node: int, forward: bool) -> int:
     """Return the node after (or before) `node`."""
     n = len(tour)
@@ -25,7 +25,7 @@ def beside(tour: NDArray, place: NDArray, node: int, forward: bool) -> int:
     return int(tour[at])  # -1 is the last one
 
 
-@kernel
+@part
 def reverse(tour: NDArray, place: NDArray, first: int, last: int) -> None:
     """Reverse the run of positions first … last (round the end if last < first), or the rest when that is shorter.
 
@@ -53,7 +53,7 @@ def reverse(tour: NDArray, place: NDArray, first: int, last: int) -> None:
             last = n - 1
 
 
-@kernel
+@part
 def exchange(tour: NDArray, place: NDArray, a: int, b: int, c: int, d: int) -> None:
     """Replace the edges a–b and c–d by a–c and b–d, where b follows a and d follows c in one of the two directions.
 
@@ -65,7 +65,7 @@ def exchange(tour: NDArray, place: NDArray, a: int, b: int, c: int, d: int) -> N
         reverse(tour, place, place[c], place[b])
 
 
-@kernel
+@part
 def _push(queue: NDArray, queued: NDArray, state: NDArray, node: int) -> None:
     if queued[node] == 0:
         queued[node] = 1
@@ -75,7 +75,7 @@ def _push(queue: NDArray, queued: NDArray, state: NDArray, node: int) -> None:
         state[1] += 1
 
 
-@kernel
+@part
 def two_opt_move(cost: CostModel, tour: NDArray, place: NDArray, candidates: NDArray, a: int, touched: NDArray) -> bool:
     """Make the first improving 2-opt move at node a. Changes: tour, place, touched int32[≥4] (its four nodes)."""
     for direction in range(2):
@@ -99,7 +99,7 @@ def two_opt_move(cost: CostModel, tour: NDArray, place: NDArray, candidates: NDA
     return False
 
 
-@kernel
+@part
 def _within(tour: NDArray, place: NDArray, a: int, length: int, forward: bool, node: int) -> bool:
     """Return whether `node` is one of the `length` nodes that begin with a."""
     n = len(tour)
@@ -109,7 +109,7 @@ def _within(tour: NDArray, place: NDArray, a: int, length: int, forward: bool, n
     return bool(ahead < length)
 
 
-@kernel
+@part
 def or_opt_move(cost: CostModel, tour: NDArray, place: NDArray, candidates: NDArray, a: int, touched: NDArray) -> bool:
     """Move a run of 1 … 3 nodes that begins at a to a better place, either way round, when that improves the tour.
 
@@ -147,7 +147,7 @@ def or_opt_move(cost: CostModel, tour: NDArray, place: NDArray, candidates: NDAr
     return False
 
 
-@kernel
+@part
 def _move_run(tour: NDArray, place: NDArray, p: int, a: int, e: int, q: int, c: int, d: int, c_first: bool) -> None:
     """Turn p a…e q … c d into p q … c a…e d (c_first), or p a…e q … d c into p q … d e…a c. Changes: tour, place."""
     if c_first:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel
+from leafcut.kernels import kernel, part
 
 #: Points per leaf: the whole leaf is scanned, so a few points cost less than one more level.
 LEAF_SIZE = 8
@@ -69,14 +69,14 @@ class Nearby(NamedTuple):
     stack: NDArray[np.int32]
 
 
-@kernel
+@part
 def _swap(u: NDArray, v: NDArray, label: NDArray, i: int, j: int) -> None:
     u[i], u[j] = u[j], u[i]
     v[i], v[j] = v[j], v[i]
     label[i], label[j] = label[j], label[i]
 
 
-@kernel
+@part
 def _select(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, middle: int) -> None:
     """Order the run low … high by u so that its `middle` is in place (quickselect). Changes: u, v, label."""
     while low < high:
@@ -99,7 +99,7 @@ def _select(u: NDArray, v: NDArray, label: NDArray, low: int, high: int, middle:
             return
 
 
-@kernel
+@part
 def _split(u: NDArray, v: NDArray, label: NDArray, begin: int, stop: int) -> int:
     """Split the run of points near its middle by u, equal values on one side; return where the right part begins.
 
@@ -123,7 +123,7 @@ def _split(u: NDArray, v: NDArray, label: NDArray, begin: int, stop: int) -> int
     return last if last < stop else middle
 
 
-@kernel
+@part
 def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, begin: int, stop: int) -> None:
     """Sort a few points by place, then by label, so that twins come in a row. Changes: x, y, label."""
     for i in range(begin + 1, stop):
@@ -136,7 +136,7 @@ def _sort_leaf(x: NDArray, y: NDArray, label: NDArray, begin: int, stop: int) ->
             j -= 1
 
 
-@kernel
+@part
 def _measure(x: NDArray, y: NDArray, begin: int, stop: int, box: NDArray, node: int) -> None:
     """Set the box of a tree node. Changes: box[node]."""
     x0, y0, x1, y1 = math.inf, math.inf, -math.inf, -math.inf
@@ -198,7 +198,7 @@ def grow_tree(
     return count
 
 
-@kernel
+@part
 def _insert(found: NDArray, near: NDArray, row: int, room: int, j: int, d: float) -> None:
     """Put j at squared distance d into the sorted row; the last of `room` falls out. Changes: found, near."""
     place = room - 1
@@ -208,7 +208,7 @@ def _insert(found: NDArray, near: NDArray, row: int, room: int, j: int, d: float
     near[row, place], found[row, place] = d, j
 
 
-@kernel
+@part
 def _note_twin(found: NDArray, j: int) -> None:
     """Note a point on the same place, if there is room. Changes: found."""
     for c in range(MOST_TWINS):
@@ -219,7 +219,7 @@ def _note_twin(found: NDArray, j: int) -> None:
             return
 
 
-@kernel
+@part
 def _scan(
     x: NDArray, y: NDArray, begin: int, stop: int, i: int, found: NDArray, near: NDArray, per_quadrant: int, room: int
 ) -> int:
@@ -256,7 +256,7 @@ def _scan(
     return room
 
 
-@kernel
+@part
 def squared_gap(box: NDArray, node: int, x: float, y: float) -> float:
     """Return the squared distance from a place to the box of a tree node; 0 inside."""
     dx = max(box[node, 0] - x, x - box[node, 2], 0.0)
@@ -264,7 +264,7 @@ def squared_gap(box: NDArray, node: int, x: float, y: float) -> float:
     return float(dx * dx + dy * dy)
 
 
-@kernel
+@part
 def _set_limits(found: NDArray, near: NDArray, per_quadrant: int, room: int, limit: NDArray) -> None:
     """Set the squared distance from which on nothing is wanted, by row; in row REST the largest. Changes: limit."""
     rest = near[REST, room - 1] if room > 0 else -1.0
@@ -276,7 +276,7 @@ def _set_limits(found: NDArray, near: NDArray, per_quadrant: int, room: int, lim
     limit[TWINS] = 1e-300 if found[TWINS, MOST_TWINS - 1] < 0 else 0.0
 
 
-@kernel
+@part
 def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> bool:
     """Return whether a box reaches into a quadrant round (x, y) nearer than its limit, or may hold a twin."""
     d = squared_gap(box, node, x, y)
@@ -294,7 +294,7 @@ def _reaches(box: NDArray, node: int, x: float, y: float, limit: NDArray) -> boo
     return bool(d < limit[TWINS])
 
 
-@kernel
+@part
 def find_nearby(tree: Tree, i: int, per_quadrant: int, k: int, nearby: Nearby) -> None:
     """Find the points nearest to point i in every quadrant, the nearest of the rest up to k in all, and its twins.
 
@@ -344,7 +344,7 @@ def remove(tree: Tree, alive: NDArray, i: int) -> None:
         node = tree.parent[node]
 
 
-@kernel
+@part
 def nearest_unvisited(tree: Tree, alive: NDArray, visited: NDArray, i: int, stack: NDArray) -> int:
     """Return the unvisited point nearest to point i, or -1 when all are visited.
 

@@ -15,8 +15,7 @@ from typing import NamedTuple
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel
-from leafcut.kernels.cost import TIED, CostModel, travel
+from leafcut.kernels import kernel, part
 
 #: Children of a place in the heap: four share a line of the cache, and it is half as high as with two.
 WAYS = 4
@@ -78,16 +77,7 @@ class Work(NamedTuple):
     excess: NDArray
 
 
-@kernel
-def edge_costs(cost: CostModel, a: NDArray, b: NDArray, length: NDArray) -> None:
-    """Fill in what the edges from a[e] to b[e] cost; a tied edge costs nothing. Changes: length float64[e]."""
-    for e in range(len(a)):
-        length[e] = travel(cost, a[e], b[e])
-        if length[e] == TIED:
-            length[e] = 0.0
-
-
-@kernel
+@part
 def _rise(heap: NDArray, place: NDArray, key: NDArray, hole: int, node: int) -> None:
     """Put a node into the heap at `hole` or above. Changes: heap, place."""
     while hole > 0:
@@ -102,7 +92,7 @@ def _rise(heap: NDArray, place: NDArray, key: NDArray, hole: int, node: int) -> 
     place[node] = hole
 
 
-@kernel
+@part
 def _sink(heap: NDArray, place: NDArray, key: NDArray, size: int, node: int) -> None:
     """Put a node into the heap in the place of its top. Changes: heap, place."""
     hole = 0
@@ -120,7 +110,7 @@ def _sink(heap: NDArray, place: NDArray, key: NDArray, size: int, node: int) -> 
     place[node] = hole
 
 
-@kernel
+@part
 def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: Work) -> float:
     """Find the smallest spanning tree of a connected graph under penalties, and return its penalised cost.
 
@@ -155,7 +145,7 @@ def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: Work) -> float:
     return total
 
 
-@kernel
+@part
 def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[int, int]:
     """Return the other ends of the hub's two cheapest edges, the tied one among them if there is one (else -1).
 
@@ -174,7 +164,7 @@ def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[
     return a, b
 
 
-@kernel
+@part
 def close_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray, work: Work) -> float:
     """Make a 1-tree of the spanning tree in `work`, count its degrees, and return what is to be added to its cost.
 
@@ -229,7 +219,7 @@ def join_sets(
         up[sets.right[new]] = new
 
 
-@kernel
+@part
 def shifts(sets: Sets, n: int, excess: NDArray) -> float:
     """Turn the excess of nodes into the way their penalties should go; return the product of the two.
 

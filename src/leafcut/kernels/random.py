@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel
+from leafcut.kernels import kernel, part
 
 _A, _B, _C, _MANTISSA = np.uint64(13), np.uint64(7), np.uint64(17), np.uint64(11)
 _SCALE = 1.0 / 9007199254740992.0  # 2**-53
@@ -26,7 +26,7 @@ def uniform(words: NDArray, k: int) -> float:
     return float(word >> _MANTISSA) * _SCALE
 
 
-@kernel
+@part
 def below(words: NDArray, k: int, n: int) -> int:
     """Return a whole number in 0 … n - 1. Changes: words[k]."""
     return int(uniform(words, k) * n)

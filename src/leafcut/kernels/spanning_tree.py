@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel
+from leafcut.kernels import kernel, part
 from leafcut.kernels.cost import EXPLICIT, CostModel, distance, travel
 from leafcut.kernels.neighbours import Tree, squared_gap
 from leafcut.kernels.one_tree import Graph
@@ -150,7 +150,7 @@ def leave_by_tree(cost: CostModel, tree: Tree, penalty: NDArray, apart: int, mos
     return looks
 
 
-@kernel
+@part
 def _name(up: NDArray, i: int) -> int:
     """Return the part of node i. Changes: up (shorter ways)."""
     while up[i] != i:

@@ -2,7 +2,7 @@
 
 The bound of Held and Karp: penalties on the nodes are sought that make the smallest 1-tree heavy, on a graph of few
 edges, where a step costs little; then the smallest 1-tree of all edges under these penalties is found, which is what
-proves the bound. Nothing that happens before has to be exact.
+proves the bound. Nothing that happens before has to be exact. Of few nodes every step is over all edges.
 """
 
 from __future__ import annotations
@@ -15,9 +15,18 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import cost as codes
 from leafcut.kernels.cost import CostModel, tour_cost
-from leafcut.kernels.one_tree import Graph, Sets, Work, climb, join_sets, two_spokes
+from leafcut.kernels.one_tree import SLACK, Graph, Sets, Work, climb, join_sets
+from leafcut.solve import spanning_tree
 from leafcut.solve.instance import Instance
-from leafcut.solve.spanning_tree import Asked, Numbers, SpanningTree, edge_lengths, in_the_plane, smallest_tree
+from leafcut.solve.spanning_tree import (
+    Asked,
+    Numbers,
+    SpanningTree,
+    all_pairs,
+    edge_lengths,
+    in_the_plane,
+    smallest_tree,
+)
 
 #: Steps of the ascent: with more of them nothing was gained on a few hundred nodes; the clustered boards of one or two
 #: thousand want many; above that there is no time for them. A step takes about 0.2 µs per node.
@@ -87,7 +96,8 @@ def lower_bound(instance: Instance, upper: float, *, stop: Asked | None = None) 
         only = float(tour_cost(cost, np.arange(n, dtype=np.int32)))
         value: float | None = _below(cost, only, abs(only))
     else:
-        value = _best_proved(instance, upper, stop if stop is not None else lambda: False)
+        prove = _best_of_few if n <= spanning_tree.ALL_PAIRS else _best_proved
+        value = prove(instance, upper, stop if stop is not None else lambda: False)
     return value if value is not None and math.isfinite(value) else None
 
 
@@ -115,6 +125,52 @@ def _best_proved(instance: Instance, upper: float, stop: Asked) -> float | None:
         if proved >= upper:
             break
     return proved
+
+
+def _steps(n: int) -> int:
+    return int(max(FEWEST_STEPS, min(STEPS + STEPS_PER_NODE * n, NODE_STEPS / n)))
+
+
+def _best_of_few(instance: Instance, upper: float, stop: Asked) -> float | None:
+    """Return the best bound on the way up, of which every step proves one; None if there was no time for the first.
+
+    The steps are those of `kernels.one_tree.climb`, in arrays that grow with n²: less to compile.
+    """
+    cost, n = instance.cost, instance.n
+    hub, steps, penalty, proved = _hub(cost, n), _steps(n), np.zeros(n), None
+    for step in range(steps):
+        if stop() or not np.isfinite(penalty).all():
+            break
+        tree = all_pairs(cost, hub.node, penalty)
+        if not np.isfinite(tree.length).all():
+            return None
+        if step == 0:
+            sets = _sets_of_few(tree, n)
+        value = _weight(cost, hub, tree, penalty)
+        proved = value if proved is None else max(proved, value)
+        excess = np.bincount(np.append(tree.edges, _two_spokes(hub, penalty)), minlength=n) - 2.0
+        excess[hub.node] = 0.0
+        moves = np.einsum("si,i", sets, excess)
+        product = float((moves * moves).sum())
+        if not (product > 0.0 and value < upper < math.inf):
+            break
+        penalty += (1.0 - step / steps) ** 2 * (upper - value) / product * np.einsum("si,s", sets, moves)
+    return proved
+
+
+def _sets_of_few(tree: SpanningTree, n: int) -> Numbers:
+    """Return what `_sets` returns as float64[2n, n]: in row s the root of the set's width for each of its nodes."""
+    inside, formed, width = np.zeros((2 * n, n)), np.zeros(2 * n), np.zeros(2 * n)
+    inside[:n] = np.eye(n)
+    part_of = np.arange(n)
+    for new, e in enumerate(np.argsort(tree.length, kind="stable").tolist(), n):
+        for part in part_of[tree.edges[:, e]].tolist():
+            room = float(tree.length[e]) - formed[part]
+            width[part] = max(0.0, room, SLACK * float(tree.length[e]) / inside[part].sum())
+            inside[new] += inside[part]
+        formed[new] = tree.length[e]
+        part_of[inside[new] > 0.0] = new
+    return inside * np.sqrt(width)[:, None]
 
 
 def _below(cost: CostModel, value: float, size: float) -> float:
@@ -168,7 +224,7 @@ class _Ascent:
 
     def __init__(self, n: int, sets: Sets, hub: Hub, upper: float, stop: Asked) -> None:
         self.n, self.sets, self.hub, self.upper, self.stop = n, sets, hub, upper, stop
-        self.steps = int(max(FEWEST_STEPS, min(STEPS + STEPS_PER_NODE * n, NODE_STEPS / n)))
+        self.steps = _steps(n)
         self.step = 0
         self.penalty = np.zeros(n)
         parent, heap, place = (np.zeros(n, dtype=np.int32) for _ in range(3))
@@ -188,10 +244,20 @@ class _Ascent:
         return best
 
 
+def _two_spokes(hub: Hub, penalty: Numbers) -> NDArray[np.int64]:
+    """Return the other ends of the hub's two cheapest edges, the tied one among them if there is one."""
+    costs = hub.spokes + penalty
+    costs[hub.node] = math.inf
+    if hub.tied >= 0:
+        costs[hub.tied] = -math.inf
+    ends: NDArray[np.int64] = np.argpartition(costs, 1)[:2]
+    return ends
+
+
 def _weight(cost: CostModel, hub: Hub, tree: SpanningTree, penalty: Numbers) -> float:
     """Return what no tour is below, by the smallest spanning tree under penalties and two edges of the hub."""
     a, b = tree.edges
-    spokes = np.array(two_spokes(hub.spokes, penalty, hub.node, hub.tied))
+    spokes = _two_spokes(hub, penalty)
     added = np.concatenate([tree.length + (penalty[a] + penalty[b]), hub.spokes[spokes] + penalty[spokes]])
     value = float(added.sum()) - 2.0 * float(penalty.sum())
     return _below(cost, value, float(np.abs(added).sum()) + 4.0 * float(np.abs(penalty).sum()))

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels import greedy as greedy_kernels
-from leafcut.kernels.construct import nearest_neighbour_tour
 from leafcut.kernels.cost import CostModel
 from leafcut.solve.instance import Instance, candidate_lists, plant_tree
 
@@ -53,6 +52,8 @@ def nearest_neighbour(instance: Instance) -> NDArray[np.int32]:
     """
     if instance.n <= FEW:
         return _nearest_of_few(instance)
+    from leafcut.kernels.construct import nearest_neighbour_tour
+
     tour = np.zeros(instance.n, dtype=np.int32)
     scratch = Scratch.of(instance)
     words = np.ones(1, dtype=np.uint64)
@@ -137,12 +138,9 @@ def _join_cheapest(
     """Join by the edges in the lists of `nodes`, cheapest first, as far as the lists can be trusted."""
     k = candidates.shape[1]
     limit = np.inf if k >= len(nodes) - 1 else float(np.median(lengths[:, min(SURE_NEIGHBOURS, k) - 1]))
-    edges, ordered = (np.empty(candidates.size, dtype=np.uint64) for _ in range(2))
+    edges = np.empty(candidates.size, dtype=np.uint64)
     count = greedy_kernels.list_edges(candidates, lengths, nodes, tail, limit, edges)
-    starts = np.empty(2**greedy_kernels.DIGIT, dtype=np.int64)
-    for digit in range(3):
-        greedy_kernels.sort_digit(edges, count, digit, starts, ordered)
-        edges, ordered = ordered, edges
+    edges[:count].sort()
     greedy_kernels.join_edges(edges, count, candidates, nodes, tail, beside)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import candidates as candidate_kernels
 from leafcut.kernels import cost as codes
-from leafcut.kernels.cost import CostModel, sequence_cost
+from leafcut.kernels.cost import CostModel, edge_costs
 from leafcut.kernels.neighbours import MOST_TWINS, Nearby, Tree, grow_tree
 from leafcut.model.problem import Metric, RoutingProblem
 
@@ -101,11 +101,31 @@ def candidate_lists(cost: CostModel, tree: Tree, n: int, total: int, k: int) -> 
     """
     candidates, lengths = np.full((total, k), -1, dtype=np.int32), np.full((total, k), np.inf)
     if len(tree.x) == 0 or k >= n - 1:
-        candidate_kernels.fill_candidates_by_cost(cost, n, candidates, lengths)
+        _list_cheapest(cost, n, candidates, lengths)
         return candidates, lengths
     per_quadrant = min(PER_QUADRANT, max(1, k // 4))
     candidate_kernels.fill_candidates(cost, tree, per_quadrant, 0, n, candidates, lengths, nearby_buffers(k))
     return candidates, lengths
+
+
+def costs_of_edges(cost: CostModel, leave: NDArray[np.int32], arrive: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Return what it costs to travel from leave[e] to arrive[e], int32[m] each; `TIED` for a tied edge."""
+    costs = np.zeros(len(leave))
+    edge_costs(cost, leave, arrive, costs)
+    return costs
+
+
+def _list_cheapest(cost: CostModel, n: int, candidates: NDArray[np.int32], lengths: NDArray[np.float64]) -> None:
+    """Fill the lists of the first n nodes with the cheapest others, of equally cheap ones the first."""
+    nodes, size = np.arange(n, dtype=np.int32), min(candidates.shape[1], n - 1)
+    for i in range(n):
+        others = np.delete(nodes, i)
+        costs = costs_of_edges(cost, np.full(n - 1, i, dtype=np.int32), others)
+        if size < n - 1:
+            few = np.flatnonzero(costs <= np.partition(costs, size - 1)[size - 1])
+            others, costs = others[few], costs[few]
+        order = np.argsort(costs, kind="stable")[:size]
+        candidates[i, :size], lengths[i, :size] = others[order], costs[order]
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,6 +260,5 @@ def path_cost(problem: RoutingProblem, nodes: NDArray[np.int32]) -> float:
     elif given[0] is None:
         arrive = arrive[1:]
     legs = min(len(leave), len(arrive))
-    return float(problem.service[nodes].sum()) + sequence_cost(
-        cost_model(problem.metric, xy), leave[:legs], arrive[:legs]
-    )
+    travels = costs_of_edges(cost_model(problem.metric, xy), leave[:legs], arrive[:legs])
+    return float(problem.service[nodes].sum()) + float(travels.sum())

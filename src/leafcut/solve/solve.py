@@ -19,14 +19,12 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.options import AcoOptions, SolveOptions
-from leafcut.solve.aco import Ants, Colony, Parameters, first_tour
 from leafcut.solve.certificate import aim, certify, stands_for_its_tour
 from leafcut.solve.clusters import choose_nodes
 from leafcut.solve.colony import Workers, improve_by_colony
 from leafcut.solve.construction import nearest_neighbour
 from leafcut.solve.instance import FULL_LISTS_LIMIT, Instance, build_instance, path_cost
 from leafcut.solve.kicks import CANDIDATES, improve_by_kicks, kicks_per_iteration
-from leafcut.solve.loop import search
 from leafcut.solve.statistics import Best, Progress, WorkerLog
 from leafcut.solve.stop import Stop
 
@@ -150,9 +148,6 @@ def _run(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop,
         tour = nearest_neighbour(instance)
         best.offer(tour, float(tour_cost(instance.cost, tour)), 0)
         return Found(tour)
-    if algorithm == "2opt":
-        first_tour(instance, True, stop, best)
-        return Found(best.tour)
     if algorithm == "colony":
         return _colony(instance, options, stop, best)
     if algorithm == "kicks":
@@ -161,7 +156,18 @@ def _run(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop,
         iterations = _until_interrupted(lambda: improve_by_kicks(instance, options.seed, stop, best), best)
         kicks = iterations * kicks_per_iteration(instance.n)
         return Found(best.tour, iterations, (WorkerFigures(0, kicks, stop.elapsed(), best.cost),))
-    parameters = Parameters.of(algorithm, aco, instance.n, options.local_search)
+    return _ants(instance, options, aco, stop, best)
+
+
+def _ants(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop, best: Best) -> Found:
+    """Run one of the classical five, or the local search that they use."""
+    from leafcut.solve.aco import Ants, Colony, Parameters, first_tour
+    from leafcut.solve.loop import search
+
+    if options.algorithm == "2opt":
+        first_tour(instance, True, stop, best)
+        return Found(best.tour)
+    parameters = Parameters.of(options.algorithm, aco, instance.n, options.local_search)
     c_nn = first_tour(instance, options.local_search, stop, best)
     if c_nn <= 0.0:
         return Found(best.tour)  # all nodes on one place: nothing to gain, and trails of 1/0

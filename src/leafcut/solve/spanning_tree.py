@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import cost as codes
 from leafcut.kernels.cost import CostModel
-from leafcut.kernels.one_tree import Graph, edge_costs
+from leafcut.kernels.one_tree import Graph
 from leafcut.kernels.spanning_tree import Parts, dense_tree, join_parts, leave_by_graph, leave_by_tree
-from leafcut.solve.instance import Instance
+from leafcut.solve.instance import Instance, costs_of_edges
 
 #: Most pairs and boxes that are looked at, and the same per node; only lifts that outweigh distances need so many.
 MOST_LOOKS, MOST_LOOKS_PER_NODE = 2e7, 2000
 
-#: Up to this many nodes all pairs are looked at: a millisecond, and the rounds need not be compiled.
-ALL_PAIRS = 500
+#: Up to this many nodes all pairs are looked at: some ten microseconds, and nothing else has to be compiled.
+ALL_PAIRS = 150
 
 #: Room for boxes to be looked into: one more than the k-d tree is high, which is at most about 60 for a million points.
 STACK = 128
@@ -42,26 +42,29 @@ def in_the_plane(cost: CostModel) -> bool:
 
 def edge_lengths(cost: CostModel, edges: NDArray[np.int32]) -> Numbers:
     """Return what the edges int32[2, e] cost; a tied edge costs nothing."""
-    length = np.zeros(edges.shape[1])
-    edge_costs(cost, edges[0], edges[1], length)
-    return length
+    length = costs_of_edges(cost, edges[0], edges[1])
+    return np.where(length == codes.TIED, 0.0, length)
+
+
+def all_pairs(cost: CostModel, hub: int, penalty: Numbers) -> SpanningTree:
+    """Return the smallest spanning tree under finite penalties of all nodes but the hub, by looking at all pairs."""
+    n = len(penalty)
+    edges, left, near = np.zeros((2, n - 2), dtype=np.int32), np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
+    dense_tree(cost, penalty, hub, left, np.zeros(n), near, edges[0], edges[1])
+    return SpanningTree(edges, edge_lengths(cost, edges))
 
 
 def smallest_tree(instance: Instance, hub: int, penalty: Numbers, graph: Graph, stop: Asked) -> SpanningTree | None:
     """Return the smallest spanning tree under penalties of all nodes but the hub, over all pairs of them.
 
-    By rounds over the k-d tree in the plane; of few nodes, and elsewhere, by looking at all pairs. The graph may be
-    any; the more of its edges are in the tree, the less has to be looked at. None when `stop` says so, when there would
-    be too much to look at, or when costs overflow.
+    By rounds over the k-d tree in the plane; elsewhere by looking at all pairs. The graph may be any; the more of its
+    edges are in the tree, the less has to be looked at. None when `stop` says so, when there would be too much to look
+    at, or when costs overflow.
     """
     cost, n = instance.cost, instance.n
+    if not in_the_plane(cost):
+        return None if stop() or not np.isfinite(penalty).all() else all_pairs(cost, hub, penalty)
     edges = np.zeros((2, n - 2), dtype=np.int32)
-    if n <= ALL_PAIRS or not in_the_plane(cost):
-        left, near = np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
-        if stop() or not np.isfinite(penalty).all():
-            return None
-        dense_tree(cost, penalty, hub, left, np.zeros(n), near, edges[0], edges[1])
-        return SpanningTree(edges, edge_lengths(cost, edges))
     parts = _parts(instance, hub, penalty)
     have, looks, most = 0, 0, int(max(MOST_LOOKS, MOST_LOOKS_PER_NODE * n))
     while have < n - 2:
