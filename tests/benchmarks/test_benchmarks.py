@@ -142,3 +142,12 @@ def test_a_section_is_replaced_and_the_others_stay(benchmark: Any, tmp_path: Pat
     file.write_text("<!-- one: begin -->\nno end")
     with pytest.raises(ValueError, match="does not end"):
         page.write_section(file, "one", "x")
+
+
+def test_one_thread_and_several_are_compared_on_every_board(data: Path, tmp_path: Path) -> None:
+    options = "--times", "0.2", "--seeds", "2"
+    _, (head, _, row) = run(data, tmp_path / "b.md", "threads", "kroA100", *options)
+    assert head == ["board", "seconds", "one thread", "2 threads", "ratio", "shorter"]
+    assert row[0] == "kroA100"
+    assert 0.7 < float(row[4]) < 1.3
+    assert row[5] in ("0 of 2", "1 of 2", "2 of 2")
