@@ -8,7 +8,7 @@ import pytest
 
 from leafcut.errors import OptionError
 from leafcut.gcode.dialects import Dialect, dialect, dialects, parse_dialect
-from leafcut.gcode.modal import _GROUP_OF, _M_GROUP_OF
+from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF
 
 NAMES = ["fagor8055", "fanuc", "grbl", "haas", "linuxcnc", "mach3", "mach4"]
 
@@ -37,8 +37,8 @@ def test_every_value_of_a_profile_states_its_source(name: str) -> None:
 def test_every_word_of_a_profile_is_one_that_the_interpreter_knows(name: str) -> None:
     """Codes have a modal group; cycles, units and the preamble use words of the same profile."""
     profile = dialect(name)
-    assert profile.g_codes <= _GROUP_OF.keys()
-    assert profile.m_codes <= _M_GROUP_OF.keys()
+    assert profile.g_codes <= GROUP_OF.keys()
+    assert profile.m_codes <= M_GROUP_OF.keys()
     words = {profile.units_mm, profile.units_inch, *" ".join(profile.preamble).split()}
     written = {w for w in profile.cycles if not (profile.cycle_words == "fagor" and w == "G82")}
     assert words | written <= set(profile.g_words.split())

@@ -2,6 +2,9 @@
 
 As RS274/NGC has them (3.5.16), Z is the bottom, R the plane where rapid becomes feed, Q the peck, P the dwell. In the
 Fagor 8055, Z is that plane, I the bottom and K the dwell.
+
+Between a hole with G99 and the next with G98 of one series LinuxCNC rises on a slant; here, as at Fanuc, the tool
+crosses at the height where it is, which is never higher.
 """
 
 from __future__ import annotations
@@ -9,7 +12,8 @@ from __future__ import annotations
 import math
 
 from leafcut.gcode.state import CycleWords, State, whole
-from leafcut.gcode.words import BlockError, Word
+from leafcut.gcode.words import BlockError, UnclearBlock, Word
+from leafcut.model.cycles import DWELLING
 from leafcut.model.toolpath import DrillCycle
 
 #: More repeats or pecks than this are a slip of the pen, and would fill the memory.
@@ -36,7 +40,7 @@ def end_cycle(state: State) -> None:
 def run_cycle(state: State, letters: dict[str, Word]) -> None:
     """Drill one block: at its place, or at several places with repeats."""
     if state.plane != 17:
-        raise BlockError("canned cycles are understood in the XY plane (G17) only")
+        raise UnclearBlock("canned cycles are understood in the XY plane (G17) only")
     if state.feed_mode == 93:
         raise BlockError("a canned cycle cannot be cut in inverse time (G93)")
     x, y = state.path.position[:2]
@@ -47,7 +51,7 @@ def run_cycle(state: State, letters: dict[str, Word]) -> None:
     for _ in range(repeats):
         x, y = (x + step_x, y + step_y) if state.incremental else (step_x, step_y)
         if math.isnan(x) or math.isnan(y):
-            raise BlockError("a hole at a place that is not known: X and Y are not both given")
+            raise UnclearBlock("a hole at a place that is not known: X and Y are not both given")
         state.path.drill(x, y, cycle, feed=feed, line=state.line)
 
 
@@ -62,7 +66,7 @@ def _place(state: State, letters: dict[str, Word], letter: str, here: float) -> 
 def _repeats(state: State, letters: dict[str, Word]) -> int:
     word = letters.pop(state.dialect.repeat_letter, None) if state.dialect.repeat_letter else None
     repeats = 1 if word is None else whole(word, MAX_REPEATS)
-    if repeats == 0:
+    if repeats == 0 and not state.may_store:
         raise BlockError(f"{word}: a cycle with no repeats")
     return repeats
 
@@ -75,13 +79,13 @@ def _cycle(state: State, letters: dict[str, Word]) -> DrillCycle:
     _take(state, letters, words, ("Z", "I") if fagor else ("R", "Z"))
     if "Q" in letters and name in _PECKING:
         words.peck = state.length(letters.pop("Q"))
-    dwelling = name in state.dialect.dwell_cycles or (fagor and name in ("G81", "G85"))
+    dwelling = name in (*state.dialect.dwell_cycles, "G86", "G89") or (fagor and name in ("G81", "G85"))
     if dwelling and state.dialect.dwell_letter in letters:
         words.dwell = state.last_dwell = state.dwell(letters.pop(state.dialect.dwell_letter))
     if fagor and name == "G81" and words.dwell is not None:
         name = "G82"
     elif fagor and name == "G85" and words.dwell:
-        raise BlockError("G85 with a dwell is not understood")
+        raise UnclearBlock("G85 with a dwell is not understood")
     r_plane, bottom = _planes(state, words, fagor)
     peck = _peck(words, name, r_plane - bottom)
     if name == "G82" and words.dwell is None:
@@ -90,7 +94,7 @@ def _cycle(state: State, letters: dict[str, Word]) -> DrillCycle:
     if name == "G84" and words.dwell is None and state.dialect.groups == "rs274":
         # LinuxCNC 2.9 (rs274): a tap without P dwells as the last cycle with P did, even across G80.
         dwell = state.last_dwell
-    return DrillCycle(name, r_plane, bottom, state.to_initial, peck, dwell if name in ("G82", "G84") else 0.0)
+    return DrillCycle(name, r_plane, bottom, state.to_initial, peck, dwell if name in DWELLING else 0.0)
 
 
 def _take(state: State, letters: dict[str, Word], words: CycleWords, names: tuple[str, str]) -> None:
@@ -99,7 +103,9 @@ def _take(state: State, letters: dict[str, Word], words: CycleWords, names: tupl
     known = words.r is not None or words.z is not None
     changed = words.incremental != state.incremental or words.unit != state.unit
     if known and changed and not all(given):
-        raise BlockError(f"units or G90/G91 changed inside a cycle; give {names[0]} and {names[1]} again")
+        # RS274/NGC takes the old numbers in the new mode, other controls as they were meant.
+        kind = BlockError if words.unit != state.unit else UnclearBlock
+        raise kind(f"units or G90/G91 changed inside a cycle; give {names[0]} and {names[1]} again")
     words.incremental, words.unit = state.incremental, state.unit
     if given[0]:
         words.r = state.length(letters.pop(names[0]))
@@ -118,10 +124,10 @@ def _planes(state: State, words: CycleWords, fagor: bool) -> tuple[float, float]
         missing = ("Z, its reference plane" if r is None else "I, its depth") if fagor else ("R" if r is None else "Z")
         raise BlockError(f"the cycle lacks {missing}")
     if state.to_initial and math.isnan(initial):
-        raise BlockError("G98 returns to a height that is not known; move Z before the cycle, or use G99")
+        raise UnclearBlock("G98 returns to a height that is not known; move Z before the cycle, or use G99")
     if state.incremental:
         if math.isnan(initial):
-            raise BlockError("R is incremental (G91), but the height of the tool is not known")
+            raise UnclearBlock("R is incremental (G91), but the height of the tool is not known")
         r += initial
         z += r
     if r < z:

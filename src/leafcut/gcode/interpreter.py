@@ -52,7 +52,7 @@ def interpret(
     state = State(dialect, unit=None if units is None else MM_PER_UNIT[units])
     if left_over:
         state.motion, state.plane, state.incremental, state.feed_mode, state.to_initial = 1, 18, True, 95, False
-    reader = _Reader(state)
+    reader = Reader(state)
     for number, line in lines(text):
         if not line or line.isspace():
             continue
@@ -67,7 +67,7 @@ def interpret(
     return reader.state.path.build()
 
 
-class _Reader:
+class Reader:
     """Carries out block after block."""
 
     def __init__(self, state: State) -> None:
@@ -243,9 +243,12 @@ class _Reader:
         return number
 
     def _motion(self, words: SortedBlock) -> None:
+        self._choose_motion(words.g)
+        self._move(words)
+
+    def _move(self, words: SortedBlock) -> None:
         state, g, letters = self.state, words.g, words.letters
         special = g.get("non-modal")
-        self._choose_motion(g)
         moving = not letters.keys().isdisjoint(AXES)
         if special in (280, 530):
             if state.cycle is not None or (special == 280 and "motion" in g):

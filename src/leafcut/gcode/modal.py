@@ -8,22 +8,22 @@ from leafcut.gcode.words import Block, BlockError, Word
 
 #: Codes are tenths, so that G59.1 is the whole number 591.
 _GROUPS: dict[str, tuple[int, ...]] = {
-    "non-modal": (40, 280, 530),
-    "motion": (0, 10, 20, 30),
-    "cycle": (690, 730, 800, 810, 820, 830, 840, 850, 860, 870, 880, 890),
+    "non-modal": (40, 100, 280, 281, 300, 301, 520, 530, 920, 921, 922, 923),
+    "motion": (0, 10, 20, 30, 50, 51, 52, 53, 330, 331, 382, 383, 384, 385),
+    "cycle": (690, 730, 760, 800, 810, 820, 830, 840, 850, 860, 870, 880, 890),
     "plane": (170, 180, 190),
     "distance": (900, 910),
     "arc distance": (901, 911),
     "feed mode": (930, 940, 950),
     "units": (200, 210, 700, 710),
-    "radius": (400, 410, 420),
-    "length": (430, 440, 490),
+    "radius": (400, 410, 411, 420, 421),
+    "length": (430, 431, 432, 440, 490),
     "retract": (980, 990),
     "offset": (540, 550, 560, 570, 580, 590, 591, 592, 593),
     "path": (610, 611, 640),
     "speed": (960, 970),
 }
-_GROUP_OF = {code: group for group, codes in _GROUPS.items() for code in codes}
+GROUP_OF = {code: group for group, codes in _GROUPS.items() for code in codes}
 
 _M_GROUPS: dict[str, tuple[int, ...]] = {
     "stop": (0, 1, 2, 30, 60),
@@ -31,30 +31,37 @@ _M_GROUPS: dict[str, tuple[int, ...]] = {
     "spindle": (3, 4, 5),
     "coolant": (7, 8, 9),
 }
-_M_GROUP_OF = {code: group for group, codes in _M_GROUPS.items() for code in codes}
+M_GROUP_OF = {code: group for group, codes in _M_GROUPS.items() for code in codes}
 
 
 @dataclass(slots=True)
 class SortedBlock:
-    """The words of a block by what they do: one G code a group, M codes a group, every other letter once."""
+    """The words of a block by what they do: one G code a group, M codes a group, every other letter once.
+
+    `unknown` holds the G and M words that are not known, where such blocks are kept.
+    """
 
     g: dict[str, int] = field(default_factory=dict)
     m: dict[str, list[int]] = field(default_factory=dict)
     letters: dict[str, Word] = field(default_factory=dict)
+    unknown: list[Word] | None = None
 
 
-def sort_words(block: Block, g_codes: frozenset[int], m_codes: frozenset[int], separate_cycles: bool) -> SortedBlock:
+def sort_words(
+    block: Block, g_codes: frozenset[int], m_codes: frozenset[int], separate_cycles: bool, keep_unknown: bool = False
+) -> SortedBlock:
     """Return the words of a block by group.
 
     `g_codes` (in tenths) and `m_codes` are those that the dialect has. `separate_cycles` says that cycles and G80
-    are a group of their own, as Fanuc has it; else they exclude G0 to G3, as in RS274/NGC.
+    are a group of their own, as Fanuc has it; else they exclude G0 to G3, as in RS274/NGC. `keep_unknown` collects the
+    codes that are not known, which are an error else.
 
     Raises
     ------
     BlockError
         A code that is not known, two codes of one group, or a letter twice.
     """
-    result = SortedBlock()
+    result = SortedBlock(unknown=[] if keep_unknown else None)
     for word in block.words:
         letter = word.letter
         if letter == "G":
@@ -73,8 +80,9 @@ def sort_words(block: Block, g_codes: frozenset[int], m_codes: frozenset[int], s
 def _add_g(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
     code = round(word.value * 10)
     if code not in known or abs(word.value * 10 - code) > 1e-6:
-        raise BlockError(f"{word} is not understood")
-    group = _GROUP_OF[code]
+        _set_aside(result, word)
+        return
+    group = GROUP_OF[code]
     before = result.g.setdefault(group, code)
     if before != code:
         _conflict("G", before / 10, code / 10)
@@ -83,12 +91,19 @@ def _add_g(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
 def _add_m(result: SortedBlock, word: Word, known: frozenset[int]) -> None:
     code = int(word.value)
     if code not in known or code != word.value:
-        raise BlockError(f"{word} is not understood")
-    codes = result.m.setdefault(_M_GROUP_OF[code], [])
+        _set_aside(result, word)
+        return
+    codes = result.m.setdefault(M_GROUP_OF[code], [])
     # Mist and flood may go on together; everything else of one group excludes itself.
     if codes and {*codes, code} - {7, 8} and code not in codes:
         _conflict("M", codes[0], code)
     codes.append(code)
+
+
+def _set_aside(result: SortedBlock, word: Word) -> None:
+    if result.unknown is None:
+        raise BlockError(f"{word} is not understood")
+    result.unknown.append(word)
 
 
 def _conflict(letter: str, one: float, other: float) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from leafcut.gcode.state import AXES, State
-from leafcut.gcode.words import BlockError, Word
+from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.model.toolpath import Arc, plane_axes
 
 #: How far the two radii of an arc may differ: always this much, mm …
@@ -35,7 +35,7 @@ def run_straight(state: State, letters: dict[str, Word]) -> None:
 def run_machine(state: State, letters: dict[str, Word]) -> None:
     """Run a move in machine coordinates, G53 with G0."""
     if state.motion != 0:
-        raise BlockError("G53 is understood with G0 only")
+        raise UnclearBlock("G53 is understood with G0 only")
     if state.incremental:
         raise BlockError("G53 cannot be incremental (G91)")
     x, y, z = (state.length(letters.pop(axis)) if axis in letters else None for axis in AXES)
@@ -66,7 +66,7 @@ def run_arc(state: State, letters: dict[str, Word]) -> None:
     axes = plane_axes(state.plane)
     first, second, normal = axes
     if math.isnan(begin[first]) or math.isnan(begin[second]):
-        raise BlockError("an arc from a place that is not known")
+        raise UnclearBlock("an arc from a place that is not known")
     clockwise = state.motion == 2
     if "R" in letters:
         if targets[first] is None and targets[second] is None:

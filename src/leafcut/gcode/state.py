@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.words import BlockError, Word
+from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
@@ -35,7 +35,7 @@ class State:
     `unit` is millimetres in one unit of the program, or None before G20 or G21. `feed` is in mm/s, or mm per
     revolution with G95; with G93 every cutting block brings its own. `motion` is 0 to 3 or None, `cycle` the number of
     the canned cycle or None. `last_dwell` is the dwell of the last cycle that had one, s.
-    `pending_tool` is the tool that the next change brings.
+    `pending_tool` is the tool that the next change brings. `may_store` says that a cycle with no repeats is stored.
     """
 
     dialect: Dialect
@@ -59,6 +59,7 @@ class State:
     tool: int | None = None
     offset_number: int | None = None
     offset_on: bool = False
+    may_store: bool = False
 
     def length(self, word: Word) -> float:
         """Return the length of a word in mm."""
@@ -82,7 +83,7 @@ class State:
         if not self.incremental:
             return value
         if math.isnan(here) and value != 0.0:
-            raise BlockError(f"{word} is incremental (G91), but where {AXES[axis]} is before it is not known")
+            raise UnclearBlock(f"{word} is incremental (G91), but where {AXES[axis]} is before it is not known")
         return None if math.isnan(here) else here + value
 
     def set_feed(self, word: Word) -> None:

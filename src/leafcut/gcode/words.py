@@ -31,6 +31,10 @@ class BlockError(LeafcutError):
     """
 
 
+class UnclearBlock(BlockError):
+    """A block that makes sense, but what it does cannot be known from the program; it can be kept word for word."""
+
+
 class Word(NamedTuple):
     """A letter in upper case, its number, and the number as it was written (some rules ask for the decimal point)."""
 
@@ -70,18 +74,29 @@ def tokenise(line: str, number: int = 0) -> Block:
     BlockError
         An unclosed or nested comment, a letter without a number, an absurd number, or any other character.
     """
-    if len(line) > MAX_LINE:
-        raise BlockError(f"the line has {len(line)} characters; this is not G-code")
-    body, comments = line, tuple[str, ...]()
-    if "(" in line or ")" in line or ";" in line:
-        body, comments = _without_comments(line)
-    body = body.strip()
+    body, comments = split_line(line)
     if body.startswith("%"):
         return Block(number, (), comments, percent=body[1:].strip())
     deleted = body.startswith("/")
     if deleted:
         body = body[1:]
-    return Block(number, _words(body), comments, deleted=deleted)
+    return Block(number, words_of(body), comments, deleted=deleted)
+
+
+def split_line(line: str) -> tuple[str, tuple[str, ...]]:
+    """Return a line without comments and outer spaces, and its comments.
+
+    Raises
+    ------
+    BlockError
+        The line is absurdly long, or a comment is unclosed or nested.
+    """
+    if len(line) > MAX_LINE:
+        raise BlockError(f"the line has {len(line)} characters; this is not G-code")
+    body, comments = line, tuple[str, ...]()
+    if "(" in line or ")" in line or ";" in line:
+        body, comments = _without_comments(line)
+    return body.strip(), comments
 
 
 def _without_comments(line: str) -> tuple[str, tuple[str, ...]]:
@@ -100,14 +115,15 @@ def _without_comments(line: str) -> tuple[str, tuple[str, ...]]:
     return body, tuple(comments)
 
 
-def _words(body: str) -> tuple[Word, ...]:
+def words_of(body: str) -> tuple[Word, ...]:
+    """Return the words of a line without comments and marks."""
     words = []
     position, end = 0, len(body)
     match = _WORD.match
     while position < end:
         found = match(body, position)
         if found is None:
-            _refuse(body, position)
+            refuse_rest(body, position)
         letter, text = found.groups()
         value = float(text)
         if not -MAX_NUMBER < value < MAX_NUMBER:
@@ -117,8 +133,8 @@ def _words(body: str) -> tuple[Word, ...]:
     return tuple(words)
 
 
-def _refuse(body: str, position: int) -> NoReturn:
-    """Say what stands at `position` instead of a word."""
+def refuse_rest(body: str, position: int) -> NoReturn:
+    """Raise a `BlockError` that says what stands at `position` instead of a word."""
     rest = body[position:].lstrip(" \t")
     first = rest[:1]
     if first in "#[]=<>*":

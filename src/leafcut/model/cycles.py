@@ -19,6 +19,10 @@ from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath, positions
 #: (measured with rs274); Fanuc and Haas read it from a parameter.
 PECK_CLEARANCE = 0.254
 
+#: Cycles that stand still at the bottom, and those that come out at feed. G86 stops the spindle at the bottom, too.
+DWELLING = ("G82", "G84", "G86", "G89")
+FEED_OUT = ("G84", "G85", "G89")
+
 _EPSILON = 1e-9
 
 #: More pecks than this in one hole, or moves in one program, are a slip of the decimal point and would fill the
@@ -73,7 +77,7 @@ def expand_drill(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Mo
     if height != cycle.r_plane:
         yield row(Kind.RAPID, cycle.r_plane)
     yield from _drilling(cycle, row, feed, line)
-    if cycle.name in ("G84", "G85"):
+    if cycle.name in FEED_OUT:
         yield row(Kind.FEED, cycle.r_plane, feed)
     if height != z_after:
         yield row(Kind.RAPID, z_after)
@@ -89,7 +93,7 @@ def _drilling(cycle: DrillCycle, move: Callable[..., Motion], feed: float, line:
             else:
                 yield move(Kind.RAPID, depths[number - 1] + PECK_CLEARANCE)
         yield move(Kind.FEED, depth, feed)
-    if cycle.dwell > 0 and cycle.name in ("G82", "G84"):
+    if cycle.dwell > 0 and cycle.name in DWELLING:
         yield Motion(Kind.DWELL, (math.nan,) * 3, cycle.dwell, 0, line)
 
 

@@ -13,7 +13,8 @@ class Severity(StrEnum):
     WARNING = "warning"
 
 
-#: Every code, with what it means. The number's hundred tells the kind: 1 read, 2 skipped, 3 repaired, 4 assumed.
+#: Every code, with what it means. The number's hundred tells the kind: 1 read, 2 skipped, 3 repaired, 4 assumed,
+#: 5 the order of a program.
 CODES: dict[str, str] = {
     "L101": "the file was damaged and could be repaired",
     "L102": "the file does not say its units",
@@ -33,6 +34,9 @@ CODES: dict[str, str] = {
     "L402": "a depth was assumed",
     "L403": "the place of the part on the machine is not known",
     "L405": "bare points were taken as holes",
+    "L501": "a piece of a program stays where it is",
+    "L502": "nothing in a program may change places",
+    "L503": "changes of tool were saved",
 }
 
 

@@ -22,6 +22,12 @@ class Machine:
     acceleration_factor
         Part of the acceleration that the controller uses on a move that starts and ends at rest (LinuxCNC keeps
         10 % back, `[TRAJ]ARC_BLEND_KINK_RATIO`).
+    corners
+        How the controller takes corners: ``linuxcnc`` (blends, arcs in corners, tangents), ``grbl`` (junction deviation,
+        rapids too) or ``round`` (junction deviation between feed moves, rapids end in position); empty: as the
+        controllers of that name do, and ``round`` for the others.
+    corner_deviation
+        How far from the corner the path may be thought to pass, mm, where corners are ``grbl`` or ``round``.
     max_feed
         Highest programmed feed, mm/s.
     travel_min, travel_max
@@ -66,4 +72,6 @@ class Machine:
     tool_change_position: tuple[float, float] | None = None
     spindle_start_s: float = 0.0
     safe_z: float | None = None
+    corners: str = ""
+    corner_deviation: float = 0.01
     sources: dict[str, str] = field(default_factory=dict)

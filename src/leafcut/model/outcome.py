@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
@@ -29,7 +30,8 @@ class Measure:
 class OperationOutcome:
     """One tool's work: how many holes or slots, by which cycle, and the solution of its order.
 
-    `hole_order` are indices into `Part.holes` (or `Part.slots` when `slots`), in the order of machining.
+    `hole_order` are indices into `Part.holes` (or `Part.slots` when `slots`), in the order of machining. In a program
+    that came from elsewhere, `cuts` is how many chains of cuts it orders besides.
     """
 
     tool: Tool
@@ -37,6 +39,7 @@ class OperationOutcome:
     hole_order: tuple[int, ...]
     slots: bool
     solution: Solution
+    cuts: int = 0
 
 
 @dataclass(frozen=True)
@@ -45,12 +48,21 @@ class Outcome:
 
     Attributes
     ----------
+    part
+        What was read; of a program, its holes.
+    process
+        ``drill``, ``mill``, ``laser`` or ``plasma``.
     before, nearest, after
-        The same work in the drawing's order, by nearest neighbour, and as written.
+        The same work in the order it came in, by nearest neighbour (None for programs), and as written.
     path_before, path_after
         Toolpaths of the first and the last.
     text
         The program, whole.
+    certificate
+        Of a program that came from elsewhere: the proof that the new one does the same work (`verify.certificate`), as
+        plain values, and what was counted. None for drawings.
+    encoding
+        Of the program's text in a file.
     output, report
         Where program and report were written, or empty.
     options
@@ -62,7 +74,7 @@ class Outcome:
     process: str
     operations: tuple[OperationOutcome, ...]
     before: Measure
-    nearest: Measure
+    nearest: Measure | None
     after: Measure
     path_before: Toolpath
     path_after: Toolpath
@@ -71,6 +83,8 @@ class Outcome:
     seed: int
     verified: bool
     issues: tuple[Issue, ...] = ()
+    certificate: dict[str, Any] | None = None
+    encoding: str = "utf-8"
     output: str = ""
     report: str = ""
     options: dict[str, str] = field(default_factory=dict)

@@ -7,6 +7,7 @@ columns, so that a million rows stay small. Millimetres, mm/s, seconds, rpm; pro
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -16,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 UNKNOWN = math.nan
+#: Numbers in a row of a `ToolpathBuilder`.
+WIDTH = 7
 
 
 class Kind(IntEnum):
@@ -37,7 +40,14 @@ class Kind(IntEnum):
     PAUSE      –                                            –                    0 = M0, 1 = M1
     MACHINE    machine coordinates, NaN = axis stays        –                    –
     END        –                                            –                    –
+    FRAME      where the tool is then                       –                    work offset in tenths (540 is G54)
+    SHIFT      where the tool is then                       –                    origin moved (G52, G92 …), counted
+    RADIUS     –                                            D, as it is written  40, 41 or 42
+    BLENDING   –                                            tolerance, mm        610, 611 or 640 (G61, G61.1, G64)
+    FOREIGN    where the tool is then                       –                    a block that is not understood
     ========== ============================================ ==================== ===========================
+
+    Where the tool is then: in the program coordinates from there on, NaN for an axis until it is programmed again.
     """
 
     RAPID = 0
@@ -53,17 +63,24 @@ class Kind(IntEnum):
     PAUSE = 10
     MACHINE = 11
     END = 12
+    FRAME = 13
+    SHIFT = 14
+    RADIUS = 15
+    BLENDING = 16
+    FOREIGN = 17
 
 
 #: Kinds whose `end` is a place in program coordinates.
 MOTIONS = (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL)
+#: Kinds whose `end` says where the tool is in program coordinates after them.
+PLACES = (*MOTIONS, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)
 
 
 @dataclass(frozen=True, slots=True)
 class DrillCycle:
     """The words of a canned cycle: heights in mm, dwell in s.
 
-    `name` is the G word as LinuxCNC and Fanuc have it (G81, G82, G83, G73, G84, G85), whatever the controller calls it.
+    `name` is the G word as LinuxCNC and Fanuc have it (G81 … G86, G89, G73), whatever the controller calls it.
     `to_initial` is G98: after the hole the tool rises to where it was before the cycle; else G99, to `r_plane`.
     """
 
@@ -126,7 +143,8 @@ class Toolpath:
     @classmethod
     def of_motions(cls, motions: Iterable[Motion]) -> Toolpath:
         """Return the toolpath of rows that need no cycles and no arcs of their own."""
-        return _of_table([(int(m.kind), *m.end, m.value, m.ref, m.line) for m in motions])
+        rows = [(int(m.kind), *m.end, m.value, m.ref, m.line) for m in motions]
+        return _of_columns(np.array(rows, dtype=np.float64).reshape(-1, WIDTH), (), ())
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -166,12 +184,7 @@ class Toolpath:
         return [np.array(arc_extremes(self, int(row))).reshape(-1, 3) for row in rows]
 
 
-def _of_table(
-    rows: list[tuple[int, float, float, float, float, int, int]],
-    cycles: tuple[DrillCycle, ...] = (),
-    arcs: tuple[Arc, ...] = (),
-) -> Toolpath:
-    table = np.array(rows, dtype=np.float64).reshape(len(rows), 7)
+def _of_columns(table: NDArray[np.float64], cycles: tuple[DrillCycle, ...], arcs: tuple[Arc, ...]) -> Toolpath:
     return Toolpath(
         kind=table[:, 0].astype(np.int8),
         end=np.ascontiguousarray(table[:, 1:4]),
@@ -227,7 +240,7 @@ def arc_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
 def position_before(path: Toolpath, row: int) -> NDArray[np.float64]:
     """Return where the tool is before `row`, float64[3], NaN for what is not known."""
     for before in range(row - 1, -1, -1):
-        if path.kind[before] in MOTIONS:
+        if path.kind[before] in PLACES:
             place: NDArray[np.float64] = path.end[before]
             return place
     return np.full(3, UNKNOWN)
@@ -239,7 +252,7 @@ def positions_before(path: Toolpath) -> NDArray[np.float64]:
     After a move in machine coordinates (`Kind.MACHINE`) an axis that moved is not known until it is programmed again.
     """
     n = len(path)
-    moving = np.isin(path.kind, [int(k) for k in MOTIONS])
+    moving = np.isin(path.kind, [int(k) for k in PLACES])
     machine = path.kind == Kind.MACHINE
     rows = np.arange(n)
     before = np.full((n, 3), UNKNOWN)
@@ -258,7 +271,8 @@ class ToolpathBuilder:
     position: list[float] = field(default_factory=lambda: [UNKNOWN, UNKNOWN, UNKNOWN])
     #: Height before the running series of canned cycles, to which G98 returns; None outside a series.
     initial_plane: float | None = None
-    _rows: list[tuple[int, float, float, float, float, int, int]] = field(default_factory=list)
+    #: kind, x, y, z, value, ref, line of every row, one after the other: 56 bytes a row.
+    _rows: array[float] = field(default_factory=lambda: array("d"))
     _cycles: dict[DrillCycle, int] = field(default_factory=dict)
     _arcs: list[Arc] = field(default_factory=list)
 
@@ -319,7 +333,7 @@ class ToolpathBuilder:
     def machine(self, x: float | None = None, y: float | None = None, z: float | None = None, line: int = 0) -> None:
         """Move at rapid to machine coordinates; where that is in the program is not known afterwards."""
         place = [UNKNOWN if v is None else v for v in (x, y, z)]
-        self._rows.append((int(Kind.MACHINE), place[0], place[1], place[2], 0.0, 0, line))
+        self._rows.extend((int(Kind.MACHINE), place[0], place[1], place[2], 0.0, 0, line))
         self.initial_plane = None
         self.position = [p if math.isnan(v) else UNKNOWN for p, v in zip(self.position, place, strict=True)]
 
@@ -327,9 +341,43 @@ class ToolpathBuilder:
         """End the program."""
         self._command(Kind.END, 0.0, 0, line)
 
+    def radius(self, mode: int, register: float = 0.0, line: int = 0) -> None:
+        """Switch radius compensation: 40 off, 41 left, 42 right."""
+        self._command(Kind.RADIUS, register, mode, line)
+
+    def blending(self, mode: int, tolerance: float = 0.0, line: int = 0) -> None:
+        """Choose how corners are passed: 610, 611 or 640, and how far from them the path may be, mm."""
+        self._command(Kind.BLENDING, tolerance, mode, line)
+
+    def set_place(self, kind: Kind, place: tuple[float, float, float], ref: int, line: int = 0) -> None:
+        """Add a row of FRAME, SHIFT or FOREIGN, after which the tool is at `place`."""
+        self._rows.extend((int(kind), *place, 0.0, ref, line))
+        if kind is not Kind.FOREIGN:
+            self.initial_plane = None
+        self.position = list(place)
+
+    @property
+    def rows(self) -> array[float]:
+        """The rows so far, `WIDTH` numbers each (kind, x, y, z, value, ref, line), to be extended in place."""
+        return self._rows
+
+    @property
+    def arcs(self) -> list[Arc]:
+        """The arcs so far, to be extended in place."""
+        return self._arcs
+
+    def __len__(self) -> int:
+        return len(self._rows) // WIDTH
+
+    def cut_back(self, rows: int, arcs: int) -> None:
+        """Forget all rows and arcs but the first; where the tool is then is for the caller to say."""
+        del self._rows[rows * WIDTH :]
+        del self._arcs[arcs:]
+
     def build(self) -> Toolpath:
         """Return the rows as a frozen toolpath."""
-        return _of_table(self._rows, tuple(self._cycles), tuple(self._arcs))
+        table = np.array(self._rows, dtype=np.float64).reshape(-1, WIDTH)
+        return _of_columns(table, tuple(self._cycles), tuple(self._arcs))
 
     def _move(
         self, kind: Kind, x: float | None, y: float | None, z: float | None, value: float, ref: int, line: int
@@ -342,7 +390,7 @@ class ToolpathBuilder:
             p[1] = y
         if z is not None:
             p[2] = z
-        self._rows.append((int(kind), p[0], p[1], p[2], value, ref, line))
+        self._rows.extend((int(kind), p[0], p[1], p[2], value, ref, line))
 
     def _command(self, kind: Kind, value: float, ref: int, line: int) -> None:
-        self._rows.append((int(kind), UNKNOWN, UNKNOWN, UNKNOWN, value, ref, line))
+        self._rows.extend((int(kind), UNKNOWN, UNKNOWN, UNKNOWN, value, ref, line))

@@ -1,0 +1,339 @@
+"""Blocks of foreign programs, one by one: all words of RS274/NGC and Fanuc, and what to do with the others.
+
+A block that makes sense, but whose doing is not known here, becomes a row FOREIGN: it is kept where it is, word for
+word, and the axes that it may have moved are not known until they are programmed again. A block that makes no sense is
+a `BlockError`.
+"""
+
+from __future__ import annotations
+
+import re
+
+from leafcut.gcode.canned import end_cycle
+from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.foreign_state import ForeignState, named_axes
+from leafcut.gcode.interpreter import Reader
+from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF, SortedBlock, sort_words
+from leafcut.gcode.motion import run_home
+from leafcut.gcode.origin import chooses_origin, run_origin
+from leafcut.gcode.state import AXES, whole
+from leafcut.gcode.words import Block, BlockError, UnclearBlock, Word
+from leafcut.model.toolpath import UNKNOWN, Kind
+
+#: G codes in tenths that turn, scale, mirror or wrap all that follows, and those that end it.
+_TRANSFORMS = {160: 150, 510: 500, 511: 501, 680: 690, 682: 690, 121: 131, 1120: 1130, 70: 80, 434: 490, 435: 490}
+_ENDS_TRANSFORM = frozenset(_TRANSFORMS.values()) - {490}
+_MOTIONS = frozenset({0, 10, 20, 30})
+#: Cycles that `model.cycles` knows; G76, G87 and G88 wait for a person or move aside at the bottom.
+_CYCLES = frozenset({730, 810, 820, 830, 840, 850, 860, 890})
+_FANUC_CALLS = frozenset({96, 97, 197, 198})
+_MODE_STORES = frozenset({70, 71, 72, 73})
+_OTHER_AXES = ("A", "B", "C", "U", "V", "W")
+#: What LinuxCNC does not skip: messages, records, and Python behind a semicolon.
+_ACTIVE_COMMENT = re.compile(
+    r"(?:msg|debug|print|log|logopen|logappend|py)[ \t]*,|(?:logclose|probeclose)[ \t]*$|probeopen\b", re.IGNORECASE
+)
+_ALL = (True, True, True)
+_NONE = (False, False, False)
+#: More rows than this are no program, but a slip in a repeat, and would fill the memory.
+MAX_ROWS = 10_000_000
+
+
+def _codes(dialect: Dialect) -> frozenset[int]:
+    """Return the G codes, in tenths, whose meaning in a dialect is known."""
+    if dialect.cycle_words == "fagor":
+        return dialect.g_codes
+    # Haas has bolt circles there, and G69 is the end of a rotation nearly everywhere.
+    other = {690, 700, 710} if dialect.groups == "fanuc" else {690}
+    return frozenset(GROUP_OF) - (other - dialect.g_codes)
+
+
+class BlockRunner(Reader):
+    """Carries out the blocks of a foreign program.
+
+    After `run`: `reason` says why the block must stay as it is ("" when it need not); `call` is the subprogram that
+    it calls and how often; `returns` says that it ends one (M99).
+    """
+
+    state: ForeignState
+
+    def __init__(self, state: ForeignState) -> None:
+        super().__init__(state)
+        self.state = state
+        self.reason = ""
+        self.call: tuple[int, int] | None = None
+        self.returns = False
+        #: Whether a subprogram begins with the next block, so that it may bear a program number.
+        self.begins = False
+        self._g, self._m = _codes(state.dialect), frozenset(M_GROUP_OF)
+        self._unclear: list[tuple[str, tuple[bool, bool, bool]]] = []
+
+    def run(self, block: Block) -> None:
+        """Carry out one block."""
+        self.reason, self.call, self.returns, self._unclear = "", None, False, []
+        if block.percent is not None:
+            self._percent(block.percent)
+            return
+        if block.deleted:
+            self.reason = "a switch of the machine may skip it"
+        if block.comments and any(_ACTIVE_COMMENT.match(c) for c in block.comments):
+            self.reason = "it shows a message or writes a record"
+        if not block.words:
+            return
+        state = self.state
+        state.line = block.line
+        words = self._sorted(block)
+        letters = words.letters
+        letters.pop("N", None)
+        if "O" in letters:
+            self._program_number(whole(letters.pop("O")))
+        self._blocks += 1
+        self._subprograms(words)
+        self._settings(words)
+        self._tool_words(words)
+        off_last = state.dialect.off_after_motion
+        self._switches(words, off=None if not off_last else False)
+        self._modes(words)
+        self._act(words)
+        if off_last:
+            self._switches(words, off=True)
+        self._stop(words.m.get("stop"))
+        if len(state.path) > MAX_ROWS:
+            raise BlockError(f"the program comes to more than {MAX_ROWS:,} moves")
+
+    def check_end(self, file: str) -> None:
+        """Accept any end: many programs have none."""
+
+    def _percent(self, rest: str) -> None:
+        if self._blocks or self._percents:
+            self.ended = True
+        self._percents = 1
+
+    def _sorted(self, block: Block) -> SortedBlock:
+        # G80 beside G0 to G3 is in the safe start line of most posts, and means one thing only.
+        separate = self._separate or any(w.letter == "G" and w.value == 80 for w in block.words)
+        return sort_words(block, self._g, self._m, separate, keep_unknown=True)
+
+    def _program_number(self, number: int) -> None:
+        if self._blocks and not self.begins:
+            raise BlockError(f"O{number}: another program begins before this one has ended")
+
+    def _subprograms(self, words: SortedBlock) -> None:
+        """Note calls and ends of subprograms, and refuse the codes that would make all that follows uncertain."""
+        unknown, letters = words.unknown or [], words.letters
+        for word in list(unknown):
+            if word.letter != "M":
+                continue
+            if word.value in _FANUC_CALLS or word.value in _MODE_STORES:
+                raise BlockError(f"{word} is not understood, and all that follows may depend on it")
+            if word.value == 98:
+                if "P" not in letters:
+                    raise BlockError("M98 needs the number of its subprogram, P")
+                times = whole(letters.pop("L"), 9_999) if "L" in letters else 1
+                self.call = (whole(letters.pop("P")), times)
+                unknown.remove(word)
+            elif word.value in (99, 47):
+                if "P" in letters:
+                    raise BlockError(f"{word} with P, a jump, is not understood")
+                self.returns = True
+                unknown.remove(word)
+
+    def _settings(self, words: SortedBlock) -> None:
+        state, said = self.state, words.letters.get("F")
+        unit, mode = state.unit, state.feed_mode
+        super()._settings(words)
+        if said is not None:
+            state.feed_said = said.value
+        elif state.feed_mode != mode:
+            state.feed_said = 0.0
+        elif unit is not None and state.unit is not None and unit != state.unit:
+            state.feed_said *= unit / state.unit
+        if "speed" in words.g:
+            state.surface = words.g["speed"] == 960
+            if state.surface:
+                words.letters.pop("D", None)
+                self._keep("constant surface speed (G96) is not understood", _NONE)
+
+    def _tool_words(self, words: SortedBlock) -> None:
+        state = self.state
+        if "tool change" in words.m and state.pending_tool is None and "T" not in words.letters:
+            self._keep("M6 without a T before it", _NONE)
+            state.tool = None
+            del words.m["tool change"]
+        super()._tool_words(words)
+        if state.dialect.length_offset == "D" and state.offset_on and state.offset_number not in (None, state.register):
+            state.register, state.path.position[2] = state.offset_number or 0, UNKNOWN
+
+    def _change_tool(self, number: int) -> None:
+        state = self.state
+        state.path.tool(number, line=state.line)
+        state.tool = number
+        state.pending_tool = None if state.dialect.tool_change == "pause" else number
+
+    def _modes(self, words: SortedBlock) -> None:
+        state, g, letters = self.state, words.g, words.letters
+        radius = g.pop("radius", None)
+        path = g.pop("path", None)
+        super()._modes(words)
+        if radius is not None:
+            mode = radius // 10
+            register = letters.pop("D", None) if mode != 40 else None
+            if radius in (411, 421):
+                letters.pop("L", None)
+            if mode != state.radius or register is not None:
+                state.radius = mode
+                state.path.radius(mode, 0.0 if register is None else register.value, line=state.line)
+        if path is not None:
+            tolerance = letters.pop("P", None) if path == 640 else None
+            if path == 640:
+                letters.pop("Q", None)
+            mm = 0.0 if tolerance is None else state.length(tolerance)
+            if (path, mm) != (state.blending, state.tolerance):
+                state.blending, state.tolerance = path, mm
+                state.path.blending(path, mm, line=state.line)
+
+    def _act(self, words: SortedBlock) -> None:
+        """Offsets and motion; when it is not clear what they do, one row FOREIGN takes their place."""
+        state, path = self.state, self.state.path
+        named = named_axes(words.letters)
+        rows, arcs, place = len(path), len(path.arcs), tuple(path.position)
+        try:
+            self._unknown_words(words, named)
+            self._offsets(words)
+            self._motion(words)
+        except UnclearBlock as problem:
+            self._keep(str(problem), _ALL if state.cycle is not None else named)
+        if words.letters and not words.unknown and not self._unclear:
+            self._keep(f"{next(iter(words.letters.values()))} has no use in this block", named)
+        if not self._unclear:
+            return
+        path.cut_back(rows, arcs)
+        lost = [any(axes[axis] for _, axes in self._unclear) for axis in range(3)]
+        after = [UNKNOWN if gone else p for p, gone in zip(place, lost, strict=True)]
+        if any(lost):
+            path.initial_plane = None
+        path.set_place(Kind.FOREIGN, (after[0], after[1], after[2]), 0, line=state.line)
+        self.reason = self._unclear[0][0]
+
+    def _keep(self, reason: str, lost: tuple[bool, bool, bool]) -> None:
+        """Note why this block is to be kept as it is, and which axes are then not known."""
+        self._unclear.append((reason, lost))
+
+    def _unknown_words(self, words: SortedBlock, named: tuple[bool, bool, bool]) -> None:
+        state = self.state
+        for word in words.unknown or ():
+            if word.letter == "M":
+                self._keep(f"{word} is not understood", named)
+                if word.value == 61 and "Q" in words.letters:
+                    state.tool = whole(words.letters["Q"], 99_999)
+                continue
+            code = round(word.value * 10)
+            if code in _ENDS_TRANSFORM and not any(named):
+                if state.transform:
+                    state.transform = 0
+                    state.move_origin(_ALL)
+                continue
+            if code in _TRANSFORMS:
+                state.transform = code
+            state.shift += 1
+            if any(named):
+                state.foreign_motion = str(word)
+            self._keep(f"{word} is not understood", _ALL)
+
+    def _offsets(self, words: SortedBlock) -> None:
+        """Tool length and work offset."""
+        state, g = self.state, words.g
+        length = g.get("length")
+        off = state.dialect.length_offset_off
+        if length == 490 or (length is not None and off == f"G{length // 10}"):
+            state.set_register(0)
+        elif length == 430:
+            self._take_length(words.letters)
+        elif length == 431:
+            # The length is in the block: with Z, or with K in LinuxCNC before 2.4.
+            for letter in ("X", "Y", "Z", "I", "J", "K"):
+                words.letters.pop(letter, None)
+            state.move_origin((True, True, True))
+        elif length is not None:
+            state.shift += 1
+            words.letters.pop("H", None)
+            self._keep(f"G{length / 10:g} is not understood", (False, False, True))
+        if "offset" in g:
+            state.choose_frame(g["offset"])
+
+    def _take_length(self, letters: dict[str, Word]) -> None:
+        state = self.state
+        number = state.offset_number if state.dialect.length_offset == "D" else state.tool
+        if "H" in letters:
+            number = whole(letters.pop("H"), 99_999)
+        if number is None:
+            raise UnclearBlock("G43 without H, and no tool was called")
+        state.set_register(number)
+
+    def _choose_motion(self, g: dict[str, int]) -> None:
+        """Choose the motion or the cycle; those that are not understood are remembered by name."""
+        state = self.state
+        motion, cycle = g.get("motion"), g.get("cycle")
+        if motion is None and cycle is None:
+            return
+        number = cycle if cycle not in (None, 800) else motion
+        if number is not None and number not in (_MOTIONS | _CYCLES):
+            end_cycle(state)
+            state.motion, state.foreign_motion = None, f"G{number / 10:g}"
+            state.cycle_said.clear()
+            return
+        was = state.cycle
+        super()._choose_motion({key: g[key] for key in ("motion", "cycle") if key in g})
+        if cycle == 800 and motion is not None:
+            state.motion = motion // 10
+        state.foreign_motion = ""
+        if state.cycle is None or (state.cycle != was and not self._separate):
+            state.cycle_said.clear()
+
+    def _move(self, words: SortedBlock) -> None:
+        state, g, letters = self.state, words.g, words.letters
+        moving = not letters.keys().isdisjoint(AXES)
+        special = g.get("non-modal")
+        if special is not None and chooses_origin(special):
+            if "motion" in g and g["motion"] != 0 and moving:
+                raise BlockError(f"G{special / 10:g} and a motion in one block, and only one set of axes")
+            run_origin(state, special, letters)
+            return
+        other = next((letter for letter in _OTHER_AXES if letter in letters), None)
+        if other is not None:
+            raise UnclearBlock(f"{letters[other]}: the axis {other} is not understood")
+        if state.transform and moving:
+            raise UnclearBlock(f"G{state.transform / 10:g} is active, which is not understood")
+        if state.foreign_motion and (moving or "motion" in g or "cycle" in g):
+            raise UnclearBlock(f"{state.foreign_motion} is not understood")
+        if special in (280, 300):
+            self._run_home(g, letters)
+            return
+        repeat = letters.get(state.dialect.repeat_letter)
+        if (
+            state.cycle is not None
+            and repeat is not None
+            and repeat.value == 0.0
+            and ("X" in letters or "Y" in letters)
+        ):
+            raise UnclearBlock(f"{repeat}: whether the tool goes to a place where nothing is drilled")
+        if special == 530 and self._separate and state.motion is None:
+            state.motion = 0
+        if state.cycle is not None:
+            self._say_cycle(letters)
+        super()._move(words)
+        if state.cycle == 84 and state.cycle_words.dwell is None and state.last_dwell and not self._separate:
+            self.reason = "the tap dwells as a cycle before it does"
+
+    def _run_home(self, g: dict[str, int], letters: dict[str, Word]) -> None:
+        if self.state.cycle is not None or g.get("motion", 0) != 0:
+            raise BlockError("G28 or G30 with another motion active; G80 is missing before it")
+        letters.pop("P", None)
+        run_home(self.state, letters)
+
+    def _say_cycle(self, letters: dict[str, Word]) -> None:
+        """Remember the words of the cycle as they are written."""
+        kept = "ZIKB" if self.state.dialect.cycle_words == "fagor" else "RZPQ"
+        for letter in kept:
+            if letter in letters and letter != self.state.dialect.repeat_letter:
+                self.state.cycle_said[letter] = letters[letter].value

@@ -1,0 +1,341 @@
+"""Parameters and expressions of LinuxCNC: `#1=[#<depth>/2]`, `X[#1+SIN[30]]`.
+
+    numbers    12  -.5  #3  #<name>  #<_global>  #[1+2]  [expression]  FUNCTION[…]  and a sign before any of them
+    operators  **   * / MOD   + -   EQ NE GT GE LT LE   AND OR XOR    the tighter first, from left to right
+
+Source: LinuxCNC, G-code overview (numbered and named parameters, expressions, functions). What the machine alone knows
+(its offsets, its pins, what another program left in a parameter) is refused.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from leafcut.gcode.words import MAX_NUMBER, Block, BlockError, Word, refuse_rest, split_line, tokenise, words_of
+
+#: LinuxCNC takes two numbers for equal when they are nearer than this.
+EQUAL = 1e-5
+#: Brackets inside brackets inside …
+MAX_DEPTH = 40
+#: #1 to #30 belong to the subroutine that runs.
+ARGUMENTS = 30
+#: From here on parameters are the machine's: probe results, offsets, positions.
+FIRST_OF_MACHINE = 5000
+
+_SPECIAL = re.compile(r"[#\[\]=<>*$@^/]")
+_SPACE = re.compile(r"[ \t]*")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)")
+_NAME = re.compile(r"<([^<>\[\]#]*)>")
+_LETTERS = re.compile(r"[A-Za-z]+")
+_OPERATOR = re.compile(r"\*\*|[*/+-]|MOD|EQ|NE|GT|GE|LT|LE|AND|OR|XOR", re.IGNORECASE)
+_WORD_LETTER = re.compile(r"[A-Za-z$@^]")
+_LEVELS = {
+    **dict.fromkeys(("AND", "OR", "XOR"), 1),
+    **dict.fromkeys(("EQ", "NE", "GT", "GE", "LT", "LE"), 2),
+    **dict.fromkeys(("+", "-"), 3),
+    **dict.fromkeys(("*", "/", "MOD"), 4),
+    "**": 5,
+}
+
+
+@dataclass
+class Parameters:
+    """The parameters that the program has set. `known` answers for the few that follow from the program's own state."""
+
+    known: Callable[[str], float | None] = lambda _: None
+    numbered: dict[int, float] = field(default_factory=dict)
+    shared: dict[str, float] = field(default_factory=dict)
+    local: dict[str, float] = field(default_factory=dict)
+    inside: bool = False
+
+    def number(self, number: int) -> float:
+        """Return #number."""
+        value = self.numbered.get(number)
+        if value is None:
+            value = 0.0 if self.inside and number <= ARGUMENTS else self.known(str(number))
+        if value is None:
+            raise BlockError(f"#{number} is used, but the program does not set it before; its value is the machine's")
+        return value
+
+    def named(self, name: str) -> float:
+        """Return #<name>."""
+        value = self._find(name)
+        if value is None:
+            raise BlockError(f"#<{name}> is used, but the program does not set it before")
+        return value
+
+    def exists(self, name: str) -> bool:
+        """Return whether #<name> has a value."""
+        return self._find(name) is not None
+
+    def _find(self, name: str) -> float | None:
+        value = (self.shared if name.startswith("_") else self.local).get(name)
+        return self.known(name) if value is None else value
+
+    def put(self, key: int | str, value: float) -> None:
+        """Set a parameter by number or name."""
+        if isinstance(key, int):
+            self.numbered[key] = value
+        else:
+            (self.shared if key.startswith("_") else self.local)[key] = value
+
+
+Setting = tuple[int | str, float]
+
+
+def read_block(line: str, number: int, parameters: Parameters) -> tuple[Block, list[Setting], bool]:
+    """Return the block that a line holds, the parameters that it sets, and whether any number was computed.
+
+    Raises
+    ------
+    BlockError
+        As `words.tokenise`, and for an expression that has no value.
+    """
+    if _SPECIAL.search(line) is None:
+        return tokenise(line, number), [], False
+    body, comments = split_line(line)
+    if body.startswith("%"):
+        return Block(number, (), comments, percent=body[1:].strip()), [], False
+    deleted = body.startswith("/")
+    if deleted:
+        # Nine switches are common: /1 … /9.
+        body = body[1:].lstrip(" \t").lstrip("123456789") if body[1:2].isdigit() else body[1:]
+    if _SPECIAL.search(body) is None:
+        return Block(number, words_of(body), comments, deleted=deleted), [], False
+    scanner = Scanner(body, parameters)
+    words: list[Word] = []
+    settings: list[Setting] = []
+    while not scanner.at_end():
+        if scanner.peek() == "#":
+            settings.append(scanner.setting())
+        else:
+            words.append(scanner.word())
+    return Block(number, tuple(words), comments, deleted=deleted), settings, scanner.computed
+
+
+class Scanner:
+    """Reads values from a text, one after the other; `computed` says whether any of them was more than a number."""
+
+    def __init__(self, text: str, parameters: Parameters) -> None:
+        self.text = text
+        self.position = 0
+        self.parameters = parameters
+        self.computed = False
+        self._depth = 0
+
+    def peek(self) -> str:
+        """Return the next character that is no space, or ""."""
+        found = _SPACE.match(self.text, self.position)
+        self.position = found.end() if found else self.position
+        return self.text[self.position : self.position + 1]
+
+    def at_end(self) -> bool:
+        """Return whether nothing is left."""
+        return not self.peek()
+
+    def word(self) -> Word:
+        """Take a letter and its value."""
+        letter = self._match(_WORD_LETTER)
+        if letter is None:
+            if self.peek() in "]=<>*":
+                raise BlockError(f"unexpected character {self.peek()!a}")
+            refuse_rest(self.text, self.position)
+        start = self.position - 1
+        self.peek()
+        plain = self._match(_NUMBER)
+        if plain is None and self.peek() not in ("#", "[", "+", "-") and self._ahead(_LETTERS) not in _FUNCTIONS:
+            refuse_rest(self.text, start)
+        value = float(plain) if plain is not None else self.value()
+        if not -MAX_NUMBER < value < MAX_NUMBER:
+            raise BlockError(f"the number of {letter.upper()} is absurd")
+        return Word(letter.upper(), value, plain if plain is not None else _shown(value))
+
+    def setting(self) -> Setting:
+        """Take `#… = value`."""
+        key = self._target()
+        if self.peek() != "=":
+            raise BlockError(f"'{self.text[self.position : self.position + 12]}': '=' is expected after a parameter")
+        self.position += 1
+        value = self.value()
+        self.computed = True
+        if isinstance(key, int) and not 1 <= key < FIRST_OF_MACHINE:
+            raise BlockError(f"#{key} is the machine's; what setting it does is not understood")
+        if isinstance(key, str) and self.parameters.known(key) is not None:
+            raise BlockError(f"#<{key}> cannot be set")
+        return key, value
+
+    def value(self) -> float:
+        """Take a number, a parameter, an expression or a function."""
+        sign = self.peek()
+        plain = self._match(_NUMBER)
+        if plain is not None:
+            return float(plain)
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            raise BlockError(f"an expression has more than {MAX_DEPTH} brackets inside each other")
+        try:
+            if sign == "[":
+                return self.expression()
+            if sign == "#":
+                key = self._target()
+                self.computed = True
+                return self.parameters.number(key) if isinstance(key, int) else self.parameters.named(key)
+            if sign and sign in "+-":
+                self.position += 1
+                return -self.value() if sign == "-" else self.value()
+            return self._function()
+        finally:
+            self._depth -= 1
+
+    def expression(self) -> float:
+        """Take `[ … ]`."""
+        if self.peek() != "[":
+            raise BlockError("'[' is expected")
+        self.position += 1
+        self.computed = True
+        value = self._operation(1)
+        if self.peek() != "]":
+            raise BlockError("an expression is not closed: ']' is missing" if self.at_end() else self._unexpected())
+        self.position += 1
+        return value
+
+    def _operation(self, level: int) -> float:
+        """Take operands joined by operators that bind at least as tightly as `level`."""
+        left = self.value()
+        while True:
+            self.peek()
+            found = _OPERATOR.match(self.text, self.position)
+            if found is None or _LEVELS[found.group().upper()] < level:
+                return left
+            name = found.group().upper()
+            self.position = found.end()
+            left = _checked(_OPERATORS[name], name, left, self._operation(_LEVELS[name] + 1))
+
+    def _target(self) -> int | str:
+        """Take the `#` and what follows it: a number or a name."""
+        self.peek()
+        self.position += 1
+        if self.peek() == "<":
+            return self._name()
+        value = self.value()
+        number = round(value)
+        if abs(value - number) > 1e-4 or not 1 <= number <= 99_999:
+            raise BlockError(f"#{value:g}: parameters have whole numbers")
+        return number
+
+    def _name(self) -> str:
+        found = _NAME.match(self.text, self.position)
+        if found is None:
+            if self.text[self.position :].lower().startswith(("<_hal[", "<_ini[")):
+                name = self.text[self.position : self.position + 60].partition(">")[0]
+                raise BlockError(f"#{name}>: only the machine knows its value")
+            raise BlockError("a name of a parameter is not closed: '>' is missing")
+        self.position = found.end()
+        return re.sub(r"\s+", "", found.group(1)).lower()
+
+    def _function(self) -> float:
+        name = (self._match(_LETTERS) or "").upper()
+        if name not in _FUNCTIONS:
+            self.position -= len(name)
+            raise BlockError(self._unexpected())
+        self.computed = True
+        if name == "EXISTS":
+            return self._exists()
+        argument = self.expression()
+        if name != "ATAN":
+            return _checked(_FUNCTIONS[name], name, argument)
+        if self.peek() != "/":
+            raise BlockError("ATAN needs two arguments: ATAN[…]/[…]")
+        self.position += 1
+        return _checked(_atan, name, argument, self.expression())
+
+    def _exists(self) -> float:
+        inside = re.compile(r"[ \t]*\[[ \t]*#[ \t]*(?=<)").match(self.text, self.position)
+        if inside is None:
+            raise BlockError("EXISTS needs a name: EXISTS[#<name>]")
+        self.position = inside.end()
+        name = self._name()
+        if self.peek() != "]":
+            raise BlockError("an expression is not closed: ']' is missing")
+        self.position += 1
+        return float(self.parameters.exists(name))
+
+    def _match(self, pattern: re.Pattern[str]) -> str | None:
+        found = pattern.match(self.text, self.position)
+        if found is None:
+            return None
+        self.position = found.end()
+        return found.group()
+
+    def _ahead(self, pattern: re.Pattern[str]) -> str:
+        found = pattern.match(self.text, self.position)
+        return found.group().upper() if found else ""
+
+    def _unexpected(self) -> str:
+        rest = self.text[self.position : self.position + 12]
+        return f"a value is expected, not {rest!a}" if rest else "a value is missing at the end of the line"
+
+
+def _shown(value: float) -> str:
+    """Return a computed value as if it had been written, with the point that some controllers ask for."""
+    text = f"{value:.10g}"
+    return text if "." in text else f"{text}."
+
+
+def _checked(function: Callable[..., float], name: str, *arguments: float) -> float:
+    """Return what a function makes of its arguments, or refuse what has no value."""
+    try:
+        value = function(*arguments)
+    except (ValueError, ZeroDivisionError, OverflowError):
+        value = math.nan
+    if isinstance(value, complex) or not math.isfinite(value):
+        raise BlockError(f"{name} of {' and '.join(f'{a:g}' for a in arguments)} has no value")
+    return value
+
+
+def _atan(y: float, x: float) -> float:
+    return math.degrees(math.atan2(y, x))
+
+
+def _mod(a: float, b: float) -> float:
+    rest = math.fmod(a, b)
+    return rest + abs(b) if rest < 0.0 else rest
+
+
+_OPERATORS: dict[str, Callable[[float, float], float]] = {
+    "**": math.pow,
+    "*": lambda a, b: a * b,
+    "/": lambda a, b: a / b,
+    "MOD": _mod,
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "EQ": lambda a, b: float(abs(a - b) < EQUAL),
+    "NE": lambda a, b: float(abs(a - b) >= EQUAL),
+    "GT": lambda a, b: float(a > b),
+    "GE": lambda a, b: float(a >= b),
+    "LT": lambda a, b: float(a < b),
+    "LE": lambda a, b: float(a <= b),
+    "AND": lambda a, b: float(a != 0.0 and b != 0.0),
+    "OR": lambda a, b: float(a != 0.0 or b != 0.0),
+    "XOR": lambda a, b: float((a != 0.0) != (b != 0.0)),
+}
+
+_FUNCTIONS: dict[str, Callable[[float], float]] = {
+    "ABS": abs,
+    "ACOS": lambda a: math.degrees(math.acos(a)),
+    "ASIN": lambda a: math.degrees(math.asin(a)),
+    "ATAN": lambda a: a,
+    "COS": lambda a: math.cos(math.radians(a)),
+    "EXISTS": lambda a: a,
+    "EXP": math.exp,
+    "FIX": lambda a: float(math.floor(a)),
+    "FUP": lambda a: float(math.ceil(a)),
+    "LN": math.log,
+    "ROUND": lambda a: math.copysign(math.floor(abs(a) + 0.5), a),
+    "SIN": lambda a: math.sin(math.radians(a)),
+    "SQRT": math.sqrt,
+    "TAN": lambda a: math.tan(math.radians(a)),
+}

@@ -1,0 +1,340 @@
+"""Which line comes next: O-words of LinuxCNC (subroutines, conditions, loops), and M98 with M99.
+
+    o100 sub … o100 endsub    o100 call [1] [2]    o1 if [#1 GT 0] … o1 elseif [] … o1 else … o1 endif
+    o2 while [] … o2 endwhile    o2 do … o2 while []    o2 repeat [3] … o2 endrepeat    break, continue, return
+
+Only the program's own text is looked at; no file is ever opened. Source: LinuxCNC, O codes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from leafcut.gcode.expressions import ARGUMENTS, Parameters, Scanner
+from leafcut.gcode.words import BlockError, split_line
+
+#: Subroutines inside subroutines: LinuxCNC has ten levels, the program itself among them.
+MAX_CALLS = 9
+#: Blocks that loops and subprograms may run in all; beyond that a loop has no end, for all that anyone would wait.
+MAX_REPEATED = 500_000
+
+_OPENING = r"(?:[ \t]|\([^()]*\))*+/?[ \t]*+(?:[nN][ \t]*+[0-9]++[ \t]*+)?[oO][ \t]*+"
+_CONTROL = re.compile(_OPENING + r"(<[^<>]*>|[0-9]++)[ \t]*+([A-Za-z]++)")
+_COMPUTED = re.compile(_OPENING + r"[#\[]")
+_LABEL = re.compile(_OPENING + r"([0-9]++)")
+_PARTS = {
+    "endsub": ("sub",),
+    "return": ("sub",),
+    "elseif": ("if",),
+    "else": ("if",),
+    "endif": ("if",),
+    "endwhile": ("while",),
+    "endrepeat": ("repeat",),
+    "break": ("while", "repeat", "do"),
+    "continue": ("while", "repeat", "do"),
+}
+_CLOSING = ("endsub", "endif", "endwhile", "endrepeat")
+_KEYWORDS = {*_PARTS, "sub", "if", "while", "do", "repeat", "call"}
+
+
+@dataclass(frozen=True, slots=True)
+class Control:
+    """An O-word: its label, its keyword, and the rest of its line."""
+
+    label: str
+    keyword: str
+    rest: str
+
+
+def control_of(line: str) -> Control | None:
+    """Return the O-word that a line holds, or None for a line of words.
+
+    Raises
+    ------
+    BlockError
+        The O-word has no keyword of LinuxCNC, or its number is computed.
+    """
+    found = _CONTROL.match(line)
+    if found is None:
+        if _COMPUTED.match(line):
+            raise BlockError("an O-word whose number is computed is not understood")
+        return None
+    label, keyword = re.sub(r"\s+", "", found.group(1)).lower(), found.group(2).lower()
+    if keyword not in _KEYWORDS:
+        # "O100G0X1": a program number with words behind it.
+        return None if not label.startswith("<") and keyword not in _KEYWORDS else _unknown(label, keyword)
+    return Control(label.lstrip("0") or "0", keyword, split_line(line[found.end() :])[0])
+
+
+def _unknown(label: str, keyword: str) -> Control:
+    raise BlockError(f"o{label} {keyword}: this is no O-word of LinuxCNC")
+
+
+@dataclass(slots=True)
+class Construct:
+    """One sub, if, while, do or repeat: its kind, and its lines (from 0) with their keywords, in order."""
+
+    kind: str
+    parts: list[tuple[int, str]]
+
+    @property
+    def first(self) -> int:
+        """The line that opens it."""
+        return self.parts[0][0]
+
+    def closing(self) -> int:
+        """Return the line that closes it."""
+        line, keyword = self.parts[-1]
+        if keyword not in _CLOSING and not (self.kind == "do" and keyword == "while"):
+            raise BlockError(f"'{self.kind}' is not closed")
+        return line
+
+    def next_branch(self, line: int) -> tuple[int, str]:
+        """Return the part of an `if` that follows the one on `line`."""
+        self.closing()
+        return next((at, keyword) for at, keyword in self.parts if at > line)
+
+
+@dataclass(slots=True)
+class Call:
+    """A subprogram that runs: where it began, where to go on, how often again, and what it must give back."""
+
+    start: int
+    back: int
+    again: int
+    construct: Construct | None
+    numbered: dict[int, float] = field(default_factory=dict)
+    local: dict[str, float] = field(default_factory=dict)
+    counters: dict[int, int] = field(default_factory=dict)
+
+
+class Flow:
+    """Follows the O-words of a program; lines are counted from 0."""
+
+    def __init__(self, lines: Sequence[str], parameters: Parameters) -> None:
+        self.parameters = parameters
+        self.calls: list[Call] = []
+        self.repeated = 0
+        self._lines = lines
+        self._counters: dict[int, int] = {}
+        self._deciding = -1
+        self._broken = False
+        self._of_line: dict[int, Construct] | None = None
+        self._subs: dict[str, Construct] = {}
+        self._labels: dict[int, int] | None = None
+        self._looped = bytearray()
+
+    def looped(self, line: int) -> bool:
+        """Return whether a line runs in a loop or in a subprogram."""
+        return bool(self.calls) or (line < len(self._looped) and self._looped[line] == 1)
+
+    def count(self, line: int) -> None:
+        """Count a block that loops or subprograms run.
+
+        Raises
+        ------
+        BlockError
+            They are more than any program means.
+        """
+        if self.looped(line):
+            self.repeated += 1
+            if self.repeated > MAX_REPEATED:
+                raise BlockError(f"loops and subprograms run more than {MAX_REPEATED:,} blocks; is this loop endless?")
+
+    def obey(self, control: Control, line: int) -> int:
+        """Carry out the O-word on `line`, and return the line that comes next."""
+        if self._of_line is None:
+            self._survey()
+        scanner = Scanner(control.rest, self.parameters)
+        if control.keyword == "call":
+            after = self._call(control.label, scanner, line)
+        else:
+            construct = self._of_line.get(line) if self._of_line else None
+            if construct is None:
+                raise BlockError(f"'o{control.label} {control.keyword}' has nothing that it belongs to before it")
+            after = getattr(self, f"_obey_{control.keyword}")(construct, scanner, line)
+        if not scanner.at_end():
+            raise BlockError(f"'{control.rest[scanner.position :][:12]}' has no use after '{control.keyword}'")
+        return int(after)
+
+    def call_program(self, number: int, times: int, line: int) -> int:
+        """Begin the subprogram O`number` (M98), to be run `times`; return its first line."""
+        if self._labels is None:
+            self._labels = {}
+            for at, text in enumerate(self._lines):
+                found = _LABEL.match(text)
+                if found and control_of(text) is None:
+                    self._labels.setdefault(int(found.group(1)), at)
+        start = self._labels.get(number)
+        if start is None:
+            raise BlockError(f"there is no subprogram O{number} in this file")
+        if times == 0:
+            return line + 1
+        self._enter(Call(start, line + 1, times - 1, None))
+        return start
+
+    def leave_program(self) -> int | None:
+        """End the subprogram that M98 began (M99); return the line that comes next, None in the program itself."""
+        if not self.calls:
+            return None
+        call = self.calls[-1]
+        if call.construct is not None:
+            raise BlockError("M99 inside a subroutine that ends with endsub")
+        if call.again:
+            call.again -= 1
+            return call.start
+        self.calls.pop()
+        return call.back
+
+    def _enter(self, call: Call) -> None:
+        if len(self.calls) >= MAX_CALLS:
+            raise BlockError(f"subprograms call each other more than {MAX_CALLS} deep; does one call itself?")
+        self.calls.append(call)
+        self.parameters.inside = any(c.construct is not None for c in self.calls)
+
+    # What stands where.
+
+    def _survey(self) -> None:
+        """Find what every O-word of the program belongs to, and which lines loops run."""
+        self._of_line = {}
+        self._looped = bytearray(len(self._lines))
+        open_ones: dict[str, Construct] = {}
+        for at, text in enumerate(self._lines):
+            if "o" not in text and "O" not in text:
+                continue
+            try:
+                control = control_of(text)
+            except BlockError:
+                continue  # It is refused if it is ever run.
+            if control is not None and control.keyword != "call":
+                self._place(control, at, open_ones)
+
+    def _place(self, control: Control, at: int, open_ones: dict[str, Construct]) -> None:
+        assert self._of_line is not None
+        label, keyword = control.label, control.keyword
+        opened = open_ones.get(label)
+        ends_do = keyword == "while" and opened is not None and opened.kind == "do"
+        if keyword in _PARTS or ends_do:
+            if opened is None or not (ends_do or opened.kind in _PARTS[keyword]):
+                return
+            opened.parts.append((at, keyword))
+        else:
+            opened = open_ones[label] = Construct(keyword, [(at, keyword)])
+            if keyword == "sub":
+                self._subs.setdefault(label, opened)
+        self._of_line[at] = opened
+        if keyword in _CLOSING or ends_do:
+            del open_ones[label]
+            if opened.kind not in ("sub", "if"):
+                self._looped[opened.first : at + 1] = b"\1" * (at + 1 - opened.first)
+
+    # Subroutines.
+
+    def _call(self, label: str, scanner: Scanner, line: int) -> int:
+        construct = self._subs.get(label)
+        if construct is None:
+            raise BlockError(f"there is no subroutine o{label} in this file; other files are not opened")
+        construct.closing()
+        arguments = []
+        while scanner.peek() == "[":
+            arguments.append(scanner.expression())
+        if len(arguments) > ARGUMENTS:
+            raise BlockError(f"a subroutine takes at most {ARGUMENTS} arguments")
+        parameters = self.parameters
+        call = Call(construct.first, line + 1, 0, construct, local=parameters.local, counters=self._counters)
+        call.numbered = {n: v for n, v in parameters.numbered.items() if n <= ARGUMENTS}
+        self._enter(call)
+        for number in range(1, ARGUMENTS + 1):
+            parameters.numbered[number] = arguments[number - 1] if number <= len(arguments) else 0.0
+        parameters.local, self._counters = {}, {}
+        return construct.first + 1
+
+    def _obey_sub(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
+        return construct.closing()
+
+    def _obey_endsub(self, construct: Construct, scanner: Scanner, line: int) -> int:
+        if not self.calls:
+            scanner.position = len(scanner.text)
+            return line + 1
+        return self._obey_return(construct, scanner, line)
+
+    def _obey_return(self, construct: Construct, scanner: Scanner, _line: int) -> int:
+        if not self.calls or self.calls[-1].construct is not construct:
+            raise BlockError("the end of a subroutine that does not run")
+        value = None if scanner.at_end() else scanner.value()
+        call, parameters = self.calls.pop(), self.parameters
+        for number in range(1, ARGUMENTS + 1):
+            parameters.numbered.pop(number, None)
+        parameters.numbered.update(call.numbered)
+        parameters.local, self._counters = call.local, call.counters
+        parameters.inside = any(c.construct is not None for c in self.calls)
+        parameters.shared["_value_returned"] = float(value is not None)
+        parameters.shared["_value"] = value or 0.0
+        return call.back
+
+    # Conditions. When a branch was run, the next part of its `if` goes to the end.
+
+    def _obey_if(self, construct: Construct, scanner: Scanner, line: int) -> int:
+        return self._branch(construct, scanner.expression(), line)
+
+    def _branch(self, construct: Construct, condition: float, line: int) -> int:
+        after, keyword = construct.next_branch(line)
+        if condition:
+            return line + 1
+        if keyword == "elseif":
+            # Not the end of a branch: the condition that stands there decides.
+            self._deciding = after
+            return after
+        return after + 1 if keyword == "else" else after
+
+    def _obey_elseif(self, construct: Construct, scanner: Scanner, line: int) -> int:
+        if self._deciding == line:
+            self._deciding = -1
+            return self._branch(construct, scanner.expression(), line)
+        scanner.position = len(scanner.text)
+        return construct.closing()
+
+    def _obey_else(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
+        return construct.closing()
+
+    def _obey_endif(self, _construct: Construct, _scanner: Scanner, line: int) -> int:
+        return line + 1
+
+    # Loops.
+
+    def _obey_while(self, construct: Construct, scanner: Scanner, line: int) -> int:
+        if construct.kind == "do":
+            return construct.first + 1 if scanner.expression() else line + 1
+        end = construct.closing()
+        return line + 1 if scanner.expression() else end + 1
+
+    def _obey_endwhile(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
+        return construct.first
+
+    def _obey_do(self, construct: Construct, _scanner: Scanner, line: int) -> int:
+        construct.closing()
+        if self._broken:
+            raise BlockError("a 'do' after a 'break' out of a 'while': LinuxCNC 2.9 runs it only once")
+        return line + 1
+
+    def _obey_repeat(self, construct: Construct, scanner: Scanner, line: int) -> int:
+        end = construct.closing()
+        times = round(scanner.expression())
+        if times <= 0:
+            return end + 1
+        self._counters[construct.first] = times
+        return line + 1
+
+    def _obey_endrepeat(self, construct: Construct, _scanner: Scanner, line: int) -> int:
+        left = self._counters.get(construct.first, 0) - 1
+        self._counters[construct.first] = left
+        return construct.first + 1 if left > 0 else line + 1
+
+    def _obey_break(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
+        self._broken |= construct.kind == "while"
+        return construct.closing() + 1
+
+    def _obey_continue(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
+        return construct.closing()

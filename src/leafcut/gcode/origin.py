@@ -1,0 +1,74 @@
+"""Words that move the origin of the program's coordinates: G10, G52, G92 and their relatives.
+
+Where the tool is in the new coordinates is known only where the word says it (G92 X0, G10 L20 of the active frame);
+else the axis is not known until it is programmed again.
+"""
+
+from __future__ import annotations
+
+from leafcut.gcode.foreign_state import ForeignState, named_axes
+from leafcut.gcode.state import AXES, whole
+from leafcut.gcode.words import BlockError, UnclearBlock, Word
+
+_G10, _G28_1, _G30_1, _G52, _G92 = 100, 281, 301, 520, 920
+_G92_OFF = (921, 922, 923)
+
+
+def chooses_origin(code: int) -> bool:
+    """Return whether a G code, in tenths, moves the origin or stores a place."""
+    return code in (_G10, _G28_1, _G30_1, _G52, _G92, *_G92_OFF)
+
+
+def run_origin(state: ForeignState, code: int, letters: dict[str, Word]) -> None:
+    """Run one of these codes: a row SHIFT.
+
+    Raises
+    ------
+    BlockError
+        A word is missing.
+    UnclearBlock
+        It stores something that the program does not show.
+    """
+    if code in _G92_OFF:
+        state.move_origin((True, True, True))
+    elif code in (_G28_1, _G30_1):
+        raise UnclearBlock(f"G{code / 10:g} stores where the tool is")
+    elif code == _G10:
+        _set_table(state, letters)
+    elif not any(named_axes(letters)):
+        raise BlockError(f"G{code // 10} without an axis")
+    elif code == _G52:
+        state.move_origin(_take_axes(letters)[0])
+    else:
+        _, values = _take_axes(letters)
+        state.move_origin((False, False, False), {axis: state.length(word) for axis, word in values.items()})
+
+
+def _set_table(state: ForeignState, letters: dict[str, Word]) -> None:
+    """Run G10: L2 and L20 set a work offset, the other tables are not understood."""
+    if "L" not in letters:
+        raise UnclearBlock("G10 without L is not understood")
+    table = whole(letters.pop("L"), 999)
+    if table not in (2, 20):
+        raise UnclearBlock(f"G10 L{table} is not understood")
+    if "P" not in letters:
+        raise BlockError(f"G10 L{table} needs P, the work offset that it sets")
+    number = whole(letters.pop("P"), 999)
+    turned = letters.pop("R", None) is not None
+    named, values = _take_axes(letters)
+    active = {540 + 10 * n: n + 1 for n in range(6)} | {590 + n: n + 6 for n in range(1, 4)}
+    if number not in (0, active.get(state.frame)):
+        # Another one than the active: nothing moves until it is chosen, but it is not to be lost.
+        state.move_origin((False, False, False))
+    elif turned:
+        state.move_origin((True, True, named[2]))
+    elif table == 20 and state.dialect.groups == "rs274":
+        state.move_origin((False, False, False), {axis: state.length(word) for axis, word in values.items()})
+    else:
+        state.move_origin(named)
+
+
+def _take_axes(letters: dict[str, Word]) -> tuple[tuple[bool, bool, bool], dict[int, Word]]:
+    """Take X, Y and Z out of the words: which are named, and their words."""
+    named = named_axes(letters)
+    return named, {axis: letters.pop(AXES[axis]) for axis in range(3) if named[axis]}

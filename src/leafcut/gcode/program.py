@@ -1,0 +1,115 @@
+"""`Program`: a foreign program block by block: what every block did, and what was active before it.
+
+A toolpath says what a program does. To put pieces of its text into another order one has to know, too, which lines did
+it, and what each of them takes from the lines before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.toolpath import Toolpath
+
+
+@dataclass(frozen=True, slots=True)
+class Modal:
+    """What is active between two blocks, as far as the meaning of the next one may depend on it.
+
+    Attributes
+    ----------
+    motion
+        0 to 3 for G0 to G3, None after G80, or before any motion, or while a cycle is active.
+    cycle
+        Number of the active canned cycle (81 for G81), or None.
+    cycle_words
+        Letter and value of the words that the active cycle keeps (R, Z, P, Q …), as written and in their units.
+    unit
+        Millimetres in one unit, None where it is not stated yet.
+    plane
+        17, 18 or 19.
+    incremental, absolute_centres, to_initial
+        G91, G90.1 and G98.
+    feed_mode, feed
+        93, 94 or 95; F as it was written, in units per minute, units per revolution, or 1/min; 0 when there was none.
+    rpm, spindle, coolant
+        S; 1 for M3, -1 for M4, 0 for M5; 0 off, 1 mist, 2 flood, 3 both.
+    tool, next_tool
+        In the spindle, and chosen by the last T; None where the program has not said.
+    length, radius, frame
+        Register of the length offset (0: G49); 40, 41 or 42; work offset in tenths (540 for G54, 591 for G59.1).
+    shift
+        G52, G92 and all else that moves the origin: a number that changes whenever it does, 0 before the first.
+    blending, tolerance
+        610, 611 or 640 (G61, G61.1, G64); the P of G64, in mm, 0 without.
+    """
+
+    motion: int | None = None
+    cycle: int | None = None
+    cycle_words: tuple[tuple[str, float], ...] = ()
+    unit: float | None = None
+    plane: int = 17
+    incremental: bool = False
+    absolute_centres: bool = False
+    to_initial: bool = True
+    feed_mode: int = 94
+    feed: float = 0.0
+    rpm: float = 0.0
+    spindle: int = 0
+    coolant: int = 0
+    tool: int | None = None
+    next_tool: int | None = None
+    length: int = 0
+    radius: int = 40
+    frame: int = 540
+    shift: int = 0
+    blending: int = 640
+    tolerance: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """A program as it was run, block by block; blocks are numbered in the order in which they were run.
+
+    A block that a loop or a subprogram runs again is there again.
+
+    Attributes
+    ----------
+    lines
+        The text in lines, with their ends as they were.
+    path
+        What the program does.
+    line
+        int32[m]: the line that each block stands on, from 1.
+    first
+        int32[m + 1]: the rows of block b in `path` are ``first[b] … first[b + 1] - 1``.
+    before
+        int32[m + 1]: the row of `modals` that was active before block b; the last is what the program leaves.
+    modals
+        Every different state.
+    fixed
+        By block: why the block must stay where it is and as it is, whatever it does: it is not understood, was run
+        from a loop, a subprogram or an expression, may be skipped by a switch of the machine …
+    last_line
+        The last line that was looked at; what follows is not part of the program.
+    """
+
+    lines: tuple[str, ...]
+    path: Toolpath
+    line: NDArray[np.int32]
+    first: NDArray[np.int32]
+    before: NDArray[np.int32]
+    modals: tuple[Modal, ...]
+    fixed: dict[int, str] = field(default_factory=dict)
+    last_line: int = 0
+
+    @property
+    def n_blocks(self) -> int:
+        """Number of blocks that were run."""
+        return len(self.line)
+
+    def modal(self, block: int) -> Modal:
+        """Return what is active before a block; for `n_blocks`: at the end."""
+        return self.modals[int(self.before[block])]

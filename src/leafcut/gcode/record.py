@@ -1,0 +1,69 @@
+"""What a foreign program did, block by block, in columns: the making of a `Program`."""
+
+from __future__ import annotations
+
+from array import array
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+
+from leafcut.gcode.foreign_state import ForeignState
+from leafcut.gcode.program import Modal, Program
+
+_MOTION = [f.name for f in fields(Modal)].index("motion")
+_FEED = [f.name for f in fields(Modal)].index("feed")
+
+
+@dataclass
+class Record:
+    """The blocks so far. `current` is the number of the state that is active now."""
+
+    state: ForeignState
+    line: array[int] = field(default_factory=lambda: array("i"))
+    first: array[int] = field(default_factory=lambda: array("i"))
+    before: array[int] = field(default_factory=lambda: array("i"))
+    fixed: dict[int, str] = field(default_factory=dict)
+    current: int = 0
+    _numbers: dict[tuple, int] = field(default_factory=dict)
+    _plain: dict[tuple[int, float], int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.look()
+
+    def look(self) -> None:
+        """Take note of the state that is active now."""
+        values = self.state.modal_values()
+        self.current = self._numbers.setdefault(values, len(self._numbers))
+        self._plain = {}
+
+    def add(self, line: int, rows: int, reason: str) -> None:
+        """Add a block on `line` whose rows begin at `rows`, and then look at the state; `reason`: why it is fixed."""
+        if reason:
+            self.fixed[len(self.line)] = reason
+        self.line.append(line)
+        self.first.append(rows)
+        self.before.append(self.current)
+        self.look()
+
+    def current_of(self, motion: int, feed: float) -> int:
+        """Return the number of the state that differs from that of the last look by motion and feed only."""
+        number = self._plain.get((motion, feed))
+        if number is None:
+            values = list(self.state.modal_values())
+            values[_MOTION], values[_FEED] = motion, feed
+            number = self._plain[motion, feed] = self._numbers.setdefault(tuple(values), len(self._numbers))
+        return number
+
+    def program(self, lines: tuple[str, ...], last_line: int) -> Program:
+        """Return the program."""
+        path = self.state.path.build()
+        return Program(
+            lines,
+            path,
+            np.array(self.line, dtype=np.int32),
+            np.array(self.first + array("i", [len(path)]), dtype=np.int32),
+            np.array(self.before + array("i", [self.current]), dtype=np.int32),
+            tuple(Modal(*values) for values in self._numbers),
+            self.fixed,
+            last_line,
+        )

@@ -1,0 +1,224 @@
+"""What a run of blocks takes from the blocks before it, and what it leaves behind: the price of moving a piece of text.
+
+`G1 Z-1` takes the feed from a line above it, `X5` takes the motion and the height of Y. Whoever puts text elsewhere
+must say there what it took for granted.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from leafcut.gcode.program import Program
+from leafcut.gcode.words import BlockError, tokenise
+from leafcut.model.toolpath import Kind
+
+#: What a block may take from the blocks before it, beside where the tool is.
+GROUPS = frozenset({"motion", "plane", "distance", "centres", "retract", "feed", "speed"})
+#: G codes in tenths by what they state.
+_STATES = {
+    "motion": (0, 10, 20, 30, 690, 730, 760, 800, 810, 820, 830, 840, 850, 860, 870, 880, 890),
+    "plane": (170, 180, 190),
+    "distance": (900, 910),
+    "centres": (901, 911),
+    "retract": (980, 990),
+    "feed": (930, 940, 950),
+}
+_STATED_BY = {code: group for group, codes in _STATES.items() for code in codes}
+_CUTS = frozenset({int(Kind.FEED), int(Kind.ARC_CW), int(Kind.ARC_CCW), int(Kind.DRILL)})
+_ARCS = frozenset({int(Kind.ARC_CW), int(Kind.ARC_CCW)})
+_MOVES = _CUTS | {int(Kind.RAPID)}
+
+
+@dataclass(frozen=True, slots=True)
+class BlockWords:
+    """The `GROUPS` that a block states, the text of every letter's number, and whether it has M3 or M4."""
+
+    states: frozenset[str]
+    letters: dict[str, str]
+    starts_spindle: bool
+    #: It has no words at all: a comment, though perhaps one that a controller acts on.
+    empty: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Reliance:
+    """Which of `GROUPS` a run of blocks uses before stating them, and which it states (or uses) at all."""
+
+    relies: frozenset[str]
+    sets: frozenset[str]
+
+
+class BlockReader:
+    """Reads the words of a program's blocks, each once."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self._kinds: list[int] = program.path.kind.tolist()
+        self._first: list[int] = program.first.tolist()
+        self._words: dict[int, BlockWords | None] = {}
+
+    @cached_property
+    def stated(self) -> dict[str, tuple[list[int], list[str]]]:
+        """By letter: the blocks that state it, in order, and its text there; cycle words only from cycles."""
+        found: dict[str, tuple[list[int], list[str]]] = {}
+        for block in range(self.program.n_blocks):
+            words = self.words(block)
+            if words is None:
+                continue
+            drills = int(Kind.DRILL) in self.kinds(block)
+            for letter, text in words.letters.items():
+                if letter in "FS" or drills:
+                    blocks, texts = found.setdefault(letter, ([], []))
+                    blocks.append(block)
+                    texts.append(text)
+        return found
+
+    @cached_property
+    def first_stated(self) -> dict[str, int]:
+        """By group: the first block that states it."""
+        found: dict[str, int] = {}
+        for block in range(self.program.n_blocks):
+            for group in self.states(block, block + 1):
+                found.setdefault(group, block)
+        return found
+
+    def states(self, begin: int, end: int) -> set[str]:
+        """Return the groups that blocks begin … end - 1 state in words."""
+        words = (self.words(block) for block in range(begin, end))
+        return {group for w in words if w is not None for group in w.states}
+
+    def kinds(self, block: int) -> list[int]:
+        """Return the kinds of a block's rows."""
+        return self._kinds[self._first[block] : self._first[block + 1]]
+
+    def words(self, block: int) -> BlockWords | None:
+        """Return the words of a block, or None where they are not plain words."""
+        if block not in self._words:
+            self._words[block] = self._read(block)
+        return self._words[block]
+
+    def _read(self, block: int) -> BlockWords | None:
+        try:
+            words = tokenise(self.program.lines[int(self.program.line[block]) - 1].rstrip("\r\n")).words
+        except BlockError:
+            return None
+        states = {_STATED_BY.get(round(w.value * 10), "") for w in words if w.letter == "G"}
+        states |= {{"F": "feed", "S": "speed"}.get(w.letter, "") for w in words}
+        letters = {w.letter: w.text for w in words if w.letter not in "GMN"}
+        spindle = any(w.letter == "M" and w.value in (3, 4) for w in words)
+        return BlockWords(frozenset(states - {""}), letters, spindle, not words)
+
+    def reliance(self, begin: int, end: int) -> Reliance:
+        """Return what blocks begin … end - 1 take from before, and what they set."""
+        relies: set[str] = set()
+        sets: set[str] = set()
+        for block in range(begin, end):
+            words = self.words(block)
+            if words is not None and words.empty and not self.kinds(block):
+                continue
+            if words is None or block in self.program.fixed or int(Kind.FOREIGN) in self.kinds(block):
+                return Reliance(frozenset(relies | (GROUPS - sets)), GROUPS)
+            used, stated = self._used(block, words)
+            relies |= used - sets
+            sets |= used | stated
+            if len(sets) == len(GROUPS):
+                break
+        return Reliance(frozenset(relies), frozenset(sets))
+
+    def _used(self, block: int, words: BlockWords) -> tuple[set[str], set[str]]:
+        """Return what a block uses without stating it, and what it states."""
+        kinds, stated = set(self.kinds(block)), set(words.states)
+        after = self.program.modal(block + 1)
+        used: set[str] = set()
+        if kinds & _MOVES and int(Kind.MACHINE) not in kinds:
+            used |= {"motion", "distance"}
+        if kinds & _CUTS:
+            used.add("feed")
+            if after.spindle:
+                used.add("speed")
+        if kinds & _ARCS:
+            used |= {"plane", "centres"}
+        if words.starts_spindle:
+            used.add("speed")
+        used -= stated
+        if int(Kind.DRILL) in kinds:
+            used |= {"retract", "plane"} - stated
+            if any(letter not in words.letters for letter, _ in after.cycle_words):
+                used.add("motion")
+        return used, stated
+
+
+HERE = "here"
+
+
+def next_place(reader: BlockReader, blocks: Iterable[int], clearance: float) -> tuple[float, float] | str | None:
+    """Return where the tool goes first in X and Y in `blocks`, whatever was before; `HERE` where that matters.
+
+    None: it does not go anywhere. `clearance` is the height above which the tool may come down anywhere, mm.
+    """
+    program = reader.program
+    path, first = program.path, program.first
+    stated: set[str] = set()
+    for block in blocks:
+        words = reader.words(block)
+        if words is not None and words.empty and not reader.kinds(block):
+            continue
+        if words is None or block in program.fixed:
+            return HERE
+        stated |= {"X", "Y"} & words.letters.keys()
+        for row in range(int(first[block]), int(first[block + 1])):
+            kind = Kind(int(path.kind[row]))
+            x, y, z = path.end[row].tolist()
+            if kind is Kind.END:
+                return HERE if stated else None
+            if kind is Kind.MACHINE:
+                if math.isfinite(x) and math.isfinite(y):
+                    return None
+            elif kind in (Kind.RAPID, Kind.DRILL):
+                if program.modal(block + 1).incremental:
+                    return HERE
+                if len(stated) == 2:
+                    return x, y
+                if kind is Kind.DRILL or z < clearance - 1e-6:
+                    return HERE
+            elif kind in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.FRAME, Kind.SHIFT, Kind.RADIUS, Kind.FOREIGN):
+                return HERE
+    # Where only one axis was told to go, the other one has stayed.
+    return HERE if stated else None
+
+
+def height_matters(reader: BlockReader, blocks: Iterable[int]) -> bool:
+    """Return whether what `blocks` do depends on the height that the tool has before them."""
+    program = reader.program
+    drilled = False
+    for block in blocks:
+        words = reader.words(block)
+        if words is not None and words.empty and not reader.kinds(block):
+            continue
+        if words is None or block in program.fixed:
+            return True
+        kinds = reader.kinds(block)
+        after = program.modal(block + 1)
+        if int(Kind.MACHINE) in kinds:
+            row = int(program.first[block])
+            if any(np.isfinite(program.path.end[row : int(program.first[block + 1]), 2])):
+                return False
+        if not set(kinds) & (_MOVES | {int(Kind.FOREIGN), int(Kind.SHIFT)}):
+            continue
+        if int(Kind.DRILL) in kinds and not after.incremental:
+            # G99 leaves the height before the series for a G98 later in it.
+            if after.to_initial:
+                return True
+            drilled = True
+        elif drilled:
+            return False
+        elif after.incremental or set(kinds) != {int(Kind.RAPID)}:
+            return True
+        elif "Z" in words.letters:
+            return False
+    return False

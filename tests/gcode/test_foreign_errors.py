@@ -1,0 +1,234 @@
+"""What foreign programs may hold that cannot be meant: one clear line with its place, soon, and never a crash."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from leafcut.errors import OptionError, ReadError
+from leafcut.gcode import blocks, flow
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.foreign import interpret_program
+
+HEAD = "G21 G90 G17 F100\nG0 X0 Y0 Z10\n"
+
+#: The lines after the head, the line of the error (from 1), and what it says.
+FAULTS = [
+    ("G1 X5 ?", 3, "unexpected character '?'"),
+    ("G1 X5\nG1 X", 4, "'X' is a letter without a number"),
+    ("G1 5", 3, "number without a letter"),
+    ("G1 X5 (go", 3, "not closed"),
+    ("G1 X5 (go (on))", 3, "inside a comment"),
+    ("G1 X1 X2", 3, "X is given twice"),
+    ("G1 G2 X1", 3, "G1 and G2 exclude each other"),
+    ("M3 M5", 3, "exclude each other"),
+    ("G2 X10 Y0 I4", 3, "does not end on its circle: the radius is 4.0000 mm, then 6.0000 mm"),
+    ("G2 X10 Y0 R2", 3, "too small to reach"),
+    ("G2 X10", 3, "an arc needs I and J, or R"),
+    ("F0\nG1 X5", 4, "a cut without a feed"),
+    ("G93\nG1 X5", 4, "needs its own F"),
+    ("G80\nX5", 4, "without G0, G1"),
+    ("G81 X1 Z-1", 3, "lacks R"),
+    ("G82 X1 Z-1 R1", 3, "needs its dwell"),
+    ("G83 X1 Z-1 R1", 3, "needs a peck"),
+    ("G81 X1 Z5 R1", 3, "drills upwards"),
+    ("G81 X1 Z-1 R1\nG20 X1", 4, "units or G90/G91 changed inside a cycle"),
+    ("G20 F5", 3, "a change of units in the block of an F"),
+    ("G92", 3, "without an axis"),
+    ("G10 L2 X1", 3, "needs P"),
+    ("G92 X1 G1", 3, "only one set of axes"),
+    ("M98 P77", 3, "there is no subprogram O77"),
+    ("M98", 3, "needs the number"),
+    ("M98 P1\nM2\nO1\nG1 X1", 5, "has no end (M99)"),
+    ("M99 P10", 3, "a jump"),
+    ("M97 P10", 3, "M97 is not understood, and all that follows"),
+    ("M70\nG91\nM72", 3, "M70 is not understood"),
+    ("O5\nO6", 3, "another program begins"),
+    ("o1 call [1]", 3, "no subroutine o1 in this file"),
+    ("o<../../etc/passwd> call", 3, "other files are not opened"),
+    ("o1 sub\no1 call", 3, "is not closed"),
+    ("o1 if [1]\nG1 X1", 3, "'if' is not closed"),
+    ("o1 repeat [3]\nG1 X1", 3, "'repeat' is not closed"),
+    ("o1 endif", 3, "has nothing that it belongs to"),
+    ("o1 while [1\no1 endwhile", 3, "']' is missing"),
+    ("o1 jump", 3, "'jump' is a letter without a number"),
+    ("o<a> jump", 3, "no O-word of LinuxCNC"),
+    ("o#1 call", 3, "number is computed"),
+    ("o1 call extra\no1 sub\no1 endsub", 3, "has no use after 'call'"),
+    ("#1", 3, "'=' is expected"),
+    ("#5221=3", 3, "is the machine's"),
+    ("#<_x>=3", 3, "cannot be set"),
+    ("G1 X#3", 3, "#3 is used, but the program does not set it"),
+    ("G1 X#<depth>", 3, "#<depth> is used"),
+    ("G1 X[1/0]", 3, "/ of 1 and 0 has no value"),
+    ("G1 X5000000000", 3, "absurd"),
+    ("G1 X[2**40]", 3, "absurd"),
+    ("T1.5 M6", 3, "whole number"),
+    ("G4", 3, "G4 needs its time"),
+    ("<html>", 3, "unexpected character '<'"),
+    ("Heidenhain L X+10 R0 FMAX", 3, "'Heidenhain L' is a letter without a number"),
+    ("IF [#1 GT 3] GOTO 10", 3, "is a letter without a number"),
+    ("\x00\x01", 3, "unexpected character"),
+    ("Grüße", 3, "is a letter without a number"),
+]
+
+
+@pytest.mark.parametrize(("lines", "line", "part"), FAULTS)
+def test_what_cannot_be_meant_is_refused_with_its_line(lines: str, line: int, part: str) -> None:
+    """File, line and what is wrong, in one line."""
+    with pytest.raises(ReadError) as caught:
+        interpret_program(HEAD + lines + "\nG0 X1\n", dialect("linuxcnc"), "part.nc")
+    said = str(caught.value)
+    assert said.startswith(f"part.nc:{line}: ") and part in said
+    assert "\n" not in said and len(said) < 250
+
+
+@pytest.mark.parametrize(
+    "text", ["Dear reader,\nthis is a letter.", "{\n}", "1,2,3\n", "  0\nSECTION\n", "M48\nMETRIC\n"]
+)
+def test_a_text_that_is_no_program_is_refused_at_its_first_such_line(text: str) -> None:
+    """A letter, JSON, a table, a drawing, a drill file."""
+    with pytest.raises(ReadError) as caught:
+        interpret_program(text, dialect("linuxcnc"), "x.txt", units="mm")
+    assert caught.value.line in (1, 2)
+
+
+def test_an_unknown_unit_is_an_error_of_the_option() -> None:
+    """Not of the file."""
+    with pytest.raises(OptionError, match="unknown unit"):
+        interpret_program("M2", dialect("linuxcnc"), units="furlong")
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "o1 while [1]\no1 endwhile",
+        "o1 do\no1 while [1]",
+        "o1 while [1]\nG1 X1\no1 continue\no1 endwhile",
+        "o1 repeat [99999999]\nG1 X1\no1 endrepeat",
+        "o2 sub\no2 endsub\no1 while [1]\no2 call\no1 endwhile",
+        "M98 P1 L9999\nM2\nO1\nM98 P2 L9999\nM99\nO2\nG91 G1 X1\nM99",
+    ],
+)
+def test_an_endless_loop_is_refused(monkeypatch: pytest.MonkeyPatch, lines: str) -> None:
+    """Whatever turns round: blocks that are run again are counted."""
+    monkeypatch.setattr(flow, "MAX_REPEATED", 2_000)
+    with pytest.raises(ReadError, match="endless"):
+        interpret_program(HEAD + lines, dialect("linuxcnc"))
+
+
+@pytest.mark.parametrize("lines", ["o1 sub\no1 call\no1 endsub\no1 call", "M98 P1\nM2\nO1\nM98 P1\nM99"])
+def test_recursion_is_refused(lines: str) -> None:
+    """At the depth at which LinuxCNC stops, too."""
+    with pytest.raises(ReadError, match="more than 9 deep"):
+        interpret_program(HEAD + lines, dialect("linuxcnc"))
+
+
+def test_repeats_cannot_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thousand lines with L9999 come to ten million holes."""
+    monkeypatch.setattr(blocks, "MAX_ROWS", 50_000)
+    text = HEAD + "G91 G81 X1 R-1 Z-1 L9999\n" + "X1 L9999\n" * 10
+    with pytest.raises(ReadError, match=":8: the program comes to more than 50,000 moves"):
+        interpret_program(text, dialect("linuxcnc"))
+
+
+@pytest.mark.parametrize(
+    "piece", ["G1X1", "(", "((", "[", "X[1+", "#", "O1 sub ", "N1", " ", "1", "-", ";", "/", "%", "("]
+)
+def test_megabytes_on_one_line_are_refused_at_once(piece: str) -> None:
+    """Whatever they are made of."""
+    text = "G21\nX[" + piece * (1_000_000 // len(piece))
+    with pytest.raises(ReadError) as caught:
+        interpret_program(text, dialect("linuxcnc"))
+    assert caught.value.line == 2
+
+
+@pytest.mark.parametrize("piece", ["G1X1", "((", "[", "X[1+", "#", "O1", "N1 ", "1", "-", "/", "<", "o<", "(a)", "\t"])
+def test_a_line_as_long_as_may_be_takes_no_more_than_linear_time(piece: str) -> None:
+    """Ten thousand characters of anything; a pattern that backtracks would not come to an end."""
+    for start in ("", "o1 if ", "N1 o<", "X[", "(", "#<"):
+        line = (start + piece * 10_000)[:9_990]
+        try:
+            interpret_program(f"G21\n{line}\n", dialect("linuxcnc"))
+        except ReadError as problem:
+            assert len(str(problem)) < 300
+
+
+TOKENS = (
+    st.sampled_from(
+        ["G0", "G1", "G2", "G81", "G92", "G43", "G10", "G91", "M98", "M99", "M6", "X", "Y1", "Z-1.", "I", "R2"]
+    )
+    | st.sampled_from(
+        ["#1", "#<a>", "=", "[", "]", "+", "**", "SIN", "o1", "o<b>", "sub", "endsub", "call", "if", "while"]
+    )
+    | st.sampled_from(["do", "repeat", "endif", "endwhile", "endrepeat", "else", "break", "P1", "L2", "F9", "endsub"])
+    | st.sampled_from(list("();/%.-1 \n\n\n\r"))
+)
+
+
+@settings(max_examples=400)
+@given(
+    st.lists(TOKENS, max_size=60).map("".join) | st.text(max_size=80),
+    st.sampled_from(["linuxcnc", "fanuc", "fagor8055"]),
+)
+def test_any_text_is_read_or_refused(text: str, words: str) -> None:
+    """Random words and random letters: a program, or one clear line."""
+    _read_or_refuse(text, words)
+
+
+def _read_or_refuse(text: str, words: str = "linuxcnc") -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(flow, "MAX_REPEATED", 1_000)
+        try:
+            program = interpret_program(text, dialect(words), "f", units="mm")
+        except ReadError as problem:
+            said = str(problem)
+            assert said.startswith("f:") and "\n" not in said and said.isprintable()
+            assert problem.line is not None and problem.line >= 1
+        else:
+            assert program.first[-1] == len(program.path)
+
+
+#: Characters of a file that are kept for a mutation.
+KEPT = 6_000
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_mutated_real_programs_are_read_or_refused(data: Path, seed: int) -> None:
+    """Characters deleted, doubled, changed; lines deleted, doubled, swapped, cut off."""
+    chance = random.Random(seed)
+    for file in sorted((data / "gcode").glob("*.*")):
+        text = file.read_text(encoding="utf-8", errors="replace")
+        begin = chance.randrange(max(1, len(text) - KEPT))
+        text = text[:300] + "\n" + text[begin : begin + KEPT]
+        for _ in range(10):
+            changed = text
+            for _ in range(chance.randint(1, 3)):
+                changed = _mutated(changed, chance)
+            _read_or_refuse(changed)
+
+
+def _mutated(text: str, chance: random.Random) -> str:
+    kind = chance.randrange(7)
+    at = chance.randrange(max(1, len(text)))
+    if kind == 0:
+        return text[:at] + text[at + chance.randint(1, 3) :]
+    if kind == 1:
+        return text[:at] + text[at : at + 5] + text[at:]
+    if kind == 2:
+        return text[:at] + chance.choice("XYZGMFORL#[]()%/;-.0123456789 \n\t$") + text[at + 1 :]
+    if kind == 3:
+        return text[:at]
+    lines = text.splitlines(keepends=True) or [""]
+    one, other = chance.randrange(len(lines)), chance.randrange(len(lines))
+    if kind == 4:
+        del lines[one]
+    elif kind == 5:
+        lines.insert(other, lines[one])
+    else:
+        lines[one], lines[other] = lines[other], lines[one]
+    return "".join(lines)

@@ -1,0 +1,135 @@
+"""The interpreter of foreign programs against LinuxCNC's own: the same moves from the same text."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from leafcut.errors import ReadError
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.foreign import interpret_program
+from leafcut.model.toolpath import Kind
+from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
+
+START = "G21 G90 G17 F100\nG0 Z10\nG0 X0 Y0\n"
+
+PROGRAMS = {
+    "arcs": "G2 X10 Y0 I5 J0 / G3 X20 Y10 J10 / G2 X15 Y5 R5 / G3 X10 Y10 R-5 / G3 X10 Y10 I5"
+    " / G90.1 G2 X12 Y12 I10 J12 / G91.1 G1 X0 Y0 / G2 X10 Y0 Z3 I5 / G3 X0 Y0 Z2 I-5 P3",
+    "planes": "G18 G2 X10 Z10 I5 K0 / X20 I5 / G19 G3 Y10 Z20 J10 K0 / G17 G2 X0 Y0 R30 / G1 X4",
+    "incremental": "G91 G0 X5 / G1 Y5 Z-3 / X-2 / G2 X10 Y0 I5 / G90 X0 Y0 I-6.5 J-2.5 F80 / G1 X1",
+    "plain lines of all kinds": "G1X5Y5 / X6.5 / Y-.5Z+3. / G0X1 / G00 X2 Y2 / G01 Z-1 F50 / G3 X4 Y2 I1 J0 F70"
+    " / G2 X2 I-1 / G1 F20 / X9 / N20 X10 Y10 / G1 X11 (a) / x12 ; b",
+    "inches": "G20 / G0 X1 Y1 Z.5 / G1 Z-.1 F5 / X2 / G2 X2 Y1 I.5 J0 / G0 Z.5 / G99 G83 X3 Y2 Z-.5 R.1 Q.2"
+    " / G80 / G21 G0 X5 / G1 X6 F100",
+    "cycles": "G98 G81 X1 Y1 Z-3 R2 / X2 / Y2 Z-4 / G99 X3 R3 / G82 X4 Z-2 R1 P0.5 / X5 P0.2 / G80 / G0 Z8"
+    " / G83 X5 Y5 R1 Z-10 Q3 / X6 Q4 / G73 X7 Y7 Z-9 R0.5 Q2.2 / G85 X3 Z-2 R0.5 / G80 G0 Z9"
+    " / G91 G81 X1 Y1 R-1 Z-3 L3 / G90 G80",
+    "bore and ream": "M3 S100 / G86 X1 Y1 R2 Z-1 P0.5 / X2 / G89 X3 R1 Z-2 P0.25 / Y3 / G85 X4 R1 Z-3 / G84 X5 R1 Z-3",
+    "dwell and tools": "T1 M6 / G43 H1 Z7 / M3 S1000 / G4 P1.5 / G1 X5 / G49 / T2 M6 / G43 H2 Z3 / G0 Z9 / M9 / M5",
+    "feed modes": "G93 G1 X10 F2 / G1 Y10 Z3 F0.5 / G94 G1 X0 F100",
+    "machine coordinates": "G53 G0 Z0 / G0 X5 Y5 / Z3 / G91 G28 Z5 / G90 G28 X3 Y3 / G0 Z5 X1 Y1 / G28"
+    " / G0 X1 Y1 Z1 / G30 Z6 / G0 Z4 / G28.1 / G30.1",
+    "origins": "G0 X1 Y1 / G92 X10 / X11 Y2 / X10 / G92.1 / X3 Y3 Z3 / G52 X5 Y5 / X1 Y1 / G52 X0 Y0 / X2 Y2"
+    " / G10 L20 P1 X7 Y7 / X8 Y8 / G10 L2 P1 X0 Y0 / X1 Y1 Z1 / G10 L2 P3 X5 / X2 / G55 / X3 Y3 Z3 / G59.3 / X4 Y4 Z4"
+    " / G54 / X1 Y1 Z1 / G92 X2 Y2 Z2 / G92.2 / X1 Y1 Z1 / G92.3 / X4 Y4 Z4",
+    "lengths by value": "G43.1 Z3 / G0 Z5 / X4 / G49 / Z6 / X1",
+    "corners": "G61 / G1 X1 / G61.1 / X2 / G64 / X3 / G64 P0.1 / X4 / G64 P0.1 Q0.05 / X5",
+    "radius compensation": "G41.1 D0 / G1 X2 Y2 / X5 / G40 / X6 / G42.1 D0 / G1 X7 Y7 / G2 X9 I1 / G40 G1 X10",
+    "switches and pallets": "M48 / M49 / M50 P0 / M51 P1 / M52 P1 / M53 P1 / G1 X3 / M60 / M1 / M62 P1 / X4"
+    " / M63 P1 / M64 P1 / M65 P1 / X5 / M19 R30 / M67 E0 Q1 / M68 E1 Q2 / X6 / M61 Q3 / X7",
+    "spindles": "M3 S100 $0 / G1 X1 / S200 $0 / M5 $0 / X2 / G96 D2000 S30 / X3 / G97 S100 / X4",
+    "subprograms": "M98 P100 L2 / G1 X1 / M98 P0200 / G1 X2 / M2 / O100 / G91 G1 Y1 / G90 / M99 / O200 / G1 X7"
+    " / M98 P100 / M99",
+    "subroutines": "o100 sub / #5=[#1+#2] / G1 X#5 Y#1 / o100 endsub / o<go> sub / o101 if [#1 GT 2]"
+    " / o<go> return [7] / o101 endif / G1 X#1 / o<go> endsub [3] / #5=1 / o100 call [1] [2] / G1 X#5"
+    " / o<go> call [1] / G1 X[#<_value>+20] / o<go> call [3] / G1 X[#<_value>+20] Y#<_value_returned>",
+    "conditions": "o1 if [1 GT 2] / G1 X1 / o1 elseif [2 EQ 2] / X2 / o1 else / X3 / o1 endif / o2 if [0] / X4"
+    " / o2 else / X5 / o2 endif / o3 if [1] / X6 / o3 elseif [1] / X7 / o3 endif / o4 if [0] / X8 / o4 endif / X9",
+    "loops": "#1=0 / o5 do / #1=[#1+1] / G1 Y#1 / o5 while [#1 LT 3] / #1=0 / o1 while [#1 LT 5] / #1=[#1+1]"
+    " / o2 if [#1 EQ 2] / o1 continue / o2 endif / o3 if [#1 EQ 4] / o1 break / o3 endif / G1 X#1 / o1 endwhile"
+    " / o6 repeat [3] / #1=[#1+1] / G1 Z#1 / o6 endrepeat / o7 repeat [0] / G1 X99 / o7 endrepeat / o8 repeat [2.6]"
+    " / #1=[#1+1] / G1 X#1 / o8 endrepeat",
+    "loops in subroutines": "o<one> sub / o3 if [#1 GT 1] / o<one> call [#1-1] / o3 endif / #100=[#100+1]"
+    " / G1 X#100 / o2 repeat [#1] / Y#100 / Y0 / o2 endrepeat / o<one> endsub / #100=0 / o<one> call [3] / G1 Y5",
+    "names": "#<a b>=3 / #<_All>=4 / #<i>=[#<AB>+1] / G1 X#<ab> Y#<_all> / X#<i>"
+    " / Y[EXISTS[#<ab>]] X[exists[#<no>]] / #1=5 #2=[#<i>*2] / X#1 Y#2 / #3=6 / ##3=9 / X#[2*3] / X-#1 Y+#2"
+    " / Xsin[30] Yatan[1]/[1] / X#5420 Y#<_y> / X#<_metric> Y#<_absolute>",
+    "assignment after the block": "#1=3 / #1=5 G1 X#1 / X#1 / #1=7 #1=8 / X#1",
+    "deleted": "/G1 X1 / X2 / /N30 X3 / Y5",
+    "messages": "(MSG,hello) / G1 X1 (debug,#1) / (print,x) / X2",
+    "words apart": "g1 x 1.5 / N10 X +3 Y.5 / t1m6 / X4.",
+    "stop of a cycle": "G81 X1 Y1 R1 Z-1 / G0 X5 / G81 X6 R1 Z-1 / G1 X7 F50 / G80 / G0 X8",
+}
+
+
+@pytest.mark.external
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_every_construct_makes_the_same_moves_as_in_linuxcnc(rs274: str, tmp_path: Path, name: str) -> None:
+    """Ends, centres, turns, feeds and dwells are those of rs274, to the decimals that it prints."""
+    text = START + PROGRAMS[name].replace(" / ", "\n") + "\nM2\n"
+    status, output = run_rs274(rs274, text, tmp_path)
+    assert status == 0, output[-300:]
+    ours = moves_of_toolpath(interpret_program(text, dialect("linuxcnc")).path)
+    assert len(ours) > 2
+    assert_same_moves(ours, moves_of_rs274(output), PRINTED["inch" if "G20" in text else "mm"])
+
+
+#: What rs274 takes, with a table of all tools. lcnc_cam_nisley has a tool table of its own for G41.
+FILES = [
+    "bcnc_sample.gcode",
+    "camotics_buildbotics.gcode",
+    "camotics_genes_encoder.ngc",
+    "camotics_heart_cutout.ngc",
+    "camotics_scorpion.nc",
+    "cncjs_jsdc_laser.gcode",
+    "gsender_kb35.nc",
+    "lcnc_bezel.ngc",
+    "lcnc_test_12mmflat.ngc",
+    "pcb2gcode_easysdr_drill.ngc",
+    "pcb2gcode_easysdr_outline.ngc",
+    "pcb2gcode_multivibrator_drill.ngc",
+    "pcb2gcode_project_controller_milldrill.ngc",
+    "pcb2gcode_slots_drill_metric.ngc",
+    "ugs_enclosure_cambam.nc",
+    "ugs_serial_stress.gcode",
+]
+
+
+@pytest.mark.external
+@pytest.mark.parametrize("name", FILES)
+def test_real_programs_make_the_same_moves_as_in_linuxcnc(rs274: str, tmp_path: Path, data: Path, name: str) -> None:
+    """Programs of other CAMs: every move ends where rs274 ends it; those without an end get one for rs274."""
+    text = (data / "gcode" / name).read_text(encoding="utf-8", errors="replace")
+    program = interpret_program(text, dialect("linuxcnc"), name)
+    ended = Kind.END in program.path.kind or "%" in text
+    status, output = run_rs274(rs274, text if ended else text + "\nM2\n", tmp_path)
+    assert status == 0, output[-300:]
+    ours = moves_of_toolpath(program.path)
+    assert_same_moves(ours, moves_of_rs274(output), PRINTED["inch" if "CANON_UNITS_INCHES" in output else "mm"])
+
+
+REFUSED = {
+    "gsender_invalid_gcode.nc": "200: the number of D is absurd",
+    "lcnc_plasmac_pipe.ngc": "13: #<_hal[plasmac.float-switch-travel]",
+    "lcnc_plasmac_ramp_pierce.ngc": "29: #<_hal[plasmac.cut-feed-rate]",
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_real_programs_that_only_their_machine_understands_are_refused_at_their_line(data: Path, name: str) -> None:
+    """Pins of the machine that numbers come from, and a line that a test has broken on purpose."""
+    text = (data / "gcode" / name).read_text(encoding="utf-8", errors="replace")
+    with pytest.raises(ReadError, match=re.escape(f"{name}:{REFUSED[name]}")):
+        interpret_program(text, dialect("linuxcnc"), name)
+
+
+@pytest.mark.parametrize("name", ["lcnc_cam_nisley.ngc", "cncjs_helical_thread.gcode"])
+def test_real_programs_that_rs274_cannot_judge_are_read(data: Path, name: str) -> None:
+    """Radius compensation with a tool table of one's own, and a program that begins where the tool stands."""
+    text = (data / "gcode" / name).read_text(encoding="utf-8", errors="replace")
+    program = interpret_program(text, dialect("linuxcnc"), name)
+    assert program.n_blocks > 10
+    assert Kind.RADIUS in program.path.kind
