@@ -56,6 +56,8 @@ def describe(motion: Motion) -> str:
         return f"{_WORDS[motion.kind]} to {place(*motion.end)}"
     if motion.kind in (Kind.DWELL, Kind.SPINDLE):
         return f"{_WORDS[motion.kind]} {motion.value:g}"
+    if motion.kind in (Kind.FRAME, Kind.BLENDING):
+        return f"{_WORDS[motion.kind]} G{motion.ref / 10:g}"
     return f"{_WORDS[motion.kind]} {motion.ref}" if motion.kind is not Kind.END else _WORDS[motion.kind]
 
 
@@ -73,4 +75,9 @@ _WORDS = {
     Kind.PAUSE: "pause",
     Kind.MACHINE: "rapid in machine coordinates",
     Kind.END: "end of program",
+    Kind.FRAME: "work offset",
+    Kind.SHIFT: "shift of the origin, number",
+    Kind.RADIUS: "radius compensation",
+    Kind.BLENDING: "blending",
+    Kind.FOREIGN: "block that is not understood, number",
 }

@@ -1,0 +1,253 @@
+"""The proof of a rewritten program: `certify` compares what two programs do, and says it in a `Certificate`.
+
+It sees the two programs and nothing of how one was made from the other.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from leafcut.gcode.program import Program
+from leafcut.model.machine import Machine
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.verify.difference import MOST_LISTED, Difference, place, shorten
+from leafcut.verify.envelope import check_envelope
+from leafcut.verify.features import FIRST_CYCLE, Ints
+from leafcut.verify.inside import exchanged
+from leafcut.verify.matching import Room, pair
+from leafcut.verify.order import inverted
+from leafcut.verify.rapids import compare_rapids, gaps_of, heights_of
+from leafcut.verify.same_work import list_changes, only_moves
+from leafcut.verify.stages import Grouping, compare_walls, misplaced
+from leafcut.verify.traces import traces_of
+from leafcut.verify.work import STILL, Work, cuts_with_beam, read_work
+
+#: What a certificate stands for, in the order in which it is looked at.
+COMPARED = (
+    "barriers: pauses, tool changes, work offsets, machine moves and blocks that are not understood, in order",
+    "holes, cuts and dwells between two barriers: place, depth, cycle, peck, dwell, feed, speed and direction, tool, "
+    "length offset, work offset, coolant, radius compensation, feed mode, blending, plane",
+    "order of cuts that touch each other, and of closed cuts and what lies inside them",
+    "rapids: heights at every place and across, no cut torn apart",
+    "envelope",
+)
+
+#: A rewritten program keeps the words of the original: only noise, and a change of units, may be between the two.
+_FEED_PART, _FEED, _DWELL, _SPEED_PART, _SPEED = 5e-5, 1e-4, 1e-4, 1e-6, 1e-3
+
+_NOT_IN_COMMENT = re.compile(r"[^A-Za-z0-9 ._+=,-]")
+#: GRBL takes lines of 80 characters at most; the parentheses and a line number need some of them.
+_LONGEST_COMMENT = 66
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """How much a program does: holes by cycle, cuts, dwells, stages with work in them, and tool changes."""
+
+    holes: int
+    cuts: int
+    dwells: int
+    stages: int
+    tool_changes: int
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """What was compared, and in what the programs differ.
+
+    Attributes
+    ----------
+    same
+        The new program does the work of the original, and nothing else, no less safely.
+    differences
+        What is not the same, at most some fifty; the last one says how many more there are.
+    before, after
+        How much the original and the new program do.
+    compared
+        In words, what is the same.
+    sha256
+        Of the original's text.
+    """
+
+    same: bool
+    differences: tuple[Difference, ...]
+    before: Counts
+    after: Counts
+    compared: tuple[str, ...]
+    sha256: str
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the certificate as plain data: `same`, `differences`, `before`, `after`, `compared`, `sha256`."""
+        return {
+            "same": self.same,
+            "differences": [asdict(difference) for difference in self.differences],
+            "before": asdict(self.before),
+            "after": asdict(self.after),
+            "compared": list(self.compared) if self.same else [],
+            "sha256": self.sha256,
+        }
+
+    def comment_lines(self, name: str = "the original") -> list[str]:
+        """Return two short lines for the top of the new program, without the signs that make them a comment.
+
+        `name` is that of the original; what would end a comment, or be too long for a controller, is left out of it.
+        """
+        clean = " ".join(_NOT_IN_COMMENT.sub("_", name).split()) or "the original"
+        if not self.same:
+            return ["leafcut: NOT the same work as", clean[-_LONGEST_COMMENT:]]
+        work = f"sha256 {self.sha256[:12]}, {self.before.holes} holes, {self.before.cuts} cuts, verified"
+        head = "leafcut: same work as "
+        return [head + clean[-(_LONGEST_COMMENT - len(head)) :], f"leafcut: {work}"]
+
+
+def certify(
+    original: Program, new: Program, *, machine: Machine | None = None, tolerance_mm: float = 0.002
+) -> Certificate:
+    """Return the proof that two programs do the same work, or in what they differ.
+
+    - Barriers are the same, in the same order, and the tool is not lower there; where a block is not understood, it
+      begins at the same place. Only whole tool changes may be missing (`leafcut.verify.stages`).
+    - Between two barriers there are the same holes, cuts and dwells, in any order (`leafcut.verify.matching`); but
+    - those that touch each other have kept theirs, and what lies inside a closed cut stays before or after it (with a
+      laser or torch, only before)
+      (`leafcut.verify.order`, `leafcut.verify.inside`).
+    - Rapids leave, cross and arrive nowhere lower than they did at that place (`leafcut.verify.rapids`).
+    - The new program reaches no farther than the original and, where the machine's work offset is known, stays in its
+      travel.
+
+    Feeds above the work count as cuts; feeds of a laser or torch that is off do not. When only one of the two uses
+    drilling cycles, both are compared as single moves. Coordinates agree within `tolerance_mm` on every axis.
+
+    Raises
+    ------
+    PlanError
+        The pecks of a cycle are so many that no machine would drill so.
+    """
+    written_out, beam = only_moves(original.path) != only_moves(new.path), cuts_with_beam(original)
+    before, after = (read_work(program, written_out=written_out, beam=beam) for program in (original, new))
+    grouping = compare_walls(before.walls, after.walls)
+    found = _Found()
+    found.add(grouping.differences)
+    found.add(misplaced(before.marks, grouping.mark_of, tolerance_mm))
+    _compare_work(before, after, grouping, tolerance_mm, beam, found)
+    found.add(_larger(before.path, after.path, tolerance_mm))
+    found.add(_outside(new.path, machine))
+    digest = hashlib.sha256("".join(original.lines).encode("utf-8", "surrogatepass")).hexdigest()
+    differences = tuple(shorten(found.differences, found.count))
+    return Certificate(not differences, differences, _counts(before), _counts(after), COMPARED, digest)
+
+
+class _Found:
+    """Differences as they come: the first of each sort, and how many there are in all."""
+
+    def __init__(self) -> None:
+        self.differences: list[Difference] = []
+        self.count = 0
+
+    def add(self, differences: Iterable[Difference], count: int = 0) -> None:
+        new = list(differences)
+        self.differences += new[:MOST_LISTED]
+        self.count += max(count, len(new))
+
+
+def _compare_work(
+    before: Work, after: Work, grouping: Grouping, tolerance: float, beam: bool, found: _Found
+) -> None:  # fmt: skip
+    features = [
+        replace(work.features, group=np.searchsorted(ends, np.arange(len(work.features)), side="right"))
+        for work, ends in ((before, grouping.before), (after, grouping.after))
+    ]
+    before, after = replace(before, features=features[0]), replace(after, features=features[1])
+    room = Room(tolerance, _FEED_PART, _FEED, _DWELL, _SPEED, _SPEED_PART, rise=0.0)
+    pairing = pair(features[0], features[1], room)
+    found.add(*list_changes(pairing, room))
+    found.add(*compare_rapids(before, after, pairing.new_of, grouping.mark_of, tolerance, beam))
+    found.add(_disordered(before, after, pairing.new_of, tolerance, beam or _is_flat(before.path)))
+
+
+def _is_flat(path: Toolpath) -> bool:
+    """Return whether the tool never moves up or down: a laser whose beam is dark in rapids by itself, or a plotter."""
+    z = path.end[path.kind <= Kind.DRILL, 2]
+    return not bool((np.abs(np.diff(z[np.isfinite(z)])) > STILL).any() or (path.kind == Kind.DRILL).any())
+
+
+def _disordered(before: Work, after: Work, new_of: Ints, tolerance: float, flat: bool) -> Iterator[Difference]:
+    """Yield the cuts whose order has meaning, and has changed."""
+    features = before.features
+    if (np.diff(new_of[new_of >= 0]) > 0).all():
+        return
+    known = np.isfinite(features.place[:, :2]).all(axis=1)
+    for one in _overtaken(new_of, np.flatnonzero(~known)):
+        yield _both(before, after, new_of, one, one, "order", "where {} is, is not known, and it has changed places")
+    traces = traces_of(features)
+    touching = inverted(traces, new_of, tolerance)
+    for one, other in touching.pairs[:MOST_LISTED].tolist():
+        yield _both(before, after, new_of, one, other, "order", "{} touches {}, which came after it and is now before")
+    if not touching.proved:
+        yield Difference("order", 0, 0, "so many cuts lie on top of each other that their order cannot be proved")
+    chain = np.cumsum(heights_of(before, gaps_of(before)).follows == 0)
+    places = features.place[:, :2]
+    for inner, outer in exchanged(traces, places, chain - chain[0], new_of, inner_may_come_first=flat):
+        was, now = ("before", "after") if inner < outer else ("after", "before")
+        text = f"{{}} lies inside a closed cut that ends at {{}}, and was made {was} it; now it is made {now} it"
+        yield _both(before, after, new_of, inner, outer, f"inner {now} outer", text)
+
+
+def _overtaken(rank: Ints, which: Ints) -> list[int]:
+    """Return those of `which` that have not the same features before them as they had."""
+    highest = np.maximum.accumulate(np.concatenate([[-1], rank]))[:-1]
+    lowest = np.minimum.accumulate(np.where(rank >= 0, rank, len(rank) + rank.max(initial=0))[::-1])[::-1]
+    here = rank[which]
+    wrong: list[int] = which[(here >= 0) & ((highest[which] > here) | (lowest[which] < here))].tolist()
+    return wrong
+
+
+def _both(before: Work, after: Work, new_of: Ints, one: int, other: int, what: str, text: str) -> Difference:
+    """Return a difference of two features: the first one's line in the original and in the new program."""
+    said = [place(*before.features.place[k, :3]) + f" (line {before.features.line[k]})" for k in (one, other)]
+    lines = int(before.features.line[one]), int(after.features.line[new_of[one]])
+    return Difference(what, *lines, text.format(*said))
+
+
+def _larger(before: Toolpath, after: Toolpath, tolerance: float) -> Iterator[Difference]:
+    """Yield the axes on which the new program goes farther. Cuts are the same: what is looked at are ends of moves."""
+    rows = [np.flatnonzero(path.kind <= Kind.DRILL) for path in (before, after)]
+    for axis, name in enumerate("XYZ"):
+        for sign, word in ((1.0, "above"), (-1.0, "below")):
+            ends = [
+                np.where(np.isnan(path.end[r, axis]), -np.inf, sign * path.end[r, axis])
+                for path, r in zip((before, after), rows, strict=True)
+            ]
+            if any(len(end) == 0 for end in ends) or ends[1].max() <= ends[0].max() + tolerance + 1e-9:
+                continue
+            was, now = (int(r[np.argmax(end)]) for r, end in zip(rows, ends, strict=True))
+            text = f"{name}{after.end[now, axis]:.3f} is {word} all of the original, {name}{before.end[was, axis]:.3f}"
+            yield Difference("envelope", int(before.line[was]), int(after.line[now]), text)
+
+
+def _outside(path: Toolpath, machine: Machine | None) -> list[Difference]:
+    """Return what lies outside the travel, up to where the origin moves: beyond, it is not known where the work is."""
+    if machine is None or machine.work_offset is None:
+        return []
+    moved = (path.kind == Kind.SHIFT) | ((path.kind == Kind.FRAME) & (path.ref != 540))
+    n = int(np.argmax(moved)) if moved.any() else len(path)
+    columns = {name: getattr(path, name)[:n] for name in ("kind", "end", "value", "ref", "line")}
+    return [d for d in check_envelope(replace(path, **columns), machine) if d.what == "outside travel"]
+
+
+def _counts(work: Work) -> Counts:
+    kind = work.features.kind
+    ends = [wall.after for wall in work.walls if wall.after > 0]
+    return Counts(
+        holes=int((kind >= FIRST_CYCLE).sum()),
+        cuts=int(((kind < FIRST_CYCLE) & (kind != Kind.DWELL)).sum()),
+        dwells=int((work.path.kind == Kind.DWELL).sum()),
+        stages=len(set(ends)),
+        tool_changes=int((work.path.kind == Kind.TOOL).sum()),
+    )

@@ -1,0 +1,332 @@
+"""Rapids between the work: nowhere lower than the original was at that place, and no cut is torn apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.toolpath import Kind
+from leafcut.verify.difference import MOST_LISTED, Difference, place
+from leafcut.verify.features import EXACT, FIRST_CYCLE, Floats, Ints, Mask
+from leafcut.verify.stages import SKIPPED, Mark
+from leafcut.verify.work import Work, goes_across
+
+
+@dataclass(frozen=True, eq=False)
+class Gaps:
+    """What happens between two stops (features and barriers): gap k is before stop k, the last one after all stops.
+
+    A height that is not known (after a move in machine coordinates) is infinite, as the tool is up there.
+
+    Attributes
+    ----------
+    feature
+        int64[n]: which feature stop k is, -1 for a barrier.
+    gap_of
+        int64[m]: the gap before every feature.
+    rows, across
+        bool[n + 1]: there are rapids at all; there are some in x or y.
+    line
+        int64[n + 1]: of the first rapid.
+    leave, arrive, cross
+        Where the first rapid across begins, where the last one ends, and the lowest of all, mm; infinite without any.
+    down_here, down_there
+        The lowest place reached by rapids up or down before the first one across, and after the last, mm.
+    top
+        The highest place, mm; minus infinity without rapids.
+    lit
+        bool[n + 1]: the spindle (beam) is on in a rapid across.
+    """
+
+    feature: Ints
+    gap_of: Ints
+    rows: Mask
+    across: Mask
+    line: Ints
+    leave: Floats
+    arrive: Floats
+    cross: Floats
+    down_here: Floats
+    down_there: Floats
+    top: Floats
+    lit: Mask
+
+    @property
+    def closed_by_feature(self) -> Mask:
+        """bool[n + 1]: the stop after the gap is a feature."""
+        return np.append(self.feature >= 0, False)
+
+    @property
+    def opened_by_feature(self) -> Mask:
+        """bool[n + 1]: the stop before the gap is a feature."""
+        return np.concatenate([[False], self.feature >= 0])
+
+
+def gaps_of(work: Work) -> Gaps:
+    """Return the rapids of a program, gap by gap."""
+    barriers = [mark.key for mark in work.marks if mark.kind != Kind.DWELL]
+    keys = np.concatenate([work.features.row.astype(np.float64), barriers])
+    number = np.concatenate([np.arange(len(work.features)), np.full(len(barriers), -1)])
+    order = np.argsort(keys, kind="stable")
+    keys, feature = keys[order], number[order].astype(np.int64)
+    gap_of = np.empty(len(work.features), dtype=np.int64)
+    gap_of[feature[feature >= 0]] = np.flatnonzero(feature >= 0)
+    at, row, begin, end = _moves(work)
+    gap = np.searchsorted(keys, at)
+    across = goes_across(begin, end)
+    low, high = (np.where(np.isnan(z), np.inf, z) for z in (begin[:, 2], end[:, 2]))
+    n = len(keys) + 1
+    first, last = np.full(n, len(at)), np.full(n, -1)
+    ways = np.flatnonzero(across)
+    np.minimum.at(first, gap[ways], ways)
+    np.maximum.at(last, gap[ways], ways)
+    has_across = last >= 0
+    moves = np.arange(len(at))
+    here, there = ~across & (moves < first[gap]), ~across & (moves > last[gap])
+    begins = np.full(n, -1)
+    begins[gap[::-1]] = row[::-1]
+    lit = np.zeros(n, dtype=bool)
+    lit[gap[across & (work.states.direction[row] != 0)]] = True
+    padded = [np.append(z, np.inf) for z in (low, high)]
+    return Gaps(
+        feature,
+        gap_of,
+        begins >= 0,
+        has_across,
+        np.where(begins >= 0, work.path.line[begins] if len(work.path) else 0, 0),
+        padded[0][first],
+        np.where(has_across, padded[1][last], np.inf),
+        _least(n, gap[across], np.minimum(low, high)[across]),
+        _least(n, gap[here & has_across[gap]], high[here & has_across[gap]]),
+        _least(n, gap[there], high[there]),
+        -_least(n, gap, -np.maximum(low, high)),
+        lit,
+    )
+
+
+def _least(n: int, gap: Ints, value: Floats) -> Floats:
+    least = np.full(n, np.inf)
+    np.minimum.at(least, gap, value)
+    return least
+
+
+def _moves(work: Work) -> tuple[Floats, Ints, Floats, Floats]:
+    """Return all rapids in order: where they stand, their rows, begin and end; those of a drilling cycle included.
+
+    A cycle goes to its place at the height where the tool is, or at the R plane if that is higher, then to the R plane.
+    """
+    path, before = work.path, work.before
+    drill = np.flatnonzero(path.kind == Kind.DRILL)
+    r_plane = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[path.ref[drill]]
+    over = path.end[drill].copy()
+    level = before[drill].copy()
+    # A height that is not known stays so.
+    level[:, 2] = np.where(level[:, 2] < r_plane, r_plane, level[:, 2])
+    over[:, 2] = level[:, 2]
+    down = over.copy()
+    down[:, 2] = r_plane
+    at = np.concatenate([work.travel, drill - 0.4, drill - 0.3])
+    order = np.argsort(at, kind="stable")
+    row = np.concatenate([work.travel, drill, drill])
+    begin = np.concatenate([before[work.travel], level, over])
+    end = np.concatenate([path.end[work.travel], over, down])
+    return at[order], row[order], begin[order], end[order]
+
+
+@dataclass(frozen=True, eq=False)
+class Heights:
+    """What the original allows at every feature, mm; infinite: only a height that is not known either.
+
+    Attributes
+    ----------
+    leave, arrive
+        float64[m]: at which height rapids may begin and end.
+    follows
+        bool[m]: the tool went on to it, without a rapid, from the one before it or from a barrier.
+    down_here, down_there
+        float64[m]: how far rapids may go down after it, and before it.
+    first
+        bool[m]: it was the first after a barrier.
+    """
+
+    leave: Floats
+    arrive: Floats
+    follows: Mask
+    down_here: Floats
+    down_there: Floats
+    first: Mask
+
+
+def heights_of(work: Work, gaps: Gaps) -> Heights:
+    """Return what the original allows at every feature."""
+    before, after = gaps.gap_of, gaps.gap_of + 1
+    # Where a barrier follows at once, the tool leaves from there in the next gap with rapids before any work.
+    n = len(gaps.rows)
+    ready = np.where(gaps.rows | gaps.closed_by_feature, np.arange(n), n - 1)
+    following = np.minimum.accumulate(ready[::-1])[::-1][after]
+    leave = np.where(gaps.across[following], gaps.leave[following], gaps.top[following])
+    leave = np.where(gaps.rows[following], leave, np.inf)
+    first = ~gaps.opened_by_feature[before]
+    arrive = np.where(gaps.across[before], gaps.arrive[before], gaps.top[before])
+    arrive = np.where(gaps.rows[before], arrive, np.inf)
+    # The first work of a stage is reached from wherever the tool was, and from the last one it goes up for what comes
+    # next. What holds for them is how the tool left, or reached, this place.
+    visit = np.cumsum(gaps.across[before] | first)
+    first_of_visit = np.searchsorted(visit, visit)
+    last_of_visit = np.searchsorted(visit, visit, side="right") - 1
+    last = ~gaps.closed_by_feature[after]
+    arrive, leave = (
+        np.where(first & gaps.rows[before], np.minimum(arrive, leave[last_of_visit]), arrive),
+        np.where(last, np.minimum(leave, arrive[first_of_visit]), leave),
+    )
+    end = np.where(work.features.exact[:, 0] >= FIRST_CYCLE, work.features.height[:, 1], work.features.place[:, 2])
+    start = np.where(work.features.exact[:, 0] >= FIRST_CYCLE, work.features.height[:, 0], work.features.place[:, 5])
+    return Heights(
+        leave,
+        arrive,
+        ~gaps.rows[before],
+        np.fmin(np.minimum(gaps.down_here[after], leave), end),
+        np.fmin(gaps.down_there[before], start),
+        first,
+    )
+
+
+def compare_rapids(
+    original: Work, new: Work, new_of: Ints, mark_of: dict[float, Mark], tolerance: float, beam: bool
+) -> tuple[list[Difference], int]:
+    """Return where rapids of the new program are lower than the original's, or tear a cut apart, and how many.
+
+    `new_of` and `mark_of` say which feature and which barrier is which.
+    """
+    both = original, gaps_of(original), new, gaps_of(new)
+    found: list[Difference] = []
+    count = 0
+    for what, text, old_line, new_line, wrong in (
+        *_by_feature(both, new_of, tolerance + 1e-9, beam),
+        *_by_barrier(both, mark_of, tolerance + 1e-9),
+    ):
+        rows = np.flatnonzero(wrong)
+        count += len(rows)
+        listed = rows[:MOST_LISTED].tolist()
+        found += [Difference(what, int(old_line[row]), int(new_line[row]), text(row)) for row in listed]
+    return found, count
+
+
+Check = tuple[str, Callable[[int], str], NDArray, NDArray, Mask]
+Both = tuple[Work, Gaps, Work, Gaps]
+
+
+def _by_feature(both: Both, new_of: Ints, room: float, beam: bool) -> Iterator[Check]:
+    original, old_gaps, new, gaps = both
+    allowed = heights_of(original, old_gaps)
+    old = np.flatnonzero(new_of >= 0)
+    now = new_of[old]
+    before, old_before = gaps.gap_of[now], old_gaps.gap_of[old]
+    follows, rows = allowed.follows[old], gaps.rows[before]
+    came_from = np.concatenate([[-1], new_of])[old]
+    stayed = np.where(old_gaps.opened_by_feature[old_before], (came_from == now - 1) | (came_from < 0), True)
+    stayed &= gaps.opened_by_feature[before] == old_gaps.opened_by_feature[old_before]
+    lines = original.features.line[old], new.features.line[now]
+    places = original.features.place[old]
+
+    def at(row: int) -> str:
+        return place(*places[row, :2])
+
+    yield (
+        "torn apart",
+        lambda row: f"the cut to {at(row)} went on from the one before it, without a rapid; it does not any more",
+        *lines,
+        follows & (rows | ~stayed),
+    )
+    yield from _heights_by_feature(both, allowed, old, now, room)
+    if beam:
+        for side in (0, 1):
+            dark = old_gaps.across[old_before + side] & ~old_gaps.lit[old_before + side]
+            lit: Mask = gaps.lit[before + side] & dark & (~allowed.first[old] if side == 0 else True)
+            yield "beam on", lambda row: f"a rapid next to {at(row)} is made with the beam on, it was off", *lines, lit
+
+
+def _heights_by_feature(both: Both, allowed: Heights, old: Ints, now: Ints, room: float) -> Iterator[Check]:
+    original, old_gaps, new, gaps = both
+    before, old_before = gaps.gap_of[now], old_gaps.gap_of[old]
+    after, old_after = before + 1, old_before + 1
+    rows, across = gaps.rows[before], gaps.across[before]
+    approach = old_gaps.line[old_before], gaps.line[before]
+    retract = old_gaps.line[old_after], gaps.line[after]
+    places, start = original.features.place[old], new.features.place[now, 5]
+
+    def told(word: str, before: Floats, after: Floats) -> Callable[[int], str]:
+        return lambda row: f"{word} {place(*places[row, :2])} at {_said(after[row])}, {_said(before[row])} before"
+
+    arrive = np.where(across, gaps.arrive[before], np.where(rows, gaps.top[before], start))
+    low = ~allowed.follows[old] & (arrive < allowed.arrive[old] - room)
+    yield "lower approach", told("a rapid arrives at", allowed.arrive[old], arrive), *approach, low
+    leave = gaps.leave[after]
+    low = gaps.across[after] & (leave < allowed.leave[old] - room)
+    yield "lower retract", told("a rapid leaves", allowed.leave[old], leave), *retract, low
+    for word, lines, limit, deep in (
+        ("a rapid goes down over", approach, allowed.down_there[old], gaps.down_there[before]),
+        ("a rapid goes down over", retract, allowed.down_here[old], gaps.down_here[after]),
+    ):
+        yield "deeper rapid", told(word, limit, deep), *lines, deep < limit - room
+    lowest = _lowest_crossing(original, old_gaps)[old]
+    lowest = np.where(np.isinf(lowest), allowed.arrive[old], lowest)
+    cross = np.where(across, gaps.cross[before], np.inf)
+    yield "lower retract", told("a rapid goes across to", lowest, cross), *approach, cross < lowest - room
+
+
+def _lowest_crossing(work: Work, gaps: Gaps) -> Floats:
+    """Return for every feature the lowest rapid across next to any of the same group and tool; else of the group."""
+    group, tool = work.features.group, work.features.exact[:, EXACT.index("tool")]
+    cross = np.minimum(gaps.cross[gaps.gap_of], gaps.cross[gaps.gap_of + 1])
+    lowest = np.full(len(group), np.inf)
+    for columns in ([group, tool], [group]):
+        _, key = np.unique(np.column_stack(columns), axis=0, return_inverse=True)
+        key = key.reshape(-1)
+        lowest = np.where(np.isinf(lowest), _least(int(key.max(initial=-1)) + 1, key, cross)[key], lowest)
+    return lowest
+
+
+def _said(height: float) -> str:
+    return f"Z{height:.3f}" if np.isfinite(height) else "an unknown height"
+
+
+def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator[Check]:
+    """Yield the checks of rapids to a barrier, and from it: a place to which the tool was parked is kept."""
+    original, old_gaps, new, gaps = both
+    at = {mark.key: k for mark, k in zip(_stops(new), np.flatnonzero(gaps.feature < 0).tolist(), strict=True)}
+    marks = zip(_stops(original), np.flatnonzero(old_gaps.feature < 0).tolist(), strict=True)
+    pairs = [(mark, mark_of[mark.key], k, at[mark_of[mark.key].key]) for mark, k in marks if mark.key in mark_of]
+    if not pairs:
+        return
+    old = np.array([k for *_, k, _ in pairs])
+    now = np.array([k for *_, k in pairs])
+    lines = np.array([a.line for a, *_ in pairs]), np.array([b.line for _, b, *_ in pairs])
+    here = np.array([mark.place for mark, *_ in pairs], dtype=np.float64)
+    there = np.array([mark.place for _, mark, *_ in pairs], dtype=np.float64)
+    apart = ~(np.abs(here - there) <= room) & ~(np.isnan(here) & np.isnan(there))
+    known = np.array([a.kind != SKIPPED for a, *_ in pairs])
+
+    def told(word: str) -> Callable[[int], str]:
+        return lambda row: f"a rapid {word} '{pairs[row][0].said}' is lower than before"
+
+    parked = known & old_gaps.across[old]
+    text = "the tool does not go to where it was for '{}': {}"
+    yield (
+        "parked elsewhere",
+        lambda row: text.format(pairs[row][0].said, place(*here[row])),
+        *lines,
+        parked & apart[:, :2].any(axis=1),
+    )
+    low = old_gaps.across[old] & gaps.across[now] & (gaps.arrive[now] < old_gaps.arrive[old] - room)
+    yield "lower approach", told("to"), *lines, low
+    leave = np.where(old_gaps.across[old + 1], old_gaps.leave[old + 1], old_gaps.top[old + 1])
+    low = old_gaps.rows[old + 1] & gaps.across[now + 1] & (gaps.leave[now + 1] < leave - room)
+    yield "lower retract", told("from"), *lines, low
+
+
+def _stops(work: Work) -> list[Mark]:
+    return [mark for mark in work.marks if mark.kind != Kind.DWELL]

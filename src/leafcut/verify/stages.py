@@ -1,0 +1,290 @@
+"""Stages: what must not change places at all (pauses, tool changes, work offsets …), and the work in between."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_left
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from leafcut.gcode.program import Program
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.verify.difference import Difference, describe, place
+from leafcut.verify.features import Features, Floats, Ints, Mask, States
+
+#: A block that a switch of the machine may skip is a barrier whatever it does.
+SKIPPED = -1
+
+_HARD = (Kind.PAUSE, Kind.TOOL, Kind.SHIFT, Kind.MACHINE, Kind.END, Kind.FOREIGN)
+#: What a tool change may consist of, so that it can be left out as a whole when the tool is not changed.
+_PART_OF_CHANGE = (Kind.TOOL, Kind.MACHINE, Kind.PAUSE, Kind.DWELL)
+#: Barriers whose text counts, since nothing else says what they do.
+_WORD_FOR_WORD = (SKIPPED, Kind.FOREIGN, Kind.SHIFT)
+
+_NUMBER = re.compile(r"^\s*(/?)\s*[nN]\s*[0-9]+\s*")
+_COMMENT = re.compile(r"\([^()]*\)|;.*")
+_TAKES_MODES = re.compile(r"[^MPQT0-9.+-]")
+_FROM_HERE = re.compile(r"G0*92(?![0-9])", re.IGNORECASE)
+
+
+class Mark(NamedTuple):
+    """A barrier, or a dwell that belongs to one.
+
+    Attributes
+    ----------
+    what
+        All that must be equal.
+    kind
+        A `Kind`, or `SKIPPED`.
+    key
+        Where it stands: the number of its row, a half less for what stands before a row.
+    line
+        Its line.
+    place
+        Where the tool is then, mm.
+    exactly
+        The tool must be at the very same place, since the block may begin from there.
+    said
+        For messages.
+    """
+
+    what: tuple[object, ...]
+    kind: int
+    key: float
+    line: int
+    place: tuple[float, float, float]
+    exactly: bool
+    said: str
+
+
+@dataclass(frozen=True, eq=False)
+class Wall:
+    """Marks with no work between them, and how much work there is before them."""
+
+    marks: tuple[Mark, ...]
+    after: int
+
+    @property
+    def what(self) -> tuple[object, ...]:
+        """All that must be equal."""
+        return tuple(mark.what for mark in self.marks)
+
+    @property
+    def is_tool_change(self) -> bool:
+        """Whether it changes the tool and does nothing else."""
+        kinds = {mark.kind for mark in self.marks}
+        return Kind.TOOL in kinds and kinds <= set(_PART_OF_CHANGE)
+
+
+def barriers_of(program: Program, path: Toolpath, source: Ints, states: States, before: Floats) -> list[Mark]:
+    """Return the barriers of a program in order.
+
+    `path` may have its cycles written out; `source` says of which row of the program each of its rows is part.
+    """
+    kind = path.kind
+    frame = (kind == Kind.FRAME) & (np.diff(states.frame, prepend=540) != 0)
+    rows = np.flatnonzero(np.isin(kind, [int(k) for k in _HARD]) | frame)
+    turning = np.sign(states.direction)
+    marks = []
+    for row in rows.tolist():
+        motion = path[row]
+        text = _plain(program, motion.line) if motion.kind in _WORD_FOR_WORD else ""
+        what = (int(motion.kind), 0 if text else motion.ref, text, _context(program, int(source[row]), text))
+        end = tuple(round(v, 6) for v in motion.end if not np.isnan(v)) if motion.kind is Kind.MACHINE else ()
+        at = (before[row, 0], before[row, 1], before[row, 2])
+        exactly = motion.kind is Kind.FOREIGN or (motion.kind is Kind.SHIFT and bool(_FROM_HERE.search(text)))
+        state = (int(turning[row]), int(states.coolant[row]))
+        said = text or describe(motion)
+        marks.append(Mark((*what, end, *state), int(motion.kind), row, motion.line, at, exactly, said))
+    return sorted([*marks, *_skipped(program, source)], key=lambda mark: mark.key)
+
+
+def _context(program: Program, row: int, text: str) -> tuple[object, ...]:
+    """Return what the meaning of a block that is compared by its text depends on: for M words alone, nothing."""
+    if not _TAKES_MODES.search(text):
+        return ()
+    m = program.modal(int(np.searchsorted(program.first, row, side="right")) - 1)
+    if program.path.kind[row] == Kind.SHIFT:
+        return (m.unit, m.incremental)
+    modes = (m.motion, m.cycle, m.cycle_words, m.plane, m.incremental, m.absolute_centres, m.feed_mode, m.radius)
+    return (m.unit, *modes, 0.0 if "F" in text else m.feed)
+
+
+def _skipped(program: Program, source: Ints) -> Iterator[Mark]:
+    """Yield the blocks that begin with a slash."""
+    nowhere = (np.nan, np.nan, np.nan)
+    slashed = np.array(["/" in line for line in program.lines], dtype=bool)
+    if not slashed.any():
+        return
+    for block in np.flatnonzero(slashed[program.line - 1]).tolist():
+        line = int(program.line[block])
+        text = _plain(program, line)
+        if text.startswith("/"):
+            row = int(np.searchsorted(source, program.first[block]))
+            yield Mark((SKIPPED, text), SKIPPED, row - 0.5, line, nowhere, False, text)
+
+
+def _plain(program: Program, line: int) -> str:
+    """Return the text of a line as far as it means anything: no number, no comment, no spaces, letters large."""
+    text = program.lines[line - 1] if 0 < line <= len(program.lines) else ""
+    return "".join(_COMMENT.sub("", _NUMBER.sub(r"\1", text)).split()).upper()
+
+
+def with_dwells(
+    marks: list[Mark], features: Features, travel: Ints, across: Ints, states: States
+) -> tuple[list[Mark], Mask]:
+    """Return the marks with the dwells that belong to them, and which features these dwells are.
+
+    Where the tool is at a dwell counts only if the work of the stage has brought it there. A dwell that comes before
+    any of it (a spindle that runs up after a tool change), or after the last of it and a rapid, belongs to the barrier.
+
+    `travel` and `across` are the rows of all rapids, and of those in x or y, int64[k].
+    """
+    keys = np.array([-1.0, *(mark.key for mark in marks), np.inf])
+    dwell = features.kind == Kind.DWELL
+    rows, work = features.row[dwell], features.row[~dwell]
+    at = np.searchsorted(keys, rows)
+    begin, end = keys[at - 1], keys[at]
+    last_work = np.maximum(_last_before(work, rows), begin)
+    head = (last_work == begin) & (_last_before(across, rows) <= begin)
+    works_later = np.searchsorted(work, rows) < np.searchsorted(work, end)
+    tail = ~works_later & (_last_before(travel, rows) > last_work)
+    moved = np.zeros(len(features), dtype=bool)
+    moved[dwell] = head | tail
+    added = []
+    for index, first in zip(np.flatnonzero(moved).tolist(), head[head | tail].tolist(), strict=True):
+        row, line, seconds = int(features.row[index]), int(features.line[index]), float(features.amount[index, 3])
+        state = (int(np.sign(states.direction[row])), int(states.coolant[row]))
+        what = (int(Kind.DWELL), "head" if first else "tail", round(seconds, 4), *state)
+        x, y, z = features.place[index, :3].tolist()
+        added.append(Mark(what, int(Kind.DWELL), row, line, (x, y, z), False, f"dwell of {seconds:g} s"))
+    return sorted([*marks, *added], key=lambda mark: mark.key), moved
+
+
+def _last_before(among: Ints, rows: Ints) -> Floats:
+    """Return for every row the last one before it of those in `among`, -1 where there is none."""
+    return np.concatenate([[-1.0], among])[np.searchsorted(among, rows)]
+
+
+def walls_of(marks: list[Mark], work: Ints) -> list[Wall]:
+    """Return the marks in walls; `work` are the rows of the features, int64[n], in order."""
+    walls: list[Wall] = []
+    ranks = np.searchsorted(work, [mark.key for mark in marks]).tolist()
+    together: list[Mark] = []
+    for number, (mark, rank) in enumerate(zip(marks, ranks, strict=True)):
+        together.append(mark)
+        if number + 1 == len(marks) or ranks[number + 1] != rank:
+            walls.append(Wall(tuple(together), rank))
+            together = []
+    return walls
+
+
+class Grouping(NamedTuple):
+    """Which work may be compared with which.
+
+    Attributes
+    ----------
+    before, after
+        For each program: how much work there is before the end of every group, in order, but for the last.
+    mark_of
+        The new mark for an original one, by their keys, where both are the same.
+    differences
+        Barriers that are not the same.
+    """
+
+    before: list[int]
+    after: list[int]
+    mark_of: dict[float, Mark]
+    differences: list[Difference]
+
+
+def compare_walls(before: list[Wall], after: list[Wall]) -> Grouping:
+    """Return which work lies between the same barriers, and where the barriers differ.
+
+    The marks of both programs must be the same, in the same order. Only when the new program changes the tool less
+    often, whole tool changes may be missing; what they parted is then compared together.
+    """
+    if _tool_changes(after) >= _tool_changes(before):
+        return _aligned(before, after)
+    hard = _aligned(_hard(before), _hard(after))
+    left: dict[tuple[int, tuple[object, ...]], list[Wall]] = defaultdict(list)
+    for wall in reversed(_soft(before)):
+        left[bisect_left(hard.before, wall.after), wall.what].append(wall)
+    for wall in _soft(after):
+        same = left[bisect_left(hard.after, wall.after), wall.what]
+        if same:
+            hard.mark_of.update({a.key: b for a, b in zip(same.pop().marks, wall.marks, strict=True)})
+        else:
+            text = f"'{', '.join(mark.said for mark in wall.marks)}' is not in the original"
+            hard.differences.append(Difference("tool change", 0, wall.marks[0].line, text))
+    return hard
+
+
+def _tool_changes(walls: list[Wall]) -> int:
+    return sum(mark.kind == Kind.TOOL for wall in walls for mark in wall.marks)
+
+
+def _hard(walls: list[Wall]) -> list[Wall]:
+    return [wall for wall in walls if not wall.is_tool_change]
+
+
+def _soft(walls: list[Wall]) -> list[Wall]:
+    return [wall for wall in walls if wall.is_tool_change]
+
+
+def _aligned(before: list[Wall], after: list[Wall]) -> Grouping:
+    """Match marks from both ends; what is left in the middle differs, and the work there is one group."""
+    one, other = ([(mark, wall.after) for wall in walls for mark in wall.marks] for walls in (before, after))
+    shorter = min(len(one), len(other))
+    head = next((i for i in range(shorter) if one[i][0].what != other[i][0].what), shorter)
+    rest = shorter - head
+    tail = next((i for i in range(rest) if one[-1 - i][0].what != other[-1 - i][0].what), rest)
+    pairs = [*zip(one[:head], other[:head], strict=True)]
+    pairs += zip(one[len(one) - tail :], other[len(other) - tail :], strict=True)
+    ends = sorted({(a[1], b[1]) for a, b in pairs})
+    differences = list(_differing(*([m for m, _ in side[head : len(side) - tail]] for side in (one, other))))
+    return Grouping(
+        [a for a, _ in ends], [b for _, b in ends], {a[0].key: b[0] for a, b in pairs}, differences
+    )  # fmt: skip
+
+
+def _differing(before: list[Mark], after: list[Mark]) -> Iterator[Difference]:
+    left, right = Counter(mark.what for mark in after), Counter(mark.what for mark in before)
+    gone: list[Mark] = []
+    new: list[Mark] = []
+    for marks, others, kept in ((before, left, gone), (after, right, new)):
+        for mark in marks:
+            others[mark.what] -= 1
+            if others[mark.what] < 0:
+                kept.append(mark)
+    if not gone and not new and before:
+        yield Difference("order of barriers", before[0].line, after[0].line, f"'{before[0].said}' has changed places")
+    for one, other in zip(gone, new, strict=False):
+        text = f"'{one.said}' became '{other.said}'"
+        if one.said == other.said:
+            text = f"'{one.said}' with the spindle, the coolant or the work around it in another state than before"
+        yield Difference("changed barrier", one.line, other.line, text)
+    for mark in gone[len(new) :]:
+        yield Difference("missing barrier", mark.line, 0, f"'{mark.said}' is gone")
+    for mark in new[len(gone) :]:
+        yield Difference("extra barrier", 0, mark.line, f"'{mark.said}' is new")
+
+
+def misplaced(marks: list[Mark], mark_of: dict[float, Mark], tolerance: float) -> Iterator[Difference]:
+    """Yield the barriers at which the tool is elsewhere, where that counts, or lower than before."""
+    for mark in marks:
+        new = mark_of.get(mark.key)
+        if new is None or mark.kind in (SKIPPED, Kind.DWELL):
+            continue
+        here, there = np.array(mark.place), np.array(new.place)
+        apart = ~(np.abs(here - there) <= tolerance + 1e-9) & ~(np.isnan(here) & np.isnan(there))
+        if mark.exactly and apart.any():
+            text = f"'{mark.said}' may begin where the tool is: {place(*mark.place)} became {place(*new.place)}"
+            yield Difference("barrier at another place", mark.line, new.line, text)
+        elif new.place[2] < mark.place[2] - tolerance - 1e-9:
+            text = f"at '{mark.said}' the tool was at Z{mark.place[2]:.3f}, now at Z{new.place[2]:.3f}"
+            yield Difference("lower retract", mark.line, new.line, text)
