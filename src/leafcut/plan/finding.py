@@ -1,0 +1,344 @@
+"""Finding the pieces of a foreign program: where each begins, how high the tool crosses, and what stays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise, zip_longest
+
+import numpy as np
+
+from leafcut.gcode.program import Modal, Program
+from leafcut.gcode.reliance import HERE, BlockReader, next_place
+from leafcut.model.sequence import Chain, Kept, Section
+from leafcut.model.toolpath import MOTIONS, Kind
+from leafcut.plan.chains import BEAMS, TOLERANCE, Rows, find_barriers, free_runs, read_rows
+from leafcut.plan.heights import group_by_height
+from leafcut.plan.precedence import find_precedence
+
+_MOTIONS = frozenset(int(k) for k in MOTIONS)
+#: Rows before which the tool goes up for their sake.
+_STOPS = [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)]
+
+
+@dataclass(frozen=True, slots=True)
+class _Start:
+    """A block at which a chain may begin: its row that first moves sideways, and the height of that crossing."""
+
+    block: int
+    row: int
+    height: float
+
+
+class Finder:
+    """Finds the sections of a program."""
+
+    def __init__(self, program: Program, process: str) -> None:
+        self.program, self.process = program, process
+        self.rows: Rows = read_rows(program, process)
+        self.barriers = find_barriers(program, self.rows)
+        self.reader = BlockReader(program)
+        self.beam = process in BEAMS
+        self.entries: set[int] = set()
+        path, first = program.path, program.first
+        self.cuts = np.concatenate([[0], np.cumsum(self.rows.cut)])
+        travels = np.unique(self.rows.block[self.rows.travel])
+        self.travels = travels
+        across = self.rows.travel & np.isfinite(path.end[:, 2])
+        # Below the zero of the part there is material, unless the program has its zero above everything.
+        self.floor = 0.0 if (path.end[across, 2] > 0).any() and not self.beam else -math.inf
+        self.first = first
+
+    def sections(self) -> list[Section]:
+        """Return every section, in the order of the program."""
+        found: list[Section] = []
+        for section in reversed(list(self._candidates())):
+            if (found and found[-1].chains[0].begin == section.chains[-1].end) or self._may_end(section):
+                found.append(section)
+        return found[::-1]
+
+    def _candidates(self) -> Iterator[Section]:
+        waiting = list(reversed(free_runs(self.program, self.barriers)))
+        while waiting:
+            begin, end = waiting.pop()
+            starts = self._starts(begin, end)
+            switches = self._switches(starts)
+            if switches:
+                self.barriers.update(dict.fromkeys(switches, "the spindle is switched"))
+                edges = [begin - 1, *switches, end]
+                runs = [(a + 1, b) for a, b in pairwise(edges) if a + 1 < b]
+                waiting += reversed(runs)
+                continue
+            yield from self._of_run(starts, end)
+
+    # -- where chains begin ------------------------------------------------------------------------------------------
+
+    def _starts(self, begin: int, end: int) -> list[_Start]:
+        """Return the places in a run where the tool, up and done with the work before, goes across."""
+        low, high = np.searchsorted(self.travels, [begin, end])
+        top = self._top(begin, end)
+        # A beam may work at a height that nobody states; but where one is, it is for all.
+        level = not math.isnan(self._z_after(int(self.first[end]) - 1)) if self.beam and self.first[end] else False
+        starts: list[_Start] = []
+        done = -1
+        for block in self.travels[low:high].tolist():
+            cuts = int(self.cuts[self.first[block]])
+            start = self._start(block)
+            if starts and cuts == done:
+                # Where the tool waits before the first piece of work is no part of that.
+                if len(starts) == 1 and self._may_begin(start, top) and self._says_where(block):
+                    starts = [start]
+                continue
+            if self._may_begin(start, top) and not (level and math.isnan(self.rows.before[start.row, 2])):
+                starts.append(start)
+                self.entries.add(block)
+                done = cuts
+        return starts
+
+    def _may_begin(self, start: _Start, top: float) -> bool:
+        placed = bool(np.isfinite(self.program.path.end[start.row, :2]).all())
+        up = start.height >= top - TOLERANCE and start.height >= self.floor
+        return placed and up and self._at_rest(start.block)
+
+    def _says_where(self, block: int) -> bool:
+        words = self.reader.words(block)
+        return words is not None and {"X", "Y"} <= words.letters.keys()
+
+    def _start(self, block: int) -> _Start:
+        rows = range(int(self.first[block]), int(self.first[block + 1]))
+        row = next(r for r in rows if self.rows.travel[r])
+        path = self.program.path
+        z0, z1 = float(self.rows.before[row, 2]), float(path.end[row, 2])
+        drill = path.kind[row] == Kind.DRILL
+        height = max(z0, path.cycles[int(path.ref[row])].r_plane) if drill else min(z0, z1)
+        if self.beam and math.isnan(height):
+            height = 0.0
+        return _Start(block, row, height if not math.isnan(height) else -math.inf)
+
+    def _top(self, begin: int, end: int) -> float:
+        """Return the height of the highest cut across in a run, below the rapids: who crosses lower is not up."""
+        if self.beam:
+            return -math.inf
+        rows = slice(int(self.first[begin]), int(self.first[end]))
+        z = np.maximum(self.program.path.end[rows, 2], self.rows.before[rows, 2])
+        travel = self.program.path.end[rows, 2][self.rows.travel[rows]]
+        travel = travel[np.isfinite(travel)]
+        highest = travel.max() if len(travel) else math.inf
+        feeds = self.rows.cut[rows] & self.rows.sideways[rows] & (self.program.path.kind[rows] != Kind.DRILL)
+        z = z[feeds & (z <= highest)]
+        return float(z.max()) if len(z) else -math.inf
+
+    def _at_rest(self, block: int) -> bool:
+        modal = self.program.modal(block)
+        return modal.radius == 40 and not modal.incremental
+
+    def _key(self, modal: Modal) -> tuple[int, float]:
+        """Return what must be the same before and after a chain."""
+        return modal.spindle, modal.rpm if modal.spindle and not self.beam else 0.0
+
+    def _switches(self, starts: list[_Start]) -> list[int]:
+        """Return the blocks of a run that switch the spindle for what comes after them."""
+        found = []
+        for one, other in pairwise(starts):
+            key = self._key(self.program.modal(other.block))
+            if key != self._key(self.program.modal(one.block)):
+                last = other.block - 1
+                while self._key(self.program.modal(last)) == key:
+                    last -= 1
+                found.append(last)
+        return found
+
+    # -- chains and sections -----------------------------------------------------------------------------------------
+
+    def _of_run(self, starts: list[_Start], end: int) -> Iterator[Section]:
+        """Yield the sections of a run of blocks that ends before `end`."""
+        if starts and self.cuts[self.first[end]] == self.cuts[starts[-1].row]:
+            # The last way leads to no work: home.
+            end = starts[-1].block
+            starts = starts[:-1]
+        if len(starts) < 2:
+            return
+        path = self.program.path
+        places = [(float(path.end[s.row, 0]), float(path.end[s.row, 1])) for s in starts]
+        for members, stop, clearance in group_by_height([s.height for s in starts[1:]], places):
+            chosen = [starts[m] for m in members]
+            edges = [*chosen, *starts[stop : stop + 1]]
+            chains = [self._chain(a, b.block, b.row, clearance) for a, b in pairwise(edges)]
+            last = self._up_again(chosen[-1], end, clearance) if stop == len(starts) else None
+            if last is not None:
+                chains.append(self._chain(chosen[-1], last, int(self.first[last]), clearance))
+            chains = self._with_prefixes(chains, clearance)
+            if len(chains) > 1:
+                yield self._section(chains, chosen[0], clearance)
+
+    def _up_again(self, start: _Start, end: int, clearance: float) -> int | None:
+        """Return the end of the last chain of a run: after the block with which the tool is up; None if it is not."""
+        key = self._key(self.program.modal(start.block))
+        low, high = int(self.first[start.block]), int(self.first[end])
+        cuts = np.flatnonzero(self.rows.cut[low:high])
+        if not len(cuts):
+            return None
+        for block in range(int(self.rows.block[low + int(cuts[-1])]), end):
+            row = int(self.first[block + 1]) - 1
+            z = self._z_after(row)
+            up = (math.isnan(z) and self.beam) or z >= clearance - TOLERANCE
+            same = self._key(self.program.modal(block + 1)) == key and self._at_rest(block + 1)
+            if up and same and not (self.beam and self.rows.beam[row]):
+                return self._retracted(self._dwells_end(block + 1, end, low + int(cuts[-1])), end)
+        return None
+
+    def _retracted(self, block: int, end: int) -> int:
+        """Return the end of the rise that follows work if the tool goes on to other work from there.
+
+        Before a change of tool or the end it rises for that, not because of the place.
+        """
+        row = int(self.first[end])
+        upcoming = [np.flatnonzero(rows[row:]) for rows in (self.rows.cut, np.isin(self.program.path.kind, _STOPS))]
+        work, stop = (int(found[0]) if len(found) else math.inf for found in upcoming)
+        while stop >= work and block < end and self._rises(block):
+            block += 1
+        return block
+
+    def _rises(self, block: int) -> bool:
+        rows = range(int(self.first[block]), int(self.first[block + 1]))
+        return len(rows) > 0 and all(
+            self.program.path.kind[r] == Kind.RAPID and not self.rows.sideways[r] for r in rows
+        )
+
+    def _dwells_end(self, block: int, end: int, last_cut: int) -> int:
+        """Return the end of the dwells that follow a cut at once: they are part of it, unless a rapid came between."""
+        if (self.program.path.kind[last_cut : int(self.first[block])] == Kind.RAPID).any():
+            return block
+        while block < end and set(self.reader.kinds(block)) == {int(Kind.DWELL)}:
+            block += 1
+        return block
+
+    def _z_after(self, row: int) -> float:
+        path = self.program.path
+        return float(self.rows.before[row + 1, 2]) if row + 1 < len(path) else float(path.end[row, 2])
+
+    def _chain(self, start: _Start, end: int, end_row: int, clearance: float) -> Chain:
+        path, before = self.program.path, self.rows.before
+        rows = slice(start.row, int(self.first[end]))
+        if end_row < len(path):
+            x, y, z = before[end_row].tolist()
+        else:
+            x, y, z = path.end[end_row - 1].tolist()
+        worked = path.kind[rows][self.rows.cut[rows]]
+        depths = path.end[rows, 2][self.rows.cut[rows]]
+        drills = worked == Kind.DRILL
+        if drills.any():
+            cycles = path.ref[rows][self.rows.cut[rows]][drills]
+            depths = depths.copy()
+            depths[drills] = [path.cycles[c].bottom for c in cycles.tolist()]
+        upright = not (self.rows.cut[rows] & self.rows.sideways[rows] & (path.kind[rows] != Kind.DRILL)).any()
+        drill = path.kind[start.row] == Kind.DRILL
+        return Chain(
+            start.block,
+            end,
+            "hole" if upright and not self.beam else "cut",
+            (float(path.end[start.row, 0]), float(path.end[start.row, 1])),
+            (x, y),
+            start.height if drill else float(path.end[start.row, 2]),
+            z,
+            float(depths[np.isfinite(depths)].min()) if np.isfinite(depths).any() else math.nan,
+            int(self.program.line[start.block]),
+        )
+
+    def _with_prefixes(self, chains: list[Chain], clearance: float) -> list[Chain]:
+        """Let chains after the first begin with the rapids to the height where the tool is, if there are such."""
+        result = chains[:1]
+        for chain in chains[1:]:
+            begin = chain.begin
+            while begin - 1 > result[-1].begin and self._stays_up(begin - 1, clearance):
+                begin -= 1
+            if begin < chain.begin:
+                result[-1] = replace(result[-1], end=begin)
+            result.append(replace(chain, begin=begin, line=int(self.program.line[begin])))
+        return result
+
+    def _stays_up(self, block: int, clearance: float) -> bool:
+        """Return whether a block is a rapid to where the tool is already, at the clearance height."""
+        rows = range(int(self.first[block]), int(self.first[block + 1]))
+        path, before = self.program.path, self.rows.before
+        return len(rows) > 0 and all(
+            path.kind[r] == Kind.RAPID
+            and abs(path.end[r, 2] - clearance) < TOLERANCE
+            and np.array_equal(path.end[r], before[r], equal_nan=True)
+            for r in rows
+        )
+
+    def _may_end(self, section: Section) -> bool:
+        """Return whether what stays behind the section can follow any of its chains.
+
+        A hole that goes on with the cycle of the one before needs the same cycle and height after every chain.
+        """
+        program, end = self.program, section.chains[-1].end
+        follower = next((b for b in range(end, program.n_blocks) if self._acts(b)), None)
+        if follower is None:
+            return True
+        if int(Kind.DRILL) not in self.reader.kinds(follower) or follower in program.fixed:
+            goes_on = follower in program.fixed and program.modal(end).cycle is not None
+        else:
+            goes_on = "motion" in self.reader.reliance(follower, follower + 1).relies
+        if not goes_on:
+            return True
+        states = {(*self._cycle_state(c.end), round(c.leave_z, 6)) for c in section.chains}
+        here = next_place(self.reader, range(end, program.n_blocks), section.clearance) == HERE
+        return len(states) == 1 and not here
+
+    def _acts(self, block: int) -> bool:
+        """Return whether a block moves something, or may do anything."""
+        words = self.reader.words(block)
+        hidden = block in self.program.fixed and (words is None or not words.empty)
+        return hidden or not _MOTIONS.isdisjoint(self.reader.kinds(block))
+
+    def _cycle_state(self, block: int) -> tuple[object, ...]:
+        modal = self.program.modal(block)
+        return modal.motion, modal.cycle, frozenset(modal.cycle_words), modal.to_initial
+
+    def _section(self, chains: list[Chain], first: _Start, clearance: float) -> Section:
+        before = self.rows.before[first.row, :2]
+        return Section(
+            tuple(chains),
+            find_precedence(self.program, self.rows, chains, self.process),
+            (float(before[0]), float(before[1])) if np.isfinite(before).all() else None,
+            None,
+            clearance,
+            self.program.modal(chains[0].begin).tool,
+        )
+
+    # -- what stays --------------------------------------------------------------------------------------------------
+
+    def items(self) -> list[Kept | Section]:
+        """Return the sections, and what stays before, between and behind them."""
+        items: list[Kept | Section] = []
+        sections = self.sections()
+        done = 0
+        for section, follower in zip_longest(sections, sections[1:]):
+            begin, end = section.chains[0].begin, section.chains[-1].end
+            if begin > done:
+                items.append(self._kept(done, begin, inside=bool(items)))
+            upto = self.program.n_blocks if follower is None else follower.chains[0].begin
+            place = next_place(self.reader, range(end, upto), section.clearance)
+            items.append(replace(section, end=section.chains[-1].exit if isinstance(place, str) else place))
+            done = end
+        if done < self.program.n_blocks:
+            items.append(self._kept(done, self.program.n_blocks, inside=False))
+        return items
+
+    def _kept(self, begin: int, end: int, inside: bool) -> Kept:
+        works = self.cuts[self.first[end]] > self.cuts[self.first[begin]]
+        if not works and not inside:
+            return Kept(begin, end)
+        reasons = dict.fromkeys(self.barriers[b] for b in range(begin, end) if b in self.barriers and self._amid(b))
+        if works and any(b in self.entries for b in range(begin, end)):
+            reasons["one piece of work alone"] = None
+        elif works:
+            reasons["the tool does not rise to a height at which it goes across"] = None
+        return Kept(begin, end, "; ".join(reasons))
+
+    def _amid(self, block: int) -> bool:
+        """Return whether there is work both before and behind a block."""
+        return bool(self.cuts[self.first[block]] > 0 and self.cuts[self.first[block + 1]] < self.cuts[-1])

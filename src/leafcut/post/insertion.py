@@ -1,0 +1,90 @@
+"""Words put into lines of a program that somebody else wrote, in the manner of that line; and new N-numbers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from leafcut.errors import PostError
+
+_COMMENT = re.compile(r"\([^()]*\)|;.*")
+_FRONT = re.compile(r"[ \t]*/?[ \t]*(?:[Nn][ \t]*[0-9]+(?:\.[0-9]+)?)?[ \t]*")
+_NUMBER = re.compile(r"([ \t]*/?[ \t]*[Nn][ \t]*)([0-9]+)(?![0-9.])")
+_LETTER = re.compile(r"[A-Za-z]")
+_JUMP = re.compile(r"GOTO|M\s*97(?![0-9])|M\s*99\s*P", re.IGNORECASE)
+#: The largest N-number of RS274/NGC.
+_LAST_NUMBER = 99_999
+
+
+def code_of(line: str) -> str:
+    """Return a line without its end, its comments replaced by as many spaces."""
+    return _COMMENT.sub(lambda m: " " * len(m.group()), line.rstrip("\r\n"))
+
+
+def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
+    """Return a line with G words before its first word and other words behind its last one.
+
+    >>> insert_words("N10 X5 (here)", ["G81"], ["Z-3.0"])
+    'N10 G81 X5 Z-3.0 (here)'
+    """
+    if not front and not back:
+        return line
+    code = code_of(line)
+    begin = _FRONT.match(code)
+    assert begin is not None  # it matches nothing, too
+    start, stop = begin.end(), len(code.rstrip())
+    body = code[start:stop]
+    space = "" if len(_LETTER.findall(body)) > 1 and not re.search(r"[ \t]", body) else " "
+    said = space.join([*front, line[start:stop], *back])
+    return line[:start] + said + line[stop:]
+
+
+def format_value(value: float) -> str:
+    """Return a length in the program's unit as every controller reads it: with a decimal point, without an exponent."""
+    text = f"{round(value, 6) + 0.0:.6f}".rstrip("0")
+    return text + "0" if text.endswith(".") else text
+
+
+def format_length(mm: float, unit: float | None) -> str:
+    """Return the text of a length given in mm, in a unit of so many millimetres (None: 1).
+
+    >>> format_length(-25.4, 25.4)
+    '-1.0'
+    """
+    return format_value(mm / (unit or 1.0))
+
+
+def renumbered(lines: Sequence[tuple[str, bool]]) -> list[str]:
+    """Return lines with new N-numbers, counting as the program does; `lines` are (text, whether it is a new line).
+
+    A line without a number gets none, but for a new one.
+
+    Raises
+    ------
+    PostError
+        The program jumps to a number, or has more lines than there are numbers.
+    """
+    found = [m for m in (_NUMBER.match(text) for text, _ in lines) if m]
+    if not found:
+        return [text for text, _ in lines]
+    for text, _ in lines:
+        if _JUMP.search(code_of(text)):
+            raise PostError(f"'{text.strip()[:40]}' jumps to a line by its number; leave out --renumber")
+    numbers = sorted(int(m.group(2)) for m in found[:2])
+    step = max(numbers[-1] - numbers[0], 1) if len(numbers) > 1 else 10
+    count = sum(1 for text, new in lines if new or _NUMBER.match(text))
+    first, step = (numbers[0], step) if numbers[0] + step * count <= _LAST_NUMBER else (1, 1)
+    if count > _LAST_NUMBER:
+        raise PostError(f"the program has {count} numbered lines, more than there are N-numbers; leave out --renumber")
+    width = len(found[0].group(2)) if found[0].group(2).startswith("0") else 0
+    result = []
+    number = first
+    for text, new in lines:
+        match = _NUMBER.match(text)
+        said = f"{number:0{width}d}"
+        if match:
+            result.append(match.group(1) + said + text[match.end() :])
+        else:
+            result.append(f"N{said} {text}" if new else text)
+        number += step if match or new else 0
+    return result

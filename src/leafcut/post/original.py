@@ -1,0 +1,86 @@
+"""Where the tool is in a foreign program before and after its blocks: what the rewriter measures its own text by."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from leafcut.errors import PostError
+from leafcut.gcode.program import Program
+from leafcut.model.sequence import Chain
+from leafcut.model.toolpath import MOTIONS, Kind, positions_before
+
+_TOLERANCE = 1e-6
+_STOPS = (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)
+
+
+class Original:
+    """A program with the place of the tool before every row, `before`: float64[n, 3], mm."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.before = positions_before(program.path)
+
+    def place_before(self, block: int) -> list[float]:
+        """Return where the tool is before a block, or at the end."""
+        row = int(self.program.first[block])
+        if row < len(self.program.path):
+            place: list[float] = self.before[row].tolist()
+            return place
+        known = np.flatnonzero(np.isin(self.program.path.kind, [int(k) for k in MOTIONS]))
+        last: list[float] = self.program.path.end[known[-1]].tolist() if len(known) else [math.nan] * 3
+        return last
+
+    def initial_before(self, block: int) -> float:
+        """Return the height before the series of cycles that runs before a block, or there if none does."""
+        if self.program.modal(block).cycle is None:
+            return self.place_before(block)[2]
+        row = int(self.program.first[block])
+        kinds = self.program.path.kind
+        while row > 0 and (kinds[row - 1] == Kind.DRILL or kinds[row - 1] not in MOTIONS):
+            row -= 1
+        return float(self.before[row, 2]) if row < len(kinds) else math.nan
+
+    def follows_work(self, block: int) -> bool:
+        """Return whether there is work before a block since the program began, or last stopped or changed a tool."""
+        kinds = self.program.path.kind
+        row = int(self.program.first[block]) - 1
+        while row >= 0 and kinds[row] not in _STOPS:
+            if kinds[row] in MOTIONS and kinds[row] != Kind.RAPID:
+                return True
+            row -= 1
+        return False
+
+    def crossing(self, chain: Chain) -> float:
+        """Return how low the original comes over the first place of a chain."""
+        row = self.arrival(chain)[1]
+        z0, z1 = float(self.before[row, 2]), float(self.program.path.end[row, 2])
+        path = self.program.path
+        return max(z0, path.cycles[int(path.ref[row])].r_plane) if path.kind[row] == Kind.DRILL else min(z0, z1)
+
+    def arrival(self, chain: Chain) -> tuple[int, int]:
+        """Return the block and the row that bring the tool over the first place of a chain."""
+        path, first = self.program.path, self.program.first
+        for block in range(chain.begin, chain.end):
+            for row in range(int(first[block]), int(first[block + 1])):
+                x, y = path.end[row, :2].tolist()
+                if path.kind[row] in MOTIONS and (x, y) == chain.entry and not self.idle(row):
+                    return block, row
+        raise PostError(f"line {chain.line}: the piece of work there never arrives at its place")
+
+    def idle(self, row: int) -> bool:
+        """Return whether a row leaves X and Y where they are."""
+        return bool((np.abs(self.program.path.end[row, :2] - self.before[row, :2]) < _TOLERANCE).all())
+
+    def risen(self, rows: range) -> tuple[float, float] | None:
+        """Return the height to which the first hole with G98 of a series rises, and its R plane, if there is one."""
+        path = self.program.path
+        for row in rows:
+            if path.kind[row] == Kind.DRILL:
+                cycle = path.cycles[int(path.ref[row])]
+                if cycle.to_initial:
+                    return float(path.end[row, 2]), cycle.r_plane
+            elif path.kind[row] in MOTIONS:
+                return None
+        return None

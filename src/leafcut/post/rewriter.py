@@ -1,0 +1,341 @@
+"""The rewriter: a foreign program with its pieces of work in another order, in its own words.
+
+    rewrite(program, sequence, orders) -> str
+
+What stays is copied byte for byte. A piece that moves keeps its text; only words that it took from its old neighbour,
+and that its new one does not leave behind, are written out in its first block, and where the height is another one it
+gets a rapid of its own. Between pieces the tool is nowhere lower than the section's clearance.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Sequence as Many
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from leafcut.errors import PostError
+from leafcut.gcode.program import Modal, Program
+from leafcut.gcode.reliance import HERE, BlockReader, Reliance, height_matters, next_place
+from leafcut.model.sequence import Chain, Kept, Section, Sequence
+from leafcut.model.toolpath import MOTIONS, Kind
+from leafcut.post.insertion import format_length, format_value, insert_words, renumbered
+from leafcut.post.orders import checked_order
+from leafcut.post.original import Original
+from leafcut.post.territory import Territory
+
+_TOLERANCE = 1e-6
+#: Fields of `Modal` by what a block relies on.
+_FIELDS: dict[str, tuple[str, ...]] = {
+    "motion": ("motion", "cycle", "cycle_words"),
+    "plane": ("plane",),
+    "distance": ("incremental",),
+    "centres": ("absolute_centres",),
+    "retract": ("to_initial",),
+    "feed": ("feed",),
+    "speed": ("rpm",),
+}
+
+
+def rewrite(program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False) -> str:
+    """Return the text of the program with the chains of every section in their order.
+
+    Parameters
+    ----------
+    orders
+        One permutation of its chains for every section, integers.
+    renumber
+        Give new N-numbers to all lines that have one.
+
+    Raises
+    ------
+    PostError
+        An order is not a permutation, or breaks a precedence; what stays behind a section takes something from its
+        last chain that cannot be said again; the program jumps to N-numbers that would change.
+    """
+    permutations = [checked_order(s, o) for s, o in zip(sequence.sections, orders, strict=True)]
+    same = not sequence.dropped and all((p == np.arange(len(p))).all() for p in permutations)
+    if same and not renumber:
+        return "".join(program.lines)
+    lines = [(line, False) for line in program.lines] if same else _Rewriter(program, sequence).lines(permutations)
+    return "".join(renumbered(lines) if renumber else (text for text, _ in lines))
+
+
+class _Rewriter:
+    """Writes piece after piece, and remembers what the machine then has active, and where the tool is."""
+
+    def __init__(self, program: Program, sequence: Sequence) -> None:
+        self.program, self.sequence = program, sequence
+        self.reader = BlockReader(program)
+        self.territory = Territory(program, sequence)
+        self.original = Original(program)
+        self.out: list[tuple[str, bool]] = []
+        ends = [line for line in program.lines[:1] if line.endswith(("\n", "\r"))]
+        self.end = ends[0][len(ends[0].rstrip("\r\n")) :] if ends else "\n"
+        self.have = Modal()
+        self.place = [math.nan, math.nan, math.nan]
+        #: The height before the running series of cycles.
+        self.initial = math.nan
+        #: The groups that the new program has stated in words; the rest is as the machine happened to be.
+        self.said: set[str] = set()
+
+    def lines(self, orders: Many[NDArray[np.int64]]) -> list[tuple[str, bool]]:
+        """Return the lines of the new program, and whether each is new."""
+        remaining = iter(orders)
+        moved = False
+        self._copy(self.territory.head)
+        for item in self.sequence.items:
+            if isinstance(item, Kept):
+                if moved:
+                    self._go_on(item)
+                self._copy(self.territory.of(item.begin, item.end))
+                continue
+            if not moved:
+                self._stand(item.chains[0].begin)
+                moved = True
+            self._section(item, next(remaining))
+        self._copy(self.territory.tail)
+        return self.out
+
+    def _copy(self, lines: Many[str]) -> None:
+        """Write lines as they are; one that was the last of the file gets an end."""
+        if lines and self.out and not self.out[-1][0].endswith(("\n", "\r")):
+            self.out[-1] = self.out[-1][0] + self.end, self.out[-1][1]
+        self.out.extend((line, False) for line in lines)
+
+    def _own(self, *words: str) -> None:
+        """Write a block of our own."""
+        self._copy(())
+        if self.out and not self.out[-1][0].endswith(("\n", "\r")):
+            self.out[-1] = self.out[-1][0] + self.end, self.out[-1][1]
+        self.out.append((" ".join(words) + self.end, True))
+
+    def _rapid(self, x: float | None = None, y: float | None = None, z: float | None = None) -> None:
+        """Write a rapid of our own, after the end of a running cycle."""
+        if self.have.cycle is not None:
+            self._own("G80")
+        axes = [(letter, v) for letter, v in zip("XYZ", (x, y, z), strict=True) if v is not None]
+        self._own("G0", *(letter + format_length(v, self.have.unit) for letter, v in axes))
+        for letter, v in axes:
+            self.place["XYZ".index(letter)] = v
+        self.have = replace(self.have, motion=0, cycle=None, cycle_words=())
+
+    def _stand(self, block: int) -> None:
+        """Take over what the original has before a block."""
+        self.have = self.program.modal(block)
+        self.said = self.reader.states(0, block)
+        self.place = self.original.place_before(block)
+        self.initial = self.original.initial_before(block)
+
+    # -- pieces that move --------------------------------------------------------------------------------------------
+
+    def _section(self, section: Section, order: NDArray[np.int64]) -> None:
+        """Write the chains of a section in their order.
+
+        The first place of the original, if the tool came there from other work, and whatever place is first now, are
+        reached no lower than the original reached its first.
+        """
+        entry = self.original.crossing(section.chains[0])
+        entry = section.clearance if math.isnan(entry) else max(section.clearance, entry)
+        follows = self.original.follows_work(section.chains[0].begin)
+        for number, index in enumerate(order.tolist()):
+            first = number == 0 or (index == 0 and follows)
+            self._chain(section.chains[index], entry if first else section.clearance)
+
+    def _chain(self, chain: Chain, floor: float) -> None:
+        """Write one chain, arriving no lower than `floor`."""
+        program = self.program
+        block, row = self.original.arrival(chain)
+        reliance = self.reader.reliance(chain.begin, chain.end)
+        if program.path.kind[row] == Kind.DRILL and block == chain.begin:
+            self._arrive_drilling(chain, row, floor)
+        else:
+            self._arrive(chain, block, floor)
+        front, back = self._missing(reliance, program.modal(chain.begin), chain.begin)
+        stated = self._letters(block)
+        axes = [
+            letter + format_length(value, program.modal(block).unit)
+            for letter, value, now in zip("XY", chain.entry, self.place, strict=False)
+            if letter not in stated and not abs(value - now) < _TOLERANCE
+        ]
+        lines = list(self.territory.of(chain.begin, chain.end))
+        arrival = self.territory.first_block_in(chain.begin, block)
+        lines[arrival] = insert_words(lines[arrival], [], axes)
+        begin = self.territory.first_block_in(chain.begin, chain.begin)
+        lines[begin] = insert_words(lines[begin], front, back)
+        self._copy(lines)
+        self._after_chain(chain, reliance)
+
+    def _letters(self, block: int) -> dict[str, str]:
+        words = self.reader.words(block)
+        return {} if words is None else words.letters
+
+    def _arrive(self, chain: Chain, arrival: int, floor: float) -> None:
+        """Bring the tool to the height at which a chain that begins with a way across needs it."""
+        z, original = self.place[2], self.original.place_before(chain.begin)[2]
+        matters = height_matters(self.reader, range(chain.begin, chain.end))
+        level = max(floor, original) if matters and not math.isnan(original) else floor
+        if z < level - _TOLERANCE:
+            self._rapid(z=level)
+        lowest = min((v for v in map(self._stated_z, range(chain.begin, arrival + 1)) if v is not None), default=level)
+        down = matters and self.place[2] > original + _TOLERANCE
+        if lowest < floor - _TOLERANCE or down:
+            self._rapid(*chain.entry)
+        if down:
+            self._rapid(z=original)
+
+    def _stated_z(self, block: int) -> float | None:
+        """Return the height, mm, to which a block before the cut says to go."""
+        if "Z" not in self._letters(block):
+            return None
+        return float(self.program.path.end[int(self.program.first[block + 1]) - 1, 2])
+
+    def _arrive_drilling(self, chain: Chain, row: int, floor: float) -> None:
+        """Bring the tool to the height at which a canned cycle crosses, and to which it rises afterwards."""
+        path = self.program.path
+        if max(self.place[2], path.cycles[int(path.ref[row])].r_plane) < floor - _TOLERANCE:
+            self._rapid(z=floor)
+        risen = self.original.risen(range(row, int(self.program.first[chain.end])))
+        initial = self.initial if self.have.cycle is not None else self.place[2]
+        if risen is not None and abs((initial if initial >= risen[1] else risen[1]) - risen[0]) > _TOLERANCE:
+            wanted = risen[0]
+            if self.place[2] < wanted - _TOLERANCE:
+                self._rapid(z=wanted)
+            elif self.place[2] > wanted + _TOLERANCE:
+                self._rapid(*chain.entry)
+                self._rapid(z=wanted)
+            elif self.have.cycle is not None:
+                self._rapid(z=wanted)
+        if self.have.cycle is None:
+            self.initial = self.place[2]
+
+    def _after_chain(self, chain: Chain, reliance: Reliance) -> None:
+        """Take over what a chain leaves."""
+        program, path = self.program, self.program.path
+        height = self.place[2]
+        for block in range(chain.begin, chain.end):
+            states_z = "Z" in self._letters(block)
+            for row in range(int(program.first[block]), int(program.first[block + 1])):
+                if path.kind[row] == Kind.DRILL:
+                    height = float(path.end[row, 2])
+                elif path.kind[row] in MOTIONS:
+                    height = float(path.end[row, 2]) if states_z else height
+                    # A series of cycles that follows begins from here.
+                    self.initial = height
+        x, y, _ = self.original.place_before(chain.end)
+        self.place = [x, y, height]
+        self._take(reliance.sets, program.modal(chain.end))
+        self.said |= self.reader.states(chain.begin, chain.end)
+
+    def _take(self, groups: frozenset[str], modal: Modal) -> None:
+        fields = [f for group in groups for f in _FIELDS[group]]
+        self.have = replace(self.have, **{f: getattr(modal, f) for f in fields})
+
+    # -- words -------------------------------------------------------------------------------------------------------
+
+    def _missing(self, reliance: Reliance, need: Modal, block: int) -> tuple[list[str], list[str]]:
+        """Return the words, for the front and the back of a block, that make active what the block relies on."""
+        have, relies = self.have, reliance.relies
+        front: list[str] = []
+        back: list[str] = []
+        # What the original states before here must be stated by now, though the machine may begin with it.
+        unsaid = {g for g in relies if g not in self.said and self.reader.first_stated.get(g, block) < block}
+        said = {
+            "distance": "G91" if need.incremental else "G90",
+            "plane": f"G{need.plane}",
+            "centres": "G90.1" if need.absolute_centres else "G91.1",
+            "retract": "G98" if need.to_initial else "G99",
+        }
+        for group, word in said.items():
+            field = _FIELDS[group][0]
+            if group in unsaid or (group in relies and getattr(have, field) != getattr(need, field)):
+                front.append(word)
+                self.said.add(group)
+        if "motion" in relies:
+            if need.cycle is not None:
+                stated = self._letters(block)
+                words = [(w, v) for w, v in need.cycle_words if w not in stated]
+                if have.cycle != need.cycle or not dict(have.cycle_words).items() >= set(words):
+                    front.append(f"G{need.cycle}")
+                    back += [self._text(w, v, block) for w, v in words]
+            elif need.motion is not None and have.motion != need.motion:
+                front.append(f"G{need.motion}")
+        if "feed" in relies and have.feed != need.feed:
+            back.append(self._text("F", need.feed, block))
+        if "speed" in relies and have.rpm != need.rpm:
+            back.append(self._text("S", need.rpm, block))
+        return front, back
+
+    def _text(self, letter: str, value: float, block: int) -> str:
+        """Return a word as the program last wrote it before a block, or else as its value says."""
+        blocks, texts = self.reader.stated.get(letter, ([], []))
+        at = bisect_right(blocks, block - 1) - 1
+        if at >= 0 and float(texts[at]) == value:
+            return letter + texts[at]
+        return letter + format_value(value)
+
+    def _line(self, block: int) -> int:
+        return int(self.program.line[block])
+
+    # -- what stays --------------------------------------------------------------------------------------------------
+
+    def _go_on(self, kept: Kept) -> None:
+        """Restore what blocks that stay rely on, and take over what they leave."""
+        program, blocks = self.program, range(kept.begin, kept.end)
+        original = self.original.place_before(kept.begin)
+        if self.place[2] < original[2] - _TOLERANCE:
+            self._rapid_before(kept, z=original[2])
+        goes = next_place(self.reader, blocks, min(original[2], self.place[2]))
+        away = not all(
+            abs(a - b) < _TOLERANCE or math.isnan(b) for a, b in zip(self.place[:2], original[:2], strict=True)
+        )
+        if goes == HERE and away:
+            self._rapid_before(kept, *original[:2])
+        if self.place[2] > original[2] + _TOLERANCE and height_matters(self.reader, blocks):
+            self._rapid_before(kept, z=original[2])
+        reliance = self.reader.reliance(kept.begin, kept.end)
+        need = program.modal(kept.begin)
+        if "motion" in reliance.relies and need.cycle is not None and not self._same_series(need, kept.begin):
+            raise PostError(f"line {self._line(kept.begin)}: what stays there goes on with a cycle that now is another")
+        if "motion" in reliance.relies and need.cycle is None and need.motion is None and self.have.cycle is not None:
+            self._own("G80")
+        words = [w for part in self._missing(reliance, need, kept.begin) for w in part]
+        if words:
+            self._own(*words)
+        self._take(reliance.relies, need)
+        self._take(reliance.sets, program.modal(kept.end))
+        self.said |= self.reader.states(kept.begin, kept.end)
+        self._after_kept(kept)
+
+    def _rapid_before(self, kept: Kept, x: float | None = None, y: float | None = None, z: float | None = None) -> None:
+        known = [None if v is None or math.isnan(v) else v for v in (x, y, z)]
+        if any(v is not None for v in known):
+            self._rapid(*known)
+
+    def _same_series(self, need: Modal, block: int) -> bool:
+        """Return whether the running series of cycles is the one that the block goes on with."""
+        have = self.have
+        same = have.cycle == need.cycle and dict(have.cycle_words) == dict(need.cycle_words)
+        initial = self.original.initial_before(block)
+        return same and (not need.to_initial or abs(initial - self.initial) < _TOLERANCE)
+
+    def _after_kept(self, kept: Kept) -> None:
+        program, path = self.program, self.program.path
+        low, high = int(program.first[kept.begin]), int(program.first[kept.end])
+        place = self.original.place_before(kept.end)
+        kinds = path.kind[low:high]
+        elsewhere = np.isin(kinds, [Kind.MACHINE, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN]).any()
+        letters = {letter for b in range(kept.begin, kept.end) for letter in self._letters(b)}
+        opaque = any(self._opaque(b) for b in range(kept.begin, kept.end))
+        for axis, letter in enumerate("XYZ"):
+            if elsewhere or opaque or letter in letters or (axis == 2 and (kinds == Kind.DRILL).any()):
+                self.place[axis] = place[axis]
+        self.initial = self.original.initial_before(kept.end)
+
+    def _opaque(self, block: int) -> bool:
+        """Return whether only the interpreter knows what a block does."""
+        words = self.reader.words(block)
+        return words is None or (block in self.program.fixed and not words.empty)
