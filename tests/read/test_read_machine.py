@@ -71,6 +71,16 @@ def test_every_value_of_a_shipped_profile_has_its_source(name: str) -> None:
     assert all(machine.sources.values())
 
 
+def test_a_profile_may_say_how_corners_are_taken(tmp_path: Path) -> None:
+    plain = load_machine(write(tmp_path, PROFILE))
+    assert (plain.corners, plain.corner_deviation) == ("", 0.01)
+    stated = load_machine(write(tmp_path, PROFILE + '[corners]\nstyle = "round"\ndeviation = "0.002 in"\n'))
+    assert stated.corners == "round"
+    assert stated.corner_deviation == pytest.approx(0.0508)
+    assert "'grbl'" in refusal(write(tmp_path, PROFILE + '[corners]\nstyle = "gribl"\n'))
+    assert "corners.deviation" in refusal(write(tmp_path, PROFILE + '[corners]\ndeviation = "0 mm"\n'))
+
+
 def test_the_simulated_machine_is_that_of_its_ini_file() -> None:
     """[AXIS_*] MAX_VELOCITY 100, 100, 50; MAX_ACCELERATION 500, 500, 300; limits -2000..4000, -500..500; ratio 0.1."""
     machine = load_machine("linuxcnc-sim")

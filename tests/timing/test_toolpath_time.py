@@ -19,6 +19,9 @@ MILL = Machine(
     (0.0, 0.0, 0.0), tool_change_s=8.0, spindle_start_s=2.0,
 )  # fmt: skip
 
+#: What LinuxCNC loses at every stop: half a servo cycle.
+STOP = 0.0005
+
 
 def drilled(*cycles: DrillCycle) -> Toolpath:
     """From (0, 0, 10), a hole every 30 mm in x."""
@@ -32,13 +35,13 @@ def drilled(*cycles: DrillCycle) -> Toolpath:
 def test_two_holes_by_hand() -> None:
     """From (0, 0, 10), R 2, bottom −5, feed 2 mm/s, G99. Rapids: 30 mm in x, 8 mm down, 7 mm up, 30 mm, 7 mm up: 82 mm.
     x: 30/100 + 100/500 = 0.5 s. z, up to v²/a = 10 mm: 2 √(d/250): 8 mm 0.3578 s, 7 mm 0.3347 s. Feeds: two of 7 mm:
-    7/2 + 2/250 = 3.508 s."""
+    7/2 + 2/250 = 3.508 s. Five rapids and two feeds end at rest."""
     cycle = DrillCycle("G81", 2.0, -5.0)
     found = measure(drilled(cycle, cycle), MILL)
     assert found.travel_mm == pytest.approx(82.0)
     assert found.cut_mm == pytest.approx(14.0)
-    assert found.by_kind["rapid"] == pytest.approx(2 * 0.5 + 2 * math.sqrt(8 / 250) + 4 * math.sqrt(7 / 250))
-    assert found.by_kind["feed"] == pytest.approx(2 * 3.508)
+    assert found.by_kind["rapid"] == pytest.approx(2 * 0.5 + 2 * math.sqrt(8 / 250) + 4 * math.sqrt(7 / 250) + 5 * STOP)
+    assert found.by_kind["feed"] == pytest.approx(2 * 3.508 + 2 * STOP)
     assert found.time_s == pytest.approx(sum(found.by_kind.values()))
     assert set(found.by_kind) == {"rapid", "feed", "dwell", "tool_change", "spindle"}
 
@@ -85,14 +88,17 @@ def test_the_spindle_costs_at_every_start_or_change_and_covers_the_dwell_after_i
 
 
 def test_an_arc_by_hand() -> None:
-    """Half a circle of r = 10: 31.416 mm. At 20 mm/s: 31.416/20 + 20/500. At 80 mm/s √(a r) = √5000 = 70.7 rules."""
-    for feed, speed in ((20.0, 20.0), (79.0, math.sqrt(5000.0))):
+    """Half a circle of r = 10: 31.416 mm. The axes could run it at 100 mm/s, so half of 500 mm/s² is left along it: at
+    20 mm/s 31.416/20 + 20/250. At 79 mm/s √(√3/2 · 500 · 10) = 65.8 rules. Other controls: √(a r) = 70.7, all of a."""
+    for feed, speed in ((20.0, 20.0), (79.0, math.sqrt(math.sqrt(3) / 2 * 5000.0))):
         builder = ToolpathBuilder([10.0, 0.0, 0.0])
         builder.rapid(10.0, 0.0, 0.0)
         builder.arc(False, (-10.0, 0.0, 0.0), Arc((0.0, 0.0, 0.0)), feed=feed)
         found = measure(builder.build(), MILL)
         assert found.cut_mm == pytest.approx(10 * math.pi)
-        assert found.by_kind["feed"] == pytest.approx(trapezoid_time(10 * math.pi, speed, 500.0))
+        assert found.by_kind["feed"] == pytest.approx(trapezoid_time(10 * math.pi, speed, 250.0) + STOP)
+        other = measure(builder.build(), replace(MILL, controller="haas")).by_kind["feed"]
+        assert other == pytest.approx(trapezoid_time(10 * math.pi, min(feed, math.sqrt(5000.0)), 500.0))
 
 
 def test_a_helix_has_the_length_of_its_slope() -> None:
@@ -130,13 +136,13 @@ def test_moves_in_machine_coordinates_are_exact_where_the_work_offset_is_known()
     """Program zero at machine z −210: z 10 is machine −200, so 200 mm up and down, each 200/50 + 50/250 = 4.2 s."""
     found = measure(up_and_back(), replace(MILL, work_offset=(-200.0, -100.0, -210.0)))
     assert found.travel_mm == pytest.approx(400.0)
-    assert found.time_s == pytest.approx(8.4)
+    assert found.time_s == pytest.approx(8.4 + 2 * STOP)
 
 
 def test_moves_in_machine_coordinates_are_estimated_as_half_the_travel_elsewhere() -> None:
     """Travel 300 mm: 150 mm up and 150 mm down, each 150/50 + 50/250 = 3.2 s; a length that is not known counts 0."""
     found = measure(up_and_back(), MILL)
-    assert found.time_s == pytest.approx(6.4)
+    assert found.time_s == pytest.approx(6.4 + 2 * STOP)
     assert found.travel_mm == 0.0
 
 
@@ -165,17 +171,20 @@ def test_no_toolpath_is_faster_than_its_lengths_at_full_speed(moves, style: str)
     assert found.by_kind["feed"] >= found.cut_mm / 7.0 - 1e-9
 
 
-@given(st.lists(st.tuples(st.floats(-90, 90), st.floats(-90, 90)), min_size=1, max_size=8))
+PLACE = st.integers(-900, 900).map(lambda tenths: tenths / 10)
+
+
+@given(st.lists(st.tuples(PLACE, PLACE), min_size=1, max_size=8))
 def test_holes_cost_the_sum_of_their_moves(places) -> None:
-    """Added up move by move: across, down at the first, drill, up."""
+    """Added up move by move: across, down at the first, drill, up; every one from rest to rest."""
     cycle = DrillCycle("G81", 2.0, -5.0)
     builder = ToolpathBuilder()
     builder.rapid(0.0, 0.0, 10.0)
-    seconds = move_time((0.0, 0.0, -8.0), MILL)
+    seconds = move_time((0.0, 0.0, -8.0), MILL) + STOP
     last = (0.0, 0.0)
     for place in places:
         builder.drill(*place, cycle, feed=2.0)
-        seconds += move_time((place[0] - last[0], place[1] - last[1], 0.0), MILL)
-        seconds += move_time((0.0, 0.0, -7.0), MILL, 2.0) + move_time((0.0, 0.0, 7.0), MILL)
+        seconds += move_time((place[0] - last[0], place[1] - last[1], 0.0), MILL) + STOP * (place != last)
+        seconds += move_time((0.0, 0.0, -7.0), MILL, 2.0) + move_time((0.0, 0.0, 7.0), MILL) + 2 * STOP
         last = place
     assert measure(builder.build(), MILL).time_s == pytest.approx(seconds)

@@ -15,14 +15,16 @@ from leafcut.read.toml_table import Table, parse_toml, read_toml
 
 RAPID_STYLES = ("linear", "dogleg")
 PROCESSES = ("spindle", "torch", "laser")
+CORNERS = ("linuxcnc", "grbl", "round")
 
 #: Every key of a profile, by table; a source is given by ``key`` or ``table.key``.
 _KEYS: dict[str, tuple[str, ...]] = {
     "": (
         "name", "description", "controller", "process", "max_feed", "acceleration_factor",
-        "home", "work_offset", "safe_z", "rapid", "travel", "spindle", "tool_change", "sources",
+        "home", "work_offset", "safe_z", "rapid", "corners", "travel", "spindle", "tool_change", "sources",
     ),
     "rapid": ("style", "velocity", "acceleration"),
+    "corners": ("style", "deviation"),
     "travel": ("min", "max"),
     "spindle": ("min_speed", "max_speed", "start_time"),
     "tool_change": ("automatic", "time", "position"),
@@ -82,8 +84,8 @@ def _work_offset(value: Sequence[float]) -> XYZ:
 
 def _machine_of(data: dict[str, Any], place: str) -> Machine:
     top = Table(data, place, _KEYS[""])
-    rapid, travel, spindle, change = (
-        top.table(name, _KEYS[name]) for name in ("rapid", "travel", "spindle", "tool_change")
+    rapid, corners, travel, spindle, change = (
+        top.table(name, _KEYS[name]) for name in ("rapid", "corners", "travel", "spindle", "tool_change")
     )
     machine = Machine(
         name=top.text("name"),
@@ -94,6 +96,8 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         rapid_velocity=_xyz(rapid.vector("velocity", "mm/s")),
         acceleration=_xyz(rapid.vector("acceleration", "mm/s²")),
         acceleration_factor=top.number("acceleration_factor", 1.0),
+        corners=corners.text("style", "", ("", *CORNERS)),
+        corner_deviation=corners.quantity("deviation", "mm", Machine.corner_deviation),
         max_feed=top.quantity("max_feed", "mm/s"),
         travel_min=_xyz(travel.vector("min", "mm")),
         travel_max=_xyz(travel.vector("max", "mm")),
@@ -150,6 +154,8 @@ def _check(machine: Machine, place: str) -> None:
         raise refuse("safe_z", f"is {machine.safe_z:g} mm, outside the travel of z")
     if not 0 < machine.acceleration_factor <= 1:
         raise refuse("acceleration_factor", f"is {machine.acceleration_factor:g}, but must be above 0 and at most 1")
+    if not machine.corner_deviation > 0:
+        raise refuse("corners.deviation", f"is {machine.corner_deviation:g} mm, but must be above 0")
     if not machine.max_feed > 0:
         raise refuse("max_feed", "must be above 0")
     if not 0 <= machine.spindle_min_rpm <= machine.spindle_max_rpm or not machine.spindle_max_rpm > 0:

@@ -2,21 +2,39 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.cycles import expand
 from leafcut.model.machine import Machine
 from leafcut.model.outcome import Measure
-from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes, position_before
-from leafcut.timing.profile import move_time, trapezoid_time
+from leafcut.model.toolpath import MOTIONS, PLACES, Kind, Toolpath
+from leafcut.timing.linuxcnc import CYCLE
+from leafcut.timing.lookahead import move_seconds
+from leafcut.timing.moves import BLEND, EXACT, REST, moves_of, turns_of
+from leafcut.timing.profile import move_time
+
+#: How controllers take corners whose machine does not say it.
+_STYLES = {"linuxcnc": "linuxcnc", "grbl": "grbl"}
+
+#: Kinds that say where the tool is without moving it.
+_RESTATED = [int(k) for k in PLACES if k not in MOTIONS]
+
+#: The work offset that `Machine.work_offset` is about: G54.
+_FIRST_FRAME = 540
+
+#: Ends of moves by `ref` of a BLENDING row.
+_MODES = {610: EXACT, 611: REST, 640: BLEND}
 
 
 def measure(path: Toolpath, machine: Machine) -> Measure:
     """Return lengths (mm) and machine time (s) of a toolpath.
 
-    Canned cycles are expanded, and every move goes from rest to rest (`timing.profile`). Arcs and helices run at the
-    feed, but not above √(a r), where the way round takes all the acceleration a of the slower axis of their plane.
+    Canned cycles are expanded. Moves run into each other as the controller joins them (`timing.lookahead`); wherever
+    something else is done in between, the machine stops. A path that does not say how moves end (G61, G61.1, G64) is
+    taken as a control is when it is switched on, G64; one that was planned and not read, as our posts write it, G61.
     A tool change costs `tool_change_s`, the first one too; changing to the tool that is in the spindle costs nothing.
     A spindle that starts or changes speed costs `spindle_start_s`, or the dwell that follows it if that is longer; both
     count as ``spindle``. Pauses cost nothing: a person's time is not known.
@@ -30,25 +48,51 @@ def measure(path: Toolpath, machine: Machine) -> Measure:
     PlanError
         The cycles come to more moves than can be meant.
     """
-    path = expand(path)
+    style = machine.corners or _STYLES.get(machine.controller, "round")
+    path, mode, tolerance = _expanded(path, style)
     delta, estimate = _displacements(path, machine)
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE)
-    feed = path.kind == Kind.FEED
-    arc_mm, arc_s = _arcs(path, machine)
+    turns = turns_of(path)
+    moves = moves_of(path, machine, delta + estimate, turns, mode, tolerance, CYCLE if style == "linuxcnc" else 0.0)
+    estimated = np.asarray(estimate[moves.row].any(axis=1))
+    for at_rest in (estimated, np.append(estimated[1:], False)[: len(moves)]):
+        moves.mode[at_rest], moves.flushed[at_rest] = REST, True
+    each = move_seconds(moves, machine, style)
+    if machine.rapid_style == "dogleg":
+        each[moves.rapid] = move_time((delta + estimate)[moves.row[moves.rapid]], machine)
     waited, spindle_s = _spindle(path, machine)
     seconds = {
-        "rapid": float(move_time(delta[rapid] + estimate[rapid], machine).sum()),
-        "feed": float(move_time(delta[feed], machine, path.value[feed]).sum()) + arc_s,
+        "rapid": float(each[moves.rapid].sum()),
+        "feed": float(each[~moves.rapid].sum()),
         "dwell": _known_sum(path.value[path.kind == Kind.DWELL]) - waited,
         "tool_change": _tool_changes(path) * machine.tool_change_s,
         "spindle": spindle_s,
     }
     return Measure(
         travel_mm=_length(delta[rapid]),
-        cut_mm=_length(delta[feed]) + arc_mm,
+        cut_mm=_length(delta[path.kind == Kind.FEED]) + float(turns.length.sum()),
         time_s=sum(seconds.values()),
         by_kind=seconds,
     )
+
+
+def _expanded(path: Toolpath, style: str) -> tuple[Toolpath, NDArray[np.int8], NDArray[np.float64]]:
+    """Return the path with its cycles written out, and by row how its moves end, with the tolerance of G64 in mm."""
+    rows = np.arange(len(path), dtype=np.int32)
+    written = expand(replace(path, line=rows))
+    source = written.line
+    blending = np.flatnonzero(path.kind == Kind.BLENDING)
+    codes = np.append(640 if path.line.any() else 610, path.ref[blending])
+    values = np.append(0.0, path.value[blending])
+    last = np.searchsorted(blending, rows, side="right")
+    mode = np.array([_MODES.get(code, BLEND) for code in codes.tolist()], dtype=np.int8)[last]
+    tolerance = np.where(codes == 640, np.nan_to_num(values), 0.0)[last]
+    if style == "grbl":
+        mode, tolerance = np.full_like(mode, BLEND), np.zeros_like(tolerance)
+    # Canned cycles run in exact-path mode. Source: LinuxCNC 2.9, seen with rs274.
+    in_cycle = path.kind == Kind.DRILL
+    mode[in_cycle], tolerance[in_cycle] = EXACT, 0.0
+    return replace(written, line=path.line[source]), mode[source], tolerance[source]
 
 
 def _length(delta: NDArray[np.float64]) -> float:
@@ -62,54 +106,28 @@ def _known_sum(seconds: NDArray[np.float64]) -> float:
 def _displacements(path: Toolpath, machine: Machine) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return how far every row moves each axis, float64[n, 3] mm: as far as it is known, and the estimate where not.
 
-    Every axis is followed by itself through the rows that place it, in program coordinates or in the machine's.
+    Every axis is followed by itself through the rows that move it, in program coordinates or in the machine's, and
+    those that say anew where it is (a work offset, G92, a block that is not understood).
     """
     delta, estimate = np.zeros((len(path), 3)), np.zeros((len(path), 3))
     in_machine = path.kind == Kind.MACHINE
     moving = (path.kind <= Kind.ARC_CCW) | in_machine
+    restated = np.isin(path.kind, _RESTATED)
+    shifted = (path.kind == Kind.SHIFT) | ((path.kind == Kind.FRAME) & (path.ref != _FIRST_FRAME))
+    offset = None if shifted.any() else machine.work_offset
     for axis in range(3):
-        rows = np.flatnonzero(moving & np.isfinite(path.end[:, axis]))
-        place, frame = path.end[rows, axis], in_machine[rows]
-        if machine.work_offset is not None:
-            place = np.where(frame, place - machine.work_offset[axis], place)
+        rows = np.flatnonzero((moving & np.isfinite(path.end[:, axis])) | restated)
+        place, frame, moves = path.end[rows, axis], in_machine[rows], moving[rows]
+        if offset is not None:
+            place = np.where(frame, place - offset[axis], place)
             frame = np.zeros_like(frame)
-        crossing = frame[1:] != frame[:-1]
-        delta[rows[1:], axis] = np.where(crossing, 0.0, np.diff(place))
+        last = np.maximum.accumulate(np.where(moves, np.arange(len(rows)), -1))[:-1]
+        crossing = moves[1:] & (last >= 0) & (frame[1:] != frame[last])
+        known = moves[1:] & ~crossing
+        delta[rows[1:], axis] = np.where(known, np.nan_to_num(np.diff(place)), 0.0)
         half_travel = 0.5 * (machine.travel_max[axis] - machine.travel_min[axis])
         estimate[rows[1:], axis] = np.where(crossing, half_travel, 0.0)
     return delta, estimate
-
-
-def _arcs(path: Toolpath, machine: Machine) -> tuple[float, float]:
-    """Return the length in mm and the seconds of all arcs and helices."""
-    rows = np.flatnonzero((path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)).tolist()
-    length = seconds = 0.0
-    for row in rows:
-        one_mm, one_s = _arc(path, row, machine)
-        length += one_mm
-        seconds += one_s
-    return length, seconds
-
-
-def _arc(path: Toolpath, row: int, machine: Machine) -> tuple[float, float]:
-    radius, _, sweep = arc_sweep(path, row)
-    first, second, normal = plane_axes(path.arcs[int(path.ref[row])].plane)
-    round_mm = radius * abs(sweep)
-    if not round_mm > 0:  # also where the start is not known
-        return 0.0, 0.0
-    before = position_before(path, row)
-    rise = float(np.nan_to_num(path.end[row, normal] - before[normal]))
-    length = float(np.hypot(round_mm, rise))
-    acceleration = min(machine.acceleration[first], machine.acceleration[second]) * machine.acceleration_factor
-    velocity = min(
-        float(path.value[row]) if path.value[row] > 0 else machine.max_feed,
-        machine.max_feed,
-        machine.rapid_velocity[first],
-        machine.rapid_velocity[second],
-        float(np.sqrt(acceleration * radius)),
-        machine.rapid_velocity[normal] * length / abs(rise) if rise else np.inf,
-    )
-    return length, trapezoid_time(length, float(velocity), acceleration)
 
 
 def _tool_changes(path: Toolpath) -> int:

@@ -1,0 +1,120 @@
+"""Estimated machine time against a simulated LinuxCNC that runs the same programs.
+
+    python benchmarks/machine_time.py --write docs/benchmarks.md
+    python benchmarks/machine_time.py plasma relief
+
+LinuxCNC's time is counted in its own servo cycles, so it does not depend on the host. The simulation (``simrun.py``) is
+looked for in LEAFCUT_LINUXCNC, or in ../shared/linuxcnc.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+from page import facts, table, write_section
+from timed_programs import STARVED, programs
+
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.foreign import interpret_program
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.read.machine import load_machine
+from leafcut.timing.toolpath import measure
+
+SIMULATION = Path(os.environ.get("LEAFCUT_LINUXCNC") or Path(__file__).parents[2] / "shared" / "linuxcnc")
+
+#: The simulation's Python: LinuxCNC's own modules belong to the system's.
+PYTHON = "/usr/bin/python3"
+
+#: How many times faster than life the simulated machine runs; M words and dwells stretch when it is faster.
+SPEED, SPEED_WITH_DWELLS = 20, 5
+
+#: No program may be farther off, but one that is known to be: there the blocks come too fast for LinuxCNC's queue.
+WORST, WORST_STARVED = 0.05, 0.08
+
+
+def simulated_seconds(text: str, slow: bool = False) -> float:
+    """Return the seconds from the first to the last change of the commanded position on the simulated LinuxCNC.
+
+    Raises
+    ------
+    AssertionError
+        LinuxCNC refused the program or did not run it to its end.
+    """
+    slow = slow or re.search(r"G4 ?P|G82|M3", text) is not None
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "part.ngc"
+        file.write_text(text, encoding="utf-8")
+        for speed in (SPEED_WITH_DWELLS if slow else SPEED, SPEED_WITH_DWELLS):
+            command = [PYTHON, str(SIMULATION / "simrun.py"), str(file), "--speed", str(speed)]
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            answer: dict[str, Any] = json.loads(done.stdout or "{}")
+            if answer.get("ok"):
+                return float(answer["motion_s"])
+    raise AssertionError(f"LinuxCNC did not run it: {answer.get('errors') or done.stderr[-300:]}")
+
+
+def estimated_seconds(text: str) -> float:
+    """Return leafcut's seconds on the same machine, from its zero, where the simulation stands at first."""
+    path = interpret_program(text, dialect("linuxcnc")).path
+    return measure(_from_zero(path), load_machine("linuxcnc-sim")).time_s
+
+
+def _from_zero(path: Toolpath) -> Toolpath:
+    return replace(
+        path,
+        kind=np.append(np.int8(Kind.RAPID), path.kind),
+        end=np.concatenate([np.zeros((1, 3)), path.end]),
+        value=np.append(0.0, path.value),
+        ref=np.append(np.int32(0), path.ref),
+        line=np.append(np.int32(0), path.line),
+    )
+
+
+def main() -> None:
+    """Run both on every program and print the ratios; write them into the page where asked."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("names", nargs="*", help="only programs with one of these in their name")
+    parser.add_argument("--write", type=Path, help="page whose section is to be renewed")
+    arguments = parser.parse_args()
+    rows, off = [], []
+    for name, text_of in programs().items():
+        if arguments.names and not any(part in name for part in arguments.names):
+            continue
+        text = text_of()
+        truth, ours = simulated_seconds(text, slow=name == STARVED), estimated_seconds(text)
+        off.append(abs(ours / truth - 1.0))
+        rows.append([name, f"{truth:.3f}", f"{ours:.3f}", f"{ours / truth:.4f}"])
+        print("  ".join(rows[-1]), file=sys.stderr, flush=True)
+        assert off[-1] <= (WORST_STARVED if name == STARVED else WORST), f"{name}: {100 * off[-1]:.1f} % off"
+    if not rows:
+        parser.error("no program has such a name")
+    text = f"""## Machine time beside LinuxCNC
+
+Seconds of LinuxCNC 2.9 by its own servo clock, on a simulated machine of 100/100/50 mm/s and 500/500/300 mm/s², and
+leafcut's estimate for the same program (profile `linuxcnc-sim`). {len(rows)} programs: {sum(o <= 0.02 for o in off)} \
+within 2 %, the
+worst {100 * max(off):.1f} % off, median {100 * median(off):.2f} %. Both begin at machine zero. A real file that does not say G61 or G64 was given G64, with
+which LinuxCNC begins. The planner's formulas are LinuxCNC's own; half a cycle at every stop, and the radius of helices,
+were chosen after first comparisons with programs of this table.
+
+{facts("machine_time", sys.argv[1:], ["leafcut", "numpy", "numba"])}
+
+{table(["program", "LinuxCNC, s", "leafcut, s", "ratio"], rows)}"""
+    print(text)
+    if arguments.write:
+        write_section(arguments.write, "machine_time", text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,175 @@
+"""The programs whose machine time is measured: small generators, and real files from the shared data."""
+
+from __future__ import annotations
+
+import math
+import os
+import random
+import re
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+HEAD = "G21 G90 G17 G40 G49 G80 G94 {mode}\nF600\nG0 Z5\nG0 X0 Y0\n"
+
+#: Real files that the simulated machine can run: none waits for a person or leaves the machine's travel.
+FILES = (
+    "camotics_buildbotics.gcode",
+    "camotics_scorpion.nc",
+    "cncjs_jsdc_laser.gcode",
+    "lcnc_bezel.ngc",
+    "lcnc_test_12mmflat.ngc",
+    "ugs_enclosure_cambam.nc",
+)
+
+#: So many blocks a second that the controller's own queue decides: what it reads ahead is less than it could.
+STARVED = "3000 segments of 0.05 mm, 5000 mm/min, G64"
+
+#: The folder of the shared data: LEAFCUT_DATA, or beside the checkout.
+DATA = Path(os.environ.get("LEAFCUT_DATA") or Path(__file__).parents[2] / "shared" / "data")
+
+
+def drilling(cycle: str, words: str, count: int, seed: int) -> str:
+    """Return a program of holes at random places with one canned cycle."""
+    places = random.Random(seed)
+    at = [f"X{places.uniform(0, 160):.2f} Y{places.uniform(0, 100):.2f}" for _ in range(count)]
+    return f"{HEAD.format(mode='G64')}G99 {cycle} {at[0]} R2 {words} F300\n" + "\n".join(at[1:]) + "\nG80\nG0 Z20\nM2\n"
+
+
+def pocket(feed: int, mode: str, passes: int = 20) -> str:
+    """Return a zigzag with a step of 2 mm."""
+    cuts = [f"G1 Y{2 * i} F{feed}\nG1 X{60 if i % 2 == 0 else 0}" for i in range(passes)]
+    return HEAD.format(mode=mode) + "G1 Z-1 F300\n" + "\n".join(cuts) + "\nG0 Z20\nM2\n"
+
+
+def arcs(feed: int, mode: str, count: int = 30) -> str:
+    """Return half circles of 2 to 30 mm radius that go on smoothly, to and fro."""
+    lines, x, up = ["G1 Z-1 F300"], 0.0, True
+    for i in range(count):
+        radius = 2 + (i * 7) % 29
+        x += 2 * radius
+        lines.append(f"{'G2' if up else 'G3'} X{x:.3f} Y0 I{radius} J0 F{feed}")
+        up = not up
+    return HEAD.format(mode=mode) + "\n".join(lines) + "\nG0 Z20\nM2\n"
+
+
+def segments(feed: int, mode: str, count: int = 1500, length: float = 0.3) -> str:
+    """Return a wavy line of many short segments."""
+    lines, x, y = ["G1 Z-1 F300"], 0.0, 0.0
+    for i in range(count):
+        angle = 1.2 * math.sin(i / 60.0)
+        x, y = x + length * math.cos(angle), y + length * math.sin(angle)
+        lines.append(f"G1 X{x:.4f} Y{y:.4f}" + (f" F{feed}" if i == 0 else ""))
+    return HEAD.format(mode=mode) + "\n".join(lines) + "\nG0 Z20\nM2\n"
+
+
+def spiral(feed: int, mode: str, turns: int = 12, step: float = 3.0) -> str:
+    """Return a spiral outwards as half circles, each wider than the last."""
+    lines, x, side = ["G1 Z-1 F300"], 0.0, 1
+    for i in range(2 * turns):
+        across = step * (i + 1)
+        x += side * across
+        lines.append(f"G3 X{x:.4f} Y0 I{side * across / 2:.4f} J0 F{feed}")
+        side = -side
+    return HEAD.format(mode=mode) + "\n".join(lines) + "\nG0 Z20\nM2\n"
+
+
+def sheet(mode: str, count: int = 12) -> str:
+    """Return plasma parts: pierce, lead-in, a rectangle with round corners; the torch on and off at each."""
+    lines = []
+    for i in range(count):
+        x, y = 70 * (i % 4), 60 * (i // 4)
+        lines.append(
+            f"G0 X{x - 5} Y{y + 10}\nG0 Z1.5\nM3 S1\nG4 P0.6\nG1 X{x} Y{y + 10} F2400\nG1 Y{y + 40}\n"
+            f"G2 X{x + 10} Y{y + 50} I10 J0\nG1 X{x + 50}\nG2 X{x + 60} Y{y + 40} I0 J-10\nG1 Y{y + 5}\nG1 X{x}\n"
+            f"G1 Y{y + 12}\nM5\nG0 Z20"
+        )
+    return HEAD.format(mode=mode) + "\n".join(lines) + "\nM2\n"
+
+
+def contour(feed: int, mode: str, layers: int = 4) -> str:
+    """Return a slot with round ends in layers, with lead-in and lead-out on arcs that touch it."""
+    lines = [
+        f"G0 X50 Y-8\nG0 Z1\nG1 Z{-1 - layer} F200\nG3 X58 Y0 I0 J8 F{feed}\nG1 X100\nG3 X100 Y30 I0 J15\nG1 X20\n"
+        "G3 X20 Y0 I0 J-15\nG1 X58\nG3 X66 Y8 I0 J8\nG0 Z5"
+        for layer in range(layers)
+    ]
+    return HEAD.format(mode=mode) + "\n".join(lines) + "\nM2\n"
+
+
+def polygon(feed: int, mode: str, corners: int = 24, rounds: int = 3) -> str:
+    """Return rounds about a regular polygon: corners of 15 degrees."""
+    at = [(40 * math.cos(math.tau * i / corners), 40 * math.sin(math.tau * i / corners)) for i in range(corners)]
+    lines = [f"G1 X{x:.4f} Y{y:.4f} F{feed}" for _ in range(rounds) for x, y in at]
+    return HEAD.format(mode=mode) + "G0 X40 Y0\nG1 Z-1 F300\n" + "\n".join(lines) + "\nG0 Z20\nM2\n"
+
+
+def helix(feed: int, mode: str, holes: int = 10) -> str:
+    """Return holes milled by helices, the first turn of each steeper than the others."""
+    lines = []
+    for i in range(holes):
+        turns = [f"G3 X{20 * i + 4} Y0 I-4 J0 Z{-0.5 * k:.2f} F{feed}" for k in range(8)]
+        lines.append("\n".join([f"G0 X{20 * i + 4} Y0\nG0 Z1", *turns, "G0 Z5"]))
+    return HEAD.format(mode=mode) + "\n".join(lines) + "\nM2\n"
+
+
+def corners(feed: int, mode: str, count: int = 60, seed: int = 3) -> str:
+    """Return lines and arcs that meet at all angles, in no order."""
+    chance = random.Random(seed)
+    lines, x, y = [], 0.0, 0.0
+    for _ in range(count):
+        dx, dy = chance.uniform(-15, 15), chance.uniform(-15, 15)
+        x, y = x + dx, y + dy
+        radius = 0.5 * math.hypot(dx, dy) * chance.uniform(1.05, 3.0)
+        word = chance.choice(("G1", "G1", "G2", "G3"))
+        lines.append(f"{word} X{x:.4f} Y{y:.4f}" + (f" R{radius:.4f}" if word != "G1" else "") + f" F{feed}")
+    return HEAD.format(mode=mode) + "G1 Z-1 F300\n" + "\n".join(lines) + "\nG0 Z20\nM2\n"
+
+
+def relief(feed: int, mode: str, lines: int = 8) -> str:
+    """Return an engraved relief: rows of 0.5 mm segments that rise and fall."""
+    out = []
+    for row in range(lines):
+        xs = [0.5 * i for i in range(121)]
+        for x in xs if row % 2 == 0 else reversed(xs):
+            z = -1 + 0.8 * math.sin(x / 4.0 + row / 3.0)
+            out.append(f"G1 X{x:.3f} Y{row * 0.6:.3f} Z{z:.4f} F{feed}")
+    return HEAD.format(mode=mode) + "\n".join(out) + "\nG0 Z20\nM2\n"
+
+
+def programs() -> dict[str, Callable[[], str]]:
+    """Return name → what makes the text of a program."""
+    made: dict[str, Callable[[], str]] = {
+        "100 holes, G81": partial(drilling, "G81", "Z-5", 100, 1),
+        "40 holes, G83 Q1.5": partial(drilling, "G83", "Z-8 Q1.5", 40, 2),
+        "40 holes, G73 Q1.5": partial(drilling, "G73", "Z-8 Q1.5", 40, 3),
+        "40 holes, G82 P0.2": partial(drilling, "G82", "Z-3 P0.2", 40, 4),
+    }
+    for mode in ("G61", "G64 P0.02", "G64"):
+        for feed in (1200, 3000):
+            made[f"zigzag pocket, {feed} mm/min, {mode}"] = partial(pocket, feed, mode)
+        for name, write, feed in (
+            ("half circles", arcs, 1500),
+            ("1500 short segments", segments, 3000),
+            ("spiral of half circles", spiral, 2400),
+            ("slot contours", contour, 3000),
+            ("polygon of 24 corners", polygon, 3000),
+            ("relief", relief, 1800),
+            ("random corners, lines and arcs", corners, 3000),
+            ("helices", helix, 3000),
+        ):
+            made[f"{name}, {feed} mm/min, {mode}"] = partial(write, feed, mode)
+        made[f"12 plasma parts, {mode}"] = partial(sheet, mode)
+    made[STARVED] = partial(segments, 5000, "G64", 3000, 0.05)
+    if DATA.is_dir():
+        made.update({name: partial(real_program, name) for name in FILES})
+    return made
+
+
+def real_program(name: str) -> str:
+    """Return the text of a real file, with G64 in front where it says nothing about corners.
+
+    LinuxCNC begins with G64; when the simulation runs fast, the first moves may be planned before it does.
+    """
+    text = (DATA / "gcode" / name).read_text(encoding="utf-8", errors="replace")
+    return text if re.search(r"G6[14]", text) else f"G64\n{text}"

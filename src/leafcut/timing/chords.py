@@ -1,0 +1,79 @@
+"""Moves so short that the controller takes several as one (LinuxCNC: the tolerance of G64 P)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from leafcut.timing.moves import Turns
+
+
+class Steps(NamedTuple):
+    """The rows of a toolpath that move: row, displacement (float64[m, 3], mm), arc (-1: straight), feed (mm/s) …
+
+    … whether at rapid, how it ends, P of G64 (mm), and whether the machine stands still before the next one.
+    """
+
+    row: NDArray[np.int64]
+    delta: NDArray[np.float64]
+    arc: NDArray[np.int64]
+    feed: NDArray[np.float64]
+    rapid: NDArray[np.bool_]
+    mode: NDArray[np.int8]
+    tolerance: NDArray[np.float64]
+    flushed: NDArray[np.bool_]
+
+    def take(self, at: NDArray[np.int64]) -> Steps:
+        """Return some of them, or some several times."""
+        return Steps(*(column[at] for column in self))  # type: ignore[arg-type]  # each column keeps its type
+
+
+def joined_steps(steps: Steps, turns: Turns) -> Steps:
+    """Return the same moves with straight feed moves joined, and flat arcs as chords, where G64 P allows it.
+
+    Source: LinuxCNC documentation, G64 ("naive CAM detector", for arcs in the XY plane too); one feed for all of a
+    chord.
+    """
+    from leafcut.kernels.chords import merge_chords
+
+    steps = _flat_arcs_as_chords(steps, turns)
+    plain = (steps.arc < 0) & ~steps.rapid & (steps.tolerance > 0)
+    joins = np.zeros(len(plain), dtype=np.bool_)
+    joins[1:] = plain[1:] & plain[:-1] & ~steps.flushed[:-1]
+    joins[1:] &= (steps.feed[1:] == steps.feed[:-1]) & (steps.tolerance[1:] == steps.tolerance[:-1])
+    if not joins.any():
+        return steps
+    point = np.zeros((len(plain) + 1, 3))
+    np.cumsum(steps.delta, axis=0, out=point[1:])
+    begins = np.empty(len(plain), dtype=np.bool_)
+    merge_chords(point, joins, steps.tolerance, begins)
+    first = np.flatnonzero(begins)
+    last = np.append(first[1:], len(plain)) - 1
+    return steps.take(first)._replace(delta=point[last + 1] - point[first], flushed=steps.flushed[last])
+
+
+def _flat_arcs_as_chords(steps: Steps, turns: Turns) -> Steps:
+    """Return the steps with arcs of less than a quarter turn, that bulge less than P, as two chords."""
+    arc, turn = steps.arc, turns.turn
+    if not len(turns.row):
+        return steps
+    bulge = turn.radius * (1.0 - np.cos(0.5 * turn.sweep))
+    flat = (arc >= 0) & (bulge[arc] < steps.tolerance) & (turn.sweep[arc] < 0.5 * np.pi) & (turns.plane[arc] == 0)
+    if not flat.any():
+        return steps
+    twice = steps.take(np.repeat(np.arange(len(arc)), 1 + flat))
+    second = np.flatnonzero(np.repeat(flat, 1 + flat))[1::2]
+    which = arc[flat]
+    middle = turn.out[which] + turn.out_end[which]
+    middle /= np.linalg.norm(middle, axis=1)[:, None]
+    half_rise = 0.5 * np.abs(turn.normal[which]) * turn.rise[which, None]
+    radius = turn.radius[which, None]
+    twice.delta[second - 1] = radius * (middle - turn.out[which]) + half_rise
+    twice.delta[second] = radius * (turn.out_end[which] - middle) + half_rise
+    twice.flushed[second - 1] = False
+    twice.arc[second] = -1
+    twice.arc[second - 1] = -1
+    return twice

@@ -1,0 +1,199 @@
+"""The corners and arcs of LinuxCNC's trajectory planner, version 2.9.
+
+Facts from its documentation (G61, G61.1, G64; [TRAJ]ARC_BLEND_* in the INI reference) and its source (emc/tp/tp.c,
+blendmath.c, tc.c of the 2.9 branch), said as formulas; checked against the simulated machine
+(`benchmarks/machine_time.py`).
+
+A bend of unit vectors u → w asks, in one servo cycle, for the acceleration (w - u) v / cycle. As long as that is no
+more than the kink ratio (0.1) of every axis, the bend counts as tangent: it is passed at full speed, and both moves
+keep as much of their acceleration back for it. A sharper one may be passed at the speed at which this just holds. Under
+G64 a corner may also be rounded by an arc within the tolerance, or the next move begins while this one brakes, each
+with half the acceleration; the fastest of the three is taken. Between rapid and feed the machine stops.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from leafcut.model.machine import Machine
+from leafcut.timing.corners import Corners
+from leafcut.timing.moves import BLEND, REST, Flags, Floats, Moves
+
+#: [EMCMOT]SERVO_PERIOD, s, as in nearly all configurations.
+CYCLE = 0.001
+
+#: Moves that the planner looks ahead: [TRAJ]ARC_BLEND_OPTIMIZATION_DEPTH.
+DEPTH = 50
+
+#: A move shorter than this many cycles before a corner's arc becomes part of it: [TRAJ]ARC_BLEND_GAP_CYCLES.
+GAP_CYCLES = 4
+
+#: Of all acceleration on an arc this much may point inwards; along the arc half is left, the squares make 1.
+NORMAL, TANGENTIAL = np.sqrt(3.0) / 2.0, 0.5
+
+#: The path may not deviate from a corner by more than this part of the shorter move, whatever G64 says.
+_DEVIATION_PART = 0.25
+
+#: Cosine of the turn from which on a corner is a reversal: 178 degrees.
+_REVERSAL = np.cos(np.radians(178.0))
+
+_TINY = 1e-6
+
+
+def linuxcnc_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
+    """Return what the planner does between every move of `before` and the one at the same place of `after`."""
+    bounds = np.asarray(machine.acceleration)
+    kink = 1.0 - machine.acceleration_factor
+    cosine = (before.end * after.start).sum(axis=1)
+    joined = ~before.flushed & (before.mode != REST) & (before.rapid == after.rapid) & (cosine > _REVERSAL)
+    slower = np.minimum(before.velocity, after.velocity)
+    bend = (np.abs(after.start - before.end) / bounds).max(axis=1) * (slower / CYCLE + after.acceleration)
+    bend /= np.where((before.turn.radius > 0) | (after.turn.radius > 0), TANGENTIAL, 1.0)
+    tangent = joined & (bend <= kink + _TINY)
+    passed = np.where(tangent, slower, slower * kink / bend)
+    held_back = np.where(joined, np.minimum(bend, kink), 0.0)
+
+    rounded = joined & ~tangent & (before.mode == BLEND)
+    corner = _corner_arc(before, after, machine, cosine)
+    speed = np.where(tangent | rounded, passed, 0.0)
+    overlap = np.sin(corner.half_angle) * _overlap_speed(before, after, corner.half_angle, kink) / 2.0
+    with_arc = rounded & (corner.speed > np.maximum(speed, overlap))
+    overlapped = rounded & ~with_arc & (overlap >= speed)
+    freed = with_arc | overlapped
+    return Corners(
+        speed=np.where(with_arc, np.inf, np.where(overlapped, 0.0, speed)),
+        arc_length=np.where(with_arc, corner.length, 0.0),
+        arc_speed=np.where(with_arc, corner.speed, 0.0),
+        arc_acceleration=np.where(with_arc, TANGENTIAL * corner.acceleration, 0.0),
+        trim=np.where(with_arc, corner.trim, 0.0),
+        held_back=np.where(freed, 0.0, held_back),
+        # The planner halves the acceleration of a move that may be followed, also where none follows it.
+        overlapped=overlapped | (before.flushed & (before.mode == BLEND)),
+    )
+
+
+class _CornerArc(NamedTuple):
+    half_angle: Floats
+    length: Floats
+    speed: Floats
+    acceleration: Floats
+    trim: Floats
+
+
+def _corner_arc(before: Moves, after: Moves, machine: Machine, cosine: Floats) -> _CornerArc:
+    """Return the arc that would round each corner; speed 0 where none fits."""
+    half_angle = 0.5 * np.arccos(np.clip(-cosine, -1.0, 1.0))
+    angle, reach = _reach(before, after, half_angle)
+    turn = np.pi - 2.0 * angle
+    acceleration = _in_plane(before, after, np.asarray(machine.acceleration))
+    whole = np.minimum(before.length, after.length)
+    tolerance = np.where(before.tolerance > 0, before.tolerance, np.inf)
+    tolerance = np.minimum(tolerance, _DEVIATION_PART * whole)
+    reach = np.minimum(reach, np.cos(angle) * tolerance / (1.0 - np.sin(angle)))
+    widest = np.tan(angle) * reach
+    speed = np.minimum(np.sqrt(NORMAL * acceleration * widest), _goal(before, after, machine, turn))
+    # As wide as it must be for the speed, or as an overlap of both moves would make it.
+    half = 0.5 * acceleration
+    overlap_s = np.minimum(np.sqrt(2.0 * half * reach), speed) / half
+    radius = np.maximum(speed * speed / (NORMAL * acceleration), np.minimum(overlap_s * speed / turn, widest))
+    trim = radius / np.tan(angle)
+    length = radius * turn
+    fits = (length > _TINY) & (angle > _TINY) & (turn > _TINY) & _coplanar(before, after)
+    return _CornerArc(half_angle, *(np.where(fits, v, 0.0) for v in (length, speed, acceleration, trim)))
+
+
+def _reach(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats, Floats]:
+    """Return half the angle of each corner, and how much of both moves an arc in it may take, mm.
+
+    Of a straight move, half; of an arc at its end two thirds of its sweep, of one at its beginning a third. An arc that
+    turns the same way as the corner is taken as its chord, which narrows the angle.
+    """
+    angle, reach = half_angle, np.full(len(half_angle), np.inf)
+    for move, part, inwards in (
+        (before, 2.0 / 3.0, -(after.start * before.turn.out_end).sum(axis=1)),
+        (after, 1.0 / 3.0, (before.end * after.turn.out).sum(axis=1)),
+    ):
+        convex = inwards > 0
+        sweep = np.minimum(part * move.turn.sweep, np.where(convex, half_angle, 0.5 * np.pi))
+        of_arc = move.turn.radius * np.where(convex, np.sin(0.25 * sweep), sweep)
+        is_arc = move.turn.radius > 0
+        reach = np.minimum(reach, np.where(is_arc, of_arc, 0.5 * move.length))
+        angle = np.where(is_arc & convex, np.minimum(angle, half_angle - 0.25 * sweep), angle)
+    return angle, reach
+
+
+def _coplanar(before: Moves, after: Moves) -> Flags:
+    """Return whether the corner lies in the planes of its arcs; otherwise no arc is fitted."""
+    across = np.cross(before.end, after.start)
+    size = np.sqrt((across * across).sum(axis=1))
+    flat = np.ones(len(before), dtype=np.bool_)
+    for move in (before, after):
+        aligned = np.abs((across * move.turn.normal).sum(axis=1)) >= (1.0 - _TINY) * size
+        flat &= aligned | (move.turn.radius == 0)
+    return flat
+
+
+def _in_plane(before: Moves, after: Moves, bounds: Floats) -> Floats:
+    """Return how long a vector in the plane of each corner may be, so that no axis is ever above its bound."""
+    across = np.cross(before.end, after.start)
+    size2 = (across * across).sum(axis=1)
+    share = np.sqrt(np.maximum(1.0 - across * across / np.where(size2 > 0, size2, 1.0)[:, None], 0.0))
+    longest: Floats = np.min(bounds / share, axis=1)
+    return longest
+
+
+def _goal(before: Moves, after: Moves, machine: Machine, turn: Floats) -> Floats:
+    """Return the speed that is wanted on a corner's arc, at most what the axes allow all the way round it."""
+    wanted = np.maximum(before.velocity, after.velocity)
+    allowed = _in_plane(before, after, np.asarray(machine.rapid_velocity))
+    # Between two straight moves velocity goes along a triangle; its height is allowed too.
+    steepest = np.cos(np.minimum(turn, 0.49 * np.pi))
+    first = np.minimum(before.limit, after.limit / steepest)
+    second = np.minimum(after.limit, before.limit / steepest)
+    base = after.start * second[:, None] - before.end * first[:, None]
+    height = first * second * np.sin(turn) / np.sqrt((base * base).sum(axis=1))
+    straight = (before.turn.radius == 0) & (after.turn.radius == 0)
+    return np.minimum(wanted, np.where(straight, np.fmax(height, allowed), allowed))
+
+
+def _overlap_speed(before: Moves, after: Moves, half_angle: Floats, kink: float) -> Floats:
+    """Return the mean speed at which an overlap of both moves would begin."""
+    half = [m.acceleration * (1.0 - kink) * 0.5 * np.where(m.turn.radius > 0, TANGENTIAL, 1.0) for m in (before, after)]
+    first, second = overlap_speeds(before, after, (half[0], half[1]), half_angle, shortened=0.5)
+    return (first + second) / 2.0
+
+
+def overlap_speeds(
+    before: Moves, after: Moves, half: tuple[Floats, Floats], half_angle: Floats, shortened: float = 1.0
+) -> tuple[Floats, Floats]:
+    """Return at which speed of the one move, while it brakes, the other may begin, and which speed that may reach.
+
+    `half` are the accelerations of both, `shortened` the part of their lengths that is sure to remain.
+    """
+    moves = (before, after)
+    reached = [np.minimum(np.sqrt(a * shortened * m.length), m.velocity) for m, a in zip(moves, half, strict=True)]
+    longest = np.minimum(*(m.length / v for m, v in zip(moves, reached, strict=True)))
+    overlap_s = np.minimum(longest, np.maximum(*(v / a for v, a in zip(reached, half, strict=True))))
+    within = 2.0 * np.sqrt(half[0] * before.tolerance / np.cos(half_angle))
+    within = np.where((before.tolerance > 0) & (np.cos(half_angle) > _TINY), within, np.inf)
+    first, second = (np.minimum(np.minimum(v, overlap_s * a), within) for v, a in zip(reached, half, strict=True))
+    return first, second
+
+
+def round_limits(moves: Moves, acceleration: Floats) -> tuple[Floats, Floats]:
+    """Return the limits of velocity and of acceleration along moves, given what both directions share.
+
+    On an arc that the axes could run so fast that more than `NORMAL` of the acceleration points inwards, that is the
+    limit, and `TANGENTIAL` is left along it, however slow the feed; on a wider one the rest of the circle is left.
+    """
+    radius = moves.turn.radius
+    is_arc = radius > 0
+    # The radius of a helix is taken as r + h²/r with all of its rise h; by geometry it would be the rise per radian.
+    curvature = radius / (radius * radius + moves.turn.rise * moves.turn.rise + ~is_arc)
+    inwards = moves.limit * moves.limit * curvature / acceleration
+    tight = inwards > NORMAL
+    limit = np.where(tight, np.sqrt(NORMAL * acceleration / curvature), moves.limit)
+    share = np.where(tight, TANGENTIAL, np.sqrt(1.0 - np.minimum(inwards, NORMAL) ** 2))
+    return limit, acceleration * np.where(is_arc, share, 1.0)

@@ -1,0 +1,166 @@
+"""The seconds of moves that run into each other.
+
+Every corner has a speed at which it may be passed (`timing.corners`). From the last move to the first, a corner is
+passed no faster than the tool can still slow down for what follows, as far ahead as the controller looks; from the
+first to the last, no faster than it can speed up. Between two corners the velocity is a trapezoid.
+
+Both passes are running minima. With the sums S of 2 a d up to each corner, v² ≤ w² + 2 a d from corner to corner says
+that v² + S at a corner is the least of w² + S ahead, and v² - S the least of w² - S behind.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.machine import Machine
+from leafcut.timing.corners import GRBL_BLOCKS, Corners, chorded_arcs, deviation_corners
+from leafcut.timing.linuxcnc import (
+    CYCLE,
+    DEPTH,
+    GAP_CYCLES,
+    linuxcnc_corners,
+    overlap_speeds,
+    round_limits,
+)
+from leafcut.timing.moves import Floats, Moves
+
+#: How far a control looks ahead that says nothing about it: so far that it does not matter.
+_FAR = 500
+
+#: Junctions that are worked on at a time, so that what is needed in between stays in the processor's cache.
+_BLOCK = 1 << 13
+
+
+class Pieces(NamedTuple):
+    """Moves and the arcs in corners, in order: mm, mm/s, mm/s².
+
+    `join` is the limit of speed where a piece meets the next one, `move` the number of the move that it counts to.
+    """
+
+    length: Floats
+    velocity: Floats
+    acceleration: Floats
+    join: Floats
+    move: NDArray[np.int64]
+
+
+def move_seconds(moves: Moves, machine: Machine, style: str) -> Floats:
+    """Return the seconds of every move, float64[m]; an arc in a corner counts to the move before it.
+
+    `style` is the machine's way with corners: linuxcnc, grbl or round.
+    """
+    if not len(moves):
+        return np.zeros(0)
+    # A straight move has no radius and a reversal no width: what is divided by such a 0 is put aside afterwards.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return _seconds(moves, machine, style)
+
+
+def _seconds(moves: Moves, machine: Machine, style: str) -> Floats:
+    corners = _in_blocks(moves, machine, style)
+    if style == "linuxcnc":
+        return _linuxcnc_seconds(moves, corners)
+    acceleration = moves.acceleration * machine.acceleration_factor
+    around = chorded_arcs(moves, machine) if style == "grbl" else round_speed(moves, acceleration)
+    velocity = np.minimum(moves.velocity, around)
+    pieces = Pieces(moves.length, velocity, acceleration, corners.speed, np.arange(len(moves)))
+    return travel_seconds(pieces, GRBL_BLOCKS if style == "grbl" else _FAR)
+
+
+def round_speed(moves: Moves, acceleration: Floats) -> Floats:
+    """Return how fast arcs may be run so that no more than the acceleration points inwards, mm/s."""
+    radius = moves.turn.radius
+    return np.where(radius > 0, np.sqrt(acceleration * radius), np.inf)
+
+
+def _in_blocks(moves: Moves, machine: Machine, style: str) -> Corners:
+    """Return all corners. The last move is followed by itself, which costs nothing since it is flushed."""
+    blocks = []
+    for first in range(0, len(moves), _BLOCK):
+        before, after = moves[first : first + _BLOCK], moves[first + 1 : first + 1 + _BLOCK]
+        if len(after) < len(before):
+            after = moves[np.minimum(np.arange(first + 1, first + 1 + len(before)), len(moves) - 1)]
+        if style == "linuxcnc":
+            blocks.append(linuxcnc_corners(before, after, machine))
+        else:
+            blocks.append(deviation_corners(before, after, machine, rapids=style == "grbl"))
+    return Corners(*(np.concatenate(column) for column in zip(*blocks, strict=True)))
+
+
+def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
+    held_back = np.maximum(corners.held_back, np.append(0.0, corners.held_back[:-1]))
+    follows = corners.overlapped & ~moves.flushed
+    halved = corners.overlapped | np.append(False, follows[:-1])
+    limit, acceleration = round_limits(moves, moves.acceleration * (1.0 - held_back) * np.where(halved, 0.5, 1.0))
+    velocity = np.minimum(moves.velocity, limit)
+    length = moves.length - corners.trim - np.append(0.0, corners.trim[:-1])
+    with_arc = corners.arc_length > 0
+    # What is left of a move before a corner's arc, and too short to be run by itself, is run as part of the arc.
+    gone = with_arc & (length < GAP_CYCLES * CYCLE * corners.arc_speed)
+    arc_length = corners.arc_length + np.where(gone, np.maximum(length, 0.0), 0.0)
+    m = len(moves)
+    arc_speed = np.minimum(corners.arc_speed, arc_length / CYCLE)
+    arcs = (arc_length, arc_speed, corners.arc_acceleration, np.full(m, np.inf), np.arange(m))
+    pieces = (length, velocity, acceleration, corners.speed, np.arange(m))
+    both = [np.column_stack([piece, arc]).ravel() for piece, arc in zip(pieces, arcs, strict=True)]
+    there = np.column_stack([~gone, with_arc]).ravel()
+    seconds = travel_seconds(Pieces(*(column[there] for column in both)), DEPTH, m)
+    # The end of a move is seen in the cycle after it: half a cycle late on average.
+    seconds += np.where((corners.speed == 0) & ~follows, 0.5 * CYCLE, 0.0)
+    if follows.any():
+        seconds -= _overlaps(moves, follows, velocity, acceleration)
+    return seconds
+
+
+def _overlaps(moves: Moves, follows: NDArray[np.bool_], velocity: Floats, acceleration: Floats) -> Floats:
+    """Return for how many seconds of every move the next one runs too."""
+    saved = np.zeros(len(moves))
+    at = np.flatnonzero(follows)
+    before, after = (replace(moves[rows], velocity=velocity[rows]) for rows in (at, at + 1))
+    half_angle = 0.5 * np.arccos(np.clip(-(before.end * after.start).sum(axis=1), -1.0, 1.0))
+    begins, _ = overlap_speeds(before, after, (acceleration[at], acceleration[at + 1]), half_angle)
+    saved[at] = begins / acceleration[at]
+    return saved
+
+
+def travel_seconds(pieces: Pieces, depth: int, n_moves: int | None = None) -> Floats:
+    """Return the seconds of every move, whose pieces follow each other with a look-ahead of `depth` pieces."""
+    length, velocity, acceleration = np.maximum(pieces.length, 0.0), pieces.velocity, pieces.acceleration
+    limit = np.minimum(pieces.join, velocity)
+    limit[:-1] = np.minimum(limit[:-1], velocity[1:])
+    limit[-1] = 0.0
+    gain = 2.0 * acceleration * length
+    reach = np.cumsum(gain)
+    ahead = np.minimum(
+        _least_ahead(limit * limit + reach, depth), reach[np.minimum(np.arange(len(reach)) + depth, len(reach) - 1)]
+    )
+    square = ahead - reach
+    behind = np.minimum(np.minimum.accumulate(square - reach), 0.0) + reach
+    end = np.sqrt(np.maximum(np.minimum(behind, limit * limit), 0.0))
+    begin = np.append(0.0, end[:-1])
+    peak = np.minimum(np.sqrt(0.5 * (gain + begin * begin + end * end)), velocity)
+    peak = np.maximum(peak, np.maximum(begin, end))
+    ramps = (2.0 * peak - begin - end) / acceleration
+    ramped = (2.0 * peak * peak - begin * begin - end * end) / (2.0 * acceleration)
+    cruise = np.maximum(length - ramped, 0.0) / np.where(peak > 0, peak, 1.0)
+    seconds: Floats = np.bincount(pieces.move, weights=ramps + cruise, minlength=n_moves or len(length)).astype(float)
+    return seconds
+
+
+def _least_ahead(value: Floats, depth: int) -> Floats:
+    """Return the least of every value and the `depth` after it.
+
+    By blocks of the window's size: a window is the end of one block and the beginning of the next.
+    Source: M. van Herk, Pattern Recognition Letters 13 (1992); J. Gil and M. Werman, IEEE PAMI 15 (1993).
+    """
+    window = depth + 1
+    padded = np.full((-(-len(value) // window) + 1) * window, np.inf)
+    padded[: len(value)] = value
+    blocks = padded.reshape(-1, window)
+    to_end = np.minimum.accumulate(blocks[:, ::-1], axis=1)[:, ::-1].ravel()
+    from_begin = np.minimum.accumulate(blocks, axis=1).ravel()
+    return np.minimum(to_end[: len(value)], from_begin[depth : depth + len(value)])
