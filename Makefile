@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 READY_DEV := $(VENV)/.ready-dev
 
-.PHONY: demo test check format bench clean
+.PHONY: demo test check format clean
 
 demo: $(READY)
 	@mkdir -p demo

@@ -1,4 +1,4 @@
-"""Writes the built-in plates as DXF drawings into this folder: ``python examples/make_plates.py``.
+"""Writes the built-in plates as drawings, and a CAM's program, into this folder: ``python examples/make_plates.py``.
 
 The patterns are those of `leafcut.read.examples`, so ``leafcut optimize examples/plate_70.dxf`` and
 ``leafcut optimize example:plate-70`` are the same part. The bytes are the same on every run.
@@ -6,6 +6,7 @@ The patterns are those of `leafcut.read.examples`, so ``leafcut optimize example
 
 from __future__ import annotations
 
+import random
 from pathlib import Path
 
 import ezdxf
@@ -28,6 +29,30 @@ def draw(plate: Plate) -> ezdxf.document.Drawing:
     return drawing
 
 
+def program(plate: Plate, seed: int = 121) -> str:
+    """Return a program in mm that centres and drills the plate, as a CAM writes it: holes in the order of drawing them.
+
+    That order is arbitrary: here it is random.
+    """
+    places = [f"X{25.4 * h.x:.3f} Y{25.4 * h.y:.3f}" for h in plate.holes]
+    shuffle = random.Random(seed).shuffle
+    lines = [
+        "%",
+        "O0121 (BOARD 121, OP 10)",
+        "(HOLES IN THE ORDER IN WHICH THEY WERE DRAWN)",
+        "G21 G17 G40 G49 G80 G90",
+    ]
+    for tool, name, speed, cycle in (
+        (1, "CENTRE DRILL", 3000, "G81 {} Z-1. R2. F150."),
+        (2, "DRILL 1.0", 4000, "G83 {} Z-6. R2. Q1.5 F120."),
+    ):
+        shuffle(places)
+        first, *rest = places
+        lines += [f"T{tool} M6 ({name})", f"S{speed} M3", f"G0 G54 {first}", f"G43 H{tool} Z25.", "M8"]
+        lines += [f"G99 {cycle.format(first)}", *rest, "G80", "M9", "G0 Z25.", "M5", "M1"]
+    return "\n".join([*lines[:-1], "G91 G28 Z0.", "G90", "M30", "%", ""])
+
+
 def main(folder: Path = Path(__file__).parent) -> None:
     """Write all drawings into `folder`."""
     before = ezdxf.options.write_fixed_meta_data_for_testing
@@ -36,6 +61,7 @@ def main(folder: Path = Path(__file__).parent) -> None:
     try:
         for name in PLATE_NAMES:
             draw(plate(name)).saveas(folder / f"{name.replace('-', '_')}.dxf")
+        (folder / "cam_121.nc").write_text(program(plate("board-121")), encoding="ascii", newline="\n")
     finally:
         ezdxf.options.write_fixed_meta_data_for_testing = before
 

@@ -47,7 +47,7 @@ def test_solve_answers_with_the_keys_of_the_contract(capsys: pytest.CaptureFixtu
     text, _ = answer(capsys, "solve", str(points), "--tour", str(tour), "--json")
     found = json.loads(text)
     assert found.keys() == {"instance", "n", "algorithm", "seed", "length", "optimum", "gap_percent", "lower_bound",
-                            "seconds", "iterations", "history", "workers"}  # fmt: skip
+                            "seconds", "iterations", "history", "workers", "stopped_early", "issues"}  # fmt: skip
     assert found["length"] == pytest.approx(3 + 2 * 0.5**0.5)
     numbers = tour.read_text().split("TOUR_SECTION")[1].split()[:-2]
     assert sorted(int(v) for v in numbers) == [1, 2, 3, 4, 5]
@@ -88,7 +88,9 @@ def test_a_program_can_be_simulated_and_compared(
     assert simulated["time_s"] == pytest.approx(sum(simulated["by_kind"].values()))
     assert simulated["time_s"] == pytest.approx(leafcut.optimize(plate, thickness=6).after.time_s, rel=1e-3)
     assert simulated["issues"] == []
-    assert json.loads(answer(capsys, "verify", str(one), str(two), "--json")[0]) == {"same": True, "differences": []}
+    proof = json.loads(answer(capsys, "verify", str(one), str(two), "--json")[0])
+    assert (proof["same"], proof["differences"]) == (True, [])
+    assert proof["before"]["holes"] == proof["after"]["holes"] == 10
     lines = two.read_text().splitlines()
     hole = next(k for k, line in enumerate(lines) if line.startswith("G99 G81"))
     del lines[hole + 2]

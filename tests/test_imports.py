@@ -35,7 +35,8 @@ MAY_IMPORT = {
     "progress": set(),
 }
 STAGES = {"read", "plan", "timing", "solve", "post", "verify", "report"}
-MAY_IMPORT["api"] = STAGE | STAGES | {"files"}
+MAY_IMPORT["runs"] = STAGE | STAGES
+MAY_IMPORT["api"] = STAGE | STAGES | {"files", "runs"}
 MAY_IMPORT["cli"] = BASE | {"api", "option_spec", "options", "files", "progress", "read", "report"}
 
 FILES = sorted(ROOT.rglob("*.py"))

@@ -35,6 +35,7 @@ _TITLES = {
     "read": "Reading",
     "machine": "Machine",
     "drill": "Drilling",
+    "resequence": "Programs of other CAMs",
     "solve": "Search",
     "aco": "Ants",
     "post": "Program",
@@ -151,12 +152,16 @@ def _flag(group: type[OptionGroup], name: str, spec: OptionSpec) -> inspect.Para
 
 
 def _optimize(
-    source: Annotated[str, Parameter(name="INPUT", help="a drawing, a drill file, a map, or example:plate-70")],
+    source: Annotated[
+        str, Parameter(name="INPUT", help="a drawing, a drill file, a map, a G-code program, or example:plate-70")
+    ],
     /,
     *,
     output: Annotated[str | None, Parameter(name=["--output", "-o"], help="the program to write")] = None,
     report: Annotated[str | None, Parameter(name="--report", help="a page with pictures to write")] = None,
-    process: Annotated[str, Parameter(name="--process", help="what to make of the input [auto, drill]")] = "auto",
+    process: Annotated[
+        str, Parameter(name="--process", help="what a program does [auto, drill, mill, laser, plasma]")
+    ] = "auto",
     options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
     as_json: Json = False,
     quiet: Annotated[
@@ -164,14 +169,18 @@ def _optimize(
     ] = False,
     options: dict[str, Any],
 ) -> int:
-    """Make a verified program with the shortest machine time from a drawing."""
+    """Make a verified program with the shortest machine time from a drawing, or from another CAM's program."""
     from leafcut import api
 
-    if process not in ("auto", "drill"):
-        raise OptionError(f"--process: '{process}' is not there yet; use auto or drill")
     with Reporter(quiet=quiet) as reporter:
         outcome = api.optimize(
-            source, output, report=report, options_file=options_file, progress=reporter, **_given(options)
+            source,
+            output,
+            report=report,
+            process=process,
+            options_file=options_file,
+            progress=reporter,
+            **_given(options),
         )
     if as_json:
         from leafcut.report.json_answer import as_json as answer
@@ -199,7 +208,7 @@ def _solve(
     """Find a short closed tour through the points of a map, to study the algorithms."""
     from leafcut import api
     from leafcut.read.tsplib import write_tour
-    from leafcut.report.wording import gap_lines
+    from leafcut.report.wording import count, gap_lines
 
     if tour:
         from leafcut.files import check_output
@@ -212,10 +221,15 @@ def _solve(
     if as_json:
         _print_json(answer)
         return DONE
-    print(f"{answer['instance']}: {answer['n']} points, {answer['algorithm']}, seed {answer['seed']}")
-    print(f"length {answer['length']:,.6g}, {answer['iterations']} iterations in {answer['seconds']:.2f} s")
+    print(f"{answer['instance']}: {count(answer['n'], 'point')}, {answer['algorithm']}, seed {answer['seed']}")
+    steps = count(answer["iterations"], "iteration")
+    print(f"length {answer['length']:,.10g}, {steps} in {answer['seconds']:.2f} s")
+    if answer["stopped_early"] and options["time_limit"] is None:
+        print("stopped before its end; this is the best so far")
     for line in gap_lines(answer["length"], answer["optimum"], answer["lower_bound"]):
         print(line)
+    for issue in answer["issues"][:MOST_WARNINGS]:
+        print(f"{issue['code']}  {issue['message']}{' (' + issue['place'] + ')' if issue['place'] else ''}")
     return DONE
 
 
@@ -265,7 +279,7 @@ def _verify(
         print("the same work")
     else:
         for difference in answer["differences"]:
-            print(difference)
+            print(difference["words"])
     return DONE if answer["same"] else REFUSED
 
 

@@ -197,6 +197,17 @@ class DrillOptions(OptionGroup):
 
 
 @dataclass(frozen=True)
+class ResequenceOptions(OptionGroup):
+    """How a program of another CAM is put in order."""
+
+    section: ClassVar[str] = "resequence"
+
+    merge_tools: bool = option("flag", False, "join separated sections of one tool, where nothing forbids it")
+    keep_order: bool = option("flag", False, "leave the program as it is, and only measure it")
+    renumber: bool = option("flag", False, "give the blocks new N-numbers, in steps of 10")
+
+
+@dataclass(frozen=True)
 class SolveOptions(OptionGroup):
     """How the order is sought."""
 
@@ -317,6 +328,7 @@ GROUPS: tuple[type[OptionGroup], ...] = (
     ReadOptions,
     MachineOptions,
     DrillOptions,
+    ResequenceOptions,
     SolveOptions,
     AcoOptions,
     PostOptions,
@@ -330,6 +342,7 @@ class Settings:
     read: ReadOptions = field(default_factory=ReadOptions)
     machine: MachineOptions = field(default_factory=MachineOptions)
     drill: DrillOptions = field(default_factory=DrillOptions)
+    resequence: ResequenceOptions = field(default_factory=ResequenceOptions)
     solve: SolveOptions = field(default_factory=SolveOptions)
     aco: AcoOptions = field(default_factory=AcoOptions)
     post: PostOptions = field(default_factory=PostOptions)

@@ -9,6 +9,7 @@ import numpy as np
 
 from leafcut.kernels import (
     candidates,
+    chords,
     construct,
     cost,
     greedy,
@@ -76,12 +77,15 @@ def results() -> dict[str, object]:
     out["explicit"] = solve(explicit, SolveOptions(algorithm="mmas", iterations=2, threads=1)).nodes.tolist()
     lists = build_instance(RoutingProblem.of_points(xy, closed=True), 5).candidates
     out["branching"] = pheromone.branching(lists, np.random.default_rng(1).uniform(0, 1, lists.shape), 0.05)
+    bent = np.column_stack([np.arange(25.0), np.sin(np.arange(25.0)), np.zeros(25)])
+    begins = np.zeros(24, dtype=np.bool_)
+    out["chords"] = [chords.merge_chords(bent, np.arange(24) % 7 > 0, np.full(24, 1.2), begins), begins.tolist()]
     return out
 
 
 def unused() -> tuple[object, ...]:
     """Name the kernel modules, so that a new one is not forgotten here."""
-    few = (candidates, construct, cost, greedy, kicks, lin_kernighan, local_search, neighbours)
+    few = (candidates, chords, construct, cost, greedy, kicks, lin_kernighan, local_search, neighbours)
     return (*few, one_tree, pheromone, random, spanning_tree)
 
 

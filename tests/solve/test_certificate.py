@@ -231,7 +231,7 @@ def test_every_entry_of_the_history_is_what_a_tour_really_cost(
 
 
 def test_where_ways_are_chosen_afterwards_the_history_tells_the_answer_alone() -> None:
-    found = solve(slots(7), SolveOptions(preset="fast"))
+    found = solve(slots(7), SolveOptions(algorithm="mmas", preset="fast"))
     assert [cost for _, cost in found.history] == [found.cost]
 
 

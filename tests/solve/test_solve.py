@@ -160,10 +160,12 @@ def test_full_candidate_lists_are_refused_where_they_take_too_much_memory() -> N
         solve(problem, SolveOptions(candidates=0))
 
 
-def test_precedence_is_refused_and_not_ignored() -> None:
+@pytest.mark.parametrize("algorithm", [*ANTS, "kicks", "2opt", "nn"])
+def test_an_algorithm_that_cannot_keep_precedence_refuses_it(algorithm: str) -> None:
     pairs = np.array([[0, 1]], dtype=np.int32)
-    with pytest.raises(SolveError, match="precedence"):
-        solve(RoutingProblem.of_points([[0, 0], [1, 1]], precedence=pairs))
+    problem = RoutingProblem.of_points(np.arange(12.0).reshape(6, 2), precedence=pairs)
+    with pytest.raises(SolveError, match=f"'{algorithm}' cannot keep .* use --algorithm auto"):
+        solve(problem, SolveOptions(algorithm=algorithm))
 
 
 @given(st.integers(5, 30), st.integers(0, 10_000))
@@ -204,3 +206,12 @@ def test_the_warm_up_makes_ready_every_kernel_that_a_search_uses(name: str, n: i
     done = subprocess.run([sys.executable, str(script), name, str(n)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == "nothing compiled"
+
+
+@pytest.mark.parametrize("algorithm", ["auto", "kicks", "mmas", "2opt", "nn"])
+def test_no_iterations_give_a_start_tour(algorithm: str) -> None:
+    """Told about or not."""
+    problem = RoutingProblem.of_points(np.random.default_rng(4).uniform(0, 50, (30, 2)), closed=True)
+    for progress in (None, lambda *_: None):
+        found = solve(problem, SolveOptions(algorithm=algorithm, iterations=0), progress=progress)
+        assert sorted(found.nodes.tolist()) == list(range(30))

@@ -12,6 +12,8 @@ from leafcut.report.wording import cost_words
 WIDTH, HEIGHT = 480.0, 230.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 10.0, 12.0, 40.0
 _MOST_POINTS = 600
+# What was gained is no more than this part of the cost: nothing to be seen.
+_FLAT = 1e-5
 #: Seconds spread over more than this factor are drawn on a logarithmic axis.
 _LOG_FROM = 20.0
 _LINE_HEIGHT = 14.0
@@ -54,7 +56,7 @@ def convergence(solution: Solution, nearest: float | None, words: str) -> str:
     `nearest` is the cost of the nearest neighbour order in the solution's unit if it is known: a dashed line.
     """
     history = [(max(s, 0.0), c) for s, c in solution.history if math.isfinite(s) and math.isfinite(c)]
-    if len(history) < 2:
+    if len(history) < 2 or history[0][1] - history[-1][1] <= _FLAT * abs(history[0][1]):
         return ""
     history = sorted(_thinned(history))
     levels = {"nearest neighbour": nearest, "lower bound": solution.lower_bound}

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
+from leafcut.model.issue import Issue
 from leafcut.model.outcome import Measure, OperationOutcome, Outcome
 from leafcut.model.part import Part
 from leafcut.model.solution import Solution
@@ -18,6 +20,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
     `gap_percent` is how far at most the travel is above it.
     """
     gap = plain_number(outcome.gap)
+    proof = {} if outcome.certificate is None else {"certificate": outcome.certificate}
     return {
         "input": outcome.part.source or outcome.part.name,
         "output": outcome.output,
@@ -27,26 +30,19 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "dialect": outcome.dialect,
         "algorithm": algorithm_words(outcome),
         "seed": outcome.seed,
-        "counts": {
-            "holes": len(outcome.part.holes),
-            "slots": len(outcome.part.slots),
-            "tools": len({o.tool.number for o in outcome.operations}),
-            "operations": len(outcome.operations),
-        },
+        "counts": _counts(outcome),
         "before": _measure(outcome.before),
-        "nearest": _measure(outcome.nearest),
+        "nearest": None if outcome.nearest is None else _measure(outcome.nearest),
         "after": _measure(outcome.after),
         "saved_percent": plain_number(outcome.saved_percent),
         "lower_bound": plain_number(outcome.lower_bound),
         "gap_percent": None if gap is None else 100.0 * gap,
         "verified": bool(outcome.verified),
+        **proof,
         "seconds": plain_number(outcome.seconds),
         "tools": [_tool(o) for o in outcome.operations],
         "workers": [w for number, o in enumerate(outcome.operations) for w in _workers(number, o)],
-        "issues": [
-            {"code": i.code, "severity": i.severity.value, "message": i.message, "place": i.place}
-            for i in outcome.issues
-        ],
+        "issues": _issues(outcome.issues),
     }
 
 
@@ -72,6 +68,23 @@ def solution_as_json(part: Part, solution: Solution) -> dict[str, Any]:
             {"worker": w.worker, "ants": w.ants, "seconds": w.seconds, "best": plain_number(w.best)}
             for w in solution.workers
         ],
+        "stopped_early": solution.stopped_early,
+        "issues": _issues(part.issues),
+    }
+
+
+def _issues(issues: Iterable[Issue]) -> list[dict[str, str]]:
+    return [{"code": i.code, "severity": i.severity.value, "message": i.message, "place": i.place} for i in issues]
+
+
+def _counts(outcome: Outcome) -> dict[str, int]:
+    if outcome.certificate is not None:
+        return {**outcome.certificate["before"], "operations": len(outcome.operations)}
+    return {
+        "holes": len(outcome.part.holes),
+        "slots": len(outcome.part.slots),
+        "tools": len({o.tool.number for o in outcome.operations}),
+        "operations": len(outcome.operations),
     }
 
 

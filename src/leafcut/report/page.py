@@ -11,7 +11,7 @@ from leafcut.report import views
 from leafcut.report.colours import drawing_css, style_sheet
 from leafcut.report.drawing import RAMP, Scene, Which, build_scene, drawing, tool_class
 from leafcut.report.svg import element
-from leafcut.report.wording import algorithm_words, clean, count, counts_words, length_words, time_words
+from leafcut.report.wording import algorithm_words, clean, counts_words, length_words, order_words, time_words
 
 
 def write_page(outcome: Outcome) -> str:
@@ -52,13 +52,14 @@ def _hash(css: str) -> str:
 
 
 def _path_words(outcome: Outcome, which: Which) -> str:
-    order = "the drawing’s order" if which == "before" else "leafcut’s order"
+    order = f"the {order_words(outcome)}’s order" if which == "before" else "leafcut’s order"
     return f"Path of {clean(outcome.part.name)} in {order}"
 
 
 def _content(outcome: Outcome, scene: Scene) -> dict[str, Any]:
     return {
         "name": clean(outcome.part.name),
+        "came_in": order_words(outcome),
         "source": clean(outcome.part.source),
         "output": clean(outcome.output),
         "counts": counts_words(outcome),
@@ -113,8 +114,5 @@ def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:
 
 def _tool_words(outcome: Outcome, number: int) -> str:
     """Return ``T1 drill Ø6.35, 70 holes and 2 slots``, a tool's operations taken together."""
-    work = [
-        count(len(o.hole_order), "slot" if o.slots else "hole") for o in outcome.operations if o.tool.number == number
-    ]
-    label = next(o.tool.label for o in outcome.operations if o.tool.number == number)
-    return f"{clean(label)}, {' and '.join(work)}"
+    mine = [o for o in outcome.operations if o.tool.number == number]
+    return f"{views.tool_words(mine[0].tool)}, {' and '.join(views.work_words(o) for o in mine[:3])}"

@@ -14,6 +14,7 @@ from leafcut.report.wording import (
     counts_words,
     group_issues,
     length_words,
+    order_words,
     percent_words,
     saved_percent,
     time_words,
@@ -65,12 +66,14 @@ def _orders(outcome: Outcome) -> Table:
     for title in ("travel", "cutting", "time", "saved"):
         table.add_column(title, justify="right", no_wrap=True)
     rows = (
-        ("drawing", outcome.before, ""),
+        (order_words(outcome), outcome.before, ""),
         ("nearest neighbour", outcome.nearest, ""),
         ("leafcut", outcome.after, "bold green"),
     )
     for name, measure, style in rows:
-        saved = NO_VALUE if name == "drawing" else percent_words(saved_percent(outcome, measure))
+        if measure is None:
+            continue
+        saved = NO_VALUE if measure is outcome.before else percent_words(saved_percent(outcome, measure))
         figures = (length_words(measure.travel_mm), length_words(measure.cut_mm), time_words(measure.time_s), saved)
         table.add_row(Text(name, style), *(Text(f, style) for f in figures))
     return table
@@ -80,7 +83,8 @@ def _facts(outcome: Outcome) -> Table:
     from rich.table import Table
     from rich.text import Text
 
-    verified = Text("yes, read back: it does the work that was planned", "green")
+    work = "the work that was planned" if outcome.certificate is None else "the same work as the original"
+    verified = Text(f"yes, read back: it does {work}", "green")
     facts: list[tuple[str, Text]] = [
         ("verified", verified if outcome.verified else Text("no", "bold red")),
     ]

@@ -6,6 +6,7 @@ from typing import Any
 
 from leafcut.model.issue import CODES, Severity
 from leafcut.model.outcome import Measure, OperationOutcome, Outcome
+from leafcut.model.tool import Tool
 from leafcut.report import chart
 from leafcut.report.drawing import Scene, tool_class
 from leafcut.report.wording import (
@@ -20,12 +21,16 @@ from leafcut.report.wording import (
     group_issues,
     length_words,
     number_words,
+    order_words,
     percent_words,
     saved_percent,
     time_words,
 )
 
 Row = dict[str, Any]
+
+#: What the order that was found is called.
+OURS = "leafcut"
 
 MOST_ISSUE_ROWS = 200
 MOST_WORKER_ROWS = 128
@@ -45,19 +50,24 @@ def orders(outcome: Outcome) -> list[Row]:
         rows.append(
             {
                 "name": name,
-                "ours": number == 2,
+                "ours": name == OURS,
                 "time": time_words(measure.time_s),
                 "travel": length_words(measure.travel_mm),
                 "cut": length_words(measure.cut_mm),
                 "saved": percent_words(saved_percent(outcome, measure)) if number else NO_VALUE,
-                "bar": chart.bar(part, "ours" if number == 2 else "plain"),
+                "bar": chart.bar(part, "ours" if name == OURS else "plain"),
             }
         )
     return rows
 
 
 def _measures(outcome: Outcome) -> tuple[tuple[str, Measure], ...]:
-    return (("Drawing order", outcome.before), ("Nearest neighbour", outcome.nearest), ("leafcut", outcome.after))
+    orders = (
+        (f"{order_words(outcome).capitalize()} order", outcome.before),
+        ("Nearest neighbour", outcome.nearest),
+        (OURS, outcome.after),
+    )
+    return tuple((name, measure) for name, measure in orders if measure is not None)
 
 
 def saved(outcome: Outcome) -> Row:
@@ -70,7 +80,7 @@ def saved(outcome: Outcome) -> Row:
     return {
         "figure": time_words(abs(seconds)),
         "worse": worse,
-        "words": f"{'longer than' if worse else 'saved against'} the drawing’s order",
+        "words": f"{'longer than' if worse else 'saved against'} the {order_words(outcome)}’s order",
         "percent": f"{percent}{hundred}." if outcome.before.time_s > 0 else "There is nothing to machine.",
         "gap": f"{bound[0].upper()}{bound[1:]}." if bound else "",
     }
@@ -102,11 +112,11 @@ def tools(outcome: Outcome, scene: Scene) -> list[Row]:
             "class": tool_class(scene, scene.tools.index(o.tool.number)),
             "number": f"T{o.tool.number}",
             "kind": clean(o.tool.name) or _KIND_WORDS.get(o.tool.kind.value, o.tool.kind.value),
-            "diameter": f"{o.tool.diameter:.4g}",
+            "diameter": f"{o.tool.diameter:.4g}" if o.tool.diameter > 0 else NO_VALUE,
             "cycle": clean(o.cycle) or NO_VALUE,
             "feed": number_words(feed_mm_min(o.tool.feed)),
             "speed": number_words(o.tool.spindle_rpm),
-            "work": count(len(o.hole_order), "slot" if o.slots else "hole"),
+            "work": work_words(o),
             "assumed": o.tool.assumed,
         }
         for o in outcome.operations
@@ -115,7 +125,18 @@ def tools(outcome: Outcome, scene: Scene) -> list[Row]:
 
 def operation_words(operation: OperationOutcome) -> str:
     """Return ``T1 drill Ø6.35, 70 holes``."""
-    return clean(operation.tool.label) + ", " + count(len(operation.hole_order), "slot" if operation.slots else "hole")
+    return f"{tool_words(operation.tool)}, {work_words(operation)}"
+
+
+def tool_words(tool: Tool) -> str:
+    """Return ``T3 drill Ø6.35``; of a tool in a program, which does not say how wide it is, ``T3 drill``."""
+    return clean(tool.label if tool.diameter > 0 else f"T{tool.number} {tool.name or tool.kind.value}")
+
+
+def work_words(operation: OperationOutcome) -> str:
+    """Return ``70 holes``, ``2 slots``, ``3 holes, 12 cuts``."""
+    work = [(len(operation.hole_order), "slot" if operation.slots else "hole"), (operation.cuts, "cut")]
+    return ", ".join(count(number, noun) for number, noun in work if number) or count(0, "hole")
 
 
 def searches(outcome: Outcome) -> list[Row]:
@@ -128,7 +149,7 @@ def searches(outcome: Outcome) -> list[Row]:
             facts.append(count(solution.iterations, "iteration"))
         if solution.gap is not None:
             facts.append(at_most_words(solution.gap, solution.unit))
-        if solution.stopped_early:
+        if solution.stopped_early and (solution.gap is None or solution.gap > 1e-4):
             facts.append("stopped early")
         words = operation_words(operation)
         rows.append(
@@ -148,7 +169,7 @@ def nearest_cost(outcome: Outcome) -> float | None:
     Two orders of the same work differ by their travel alone, so the difference of the measures is the difference of
     the costs. With several operations the measures say nothing about one of them.
     """
-    if len(outcome.operations) != 1:
+    if len(outcome.operations) != 1 or outcome.nearest is None:
         return None
     solution = outcome.operations[0].solution
     if solution.unit == "s":

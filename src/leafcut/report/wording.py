@@ -75,7 +75,7 @@ def at_most_words(fraction: float, unit: str) -> str:
     The figure is rounded up: less would not be certain.
     """
     possible = "the least possible" if unit == "s" else "the shortest possible"
-    hundredths = math.ceil(1e4 * fraction - 1e-6)
+    hundredths = math.ceil(1e4 * fraction - 1e-3)
     return f"at most {percent_words(hundredths / 100, 2)} above {possible}" if hundredths > 0 else possible
 
 
@@ -115,8 +115,13 @@ def feed_mm_min(feed: float) -> float:
     return feed * SECONDS_PER_MINUTE
 
 
+def order_words(outcome: Outcome) -> str:
+    """Return whose order the work came in: ``drawing`` or ``program``."""
+    return "drawing" if outcome.certificate is None else "program"
+
+
 def saved_percent(outcome: Outcome, measure: Measure) -> float:
-    """Return the machine time that a measure saves against the drawing's order, percent."""
+    """Return the machine time that a measure saves against the order that the work came in, percent."""
     before = outcome.before.time_s
     return 100.0 * (1.0 - measure.time_s / before) if before > 0 else 0.0
 
@@ -134,6 +139,10 @@ def tool_count(outcome: Outcome) -> int:
 
 def counts_words(outcome: Outcome) -> str:
     """Return ``70 holes · 2 slots · 3 tools``."""
+    if outcome.certificate is not None:
+        counts = outcome.certificate["before"]
+        words = [count(int(counts[name]), name[:-1]) for name in ("holes", "cuts") if counts.get(name)]
+        return " · ".join(words) or "no work"
     words = [count(len(outcome.part.holes), "hole")]
     if outcome.part.slots:
         words.append(count(len(outcome.part.slots), "slot"))

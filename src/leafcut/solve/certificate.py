@@ -9,15 +9,19 @@ import numpy as np
 
 from leafcut.errors import SolveError
 from leafcut.kernels.cost import tour_cost
-from leafcut.model.problem import RoutingProblem
+from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
 from leafcut.solve.construction import nearest_neighbour
-from leafcut.solve.instance import Instance, build_instance
+from leafcut.solve.directed import build_directed, is_directed
+from leafcut.solve.instance import Instance, build_instance, costs_of_edges
 from leafcut.solve.statistics import Best
 
 #: Candidates of each node where a bound is asked of an order that no search made.
 CANDIDATES = 8
+
+#: Up to this many nodes whose ways differ by direction the bound is sought, on a table of all costs.
+MOST_DIRECTED = 2000
 
 #: A bound is above a cost by no more than this part of it when both are the same number, added up in other orders.
 ROUNDING = 1e-9
@@ -40,15 +44,54 @@ def aim(options: SolveOptions, instance: Instance, best: Best) -> None:
     if best.bound is not None:
         stop.target = best.bound * (1.0 + options.target_gap / 100.0) - best.service
     elif not stop.cancelled.is_set():
-        raise SolveError(
-            f"--target-gap: no lower bound can be had for {_words(instance.problem)}; "
-            "give --time-limit or --iterations instead"
-        )
+        raise _no_bound(instance.problem)
 
 
-def _words(problem: RoutingProblem) -> str:
+def aim_without_order(options: SolveOptions, problem: RoutingProblem, best: Best) -> None:
+    """As `aim`, for a problem with a direction: by the bound of its relaxation.
+
+    Raises
+    ------
+    SolveError
+        There is no bound of this problem.
+    """
+    if options.target_gap is None:
+        return
+    relaxed = relaxation(problem)
+    if relaxed is None:
+        raise _no_bound(problem)
+    aim(options, build_instance(relaxed, CANDIDATES), best)
+
+
+def _no_bound(problem: RoutingProblem) -> SolveError:
     what = f"{problem.n_clusters:,} targets"
-    return what if stands_for_its_tour(problem) else what + " that can be worked more than one way"
+    if problem.n_nodes > problem.n_clusters:
+        what += " that can be worked more than one way"
+    elif is_directed(problem):
+        what += " with costs that differ by direction"
+    return SolveError(f"--target-gap: no lower bound can be had for {what}; give --time-limit or --iterations instead")
+
+
+def relaxation(problem: RoutingProblem) -> RoutingProblem | None:
+    """Return a problem whose bound is one of `problem`, or None: its ways cost the same both ways.
+
+    Precedence is left out. Of the costs of the two directions the less is taken; a path from a start to an end is then
+    a closed one over one more node.
+    """
+    if problem.n_nodes > problem.n_clusters:
+        return None
+    if not is_directed(problem):
+        return problem
+    if problem.n_nodes > MOST_DIRECTED:
+        return None
+    directed = build_directed(replace(problem, precedence=np.zeros((0, 2), dtype=np.int32)), 1)
+    n = directed.n
+    table = costs_of_edges(directed.cost, np.repeat(directed.leave, n), np.tile(directed.enter, n)).reshape(n, n)
+    service = np.zeros(n)
+    service[: problem.n_nodes] = problem.service
+    metric = Metric("EXPLICIT", matrix=np.minimum(table, table.T))
+    relaxed = RoutingProblem.of_points(np.zeros((n, 2)), metric, closed=True)
+    return replace(relaxed, service=service)
 
 
 def certify(
@@ -57,11 +100,14 @@ def certify(
 ) -> Solution:  # fmt: skip
     """Return `solution` with its lower bound: `bound` where it is known already, else the one that is found now.
 
-    Somebody who stopped the search does not wait for a bound. One that the solution itself disproves is none.
+    It is one without precedence, which costs more the more there is of it (`relaxation`). Somebody who stopped the
+    search does not wait for a bound. One that the solution itself disproves is none.
     """
-    if bound is None and not cancelled.is_set() and stands_for_its_tour(problem):
-        travel = solution.cost - float(problem.service.sum())
-        bound = bound_of(instance or build_instance(problem, CANDIDATES), travel, cancelled)
+    relaxed = relaxation(problem) if bound is None and not cancelled.is_set() else None
+    if relaxed is not None:
+        if instance is None or relaxed is not problem:
+            instance = build_instance(relaxed, CANDIDATES)
+        bound = bound_of(instance, solution.cost - float(problem.service.sum()), cancelled)
     if bound is None or bound > solution.cost + ROUNDING * abs(solution.cost):
         return solution
     return replace(solution, lower_bound=min(bound, solution.cost))
@@ -86,5 +132,5 @@ def bound_of(instance: Instance, upper: float, cancelled: threading.Event) -> fl
 
 
 def stands_for_its_tour(problem: RoutingProblem) -> bool:
-    """Return whether a tour of the clusters' places costs what the path does: one node each, left where entered."""
-    return problem.n_nodes == problem.n_clusters and np.array_equal(problem.entry, problem.exit)
+    """Return whether a tour of the clusters' places costs what the path does: one node each, the same both ways."""
+    return problem.n_nodes == problem.n_clusters and not is_directed(problem)

@@ -12,60 +12,72 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.problem import RoutingProblem
-from leafcut.solve.instance import path_cost
+from leafcut.solve.instance import cost_model, costs_of_edges
+
+Nodes = NDArray[np.int32]
+Costs = NDArray[np.float64]
 
 
-def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> NDArray[np.int32]:
+def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> Nodes:
     """Return int32[clusters]: for the given order of clusters, the nodes that make the path cheapest."""
+    way = np.argsort(problem.cluster, kind="stable").astype(np.int32)
     if problem.n_nodes == problem.n_clusters:
-        return np.argsort(problem.cluster)[order].astype(np.int32)
-    members: list[list[int]] = [[] for _ in range(problem.n_clusters)]
-    for node, cluster in enumerate(problem.cluster):
-        members[int(cluster)].append(node)
-    layers = [members[int(c)] for c in order]
-    if not problem.closed:
-        return _shortest(problem, layers)
-    # A closed tour: one path per node of the first cluster, closed by hand.
-    tours = [_shortest(problem, [[node], *layers[1:]], back_to=node) for node in layers[0]]
-    return min(tours, key=lambda nodes: path_cost(problem, nodes))
+        return way[order]
+    ends = np.cumsum(np.bincount(problem.cluster))
+    layers = [
+        way[ends[c] - count : ends[c]] for c, count in zip(order, np.bincount(problem.cluster)[order], strict=True)
+    ]
+    # A closed tour: one path per node of the first cluster, which is chosen to be small, closed by hand.
+    first = int(np.argmin([len(layer) for layer in layers])) if problem.closed else 0
+    layers = layers[first:] + layers[:first]
+    return np.roll(_Layers(problem, layers).cheapest(), first)
 
 
-def _shortest(problem: RoutingProblem, layers: list[list[int]], back_to: int | None = None) -> NDArray[np.int32]:
-    arrival = {node: _from_start(problem, node) for node in layers[0]}
-    came_from: list[dict[int, int]] = []
-    for before, layer in itertools.pairwise(layers):
-        links = {node: min(before, key=lambda b: arrival[b] + _leg(problem, b, node)) for node in layer}
-        arrival = {node: arrival[b] + _leg(problem, b, node) for node, b in links.items()}
-        came_from.append(links)
-    last = min(arrival, key=lambda node: arrival[node] + _to_end(problem, node, back_to))
-    path = [last]
-    for links in reversed(came_from):
-        path.append(links[path[-1]])
-    return np.array(path[::-1], dtype=np.int32)
+class _Layers:
+    """The network of an order: a layer of nodes per cluster, and what the ways between neighbouring layers cost."""
 
+    def __init__(self, problem: RoutingProblem, layers: list[Nodes]) -> None:
+        n = problem.n_nodes
+        self.problem, self.layers = problem, layers
+        ends = [p if p is not None else (0.0, 0.0) for p in (problem.start, problem.end)]
+        explicit = problem.metric.name == "EXPLICIT"
+        self.exits = 0 if explicit else n
+        self.cost = cost_model(problem.metric, np.concatenate([problem.entry, problem.exit, np.array(ends)]))
+        self.start, self.end = np.array([2 * n], dtype=np.int32), np.array([2 * n + 1], dtype=np.int32)
 
-def _leg(problem: RoutingProblem, a: int, b: int) -> float:
-    return _pair(problem, problem.exit[a], problem.entry[b], a, b) + float(problem.service[b])
+    def cheapest(self) -> Nodes:
+        """Return the nodes of the cheapest path through all layers, int32[layers]."""
+        first, last, problem = self.layers[0], self.layers[-1], self.problem
+        arrival = problem.service[first].astype(np.float64)
+        if problem.closed:
+            paths = [
+                self._through(np.where(first == node, arrival, np.inf), self._legs(last, node[None])) for node in first
+            ]
+            return min(paths, key=lambda path: path[0])[1]
+        if problem.start is not None:
+            arrival += self._ways(self.start, first)[0]
+        home = (
+            self._ways(last + np.int32(self.exits), self.end) if problem.end is not None else np.zeros((len(last), 1))
+        )
+        return self._through(arrival, home)[1]
 
+    def _through(self, arrival: Costs, home: Costs) -> tuple[float, Nodes]:
+        """Return the cheapest path and its cost, from what it costs to have worked each node of the first layer."""
+        came_from = []
+        for before, layer in itertools.pairwise(self.layers):
+            total = arrival[:, None] + self._legs(before, layer)
+            came_from.append(np.argmin(total, axis=0))
+            arrival = total.min(axis=0) + self.problem.service[layer]
+        total = arrival + home[:, 0]
+        at = [int(np.argmin(total))]
+        for links in reversed(came_from):
+            at.append(int(links[at[-1]]))
+        nodes = [layer[i] for layer, i in zip(self.layers, reversed(at), strict=True)]
+        return float(total.min()), np.array(nodes, dtype=np.int32)
 
-def _from_start(problem: RoutingProblem, node: int) -> float:
-    service = float(problem.service[node])
-    if problem.start is None or problem.closed:
-        return service
-    return service + _pair(problem, np.array(problem.start), problem.entry[node], node, node)
+    def _legs(self, before: Nodes, layer: Nodes) -> Costs:
+        return self._ways(before + np.int32(self.exits), layer)
 
-
-def _to_end(problem: RoutingProblem, node: int, back_to: int | None) -> float:
-    if back_to is not None:
-        return _pair(problem, problem.exit[node], problem.entry[back_to], node, back_to)
-    if problem.end is None or problem.closed:
-        return 0.0
-    return _pair(problem, problem.exit[node], np.array(problem.end), node, node)
-
-
-def _pair(problem: RoutingProblem, a: NDArray[np.float64], b: NDArray[np.float64], i: int, j: int) -> float:
-    """Return the travel cost from place a to place b, or between nodes i and j where costs are explicit."""
-    if problem.metric.matrix is not None:
-        return float(problem.metric.matrix[i, j])
-    step = RoutingProblem.of_points([a, b], problem.metric)
-    return path_cost(step, np.array([0, 1], dtype=np.int32))
+    def _ways(self, leave: Nodes, arrive: Nodes) -> Costs:
+        costs = costs_of_edges(self.cost, np.repeat(leave, len(arrive)), np.tile(arrive, len(leave)))
+        return costs.reshape(len(leave), len(arrive))

@@ -19,12 +19,14 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.options import AcoOptions, SolveOptions
-from leafcut.solve.certificate import aim, certify, stands_for_its_tour
+from leafcut.solve.certificate import aim, aim_without_order, certify, stands_for_its_tour
 from leafcut.solve.clusters import choose_nodes
 from leafcut.solve.colony import Workers, improve_by_colony
 from leafcut.solve.construction import nearest_neighbour
+from leafcut.solve.directed import build_directed, is_directed
 from leafcut.solve.instance import FULL_LISTS_LIMIT, Instance, build_instance, path_cost
 from leafcut.solve.kicks import CANDIDATES, improve_by_kicks, kicks_per_iteration
+from leafcut.solve.precedence import broken_pair, checked_pairs, keeps
 from leafcut.solve.statistics import Best, Progress, WorkerLog
 from leafcut.solve.stop import Stop
 
@@ -42,6 +44,10 @@ COLONY_PRESETS = {"fast": 1e5, "default": 6e5, "thorough": 1e7}
 
 #: The same for local kicks: kicks per node, and most kicks.
 KICK_PRESETS = {"fast": (10, 2e4), "default": (100, 2e5), "thorough": (2000, math.inf)}
+
+#: Up to this many clusters of which some have several nodes are ordered together with the choice of their nodes; of
+#: more the colony orders the middles in the time there is.
+MOST_WITH_WAYS = 3000
 
 
 @dataclass(frozen=True)
@@ -73,27 +79,31 @@ def solve(
     Raises
     ------
     SolveError
-        The problem has precedence pairs, asks for full candidate lists on too many nodes, or for a gap where no lower
-        bound can be had.
+        The precedence cannot be kept, or not by the algorithm asked for; full candidate lists are asked for on too many
+        nodes, or a gap where no lower bound can be had.
     """
     options, aco = options or SolveOptions(), aco or AcoOptions()
     options = _decided(options)
-    if len(problem.precedence):
-        raise SolveError("this algorithm cannot keep precedence pairs inside one routing problem")
+    pairs = checked_pairs(problem)
     tiny = problem.n_clusters <= TRY_ALL
-    if not tiny and options.algorithm != "none":
+    ordered = not tiny and _goes_in_order(problem, options)
+    if ordered:
+        warm_up_in_order(problem)
+    elif not tiny and options.algorithm != "none":
         warm_up(options, aco)
     stop = Stop(cancelled=cancelled or threading.Event())
     if options.time_limit is not None:
         stop.seconds = options.time_limit
     best = Best(stop, progress, float(problem.service.sum()))
     if tiny or options.algorithm == "none":
-        return _without_search(problem, options, best)
+        return _without_search(problem, pairs, options, best)
     if options.candidates == 0 and problem.n_clusters > FULL_LISTS_LIMIT:
         raise SolveError(
             f"--candidates 0 makes all {problem.n_clusters} nodes candidates of each other, too much memory above "
             f"{FULL_LISTS_LIMIT} nodes; give a number such as 16"
         )
+    if ordered:
+        return _in_order(problem, options, best)
     instance = build_instance(problem, _candidates(options))
     aim(options, instance, best)
     found = _run(instance, options, aco, stop, best)
@@ -106,22 +116,83 @@ def _decided(options: SolveOptions) -> SolveOptions:
     return replace(options, algorithm="colony") if options.algorithm == "auto" else options
 
 
+def _goes_in_order(problem: RoutingProblem, options: SolveOptions) -> bool:
+    """Return whether the search for paths with a direction is the one for this problem.
+
+    Raises
+    ------
+    SolveError
+        It is, and another one is asked for that cannot keep precedence.
+    """
+    several = problem.n_nodes > problem.n_clusters
+    few = problem.metric.matrix is not None or problem.n_clusters <= MOST_WITH_WAYS
+    wanted = len(problem.precedence) > 0 or (few if several else is_directed(problem))
+    if options.algorithm in ("colony", "none"):
+        return wanted and options.algorithm == "colony"
+    if len(problem.precedence):
+        raise SolveError(
+            f"algorithm '{options.algorithm}' cannot keep what must come before what; use --algorithm auto, which can"
+        )
+    return False
+
+
+def _in_order(problem: RoutingProblem, options: SolveOptions, best: Best) -> Solution:
+    """Return what the search for paths with a direction finds; its costs have the service in them."""
+    from leafcut.solve import sequential
+
+    stop, best.service = best.stop, 0.0
+    aim_without_order(options, problem, best)
+    search = sequential.Search(build_directed(problem, _candidates(options)), options.seed, best)
+    if options.iterations is not None:
+        stop.iterations = options.iterations
+    limited = options.iterations is not None or options.time_limit is not None
+    kicks = math.inf if limited else sequential.budget(options.preset, problem.n_clusters)
+    iterations = _until_interrupted(lambda: search.run(kicks), best)
+    order = problem.cluster[best.tour].astype(np.int32)
+    figures = WorkerFigures(0, search.kicks, stop.elapsed(), best.cost)
+    solution = _solution(problem, order, options, Found(order, iterations, (figures,)), best, known=True)
+    return certify(problem, solution, best.bound, stop.cancelled) if options.bound else solution
+
+
+def warm_up_in_order(problem: RoutingProblem) -> None:
+    """As `warm_up`, for the search for paths with a direction: what it needs for a problem of this kind."""
+    from leafcut.solve import sequential
+
+    rng = np.random.default_rng(1)
+    entry, several = rng.uniform(0.0, 100.0, (40, 2)), problem.n_nodes > problem.n_clusters
+    small = RoutingProblem(
+        entry=entry,
+        exit=rng.uniform(0.0, 100.0, (40, 2)) if is_directed(problem) and not several else entry,
+        cluster=np.arange(40, dtype=np.int32),
+        service=np.zeros(40),
+        precedence=np.array([[0, 1]], dtype=np.int32),
+    )
+    sequential.Search(build_directed(small, sequential.CANDIDATES), 1, Best(Stop(iterations=1))).run(1)
+    path_cost(small, np.arange(40, dtype=np.int32))
+
+
 def _candidates(options: SolveOptions) -> int:
     if options.candidates is not None:
         return options.candidates
     return CANDIDATES if options.algorithm in ("colony", "kicks") else ANTS_CANDIDATES
 
 
-def _without_search(problem: RoutingProblem, options: SolveOptions, best: Best) -> Solution:
+def _without_search(problem: RoutingProblem, pairs: NDArray[np.int32], options: SolveOptions, best: Best) -> Solution:
     """Return the drawing's order when asked for, else the best of the few orders there are: its cost is the bound."""
     drawn = options.algorithm == "none"
-    order = np.arange(problem.n_clusters, dtype=np.int32) if drawn else _try_all(problem)
+    order = np.arange(problem.n_clusters, dtype=np.int32) if drawn else _try_all(problem, pairs)
+    broken = broken_pair(pairs, order)
+    if broken is not None:
+        raise SolveError(
+            f"the order as drawn has cluster {broken[1]} before cluster {broken[0]}, which must come first; "
+            "use --algorithm auto"
+        )
     solution = _solution(problem, order, options, Found(order), best)
     if not options.bound:
         return solution
     bound = None
     if problem.n_clusters <= TRY_ALL:
-        bound = path_cost(problem, choose_nodes(problem, _try_all(problem) if drawn else order))
+        bound = path_cost(problem, choose_nodes(problem, _try_all(problem, pairs) if drawn else order))
     return certify(problem, solution, bound, best.stop.cancelled)
 
 
@@ -224,14 +295,18 @@ def _pool(threads: int) -> Iterator[Executor | None]:
         yield executor
 
 
-def _try_all(problem: RoutingProblem) -> NDArray[np.int32]:
+def _try_all(problem: RoutingProblem, pairs: NDArray[np.int32]) -> NDArray[np.int32]:
     orders = [np.array(o, dtype=np.int32) for o in itertools.permutations(range(problem.n_clusters))]
-    return min(orders, key=lambda order: path_cost(problem, choose_nodes(problem, order)))
+    return min(
+        (o for o in orders if keeps(pairs, o)), key=lambda order: path_cost(problem, choose_nodes(problem, order))
+    )
 
 
 def _solution(
-    problem: RoutingProblem, order: NDArray[np.int32], options: SolveOptions, found: Found, best: Best
-) -> Solution:
+    problem: RoutingProblem, order: NDArray[np.int32], options: SolveOptions, found: Found, best: Best,
+    known: bool = False,
+) -> Solution:  # fmt: skip
+    """Return the solution; `known`: the search knew what its paths cost."""
     nodes = choose_nodes(problem, order)
     cost = path_cost(problem, nodes)
     seconds = best.stop.elapsed()
@@ -243,27 +318,27 @@ def _solution(
         seed=options.seed,
         iterations=found.iterations,
         seconds=seconds,
-        history=_history(problem, best, seconds, cost),
+        history=_history(best, seconds, cost, known or stands_for_its_tour(problem)),
         workers=found.workers,
         stopped_early=best.stop.cancelled.is_set() or seconds >= best.stop.seconds,
     )
 
 
-def _history(problem: RoutingProblem, best: Best, seconds: float, cost: float) -> tuple[tuple[float, float], ...]:
+def _history(best: Best, seconds: float, cost: float, known: bool) -> tuple[tuple[float, float], ...]:
     """Return what the best path cost at every improvement, service included, ending with `cost`.
 
-    Where a cluster has several ways the search knows only its middle: then the answer's cost is all that is known.
+    Where the search knew only the middle of a cluster, the answer's cost is all that is known.
     """
-    if not best.history or not stands_for_its_tour(problem):
+    if not best.history or not known:
         return ((seconds, cost),)
     *before, (last, _) = best.history
     return (*((t, max(cost, c + best.service)) for t, c in before), (last, cost))
 
 
 def keep_better(problem: RoutingProblem, solution: Solution, other: NDArray[np.int32]) -> Solution:
-    """Return `solution`, with the nodes int32[clusters] of `other` instead when those cost less."""
+    """Return `solution`, with the nodes int32[clusters] of `other` instead when those cost less and keep precedence."""
     cost = path_cost(problem, other)
-    if cost >= solution.cost:
+    if cost >= solution.cost or not keeps(checked_pairs(problem), problem.cluster[other]):
         return solution
     bound = solution.lower_bound
     return replace(

@@ -49,7 +49,7 @@ class Best:
         if self.progress is None:
             return
         seconds = self.stop.elapsed()
-        shares = (iteration / self.stop.iterations, seconds / self.stop.seconds)
+        shares = (iteration / max(self.stop.iterations, 1), seconds / self.stop.seconds)
         cost = self.cost + self.service
         self.progress(iteration, cost, seconds, min(1.0, max(shares)), gap(cost, self.bound))
 

@@ -1,0 +1,48 @@
+"""Chords: straight moves that a controller takes as one, since what lies between strays too little to matter."""
+
+from __future__ import annotations
+
+from numpy.typing import NDArray
+
+from leafcut.kernels import kernel
+
+#: Most points that one move passes by. Source: LinuxCNC 2.9, emc/task/emccanon.cc (a queue of 100).
+MOST_POINTS = 100
+
+
+@kernel
+def merge_chords(point: NDArray, joins: NDArray, tolerance: NDArray, begins: NDArray) -> int:
+    """Join straight moves while all points passed by stay within a tolerance of the chord; return how many remain.
+
+    point      float64[m + 1, 3]   mm; move i goes from point i to point i + 1
+    joins      bool[m]             move i may be joined to the one before it
+    tolerance  float64[m]          mm
+    begins     bool[m]             move i is the first of those that are now one
+
+    Changes: begins.
+    Source: LinuxCNC documentation, G64 ("naive CAM detector"): greedy, each chord as long as it can be.
+    """
+    first, count = 0, 0
+    for i in range(len(joins)):
+        begins[i] = i == 0 or not joins[i] or i - first > MOST_POINTS
+        if not begins[i]:
+            dx = point[i + 1, 0] - point[first, 0]
+            dy = point[i + 1, 1] - point[first, 1]
+            dz = point[i + 1, 2] - point[first, 2]
+            chord2 = dx * dx + dy * dy + dz * dz
+            begins[i] = chord2 == 0.0
+            k = first + 1
+            while not begins[i] and k <= i:
+                px = point[k, 0] - point[first, 0]
+                py = point[k, 1] - point[first, 1]
+                pz = point[k, 2] - point[first, 2]
+                along = min(1.0, max(0.0, (px * dx + py * dy + pz * dz) / chord2))
+                px -= along * dx
+                py -= along * dy
+                pz -= along * dz
+                begins[i] = px * px + py * py + pz * pz > tolerance[i] * tolerance[i]
+                k += 1
+        if begins[i]:
+            first = i
+            count += 1
+    return count

@@ -1,0 +1,94 @@
+"""What a search for paths with a direction begins with: candidates from exits to entries, and a first path."""
+
+from __future__ import annotations
+
+import math
+
+from numpy.typing import NDArray
+
+from leafcut.kernels import kernel
+from leafcut.kernels.candidates import _choose
+from leafcut.kernels.cost import CostModel, travel
+from leafcut.kernels.neighbours import Nearby, Tree, find_nearby
+from leafcut.kernels.route import Route, Rules, leg
+
+
+@kernel
+def fill_directed_candidates(
+    cost: CostModel,
+    tree: Tree,
+    goal: NDArray,
+    query: NDArray,
+    per_quadrant: int,
+    candidates: NDArray,
+    lengths: NDArray,
+    nearby: Nearby,
+) -> None:
+    """Fill the list of every query: the goals nearest in each quadrant, and the nearest of all, but its own.
+
+    Symbols: tree, of m goals, with room for one more point behind them; goal int32[m], query int32[n], rows of
+    `CostModel.xy`. Lists hold numbers of points of the tree. The cost is that of the way from query to goal, which is
+    the same both ways.
+
+    Changes: candidates int32[n, k] (sorted by cost; -1 where there are fewer) and lengths float64[n, k]; the last point
+    of the tree; nearby.
+    """
+    m, k = len(goal), candidates.shape[1]
+    for i in range(len(query)):
+        tree.x[m], tree.y[m] = cost.xy[query[i], 0], cost.xy[query[i], 1]
+        tree.leaf_of[m] = 0  # the root: the search begins there, and wants all
+        nearby.limit[:] = math.inf
+        find_nearby(tree, m, per_quadrant, k, nearby)
+        have = _choose(nearby.found, nearby.near, per_quadrant, k, nearby.chosen)
+        for c in range(k):
+            candidates[i, c], lengths[i, c] = -1, math.inf
+        for f in range(have):
+            j = nearby.chosen[f]
+            d = travel(cost, query[i], goal[j])
+            place = f
+            while place > 0 and lengths[i, place - 1] > d:
+                lengths[i, place], candidates[i, place] = lengths[i, place - 1], candidates[i, place - 1]
+                place -= 1
+            lengths[i, place], candidates[i, place] = d, j
+
+
+@kernel
+def lay_route(cost: CostModel, route: Route, rules: Rules, open_: NDArray, spot: NDArray, missing: NDArray) -> None:
+    """Lay a path from the node at place 0: always on to the cheapest node whose predecessors are all on it.
+
+    Symbols: open_ int32[n], nodes that may come next; spot int32[n], where each stands there, -1 for those that do not.
+    The node at place 0 is not among them; missing int32[n], how many predecessors of each node are not on the path.
+    There are no rings in the precedence. Among candidates first; where none may come next, among all that may.
+
+    Changes: node, place, open_, spot, missing.
+    """
+    n, near = len(route.node), rules.onward.near
+    count = 0
+    while count < n and open_[count] >= 0:
+        count += 1
+    for at in range(n):
+        if at > 0:
+            last, best = route.node[at - 1], -1
+            for k in range(near.shape[1]):
+                if near[last, k] < 0 or spot[near[last, k]] >= 0:
+                    best = near[last, k]
+                    break
+            if best < 0:
+                best_d = math.inf
+                for f in range(count):
+                    d = leg(cost, route, last, open_[f], 1)
+                    if d < best_d:
+                        best, best_d = open_[f], d
+            count -= 1
+            moved = open_[count]
+            open_[spot[best]], spot[moved] = moved, spot[best]
+            spot[best] = -1
+            route.node[at] = best
+        v = route.node[at]
+        route.place[v] = at
+        for e in range(rules.after_begin[v], rules.after_begin[v + 1]):
+            w = rules.after[e]
+            missing[w] -= 1
+            if missing[w] == 0:
+                open_[count], spot[w] = w, count
+                count += 1

@@ -1,0 +1,315 @@
+"""A path with a direction, being worked on: what an exchange does to it, and how it is taken back.
+
+The path is an array with an anchor at place 0 (the depot of an open path), taken as a circle: behind the last place
+comes the first. An exchange cuts it behind up to three places p < q < r into A = … p, B = p + 1 … q, C = q + 1 … r and
+D = r + 1 …, and puts it together again with B and C swapped, turned round, or both. What turning a piece round costs
+inside it is the difference of two sums along the path, so that it is known without walking the piece.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.kernels import part
+from leafcut.kernels.cost import CostModel, travel
+
+#: log2 of the places that share one entry of `Route.shift`.
+BLOCK = 8
+
+#: Columns of `Route.move`: the three cuts, and what becomes of the two pieces between them.
+P, Q, R, SWAPPED, TURNED_B, TURNED_C = 0, 1, 2, 3, 4, 5
+
+#: Entries of `Route.flags`.
+TWISTED, RING = 0, 1
+
+#: In the log, in place of the third cut of an exchange: another way of one node was chosen.
+CHOICE = -2
+
+
+class Route(NamedTuple):
+    """A path being worked on, and all that a search in it needs; one object per worker.
+
+    ======== =============== ==========================================================================
+    node     int32[n]        nodes in the order of the path
+    place    int32[n]        where each node stands in it
+    enter    int32[n]        the row of `CostModel.xy` (or of its matrix) where a node is entered
+    leave    int32[n]        and where it is left
+    bias     float64[n]      with shift: how much more the way back to the anchor costs than the way from there
+    shift    float64[b]      added to `bias` of 2**BLOCK places each
+    flags    int64[2]        TWISTED: some way does not cost the same both ways, else bias is not used;
+                             RING: the path may begin anywhere, else the node at place 0 stays there
+    queue    int32[n]        ring buffer of nodes worth looking at; counts[0] is its first, counts[1] how many
+    queued   uint8[n]        1 for nodes in the queue
+    counts   int64[4]        queue's first, queue's length, entries in the log, 1 when the log was too small
+    log      int32[m]        what was overwritten, the last on top; m = 0 where no log is kept
+    buffer   int32[b]        pieces on their way; an exchange that writes more places is not made
+    move     int64[6]        the exchange that was found
+    ======== =============== ==========================================================================
+    """
+
+    node: NDArray[np.int32]
+    place: NDArray[np.int32]
+    enter: NDArray[np.int32]
+    leave: NDArray[np.int32]
+    bias: NDArray[np.float64]
+    shift: NDArray[np.float64]
+    flags: NDArray[np.int64]
+    queue: NDArray[np.int32]
+    queued: NDArray[np.uint8]
+    counts: NDArray[np.int64]
+    log: NDArray[np.int32]
+    buffer: NDArray[np.int32]
+    move: NDArray[np.int64]
+
+
+class Lists(NamedTuple):
+    """Candidates of every node in one direction of the path, cheapest first, -1 and infinite where there are fewer.
+
+    ========= ============== ===================================================
+    near      int32[n, c]    nodes that are cheap to go to from a node
+    near_cost float64[n, c]  what that costs; of several ways, the least of them
+    back      int32[n, c]    nodes from which it is cheap to go to a node
+    back_cost float64[n, c]
+    ========= ============== ===================================================
+    """
+
+    near: NDArray[np.int32]
+    near_cost: NDArray[np.float64]
+    back: NDArray[np.int32]
+    back_cost: NDArray[np.float64]
+
+
+class Rules(NamedTuple):
+    """What does not change while a path is worked on.
+
+    ============ ============= ==================================================================================
+    after_begin  int32[n + 1]  the nodes that must come after node v are after[after_begin[v] … after_begin[v+1] - 1]
+    after        int32[k]
+    before_begin int32[n + 1]  likewise those that must come before
+    before       int32[k]
+    way_begin    int32[n + 1]  likewise the ways to work a node, of which one is taken
+    way          int32[w]      the row where a way is entered
+    beyond       int64[1]      the row where it is left is so much larger
+    service      float64[rows] what a way itself costs, by the row where it is entered
+    onward       Lists         candidates along the path
+    backward     Lists         the same for the path seen from its end
+    ============ ============= ==================================================================================
+    """
+
+    after_begin: NDArray[np.int32]
+    after: NDArray[np.int32]
+    before_begin: NDArray[np.int32]
+    before: NDArray[np.int32]
+    way_begin: NDArray[np.int32]
+    way: NDArray[np.int32]
+    beyond: NDArray[np.int64]
+    service: NDArray[np.float64]
+    onward: Lists
+    backward: Lists
+
+
+@part
+def push(route: Route, v: int) -> None:
+    """Put a node into the queue, if it is not there. Changes: queue, queued, counts."""
+    if route.queued[v] == 0:
+        n, tail = len(route.queue), route.counts[0] + route.counts[1]
+        route.queue[tail - n if tail >= n else tail] = v
+        route.queued[v] = 1
+        route.counts[1] += 1
+
+
+@part
+def pop(route: Route) -> int:
+    """Take the first node out of the queue. Changes: queued, counts."""
+    first = route.counts[0]
+    v = route.queue[first]
+    route.counts[0] = first + 1 if first + 1 < len(route.queue) else 0
+    route.counts[1] -= 1
+    route.queued[v] = 0
+    return int(v)
+
+
+@part
+def leg(cost: CostModel, route: Route, u: int, v: int, s: int) -> float:
+    """Return what it costs to go from node u to node v; with s = -1, from v to u."""
+    if s > 0:
+        return travel(cost, route.leave[u], route.enter[v])
+    return travel(cost, route.leave[v], route.enter[u])
+
+
+@part
+def set_bias(cost: CostModel, route: Route, low: int, high: int) -> None:
+    """Bring bias and shift up to date after the nodes at the places low … high have changed. Changes: bias, shift."""
+    node, bias, shift, n = route.node, route.bias, route.shift, len(route.node)
+    value = bias[low - 1] + shift[(low - 1) >> BLOCK] if low > 0 else 0.0
+    for at in range(low, min(high + 2, n)):
+        if at > 0:
+            u, v = node[at - 1], node[at]
+            value += leg(cost, route, v, u, 1) - leg(cost, route, u, v, 1)
+        if at <= high:
+            bias[at] = value - shift[at >> BLOCK]
+    if high + 1 < n:
+        block = (high + 1) >> BLOCK
+        change = value - (bias[high + 1] + shift[block])
+        for at in range(high + 1, min((block + 1) << BLOCK, n)):
+            bias[at] += change
+        for b in range(block + 1, len(shift)):
+            shift[b] += change
+
+
+@part
+def begin_bias(cost: CostModel, route: Route) -> None:
+    """Make bias anew: its changes would carry their rounding on for ever. Changes: bias, shift."""
+    if route.flags[TWISTED] == 1:
+        route.shift[:] = 0.0
+        set_bias(cost, route, 0, len(route.node) - 1)
+
+
+@part
+def keeps_order(route: Route, rules: Rules, p: int, q: int, r: int, swapped: bool, b: bool, c: bool) -> bool:
+    """Return whether all pairs are in order after an exchange: of pieces swapped, and of B or C turned round."""
+    node, place, after_begin, after = route.node, route.place, rules.after_begin, rules.after
+    if len(after) == 0:
+        return True
+    if swapped and q - p <= r - q:
+        for at in range(q, p, -1):
+            v = node[at]
+            for e in range(after_begin[v], after_begin[v + 1]):
+                if q < place[after[e]] <= r:
+                    return False
+    elif swapped:
+        for at in range(q + 1, r + 1):
+            v = node[at]
+            for e in range(rules.before_begin[v], rules.before_begin[v + 1]):
+                if p < place[rules.before[e]] <= q:
+                    return False
+    for at in range(p + 1 if b else q + 1, (r if c else q) + 1):
+        v = node[at]
+        for e in range(after_begin[v], after_begin[v + 1]):
+            if place[after[e]] <= (q if at <= q else r):
+                return False
+    return True
+
+
+@part
+def log_exchange(route: Route, p: int, r: int) -> bool:
+    """Log what stands at the places p + 1 … r; return whether there was room. Changes: log, counts."""
+    log, top = route.log, route.counts[2]
+    if len(log) == 0:
+        return True
+    if top + (r - p) + 2 > len(log):
+        route.counts[3] = 1
+        return False
+    for at in range(p + 1, r + 1):
+        log[top] = route.node[at]
+        top += 1
+    log[top], log[top + 1] = p, r
+    route.counts[2] = top + 2
+    return True
+
+
+@part
+def make_exchange(cost: CostModel, route: Route) -> bool:
+    """Make the exchange in `move`, log what it overwrites and push the nodes at its cuts.
+
+    Return whether there was room in the log. Changes: node, place, bias, shift, queue, queued, counts, log, buffer.
+    """
+    node, place, move, buffer = route.node, route.place, route.move, route.buffer
+    n, p, q, r = len(node), move[P], move[Q], move[R]
+    if not log_exchange(route, p, r):
+        return False
+    filled = 0
+    for piece in range(2):
+        second = (piece == 0) == (move[SWAPPED] == 1)
+        first, last = (q + 1, r) if second else (p + 1, q)
+        turned = (move[TURNED_C] if second else move[TURNED_B]) == 1
+        for k in range(last - first + 1):
+            buffer[filled] = node[last - k if turned else first + k]
+            filled += 1
+    for k in range(filled):
+        node[p + 1 + k] = buffer[k]
+        place[buffer[k]] = p + 1 + k
+    if route.flags[TWISTED] == 1:
+        set_bias(cost, route, p + 1, r)
+    middle = p + (r - q if move[SWAPPED] == 1 else q - p)
+    for cut in (p, middle, r):
+        push(route, node[cut])
+        push(route, node[cut + 1 if cut + 1 < n else 0])
+    return True
+
+
+@part
+def way_cost(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> float:
+    """Return what it costs to come to node v, work it the way that is entered at `row`, and go on."""
+    at = route.place[v]
+    u, w = route.node[at - 1], route.node[at + 1 if at + 1 < len(route.node) else 0]
+    there, on = travel(cost, route.leave[u], row), travel(cost, row + rules.beyond[0], route.enter[w])
+    return float(rules.service[row] + there + on)
+
+
+@part
+def take_way(cost: CostModel, route: Route, rules: Rules, v: int, row: int) -> bool:
+    """Work node v the way that is entered at `row`, log what it was, and push v and its neighbours.
+
+    Return whether there was room in the log. Changes: enter, leave, bias, shift, queue, queued, counts, log.
+    """
+    at, top = route.place[v], route.counts[2]
+    if len(route.log) > 0:
+        if top + 3 > len(route.log):
+            route.counts[3] = 1
+            return False
+        route.log[top], route.log[top + 1], route.log[top + 2] = route.enter[v], v, CHOICE
+        route.counts[2] = top + 3
+    route.enter[v], route.leave[v] = row, row + rules.beyond[0]
+    if route.flags[TWISTED] == 1:
+        set_bias(cost, route, at, at)
+    push(route, v)
+    push(route, route.node[at - 1])
+    push(route, route.node[at + 1 if at + 1 < len(route.node) else 0])
+    return True
+
+
+@part
+def choose_way(cost: CostModel, route: Route, rules: Rules, v: int, least: float) -> float:
+    """Work node v the way that is best between its neighbours, if that gains more than `least`; return the gain, or 0.
+
+    Changes: as `take_way`.
+    """
+    begin, end = rules.way_begin[v], rules.way_begin[v + 1]
+    if end - begin < 2:
+        return 0.0
+    best = route.enter[v]
+    now = way_cost(cost, route, rules, v, best)
+    best_cost = now - least
+    for e in range(begin, end):
+        total = way_cost(cost, route, rules, v, rules.way[e])
+        if total < best_cost:
+            best, best_cost = rules.way[e], total
+    if best == route.enter[v] or not take_way(cost, route, rules, v, best):
+        return 0.0
+    return float(now - best_cost)
+
+
+@part
+def take_back(cost: CostModel, route: Route, rules: Rules) -> None:
+    """Undo everything in the log, last first, and empty it. Changes: node, place, enter, leave, bias, shift, counts."""
+    top, log = route.counts[2], route.log
+    while top > 0:
+        p, r = log[top - 2], log[top - 1]
+        top -= 2
+        if r == CHOICE:
+            top -= 1
+            route.enter[p], route.leave[p] = log[top], log[top] + rules.beyond[0]
+            p = route.place[p] - 1
+            r = p + 1
+        else:
+            top -= r - p
+            for k in range(r - p):
+                route.node[p + 1 + k] = log[top + k]
+                route.place[log[top + k]] = p + 1 + k
+        if route.flags[TWISTED] == 1:
+            set_bias(cost, route, p + 1, r)
+    route.counts[2] = 0

@@ -1,0 +1,363 @@
+"""A search for paths with a direction: costs that are not the same both ways, and nodes that must precede others.
+
+Exchanges of two or three ways are found along candidate lists. Of the pieces of `kernels.route` they make
+
+    A C B D,   A B' D,   A C B' D,   A C' B D   or   A B' C' D   (' turned round).
+
+The first keeps all directions; alone it is the path-preserving exchange of the literature. Whether an exchange keeps
+the precedence is asked last, of one that gains. Everything is written for one direction and used for both: seen from
+its end the path is a path as well. There a node's coordinate is its distance from the anchor against the direction.
+
+Source: L. M. Gambardella and M. Dorigo, INFORMS J. Computing 12 (2000) (path-preserving exchanges of three edges, with
+precedence). Differs: candidate lists and gains along the exchange instead of labels in a search over all places; pieces
+may be turned; kicks as in `kernels.kicks`.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numpy.typing import NDArray
+
+from leafcut.kernels import kernel, part
+from leafcut.kernels.cost import CostModel
+from leafcut.kernels.random import below, uniform
+from leafcut.kernels.route import (
+    BLOCK,
+    RING,
+    SWAPPED,
+    TURNED_B,
+    TURNED_C,
+    TWISTED,
+    Lists,
+    P,
+    Q,
+    R,
+    Route,
+    Rules,
+    begin_bias,
+    choose_way,
+    keeps_order,
+    leg,
+    make_exchange,
+    pop,
+    push,
+    take_back,
+    take_way,
+    way_cost,
+)
+
+#: Longest piece that a kick moves, and how often it looks for a place where precedence lets it.
+LONGEST_PIECE, DRAWS = 50, 12
+
+#: Where nodes can be worked in several ways, the share of kicks that change the way of one.
+WAY_SHARE = 0.3
+
+#: Kicks at once, when the path may get longer: a single one is mended too well on paths of few nodes.
+MOST_AT_ONCE = 3
+
+#: Exchanges looked for after a kick before it is given up.
+MOST_LOOKS = 10_000
+
+
+@part
+def coordinate(route: Route, v: int, s: int) -> int:
+    """Return how far node v is from the anchor in direction s, 0 … n - 1."""
+    at = route.place[v]
+    return int(at if s > 0 or at == 0 else len(route.place) - at)
+
+
+@part
+def node_at(route: Route, x: int, s: int) -> int:
+    """Return the node at coordinate x = 0 … n in direction s; n is the anchor again."""
+    n = len(route.node)
+    if x == 0 or x == n:
+        return int(route.node[0])
+    return int(route.node[x if s > 0 else n - x])
+
+
+@part
+def turning(route: Route, s: int, x: int, y: int) -> float:
+    """Return what it costs inside the piece of coordinates x … y to turn it round."""
+    if route.flags[TWISTED] == 0:
+        return 0.0
+    n, bias, shift = len(route.bias), route.bias, route.shift
+    a, b = (x, y) if s > 0 else (n - y, n - x)
+    return float(bias[b] + shift[b >> BLOCK] - bias[a] - shift[a >> BLOCK])
+
+
+@part
+def new_way(cost: CostModel, route: Route, rules: Rules, listed: float, u: int, v: int, s: int) -> float:
+    """Return what going from u to v costs: as listed, where nodes have no choice of ways."""
+    if len(rules.way) <= len(route.node):
+        return listed
+    return leg(cost, route, u, v, s)
+
+
+@part
+def settle(route: Route, rules: Rules, s: int, x: int, y: int, z: int, swapped: bool, b: bool, c: bool) -> bool:
+    """Note the exchange that cuts behind the coordinates x < y ≤ z if it may be made, and return whether.
+
+    Changes: move.
+    """
+    n, move, room = len(route.node), route.move, len(route.buffer)
+    if s > 0:
+        p, q, r = x, y, z
+    else:
+        p, q, r = n - 1 - z, n - 1 - y, n - 1 - x
+        b, c = c, b
+    if r - p > room or not keeps_order(route, rules, p, q, r, swapped, b, c):
+        # On a ring A C B, where D is empty, is C B A as well: another order for those that must precede others.
+        if not (route.flags[RING] == 1 and swapped and r == n - 1) or b or c:
+            return False
+        p, q, r = -1, p, q
+        if r - p > room or not keeps_order(route, rules, p, q, r, True, False, False):
+            return False
+    move[P], move[Q], move[R] = p, q, r
+    move[SWAPPED], move[TURNED_B], move[TURNED_C] = swapped, b, c
+    return True
+
+
+@part
+def cut_before(
+    cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: int, least: float, s: int, x0: int, t1: int,
+    c: int, gain: float,
+) -> float:  # fmt: skip
+    """Look for an exchange after which the path goes from x0 to c, and which cuts the way that led to c.
+
+    Symbols as in `find_exchange`; gain is that of the way to c in place of the way to t1. Returns the gain of the
+    exchange, which is in `move`, or 0. Changes: move.
+    """
+    n = len(route.node)
+    xc = coordinate(route, c, s)
+    cut = (xc if xc > 0 else n) - 1
+    t3 = node_at(route, cut, s)
+    gain += leg(cost, route, t3, c, s)
+    span = cut - x0 if cut > x0 else cut - x0 + n
+    for k in range(min(breadth, lists.near.shape[1])):  # A C B D, its cuts in any of three roles
+        e = lists.near[t3, k]
+        if e < 0 or gain - lists.near_cost[t3, k] <= least:
+            break
+        xe = coordinate(route, e, s)
+        last = (xe if xe > 0 else n) - 1
+        if (last - x0 if last >= x0 else last - x0 + n) <= span:
+            continue
+        u = node_at(route, last, s)
+        total = gain - new_way(cost, route, rules, lists.near_cost[t3, k], t3, e, s) + leg(cost, route, u, e, s)
+        total -= leg(cost, route, u, t1, s)
+        if total > least:
+            x, z = min(x0, cut, last), max(x0, cut, last)
+            if settle(route, rules, s, x, x0 + cut + last - x - z, z, True, False, False):
+                return total
+    if cut <= x0:
+        return 0.0
+    inside = turning(route, s, x0 + 1, cut)
+    for k in range(min(breadth, lists.back.shape[1])):  # A C B' D
+        e = lists.back[t3, k]
+        if e < 0 or gain - lists.back_cost[t3, k] <= least:
+            break
+        xe = coordinate(route, e, s)
+        if xe < xc or xc == 0:
+            continue
+        f = node_at(route, xe + 1, s)
+        total = gain - new_way(cost, route, rules, lists.back_cost[t3, k], e, t3, s) + leg(cost, route, e, f, s)
+        total -= leg(cost, route, t1, f, s) + inside
+        if total > least and settle(route, rules, s, x0, cut, xe, True, True, False):
+            return total
+    return 0.0
+
+
+@part
+def cut_behind(
+    cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: int, least: float, s: int, x0: int, t1: int,
+    xc: int, gain: float,
+) -> float:  # fmt: skip
+    """Look for an exchange that goes from x0 to the node at xc > x0 + 1, and cuts the way that led on from it.
+
+    As `cut_before`.
+    """
+    n = len(route.node)
+    d = node_at(route, xc + 1, s)
+    gain += leg(cost, route, node_at(route, xc, s), d, s)
+    inside = turning(route, s, x0 + 1, xc)
+    total = gain - leg(cost, route, t1, d, s) - inside  # A B' D
+    if total > least and settle(route, rules, s, x0, xc, xc, False, True, False):
+        return total
+    for k in range(min(breadth, lists.back.shape[1])):  # A C' B D
+        e = lists.back[d, k]
+        if e < 0 or gain - lists.back_cost[d, k] <= least:
+            break
+        xe = coordinate(route, e, s)
+        if xe <= x0 or xe >= xc:
+            continue
+        h = node_at(route, xe + 1, s)
+        total = gain - new_way(cost, route, rules, lists.back_cost[d, k], e, d, s) + leg(cost, route, e, h, s)
+        total -= leg(cost, route, h, t1, s) + turning(route, s, xe + 1, xc)
+        if total > least and settle(route, rules, s, x0, xe, xc, True, False, True):
+            return total
+    for k in range(min(breadth, lists.near.shape[1]) if xc + 1 < n else 0):  # A B' C' D
+        f = lists.near[d, k]
+        if f < 0 or gain - lists.near_cost[d, k] <= least:
+            break
+        xf = coordinate(route, f, s)
+        last = (xf if xf > 0 else n) - 1
+        if last <= xc:
+            continue
+        e = node_at(route, last, s)
+        total = gain - new_way(cost, route, rules, lists.near_cost[d, k], d, f, s) + leg(cost, route, e, f, s)
+        total -= leg(cost, route, t1, e, s) + inside + turning(route, s, xc + 1, last)
+        if total > least and settle(route, rules, s, x0, xc, last, False, True, True):
+            return total
+    return 0.0
+
+
+@part
+def find_exchange(
+    cost: CostModel, route: Route, rules: Rules, lists: Lists, breadth: NDArray, least: float, s: int, t0: int,
+) -> float:  # fmt: skip
+    """Look for an exchange that gains more than `least` and gives t0 another follower; return its gain, or 0.
+
+    ======= ======== ===============================================================
+    lists   Lists    the candidates in direction s
+    breadth int64[2] how many are tried for the first and for the second new way
+    s       int      direction: 1, or -1 for the path seen from its end
+    x0, t1  int      coordinate of t0, and what follows it now
+    ======= ======== ===============================================================
+
+    Changes: move.
+    """
+    n = len(route.node)
+    x0 = coordinate(route, t0, s)
+    t1 = node_at(route, x0 + 1, s)
+    now = leg(cost, route, t0, t1, s)
+    for k in range(min(breadth[0], lists.near.shape[1])):
+        c = lists.near[t0, k]
+        if c < 0 or now - lists.near_cost[t0, k] <= least:
+            break
+        gain = now - new_way(cost, route, rules, lists.near_cost[t0, k], t0, c, s)
+        if c == t1 or gain <= least:
+            continue
+        found = cut_before(
+            cost, route, rules, lists, breadth[1], least, s, x0, t1, c, gain
+        )  # fmt: skip
+        if found > 0.0:
+            return found
+        xc = coordinate(route, c, s)
+        if x0 < xc < n:
+            found = cut_behind(
+                cost, route, rules, lists, breadth[1], least, s, x0, t1, xc, gain
+            )  # fmt: skip
+            if found > 0.0:
+                return found
+    return 0.0
+
+
+@kernel
+def improve_route(cost: CostModel, route: Route, rules: Rules, breadth: NDArray, least: float, looks: int) -> float:
+    """Make exchanges at the nodes in the queue until it is empty, the log full, or `looks` of them were looked for.
+
+    Return the sum of the gains. Changes: route.
+    """
+    total = 0.0
+    while route.counts[1] > 0 and route.counts[3] == 0 and looks > 0:
+        v = pop(route)
+        while True:
+            looks -= 1
+            gain = choose_way(cost, route, rules, v, least)
+            if gain <= 0.0:
+                gain = find_exchange(cost, route, rules, rules.onward, breadth, least, 1, v)
+                if gain <= 0.0:
+                    gain = find_exchange(cost, route, rules, rules.backward, breadth, least, -1, v)
+                if gain > 0.0 and not make_exchange(cost, route):
+                    gain = 0.0
+            total += gain
+            if gain <= 0.0 or looks <= 0:
+                break
+        if gain > 0.0:
+            push(route, v)
+    return total
+
+
+@part
+def swap_pieces(cost: CostModel, route: Route, rules: Rules, words: NDArray, k: int) -> float:
+    """Swap two neighbouring pieces at a random place where precedence lets it; return what that costs.
+
+    Changes: route, words[k].
+    """
+    node, move, n = route.node, route.move, len(route.node)
+    first = -1 if route.flags[RING] == 1 else 0
+    for draw in range(DRAWS):
+        longest = max(1, LONGEST_PIECE >> (draw // 2))
+        p = first + below(words, k, n - 2 - first)
+        q = p + 1 + below(words, k, min(longest, n - 2 - p))
+        r = q + 1 + below(words, k, min(longest, n - 1 - q))
+        if (p < 0 and r == n - 1) or r - p > len(route.buffer):
+            continue
+        if not keeps_order(route, rules, p, q, r, True, False, False):
+            continue
+        move[P], move[Q], move[R], move[SWAPPED], move[TURNED_B], move[TURNED_C] = p, q, r, 1, 0, 0
+        a, b, c, d, e = node[p], node[p + 1], node[q], node[q + 1], node[r]
+        f = node[r + 1 if r + 1 < n else 0]
+        worse = leg(cost, route, a, d, 1) + leg(cost, route, e, b, 1) + leg(cost, route, c, f, 1)
+        worse -= leg(cost, route, a, b, 1) + leg(cost, route, c, d, 1) + leg(cost, route, e, f, 1)
+        return worse if make_exchange(cost, route) else 0.0
+    return 0.0
+
+
+@part
+def change_way(cost: CostModel, route: Route, rules: Rules, words: NDArray, k: int) -> float:
+    """Work a random node in a random way; return what that costs. Changes: route, words[k]."""
+    v = below(words, k, len(route.node))
+    begin, end = rules.way_begin[v], rules.way_begin[v + 1]
+    if end - begin < 2:
+        return 0.0
+    row = rules.way[begin + below(words, k, end - begin)]
+    worse = way_cost(cost, route, rules, v, row) - way_cost(cost, route, rules, v, route.enter[v])
+    return worse if take_way(cost, route, rules, v, row) else 0.0
+
+
+@part
+def kick(cost: CostModel, route: Route, rules: Rules, words: NDArray, k: int, times: int) -> float:
+    """Change the path at random places; return what that costs. Changes: route, words[k]."""
+    worse = 0.0
+    for _ in range(times):
+        if len(rules.way) > len(route.node) and uniform(words, k) < WAY_SHARE:
+            worse += change_way(cost, route, rules, words, k)
+        else:
+            worse += swap_pieces(cost, route, rules, words, k)
+    return worse
+
+
+@kernel
+def kick_route(
+    cost: CostModel,
+    route: Route,
+    rules: Rules,
+    breadth: NDArray,
+    least: float,
+    heat: float,
+    words: NDArray,
+    k: int,
+    kicks: int,
+) -> float:
+    """Kick and mend `kicks` times, taking back what made the path longer; return the gain of all together.
+
+    With `heat` above 0 several kicks are mended at once, and the path may be made longer: by x with the probability exp(-x / heat), as in simulated annealing.
+
+    Changes: route, words[k].
+    """
+    total = 0.0
+    begin_bias(cost, route)
+    for _ in range(kicks):
+        route.counts[2], route.counts[3] = 0, 0
+        times = 1 + below(words, k, MOST_AT_ONCE) if heat > 0.0 else 1
+        worse = kick(cost, route, rules, words, k, times)
+        gained = improve_route(cost, route, rules, breadth, least, MOST_LOOKS) - worse
+        allowed = heat * math.log(1.0 - uniform(words, k)) if heat > 0.0 else -least
+        if route.counts[3] == 1 or route.counts[1] > 0 or gained < allowed:
+            while route.counts[1] > 0:
+                pop(route)
+            take_back(cost, route, rules)
+        else:
+            total += gained
+    return total

@@ -1,0 +1,207 @@
+"""A drawing in, a drilling program out: read, plan, solve, lay, post, read back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut import __version__
+from leafcut.errors import VerifyError
+from leafcut.model.outcome import Measure, OperationOutcome, Outcome
+from leafcut.model.problem import RoutingProblem
+from leafcut.model.solution import Solution
+from leafcut.model.toolpath import Toolpath
+from leafcut.options import SolveOptions
+from leafcut.runs.run import Run, machine_issues, passing_on, share
+
+if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
+    from leafcut.plan.drilling import DrillPlan
+    from leafcut.verify.difference import Difference
+
+
+def _plan(run: Run, source: str | Path) -> DrillPlan:
+    from leafcut.plan.drilling import plan_drilling
+    from leafcut.read import read
+    from leafcut.read.tools import load_tools
+
+    run.tell("reading")
+    part = read(source, run.settings.read)
+    tools = run.settings.drill.tools
+    return plan_drilling(part, run.machine, load_tools(tools) if tools else None, run.settings.drill)
+
+
+def drill(run: Run, source: str | Path) -> Outcome:
+    """Return the verified drilling program of a drawing, and all that was found out on the way.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, PostError, VerifyError
+        One line that says what was found and what to do.
+    """
+    return _order(run, _plan(run, source))
+
+
+def _order(run: Run, plan: DrillPlan) -> Outcome:
+    """Order the work, lay the toolpath, and prove the program before anybody sees it."""
+    from leafcut.gcode.dialects import dialect
+    from leafcut.plan.routing import drawing_order, lay_toolpath, targets_in_order
+    from leafcut.solve.compiling import announced
+    from leafcut.timing.toolpath import measure
+    from leafcut.verify.envelope import check_envelope
+
+    words = dialect(run.settings.post.dialect or run.machine.controller)
+    pause = words.hand_change_pause and not run.machine.tool_changer
+
+    def lay(orders: list[NDArray[np.int32]]) -> Toolpath:
+        return lay_toolpath(plan, run.machine, orders, coolant=run.settings.post.coolant, pause=pause)
+
+    # What no order changes is known before any is sought.
+    _refuse(check_envelope(lay([drawing_order(o) for o in plan.operations]), run.machine))
+    with announced(lambda: run.tell("compiling (first run on this machine)")):
+        solutions = _solve_operations(run, plan, run.settings.solve)
+        nearest = _solve_operations(replace(run, progress=None), plan, SolveOptions(algorithm="nn", bound=False))
+    plans = [[drawing_order(o) for o in plan.operations], [s.nodes for s in nearest], [s.nodes for s in solutions]]
+    paths = [lay(orders) for orders in plans]
+    measures = [measure(path, run.machine) for path in paths]
+    costs = [m.time_s if run.settings.solve.objective == "time" else m.travel_mm for m in measures]
+    winner = int(np.argmin(costs))
+    if run.settings.solve.algorithm not in ("nn", "none") and costs[winner] < costs[2]:
+        # No tool's path is longer than theirs, but where one tool ends the next begins: all together may be.
+        solutions = _restated(run, plan, plans[winner], solutions, ("none", "nn")[winner])
+        paths[2], measures[2] = paths[winner], measures[winner]
+    before, after = paths[0], paths[2]
+    text = _write(run, plan, words, after, measures)
+    return Outcome(
+        part=plan.part,
+        machine=run.machine,
+        process="drill",
+        operations=tuple(
+            OperationOutcome(o.tool, o.cycle.name, tuple(targets_in_order(o, s.nodes).tolist()), o.slots, s)
+            for o, s in zip(plan.operations, solutions, strict=True)
+        ),
+        before=measures[0],
+        nearest=measures[1],
+        after=measures[2],
+        path_before=before,
+        path_after=after,
+        text=text,
+        dialect=words.name,
+        seed=run.settings.solve.seed,
+        verified=_verify(run, plan, words, after, text),
+        issues=(*plan.part.issues, *plan.issues, *machine_issues(run.machine)),
+        options=run.settings.changed(),
+        version=__version__,
+    )
+
+
+def _problems(run: Run, plan: DrillPlan) -> list[RoutingProblem]:
+    """Return one routing problem per operation, with no start yet: it depends on the one before."""
+    from leafcut.plan.routing import build_problem
+    from leafcut.timing.travel import travel_metric
+
+    height = 0.0 if plan.always_initial else plan.clearance_height - plan.retract_height
+    problems = []
+    for operation in plan.operations:
+        zones = plan.zones_for(operation.tool)
+        metric = travel_metric(run.machine, run.settings.solve.objective, zones=zones, lift_height_mm=height)
+        end = plan.end if operation is plan.operations[-1] else None
+        problems.append(build_problem(plan, operation, metric, None, end))
+    return problems
+
+
+def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions) -> list[Solution]:
+    """Solve one routing problem per operation, each beginning where the one before ended."""
+    from leafcut.plan.routing import drawing_order, last_place
+    from leafcut.solve.solve import keep_better, solve
+
+    total = left = sum(len(o.targets) for o in plan.operations)
+    place, solutions = plan.start, list[Solution]()
+    for operation, endless in zip(plan.operations, _problems(run, plan), strict=True):
+        problem = replace(endless, start=place)
+        tell = passing_on(run.progress, f"ordering {operation.tool.label}", left / total, problem.n_clusters / total)
+        budget = share(options, sum(s.seconds for s in solutions), left, problem)
+        found = solve(problem, budget, run.settings.aco, progress=tell, cancelled=run.cancelled)
+        if options.algorithm != "nn":
+            found = keep_better(problem, found, drawing_order(operation))
+        solutions.append(found)
+        left -= problem.n_clusters
+        place = last_place(problem, found.nodes, place)
+    return solutions
+
+
+def _restated(
+    run: Run, plan: DrillPlan, orders: list[NDArray[np.int32]], solutions: list[Solution], algorithm: str
+) -> list[Solution]:
+    """Return the solutions with other orders in place of theirs, at those orders' costs and bounds."""
+    from leafcut.plan.routing import last_place
+    from leafcut.solve.certificate import certify
+    from leafcut.solve.instance import path_cost
+
+    place, restated = plan.start, list[Solution]()
+    for problem, nodes, solution in zip(_problems(run, plan), orders, solutions, strict=True):
+        here = replace(problem, start=place)
+        cost = path_cost(here, nodes)
+        told = replace(
+            solution, algorithm=algorithm, nodes=nodes, cost=cost, history=((solution.seconds, cost),), lower_bound=None
+        )
+        # The bound of the search was that of a path from where the search's own order before it ended.
+        restated.append(certify(here, told, None, run.cancelled) if run.settings.solve.bound else told)
+        place = last_place(here, nodes, place)
+    return restated
+
+
+def _write(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, measures: list[Measure]) -> str:
+    from leafcut.post.header import header_lines
+    from leafcut.post.writer import write_program
+
+    settings = run.settings
+    header = header_lines(
+        source=Path(plan.part.source or plan.part.name).name,
+        version=__version__,
+        machine=run.machine,
+        tools=plan.tools,
+        path=path,
+        seconds=(measures[0].time_s, measures[2].time_s),
+        seed=settings.solve.seed,
+        options=settings.changed(),
+        units=settings.post.output_units,
+        date=settings.post.date,
+    )
+    names = {tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools}
+    return write_program(path, words, settings.post, header, tool_names=names)
+
+
+def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str) -> bool:
+    """Read the program back and compare it with the toolpath; check it against the machine and the part.
+
+    Raises
+    ------
+    VerifyError
+        The first difference or danger, and how many more there are.
+    """
+    from leafcut.verify.program import check_program
+
+    run.tell("verifying")
+    problems = check_program(
+        path,
+        text,
+        words,
+        run.machine,
+        run.settings.post.output_units,
+        zones=plan.zones,
+        zone_height=plan.clearance_height,
+        tool_radii={tool.number: 0.5 * tool.diameter for tool in plan.tools},
+    )
+    _refuse(problems)
+    return True
+
+
+def _refuse(problems: list[Difference]) -> None:
+    if problems:
+        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+        raise VerifyError(f"the program was not written: {problems[0]}{more}")

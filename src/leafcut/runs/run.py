@@ -1,0 +1,79 @@
+"""What every run shares: its settings, its machine, and how it tells what it is doing."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from leafcut.errors import OptionError
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.machine import Machine
+from leafcut.model.problem import RoutingProblem
+from leafcut.options import Settings, SolveOptions
+
+#: Told about the work as it goes: (what is being done, cost so far or None, share done 0 … 1, how far at most the cost
+#: is above the least possible as a fraction, or None where no bound is known yet). Must be quick.
+Progress = Callable[[str, float | None, float, float | None], None]
+
+
+@dataclass(frozen=True)
+class Run:
+    """What every step of one run needs."""
+
+    settings: Settings
+    machine: Machine
+    progress: Progress | None = None
+    cancelled: threading.Event = field(default_factory=threading.Event)
+
+    def tell(self, what: str, cost: float | None = None, share: float = 0.0, gap: float | None = None) -> None:
+        """Pass on what is being done."""
+        if self.progress is not None:
+            self.progress(what, cost, share, gap)
+
+
+def machine_of(settings: Settings) -> Machine:
+    """Return the machine that the settings name."""
+    from leafcut.read.machine import load_machine
+
+    offset = settings.machine.work_offset
+    if offset is not None and len(offset) != 3:
+        raise OptionError("--work-offset: needs three numbers, x,y,z")
+    return load_machine(settings.machine.machine, offset)
+
+
+def passing_on(
+    progress: Progress | None, what: str, left: float = 1.0, part: float = 1.0
+) -> Callable[[int, float, float, float, float | None], None]:
+    """Return what `solve` tells its progress to; this search does `part` of the whole work, of which `left` is left."""
+
+    def tell(_: int, cost: float, __: float, share: float, gap: float | None) -> None:
+        if progress is not None:
+            progress(what, cost, 1.0 - left + part * share, gap)
+
+    return tell
+
+
+def share(options: SolveOptions, used: float, left: int, problem: RoutingProblem) -> SolveOptions:
+    """Return the options with this operation's part of the time that is left, by its part of the targets `left`.
+
+    `used` are the seconds that the searches before took: lower bounds and compiling are outside the limit.
+    """
+    if options.time_limit is None:
+        return options
+    rest = options.time_limit - used
+    return replace(options, time_limit=max(rest * problem.n_clusters / left, 0.001))
+
+
+def machine_issues(machine: Machine) -> list[Issue]:
+    """Return what is not known of the machine and so could not be checked."""
+    if machine.work_offset is not None:
+        return []
+    return [
+        Issue(
+            "L403",
+            f"where the part lies on {machine.name} is not known: only its size was checked against the travel; "
+            "give --work-offset to check its place",
+            severity=Severity.NOTE,
+        )
+    ]

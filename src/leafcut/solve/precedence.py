@@ -1,0 +1,103 @@
+"""Which cluster comes before which: whether that can be kept, and what it leaves possible."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import SolveError
+from leafcut.model.problem import RoutingProblem
+
+#: Up to this many clusters all pairs that follow from the given ones are worked out, in n² bits; above, those given.
+CLOSURE_LIMIT = 3000
+
+Pairs = NDArray[np.int32]
+
+
+def checked_pairs(problem: RoutingProblem) -> Pairs:
+    """Return the pairs (before, after) int32[k, 2] of the problem, each once.
+
+    Raises
+    ------
+    SolveError
+        A pair names a cluster that there is not, or the pairs form a ring, so that no order keeps them.
+    """
+    given = np.asarray(problem.precedence, dtype=np.int64).reshape(-1, 2)
+    if len(given) and not (given.min() >= 0 and given.max() < problem.n_clusters):
+        wrong = next(pair for pair in given.tolist() if min(pair) < 0 or max(pair) >= problem.n_clusters)
+        raise SolveError(
+            f"precedence pair {tuple(wrong)}: clusters are numbered 0 to {problem.n_clusters - 1}; correct the pair"
+        )
+    pairs: Pairs = np.unique(given, axis=0).astype(np.int32)
+    order = _sorted(pairs, problem.n_clusters)
+    if len(order) < problem.n_clusters:
+        raise SolveError(_ring_words(pairs, set(range(problem.n_clusters)).difference(order)))
+    return pairs
+
+
+def keeps(pairs: Pairs, order: NDArray[np.int32]) -> bool:
+    """Return whether an order int32[clusters] keeps all pairs."""
+    place = np.argsort(order)
+    return bool((place[pairs[:, 0]] < place[pairs[:, 1]]).all())
+
+
+def broken_pair(pairs: Pairs, order: NDArray[np.int32]) -> tuple[int, int] | None:
+    """Return the first pair that an order does not keep, or None."""
+    place = np.argsort(order)
+    wrong = np.flatnonzero(place[pairs[:, 0]] >= place[pairs[:, 1]])
+    return None if not len(wrong) else (int(pairs[wrong[0], 0]), int(pairs[wrong[0], 1]))
+
+
+def rows(pairs: Pairs, n: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Return begin int32[n + 1] and other int32[k]: what v is paired with is other[begin[v] … begin[v + 1] - 1]."""
+    ordered = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+    begin = np.searchsorted(ordered[:, 0], np.arange(n + 1)).astype(np.int32)
+    return begin, np.ascontiguousarray(ordered[:, 1])
+
+
+def consequences(pairs: Pairs, n: int) -> tuple[NDArray[np.bool_], Pairs]:
+    """Return what no path can do, bool[n, n], and the pairs that say all the others.
+
+    No path goes straight from i to j when j must come before i, or something between them.
+    """
+    later = np.zeros((n, n), dtype=np.bool_)
+    between = np.zeros((n, n), dtype=np.bool_)
+    begin, after = rows(pairs, n)
+    for v in reversed(_sorted(pairs, n)):
+        followers = after[begin[v] : begin[v + 1]]
+        for w in followers:
+            between[v] |= later[w]
+        later[v] = between[v]
+        later[v, followers] = True
+    return later.T | between, pairs[~between[pairs[:, 0], pairs[:, 1]]]
+
+
+def _sorted(pairs: Pairs, n: int) -> list[int]:
+    """Return the clusters in an order that keeps the pairs; those on a ring and behind one are left out."""
+    begin, after = rows(pairs, n)
+    missing = np.bincount(pairs[:, 1], minlength=n)
+    order: list[int] = np.flatnonzero(missing == 0).tolist()
+    for v in order:  # it grows meanwhile
+        for w in after[begin[v] : begin[v + 1]].tolist():
+            missing[w] -= 1
+            if missing[w] == 0:
+                order.append(w)
+    return order
+
+
+def _ring_words(pairs: Pairs, left: set[int]) -> str:
+    before = {int(b): int(a) for a, b in pairs if int(a) in left and int(b) in left}
+    way: list[int] = [min(before)]
+    while way[-1] not in way[:-1]:
+        way.append(before[way[-1]])
+    ring: Sequence[int] = way[way.index(way[-1]) : -1]
+    if len(ring) == 1:
+        return f"cluster {ring[0]} must come before itself: no order can keep that; take that pair out"
+    through = f" (by way of {len(ring) - 2} more)" if len(ring) > 2 else ""
+    last, first = ring[0], ring[1]
+    return (
+        f"cluster {first} must come before cluster {last}, and cluster {last} before cluster {first}{through}: "
+        "no order can keep both; take one of the pairs out"
+    )

@@ -1,0 +1,200 @@
+"""Paths with a direction: nodes left elsewhere than entered, costs by direction, and clusters that precede others.
+
+One path is kicked at one place at a time, mended there by exchanges that keep the precedence, and taken back if it got
+longer, as in `solve.kicks`. Now and then it may get longer for a while, so that it comes away from where it stands:
+with directions and precedence kept, there are many more paths than without that no exchange makes shorter.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.kernels.directed import lay_route
+from leafcut.kernels.route import BLOCK, RING, TWISTED, Route, begin_bias
+from leafcut.kernels.sequential import improve_route, kick_route
+from leafcut.solve.construction import random_words
+from leafcut.solve.directed import DirectedInstance
+from leafcut.solve.kicks import LONGEST_REWRITE, OFFER_EVERY, kicks_per_iteration
+from leafcut.solve.statistics import Best
+
+#: Candidates of each node, and how many of them are tried for the first and for the second new way of an exchange.
+#: Measured on contours whose holes come first: 12 and 16 are far better than 8, which are mostly their own holes.
+CANDIDATES, BREADTH = 16, (16, 8)
+
+#: A preset is a budget of kicks: per node, fewest and most.
+PRESETS = {"fast": (10, 1e3, 2e4), "default": (100, 5e3, 2e5), "thorough": (2000, 1e5, math.inf)}
+
+#: Kicks per node before the path may get longer; then by turns so many in which it may, and so many in which not.
+FIRST_COLD, HOT, COLD = 10, 1, 4
+
+#: How much longer a kick may make the path in hot times, in mean ways between nodes: by turns. What of it is best
+#: depends on how much precedence there is; more of it was better with more.
+HEATS = (0.3, 1.0, 3.0)
+
+#: After so many turns without a better path the search goes back to the best one.
+TURNS_AWAY = 2
+
+#: A gain less than this part of a mean way is rounding.
+LEAST = 1e-8
+
+#: A turn has as many kicks as if there were so many nodes at least.
+FEWEST_KICKS = 50
+
+#: Exchanges looked for between two looks at the clock in the first improvement: some ten milliseconds.
+LOOKS = 5000
+
+Ints = NDArray[np.int32]
+
+
+def route_of(instance: DirectedInstance, node: Ints, enter: Ints, log: int = 0) -> Route:
+    """Return a path int32[n], whose nodes are entered at int32[n], with all that the kernels need to work on it.
+
+    No node is in the queue; the log has room for that many entries.
+    """
+    n = instance.n
+    leave = enter + np.int32(instance.rules.beyond[0])
+    if instance.anchored:
+        leave[n - 1] = instance.leave[n - 1]
+    route = Route(
+        node=node.copy(),
+        place=np.zeros(n, dtype=np.int32),
+        enter=enter.copy(),
+        leave=leave,
+        bias=np.zeros(n),
+        shift=np.zeros((n >> BLOCK) + 1),
+        flags=np.zeros(2, dtype=np.int64),
+        queue=np.zeros(n, dtype=np.int32),
+        queued=np.zeros(n, dtype=np.uint8),
+        counts=np.zeros(4, dtype=np.int64),
+        log=np.zeros(log, dtype=np.int32),
+        buffer=np.zeros(n, dtype=np.int32),
+        move=np.zeros(6, dtype=np.int64),
+    )
+    route.place[node] = np.arange(n, dtype=np.int32)
+    route.flags[TWISTED], route.flags[RING] = instance.twisted, not instance.anchored
+    return route
+
+
+def greedy_path(instance: DirectedInstance) -> Route:
+    """Return the path that always goes on to the cheapest cluster that may come next."""
+    n, rules = instance.n, instance.rules
+    missing = np.diff(rules.before_begin).astype(np.int32)
+    free = np.flatnonzero(missing == 0).astype(np.int32)
+    first = n - 1 if instance.anchored else int(free[0])
+    free = free[free != first]
+    waiting, spot = np.full(n, -1, dtype=np.int32), np.full(n, -1, dtype=np.int32)
+    waiting[: len(free)], spot[free] = free, np.arange(len(free), dtype=np.int32)
+    route = route_of(instance, np.full(n, first, dtype=np.int32), instance.enter)
+    lay_route(instance.cost, route, rules, waiting, spot, missing)
+    return route
+
+
+def budget(preset: str, clusters: int) -> float:
+    """Return the kicks that a preset stands for."""
+    per_node, fewest, most = PRESETS[preset]
+    return min(max(per_node * clusters, fewest), most)
+
+
+class Search:
+    """The search of one path: the one that is worked on, the best one, and how far the search has got.
+
+    `iteration` counts runs of up to `kicks_per_iteration` kicks, `kicks` all of them.
+    """
+
+    def __init__(self, instance: DirectedInstance, seed: int, best: Best) -> None:
+        self.instance, self.stop, self.best = instance, best.stop, best
+        self.words = random_words(seed, 0, count=1)
+        self.breadth = np.array(BREADTH, dtype=np.int64)
+        self.iteration = self.kicks = 0
+
+    def run(self, most: float) -> int:
+        """Improve the greedy path to a local optimum and then kick by kick, until `stop` or `most` kicks.
+
+        Return the iterations made. What comes out depends on the seed and on their number only.
+        """
+        instance, stop = self.instance, self.stop
+        start = greedy_path(instance)
+        self.route = route_of(instance, start.node, start.enter, log=3 * instance.n + 1000)
+        self._offer()
+        self.mean = self.cost / instance.n
+        self.least = LEAST * self.mean
+        self._descend()
+        away = 0
+        for heat, kicks in _turns(max(instance.n, FEWEST_KICKS)):
+            before = self.best.cost
+            self._kick(heat, min(kicks, most - self.kicks))
+            if self.kicks >= most or stop.reached(self.iteration, self.iteration - self.best.iteration):
+                break
+            if heat == 0.0:
+                away = 0 if self.best.cost < before else away + 1
+                if away >= TURNS_AWAY:
+                    self._go_back()
+                    away = 0
+        return self.iteration
+
+    def _descend(self) -> None:
+        """Improve the path until no exchange helps: first by those that write little, which most do."""
+        instance, route = self.instance, self.route._replace(log=np.zeros(0, dtype=np.int32))
+        offered = self.stop.elapsed()
+        for longest in (LONGEST_REWRITE, instance.n):
+            working = route._replace(buffer=route.buffer[:longest])
+            route.queue[:], route.queued[:] = route.node, 1
+            route.counts[:2] = 0, instance.n
+            begin_bias(instance.cost, route)
+            while route.counts[1] > 0 and not self.stop.now():
+                self.cost -= improve_route(instance.cost, working, instance.rules, self.breadth, self.least, LOOKS)
+                if self.stop.elapsed() > offered + OFFER_EVERY:
+                    self._offer()
+                    self.best.tell(0)
+                    offered = self.stop.elapsed()
+        route.queued[:], route.counts[:] = 0, 0
+        self._offer()
+
+    def _kick(self, heat: float, kicks: float) -> None:
+        """Make so many kicks, and offer every path that is better than the best."""
+        instance, stop, best = self.instance, self.stop, self.best
+        at_once = kicks_per_iteration(instance.n)
+        while kicks > 0 and not stop.reached(self.iteration, self.iteration - best.iteration):
+            count = int(min(at_once, kicks))
+            self.cost -= kick_route(
+                instance.cost,
+                self.route,
+                instance.rules,
+                self.breadth,
+                self.least,
+                heat * self.mean,
+                self.words,
+                0,
+                count,
+            )
+            self.iteration, self.kicks, kicks = self.iteration + 1, self.kicks + count, kicks - count
+            if self.cost < best.cost - self.least:
+                self._offer()
+            best.tell(self.iteration)
+
+    def _offer(self) -> None:
+        """Add the path up, and offer it."""
+        route, instance = self.route, self.instance
+        self.cost = instance.length(route.node, route.enter, route.leave)
+        self.best.offer(instance.nodes(route.node, route.enter), self.cost, self.iteration)
+
+    def _go_back(self) -> None:
+        """Take up the best path again."""
+        route, instance = self.route, self.instance
+        again = route_of(instance, *instance.path_of(self.best.tour))
+        for name in ("node", "place", "enter", "leave"):
+            getattr(route, name)[:] = getattr(again, name)
+        self.cost = self.best.cost
+
+
+def _turns(n: int) -> Iterator[tuple[float, int]]:
+    """Yield, without end, how much longer the path may get at a kick, and for how many kicks."""
+    yield 0.0, FIRST_COLD * n
+    for heat in itertools.cycle(HEATS):
+        yield heat, HOT * n
+        yield 0.0, COLD * n

@@ -1,0 +1,155 @@
+"""Programs of other CAMs as a whole: in, put in order, proved, out."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import leafcut
+from leafcut.cli import run
+from leafcut.errors import LeafcutError, ReadError, VerifyError
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.foreign import interpret_program
+from leafcut.post import rewriter
+from leafcut.runs.resequencing import decoded, with_comments
+from rewriting import work_of
+
+
+def boards_program(seed: int, n: int = 97, end: str = "\n") -> str:
+    """Return a program that drills a random board in random order."""
+    xy = np.random.default_rng(seed).uniform(0, 200, (n, 2))
+    first, *rest = [f"X{x:.3f} Y{y:.3f}" for x, y in xy.tolist()]
+    top = ["%", "(ÜBERSICHT)", "G21 G90 G17 G94", "T1 M6", "S3000 M3", "G0 Z20."]
+    return end.join([*top, f"G99 G81 {first} Z-3. R1. F200.", *rest, "G80", "G0 Z20.", "M5", "M30", "%", ""])
+
+
+def written(tmp_path: Path, text: str, name: str = "board.nc", encoding: str = "utf-8") -> Path:
+    """Write a program and return where."""
+    path = tmp_path / name
+    path.write_bytes(text.encode(encoding))
+    return path
+
+
+@pytest.mark.parametrize("n", [97, 121, 200])
+def test_random_order_loses_most_of_its_travel(tmp_path: Path, n: int) -> None:
+    """62 % at least, and within the certified gap of the least possible; the holes are the same."""
+    path = written(tmp_path, boards_program(n, n))
+    found = leafcut.optimize(path)
+    assert found.after.travel_mm <= 0.38 * found.before.travel_mm
+    assert found.gap is not None
+    assert found.gap <= 0.02
+    assert found.process == "drill"
+    words = dialect("linuxcnc")
+    new = interpret_program(found.text, words)
+    assert work_of(new) == work_of(interpret_program(path.read_text(), words))
+    assert found.certificate is not None
+    assert found.certificate["same"]
+    assert found.certificate["before"]["holes"] == n
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1", "utf-8-sig"])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_letters_and_line_ends_stay_as_they_were(tmp_path: Path, encoding: str, end: str) -> None:
+    """Every line of the new program is one of the old, or the proof at its top."""
+    path, out = written(tmp_path, boards_program(3, 20, end), encoding=encoding), tmp_path / "new.nc"
+    leafcut.optimize(path, out)
+    old, new = path.read_bytes(), out.read_bytes()
+    assert new.startswith(old[: old.index(b"\n") + 1])
+    lines = [line for line in new.splitlines(keepends=True) if b"leafcut" not in line]
+    assert len(lines) == len(old.splitlines())
+    assert "ÜBERSICHT".encode("utf-8" if encoding != "latin-1" else "latin-1") in new
+    assert new.count(b"\r\n") == (new.count(b"\n") if end == "\r\n" else 0)
+
+
+def test_keep_order_returns_the_bytes_of_the_input(tmp_path: Path) -> None:
+    path, out = written(tmp_path, boards_program(5, 30)), tmp_path / "same.nc"
+    found = leafcut.optimize(path, out, keep_order=True)
+    assert out.read_bytes() == path.read_bytes()
+    assert found.after == found.before
+
+
+def test_the_same_seed_gives_the_same_program(tmp_path: Path) -> None:
+    path = written(tmp_path, boards_program(6, 60))
+    assert leafcut.optimize(path, threads=1).text == leafcut.optimize(path, threads=2).text
+
+
+def test_what_is_not_the_same_work_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Here a rewriter that drills one hole deeper."""
+    path, out = written(tmp_path, boards_program(7, 12)), tmp_path / "new.nc"
+    right = rewriter.rewrite
+    monkeypatch.setattr(rewriter, "rewrite", lambda *a, **k: right(*a, **k).replace("Z-3.", "Z-3.1", 1))
+    with pytest.raises(VerifyError, match="not written"):
+        leafcut.optimize(path, out)
+    assert not out.exists()
+
+
+def test_the_command_line_puts_a_program_in_order_and_the_answer_has_the_keys_of_the_contract(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, out, page = written(tmp_path, boards_program(8, 40)), tmp_path / "new.nc", tmp_path / "page.html"
+    assert run(["optimize", str(path), "-o", str(out), "--report", str(page), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    keys = {"input", "output", "process", "counts", "before", "after", "saved_percent", "lower_bound", "gap_percent"}
+    assert keys | {"verified", "issues", "certificate"} <= found.keys()
+    assert found["counts"]["holes"] == 40
+    assert found["after"]["time_s"] < found["before"]["time_s"]
+    assert "same work" in page.read_text()
+    assert run(["verify", str(path), str(out), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["same"]
+    assert run(["simulate", str(out), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["time_s"] == pytest.approx(found["after"]["time_s"])
+
+
+def test_a_merged_tool_is_changed_once_and_it_is_said(tmp_path: Path) -> None:
+    drill = "G99 G81 X{0} Y0 Z-2 R1 F100 / X{0} Y9 / X{0} Y5 / G80 / G0 Z20"
+    change = "M5 / T{0} M6 / S1000 M3 / G0 Z20"
+    blocks = ["G21 G90 G17 G94 G54", change.format(1), drill.format(10), change.format(2), drill.format(40)]
+    text = " / ".join([*blocks, change.format(1), drill.format(70), "M5", "M30", ""]).replace(" / ", "\n")
+    found = leafcut.optimize(written(tmp_path, text), merge_tools=True)
+    assert found.certificate is not None
+    assert found.certificate["before"]["tool_changes"] == 3
+    assert found.certificate["after"]["tool_changes"] == 2
+    assert found.after.time_s < found.before.time_s
+    assert "L503" in {i.code for i in found.issues}
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b"\0\1\2G0 X1", "binary"),
+        (b"G21\nG0 X1\nG1 Y2 (oops\nM2\n", ":3: .*not closed"),
+        (b"G21\nG1 X1\nM2\n", ":2: .*feed"),
+        (b"G21\nG0 X0 Y0\nG2 X10 Y0 I2 J0 F100\nM2\n", ":3: .*radius"),
+        (b"G21\no100 while [1]\nG0 X1\no100 endwhile\nM2\n", "loop"),
+        (b"Dear Sir,\nplease find attached\nthe drawing.\n", "line|understood|number"),
+        (b"G21 " + b"X1" * 400_000 + b"\n", "characters"),
+    ],
+)
+def test_bad_programs_get_one_clear_line_and_write_nothing(tmp_path: Path, data: bytes, words: str) -> None:
+    path, out = tmp_path / "bad.nc", tmp_path / "new.nc"
+    path.write_bytes(data)
+    with pytest.raises(LeafcutError, match=words) as caught:
+        leafcut.optimize(path, out)
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 400
+    assert not out.exists()
+
+
+def test_a_process_is_what_was_said() -> None:
+    with pytest.raises(LeafcutError, match="--process"):
+        leafcut.optimize("example:plate-10", process="knitting")
+    with pytest.raises(LeafcutError, match="--process laser"):
+        leafcut.optimize("example:plate-10", process="laser")
+
+
+def test_the_proof_stands_below_the_percent_sign_and_the_number() -> None:
+    text = with_comments("%\r\nO0001 (X)\r\nG21\r\n", ["one", "two"], dialect("haas"))
+    assert text == "%\r\nO0001 (X)\r\n(one)\r\n(two)\r\nG21\r\n"
+
+
+def test_a_binary_file_is_no_program() -> None:
+    with pytest.raises(ReadError, match="binary"):
+        decoded("x.nc", b"G0\0")
