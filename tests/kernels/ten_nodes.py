@@ -12,6 +12,7 @@ from leafcut.kernels import (
     chords,
     construct,
     cost,
+    directed,
     greedy,
     kicks,
     lin_kernighan,
@@ -20,6 +21,8 @@ from leafcut.kernels import (
     one_tree,
     pheromone,
     random,
+    route,
+    sequential,
     spanning_tree,
 )
 from leafcut.model.problem import Metric, RoutingProblem
@@ -27,6 +30,7 @@ from leafcut.options import AcoOptions, SolveOptions
 from leafcut.solve import spanning_tree as patched
 from leafcut.solve.bound import lower_bound
 from leafcut.solve.construction import greedy as greedy_tour
+from leafcut.solve.directed import build_directed
 from leafcut.solve.instance import build_instance, cost_model
 from leafcut.solve.solve import solve
 
@@ -75,6 +79,7 @@ def results() -> dict[str, object]:
     out["explicit bound"] = lower_bound(build_instance(few, 6), 200.0)
     out["explicit greedy"] = greedy_tour(build_instance(explicit, 3)).tolist()
     out["explicit"] = solve(explicit, SolveOptions(algorithm="mmas", iterations=2, threads=1)).nodes.tolist()
+    out["sequential"] = [in_order(xy, closed, ways) for closed in (True, False) for ways in (1, 2)]
     lists = build_instance(RoutingProblem.of_points(xy, closed=True), 5).candidates
     out["branching"] = pheromone.branching(lists, np.random.default_rng(1).uniform(0, 1, lists.shape), 0.05)
     bent = np.column_stack([np.arange(25.0), np.sin(np.arange(25.0)), np.zeros(25)])
@@ -83,10 +88,20 @@ def results() -> dict[str, object]:
     return out
 
 
+def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
+    """Return a path through chains between these places, each worked in so many ways, and its candidate lists."""
+    entry = np.concatenate([np.roll(xy, k, axis=0)[:12] for k in range(ways)])
+    cluster = np.tile(np.arange(12, dtype=np.int32), ways)
+    pairs = np.array([[1, 0], [2, 0], [7, 9]], dtype=np.int32)
+    chains = RoutingProblem(entry, entry[::-1].copy(), cluster, np.ones(len(entry)), precedence=pairs, closed=closed)
+    found = solve(chains, SolveOptions(iterations=8, bound=False))
+    return [found.nodes.tolist(), found.cost, build_directed(chains, 6).rules.onward.near.tolist()]
+
+
 def unused() -> tuple[object, ...]:
     """Name the kernel modules, so that a new one is not forgotten here."""
-    few = (candidates, chords, construct, cost, greedy, kicks, lin_kernighan, local_search, neighbours)
-    return (*few, one_tree, pheromone, random, spanning_tree)
+    few = (candidates, chords, construct, cost, directed, greedy, kicks, lin_kernighan, local_search, neighbours)
+    return (*few, one_tree, pheromone, random, route, sequential, spanning_tree)
 
 
 if __name__ == "__main__":

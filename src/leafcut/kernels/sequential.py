@@ -342,7 +342,8 @@ def kick_route(
 ) -> float:
     """Kick and mend `kicks` times, taking back what made the path longer; return the gain of all together.
 
-    With `heat` above 0 several kicks are mended at once, and the path may be made longer: by x with the probability exp(-x / heat), as in simulated annealing.
+    With `heat` above 0 several kicks are mended at once, and the path may be made longer: by x with the probability
+    exp(-x / heat), as in simulated annealing.
 
     Changes: route, words[k].
     """

@@ -23,9 +23,9 @@ class Machine:
         Part of the acceleration that the controller uses on a move that starts and ends at rest (LinuxCNC keeps
         10 % back, `[TRAJ]ARC_BLEND_KINK_RATIO`).
     corners
-        How the controller takes corners: ``linuxcnc`` (blends, arcs in corners, tangents), ``grbl`` (junction deviation,
-        rapids too) or ``round`` (junction deviation between feed moves, rapids end in position); empty: as the
-        controllers of that name do, and ``round`` for the others.
+        How the controller takes corners: ``linuxcnc`` (blends, arcs in corners, tangents), ``grbl`` (junction
+        deviation, rapids too) or ``round`` (junction deviation between feed moves, rapids end in position); empty: as
+        the controllers of that name do, and ``round`` for the others.
     corner_deviation
         How far from the corner the path may be thought to pass, mm, where corners are ``grbl`` or ``round``.
     max_feed

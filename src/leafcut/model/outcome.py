@@ -61,6 +61,8 @@ class Outcome:
     certificate
         Of a program that came from elsewhere: the proof that the new one does the same work (`verify.certificate`), as
         plain values, and what was counted. None for drawings.
+    barriers
+        How many pieces of a program stay where they are, and nothing is carried past them.
     encoding
         Of the program's text in a file.
     output, report
@@ -84,6 +86,7 @@ class Outcome:
     verified: bool
     issues: tuple[Issue, ...] = ()
     certificate: dict[str, Any] | None = None
+    barriers: int = 0
     encoding: str = "utf-8"
     output: str = ""
     report: str = ""

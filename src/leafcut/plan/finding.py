@@ -41,6 +41,7 @@ class Finder:
         self.reader = BlockReader(program)
         self.beam = process in BEAMS
         self.entries: set[int] = set()
+        self.blind = self._blind()
         path, first = program.path, program.first
         self.cuts = np.concatenate([[0], np.cumsum(self.rows.cut)])
         travels = np.unique(self.rows.block[self.rows.travel])
@@ -72,6 +73,18 @@ class Finder:
                 continue
             yield from self._of_run(starts, end)
 
+    def _blind(self) -> set[int]:
+        """Return the blocks after a change of length offset up to the first that states Z: how high is the tool there?"""
+        found: set[int] = set()
+        offsets = np.flatnonzero(self.program.path.kind == Kind.OFFSET)
+        for block in self.rows.block[offsets].tolist():
+            for later in range(block, self.program.n_blocks):
+                words = self.reader.words(later)
+                if later in found or (words is not None and "Z" in words.letters):
+                    break
+                found.add(later)
+        return found
+
     # -- where chains begin ------------------------------------------------------------------------------------------
 
     def _starts(self, begin: int, end: int) -> list[_Start]:
@@ -97,6 +110,8 @@ class Finder:
         return starts
 
     def _may_begin(self, start: _Start, top: float) -> bool:
+        if start.block in self.blind:
+            return False
         placed = bool(np.isfinite(self.program.path.end[start.row, :2]).all())
         up = start.height >= top - TOLERANCE and start.height >= self.floor
         return placed and up and self._at_rest(start.block)

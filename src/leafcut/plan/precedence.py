@@ -37,7 +37,7 @@ def find_precedence(program: Program, rows: Rows, chains: Sequence[Chain], proce
 
     Two cuts that come nearer to each other than the tool is wide (where a comment says how wide; else than
     `TOUCHING`) keep their order: passes over the same place, a finishing pass, a hole drilled again. A closed cut
-    stays behind what is inside it and came before it; what a mill makes inside a closed cut stays behind that, too, since
+    stays behind what is inside it and came before it; what a mill makes inside a closed cut stays behind that, too, as
     the outer one may be the rough one. What follows from others is left out.
     """
     pairs = related(program, rows, chains, chains, process)

@@ -43,14 +43,27 @@ class Original:
         return float(self.before[row, 2]) if row < len(kinds) else math.nan
 
     def follows_work(self, block: int) -> bool:
-        """Return whether there is work before a block since the program began, or last stopped or changed a tool."""
+        """Return whether there is work before a block since the program last stopped or changed a tool.
+
+        A dwell somewhere is work, too.
+        """
         kinds = self.program.path.kind
         row = int(self.program.first[block]) - 1
+        waited = False
         while row >= 0 and kinds[row] not in _STOPS:
-            if kinds[row] in MOTIONS and kinds[row] != Kind.RAPID:
+            waited |= bool(kinds[row] == Kind.DWELL)
+            if kinds[row] in MOTIONS and (kinds[row] != Kind.RAPID or (waited and not self.idle(row))):
                 return True
             row -= 1
         return False
+
+    def departure(self, chain: Chain) -> float:
+        """Return the height, mm, at which the original went across after a chain; minus infinity where it did not."""
+        path = self.program.path
+        row = int(self.program.first[chain.end])
+        if row >= len(path) or path.kind[row] != Kind.DRILL:
+            return -math.inf
+        return float(max(self.before[row, 2], path.cycles[int(path.ref[row])].r_plane))
 
     def crossing(self, chain: Chain) -> float:
         """Return how low the original comes over the first place of a chain."""

@@ -138,12 +138,17 @@ class _Rewriter:
         The first place of the original, if the tool came there from other work, and whatever place is first now, are
         reached no lower than the original reached its first.
         """
-        entry = self.original.crossing(section.chains[0])
+        chains = section.chains
+        entry = self.original.crossing(chains[0])
         entry = section.clearance if math.isnan(entry) else max(section.clearance, entry)
-        follows = self.original.follows_work(section.chains[0].begin)
-        for number, index in enumerate(order.tolist()):
-            first = number == 0 or (index == 0 and follows)
-            self._chain(section.chains[index], entry if first else section.clearance)
+        follows = self.original.follows_work(chains[0].begin)
+        floor = entry
+        for index in order.tolist():
+            self._chain(chains[index], max(floor, entry) if index == 0 and follows else floor)
+            # The way from the last place of the original may have begun with a rise.
+            floor = section.clearance
+            if index == len(chains) - 1:
+                floor = max(floor, self.original.departure(chains[-1]))
 
     def _chain(self, chain: Chain, floor: float) -> None:
         """Write one chain, arriving no lower than `floor`."""
@@ -307,6 +312,8 @@ class _Rewriter:
             self._own(*words)
         self._take(reliance.relies, need)
         self._take(reliance.sets, program.modal(kept.end))
+        fields = {f: getattr(self.have, f) for names in _FIELDS.values() for f in names}
+        self.have = replace(program.modal(kept.end), **fields)
         self.said |= self.reader.states(kept.begin, kept.end)
         self._after_kept(kept)
 

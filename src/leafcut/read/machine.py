@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -154,12 +154,15 @@ def _check(machine: Machine, place: str) -> None:
         raise refuse("safe_z", f"is {machine.safe_z:g} mm, outside the travel of z")
     if not 0 < machine.acceleration_factor <= 1:
         raise refuse("acceleration_factor", f"is {machine.acceleration_factor:g}, but must be above 0 and at most 1")
-    if not machine.corner_deviation > 0:
-        raise refuse("corners.deviation", f"is {machine.corner_deviation:g} mm, but must be above 0")
-    if not machine.max_feed > 0:
-        raise refuse("max_feed", "must be above 0")
+    _check_positive(machine, refuse)
     if not 0 <= machine.spindle_min_rpm <= machine.spindle_max_rpm or not machine.spindle_max_rpm > 0:
         raise refuse("spindle.max_speed", "must be above 0 and not below spindle.min_speed")
     for key, seconds in (("spindle.start_time", machine.spindle_start_s), ("tool_change.time", machine.tool_change_s)):
         if seconds < 0:
             raise refuse(key, f"is {seconds:g} s, but must not be negative")
+
+
+def _check_positive(machine: Machine, refuse: Callable[[str, str], OptionError]) -> None:
+    for key, value in (("corners.deviation", machine.corner_deviation), ("max_feed", machine.max_feed)):
+        if not value > 0:
+            raise refuse(key, f"is {value:g}, but must be above 0")

@@ -79,7 +79,7 @@ def _issues(issues: Iterable[Issue]) -> list[dict[str, str]]:
 
 def _counts(outcome: Outcome) -> dict[str, int]:
     if outcome.certificate is not None:
-        return {**outcome.certificate["before"], "operations": len(outcome.operations)}
+        return {**outcome.certificate["before"], "barriers": outcome.barriers, "operations": len(outcome.operations)}
     return {
         "holes": len(outcome.part.holes),
         "slots": len(outcome.part.slots),

@@ -15,7 +15,7 @@ from leafcut import __version__
 from leafcut.errors import ReadError, VerifyError
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.part import Hole, Part
-from leafcut.model.sequence import Section, Sequence
+from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
@@ -86,6 +86,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
         verified=True,
         issues=(*sequence.issues, *machine_issues(run.machine)),
         certificate=certificate,
+        barriers=sum(isinstance(item, Kept) and item.reason != "" for item in sequence.items),
         encoding=encoding,
         options=run.settings.changed(),
         version=__version__,
