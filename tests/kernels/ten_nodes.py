@@ -94,7 +94,7 @@ def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
     cluster = np.tile(np.arange(12, dtype=np.int32), ways)
     pairs = np.array([[1, 0], [2, 0], [7, 9]], dtype=np.int32)
     chains = RoutingProblem(entry, entry[::-1].copy(), cluster, np.ones(len(entry)), precedence=pairs, closed=closed)
-    found = solve(chains, SolveOptions(iterations=8, bound=False))
+    found = solve(chains, SolveOptions(iterations=4, bound=False))
     return [found.nodes.tolist(), found.cost, build_directed(chains, 6).rules.onward.near.tolist()]
 
 

@@ -104,6 +104,19 @@ def test_over_the_first_place_the_tool_comes_no_lower_than_the_original_did() ->
     assert body(text, [1, 0]) == ("G0 X9.0 Y0.0 / G0 X9 Y0 Z1 F100 / G1 Z-1 / Z1 / G0 X0 Y0 / Z1 / G1 Z-1 F100 / Z1")
 
 
+def test_blocks_of_our_own_are_in_the_unit_of_their_section() -> None:
+    """The second section is in inches: what its pieces lack is said in inches."""
+    one = "G0 X0 Y0 / G1 Z-1 F100 / Z1 / G0 X9 / G1 Z-1 / Z1"
+    new = body(f"{one} / G20 / M8 / G0 Z1 / X2 Y2 / G1 Z-.1 F4 / G0 Z1 / X3 / G1 Z-.1 / G0 Z1", [0, 1], [1, 0])
+    assert new.startswith(f"{one} / G20 / M8 / G0 Z1 / X3 Y2.0 F4 / ")
+
+
+def test_where_the_length_offset_has_changed_a_piece_waits_for_z() -> None:
+    holes = "G0 X{0} Y0 / G1 Z-1 F100 / G0 Z5 / X{1} / G1 Z-1 / G0 Z5 / X{2} / G1 Z-1 / G0 Z5"
+    program = program_of(HEAD + holes.format(0, 9, 18) + " / G43 H2 / " + holes.format(30, 39, 48) + FOOT)
+    assert [[c.line for c in s.chains] for s in find_sequence(program).sections] == [[5, 8, 11], [18, 21]]
+
+
 def test_a_laser_keeps_its_power_and_its_ways() -> None:
     cut = "G1 X{0} Y0 F3000 / M3{2} / G4 P0.5 / G1 X{1} F100 / M5"
     one, two = cut.format(0, 5, " S80"), cut.format(10, 15, "")
