@@ -102,10 +102,11 @@ def main() -> None:
     text = f"""## Machine time beside LinuxCNC
 
 Seconds of LinuxCNC 2.9 by its own servo clock, on a simulated machine of 100/100/50 mm/s and 500/500/300 mm/s², and
-leafcut's estimate for the same program (profile `linuxcnc-sim`). {len(rows)} programs:
-{sum(o <= 0.02 for o in off)} within 2 %, the worst {100 * max(off):.1f} % off, median {100 * median(off):.2f} %. Both
-begin at machine zero. A real file that does not say G61 or G64 was given G64, with which LinuxCNC begins. Half a cycle
-at every stop, and the radius of helices, were chosen after first comparisons with programs of this table.
+leafcut's estimate for the same program (profile `linuxcnc-sim`). {len(rows)} programs: {sum(o <= 0.02 for o in off)} \
+within 2 %, the
+worst {100 * max(off):.1f} % off, median {100 * median(off):.2f} %. Both begin at machine zero. A real file that does
+not say G61 or G64 was given G64, with which LinuxCNC begins. The planner's formulas are LinuxCNC's own; half a cycle at
+every stop, and the radius of helices, were chosen after first comparisons with programs of this table.
 
 {facts("machine_time", sys.argv[1:], ["leafcut", "numpy", "numba"])}
 

@@ -68,11 +68,17 @@ def check(instance: DirectedInstance, route: Route) -> None:
 
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize(
-    ("kind", "n", "pairs"), [("holes", 60, 20), ("chains", 60, 0), ("chains", 600, 90), ("ways", 70, 20)]
+    ("kind", "n", "pairs"),
+    [("holes", 400, 0), ("holes", 60, 20), ("chains", 60, 0), ("chains", 600, 90), ("ways", 70, 20)],
 )
 def test_every_exchange_gains_what_it_says_and_keeps_precedence(kind: str, n: int, pairs: int, closed: bool) -> None:
+    """From a path that many kicks have made bad, so that there is something to gain in every way."""
     instance = instance_of(kind, n, pairs, closed)
-    route, rules, kinds = started(instance), instance.rules, set()
+    route, rules, words = started(instance), instance.rules, random_words(1, 0, count=1)
+    for _ in range(5):
+        route.counts[2] = 0
+        kick(instance.cost, route, rules, words, 0, 40)
+    kinds = set()
     for v in np.random.default_rng(1).permutation(instance.n):
         for s, lists in ((1, rules.onward), (-1, rules.backward)):
             before = cost_of(instance, route)
@@ -83,8 +89,10 @@ def test_every_exchange_gains_what_it_says_and_keeps_precedence(kind: str, n: in
                 assert make_exchange(instance.cost, route)
                 assert before - cost_of(instance, route) == pytest.approx(gain, abs=1e-7)
                 check(instance, route)
-    assert kinds >= {(1, 0, 0)}
-    assert len(kinds) >= 4, "most of the five kinds of exchange, in either direction, are met"
+    assert (1, 0, 0) in kinds
+    if kind == "holes" and not pairs:
+        assert kinds >= {(1, 1, 0), (1, 0, 1), (0, 1, 1)}
+        assert kinds & {(0, 1, 0), (0, 0, 1)}
 
 
 @pytest.mark.parametrize("closed", [False, True])

@@ -84,7 +84,7 @@ BARRIERS = {
     "M8": "coolant is switched",
     "S2000": "the spindle is switched",
     "M5 / S1000 M3": "the spindle is switched between pieces of work",
-    "G43 H1": "a change of length offset",
+    "G43 H1 G0 Z5": "a change of length offset",
     "G53 G0 Z0 / G0 Z5": "a move in machine coordinates",
     "G92 X0": "the origin is moved",
     "G55 / G0 Z5": "a change of work offset",

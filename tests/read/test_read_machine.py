@@ -135,7 +135,7 @@ def test_an_unknown_machine_is_told_the_nearest_name() -> None:
         ('acceleration = "0.5 m/s2"', "", "[rapid]: the key 'acceleration' is missing"),
         ('max_feed = "3 m/min"', "max_feed = 3", "must be a text with a unit"),
         ('max_feed = "3 m/min"', 'max_feed = "3 m/fortnight"', "unknown unit 'm/fortnight'"),
-        ('max_feed = "3 m/min"', 'max_feed = "0 m/min"', "'max_feed' must be above 0"),
+        ('max_feed = "3 m/min"', 'max_feed = "0 m/min"', "'max_feed' is 0, but must be above 0"),
         ('max_feed = "3 m/min"', 'max_feed = "1e999 m/min"', "not a finite number"),
         ('style = "linear"', 'style = "linaer"', "did you mean 'linear'"),
         ('["400 mm", "20 cm", "0 mm"]', '["400 mm", "20 cm"]', "3 texts, one for each axis"),

@@ -164,6 +164,8 @@ def next_place(reader: BlockReader, blocks: Iterable[int], clearance: float) -> 
     program = reader.program
     path, first = program.path, program.first
     stated: set[str] = set()
+    # A dwell amid work has its place; one before a stop is part of that.
+    waits = False
     for block in blocks:
         words = reader.words(block)
         if words is not None and words.empty and not reader.kinds(block):
@@ -176,6 +178,7 @@ def next_place(reader: BlockReader, blocks: Iterable[int], clearance: float) -> 
             x, y, z = path.end[row].tolist()
             if kind is Kind.END:
                 return HERE if stated else None
+            waits = (waits or kind is Kind.DWELL) and kind not in (Kind.TOOL, Kind.PAUSE)
             if kind is Kind.MACHINE:
                 if math.isfinite(x) and math.isfinite(y):
                     return None
@@ -183,13 +186,13 @@ def next_place(reader: BlockReader, blocks: Iterable[int], clearance: float) -> 
                 if program.modal(block + 1).incremental:
                     return HERE
                 if len(stated) == 2:
-                    return x, y
+                    return HERE if waits else (x, y)
                 if kind is Kind.DRILL or z < clearance - 1e-6:
                     return HERE
             elif kind in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.FRAME, Kind.SHIFT, Kind.RADIUS, Kind.FOREIGN):
                 return HERE
     # Where only one axis was told to go, the other one has stayed.
-    return HERE if stated else None
+    return HERE if stated or waits else None
 
 
 def height_matters(reader: BlockReader, blocks: Iterable[int]) -> bool:
