@@ -74,7 +74,7 @@ class Finder:
             yield from self._of_run(starts, end)
 
     def _blind(self) -> set[int]:
-        """Return the blocks from a change of length offset to the first that states Z: the height is not known there."""
+        """Return the blocks from a change of length offset to the first that states Z: the height is not known."""
         found: set[int] = set()
         offsets = np.flatnonzero(self.program.path.kind == Kind.OFFSET)
         for block in self.rows.block[offsets].tolist():
