@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.outcome import Measure, OperationOutcome, Outcome
@@ -13,6 +14,7 @@ from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, Tool
 
 __all__ = [
     "Arc",
+    "Contour",
     "DrillCycle",
     "Hole",
     "Issue",

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue
 
 
@@ -37,7 +38,7 @@ class Slot:
 
 @dataclass(frozen=True)
 class Part:
-    """Holes and slots in the drawing's order, in mm.
+    """Holes, slots and contours in the drawing's order, in mm.
 
     Attributes
     ----------
@@ -45,6 +46,9 @@ class Part:
         For people: the file's name or the example's.
     holes, slots
         In the order of the drawing, which is the order that "before" is measured in.
+    contours
+        What is to be cut from sheet or marked on it, in the order of the drawing; a drawing is read either for its
+        holes and slots or for its contours.
     source
         Name of the file it came from, and `format`, the reader that took it.
     edge_weight_type
@@ -58,6 +62,7 @@ class Part:
     name: str
     holes: tuple[Hole, ...] = ()
     slots: tuple[Slot, ...] = ()
+    contours: tuple[Contour, ...] = ()
     issues: tuple[Issue, ...] = ()
     source: str = ""
     format: str = ""
@@ -78,8 +83,9 @@ class Part:
 
     @property
     def extents(self) -> tuple[float, float, float, float]:
-        """Smallest x and y, largest x and y of all centres and slot ends, mm; zeros for an empty part."""
+        """Smallest x and y, largest x and y of all centres, slot ends and contours, mm; zeros for an empty part."""
         points = [(h.x, h.y) for h in self.holes] + [p for s in self.slots for p in (s.start, s.end)]
+        points += [p for c in self.contours for p in (c.path.extents[:2], c.path.extents[2:])]
         if not points:
             return (0.0, 0.0, 0.0, 0.0)
         low, high = np.min(points, axis=0), np.max(points, axis=0)

@@ -98,7 +98,7 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
         reasons = "; ".join(i.message for i in (*issues, *noticed)) or "no coordinates follow the header"
         raise ReadError(source.path, f"no holes: {reasons} (tools: {tools})")
     units = options.units or own_units
-    part = Part(source.name, kept, tuple(slots), (), source.file_name, "excellon", units or "mm")
+    part = Part(source.name, kept, tuple(slots), source=source.file_name, format="excellon", units=units or "mm")
     if units is None:
         issues.append(units_unknown("the file", part, Severity.WARNING))
     if prepared.has_plain_integers and not prepared.has_format:

@@ -1,0 +1,293 @@
+"""`Polyline`: a chain of lines and circular arcs, open or closed; what contours, leads and cuts are made of.
+
+An arc is said by its bulge, as in DXF (LWPOLYLINE, group code 42): the tangent of a quarter of its angle, positive
+counter-clockwise; 0 is a straight line, 1 a half circle. A full circle is two half circles.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from leafcut.errors import PlanError
+
+Points = NDArray[np.float64]
+#: A bulge below this is a straight line: over a metre its arc rises by less than a nanometre.
+STRAIGHT = 1e-9
+
+
+class Segment(NamedTuple):
+    """One line or arc: from `start` to `end` (mm), `bulge` 0 for a line; `center` and `radius` of an arc, else NaN."""
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    bulge: float
+    center: tuple[float, float]
+    radius: float
+
+    @property
+    def is_arc(self) -> bool:
+        """True: an arc; counter-clockwise where `bulge` is positive."""
+        return self.bulge != 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Polyline:
+    """Vertices and the bulge of the segment that begins at each.
+
+    Attributes
+    ----------
+    vertices
+        float64[n, 3]: x and y in mm, and the bulge to the next vertex. The last one's bulge closes a closed polyline
+        (its first vertex is not repeated); of an open one it is 0.
+    closed
+        True: a segment leads from the last vertex back to the first.
+    """
+
+    vertices: NDArray[np.float64]
+    closed: bool = False
+
+    def __post_init__(self) -> None:
+        shape = self.vertices.shape
+        if len(shape) != 2 or shape[1] != 3 or not shape[0]:
+            raise PlanError(f"a polyline needs vertices of shape (n, 3), x, y and bulge; these are {shape}")
+        if not np.isfinite(self.vertices).all():
+            raise PlanError("a polyline has a coordinate that is not a number")
+
+    @classmethod
+    def of_points(cls, points: ArrayLike, closed: bool = False) -> Polyline:
+        """Return straight lines through n points (x, y in mm); a repeated last point of a closed one is left out."""
+        xy = np.asarray(points, dtype=np.float64).reshape(-1, 2)
+        if closed and len(xy) > 1 and np.array_equal(xy[0], xy[-1]):
+            xy = xy[:-1]
+        return cls(np.column_stack([xy, np.zeros(len(xy))]), closed)
+
+    @classmethod
+    def circle(cls, x: float, y: float, radius: float, clockwise: bool = False) -> Polyline:
+        """Return a circle that begins at its right, counter-clockwise unless told otherwise."""
+        bulge = -1.0 if clockwise else 1.0
+        return cls(np.array([[x + radius, y, bulge], [x - radius, y, bulge]]), closed=True)
+
+    @property
+    def n_segments(self) -> int:
+        """Number of lines and arcs."""
+        return len(self.vertices) - (0 if self.closed else 1)
+
+    @cached_property
+    def _ends(self) -> Points:
+        """float64[m, 4]: start and end of every segment."""
+        xy = self.vertices[:, :2]
+        after = np.roll(xy, -1, axis=0)
+        return np.column_stack([xy, after])[: self.n_segments]
+
+    @cached_property
+    def bulges(self) -> Points:
+        """Bulge of every segment, float64[m]; what is straight but for rounding is 0."""
+        bulges = self.vertices[: self.n_segments, 2]
+        return np.where(np.abs(bulges) < STRAIGHT, 0.0, bulges)
+
+    @cached_property
+    def lengths(self) -> Points:
+        """Length of every segment, float64[m], mm."""
+        chord = np.hypot(self._ends[:, 2] - self._ends[:, 0], self._ends[:, 3] - self._ends[:, 1])
+        angle = 4.0 * np.arctan(np.abs(self.bulges))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            stretch = np.where(angle > 0.0, 0.5 * angle / np.sin(0.5 * angle), 1.0)
+        return chord * stretch
+
+    @cached_property
+    def length(self) -> float:
+        """Length of the whole, mm."""
+        return float(self.lengths.sum())
+
+    @cached_property
+    def area(self) -> float:
+        """Area inside a closed polyline, mm²; negative when it runs clockwise, 0 for an open one."""
+        if not self.closed:
+            return 0.0
+        x0, y0, x1, y1 = self._ends.T
+        # About the first vertex, so that the digits of a far-away place do not drown a small area.
+        x0, x1, y0, y1 = (
+            x0 - self.vertices[0, 0],
+            x1 - self.vertices[0, 0],
+            y0 - self.vertices[0, 1],
+            y1 - self.vertices[0, 1],
+        )
+        angle = 4.0 * np.arctan(self.bulges)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            radius = np.where(angle != 0.0, 0.5 * np.hypot(x1 - x0, y1 - y0) / np.sin(0.5 * np.abs(angle)), 0.0)
+        return float(np.sum(0.5 * (x0 * y1 - x1 * y0) + 0.5 * radius**2 * (angle - np.sin(angle))))
+
+    def segment(self, index: int) -> Segment:
+        """Return one segment; `index` from 0."""
+        x0, y0, x1, y1 = (float(v) for v in self._ends[index])
+        bulge = float(self.bulges[index])
+        if bulge == 0.0:
+            return Segment((x0, y0), (x1, y1), 0.0, (math.nan, math.nan), math.nan)
+        # The centre lies on the chord's bisector, (1 − b²)/4b of the chord to its left.
+        off = (1.0 - bulge * bulge) / (4.0 * bulge)
+        center = (0.5 * (x0 + x1) - off * (y1 - y0), 0.5 * (y0 + y1) + off * (x1 - x0))
+        return Segment((x0, y0), (x1, y1), bulge, center, math.hypot(x0 - center[0], y0 - center[1]))
+
+    def segments(self) -> Iterator[Segment]:
+        """Yield every segment in order."""
+        return (self.segment(i) for i in range(self.n_segments))
+
+    @property
+    def start(self) -> tuple[float, float]:
+        """Where it begins, mm."""
+        return (float(self.vertices[0, 0]), float(self.vertices[0, 1]))
+
+    @property
+    def end(self) -> tuple[float, float]:
+        """Where it ends: a closed one where it began, mm."""
+        return self.start if self.closed else (float(self.vertices[-1, 0]), float(self.vertices[-1, 1]))
+
+    @cached_property
+    def extents(self) -> tuple[float, float, float, float]:
+        """Smallest x and y, largest x and y, arcs included, mm."""
+        places = [self.vertices[:, :2]]
+        for s in self.segments():
+            if not s.is_arc:
+                continue
+            begin = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0])
+            turn = 4.0 * math.atan(s.bulge)
+            for quarter in range(4):
+                ahead = (quarter * 0.5 * math.pi - begin) * math.copysign(1.0, turn) % (2.0 * math.pi)
+                if ahead <= abs(turn):
+                    angle = quarter * 0.5 * math.pi
+                    places.append(
+                        np.array([[s.center[0] + s.radius * math.cos(angle), s.center[1] + s.radius * math.sin(angle)]])
+                    )
+        every = np.concatenate(places)
+        low, high = every.min(axis=0), every.max(axis=0)
+        return (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+
+    def flattened(self, tolerance: float = 0.01) -> Points:
+        """Return points (x, y) along it, float64[k, 2]; chords leave arcs by at most `tolerance` mm.
+
+        The points of a closed polyline end with the first one again.
+        """
+        points = [np.array([self.start])]
+        points += [_chords(s, tolerance) if s.is_arc else np.array([s.end]) for s in self.segments()]
+        return np.concatenate(points)
+
+    def reversed(self) -> Polyline:
+        """Return it the other way round; a closed one begins at the same vertex."""
+        xy = self.vertices[::-1, :2]
+        if self.closed:
+            xy = np.roll(xy, 1, axis=0)
+            bulges = -self.vertices[::-1, 2]
+        else:
+            bulges = np.append(-self.vertices[-2::-1, 2], 0.0)
+        return Polyline(np.column_stack([xy, bulges]), self.closed)
+
+    def moved(self, dx: float, dy: float) -> Polyline:
+        """Return it moved by (dx, dy) mm."""
+        return Polyline(self.vertices + np.array([dx, dy, 0.0]), self.closed)
+
+    def _place(self, distance: float) -> tuple[int, float]:
+        """Return the segment at a distance from the start, and the share of the segment that is behind."""
+        if self.closed and self.length > 0.0:
+            distance %= self.length
+        ends = np.cumsum(self.lengths)
+        index = min(int(np.searchsorted(ends, distance, side="right")), self.n_segments - 1)
+        before = float(ends[index] - self.lengths[index])
+        length = float(self.lengths[index])
+        return index, min(max((distance - before) / length, 0.0), 1.0) if length > 0.0 else 0.0
+
+    def point_at(self, distance: float) -> tuple[float, float]:
+        """Return the place at a distance along it from its start, mm; beyond an end of an open one, that end."""
+        index, share = self._place(distance)
+        return _along(self.segment(index), share)
+
+    def direction_at(self, distance: float) -> tuple[float, float]:
+        """Return the unit vector of travel at a distance along it; at a vertex, of the segment that begins."""
+        index, share = self._place(distance)
+        s = self.segment(index)
+        if not s.is_arc:
+            length = math.hypot(s.end[0] - s.start[0], s.end[1] - s.start[1])
+            return ((s.end[0] - s.start[0]) / length, (s.end[1] - s.start[1]) / length) if length else (1.0, 0.0)
+        x, y = _along(s, share)
+        side = math.copysign(1.0, s.bulge)
+        return (-(y - s.center[1]) / s.radius * side, (x - s.center[0]) / s.radius * side)
+
+    def piece(self, start: float, end: float) -> Polyline:
+        """Return the open polyline between two distances along it, `start` ≤ `end`, mm.
+
+        Of a closed polyline `end` may lie beyond its length: the piece goes on past the start, at most once round
+        more.
+        """
+        if not self.closed:
+            start, end = max(start, 0.0), min(end, self.length)
+        elif self.length > 0.0:
+            laps = math.floor(start / self.length)
+            start, end = start - laps * self.length, end - laps * self.length
+        rows: list[tuple[float, float, float]] = []
+        last = self.point_at(start)
+        before = 0.0
+        for _ in range(3 if self.closed else 1):
+            for i in range(self.n_segments):
+                length = float(self.lengths[i])
+                begin, finish = max(start - before, 0.0), min(end - before, length)
+                if length > 0.0 and finish > begin:
+                    s = self.segment(i)
+                    share = (finish - begin) / length
+                    bulge = math.tan(share * math.atan(s.bulge)) if share < 1.0 else s.bulge
+                    rows.append((*_along(s, begin / length), bulge))
+                    last = _along(s, finish / length)
+                before += length
+            if before >= end:
+                break
+        return Polyline(np.array([*rows, (*last, 0.0)]), closed=False)
+
+    def started_at(self, distance: float) -> Polyline:
+        """Return a closed polyline that begins at a distance along this one; the segment there is divided."""
+        if not self.closed:
+            raise PlanError("only a closed polyline can begin elsewhere")
+        whole = self.piece(distance, distance + self.length)
+        return Polyline(whole.vertices[:-1], closed=True) if whole.n_segments > 1 else self
+
+
+def joined(*pieces: Polyline) -> Polyline:
+    """Return the open polyline of open ones, each beginning where the one before ends."""
+    rows = [p.vertices[:-1] for p in pieces if p.n_segments]
+    ends = [p for p in pieces if p.n_segments]
+    if not ends:
+        return pieces[0]
+    last = np.array([[*ends[-1].end, 0.0]])
+    return Polyline(np.concatenate([*rows, last]), closed=False)
+
+
+def _along(s: Segment, share: float) -> tuple[float, float]:
+    """Return the place at a share (0 … 1) of a segment."""
+    if share <= 0.0:
+        return s.start
+    if share >= 1.0:
+        return s.end
+    if not s.is_arc:
+        return (s.start[0] + share * (s.end[0] - s.start[0]), s.start[1] + share * (s.end[1] - s.start[1]))
+    angle = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0]) + share * 4.0 * math.atan(s.bulge)
+    return (s.center[0] + s.radius * math.cos(angle), s.center[1] + s.radius * math.sin(angle))
+
+
+#: Chords of one arc at most: a tolerance too small for an arc must not fill the memory.
+MAX_CHORDS = 2000
+
+
+def _chords(s: Segment, tolerance: float) -> Points:
+    """Return the ends of an arc's chords, float64[k, 2]; a chord's height is r·(1 − cos(step/2)) ≤ tolerance."""
+    turn = 4.0 * math.atan(s.bulge)
+    step = 2.0 * math.acos(max(1.0 - tolerance / s.radius, 0.0)) if s.radius > 0.0 else math.pi
+    count = min(max(math.ceil(abs(turn) / max(step, 1e-6)), 1), MAX_CHORDS)
+    begin = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0])
+    angles = begin + turn * np.arange(1, count + 1) / count
+    points = np.column_stack([s.center[0] + s.radius * np.cos(angles), s.center[1] + s.radius * np.sin(angles)])
+    points[-1] = s.end
+    return points

@@ -1,0 +1,34 @@
+"""`Contour`: a path of a drawing that is cut or marked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from leafcut.geometry.polyline import Polyline
+
+#: What a contour is for.
+CONTOUR_KINDS = ("cut", "mark", "sheet")
+
+
+@dataclass(frozen=True)
+class Contour:
+    """A path as it is drawn: the edge of the finished part, not the way of the tool.
+
+    Attributes
+    ----------
+    path
+        Lines and arcs, mm; closed for the outline of a part or a hole in it, open for marking and trimming.
+    kind
+        ``cut``, ``mark``, or ``sheet`` for the outline of the sheet itself, which is not cut.
+    layer, handle
+        The drawing's layer and entity handle (of its first entity).
+    part
+        Number of the part it belongs to, from 1, or 0 where nobody has said: its outer contour, its holes and its
+        marks have the same number.
+    """
+
+    path: Polyline
+    kind: str = "cut"
+    layer: str = ""
+    handle: str = ""
+    part: int = 0
