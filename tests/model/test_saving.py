@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import leafcut
-from leafcut.model import Hole, Machine, Metric, Part, RoutingProblem, Slot, Tool, ToolKind, ToolLibrary
+from leafcut.geometry.polyline import Polyline
+from leafcut.model import Contour, Hole, Machine, Metric, Part, RoutingProblem, Slot, Tool, ToolKind, ToolLibrary
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import Outcome
 from leafcut.model.saving import from_json, to_json
@@ -66,6 +67,7 @@ NOUNS = [
         "EXPLICIT",
         np.array([[0.0, 2.0], [2.0, 0.0]]),
         4.0,
+        (Contour(Polyline.circle(1.0, 2.0, 3.0), "mark", "SCRIBE", "B2", 4),),
     ),
     Tool(7, 6.0, ToolKind.TAP, "M6 – ½", math.pi, 8.0, 500.0, "G84", None, 0.2, 1.0, 20.0),
     ToolLibrary((Tool(1, 5.0), Tool(2, 6.0)), (Recipe(6.0, (1, 2), "TAP*"),), "shop.toml"),

@@ -46,9 +46,6 @@ class Part:
         For people: the file's name or the example's.
     holes, slots
         In the order of the drawing, which is the order that "before" is measured in.
-    contours
-        What is to be cut from sheet or marked on it, in the order of the drawing; a drawing is read either for its
-        holes and slots or for its contours.
     source
         Name of the file it came from, and `format`, the reader that took it.
     edge_weight_type
@@ -57,12 +54,14 @@ class Part:
         float64[n, n], the distances of a TSPLIB file of explicit weights, else None.
     optimum
         Length of the best known tour when the file says it, else None.
+    contours
+        What is to be cut from sheet or marked on it, in the order of the drawing; a drawing is read either for its
+        holes and slots or for its contours.
     """
 
     name: str
     holes: tuple[Hole, ...] = ()
     slots: tuple[Slot, ...] = ()
-    contours: tuple[Contour, ...] = ()
     issues: tuple[Issue, ...] = ()
     source: str = ""
     format: str = ""
@@ -70,6 +69,7 @@ class Part:
     edge_weight_type: str = ""
     matrix: NDArray[np.float64] | None = None
     optimum: float | None = None
+    contours: tuple[Contour, ...] = ()
 
     @property
     def hole_xy(self) -> NDArray[np.float64]:
