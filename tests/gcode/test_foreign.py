@@ -177,6 +177,13 @@ def test_all_between_a_rotation_and_its_end_is_kept() -> None:
     assert place(program) == [1.0, 1.0, 1.0]
 
 
+def test_q_of_g64_is_for_short_moves_and_is_p_where_it_is_not_said() -> None:
+    program = run("G64 P0.1", "G64 P0.1 Q0.02", "G64 Q0.02 P0.1", "G64 P0.1")
+    rows = program.path.kind == Kind.BLENDING
+    assert program.path.value[rows].tolist() == [0.1, 0.1, 0.1]
+    assert program.path.end[rows, 0].tolist() == [0.1, 0.02, 0.1]
+
+
 def test_only_a_change_of_the_mode_is_a_row() -> None:
     """G54 and G40 at the start of every operation, and the same G64 again, divide nothing."""
     program = run("G54 G40 G64 P0.1", "G54 G40 G64 P0.1", "G41 D1", "G40", "G40")

@@ -56,6 +56,12 @@ def test_the_first_hole_of_a_cycle_gets_its_words_and_the_others_keep_theirs() -
     )
 
 
+def test_a_cycle_that_a_block_states_is_not_stated_twice() -> None:
+    """The second block names its cycle and takes Z and R from the first."""
+    text = "G99 G81 X0 Y0 Z-3 R1 F100 / G81 X9 Y0 / X9 Y9 / G80"
+    assert body(text, [1, 2, 0]) == ("G99 G81 X9 Y0 R1 Z-3 F100 / X9 Y9 / G99 G81 X0 Y0 Z-3 R1 F100 / G80")
+
+
 def test_another_depth_in_a_cycle_is_said_again() -> None:
     text = "G99 G81 X0 Y0 Z-3 R1 F100 / X9 Y0 Z-4 / X9 Y9 / G80"
     assert body(text, [0, 2, 1]) == "G99 G81 X0 Y0 Z-3 R1 F100 / G81 X9 Y9 R1 Z-4 / X9 Y0 Z-4 / G80"
@@ -183,6 +189,19 @@ def test_words_are_put_into_a_line_in_its_own_manner() -> None:
     assert insert_words("(a) X5 (b) ;(c)\n", [], ["Y1"]) == "(a) X5 Y1 (b) ;(c)\n"
     assert insert_words("\tg1 x5", ["G17"], []) == "\tG17 g1 x5"
     assert insert_words("X5\n", [], []) == "X5\n"
+
+
+def test_a_line_that_would_be_too_long_leaves_its_words_to_a_block_before_it() -> None:
+    """X0 Y9 and the long remark are 76 characters; F100. would make it 82, and the controller takes 80."""
+    remark = "(" + "r" * 68 + ")"
+    text = f"G0 X0 Y0 / G1 Z-1 F100. / G0 Z5 / X9 Y0 F200 / G1 Z-1 / G0 Z5 / X0 Y9 {remark} / G1 Z-1 / G0 Z5"
+    program = program_of(HEAD + text + FOOT)
+    assert len(f"X0 Y9 {remark}") == 76
+    new = rewrite(program, find_sequence(program), [np.array([2, 0, 1])], longest=80)
+    assert max(map(len, new.splitlines())) <= 80
+    assert f"\nX0 Y9 {remark}\n" in new
+    long = rewrite(program, find_sequence(program), [np.array([2, 0, 1])])
+    assert max(map(len, long.splitlines())) > 80
 
 
 def test_lengths_have_a_point_and_no_exponent() -> None:

@@ -249,6 +249,24 @@ def halting(way: list[Place]) -> Toolpath:
     return builder.build()
 
 
+def test_in_laser_mode_a_power_in_the_block_of_a_move_does_not_stop_the_machine() -> None:
+    """Two moves in line, S between: one move with `line` 2 for both; but S alone on line 2, and any spindle, stop."""
+
+    def seconds_with(line: int, machine: Machine) -> float:
+        builder = ToolpathBuilder()
+        builder.rapid(0.0, 0.0, 0.0, line=1)
+        builder.spindle(300.0, line=1)
+        builder.feed(20.0, 0.0, feed=50.0, line=1)
+        builder.spindle(200.0, line=line, speed_alone=True)
+        builder.feed(40.0, 0.0, feed=50.0, line=3)
+        return seconds(builder.build(), machine)
+
+    laser = replace(GRBL, process="laser")
+    one, stop = trapezoid_time(40.0, 50.0, 500.0), 2 * trapezoid_time(20.0, 50.0, 500.0)
+    found = [seconds_with(line, machine) for line, machine in ((3, laser), (2, laser), (3, GRBL))]
+    assert found == pytest.approx([one, stop, stop])
+
+
 @pytest.mark.parametrize(("machine", "mode"), CASES)
 @given(way=WAY)
 def test_a_way_back_takes_as_long_as_the_way_there(machine, mode, way) -> None:

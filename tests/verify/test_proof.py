@@ -137,6 +137,7 @@ MUTATIONS = [
     ("contours", r"G2 (.*)", r"G3 \1", "clockwise arc became counter-clockwise arc"),
     ("contours", r"I-5 J0", "I-5 J-0.001\nG1 X0", ""),
     ("contours", r"G64 P0.01", "G64 P0.1", "blending tolerance 0.01 became 0.1"),
+    ("contours", r"G64 P0.01", "G64 P0.01 Q0.1", "tolerance of short moves 0.01 became 0.1"),
     ("contours", r"G64 P0.01", "G61", "blending G64 became G61"),
     ("contours", r"G0 X20 Y0\nG0 Z1", "G0 Z3\nG0 X20 Y0\nG0 Z1", "arrives at X20.000 Y0.000 at Z3.000, Z5.000"),
     ("contours", r"G0 Z5\nG0 X20 Y0", "G0 Z4\nG0 X20 Y0", "at Z4.000, Z5.000 before"),

@@ -150,7 +150,7 @@ class Reader:
                 raise BlockError(f"{word} is negative")
             state.rpm = word.value
             if state.spindle and "spindle" not in words.m:
-                state.path.spindle(state.spindle * state.rpm, line=state.line)
+                state.path.spindle(state.spindle * state.rpm, line=state.line, speed_alone=True)
 
     def _tool_words(self, words: SortedBlock) -> None:
         state, letters = self.state, words.letters

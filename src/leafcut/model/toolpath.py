@@ -35,7 +35,7 @@ class Kind(IntEnum):
     DWELL      –                                            seconds              –
     TOOL       –                                            –                    tool number
     OFFSET     –                                            –                    length offset (H), 0 = G49
-    SPINDLE    –                                            rpm; < 0 = backwards –
+    SPINDLE    –                                            rpm; < 0 = backwards 0 = M3, M4 or M5, 1 = S alone
     COOLANT    –                                            –                    0 off, 1 mist, 2 flood, 3 both
     PAUSE      –                                            –                    0 = M0, 1 = M1
     MACHINE    machine coordinates, NaN = axis stays        –                    –
@@ -43,7 +43,7 @@ class Kind(IntEnum):
     FRAME      where the tool is then                       –                    work offset in tenths (540 is G54)
     SHIFT      where the tool is then                       –                    origin moved (G52, G92 …), counted
     RADIUS     –                                            D, as it is written  40, 41 or 42
-    BLENDING   –                                            tolerance, mm        610, 611 or 640 (G61, G61.1, G64)
+    BLENDING   x: how far short moves may be joined, mm     tolerance, mm        610, 611 or 640 (G61, G61.1, G64)
     FOREIGN    where the tool is then                       –                    a block that is not understood
     ========== ============================================ ==================== ===========================
 
@@ -318,9 +318,9 @@ class ToolpathBuilder:
         """Take the tool length offset of a register; 0 takes it off."""
         self._command(Kind.OFFSET, 0.0, number, line)
 
-    def spindle(self, rpm: float, line: int = 0) -> None:
-        """Turn the spindle: positive clockwise (M3), negative backwards (M4), 0 stops (M5)."""
-        self._command(Kind.SPINDLE, rpm, 0, line)
+    def spindle(self, rpm: float, line: int = 0, *, speed_alone: bool = False) -> None:
+        """Turn the spindle: positive clockwise (M3), negative backwards (M4), 0 stops (M5); or change its speed (S)."""
+        self._command(Kind.SPINDLE, rpm, int(speed_alone), line)
 
     def coolant(self, mode: int, line: int = 0) -> None:
         """Set coolant: 0 off, 1 mist, 2 flood, 3 both."""
@@ -345,9 +345,12 @@ class ToolpathBuilder:
         """Switch radius compensation: 40 off, 41 left, 42 right."""
         self._command(Kind.RADIUS, register, mode, line)
 
-    def blending(self, mode: int, tolerance: float = 0.0, line: int = 0) -> None:
-        """Choose how corners are passed: 610, 611 or 640, and how far from them the path may be, mm."""
-        self._command(Kind.BLENDING, tolerance, mode, line)
+    def blending(self, mode: int, tolerance: float = 0.0, joining: float = 0.0, line: int = 0) -> None:
+        """Choose how corners are passed: 610, 611 or 640, and how far from them the path may be, mm.
+
+        `joining` is how far it may be from short moves that the controller joins to one.
+        """
+        self._rows.extend((int(Kind.BLENDING), joining, UNKNOWN, UNKNOWN, tolerance, mode, line))
 
     def set_place(self, kind: Kind, place: tuple[float, float, float], ref: int, line: int = 0) -> None:
         """Add a row of FRAME, SHIFT or FOREIGN, after which the tool is at `place`."""

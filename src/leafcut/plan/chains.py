@@ -41,6 +41,7 @@ _CHANGES = {
     "shift": "the origin is moved",
     "blending": "a change of how corners are passed",
     "tolerance": "a change of how corners are passed",
+    "joining": "a change of how corners are passed",
 }
 _TORCH = re.compile(r"plasma|torch|pierce|\bTHC\b", re.IGNORECASE)
 
@@ -140,7 +141,8 @@ def known_process(program: Program) -> str:
     with np.errstate(invalid="ignore"):
         still = (np.abs(path.end - before) < TOLERANCE) | np.isnan(path.end)
     steady = still[:, :2].all(axis=1)
-    sideways = feed & ~steady
+    # A full circle ends where it begins, and goes sideways all the same.
+    sideways = feed & (~steady | (path.kind != Kind.FEED))
     if not sideways.any():
         return "drill"
     spindle = path.kind == Kind.SPINDLE

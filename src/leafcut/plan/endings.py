@@ -6,40 +6,57 @@ import numpy as np
 
 from leafcut.gcode.program import Program
 from leafcut.model.sequence import Chain
-from leafcut.model.toolpath import MOTIONS, Kind
+from leafcut.model.toolpath import Kind
 from leafcut.plan.chains import Rows
 
 #: Rows before which the tool goes up for their sake.
 STOPS = [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)]
-_MOTIONS = [int(k) for k in MOTIONS]
-#: What takes up where the work before it has ended.
-_GOES_ON = [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DWELL)]
+_FEEDS = [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)]
 
 
 def stays_last(program: Program, rows: Rows, chain: Chain) -> bool:
     """Return whether a chain behind which others stay must be the last of its section.
 
-    So it is where a cut, a dwell, or radius compensation follows without a rapid in between; where the chain itself
-    goes elsewhere after its work, as for a person or the end; and where the next way is made with a beam that was off.
+    So it is where a dwell or radius compensation follows without a rapid in between, or a cut without a way across;
+    where the chain itself goes elsewhere after its work, as for a person or the end; and where the next way is made
+    with a beam that was off.
     """
     low, high = int(program.first[chain.begin]), int(program.first[chain.end])
     last = low + int(np.flatnonzero(rows.cut[low:high])[-1])
     return (
-        _goes_on(program, last, high)
+        _goes_on(program, rows, last, high)
         or bool((rows.travel & ~rows.cut)[last + 1 : high].any())
         or _is_lit_after(program, rows, low, high)
     )
 
 
-def _goes_on(program: Program, last: int, high: int) -> bool:
+def _goes_on(program: Program, rows: Rows, last: int, high: int) -> bool:
     """Return whether what follows the row of the last cut, and stays, begins at its place."""
     kind, ref = program.path.kind, program.path.ref
+    risen = False
     for row in range(last + 1, len(kind)):
-        if row >= high and (kind[row] in _GOES_ON or (kind[row] == Kind.RADIUS and ref[row] != 40)):
-            return True
-        if kind[row] in _MOTIONS or kind[row] in STOPS:
+        stays = row >= high
+        if kind[row] == Kind.RAPID:
+            if rows.sideways[row] or (stays and follows_compensation(program, row)):
+                return stays and follows_compensation(program, row)
+            risen = True
+        elif kind[row] in _FEEDS:
+            return stays
+        elif kind[row] == Kind.DRILL or kind[row] in STOPS:
             return False
+        elif stays and not risen and (kind[row] == Kind.DWELL or (kind[row] == Kind.RADIUS and ref[row] != 40)):
+            return True
     return False
+
+
+def follows_compensation(program: Program, row: int) -> bool:
+    """Return whether radius compensation was on in the move before a row: it comes to an end in the row."""
+    kind = program.path.kind
+    before = next((r for r in range(row - 1, -1, -1) if kind[r] <= Kind.DRILL), -1)
+    if before < 0:
+        return False
+    block = int(np.searchsorted(program.first, before, side="right")) - 1
+    return program.modal(block + 1).radius != 40
 
 
 def _is_lit_after(program: Program, rows: Rows, low: int, high: int) -> bool:

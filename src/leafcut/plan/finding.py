@@ -14,7 +14,7 @@ from leafcut.gcode.reliance import HERE, BlockReader, next_place
 from leafcut.model.sequence import Chain, Kept, Section
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.plan.chains import BEAMS, TOLERANCE, Rows, find_barriers, free_runs, read_rows
-from leafcut.plan.endings import STOPS, stays_last
+from leafcut.plan.endings import STOPS, follows_compensation, stays_last
 from leafcut.plan.heights import group_by_height
 from leafcut.plan.precedence import find_precedence
 
@@ -40,6 +40,7 @@ class Finder:
         self.reader = BlockReader(program)
         self.beam = process in BEAMS
         self.entries: set[int] = set()
+        self.compensates = bool((program.path.kind == Kind.RADIUS).any())
         self.blind = self._blind()
         path, first = program.path, program.first
         self.cuts = np.concatenate([[0], np.cumsum(self.rows.cut)])
@@ -118,7 +119,8 @@ class Finder:
             return False
         placed = bool(np.isfinite(self.program.path.end[start.row, :2]).all())
         up = start.height >= top - TOLERANCE and start.height >= self.floor
-        return placed and up and self._at_rest(start.block)
+        ended = not self.compensates or not follows_compensation(self.program, start.row)
+        return placed and up and ended and self._at_rest(start.block)
 
     def _arrives_alike(self, start: _Start, first: _Start) -> bool:
         """Return whether a second way to a piece of work is made like the first: no lower, and with the beam as it was.

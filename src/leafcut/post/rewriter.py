@@ -273,7 +273,8 @@ class _Rewriter:
                 stated = self._letters(block)
                 words = [(w, v) for w, v in need.cycle_words if w not in stated]
                 if have.cycle != need.cycle or not dict(have.cycle_words).items() >= set(words):
-                    front.append(f"G{need.cycle}")
+                    # A block that states its cycle may still rely on words that the cycle keeps.
+                    front += [] if "motion" in self.reader.states(block, block + 1) else [f"G{need.cycle}"]
                     back += [self._text(w, v, block) for w, v in words]
             elif need.motion is not None and have.motion != need.motion:
                 front.append(f"G{need.motion}")

@@ -94,7 +94,7 @@ def _paired_at_once(before: Features, after: Features, tolerance: float) -> tupl
 
 
 def _rounded(features: Features) -> Ints:
-    """Return all that a feature is as whole numbers, int64[n, 24]."""
+    """Return all that a feature is as whole numbers, int64[n, 31]."""
     values = np.column_stack([features.place, features.amount, features.height]) / _QUANTUM
     whole = np.where(np.isfinite(values) & (np.abs(values) < _FAR), np.rint(np.nan_to_num(values)), -float(_FAR))
     return np.column_stack([features.group, features.exact, whole.astype(np.int64)])
@@ -222,6 +222,7 @@ def changes(a: Feature, b: Feature, room: Room) -> list[str]:
         ("speed", speed, amounts_b["speed"], max(room.speed_part * abs(speed), room.speed), 1.0),
         ("D", amounts_a["register"], amounts_b["register"], 1e-9, 1.0),
         ("blending tolerance", amounts_a["corner"], amounts_b["corner"], near, 1.0),
+        ("tolerance of short moves", amounts_a["joining"], amounts_b["joining"], near, 1.0),
     ):
         if abs(one - other) > allowed or math.isnan(one) != math.isnan(other):
             found.append(f"{word} {one * factor:.6g} became {other * factor:.6g}")
