@@ -22,7 +22,7 @@ from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reliance import HERE, BlockReader, Reliance, height_matters, next_place
 from leafcut.model.sequence import Chain, Kept, Section, Sequence
 from leafcut.model.toolpath import MOTIONS, Kind
-from leafcut.post.insertion import format_length, format_value, insert_words, renumbered
+from leafcut.post.insertion import format_length, format_value, insert_words_within, renumbered
 from leafcut.post.orders import checked_order
 from leafcut.post.original import Original
 from leafcut.post.territory import Territory
@@ -40,7 +40,9 @@ _FIELDS: dict[str, tuple[str, ...]] = {
 }
 
 
-def rewrite(program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False) -> str:
+def rewrite(
+    program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False, longest: int = 255
+) -> str:
     """Return the text of the program with the chains of every section in their order.
 
     Parameters
@@ -49,26 +51,31 @@ def rewrite(program: Program, sequence: Sequence, orders: Many[ArrayLike], *, re
         One permutation of its chains for every section, integers.
     renumber
         Give new N-numbers to all lines that have one.
+    longest
+        Characters that the controller takes in a line: none that has gained words has more, unless it had before.
 
     Raises
     ------
     PostError
         An order is not a permutation, or breaks a precedence; what stays behind a section takes something from its
-        last chain that cannot be said again; the program jumps to N-numbers that would change.
+        last chain that cannot be said again; the program jumps to N-numbers that would change; a line would be longer
+        than `longest`.
     """
     permutations = [checked_order(s, o) for s, o in zip(sequence.sections, orders, strict=True)]
     same = not sequence.dropped and all((p == np.arange(len(p))).all() for p in permutations)
     if same and not renumber:
         return "".join(program.lines)
-    lines = [(line, False) for line in program.lines] if same else _Rewriter(program, sequence).lines(permutations)
-    return "".join(renumbered(lines) if renumber else (text for text, _ in lines))
+    lines = (
+        [(line, False) for line in program.lines] if same else _Rewriter(program, sequence, longest).lines(permutations)
+    )
+    return "".join(renumbered(lines, longest) if renumber else (text for text, _ in lines))
 
 
 class _Rewriter:
     """Writes piece after piece, and remembers what the machine then has active, and where the tool is."""
 
-    def __init__(self, program: Program, sequence: Sequence) -> None:
-        self.program, self.sequence = program, sequence
+    def __init__(self, program: Program, sequence: Sequence, longest: int) -> None:
+        self.program, self.sequence, self.longest = program, sequence, longest
         self.reader = BlockReader(program)
         self.territory = Territory(program, sequence)
         self.original = Original(program)
@@ -168,9 +175,11 @@ class _Rewriter:
         ]
         lines = list(self.territory.of(chain.begin, chain.end))
         arrival = self.territory.first_block_in(chain.begin, block)
-        lines[arrival] = insert_words(lines[arrival], [], axes)
         begin = self.territory.first_block_in(chain.begin, chain.begin)
-        lines[begin] = insert_words(lines[begin], front, back)
+        lengths = [len(line.rstrip("\r\n")) for line in lines]
+        if axes:
+            lines[arrival : arrival + 1] = insert_words_within(lines[arrival], [], axes, self.longest, lengths[arrival])
+        lines[begin : begin + 1] = insert_words_within(lines[begin], front, back, self.longest, lengths[begin])
         self._copy(lines)
         self._after_chain(chain, reliance)
 

@@ -160,7 +160,7 @@ def _rewritten(
         text = "".join(original.lines)
     else:
         orders = list(_orders(sequence, solutions))
-        text = rewrite(original, sequence, orders, renumber=options.renumber)
+        text = rewrite(original, sequence, orders, renumber=options.renumber, longest=words.max_line)
     new = interpret_program(text, words, "the new program")
     certificate = certify(original, new, machine=run.machine)
     if not certificate.same:
