@@ -43,6 +43,22 @@ def test_a_feed_is_written_as_it_was_where_the_new_neighbour_has_another() -> No
     )
 
 
+def test_a_feed_mode_that_the_first_piece_states_does_not_stand_for_its_feed() -> None:
+    """The second piece is made first: it says G94, too, and the first one gets the feed that it had."""
+    text = "G0 X0 Y0 / G1 Z-1 F100 / G0 Z5 / G0 X9 Y0 / G94 / G1 Z-1 / G0 Z5 / G0 X8 Y5 / G1 Z-1 F200 / G0 Z5"
+    assert body(text, [2, 1, 0]) == (
+        "G94 G0 X8 Y5 / G1 Z-1 F200 / G0 Z5 / G0 X9 Y0 F100 / G94 / G1 Z-1 / G0 Z5 / G0 X0 Y0 / G1 Z-1 F100 / G0 Z5"
+    )
+
+
+def test_a_hole_that_stays_rises_as_high_as_it_did() -> None:
+    """G99 leaves 5 in mind for the G98 behind M9, which follows another hole now: it rises there before."""
+    text = "G99 G81 X0 Y0 Z-3 R1 F100 / X9 Y0 / M9 / G98 X7 Y7 / G80"
+    assert body(text, [1, 0]).endswith("M9 / G98 X7 Y7 / G80")
+    text = "G99 G81 X0 Y0 Z-3 R1 F100 / G81 X9 Y0 Z-4 / M9 / G98 G82 X7 Z-4 R1 P1 / G80"
+    assert " / G80 / G0 X9.0 Y0.0 / G0 Z5.0 / M9 / G98 G82 X7 Z-4 R1 P1 / G80" in body(text, [1, 0])
+
+
 def test_a_motion_is_added_in_front() -> None:
     """After the first piece, which ends with a feed, the second states G0; the third relies on the G0 before it."""
     text = "G0 X0 Y0 / G1 Z-1 F100 / Z5 / G0 X9 Y0 / G1 Z-1 / G0 Z5 / N7X8Y5 / G1 Z-1 / Z5"

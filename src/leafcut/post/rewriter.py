@@ -40,6 +40,7 @@ _FIELDS: dict[str, tuple[str, ...]] = {
     "centres": ("absolute_centres",),
     "retract": ("to_initial",),
     "feed": ("feed",),
+    "feed_mode": ("feed_mode",),
     "speed": ("rpm",),
 }
 
@@ -293,6 +294,7 @@ class _Rewriter:
             "plane": f"G{need.plane}",
             "centres": "G90.1" if need.absolute_centres else "G91.1",
             "retract": "G98" if need.to_initial else "G99",
+            "feed_mode": f"G{need.feed_mode}",
         }
         for group, word in said.items():
             field = _FIELDS[group][0]
@@ -342,6 +344,11 @@ class _Rewriter:
             self._rapid_before(kept, *original[:2])
         if self.place[2] > original[2] + _TOLERANCE and height_matters(self.reader, blocks):
             self._rapid_before(kept, z=original[2])
+        risen = self.original.risen(range(int(program.first[kept.begin]), int(program.first[kept.end])))
+        initial = self.initial if self.have.cycle is not None else self.place[2]
+        if risen is not None and max(initial, risen[1]) < risen[0] - _TOLERANCE:
+            # The series that ran here before has kept in mind to rise as high.
+            self._rapid_before(kept, z=risen[0])
         reliance = self.reader.reliance(kept.begin, kept.end)
         need = program.modal(kept.begin)
         if "motion" in reliance.relies and need.cycle is not None and not self._same_series(need, kept.begin):
