@@ -33,12 +33,28 @@ def test_a_cut_that_goes_on_from_the_last_piece_holds_it(behind: str, free: int)
     assert pieces(text) == [free]
 
 
+@pytest.mark.parametrize(("behind", "free"), [("X90 Y0 / G1 Z-1 / G0 Z5", 2), ("X0 Y0 / M1", 3), ("X0 Y0", 3)])
+def test_a_rise_behind_a_block_that_stays_holds_the_piece_below_if_work_follows(behind: str, free: int) -> None:
+    """Why it rises there is not known, perhaps for what stands near; before a stop and at the end, tools go up."""
+    text = HEAD + " / ".join(HOLE.format(x) for x in (0, 10, 20)) + f" / M8 / G0 Z15 / {behind}" + FOOT
+    assert pieces(text) == [free]
+
+
 def test_a_dwell_that_follows_the_last_cut_at_once_holds_it() -> None:
     """The cut ends at height 5, and so the tool is up: the dwell behind the M8 is at its place."""
     cut = "G0 X{} Y0 / G1 Z-1 F100 / G1 X{} / G1 Z5"
     text = HEAD + " / ".join(cut.format(x, x + 5) for x in (0, 10, 20)) + " / M8 / {}G0 X90 Y0" + FOOT
     assert pieces(text.format("")) == [3]
     assert pieces(text.format("G4 P1 / ")) == [2]
+
+
+def test_the_rise_that_ends_radius_compensation_stays_with_its_cut() -> None:
+    """It is no rise like others: where it ends depends on the cut before it; a dwell behind it stays at its place."""
+    cut = "G0 X{} Y0 / G1 Z{} F100 / G41 D1 / G1 X{} Y5 / G40 / G0 Z5"
+    cuts = [cut.format(x, z, x + 5) for x, z in ((0, 5), (20, -1), (40, -1))]
+    section = find_sequence(program_of(HEAD + " / ".join(cuts) + FOOT)).sections[0]
+    assert [c.line for c in section.chains] == [5, 11, 17]
+    assert pieces(HEAD + " / ".join(cuts) + " / G4 P1 / M1 / G0 X9 Y9" + FOOT) == [2]
 
 
 def test_a_dwell_behind_a_stop_belongs_to_the_stop() -> None:
@@ -73,3 +89,11 @@ def test_a_full_circle_goes_sideways() -> None:
     circle = "G0 X{} Y0 / G1 Z-1 F100 / G2 I3 J0 F300 / G0 Z5"
     text = HEAD + " / ".join(circle.format(x) for x in (0, 10, 20)) + FOOT
     assert find_sequence(program_of(text)).process == "mill"
+
+
+def test_a_dwell_behind_a_canned_hole_divides_as_it_does_behind_a_rise() -> None:
+    """The cycle has risen when the tool waits: nobody knows for what."""
+    cycle = "G99 G81 X{} Y0 Z-1 R1 F100"
+    holes = [cycle.format(x) for x in (0, 10, 20, 30, 40, 50)]
+    assert pieces(HEAD + " / ".join(holes) + " / G80" + FOOT) == [6]
+    assert pieces(HEAD + " / ".join([*holes[:3], "G4 P1", *holes[3:]]) + " / G80" + FOOT) == [2, 3]

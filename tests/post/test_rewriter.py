@@ -59,6 +59,12 @@ def test_a_hole_that_stays_rises_as_high_as_it_did() -> None:
     assert " / G80 / G0 X9.0 Y0.0 / G0 Z5.0 / M9 / G98 G82 X7 Z-4 R1 P1 / G80" in body(text, [1, 0])
 
 
+def test_a_cycle_ends_before_a_way_in_machine_coordinates_that_stays() -> None:
+    """G28 under a cycle is an error of the controller; the rapid of the last piece ended it before."""
+    text = "G98 G81 X0 Y0 Z-3 R1 F100 / G0 X9 Y0 / G1 Z-1 / G0 Z5 / G28 Z5"
+    assert body(text, [1, 0]).endswith("G98 G81 X0 Y0 Z-3 R1 F100 / G80 / G28 Z5")
+
+
 def test_a_motion_is_added_in_front() -> None:
     """After the first piece, which ends with a feed, the second states G0; the third relies on the G0 before it."""
     text = "G0 X0 Y0 / G1 Z-1 F100 / Z5 / G0 X9 Y0 / G1 Z-1 / G0 Z5 / N7X8Y5 / G1 Z-1 / Z5"

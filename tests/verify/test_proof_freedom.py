@@ -17,6 +17,7 @@ DEEP, OTHER = "G0 X0 Y0 / G0 Z2 / G1 Z-2 F100 / G0 Z5", "G0 X20 Y0 / G0 Z2 / G1 
 HOLES = [f"G0 X{x} Y0 / G1 Z-1 F100 / G0 Z5" for x in (0, 10, 20)]
 SIDE = "G41 D1 / G0 X30 Y5 / G1 Z-1 / X40 / G40 / G0 X50 / G0 Z5"
 CYCLES = [f"G99 G81 X{x} Y0 Z-1 R1 F100" for x in (0, 10, 20)]
+CYCLE = "G98 G81 X40 Y0 Z-1 R1 F100 / G80"
 CUTS = [f"G0 X{x} Y0 / M3 S300 / G1 X{x + 5} F900 / M5" for x in (0, 10, 20)]
 LASER = "G21 G90 / G0 X-5 Y-5"
 
@@ -40,7 +41,10 @@ def changed(parts: Parts, number: int, old: str, new: str) -> Parts:
         ([SHALLOW, DEEP, OTHER], [OTHER, SHALLOW, DEEP]),
         ([*HOLES, SIDE], [HOLES[2], HOLES[0], HOLES[1], "G0 X20 Y0", SIDE]),
         ([*CYCLES, "G80", "G4 P1", "M8"], [CYCLES[1], CYCLES[0], CYCLES[2], "G80", "G4 P1", "M8"]),
-        ([*HOLES, "G4 P1", "M8"], [HOLES[1], HOLES[0], HOLES[2], "G4 P1", "M8"]),
+        ([*CYCLES, "G80", "G4 P1", "M8"], [CYCLES[2], CYCLES[0], CYCLES[1], "G80", "G4 P1", "M8"]),
+        ([*HOLES[:2], CYCLE, "G4 P1", "M0"], [CYCLE, *HOLES[:2], "G4 P1", "M0"]),
+        ([CYCLE, *HOLES[:2], "G4 P1", "M0"], [*HOLES[:2], CYCLE, "G4 P1", "M0"]),
+        ([*HOLES, "G4 P1", "M8"], [HOLES[1], HOLES[2], HOLES[0], "G4 P1", "M8"]),
     ],
 )
 def test_an_order_that_harms_nothing_is_the_same_work(original: Parts, new: Parts) -> None:
@@ -91,15 +95,15 @@ def test_a_cut_that_went_on_under_compensation_from_a_hole_is_caught_behind_anot
 @pytest.mark.parametrize(
     "new",
     [
-        [CYCLES[2], CYCLES[0], CYCLES[1], "G80", "G4 P1", "M8"],
+        [CYCLES[1], "G4 P1", CYCLES[0], CYCLES[2], "G80", "M8"],
         [CYCLES[1], CYCLES[0], "G4 P1", CYCLES[2], "G80", "M8"],
         [*CYCLES, "G80", "G4 P0.5", "M8"],
         [*CYCLES, "G80", "M8"],
         [*CYCLES, "G80", "M8", "G4 P1"],
     ],
 )
-def test_a_dwell_that_followed_a_hole_is_caught_anywhere_else(new: Parts) -> None:
-    """Nothing tells what the tool waits for there: at that hole, as long, before the coolant."""
+def test_a_dwell_behind_the_last_hole_stays_there_with_its_time(new: Parts) -> None:
+    """The tool has risen and waits for what comes next, over whichever hole was the last."""
     assert what_differs([*CYCLES, "G80", "G4 P1", "M8"], new) != []
 
 

@@ -223,9 +223,9 @@ def _idle(program: Program, rows: Rows) -> list[int]:
     dwells = kind == Kind.DWELL
     switches = (kind == Kind.SPINDLE) & (not rows.beam.any())
     after_work = (cut >= 0) & (rapid > cut)
-    idle = (
-        ~rows.cut & after_work & (((dwells | switches) & (travel < cut)) | (dwells & (next_(ways) < next_(rows.cut))))
-    )
+    leads_away = ((dwells | switches) & (travel < cut)) | (dwells & (next_(ways) < next_(rows.cut)))
+    # A canned cycle ends with its own rise.
+    idle = ~rows.cut & ((after_work & leads_away) | (dwells & (cut >= 0) & (cut > rapid) & (kind[cut] == Kind.DRILL)))
     found: list[int] = np.flatnonzero(idle).tolist()
     return found
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from leafcut.gcode.program import Program
 from leafcut.model.sequence import Chain
 from leafcut.model.toolpath import Kind
-from leafcut.plan.chains import Rows
+from leafcut.plan.chains import TOLERANCE, Rows
 
 #: Rows before which the tool goes up for their sake.
 STOPS = [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)]
@@ -18,8 +20,8 @@ def stays_last(program: Program, rows: Rows, chain: Chain) -> bool:
     """Return whether a chain behind which others stay must be the last of its section.
 
     So it is where a dwell or radius compensation follows without a rapid in between, or a cut without a way across;
-    where the chain itself goes elsewhere after its work, as for a person or the end; and where the next way is made
-    with a beam that was off.
+    where the tool rises higher behind a block that stays, and goes on to other work from there; where the chain itself
+    goes elsewhere after its work, as for a person or the end; and where the next way is made with a beam that was off.
     """
     low, high = int(program.first[chain.begin]), int(program.first[chain.end])
     last = low + int(np.flatnonzero(rows.cut[low:high])[-1])
@@ -32,21 +34,30 @@ def stays_last(program: Program, rows: Rows, chain: Chain) -> bool:
 
 def _goes_on(program: Program, rows: Rows, last: int, high: int) -> bool:
     """Return whether what follows the row of the last cut, and stays, begins at its place."""
-    kind, ref = program.path.kind, program.path.ref
-    risen = False
+    kind, ref, z = program.path.kind, program.path.ref, program.path.end[:, 2]
+    risen = higher = False
     for row in range(last + 1, len(kind)):
         stays = row >= high
         if kind[row] == Kind.RAPID:
-            if rows.sideways[row] or (stays and follows_compensation(program, row)):
-                return stays and follows_compensation(program, row)
-            risen = True
+            compensated = follows_compensation(program, row)
+            if rows.sideways[row] or (stays and compensated):
+                return (stays and compensated) or (higher and not stops_before_work(program, rows, row))
+            risen |= not compensated
+            higher = stays and bool(z[row] > rows.before[high, 2] + TOLERANCE)
         elif kind[row] in _FEEDS:
             return stays
         elif kind[row] == Kind.DRILL or kind[row] in STOPS:
-            return False
+            return higher and kind[row] == Kind.DRILL
         elif stays and not risen and (kind[row] == Kind.DWELL or (kind[row] == Kind.RADIUS and ref[row] != 40)):
             return True
     return False
+
+
+def stops_before_work(program: Program, rows: Rows, row: int) -> bool:
+    """Return whether the tool goes up for a stop or a change of tool after a row, before it works again."""
+    upcoming = [np.flatnonzero(mask[row:]) for mask in (rows.cut, np.isin(program.path.kind, STOPS))]
+    work, stop = (int(found[0]) if len(found) else math.inf for found in upcoming)
+    return stop < work
 
 
 def follows_compensation(program: Program, row: int) -> bool:
