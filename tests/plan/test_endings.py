@@ -33,10 +33,19 @@ def test_a_cut_that_goes_on_from_the_last_piece_holds_it(behind: str, free: int)
     assert pieces(text) == [free]
 
 
-@pytest.mark.parametrize(("behind", "free"), [("X90 Y0 / G1 Z-1 / G0 Z5", 2), ("X0 Y0 / M1", 3), ("X0 Y0", 3)])
+@pytest.mark.parametrize(
+    ("behind", "free"),
+    [
+        ("G0 Z15 / X90 Y0 / G1 Z-1", 2),
+        ("G99 G81 X90 Y0 Z-1 R9", 2),
+        ("G99 G81 X90 Y0 Z-1 R4", 3),
+        ("G0 Z15 / X0 Y0 / M1", 3),
+        ("G0 Z15 / X0 Y0", 3),
+    ],
+)
 def test_a_rise_behind_a_block_that_stays_holds_the_piece_below_if_work_follows(behind: str, free: int) -> None:
     """Why it rises there is not known, perhaps for what stands near; before a stop and at the end, tools go up."""
-    text = HEAD + " / ".join(HOLE.format(x) for x in (0, 10, 20)) + f" / M8 / G0 Z15 / {behind}" + FOOT
+    text = HEAD + " / ".join(HOLE.format(x) for x in (0, 10, 20)) + f" / M8 / {behind}" + FOOT
     assert pieces(text) == [free]
 
 

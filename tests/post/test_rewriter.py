@@ -65,6 +65,13 @@ def test_a_cycle_ends_before_a_way_in_machine_coordinates_that_stays() -> None:
     assert body(text, [1, 0]).endswith("G98 G81 X0 Y0 Z-3 R1 F100 / G80 / G28 Z5")
 
 
+def test_a_last_piece_that_rose_for_the_end_rises_as_high_when_it_is_first() -> None:
+    """On the way from the hole to the cut the tool rises from 1 to 5; behind the cut it rises to 5 again."""
+    text = "G99 G81 X0 Y0 Z-3 R1 F100 / G0 X9 Y0 Z5 / G1 Z-1 / Z1"
+    new = rewritten(HEAD + text + " / G0 Z5 / M5 / M2", [1, 0])
+    assert " / G1 Z-1 / Z1 / G0 Z5.0 / G99 G81 X0 Y0 Z-3 R1 F100 / G0 Z5 / M5 / M2" in new
+
+
 def test_a_motion_is_added_in_front() -> None:
     """After the first piece, which ends with a feed, the second states G0; the third relies on the G0 before it."""
     text = "G0 X0 Y0 / G1 Z-1 F100 / Z5 / G0 X9 Y0 / G1 Z-1 / G0 Z5 / N7X8Y5 / G1 Z-1 / Z5"
@@ -134,9 +141,9 @@ def test_over_the_first_place_the_tool_comes_no_lower_than_the_original_did() ->
 
 def test_blocks_of_our_own_are_in_the_unit_of_their_section() -> None:
     """The second section is in inches: what its pieces lack is said in inches."""
-    one = "G0 X0 Y0 / G1 Z-1 F100 / Z1 / G0 X9 / G1 Z-1 / Z1"
+    one = "G0 X0 Y0 / G1 Z-1 F100 / Z30 / G0 X9 / G1 Z-1 / Z30"
     new = body(f"{one} / G20 / M8 / G0 Z1 / X2 Y2 / G1 Z-.1 F4 / G0 Z1 / X3 / G1 Z-.1 / G0 Z1", [0, 1], [1, 0])
-    assert new.startswith(f"{one} / G20 / M8 / G0 Z1 / X3 Y2.0 F4 / ")
+    assert f"{one} / G20 / M8 / G0 Z1 / X3 Y2.0 F4 / " in new
 
 
 def test_where_the_length_offset_has_changed_a_piece_waits_for_z() -> None:

@@ -67,6 +67,14 @@ def test_a_rapid_that_goes_deeper_at_one_place_is_caught(number: int, old: str, 
     assert what in what_differs([SHALLOW, OTHER, DEEP], changed(order, number, old, new))
 
 
+def test_a_rapid_into_a_hole_stays_allowed_where_it_is_made_elsewhere_after_it() -> None:
+    """The tool goes down again at rapid, and waits above; then it goes away first, and comes back to wait."""
+    deep = "G0 X0 Y0 / G1 Z-1 F100 / G0 Z1 / G0 {} / G0 Z5"
+    original = [HOLES[1], deep.format("Z-1"), "G4 P1", HOLES[2]]
+    for z, found in (("Z-1", []), ("Z-1.5", ["deeper rapid", "envelope"])):
+        assert what_differs(original, [deep.format(z), HOLES[1], "G0 X0 Y0", "G4 P1", HOLES[2]]) == found
+
+
 @pytest.mark.parametrize(
     ("old", "new"), [("G41 D1", "G42 D1"), ("G41 D1", "G41 D2"), ("G41 D1 / ", ""), ("X30", "X31")]
 )

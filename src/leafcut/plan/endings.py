@@ -46,8 +46,12 @@ def _goes_on(program: Program, rows: Rows, last: int, high: int) -> bool:
             higher = stays and bool(z[row] > rows.before[high, 2] + TOLERANCE)
         elif kind[row] in _FEEDS:
             return stays
-        elif kind[row] == Kind.DRILL or kind[row] in STOPS:
-            return higher and kind[row] == Kind.DRILL
+        elif kind[row] == Kind.DRILL:
+            # To the very next hole a piece that is last now rises as the original did.
+            r_plane = program.path.cycles[int(ref[row])].r_plane
+            return higher or (row > high and r_plane > rows.before[high, 2] + TOLERANCE)
+        elif kind[row] in STOPS:
+            return False
         elif stays and not risen and (kind[row] == Kind.DWELL or (kind[row] == Kind.RADIUS and ref[row] != 40)):
             return True
     return False

@@ -133,7 +133,6 @@ class _Rewriter:
 
     def _own(self, *words: str) -> None:
         """Write a block of our own."""
-        self._copy(())
         if self.out and not self.out[-1][0].endswith(("\n", "\r")):
             self.out[-1] = self.out[-1][0] + self.end, self.out[-1][1]
         self.out.append((" ".join(words) + self.end, True))
@@ -277,8 +276,7 @@ class _Rewriter:
         self.said |= self.reader.states(chain.begin, chain.end)
 
     def _take(self, groups: frozenset[str], modal: Modal) -> None:
-        fields = [f for group in groups for f in _FIELDS[group]]
-        self.have = replace(self.have, **{f: getattr(modal, f) for f in fields})
+        self.have = replace(self.have, **{f: getattr(modal, f) for group in groups for f in _FIELDS[group]})
 
     # -- words -------------------------------------------------------------------------------------------------------
 
