@@ -72,6 +72,16 @@ def test_a_last_piece_that_rose_for_the_end_rises_as_high_when_it_is_first() -> 
     assert " / G1 Z-1 / Z1 / G0 Z5.0 / G99 G81 X0 Y0 Z-3 R1 F100 / G0 Z5 / M5 / M2" in new
 
 
+def test_a_series_that_began_below_its_plane_is_not_begun_below_it_elsewhere() -> None:
+    """The tool comes from 0, goes over at the plane 2, and the second hole rises to its own plane 1; made second, the
+    series begins at 2."""
+    text = "G1 Z0 F100 / M8 / G99 G81 X0 Y0 Z-3 R2 F100 / G98 G81 X9 Y0 Z-3 R1 / G0 Z5 / X20 Y0 / G1 Z-1 / G0 Z5"
+    text += " / G0 X30 Y0 / G1 Z-1 / G0 Z5"
+    new = body(text, [1, 0, 2])
+    assert " / G0 X0.0 Y0.0 / G0 Z2.0 / G99 G81 X0 Y0 Z-3 R2" in new
+    assert "Z1.0" not in new
+
+
 def test_a_motion_is_added_in_front() -> None:
     """After the first piece, which ends with a feed, the second states G0; the third relies on the G0 before it."""
     text = "G0 X0 Y0 / G1 Z-1 F100 / Z5 / G0 X9 Y0 / G1 Z-1 / G0 Z5 / N7X8Y5 / G1 Z-1 / Z5"

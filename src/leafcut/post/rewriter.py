@@ -247,13 +247,11 @@ class _Rewriter:
         risen = self.original.risen(range(row, int(self.program.first[chain.end])))
         initial = self.initial if self.have.cycle is not None else self.place[2]
         if risen is not None and abs((initial if initial >= risen[1] else risen[1]) - risen[0]) > _TOLERANCE:
-            wanted = risen[0]
-            if self.place[2] < wanted - _TOLERANCE:
-                self._rapid(z=wanted)
-            elif self.place[2] > wanted + _TOLERANCE:
+            # Never below the plane at which the first hole begins: a higher rise does no harm.
+            wanted = max(risen[0], path.cycles[int(path.ref[row])].r_plane)
+            if self.place[2] > wanted + _TOLERANCE:
                 self._rapid(*chain.entry)
-                self._rapid(z=wanted)
-            elif self.have.cycle is not None:
+            if abs(self.place[2] - wanted) > _TOLERANCE or self.have.cycle is not None:
                 self._rapid(z=wanted)
         if self.have.cycle is None:
             self.initial = self.place[2]
