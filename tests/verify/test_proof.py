@@ -230,6 +230,16 @@ def test_a_finishing_pass_inside_its_roughing_stays_after_it_and_a_laser_may_cut
         assert not certified(head + inner + outer, head + outer + inner).same
 
 
+def test_what_lies_beside_a_loop_is_not_inside_it() -> None:
+    """A cut that crosses itself at (10, 0): what lies beyond the crossing, between its two ends, is free."""
+    loop = "G0 X0 Y-1 / G1 Z-1 F100 / X20 Y1 / X20 Y-1 / X0 Y1 / G0 Z5"
+    head, foot = "G21 G90 / S1000 M3 / G0 Z5", "G0 Z20 / M5 / M2"
+    for x, same in ((2, True), (18, False)):
+        hole = f"G0 X{x} Y0 / G1 Z-1 F100 / G0 Z5"
+        texts = [" / ".join([head, *parts, foot]).replace(" / ", "\n") for parts in ((loop, hole), (hole, loop))]
+        assert certified(*texts).same is same
+
+
 def test_an_open_cut_encloses_nothing() -> None:
     head = "G21 G90\nM3 S1\n"
     inner, hook = "G0 X5 Y5\nG1 X6 F100\n", "G0 X0 Y0\nG1 X10 F100\nY10\nX0\nY0.5\n"
