@@ -93,6 +93,17 @@ def test_cuts_behind_a_rapid_in_a_piece_are_not_joined_to_those_before_it() -> N
     assert section.precedence.tolist() == []
 
 
+def test_a_feed_without_power_keeps_its_order_with_what_it_crosses() -> None:
+    """Under M4 S0 the beam is on, with no power: the third cut goes back over the place of the second."""
+    cut = "G0 X{} Y0 / G1 X{} S500 F800"
+    text = (
+        "G21 G90 / M4 S0 / " + " / ".join(cut.format(x, x + 5) for x in (0, 10, 20)) + " / S0 X12 / G0 X0 Y9 / M5 / M2"
+    )
+    section = find_sequence(program_of(text)).sections[0]
+    assert len(section.chains) == 3
+    assert section.precedence.tolist() == [[1, 2]]
+
+
 def test_a_full_circle_goes_sideways() -> None:
     """It ends where it begins; a program of nothing but circles is no drilling program."""
     circle = "G0 X{} Y0 / G1 Z-1 F100 / G2 I3 J0 F300 / G0 Z5"
