@@ -152,7 +152,7 @@ class _Reader:
         )
 
     def _at_once(self, low: int, high: int, *, down: bool) -> bool:
-        """Return whether the feeds among rows that lead to the cut, or up from it, are next to it: rapids lie beyond."""
+        """Return whether the feeds among rows that lead down to the cut, or up from it, stand next to it."""
         kinds = [int(k) for k in self.path.kind[low:high] if k in (Kind.RAPID, Kind.FEED)]
         return kinds == sorted(kinds, reverse=not down)
 
