@@ -63,8 +63,8 @@ def turned(body: str) -> str:
         ),
         # It rises with the feed and the motion that it had.
         (
-            "G0 X0 Y0 / G1 Z-1 F50 / G2 X4 I2 F200 / G1 Y5 / G3 X9 R9 / G1 Z1 F50",
-            "G0 X9 Y5 / G1 Z-1 F50 / G2 X4 R9 F200 / G1 Y0 / G3 X0 I-2.0 F200 / G1 Z1 F50",
+            "G0 X0 Y0 / G1 Z-1 F50 / G2 X4 I2 F200 / G1 Y-5 / G3 X9 R9 / G1 Z1 F50",
+            "G0 X9 Y-5 / G1 Z-1 F50 / G2 X4 R9 F200 / G1 Y0 / G3 X0 I-2.0 F200 / G1 Z1 F50",
         ),
     ],
 )

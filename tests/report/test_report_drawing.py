@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ET
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -261,3 +262,24 @@ def test_ticks_are_multiples_of_their_step():
     assert ticks(-0.3, 1.1, 0.5) == [0.0, 0.5, 1.0]
     assert [tick_words(v, 0.05) for v in (0.0, 0.05, -0.1)] == ["0", "0.05", "−0.10"]
     assert [tick_words(v, 20.0) for v in (0.0, 1200.0)] == ["0", "1200"]
+
+
+def test_holes_of_which_nothing_says_how_wide_they_are_are_drawn_to_be_seen(outcome_of):
+    """Of a program's holes only the places are known: few are drawn larger than many, and it is not said that they are
+    enlarged."""
+    sizes = []
+    for n in (4, 30):
+        outcome = outcome_of([(20.0 * (i % n), 20.0 * (i // n)) for i in range(n * n)])
+        holes = tuple(replace(h, diameter=0.0) for h in outcome.part.holes)
+        tools = tuple(replace(o, tool=replace(o.tool, diameter=0.0)) for o in outcome.operations)
+        scene = build_scene(replace(outcome, part=replace(outcome.part, holes=holes), operations=tools))
+        assert scene.unsized
+        assert not scene.enlarged
+        sizes.append(scene.dots[0].size)
+    assert 5.0 == sizes[0] > sizes[1] > 2.0
+
+
+def test_heads_of_arrows_do_not_stand_upon_each_other(outcome_of):
+    there_and_back = [(100.0 * (i % 2), 0.02 * i) for i in range(300)]
+    (heads,) = paths(path_svg(outcome_of(there_and_back), "after"), "arrow")
+    assert 1 <= heads.count("M") < 4

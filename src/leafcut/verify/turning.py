@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -61,7 +62,7 @@ def one_way(work: Work) -> Turned:
     begins = np.flatnonzero(gaps.rows[gaps.gap_of] | ~gaps.opened_by_feature[gaps.gap_of])
     order, run, turned = np.arange(n), np.full(n, -1), np.zeros(n, dtype=bool)
     new = features.pick(order)
-    for first, end in zip(begins.tolist(), [*begins[1:].tolist(), n], strict=True):
+    for first, end in pairwise([*begins.tolist(), n]):
         body = _body(features, gaps, first, end)
         if body is None:
             continue
