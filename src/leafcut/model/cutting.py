@@ -104,6 +104,31 @@ class CutChoice:
 
 
 @dataclass(frozen=True)
+class ContourPrint:
+    """What a contour is known by again: lengths in mm, area in mm², where it begins, and its name in the drawing."""
+
+    kind: str
+    length: float
+    area: float
+    start: tuple[float, float]
+    layer: str = ""
+    handle: str = ""
+
+
+@dataclass(frozen=True)
+class PlanFile:
+    """What a plan file holds: the contours it was made for, and the choices of every cut, in order."""
+
+    sheet: str
+    contours: tuple[ContourPrint, ...]
+    cuts: tuple[CutChoice, ...]
+    process: str = ""
+    material: str = ""
+    thickness: float = 0.0
+    source: str = ""
+
+
+@dataclass(frozen=True)
 class Cut:
     """One run of the torch.
 
