@@ -11,7 +11,7 @@ import numpy as np
 
 from leafcut import __version__
 from leafcut.errors import OptionError, PlanError, SolveError
-from leafcut.model.cutting import CutData, CutMeasures, CutPlan, PlanFile
+from leafcut.model.cutting import CutData, CutPlan, PlanFile
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import Measure, OperationOutcome, Outcome
 from leafcut.model.problem import Metric
@@ -19,7 +19,7 @@ from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import SolveOptions
-from leafcut.runs.run import Run, machine_issues, passing_on, share
+from leafcut.runs.run import Run, machine_issues, passing_on, refuse, share
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 
-#: The machine that cuts where none is named.
-DEFAULT_MACHINE = "plasma-table"
 _KINDS = {"torch": "plasma", "laser": "laser"}
 
 
@@ -122,7 +120,7 @@ def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
         words=words,
         plan=plan,
     )
-    return job, [*part.issues, *sheet.issues, *issues, *cutting.issues]
+    return job, [*sheet.issues, *issues, *cutting.issues]
 
 
 def _sheet(run: Run, source: str | Path) -> tuple[Part, Sheet]:
@@ -142,7 +140,7 @@ def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
     if machine_kind is None:
         raise OptionError(
             f"{run.machine.name} has a spindle and cannot cut a sheet by heat or water; choose --machine plasma-table, "
-            "laser-table or a profile of your own with process = \"torch\""
+            'laser-table or a profile of your own with process = "torch"'
         )
     if thickness is None:
         raise OptionError("cutting needs the sheet's thickness; give --thickness")
@@ -324,7 +322,8 @@ def _outcome(
         machine=run.machine,
         process="cut",
         operations=tuple(
-            OperationOutcome(tool, "", (), False, s, cuts=len(s.nodes)) for s in (solutions if after is not before else [])
+            OperationOutcome(tool, "", (), False, s, cuts=len(s.nodes))
+            for s in (solutions if after is not before else [])
         ),
         before=before.measure,
         nearest=None if nearest is None else nearest.measure,
@@ -339,7 +338,7 @@ def _outcome(
         options=settings.changed(),
         version=__version__,
         cut_plan=after.plan,
-        norms=tuple(x.plan.measures if x is not None else CutMeasures() for x in (before, nearest, after)),
+        norms=tuple(None if x is None else x.plan.measures for x in (before, nearest, after)),
     )
 
 
@@ -387,7 +386,6 @@ def _verify(job: _Job, laid: _Laid, text: str) -> bool:
     VerifyError
         The first difference or danger, and how many more there are.
     """
-    from leafcut.runs.run import refuse
     from leafcut.verify.program import check_program
 
     job.run.tell("verifying")
