@@ -70,19 +70,24 @@ def cut(run: Run, source: str | Path) -> Outcome:
         One line that says what was found and what to do.
     """
     from leafcut.plan.cutting import drawing_order
+    from leafcut.plan.following import plan_order
     from leafcut.solve.compiling import announced
+    from leafcut.verify.envelope import check_envelope
 
     job, issues = _prepared(run, source)
     with announced(lambda: run.tell("compiling (first run on this machine)")):
-        before = _planned(job).order if job.plan else drawing_order(job.cutting)
+        drawn = plan_order(job.cutting, job.plan) if job.plan else drawing_order(job.cutting)
+        drawn_laid = _laid(job, drawn)
+        # What no order changes is known before any is sought.
+        refuse(check_envelope(drawn_laid.path, run.machine))
         nearest = _nearest(job)
-        found, solutions = _ordered(job, before)
-    laid = [_laid(job, order) if order is not None else None for order in (before, nearest, found)]
-    first, second, third = laid
-    assert first is not None and third is not None
+        found, solutions = _ordered(job, drawn)
+    planned = _as_planned(job)
+    first = drawn_laid if planned is None else _laid(job, planned)
+    third = _laid(job, found)
     if third.score(run) > first.score(run) or run.settings.resequence.keep_order:
         third = first
-    return _outcome(job, issues, solutions, first, second, third)
+    return _outcome(job, issues, solutions, first, None if nearest is None else _laid(job, nearest), third)
 
 
 def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
@@ -177,17 +182,16 @@ def _xy(point: tuple[float, ...] | None) -> Point | None:
 # -- orders ----------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class _Order:
-    order: list[CutStart]
+def _as_planned(job: _Job) -> list[CutStart] | None:
+    """Return the plan file's own order with all its choices; None without a plan, or where they do not fit any more."""
+    from leafcut.plan.following import follow_plan, plan_order
 
-
-def _planned(job: _Job) -> _Order:
-    """Return the order of the plan file."""
-    from leafcut.plan.following import plan_order
-
-    assert job.plan is not None
-    return _Order(plan_order(job.cutting, job.plan))
+    if job.plan is None:
+        return None
+    try:
+        return plan_order(follow_plan(job.cutting, job.plan, everything=True), job.plan)
+    except PlanError:
+        return None
 
 
 def _ordered(job: _Job, before: list[CutStart]) -> tuple[list[CutStart], list[Solution]]:
