@@ -13,7 +13,7 @@ from leafcut.gcode.canned import end_cycle
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.foreign_state import ForeignState, named_axes
 from leafcut.gcode.interpreter import Reader
-from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF, SortedBlock, sort_words
+from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF, OUTPUTS, SortedBlock, sort_words
 from leafcut.gcode.motion import run_home
 from leafcut.gcode.origin import chooses_origin, run_origin
 from leafcut.gcode.state import AXES, whole
@@ -65,7 +65,7 @@ class BlockRunner(Reader):
         self.returns = False
         #: Whether a subprogram begins with the next block, so that it may bear a program number.
         self.begins = False
-        self._g, self._m = _codes(state.dialect), frozenset(M_GROUP_OF)
+        self._g, self._m = _codes(state.dialect), frozenset(M_GROUP_OF) - OUTPUTS
         self._unclear: list[tuple[str, tuple[bool, bool, bool]]] = []
 
     def run(self, block: Block) -> None:

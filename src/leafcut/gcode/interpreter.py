@@ -102,6 +102,7 @@ class Reader:
         off_last = state.dialect.off_after_motion
         self._switches(words, off=None if not off_last else False)
         self._modes(words)
+        self._outputs(words)
         self._offsets(words)
         self._motion(words)
         if letters:
@@ -185,6 +186,15 @@ class Reader:
             for code in coolant:
                 state.coolant = 0 if code == 9 else state.coolant | (1 if code == 7 else 2)
             state.path.coolant(state.coolant, line=state.line)
+
+    def _outputs(self, words: SortedBlock) -> None:
+        """Outputs of a plasma table (LinuxCNC QtPlasmaC): M62 P2 holds the torch's height, M62 P3 puts it off."""
+        for code in words.m.get("output", ())[:1]:
+            number = whole(words.letters.pop("P")) if "P" in words.letters else -1
+            switch = {2: self.state.path.height_control, 3: self.state.path.torch}.get(number)
+            if switch is None:
+                raise BlockError(f"M{code}: only P2 (height control) and P3 (torch) are understood")
+            switch(code == 63, line=self.state.line)
 
     def _modes(self, words: SortedBlock) -> None:
         """Dwell, plane, distance, arc distance, retract: all that a motion of this block already obeys."""

@@ -30,8 +30,11 @@ _M_GROUPS: dict[str, tuple[int, ...]] = {
     "tool change": (6,),
     "spindle": (3, 4, 5),
     "coolant": (7, 8, 9),
+    "output": (62, 63),
 }
 M_GROUP_OF = {code: group for group, codes in _M_GROUPS.items() for code in codes}
+#: Digital outputs that act with the next motion (M62, M63); what is behind them depends on the machine.
+OUTPUTS = frozenset(_M_GROUPS["output"])
 
 
 @dataclass(slots=True)

@@ -14,7 +14,7 @@ class Severity(StrEnum):
 
 
 #: Every code, with what it means. The number's hundred tells the kind: 1 read, 2 skipped, 3 repaired, 4 assumed,
-#: 5 the order of a program.
+#: 5 the order of a program, 6 how a sheet is cut.
 CODES: dict[str, str] = {
     "L101": "the file was damaged and could be repaired",
     "L102": "the file does not say its units",
@@ -43,6 +43,10 @@ CODES: dict[str, str] = {
     "L402": "a depth was assumed",
     "L403": "the place of the part on the machine is not known",
     "L405": "bare points were taken as holes",
+    "L411": "cutting data were taken between two rows of the chart",
+    "L412": "the chart has other ways to cut this thickness",
+    "L413": "cutting data are not certain",
+    "L414": "a height of the torch was assumed",
     "L421": "a layer's kind was taken from its name",
     "L422": "what encloses everything may be the sheet",
     "L423": "parts touch each other",
@@ -50,6 +54,11 @@ CODES: dict[str, str] = {
     "L501": "a piece of a program stays where it is",
     "L502": "nothing in a program may change places",
     "L503": "changes of tool were saved",
+    "L611": "a contour is narrower than the kerf and is not cut",
+    "L612": "a place of a contour is narrower than the kerf",
+    "L613": "a lead is less than was asked for",
+    "L614": "whether cuts start near a hot one",
+    "L615": "a hole is too small for its thickness to come out well",
 }
 
 

@@ -101,6 +101,8 @@ class _Writer:
             Kind.SPINDLE: self._spindle,
             Kind.COOLANT: self._coolant,
             Kind.PAUSE: self._pause,
+            Kind.TORCH: self._switch,
+            Kind.HEIGHT: self._switch,
             Kind.MACHINE: self._machine,
             Kind.END: self._end,
         }
@@ -382,6 +384,12 @@ class _Writer:
             if int(word[1:]) not in self.dialect.m_codes:
                 raise PostError(f"{self.dialect.name} has no {word} (mist)")
         self.out.say(*words)
+
+    def _switch(self, row: Motion) -> None:
+        """Say the outputs of LinuxCNC QtPlasmaC: P2 holds the height, P3 puts the torch off."""
+        if 62 not in self.dialect.m_codes:
+            raise PostError(f"{self.dialect.name} cannot switch a torch or its height control while it moves (M62)")
+        self.out.say("M63" if row.value else "M62", "P3" if row.kind is Kind.TORCH else "P2")
 
     def _pause(self, row: Motion) -> None:
         self.out.say("M1" if row.ref else "M0")
