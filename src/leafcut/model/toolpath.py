@@ -45,8 +45,11 @@ class Kind(IntEnum):
     RADIUS     –                                            D, as it is written  40, 41 or 42
     BLENDING   –                                            tolerance, mm        610, 611 or 640 (G61, G61.1, G64)
     FOREIGN    where the tool is then                       –                    a block that is not understood
+    TORCH      –                                            1 on, 0 off          – (while it moves on)
+    HEIGHT     –                                            1 on, 0 off          – (control of the torch's height)
     ========== ============================================ ==================== ===========================
 
+    A torch goes on and off by SPINDLE, as M3 and M5 have it; TORCH and HEIGHT act with the next motion, without a stop.
     Where the tool is then: in the program coordinates from there on, NaN for an axis until it is programmed again.
     """
 
@@ -68,6 +71,8 @@ class Kind(IntEnum):
     RADIUS = 15
     BLENDING = 16
     FOREIGN = 17
+    TORCH = 18
+    HEIGHT = 19
 
 
 #: Kinds whose `end` is a place in program coordinates.
@@ -344,6 +349,14 @@ class ToolpathBuilder:
     def radius(self, mode: int, register: float = 0.0, line: int = 0) -> None:
         """Switch radius compensation: 40 off, 41 left, 42 right."""
         self._command(Kind.RADIUS, register, mode, line)
+
+    def torch(self, on: bool, line: int = 0) -> None:
+        """Put the torch on or off while it moves on."""
+        self._command(Kind.TORCH, float(on), 0, line)
+
+    def height_control(self, on: bool, line: int = 0) -> None:
+        """Let the torch follow the sheet's height, or keep its own."""
+        self._command(Kind.HEIGHT, float(on), 0, line)
 
     def blending(self, mode: int, tolerance: float = 0.0, line: int = 0) -> None:
         """Choose how corners are passed: 610, 611 or 640, and how far from them the path may be, mm."""
