@@ -35,6 +35,7 @@ _TITLES = {
     "read": "Reading",
     "machine": "Machine",
     "drill": "Drilling",
+    "cut": "Cutting",
     "resequence": "Programs of other CAMs",
     "solve": "Search",
     "aco": "Ants",

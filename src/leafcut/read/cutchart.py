@@ -1,8 +1,8 @@
 """The cut chart: how fast, how high and how wide a process cuts a material of a thickness.
 
-A chart is a CSV file with the columns of `cutchart.csv` beside this file, the one that is shipped; each of its rows says
-where it is from and how far to trust it. What a chart does not say is not made up: a row without a kerf or a pierce
-delay is used only where the user gives them.
+A chart is a CSV file with the columns of `cutchart.csv` beside this file, the one that is shipped; each of its rows
+says where it is from and how far to trust it. What a chart does not say is not made up: a row without a kerf or a
+pierce delay is used only where the user gives them.
 """
 
 from __future__ import annotations
@@ -43,6 +43,9 @@ MATERIALS = {
 #: Heights of a torch or a cutting head where a chart says none, mm. Estimates: a laser's head follows the sheet at
 #: about a millimetre, a jet and an oxy flame at what their heads have by habit.
 HEIGHTS = {"laser": 1.0, "waterjet": 3.0, "oxyfuel": 6.0}
+
+#: What a user may say in the place of a chart.
+GIVEN = ("feed", "kerf", "pierce_delay", "pierce_height", "cut_height")
 
 MOST_ROWS = 100_000
 
@@ -90,7 +93,7 @@ def load_chart(path: Path | None = None) -> list[Row]:
         names = [name.strip() for name in reader.fieldnames or ()]
         _check_columns(place, names)
         reader.fieldnames = names
-        rows = []
+        rows: list[Row] = []
         for data in reader:
             if len(rows) >= MOST_ROWS:
                 raise ReadError(place, f"has more than {MOST_ROWS:,} rows; no cut chart has")
@@ -277,7 +280,7 @@ def _finished(
     row: Row, thickness: float, given: dict[str, float | None], issues: list[Issue]
 ) -> tuple[CutData, list[Issue]]:
     """Return the data with the user's own values in the place of the chart's; all that is needed must be there."""
-    values = {key: own if own is not None else getattr(row, key) for key, own in given.items()}
+    values = {key: getattr(row, key) if given.get(key) is None else given[key] for key in GIVEN}
     kind = row.process.split("_")[0]
     can_pierce = kind != "plasma" or row.pierce_height is not None or values.get("pierce_delay") is not None
     missing = []
