@@ -128,6 +128,8 @@ class Dialect:
         ``M6``, or ``pause``: T and M0, and a person changes the tool.
     arc_turns
         G2 and G3 take full turns in P.
+    arc_ends
+        A full circle, too, says where it ends.
     hand_change_pause
         M6 may go on without waiting, so a change by hand needs an M0 behind it.
     length_offset
@@ -174,6 +176,7 @@ class Dialect:
     tool_change: str = "M6"
     hand_change_pause: bool = False
     arc_turns: bool = False
+    arc_ends: bool = False
     length_offset: str = "H"
     length_offset_off: str = "G49"
     machine_move: str = "G53"

@@ -183,11 +183,13 @@ class Reader:
     def _switches(self, words: SortedBlock, off: bool | None) -> None:
         """Spindle and coolant: all of them, or only those that switch off (True), or on (False)."""
         state = self.state
+        torch = state.dialect.torch
         for code in words.m.get("spindle", ())[:1]:
             if off is None or off == (code == 5):
                 number = spindle_number(words.letters)
                 state.spindle = self._turning[code]
                 state.path.spindle(state.spindle * state.rpm, line=state.line, number=number)
+                state.dark &= torch is None or not torch.power
         coolant = words.m.get("coolant")
         if coolant and (off is None or off == (9 in coolant)):
             for code in coolant:

@@ -140,8 +140,10 @@ class _Teller:
                 self.keep(row)
         elif kind is Kind.DWELL and self.piercing and not torch.waits:
             self.piercing = False
-        elif kind is Kind.BLENDING and 640 not in self.dialect.g_codes:
-            pass
+        elif kind is Kind.BLENDING:
+            if 640 in self.dialect.g_codes:
+                # On a Fanuc G64 has no tolerance of its own.
+                self.keep(row._replace(value=0.0) if self.dialect.groups == "fanuc" else row)
         elif kind in MOTIONS and torch.heights != "program":
             x, y, _ = row.end
             if kind not in (Kind.RAPID, Kind.FEED) or not _same((x, y), before):
@@ -159,6 +161,8 @@ class _Teller:
             return
         if row.ref and not torch.mark_on:
             raise PostError(f"{self.dialect.name} has no words for marking; leave the marks out, or choose another dialect")
+        if torch.mark_on == torch.on:  # the same beam, at another power
+            row = row._replace(ref=0)
         self.lit, self.piercing = row, True
         self.keep(row if torch.power else row._replace(value=1.0))
 

@@ -172,7 +172,7 @@ class _TorchWriter(Writer):
 
     def _blending(self, row: Motion) -> None:
         exact = row.ref != 640
-        tolerance = "" if exact or not row.value or self.dialect.groups == "fanuc" else f"P{self.numbers.length(row.value)}"
+        tolerance = "" if exact or not row.value else f"P{self.numbers.length(row.value)}"
         self.out.say("G61" if exact else "G64", tolerance)
 
     def _compensation(self, row: Motion) -> None:

@@ -183,6 +183,10 @@ class Writer:
         plane = self.out.modal("plane", f"G{arc.plane}")
         motion = self.out.modal("motion", "G2" if row.kind is Kind.ARC_CW else "G3")
         words = [self._axis(row, axis) for axis in range(3)]
+        if self.dialect.arc_ends and not any(words[axis] for axis in axes[:2]):
+            self.out.forget("XYZ"[axis] for axis in axes[:2])
+            for axis in axes[:2]:
+                words[axis] = self._axis(row, axis)
         self.out.say(plane, motion, *words, *centre, *turns, self._feed_word(row))
         self._arrive(row)
 
