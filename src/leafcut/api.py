@@ -21,13 +21,14 @@ from leafcut.model.part import Part
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import Settings
-from leafcut.runs.run import Progress, Run, machine_of, passing_on
+from leafcut.runs.run import Progress, Run, for_cutting, machine_of, passing_on
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
+    from leafcut.model.cutting import CutPlan
 
 #: What `optimize` can be told to make of its input.
-PROCESSES = ("auto", "drill", "mill", "laser", "plasma")
+PROCESSES = ("auto", "drill", "cut", "mill", "laser", "plasma")
 
 
 def optimize(
@@ -41,7 +42,7 @@ def optimize(
     cancelled: threading.Event | None = None,
     **options: Any,
 ) -> Outcome:
-    """Turn a drawing into a verified drilling program, or a program into the same work in less time.
+    """Turn a drawing into a verified drilling or cutting program, or a program into the same work in less time.
 
     Parameters
     ----------
@@ -51,7 +52,8 @@ def optimize(
     output, report
         Where to write the program and the report page; nothing is written without them.
     process
-        What a program does: ``drill``, ``mill``, ``laser`` or ``plasma``, where ``auto`` does not see it.
+        ``cut`` makes a cutting program of the contours in a drawing; else what a program does: ``drill``, ``mill``,
+        ``laser`` or ``plasma``, where ``auto`` does not see it.
     options_file
         A TOML file of options.
     progress
@@ -75,10 +77,13 @@ def optimize(
     began = time.perf_counter()
     settings = Settings.collect(options, Path(options_file) if options_file else None)
     profile = settings.machine.machine
-    inputs = [source, options_file, settings.drill.tools, profile if profile.endswith(".toml") else None]
-    for target in (output, report):
-        check_output(target, inputs)
-    check_output(report, [output])
+    tables = (settings.drill.tools, settings.cut.chart, settings.cut.plan)
+    inputs = [source, options_file, *tables, profile if profile.endswith(".toml") else None]
+    outputs = [output, report, settings.cut.save_plan if process == "cut" else None]
+    for k, target in enumerate(outputs):
+        check_output(target, [*inputs, *outputs[:k]])
+    if process == "cut":
+        settings = for_cutting(settings)
     run = Run(settings, machine_of(settings), progress, cancelled or threading.Event())
     outcome = replace(_work(run, source, process), output=str(output or ""), report=str(report or ""))
     outcome = replace(outcome, seconds=time.perf_counter() - began)
@@ -87,6 +92,8 @@ def optimize(
         write_whole(output, outcome.text, encoding=outcome.encoding)
     if report:
         write_whole(report, page)
+    if settings.cut.save_plan and outcome.cut_plan is not None:
+        write_whole(settings.cut.save_plan, _plan_text(outcome.cut_plan))
     return outcome
 
 
@@ -97,15 +104,28 @@ def _work(run: Run, source: str | Path, process: str) -> Outcome:
     if process not in PROCESSES:
         raise OptionError(f"--process: '{process}' is not there; use one of {', '.join(PROCESSES)}")
     format_, loaded = read_source(source)
+    if format_.name == "gcode" and process == "cut":
+        raise OptionError("--process cut: this is a program; of a program, say what it does: laser or plasma")
     if format_.name == "gcode":
         from leafcut.runs.resequencing import resequence
 
         return resequence(run, loaded.path, loaded.data, process)
-    if process not in ("auto", "drill"):
-        raise OptionError(f"--process {process}: of a drawing, leafcut makes drilling programs; use auto or drill")
+    if process not in ("auto", "drill", "cut"):
+        raise OptionError(f"--process {process}: a drawing is drilled or cut; use auto, drill or cut")
+    if process == "cut":
+        from leafcut.runs.cutting import cut
+
+        return cut(run, source)
     from leafcut.runs.drilling import drill
 
     return drill(run, source)
+
+
+def _plan_text(plan: CutPlan) -> str:
+    from leafcut.plan.following import plan_file
+    from leafcut.read.plan_file import plan_text
+
+    return plan_text(plan_file(plan.sheet, plan.data, plan.cuts))
 
 
 def _page(outcome: Outcome) -> str:

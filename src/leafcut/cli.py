@@ -33,6 +33,7 @@ Json = Annotated[bool, Parameter(name="--json", negative="", help="answer in JSO
 
 _TITLES = {
     "read": "Reading",
+    "sheet": "Drawings of sheets",
     "machine": "Machine",
     "drill": "Drilling",
     "cut": "Cutting",
@@ -161,7 +162,7 @@ def _optimize(
     output: Annotated[str | None, Parameter(name=["--output", "-o"], help="the program to write")] = None,
     report: Annotated[str | None, Parameter(name="--report", help="a page with pictures to write")] = None,
     process: Annotated[
-        str, Parameter(name="--process", help="what a program does [auto, drill, mill, laser, plasma]")
+        str, Parameter(name="--process", help="what is done [auto, drill, cut, mill, laser, plasma]")
     ] = "auto",
     options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
     as_json: Json = False,

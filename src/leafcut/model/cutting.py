@@ -15,6 +15,9 @@ from leafcut.model.sheet import Sheet
 #: Which way round a closed contour is cut; an open one runs ``forward``, as it is drawn, or ``backward``.
 DIRECTIONS = ("clockwise", "counter-clockwise", "forward", "backward")
 
+#: What of a cut a plan file can fix.
+FIXABLE = ("order", "start", "direction", "lead")
+
 #: What a lead can look like.
 LEAD_STYLES = ("arc", "line", "none")
 
@@ -88,7 +91,8 @@ class CutChoice:
     lead_in, lead_out
         None: to be chosen.
     fixed
-        True: this cut keeps its place in the order, after the fixed ones before it and before those after it.
+        What must stay as it is, of `FIXABLE`: its ``order`` (it comes after the cuts before it in the plan whose order
+        is fixed, too), where it begins (``start``), its ``direction``, its ``lead``.
     """
 
     contours: tuple[int, ...]
@@ -96,7 +100,32 @@ class CutChoice:
     direction: str = ""
     lead_in: Lead | None = None
     lead_out: Lead | None = None
-    fixed: bool = False
+    fixed: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ContourPrint:
+    """What a contour is known by again: lengths in mm, area in mm², where it begins, and its name in the drawing."""
+
+    kind: str
+    length: float
+    area: float
+    start: tuple[float, float]
+    layer: str = ""
+    handle: str = ""
+
+
+@dataclass(frozen=True)
+class PlanFile:
+    """What a plan file holds: the contours it was made for, and the choices of every cut, in order."""
+
+    sheet: str
+    contours: tuple[ContourPrint, ...]
+    cuts: tuple[CutChoice, ...]
+    process: str = ""
+    material: str = ""
+    thickness: float = 0.0
+    source: str = ""
 
 
 @dataclass(frozen=True)

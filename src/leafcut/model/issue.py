@@ -14,22 +14,30 @@ class Severity(StrEnum):
 
 
 #: Every code, with what it means. The number's hundred tells the kind: 1 read, 2 skipped, 3 repaired, 4 assumed,
-#: 5 the order of a program.
+#: 5 the order of a program, 6 how a sheet is cut.
 CODES: dict[str, str] = {
     "L101": "the file was damaged and could be repaired",
     "L102": "the file does not say its units",
     "L201": "an entity is of a kind that is not a hole",
-    "L202": "a circle does not lie in the plane of the plate",
+    "L202": "an entity does not lie in the plane of the plate",
     "L203": "an entity has absurd or missing numbers",
     "L204": "an entity is on a layer that is off, frozen or not chosen",
     "L205": "a hole is smaller or larger than chosen",
     "L206": "a block is missing, refers to itself or is nested too deep",
     "L207": "an ellipse is not circular",
     "L208": "a line of a text file could not be understood",
+    "L210": "an entity is of a kind that is not cut",
+    "L211": "a contour is on a layer that is not cut",
+    "L212": "an open path was left out",
+    "L213": "a contour is very small",
     "L301": "holes drawn on top of each other were merged",
     "L302": "circles with one centre: one of them was taken",
     "L303": "arcs that close a circle were joined into a hole",
     "L304": "a value was outside the range of its field and was replaced",
+    "L311": "a gap between two ends was closed",
+    "L312": "lines drawn on top of each other were taken once",
+    "L313": "lines without length were left out",
+    "L314": "more than two ends meet in one place",
     "L401": "a tool was assumed",
     "L402": "a depth was assumed",
     "L403": "the place of the part on the machine is not known",
@@ -38,9 +46,18 @@ CODES: dict[str, str] = {
     "L412": "the chart has other ways to cut this thickness",
     "L413": "cutting data are not certain",
     "L414": "a height of the torch was assumed",
+    "L421": "a layer's kind was taken from its name",
+    "L422": "what encloses everything may be the sheet",
+    "L423": "parts touch each other",
+    "L424": "an open path is cut or marked as it is",
     "L501": "a piece of a program stays where it is",
     "L502": "nothing in a program may change places",
     "L503": "changes of tool were saved",
+    "L611": "a contour is narrower than the kerf and is not cut",
+    "L612": "a place of a contour is narrower than the kerf",
+    "L613": "a lead is less than was asked for",
+    "L614": "whether cuts start near a hot one",
+    "L615": "a hole is too small for its thickness to come out well",
 }
 
 

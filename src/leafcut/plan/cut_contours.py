@@ -127,10 +127,10 @@ def _prepared(index: int, source: SheetContour, rules: CutRules) -> CutContour |
             return None
         path = rings[0] if rings[0].area >= 0.0 else rings[0].reversed()
     line = flat_line(path)
-    return CutContour(index, source, path, line, source.is_hole, diameter, _corners(drawn, path, line))
+    return CutContour(index, source, path, line, source.is_hole, diameter, corners_along(drawn, path, line))
 
 
-def _corners(drawn: Polyline, path: Polyline, line: Any) -> tuple[float, ...]:
+def corners_along(drawn: Polyline, path: Polyline, line: Any) -> tuple[float, ...]:
     """Return where along the path the drawn corners are."""
     import shapely
 

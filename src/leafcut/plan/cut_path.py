@@ -15,7 +15,7 @@ from leafcut.plan.leads import lead_path
 SAME_PLACE = 1e-6
 
 
-def make_cut(contour: CutContour, start: CutStart, rules: CutRules, *, fixed: bool = False) -> Cut:
+def make_cut(contour: CutContour, start: CutStart, rules: CutRules, *, fixed: tuple[str, ...] = ()) -> Cut:
     """Return the run of the torch that begins at a start."""
     body, past = _body(contour, start, rules)
     left = scrap_left(contour, start.clockwise)
@@ -74,7 +74,7 @@ def _snapped(piece: Polyline) -> Polyline:
     return piece if keep.all() or keep.sum() < 2 else Polyline(rows[keep])
 
 
-def choice_of(contour: CutContour, start: CutStart, fixed: bool = False) -> CutChoice:
+def choice_of(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ()) -> CutChoice:
     """Return what was chosen, as a plan file says it."""
     x, y = contour.path.point_at(start.at)
     closed = contour.path.closed

@@ -137,14 +137,15 @@ def starts_of(number: int, contour: CutContour, scrap: Scrap, rules: CutRules, m
         return []
     if rules.lead_in.style == "none":
         return [
-            CutStart(number, at, way, path.point_at(at), path.point_at(_end(contour, at, way, rules)))
+            CutStart(number, at, way, path.point_at(at), path.point_at(end_of(contour, at, way, rules)))
             for at in places
             for way in directions_of(contour, rules)
         ]
     for finer in (1, 4):
         dense = places if finer == 1 else _even_places(path.length, finer * len(places))
         for splash in (True, False) if rules.splash > 0.0 else (False,):
-            starts = _with_leads(number, contour, scrap, rules, dense, splash)
+            left_over = [(at, way) for way in directions_of(contour, rules) for at in dense]
+            starts = with_leads(number, contour, scrap, rules, left_over, ways_of(contour, rules), splash)
             if starts:
                 return starts
     return []
@@ -167,12 +168,12 @@ def start_places(contour: CutContour, rules: CutRules, most: int) -> list[float]
     length = contour.path.length
     pitch = rules.pitch or min(max(length / PLACES, NEAREST), FARTHEST)
     count = min(max(math.ceil(length / pitch), FEWEST_PLACES), most)
-    corners = [at for at in contour.corners if not _in_loop(contour, at)]
+    corners = [at for at in contour.corners if not in_loop(contour, at)]
     if len(corners) > most:
         corners = corners[:: math.ceil(len(corners) / most)]
     if rules.corners and corners:
         return corners
-    even = [at for at in _even_places(length, count) if not _in_loop(contour, at)]
+    even = [at for at in _even_places(length, count) if not in_loop(contour, at)]
     near = 0.25 * length / count
     return sorted(corners + [at for at in even if all(_apart(at, c, length) > near for c in corners)])
 
@@ -186,11 +187,12 @@ def _apart(a: float, b: float, length: float) -> float:
     return min((a - b) % length, (b - a) % length)
 
 
-def _in_loop(contour: CutContour, at: float) -> bool:
+def in_loop(contour: CutContour, at: float) -> bool:
+    """Return whether a place of the path is in a loop round a corner, or beside one."""
     return any(begin - 1.0 <= at <= end + 1.0 for begin, end in contour.loops)
 
 
-def _end(contour: CutContour, at: float, clockwise: bool, rules: CutRules) -> float:
+def end_of(contour: CutContour, at: float, clockwise: bool, rules: CutRules) -> float:
     """Return where along the path a cut that begins at `at` leaves it, mm."""
     past = overcut_of(contour, rules) - closing_joint(contour, rules)
     return at - past if clockwise else at + past
@@ -203,19 +205,32 @@ def closing_joint(contour: CutContour, rules: CutRules) -> float:
     return min(rules.joint_width + rules.kerf, 0.25 * contour.path.length)
 
 
-def _with_leads(
-    number: int, contour: CutContour, scrap: Scrap, rules: CutRules, places: list[float], splash: bool
+def ways_of(contour: CutContour, rules: CutRules) -> list[Lead | None]:
+    """Return the leads to be tried, the wanted one first; None stands for one from the middle of a small hole."""
+    return [*([None] if contour.is_small(rules) else []), *ways_to_lead(rules.lead_in, rules.kerf)]
+
+
+def with_leads(
+    number: int,
+    contour: CutContour,
+    scrap: Scrap,
+    rules: CutRules,
+    left_over: list[tuple[float, bool]],
+    ways: list[Lead | None],
+    splash: bool,
 ) -> list[CutStart]:
-    """Return the starts at places where a lead fits: the wanted lead where enough places have room for it."""
+    """Return the starts where a lead fits: the first of `ways` where enough places have room for it.
+
+    `left_over` are the places to try: along the path in mm, and whether clockwise. `splash`: with room round the
+    pierce, too.
+    """
     path = contour.path
-    left_over = [(at, way) for way in directions_of(contour, rules) for at in places]
     enough = min(max(ENOUGH, math.ceil(ENOUGH_SHARE * len(left_over))), len(left_over))
     starts: list[CutStart] = []
-    ways: list[Lead | None] = [*([None] if contour.is_small(rules) else []), *ways_to_lead(rules.lead_in, rules.kerf)]
     for way in ways:
         at = np.array([path.point_at(a) for a, _ in left_over])
         travel = np.array([travel_at(path, a, clockwise) for a, clockwise in left_over])
-        leads = [way] * len(left_over) if way else _from_centre(contour, at, travel, left_over)
+        leads = [way] * len(left_over) if way else from_centre(contour, at, travel, left_over)
         fits = lead_ins_fit(contour, scrap, leads, at, travel, left_over, splash)
         starts += [
             _start(number, contour, scrap, rules, place, lead)
@@ -228,7 +243,7 @@ def _with_leads(
     return starts
 
 
-def _from_centre(contour: CutContour, at: Points, travel: Points, places: list[tuple[float, bool]]) -> list[Lead]:
+def from_centre(contour: CutContour, at: Points, travel: Points, places: list[tuple[float, bool]]) -> list[Lead]:
     """Return straight leads from the middle of a small hole."""
     import shapely
 
@@ -288,11 +303,12 @@ def _start(
 
 
 def fitting_lead_out(
-    contour: CutContour, scrap: Scrap, rules: CutRules, at: float, clockwise: bool
+    contour: CutContour, scrap: Scrap, rules: CutRules, at: float, clockwise: bool, wanted: Lead | None = None
 ) -> tuple[Lead, Point]:
     """Return the lead-out that fits where a cut ends, if need be a shorter one or none, and where it ends."""
-    path, wanted = contour.path, lead_out_of(contour, rules)
-    end = _end(contour, at, clockwise, rules)
+    path = contour.path
+    wanted = lead_out_of(contour, rules) if wanted is None else wanted
+    end = end_of(contour, at, clockwise, rules)
     here = path.point_at(end)
     if wanted.style == "none":
         return NO_LEAD, here

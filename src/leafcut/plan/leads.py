@@ -139,6 +139,14 @@ class Scrap:
         found: NDArray[np.int64] = tree.query(lines, predicate="dwithin", distance=distance)[0]
         return found
 
+    def parts_near(self, lines: Any) -> NDArray[np.int64]:
+        """Return pairs of a line and a part that the kerf along it touches, int64[2, k]."""
+        return np.asarray(self._part_tree.query(lines, predicate="dwithin", distance=self._half))
+
+    def zones_near(self, lines: Any) -> NDArray[np.int64]:
+        """Return pairs of a line and a forbidden zone that the kerf along it touches, int64[2, k]."""
+        return np.asarray(self._zone_tree.query(lines, predicate="dwithin", distance=self._half))
+
     def clear(self, places: Points, radius: float) -> Flags:
         """Return round which places (float64[n, 2]) there is no part within `radius`, bool[n]."""
         import shapely
