@@ -160,7 +160,9 @@ class _Teller:
             self.lit = None
             return
         if row.ref and not torch.mark_on:
-            raise PostError(f"{self.dialect.name} has no words for marking; leave the marks out, or choose another dialect")
+            raise PostError(
+                f"{self.dialect.name} has no words for marking; leave the marks out, or choose another dialect"
+            )
         if torch.mark_on == torch.on:  # the same beam, at another power
             row = row._replace(ref=0)
         self.lit, self.piercing = row, True

@@ -54,9 +54,7 @@ def write_cut_program(
 class _TorchWriter(Writer):
     """Writes row after row in the words of a torch."""
 
-    def __init__(
-        self, plan: CutPlan, path: Toolpath, dialect: Dialect, torch: Torch, options: PostOptions
-    ) -> None:
+    def __init__(self, plan: CutPlan, path: Toolpath, dialect: Dialect, torch: Torch, options: PostOptions) -> None:
         super().__init__(for_controller(path, dialect), dialect, options, {}, 0.0)
         self.plan, self.torch = plan, torch
         self.lit: Motion | None = None
