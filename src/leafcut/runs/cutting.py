@@ -229,7 +229,8 @@ def _solve_bands(
     cutting, run = job.cutting, job.run
     groups = bands(cutting, run.settings.cut)
     total = left = len(cutting.contours)
-    place, order, solutions = job.start, list[CutStart](), list[Solution]()
+    place, solutions = job.start, list[Solution]()
+    order: list[CutStart] = []
     for number, members in enumerate(groups, 1):
         end = job.end if number == len(groups) else None
         problem, starts = build_problem(cutting, members, job.metric, job.overhead, place, end)
