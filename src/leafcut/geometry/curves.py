@@ -1,4 +1,4 @@
-"""Points along B-splines and ellipses, as dense as a tolerance asks; `fitting.fit_arcs` makes few arcs of them."""
+"""B-splines, Bézier curves and ellipses as points or as few arcs, as near as a tolerance asks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.fitting import fit_arcs
+from leafcut.geometry.polyline import Points, Polyline
 
 #: Nobody draws with more; the work grows with the square.
 MAX_DEGREE = 25
@@ -18,6 +19,9 @@ MAX_POINTS = 200_000
 FIRST_LOOK, MOST_CHORDS = 8, 1024
 
 Table = NDArray[np.float64]
+Pair = tuple[float, float]
+#: Half axes of a circle may differ by this, mm, or by a millionth.
+ROUND = 1e-3
 
 
 def spline_points(control: Table, degree: int, knots: Table, weights: Table | None, tolerance: float) -> Points:
@@ -97,18 +101,33 @@ def bezier_points(control: Table, tolerance: float) -> Points:
     return spline_points(control, degree, knots, None, tolerance)
 
 
-def ellipse_points(
-    center: tuple[float, float],
-    u: tuple[float, float],
-    v: tuple[float, float],
-    start: float,
-    sweep: float,
-    tolerance: float,
-) -> Points:
-    """Return points along centre + u·cos(t) + v·sin(t) for t from `start` over `sweep`, radians."""
-    reach = math.hypot(*u) + math.hypot(*v)
-    step = 2.0 * math.acos(max(1.0 - tolerance / max(reach, tolerance), 0.0))
-    count = min(max(math.ceil(abs(sweep) / step), 8), MAX_POINTS)
+def ellipse_path(center: Pair, u: Pair, v: Pair, start: float, sweep: float, tolerance: float) -> Polyline:
+    """Return centre + u·cos(t) + v·sin(t) for t from `start` over `sweep` (radians) as arcs; closed for a full turn.
+
+    Where u and v are as long as each other and square, it is the arc itself; else arcs within `tolerance` mm of it.
+    """
+    cross = u[0] * v[1] - u[1] * v[0]
+    even, odd = math.hypot(u[0] + v[1], u[1] - v[0]) / 2.0, math.hypot(u[0] - v[1], u[1] + v[0]) / 2.0
+    large, small = even + odd, abs(even - odd)
+    whole = abs(abs(sweep) - math.tau) < 1e-9
+    round_ = large - small <= min(max(ROUND, 1e-6 * large), 0.5 * large)
+    if round_:
+        count = max(math.ceil(abs(sweep) / (math.pi * (1.0 + 1e-9))), 1)
+    else:
+        step = 2.0 * math.acos(max(1.0 - 0.25 * tolerance / max(large, tolerance), 0.0))
+        count = min(max(math.ceil(abs(sweep) / step), 8), MAX_POINTS)
     t = start + sweep * np.linspace(0.0, 1.0, count + 1)
     points: Points = np.array(center) + np.outer(np.cos(t), u) + np.outer(np.sin(t), v)
-    return points
+    if not round_:
+        return fitted(points, tolerance, whole)
+    bulges = np.full(count + 1, math.copysign(math.tan(0.25 * abs(sweep) / count), cross * sweep))
+    rows = np.column_stack([points, bulges])
+    if whole:
+        return Polyline(rows[:-1], closed=True)
+    rows[-1, 2] = 0.0
+    return Polyline(rows)
+
+
+def fitted(points: Points, tolerance: float, closed: bool) -> Polyline:
+    """Return arcs through points that are a quarter of `tolerance` beside a curve; the last of a ring is its first."""
+    return fit_arcs(points[:-1] if closed else points, 0.7 * tolerance, closed)

@@ -30,6 +30,7 @@ CODES: dict[str, str] = {
     "L211": "a contour is on a layer that is not cut",
     "L212": "an open path was left out",
     "L213": "a contour is very small",
+    "L215": "a clip path or a mask was left out of account",
     "L301": "holes drawn on top of each other were merged",
     "L302": "circles with one centre: one of them was taken",
     "L303": "arcs that close a circle were joined into a hole",

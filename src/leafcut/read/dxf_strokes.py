@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.geometry.curves import MAX_DEGREE, ellipse_points, spline_points
-from leafcut.geometry.fitting import fit_arcs
+from leafcut.geometry.curves import MAX_DEGREE, ellipse_path, fitted, spline_points
 from leafcut.geometry.polyline import Polyline
 from leafcut.read.dxf_shapes import (
     Curve,
@@ -25,15 +24,12 @@ from leafcut.read.dxf_shapes import (
     moved,
     need,
     real_vertices,
-    seen_span,
     vertices_of,
 )
 
 Table = NDArray[np.float64]
-#: Half axes of a circle may differ by this, mm, and by this part of their length.
-ROUND_MM, ROUND_SHARE = 1e-3, 1e-6
-#: An arc turns at most this far in one segment of a polyline.
-HALF_TURN = math.pi * (1.0 + 1e-9)
+#: The axes of a plane that a block scales alike differ by this part of their length at most.
+ROUND_SHARE = 1e-6
 #: A line may rise by this part of its length and still lie in the plane.
 SLOPE = 1e-3
 
@@ -147,7 +143,7 @@ def placed_stroke(stroke: Stroke, matrix: Matrix, factor: float, tolerance: floa
     control = _placed(form.control, matrix)[:, :2] * factor
     points = spline_points(control, form.degree, form.knots, form.weights, 0.25 * tolerance)
     ends_meet = float(np.abs(points[0] - points[-1]).max()) <= 1e-9 * float(np.abs(points).max() + 1.0)
-    return fit_arcs(points[:-1], 0.5 * tolerance, closed=True) if ends_meet else fit_arcs(points, 0.5 * tolerance)
+    return fitted(points, tolerance, ends_meet)
 
 
 def slopes(stroke: Stroke, matrix: Matrix) -> bool:
@@ -193,8 +189,9 @@ def _squashed(flat: Polyline, xy: Table, axes: tuple[tuple[float, float], ...], 
             continue
         begin = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0])
         u, v = (ux * s.radius, uy * s.radius), (vx * s.radius, vy * s.radius)
-        points = ellipse_points((0.0, 0.0), u, v, begin, 4.0 * math.atan(s.bulge), 0.25 * tolerance)
-        rows.append(fit_arcs(points - points[0] + xy[k], 0.5 * tolerance).vertices[:-1])
+        arcs = ellipse_path((0.0, 0.0), u, v, begin, 4.0 * math.atan(s.bulge), tolerance)
+        dx, dy = xy[k] - arcs.vertices[0, :2]
+        rows.append(arcs.moved(float(dx), float(dy)).vertices[:-1])
     if not flat.closed:
         rows.append(np.array([[*xy[-1], 0.0]]))
     return Polyline(np.concatenate(rows), flat.closed)
@@ -203,20 +200,5 @@ def _squashed(flat: Polyline, xy: Table, axes: tuple[tuple[float, float], ...], 
 def _placed_curve(curve: Curve, factor: float, tolerance: float) -> Polyline:
     if not is_flat(curve):
         raise LeaningError
-    large, small = (a * factor for a in half_axes(curve))
-    center = (curve.center[0] * factor, curve.center[1] * factor)
-    whole = abs(curve.sweep - math.tau) < 1e-9
-    if large - small > max(ROUND_MM, ROUND_SHARE * large):
-        u, v = ((a[0] * factor, a[1] * factor) for a in (curve.u, curve.v))
-        points = ellipse_points(center, u, v, curve.start, curve.sweep, 0.25 * tolerance)
-        return fit_arcs(points[:-1], 0.5 * tolerance, closed=True) if whole else fit_arcs(points, 0.5 * tolerance)
-    radius = 0.5 * (large + small)
-    if whole:
-        return Polyline.circle(*center, radius)
-    start, sweep = seen_span(curve)
-    count = math.ceil(sweep / HALF_TURN) or 1
-    angles = start + sweep * np.linspace(0.0, 1.0, count + 1)
-    rows = np.column_stack([center[0] + radius * np.cos(angles), center[1] + radius * np.sin(angles), angles])
-    rows[:, 2] = math.tan(0.25 * sweep / count)
-    rows[-1, 2] = 0.0
-    return Polyline(rows)
+    center, u, v = ((a[0] * factor, a[1] * factor) for a in (curve.center, curve.u, curve.v))
+    return ellipse_path(center, u, v, curve.start, curve.sweep, tolerance)
