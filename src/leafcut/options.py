@@ -572,6 +572,14 @@ class PostOptions(OptionGroup):
     date: bool = option("flag", False, "write the date and time into the header")
     repeat_words: bool = option("flag", False, "repeat modal words on every block")
     coolant: bool = option("flag", False, "coolant on while drilling")
+    material_number: int | None = option(
+        "whole",
+        None,
+        "material of the controller's own table that is cut (QtPlasmaC: M190); its feed is then the controller's",
+        minimum=0,
+        maximum=9_999_999,
+        default_words="the material's figures are written",
+    )
 
 
 GROUPS: tuple[type[OptionGroup], ...] = (

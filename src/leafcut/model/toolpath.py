@@ -35,7 +35,7 @@ class Kind(IntEnum):
     DWELL      –                                            seconds              –
     TOOL       –                                            –                    tool number
     OFFSET     –                                            –                    length offset (H), 0 = G49
-    SPINDLE    –                                            rpm; < 0 = backwards –
+    SPINDLE    –                                            rpm; < 0 = backwards which; of a torch 1 marks
     COOLANT    –                                            –                    0 off, 1 mist, 2 flood, 3 both
     PAUSE      –                                            –                    0 = M0, 1 = M1
     MACHINE    machine coordinates, NaN = axis stays        –                    –
@@ -323,9 +323,9 @@ class ToolpathBuilder:
         """Take the tool length offset of a register; 0 takes it off."""
         self._command(Kind.OFFSET, 0.0, number, line)
 
-    def spindle(self, rpm: float, line: int = 0) -> None:
+    def spindle(self, rpm: float, line: int = 0, number: int = 0) -> None:
         """Turn the spindle: positive clockwise (M3), negative backwards (M4), 0 stops (M5)."""
-        self._command(Kind.SPINDLE, rpm, 0, line)
+        self._command(Kind.SPINDLE, rpm, number, line)
 
     def coolant(self, mode: int, line: int = 0) -> None:
         """Set coolant: 0 off, 1 mist, 2 flood, 3 both."""

@@ -54,10 +54,12 @@ def describe(motion: Motion) -> str:
     """Return what a row does, for people: ``rapid to X1.000 Y2.000 Z3.000``."""
     if motion.kind <= Kind.DRILL or motion.kind is Kind.MACHINE:
         return f"{_WORDS[motion.kind]} to {place(*motion.end)}"
-    if motion.kind in (Kind.DWELL, Kind.SPINDLE, Kind.TORCH, Kind.HEIGHT):
+    if motion.kind in (Kind.DWELL, Kind.SPINDLE):
         return f"{_WORDS[motion.kind]} {motion.value:g}"
     if motion.kind in (Kind.FRAME, Kind.BLENDING):
         return f"{_WORDS[motion.kind]} G{motion.ref / 10:g}"
+    if motion.kind in (Kind.TORCH, Kind.HEIGHT):
+        return f"{_WORDS[motion.kind]} {'on' if motion.value else 'off'}"
     return f"{_WORDS[motion.kind]} {motion.ref}" if motion.kind is not Kind.END else _WORDS[motion.kind]
 
 
@@ -79,7 +81,7 @@ _WORDS = {
     Kind.SHIFT: "shift of the origin, number",
     Kind.RADIUS: "radius compensation",
     Kind.BLENDING: "blending",
-    Kind.TORCH: "torch on (1) or off (0) while it moves:",
-    Kind.HEIGHT: "control of the height on (1) or off (0):",
     Kind.FOREIGN: "block that is not understood, number",
+    Kind.TORCH: "torch",
+    Kind.HEIGHT: "height control",
 }
