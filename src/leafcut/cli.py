@@ -33,6 +33,7 @@ Json = Annotated[bool, Parameter(name="--json", negative="", help="answer in JSO
 
 _TITLES = {
     "read": "Reading",
+    "sheet": "Drawings of sheets",
     "machine": "Machine",
     "drill": "Drilling",
     "resequence": "Programs of other CAMs",

@@ -73,6 +73,33 @@ class ReadOptions(OptionGroup):
 
 
 @dataclass(frozen=True)
+class SheetOptions(OptionGroup):
+    """What in a drawing of a sheet is what, and how its lines are joined."""
+
+    section: ClassVar[str] = "sheet"
+
+    cut_layers: tuple[str, ...] = option(
+        "names", (), "layers that are cut, with * and ?; no others are then", default_words="all others"
+    )
+    mark_layers: tuple[str, ...] = option(
+        "names", (), "layers that are marked, not cut through", default_words="MARK*, SCRIBE*, ENGRAV*, ETCH*"
+    )
+    sheet_layers: tuple[str, ...] = option(
+        "names",
+        (),
+        "layers that show the edge of the sheet",
+        default_words="SHEET*, PLATE*, STOCK* where they hold one outline round all else",
+    )
+    ignore_layers: tuple[str, ...] = option("names", (), "layers that are left out", default_words="none")
+    join_tolerance: float = option(
+        "quantity", 0.05, "ends closer than this are one point", unit="mm", minimum=1e-4, maximum=5
+    )
+    open_paths: str = option(
+        "text", "refuse", "what becomes of open paths on layers that are cut", choices=("refuse", "cut", "mark", "drop")
+    )
+
+
+@dataclass(frozen=True)
 class MachineOptions(OptionGroup):
     """Which machine, and where the part lies on it."""
 
@@ -412,6 +439,7 @@ class PostOptions(OptionGroup):
 
 GROUPS: tuple[type[OptionGroup], ...] = (
     ReadOptions,
+    SheetOptions,
     MachineOptions,
     DrillOptions,
     NestOptions,
@@ -427,6 +455,7 @@ class Settings:
     """All options of one run, one group per stage."""
 
     read: ReadOptions = field(default_factory=ReadOptions)
+    sheet: SheetOptions = field(default_factory=SheetOptions)
     machine: MachineOptions = field(default_factory=MachineOptions)
     drill: DrillOptions = field(default_factory=DrillOptions)
     nest: NestOptions = field(default_factory=NestOptions)
