@@ -192,6 +192,12 @@ class Polyline:
         """Return it moved by (dx, dy) mm."""
         return Polyline(self.vertices + np.array([dx, dy, 0.0]), self.closed)
 
+    def turned(self, angle: float) -> Polyline:
+        """Return it turned by `angle` (rad) counter-clockwise about the origin."""
+        cos, sin = math.cos(angle), math.sin(angle)
+        x, y, bulge = self.vertices.T
+        return Polyline(np.column_stack([cos * x - sin * y, sin * x + cos * y, bulge]), self.closed)
+
     def _place(self, distance: float) -> tuple[int, float]:
         """Return the segment at a distance from the start, and the share of the segment that is behind."""
         if self.closed and self.length > 0.0:
