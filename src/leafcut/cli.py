@@ -268,17 +268,22 @@ def _verify(
     /,
     *,
     dialect: Annotated[str | None, Parameter(name="--dialect", help="their dialect (default: the machine's)")] = None,
+    allow_reverse: Annotated[
+        bool,
+        Parameter(name="--allow-reverse", negative="", help="open cuts of one depth are the same from either end"),
+    ] = False,
     as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
     """Tell whether two programs do the same work, or where they differ."""
     from leafcut import api
 
-    answer = api.verify_programs(original, new, dialect=dialect, **_given(options))
+    answer = api.verify_programs(original, new, dialect=dialect, allow_reverse=allow_reverse, **_given(options))
     if as_json:
         _print_json(answer)
     elif answer["same"]:
-        print("the same work")
+        turned = answer["reversed_cuts"]
+        print("the same work" + (f", {turned} of the cuts from their other end" if turned else ""))
     else:
         for difference in answer["differences"]:
             print(difference["words"])

@@ -539,6 +539,12 @@ class ResequenceOptions(OptionGroup):
     section: ClassVar[str] = "resequence"
 
     merge_tools: bool = option("flag", False, "join separated sections of one tool, where nothing forbids it")
+    allow_reverse: bool = option(
+        "flag",
+        False,
+        "cut open lines of one depth from either end (slots, engraving, laser), where neither climb milling nor a "
+        "lead-in matters; the tool may then go down at what was the end",
+    )
     keep_order: bool = option("flag", False, "leave the order as it is; of a program, only measure it")
     renumber: bool = option("flag", False, "give the blocks new N-numbers, in steps of 10")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from leafcut.errors import PostError
 
@@ -11,6 +11,7 @@ _COMMENT = re.compile(r"\([^()]*\)|;.*")
 _FRONT = re.compile(r"[ \t]*/?[ \t]*(?:[Nn][ \t]*[0-9]+(?:\.[0-9]+)?)?[ \t]*")
 _NUMBER = re.compile(r"([ \t]*/?[ \t]*[Nn][ \t]*)([0-9]+)(?![0-9.])")
 _LETTER = re.compile(r"[A-Za-z]")
+_WORD = re.compile(r"([A-Za-z])[ \t]*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))")
 _JUMP = re.compile(r"GOTO|M\s*97(?![0-9])|M\s*99\s*P", re.IGNORECASE)
 #: The largest N-number of RS274/NGC.
 _LAST_NUMBER = 99_999
@@ -37,6 +38,38 @@ def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
     space = "" if len(_LETTER.findall(body)) > 1 and not re.search(r"[ \t]", body) else " "
     said = space.join([*front, line[start:stop], *back])
     return line[:start] + said + line[stop:]
+
+
+def replace_words(line: str, texts: Mapping[str, str]) -> str:
+    """Return a line with other numbers behind the letters that `texts` names, where it has them.
+
+    >>> replace_words("G0 X5.Y-2 (X5)", {"X": "7.5", "Z": "1"})
+    'G0 X7.5Y-2 (X5)'
+    """
+    code = code_of(line)
+    for match in reversed(list(_WORD.finditer(code))):
+        text = texts.get(match.group(1).upper())
+        if text is not None:
+            line = line[: match.start(2)] + text + line[match.end(2) :]
+    return line
+
+
+def with_words(line: str, words: Sequence[str]) -> str:
+    """Return a line with other words; its number, its comments and its manner stay.
+
+    >>> with_words("N10 G1X5Y2 (here)", ["G1", "X0", "Y1"])
+    'N10 G1X0Y1 (here)'
+    """
+    code = code_of(line)
+    begin = _FRONT.match(code)
+    assert begin is not None  # it matches nothing, too
+    start, stop = begin.end(), len(code.rstrip())
+    body = code[start:stop]
+    inside = [match.group() for match in _COMMENT.finditer(line, start, max(stop, start))]
+    space = "" if len(_LETTER.findall(body)) > 1 and not re.search(r"[ \t]", body) else " "
+    said = space.join(words)
+    said = said.lower() if body.islower() else said
+    return line[:start] + " ".join([said, *inside]) + line[max(stop, start) :]
 
 
 def format_value(value: float) -> str:

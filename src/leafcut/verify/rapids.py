@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -194,18 +194,32 @@ def heights_of(work: Work, gaps: Gaps) -> Heights:
     )
 
 
+def _of_both_ends(heights: Heights, turned: Mask) -> Heights:
+    """Return the heights with those of the two ends of a run that is turned made the higher of the two.
+
+    What the tool comes down at is now where it left, and where it left is the place that it came to.
+    """
+    arrive, leave = heights.arrive.copy(), heights.leave.copy()
+    first = np.flatnonzero(turned & ~heights.follows)
+    ends = np.append(np.flatnonzero(~heights.follows), len(turned))
+    last = ends[np.searchsorted(ends, first, side="right")] - 1
+    arrive[first] = leave[last] = np.maximum(arrive[first], leave[last])
+    return replace(heights, arrive=arrive, leave=leave)
+
+
 def compare_rapids(
-    original: Work, new: Work, new_of: Ints, mark_of: dict[float, Mark], tolerance: float, beam: bool
+    original: Work, new: Work, new_of: Ints, turned: Mask, mark_of: dict[float, Mark], tolerance: float, beam: bool
 ) -> tuple[list[Difference], int]:
     """Return where rapids of the new program are lower than the original's, or tear a cut apart, and how many.
 
-    `new_of` and `mark_of` say which feature and which barrier is which.
+    `new_of` and `mark_of` say which feature and which barrier is which, `turned` which features belong to a run that is
+    made from its other end.
     """
     both = original, gaps_of(original), new, gaps_of(new)
     found: list[Difference] = []
     count = 0
     for what, text, old_line, new_line, wrong in (
-        *_by_feature(both, new_of, tolerance + 1e-9, beam),
+        *_by_feature(both, new_of, turned, tolerance + 1e-9, beam),
         *_by_barrier(both, mark_of, tolerance + 1e-9),
     ):
         rows = np.flatnonzero(wrong)
@@ -219,9 +233,9 @@ Check = tuple[str, Callable[[int], str], NDArray, NDArray, Mask]
 Both = tuple[Work, Gaps, Work, Gaps]
 
 
-def _by_feature(both: Both, new_of: Ints, room: float, beam: bool) -> Iterator[Check]:
+def _by_feature(both: Both, new_of: Ints, turned: Mask, room: float, beam: bool) -> Iterator[Check]:
     original, old_gaps, new, gaps = both
-    allowed = heights_of(original, old_gaps)
+    allowed = _of_both_ends(heights_of(original, old_gaps), turned)
     old = np.flatnonzero(new_of >= 0)
     now = new_of[old]
     before, old_before = gaps.gap_of[now], old_gaps.gap_of[old]
