@@ -17,12 +17,13 @@ from leafcut.model.outcome import Measure, OperationOutcome, Outcome
 from leafcut.model.problem import Metric
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
-from leafcut.model.toolpath import Toolpath
+from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import SolveOptions
 from leafcut.runs.run import Run, machine_issues, passing_on, refuse, share
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
+    from leafcut.model.machine import Machine
     from leafcut.model.part import Part
     from leafcut.model.sheet import Sheet
     from leafcut.plan.cut_starts import CutStart
@@ -298,21 +299,23 @@ def _laid(job: _Job, order: list[CutStart]) -> _Laid:
         cuts, job.data, machine, clearance=settings.drill.clearance_height, end=job.end, switches=job.switches
     )
     whole = measure(path, machine)
-    seconds = [_cut_seconds(path, row, job) for row in rows]
+    seconds = _cut_seconds(path, rows, machine)
     norm = cut_norm(job.cutting.sheet, cuts, seconds, whole.time_s, settings.cut)
     return _Laid(CutPlan(job.cutting.sheet, job.data, cuts, norm), path, rows, whole, order)
 
 
-def _cut_seconds(path: Toolpath, row: LaidCut, job: _Job) -> tuple[float, float, float]:
-    """Return the seconds of one cut: cutting, piercing, rapids. It begins where the row before it ended."""
-    from leafcut.timing.toolpath import measure
+def _cut_seconds(path: Toolpath, rows: list[LaidCut], machine: Machine) -> list[tuple[float, float, float]]:
+    """Return the seconds of every cut: cutting, piercing, rapids."""
+    from leafcut.timing.toolpath import seconds_by_row
 
-    part = slice(max(row.first - 1, 0), row.last)
-    own = Toolpath(
-        path.kind[part], path.end[part], path.value[part], path.ref[part], path.line[part], path.cycles, path.arcs
-    )
-    kinds = measure(own, job.run.machine).by_kind
-    return kinds["feed"], kinds["dwell"] + kinds["spindle"], kinds["rapid"]
+    moving = seconds_by_row(path, machine)
+    rapid = path.kind == Kind.RAPID
+    waiting = np.where(path.kind == Kind.DWELL, path.value, 0.0)
+    columns = (np.where(rapid, 0.0, moving), waiting, np.where(rapid, moving, 0.0))
+    return [
+        (float(columns[0][r].sum()), float(columns[1][r].sum()), float(columns[2][r].sum()))
+        for r in (slice(row.first, row.last) for row in rows)
+    ]
 
 
 def _outcome(
