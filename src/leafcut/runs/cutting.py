@@ -70,7 +70,7 @@ def cut(run: Run, source: str | Path) -> Outcome:
     ReadError, OptionError, PlanError, SolveError, PostError, VerifyError
         One line that says what was found and what to do.
     """
-    from leafcut.plan.cutting import drawing_order
+    from leafcut.plan.cutting import drawing_order, in_bands
     from leafcut.plan.following import plan_order
     from leafcut.solve.compiling import announced
     from leafcut.verify.envelope import check_envelope
@@ -78,6 +78,7 @@ def cut(run: Run, source: str | Path) -> Outcome:
     job, issues = _prepared(run, source)
     with announced(lambda: run.tell("compiling (first run on this machine)")):
         drawn = plan_order(job.cutting, job.plan) if job.plan else drawing_order(job.cutting)
+        drawn = in_bands(job.cutting, drawn, run.settings.cut)
         drawn_laid = _laid(job, drawn)
         # What no order changes is known before any is sought.
         refuse(check_envelope(drawn_laid.path, run.machine))
@@ -86,7 +87,8 @@ def cut(run: Run, source: str | Path) -> Outcome:
     planned = _as_planned(job)
     first = drawn_laid if planned is None else _laid(job, planned)
     third = _laid(job, found)
-    if third.score(run) > first.score(run) or run.settings.resequence.keep_order:
+    bound = run.settings.cut.heat_distance > 0.0 or (run.settings.cut.sweep != "free" and planned is not None)
+    if run.settings.resequence.keep_order or (third.score(run) > first.score(run) and not bound):
         third = first
     return _outcome(job, issues, solutions, first, None if nearest is None else _laid(job, nearest), third)
 
@@ -197,6 +199,7 @@ def _as_planned(job: _Job) -> list[CutStart] | None:
 
 def _ordered(job: _Job, before: list[CutStart]) -> tuple[list[CutStart], list[Solution]]:
     """Return the best order found, its starts slid to where they are best, and the solutions it came from."""
+    from leafcut.plan.cutting import bands
     from leafcut.plan.heat import HeatRule, spread_starts
     from leafcut.plan.sliding import slide_starts
 
@@ -211,7 +214,7 @@ def _ordered(job: _Job, before: list[CutStart]) -> tuple[list[CutStart], list[So
     order = slide_starts(job.cutting, order, travel, job.start, job.end)
     if options.cut.heat_distance > 0.0:
         rule = HeatRule(options.cut.heat_distance, options.cut.heat_time)
-        order = spread_starts(job.cutting, order, rule, travel, job.start)
+        order = spread_starts(job.cutting, order, rule, travel, job.start, bands(job.cutting, options.cut))
     return order, solutions
 
 
