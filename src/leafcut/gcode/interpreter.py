@@ -74,6 +74,7 @@ class Reader:
         self.state = state
         self.ended = False
         self._by_word = False
+        self._radius = 40
         self._percents = 0
         self._blocks = 0
         dialect = state.dialect
@@ -209,12 +210,25 @@ class Reader:
             state.absolute_centres = g["arc distance"] == 901
         if "retract" in g:
             state.to_initial = g["retract"] == 980
-        if g.get("radius", 400) != 400:
-            raise BlockError("radius compensation (G41, G42) is not understood")
+        self._compensation(g.get("radius"), words.letters)
         if g.get("path") == 640:
             # How far G64 may round the corners: nothing that a toolpath holds.
             words.letters.pop("P", None)
             words.letters.pop("Q", None)
+
+    def _compensation(self, code: int | None, letters: dict[str, Word]) -> None:
+        """Radius compensation by a diameter that the program says (G41.1, G42.1), and G40, which takes it off."""
+        if code is None or (code == 400 and self._radius == 40):
+            return
+        if code in (410, 420) or code not in self._g:
+            raise BlockError("radius compensation by a register (G41, G42) is not understood; G41.1 and G42.1 are")
+        diameter = 0.0
+        if code != 400:
+            if "D" not in letters:
+                raise BlockError(f"G{code / 10:g} needs its diameter, D")
+            diameter = self.state.length(letters.pop("D"))
+        self._radius = code // 10
+        self.state.path.radius(self._radius, diameter, line=self.state.line)
 
     def _dwell_seconds(self, letters: dict[str, Word]) -> float:
         dialect = self.state.dialect

@@ -24,6 +24,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.options import CutOptions
+from leafcut.plan.compensated import check_hollows
 from leafcut.plan.cut_contours import CutContour, prepare_contours
 from leafcut.plan.cut_path import make_cut
 from leafcut.plan.cut_rules import CutRules
@@ -91,6 +92,8 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
     contours, issues = prepare_contours(sheet, rules)
     scrap = Scrap(sheet, contours, rules)
     check_room(contours, scrap)
+    if rules.compensation == "controller":
+        check_hollows(contours, rules)
     if rules.loops:
         from leafcut.plan.corner_loops import with_loops
 

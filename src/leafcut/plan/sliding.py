@@ -16,6 +16,7 @@ from leafcut.plan.cut_contours import CutContour
 from leafcut.plan.cut_rules import CutRules
 from leafcut.plan.cut_starts import (
     CutStart,
+    away_from_corners,
     end_of,
     fitting_lead_out,
     from_centre,
@@ -100,7 +101,7 @@ def start_at(
     """
     contour, rules, scrap = cutting.contours[like.contour], cutting.rules, cutting.scrap
     path, clockwise = contour.path, like.clockwise
-    if in_loop(contour, at):
+    if in_loop(contour, at) or (rules.compensation == "controller" and not away_from_corners(contour, at, rules)):
         return None
     here, travel = np.array([path.point_at(at)]), np.array([travel_at(path, at, clockwise)])
     lead = like.lead_in

@@ -103,6 +103,7 @@ class _Writer:
             Kind.PAUSE: self._pause,
             Kind.TORCH: self._switch,
             Kind.HEIGHT: self._switch,
+            Kind.RADIUS: self._radius,
             Kind.MACHINE: self._machine,
             Kind.END: self._end,
         }
@@ -390,6 +391,17 @@ class _Writer:
         if 62 not in self.dialect.m_codes:
             raise PostError(f"{self.dialect.name} cannot switch a torch or its height control while it moves (M62)")
         self.out.say("M63" if row.value else "M62", "P3" if row.kind is Kind.TORCH else "P2")
+
+    def _radius(self, row: Motion) -> None:
+        if row.ref == 40:
+            self.out.say("G40")
+            return
+        if row.ref * 10 + 1 not in self.dialect.g_codes:
+            raise PostError(
+                f"{self.dialect.name} takes the kerf from a register of its own, not from the program (G{row.ref}.1); "
+                "use --compensation geometry"
+            )
+        self.out.say(f"G{row.ref}.1", "D" + self.numbers.length(row.value))
 
     def _pause(self, row: Motion) -> None:
         self.out.say("M1" if row.ref else "M0")
