@@ -69,11 +69,24 @@ class CutData:
 
 @dataclass(frozen=True)
 class Lead:
-    """One lead: its style, its length along the path (mm), and the angle to the contour where they meet (rad)."""
+    """One lead: how a cut comes to its contour, or leaves it.
+
+    Attributes
+    ----------
+    style
+        One of `LEAD_STYLES`.
+    length
+        Of the line or the arc, mm.
+    angle
+        Of a line to the contour where they meet; that an arc turns by, rad.
+    run_in
+        A straight piece before the arc, mm, on which a controller takes up its compensation.
+    """
 
     style: str = "none"
     length: float = 0.0
     angle: float = 0.0
+    run_in: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ import numpy as np
 
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.cutting import Cut, CutChoice
+from leafcut.plan.compensated import programmed_path
 from leafcut.plan.cut_contours import CutContour
 from leafcut.plan.cut_rules import CutRules
 from leafcut.plan.cut_starts import CutStart, closing_joint, overcut_of, scrap_left, travel_at
@@ -17,6 +18,8 @@ SAME_PLACE = 1e-6
 
 def make_cut(contour: CutContour, start: CutStart, rules: CutRules, *, fixed: tuple[str, ...] = ()) -> Cut:
     """Return the run of the torch that begins at a start."""
+    if rules.compensation == "controller" and contour.has_leads:
+        return _programmed(contour, start, rules, fixed)
     body, past = _body(contour, start, rules)
     left = scrap_left(contour, start.clockwise)
     path, end = contour.path, start.at - past if start.clockwise else start.at + past
@@ -50,6 +53,25 @@ def make_cut(contour: CutContour, start: CutStart, rules: CutRules, *, fixed: tu
         pierce=start.pierce and contour.kind == "cut",
         kind=contour.kind,
         part=contour.source.part,
+        small_hole=small,
+    )
+
+
+def _programmed(contour: CutContour, start: CutStart, rules: CutRules, fixed: tuple[str, ...]) -> Cut:
+    """Return a cut whose kerf the controller compensates."""
+    path, lead_in = programmed_path(contour, start, rules)
+    small = contour.is_small(rules)
+    return Cut(
+        contours=(contour.index,),
+        path=path,
+        lead_in=lead_in,
+        lead_out=path.length - overcut_of(contour, rules),
+        torch_off_at=path.length,
+        speeds=((0.0, rules.small_hole_feed if small else rules.data.feed),),
+        choice=choice_of(contour, start, fixed),
+        pierce=start.pierce,
+        part=contour.source.part,
+        compensation=41 if scrap_left(contour, start.clockwise) else 42,
         small_hole=small,
     )
 

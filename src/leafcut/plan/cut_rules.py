@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from leafcut.errors import OptionError
@@ -100,22 +99,27 @@ def resolve_rules(data: CutData, options: CutOptions, *, switches: bool = False)
     """
     kind = data.process.split("_")[0]
     hot = kind in THICK_LEAD_IN
-    _check(kind, options)
+    _check(kind, options, data)
     length = options.lead_in_length
     if length is None:
         length = max(SHORTEST_LEAD_IN.get(kind, 2.0), data.thickness if hot else KERFS_OF_LEAD_IN * data.kerf)
     style = options.lead_in if options.lead_in != "auto" else ("arc" if hot else "line")
-    if options.compensation == "controller" and style == "arc":
-        style = "line"  # G41 and G42 are taken up on a straight line
+    # G41 and G42 are taken up on a straight piece, and an arc from there is tangent to the contour; torch and height
+    # are not switched while they are on (LinuxCNC: M62 to M68 are invalid under compensation).
+    by_controller = options.compensation == "controller"
+    style = "arc" if by_controller else style
     out = options.lead_out if options.lead_out != "auto" else (style if hot else "none")
-    overcut = options.overcut if switches or kind != "plasma" else 0.0
+    out = "none" if by_controller else out
+    overcut = options.overcut if kind != "plasma" or (switches and not by_controller) else 0.0
     direction = options.direction if options.direction != "auto" else ("clockwise" if hot else "free")
     return CutRules(
         kind=kind,
         data=data,
         half=0.0 if options.compensation == "none" else 0.5 * data.kerf,
         outline_direction=direction,
-        lead_in=Lead(style, length if style != "none" else 0.0, options.lead_angle),
+        lead_in=Lead(
+            style, length if style != "none" else 0.0, options.lead_angle, 2.0 * data.kerf if by_controller else 0.0
+        ),
         lead_out=_lead_out(out, options, length),
         hole_lead_out=options.lead_out not in ("auto", "none"),
         hole_overcut=overcut if overcut is not None else (HOLE_OVERCUT if kind == "plasma" else 0.0),
@@ -143,7 +147,7 @@ def _lead_out(style: str, options: CutOptions, length: float) -> Lead:
     return Lead(style, options.lead_out_length or max(SHORTEST_LEAD_OUT, length), options.lead_angle)
 
 
-def _check(kind: str, options: CutOptions) -> None:
+def _check(kind: str, options: CutOptions, data: CutData) -> None:
     if options.micro_joints > 1 and kind != "laser":
         raise OptionError(
             f"--micro-joints {options.micro_joints}: only a laser goes off and on while it moves; a {kind} cut can "
@@ -157,5 +161,5 @@ def _check(kind: str, options: CutOptions) -> None:
             )
         if options.lead_in == "none":
             raise OptionError("--compensation controller: G41 and G42 are taken up on a lead-in; give --lead-in line")
-        if math.isclose(options.lead_angle, 0.0):
-            raise OptionError("--compensation controller: the lead-in must have an angle")
+        if options.edge_start == "always" or (options.edge_start == "auto" and not data.can_pierce):
+            raise OptionError("--compensation controller: starts at the edge need --compensation geometry")

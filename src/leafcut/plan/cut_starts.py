@@ -142,7 +142,7 @@ def starts_of(number: int, contour: CutContour, scrap: Scrap, rules: CutRules, m
             for way in directions_of(contour, rules)
         ]
     for finer in (1, 4):
-        dense = places if finer == 1 else _even_places(path.length, finer * len(places))
+        dense = places if finer == 1 else _smooth(contour, _even_places(path.length, 4 * len(places)), rules)
         for splash in (True, False) if rules.splash > 0.0 else (False,):
             left_over = [(at, way) for way in directions_of(contour, rules) for at in dense]
             starts = with_leads(number, contour, scrap, rules, left_over, ways_of(contour, rules), splash)
@@ -168,14 +168,28 @@ def start_places(contour: CutContour, rules: CutRules, most: int) -> list[float]
     length = contour.path.length
     pitch = rules.pitch or min(max(length / PLACES, NEAREST), FARTHEST)
     count = min(max(math.ceil(length / pitch), FEWEST_PLACES), most)
-    corners = [at for at in contour.corners if not in_loop(contour, at)]
+    corners = [at for at in contour.corners if not in_loop(contour, at) and rules.compensation != "controller"]
     if len(corners) > most:
         corners = corners[:: math.ceil(len(corners) / most)]
     if rules.corners and corners:
         return corners
     even = [at for at in _even_places(length, count) if not in_loop(contour, at)]
+    if rules.compensation == "controller":
+        return _smooth(contour, even, rules)
     near = 0.25 * length / count
     return sorted(corners + [at for at in even if all(_apart(at, c, length) > near for c in corners)])
+
+
+def _smooth(contour: CutContour, places: list[float], rules: CutRules) -> list[float]:
+    """Return the places where a cut can begin: for a controller that compensates, those that are no corners."""
+    if rules.compensation != "controller":
+        return places
+    return [at for at in places if away_from_corners(contour, at, rules)]
+
+
+def away_from_corners(contour: CutContour, at: float, rules: CutRules) -> bool:
+    """Return whether the contour is smooth around a place, so that a controller may begin there."""
+    return all(_apart(at, corner, contour.path.length) > 2.0 * rules.kerf for corner in contour.corners)
 
 
 def _even_places(length: float, count: int) -> list[float]:
@@ -207,7 +221,8 @@ def closing_joint(contour: CutContour, rules: CutRules) -> float:
 
 def ways_of(contour: CutContour, rules: CutRules) -> list[Lead | None]:
     """Return the leads to be tried, the wanted one first; None stands for one from the middle of a small hole."""
-    return [*([None] if contour.is_small(rules) else []), *ways_to_lead(rules.lead_in, rules.kerf)]
+    from_middle = contour.is_small(rules) and rules.lead_in.run_in == 0.0
+    return [*([None] if from_middle else []), *ways_to_lead(rules.lead_in, rules.kerf)]
 
 
 def with_leads(

@@ -82,10 +82,16 @@ def _lay(builder: ToolpathBuilder, cut: Cut, data: CutData, clearance: float, sw
     _light(builder, data, data.pierce_delay if pierces else 0.0, cut.speeds[0][1], pierces)
     if hold:
         builder.height_control(False)
+    if cut.compensation != 40:
+        builder.radius(cut.compensation, data.kerf)
     _follow(builder, cut, data, switches)
+    if cut.compensation != 40:
+        builder.spindle(0.0)
+        builder.radius(40)
     if hold:
         builder.height_control(True)
-    builder.spindle(0.0)
+    if cut.compensation == 40:
+        builder.spindle(0.0)
     builder.rapid(z=clearance)
 
 

@@ -24,6 +24,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.options import CutOptions
+from leafcut.plan.compensated import check_hollows
 from leafcut.plan.cut_contours import CutContour, prepare_contours
 from leafcut.plan.cut_path import make_cut
 from leafcut.plan.cut_rules import CutRules
@@ -91,6 +92,8 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
     contours, issues = prepare_contours(sheet, rules)
     scrap = Scrap(sheet, contours, rules)
     check_room(contours, scrap)
+    if rules.compensation == "controller":
+        check_hollows(contours, rules)
     if rules.loops:
         from leafcut.plan.corner_loops import with_loops
 
@@ -264,6 +267,12 @@ def bands(cutting: Cutting, options: CutOptions) -> list[list[int]]:
         place = int((high - middle if backward else middle - low) / width)
         found.setdefault(place, []).append(k)
     return [found[place] for place in sorted(found)]
+
+
+def in_bands(cutting: Cutting, order: Sequence[CutStart], options: CutOptions) -> list[CutStart]:
+    """Return cuts in the order of the sweep's bands, and within a band as they were."""
+    band = {k: number for number, members in enumerate(bands(cutting, options)) for k in members}
+    return sorted(order, key=lambda s: band[s.contour])
 
 
 def _root(cutting: Cutting, k: int, position: dict[int, int], outlines: dict[int, int]) -> int:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ Point = tuple[float, float]
 LEAST_KERFS, LEAST_LEAD = 1.0, 0.2
 
 
+@lru_cache(maxsize=4096)
 def lead_shape(lead: Lead) -> Points:
     """Return the points (u, v) of a lead-in, float64[k, 2], mm, the last one at (0, 0)."""
     if lead.style == "none" or lead.length <= 0.0:
@@ -35,7 +37,11 @@ def lead_shape(lead: Lead) -> Points:
     radius = lead.length / lead.angle
     step = 2.0 * math.acos(max(1.0 - FLATNESS / radius, 0.5))
     turn = np.linspace(lead.angle, 0.0, max(math.ceil(lead.angle / step), 1) + 1)
-    return np.column_stack([-radius * np.sin(turn), radius * (1.0 - np.cos(turn))])
+    arc = np.column_stack([-radius * np.sin(turn), radius * (1.0 - np.cos(turn))])
+    if lead.run_in <= 0.0:
+        return arc
+    along = np.array([math.cos(lead.angle), -math.sin(lead.angle)])
+    return np.vstack([arc[0] - lead.run_in * along, arc])
 
 
 def placed(shape: Points, at: Points, travel: Points, left: bool, out: bool = False) -> NDArray[np.float64]:
@@ -66,7 +72,12 @@ def lead_path(lead: Lead, at: Point, travel: Point, left: bool, out: bool = Fals
     if len(ends) < 2:
         return None
     bulge = 0.0 if lead.style == "line" else math.tan(0.25 * lead.angle) * (1.0 if left else -1.0)
-    return Polyline(np.array([[*ends[0], bulge], [*ends[-1], 0.0]]))
+    arc = [[*ends[0], bulge], [*ends[-1], 0.0]]
+    if lead.run_in > 0.0 and lead.style == "arc":
+        arc = [[*ends[0], 0.0], [*ends[1], bulge], arc[1]]
+        if out:
+            arc = [[*ends[0], bulge], [*ends[-2], 0.0], [*ends[-1], 0.0]]
+    return Polyline(np.array(arc))
 
 
 def ways_to_lead(lead: Lead, kerf: float) -> list[Lead]:
@@ -78,6 +89,8 @@ def ways_to_lead(lead: Lead, kerf: float) -> list[Lead]:
         return [lead]
     least = max(LEAST_KERFS * kerf, LEAST_LEAD)
     ways = [replace(lead, length=max(share * lead.length, least)) for share in (1.0, 0.7, 0.45)]
+    if lead.run_in > 0.0:
+        return list(dict.fromkeys(ways))
     for share in (1.0, 0.7, 0.45, 0.3):
         length = max(share * lead.length, least)
         ways += [Lead("line", length, math.radians(angle)) for angle in (90.0, 60.0, 120.0, 35.0, 145.0)]

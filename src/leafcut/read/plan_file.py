@@ -20,7 +20,7 @@ from leafcut.read.format import load, shown
 
 #: The version of the format; another one is refused.
 VERSION = 1
-_LEAD_KEYS = ("style", "length", "angle")
+_LEAD_KEYS = ("style", "length", "angle", "run_in")
 _CUT_KEYS = ("contours", "start", "direction", "lead_in", "lead_out", "fixed")
 
 
@@ -64,7 +64,8 @@ def plan_text(plan: PlanFile) -> str:
 def _lead(lead: Lead) -> dict[str, Any]:
     if lead.style == "none":
         return {"style": "none"}
-    return {"style": lead.style, "length": round(lead.length, 4), "angle": round(math.degrees(lead.angle), 4)}
+    run_in = {"run_in": round(lead.run_in, 4)} if lead.run_in else {}
+    return {"style": lead.style, "length": round(lead.length, 4), "angle": round(math.degrees(lead.angle), 4), **run_in}
 
 
 def load_plan(path: Path) -> PlanFile:
@@ -125,7 +126,7 @@ class _Reader:
 
     def number(self, value: Any, what: str) -> float:
         number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not number or not math.isfinite(value) or abs(value) > 1e9:
+        if not number or abs(value) > 1e9 or not math.isfinite(value):
             raise self.refuse(what, f"{shown(json.dumps(value))} is not a number that can be meant")
         return float(value)
 
@@ -185,6 +186,7 @@ class _Reader:
         if style == "none":
             return Lead()
         length, angle = self.number(data.get("length"), what), self.number(data.get("angle", 90.0), what)
-        if not 0.0 < length <= 10_000.0 or not 0.0 < angle < 180.0:
+        run_in = self.number(data.get("run_in", 0.0), what)
+        if not 0.0 < length <= 10_000.0 or not 0.0 < angle < 180.0 or not 0.0 <= run_in <= 1000.0:
             raise self.refuse(what, "a lead has a length above 0 mm and an angle between 0 and 180 degrees")
-        return Lead(style, length, math.radians(angle))
+        return Lead(style, length, math.radians(angle), run_in)
