@@ -15,7 +15,7 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.modal import SortedBlock, sort_words
 from leafcut.gcode.motion import run_arc, run_home, run_machine, run_straight
 from leafcut.gcode.state import AXES, State, unit_of, whole
-from leafcut.gcode.torch import run_outputs, say_power, spindle_number
+from leafcut.gcode.torch import leave_outputs, run_outputs, say_power, spindle_number
 from leafcut.gcode.words import Block, BlockError, Word, lines, tokenise
 from leafcut.model.toolpath import Toolpath
 from leafcut.units import MM_PER_UNIT
@@ -53,7 +53,7 @@ def interpret(
     state = State(dialect, unit=None if units is None else MM_PER_UNIT[units])
     if left_over:
         state.motion, state.plane, state.incremental, state.feed_mode, state.to_initial = 1, 18, True, 95, False
-        state.override, state.dark, state.holds_height = 0.1, True, True
+        leave_outputs(state)
     reader = Reader(state)
     for number, line in lines(text):
         if not line or line.isspace():

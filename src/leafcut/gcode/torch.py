@@ -45,6 +45,18 @@ def _needed(letters: dict[str, Word], letter: str, code: int) -> Word:
     return letters.pop(letter)
 
 
+def leave_outputs(state: State) -> None:
+    """Leave the outputs as a program that was broken off may: the feed lowered, the torch dark, its height held."""
+    torch = state.dialect.torch
+    if torch is None:
+        return
+    state.override = LEAST_PERCENT / 100.0
+    if torch.arc_output is not None:
+        _switch(state, torch.arc_output, True)
+    if torch.height_output is not None:
+        _switch(state, torch.height_output, True)
+
+
 def spindle_number(letters: dict[str, Word]) -> int:
     """Take the `$` of a spindle word: 0 without it, and for -1, which means all of them."""
     word = letters.pop("$", None)

@@ -47,6 +47,8 @@ def write_cut_program(
     """
     lines = header if options.header else ()
     if dialect.torch is None:
+        if any(cut.kind == "mark" for cut in plan.cuts):
+            raise PostError(f"{dialect.name} has no words for marking; leave the marks out (--ignore-layers)")
         return Writer(path, dialect, options, {}, 0.0).program(lines)
     return _TorchWriter(plan, path, dialect, dialect.torch, options).program(lines)
 

@@ -288,10 +288,10 @@ class _Laid:
 
 def _laid(job: _Job, order: list[CutStart]) -> _Laid:
     from leafcut.plan.cut_norm import cut_norm
-    from leafcut.plan.cut_toolpath import lay_cuts
+    from leafcut.plan.cut_toolpath import TORCH_ON, lay_cuts
     from leafcut.timing.toolpath import measure
 
-    machine, settings = job.run.machine, job.run.settings
+    machine, settings, torch = job.run.machine, job.run.settings, job.words.torch
     _check_precedence(job.cutting, order)
     cuts = tuple(job.cutting.cut(s) for s in order)
     path, rows = lay_cuts(
@@ -301,9 +301,9 @@ def _laid(job: _Job, order: list[CutStart]) -> _Laid:
         clearance=settings.drill.clearance_height,
         end=job.end,
         switches=job.switches,
-        power=settings.post.beam_power,
-        mark_power=settings.post.mark_power,
-        tolerance=settings.post.path_tolerance if job.words.torch is not None else 0.0,
+        power=settings.post.beam_power if torch is not None and torch.power else TORCH_ON,
+        mark_power=settings.post.mark_power if torch is not None and torch.power else TORCH_ON,
+        tolerance=settings.post.path_tolerance if torch is not None else 0.0,
     )
     whole = measure(path, machine)
     seconds = [_cut_seconds(path, row, job) for row in rows]
