@@ -22,8 +22,8 @@ FILES = (
     "ugs_enclosure_cambam.nc",
 )
 
-#: So many blocks a second that the controller's own queue decides: what it reads ahead is less than it could.
-STARVED = "3000 segments of 0.05 mm, 5000 mm/min, G64"
+#: So many blocks a second that a simulation in a hurry would not read them in time.
+SLOW = "3000 segments of 0.05 mm, 5000 mm/min, G64"
 
 #: The folder of the shared data: LEAFCUT_DATA, or beside the checkout.
 DATA = Path(os.environ.get("LEAFCUT_DATA") or Path(__file__).parents[2] / "shared" / "data")
@@ -160,7 +160,7 @@ def programs() -> dict[str, Callable[[], str]]:
         ):
             made[f"{name}, {feed} mm/min, {mode}"] = partial(write, feed, mode)
         made[f"12 plasma parts, {mode}"] = partial(sheet, mode)
-    made[STARVED] = partial(segments, 5000, "G64", 3000, 0.05)
+    made[SLOW] = partial(segments, 5000, "G64", 3000, 0.05)
     if DATA.is_dir():
         made.update({name: partial(real_program, name) for name in FILES})
     return made

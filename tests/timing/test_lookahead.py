@@ -57,6 +57,13 @@ def test_two_moves_in_line_are_one_long_move(machine: Machine, mode: int) -> Non
     assert seconds(lines([(12, 16), (30, 40)], mode), machine) == pytest.approx(whole, rel=1e-12)
 
 
+def test_linuxcnc_runs_no_move_in_less_than_a_little_more_than_a_cycle() -> None:
+    """400 moves of 0.05 mm in line, at a feed of 80 mm/s: no faster than 0.05 mm in 1.02 ms, as LinuxCNC 2.9 does."""
+    short = lines([(0.05 * (i + 1), 0) for i in range(400)], feed=80.0)
+    by_hand = between(20.0, 0.0, 0.05 / 0.00102, 0.0, 500.0) + STOP
+    assert seconds(short, MILL) == pytest.approx(by_hand, rel=1e-6)
+
+
 def test_exact_stop_mode_stops_between_moves_in_line() -> None:
     """G61.1: 20 mm and 30 mm, each from rest to rest."""
     each = [trapezoid_time(d, 50.0, 500.0) + STOP for d in (20.0, 30.0)]

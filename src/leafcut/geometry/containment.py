@@ -8,13 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import PlanError
+from leafcut.geometry.index import query_pairs
 from leafcut.geometry.overlaps import SAME
 
 Place = tuple[float, float]
-#: Outlines around one outline, or neighbours of one, that no drawing has on average.
-MOST_PAIRS = 64
-_CHUNK = 1024
 
 
 class Conflict(NamedTuple):
@@ -42,11 +39,10 @@ def conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
     if len(shapes) < 2:
         return []
     rings = shapely.get_exterior_ring(shapes)
-    first, second = _pairs(
-        shapely.STRtree(rings), rings, "dwithin", "outlines cross or touch each other", distance=same
-    )
-    keep = first < second
-    first, second = first[keep], second[keep]
+    pairs = [np.zeros((2, 0), dtype=np.int64)]
+    for i, j in query_pairs(rings, rings, "outlines that cross or touch each other", "dwithin", same):
+        pairs.append(np.stack([i, j])[:, i < j])
+    first, second = np.concatenate(pairs, axis=1)
     if not len(first):
         return []
     inner = np.full(len(shapes), None, dtype=object)
@@ -75,20 +71,6 @@ def _place(a: Any, b: Any, kind: str) -> Place:
     else:
         point = shapely.get_point(shapely.shortest_line(shapely.boundary(a), shapely.boundary(b)), 0)
     return (float(point.x), float(point.y))
-
-
-def _pairs(tree: Any, shapes: NDArray[Any], predicate: str, what: str, **more: float) -> NDArray[np.int64]:
-    """Return pairs (index in `shapes`, index in the tree) of a query in chunks, so that none fills the memory."""
-    found, total = [], 0
-    for begin in range(0, len(shapes), _CHUNK):
-        pairs = tree.query(shapes[begin : begin + _CHUNK], predicate=predicate, **more)
-        pairs[0] += begin
-        found.append(pairs)
-        total += pairs.shape[1]
-        if total > MOST_PAIRS * (begin + 4 * _CHUNK):
-            raise PlanError(f"{total:,} pairs of {what}; clean the drawing")
-    every: NDArray[np.int64] = np.concatenate(found, axis=1)
-    return every
 
 
 def nesting(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -120,7 +102,8 @@ def around(
     if not len(shapes) or not len(points):
         return depth, parent
     size = shapely.area(shapes)
-    at, outline = _pairs(shapely.STRtree(shapes), np.asarray(points), "within", "outlines inside each other")
+    pairs = list(query_pairs(np.asarray(points), shapes, "outlines inside each other", "within"))
+    at, outline = (np.concatenate(column) for column in zip(*pairs, strict=True))
     if areas is not None:
         larger = size[outline] > areas[at]
         at, outline = at[larger], outline[larger]

@@ -9,16 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import PlanError
 from leafcut.geometry.cleaning import ends_of
+from leafcut.geometry.index import near_pairs
 from leafcut.geometry.polyline import Points, Polyline
 
 #: Ends this near to each other are drawn as one point, mm: drawings keep 4 to 6 digits.
 EXACT = 1e-4
 #: Two paths that leave a place at a smaller angle than this lie on each other, radians.
 DOUBLED_BACK = 1e-3
-#: So many ends in one place no drawing has; the work grows with the square of their number.
-MOST_PER_PLACE = 64
 
 Place = tuple[float, float]
 Indices = NDArray[np.int64]
@@ -53,7 +51,7 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
     Raises
     ------
     PlanError
-        More than `MOST_PER_PLACE` ends meet in one place.
+        Hundreds of ends lie in one place.
     """
     result = Joining([Joined(p, [i], []) for i, p in enumerate(paths) if p.closed])
     members = [i for i, p in enumerate(paths) if not p.closed]
@@ -75,34 +73,6 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
         result.paths.append(Joined(path, [members[end // 2] for end in chain], gaps_closed))
     result.paths.sort(key=lambda made: min(made.members))
     return result
-
-
-def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArray[np.float64]]:
-    """Return all pairs i < j of points (float64[n, 2]) within a distance, and their distances.
-
-    Raises
-    ------
-    PlanError
-        There are more than `MOST_PER_PLACE` pairs per point.
-    """
-    import shapely
-
-    places = shapely.points(points)
-    tree = shapely.STRtree(places)
-    found: list[Indices] = []
-    total, step = 0, 4096
-    for begin in range(0, len(points), step):
-        pairs = tree.query(places[begin : begin + step], predicate="dwithin", distance=distance)
-        pairs[0] += begin
-        found.append(pairs[:, pairs[0] < pairs[1]])
-        total += found[-1].shape[1]
-        if total > MOST_PER_PLACE * (begin + step):
-            x, y = points[found[-1][0, 0]]
-            raise PlanError(
-                f"hundreds of ends within {distance:g} mm of each other near ({x:g}, {y:g}); clean the drawing"
-            )
-    first, second = np.concatenate(found, axis=1)
-    return first, second, np.hypot(*(points[first] - points[second]).T)
 
 
 def _mates(

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.cleaning import ends_of
-from leafcut.geometry.joining import near_pairs
+from leafcut.geometry.index import near_pairs, query_pairs
 from leafcut.geometry.polyline import Points, Polyline
 
 #: Lines this near to each other are drawn in one place, mm.
@@ -50,7 +50,7 @@ def without_overlaps(paths: Sequence[Polyline], same: float = SAME) -> Uncovered
         source = int(table.path[k])
         row = Polyline(np.array([[*table.a[k], table.bulge[k]], [*table.b[k], 0.0]]))
         stops = [0.0, *cuts.get(k, ()), row.length]
-        pieces += [(row.piece(s, e), source) for s, e in pairwise(stops) if e - s > same]
+        pieces += [(row.piece(s, e), source) for s, e in pairwise(stops)]
     whole = [(p, i) for i, p in enumerate(paths) if i not in broken]
     extra = _doubles([p for p, _ in pieces], same)
     back = _missed(pieces, extra, [p for p, _ in whole if not p.closed], same)
@@ -119,13 +119,11 @@ def _line_pairs(table: _Segments, same: float) -> tuple[Indices, Indices]:
     if len(lines) < 2:
         return lines[:0], lines[:0]
     shapes = shapely.linestrings(np.stack([table.a[lines], table.b[lines]], axis=1))
-    tree = shapely.STRtree(shapes)
     found = []
-    for begin in range(0, len(lines), 4096):
-        i, j = tree.query(shapes[begin : begin + 4096], predicate="dwithin", distance=same)
-        i, j = lines[i + begin], lines[j]
-        i, j = i[i < j], j[i < j]
-        found.append(np.stack([i, j])[:, _on_each_other(table, i, j, same)])
+    for i, j in query_pairs(shapes, shapes, "lines in one place", "dwithin", same):
+        one, other = lines[i[i < j]], lines[j[i < j]]
+        on = _on_each_other(table, one, other, same)
+        found.append(np.stack([one[on], other[on]]))
     one, other = np.concatenate(found, axis=1)
     return one, other
 

@@ -8,12 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from leafcut.geometry.joining import Joined, Joining, Place, join, near_pairs
+from leafcut.errors import PlanError
+from leafcut.geometry.index import near_pairs
+from leafcut.geometry.joining import Joined, Joining, Place, join
 from leafcut.geometry.overlaps import SAME, without_overlaps
 from leafcut.geometry.polyline import Polyline
 
 #: Outlines are looked at in chords that leave their arcs by this, mm.
 CHORDS = 0.01
+#: And in so many chords at most, all together.
+MOST_CHORDS = 20_000_000
 
 
 @dataclass
@@ -32,13 +36,14 @@ def tidy(strokes: Sequence[Polyline], tolerance: float) -> Tidy:
         Hundreds of ends or lines lie in one place.
     """
     first = join(strokes, tolerance)
-    closed = [made for made in first.paths if made.path.closed]
-    flaws = _flawed([made.path for made in closed])
-    sound = [m for m, flaw in zip(closed, flaws, strict=True) if not flaw or strokes[m.members[0]].closed]
+    sound = [made for made in first.paths if strokes[made.members[0]].closed]
+    loops = [made for made in first.paths if made.path.closed and not strokes[made.members[0]].closed]
+    flaws = _flawed([made.path for made in loops])
+    sound += [loop for loop, flaw in zip(loops, flaws, strict=True) if not flaw]
     used = {i for made in sound for i in made.members}
     left = [i for i in range(len(strokes)) if i not in used]
     if not left:
-        return Tidy(sound)
+        return Tidy(first.paths)
     covered = _covered([strokes[i] for i in left], [made.path for made in sound])
     under = [i for i, c in zip(left, covered, strict=True) if c]
     loose = [i for i, c in zip(left, covered, strict=True) if not c]
@@ -57,14 +62,24 @@ def _sources(made: Joined, pieces: Sequence[tuple[Polyline, int]], loose: Sequen
 
 
 def polygons(paths: Sequence[Polyline]) -> Any:
-    """Return shapely polygons of closed paths, arcs in chords."""
+    """Return shapely polygons of closed paths, arcs in chords.
+
+    Raises
+    ------
+    PlanError
+        They come to more than `MOST_CHORDS`.
+    """
     import shapely
 
-    rings = [p.flattened(CHORDS) for p in paths]
-    counts = [len(r) for r in rings]
-    rings = [r if n >= 4 else np.concatenate([r, r[-1:], r[-1:]]) for r, n in zip(rings, counts, strict=True)]
-    if not rings:
+    if not paths:
         return np.array([], dtype=object)
+    rings, total = [], 0
+    for path in paths:
+        ring = path.flattened(CHORDS)
+        rings.append(ring if len(ring) >= 4 else np.concatenate([ring, ring[-1:], ring[-1:]]))
+        total += len(ring)
+        if total > MOST_CHORDS:
+            raise PlanError(f"the arcs of this drawing need more than {MOST_CHORDS:,} chords; are its units right?")
     indices = np.repeat(np.arange(len(rings)), [len(r) for r in rings])
     return shapely.polygons(shapely.linearrings(np.concatenate(rings), indices=indices))
 

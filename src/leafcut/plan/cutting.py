@@ -266,6 +266,12 @@ def bands(cutting: Cutting, options: CutOptions) -> list[list[int]]:
     return [found[place] for place in sorted(found)]
 
 
+def in_bands(cutting: Cutting, order: Sequence[CutStart], options: CutOptions) -> list[CutStart]:
+    """Return cuts in the order of the sweep's bands, and within a band as they were."""
+    band = {k: number for number, members in enumerate(bands(cutting, options)) for k in members}
+    return sorted(order, key=lambda s: band[s.contour])
+
+
 def _root(cutting: Cutting, k: int, position: dict[int, int], outlines: dict[int, int]) -> int:
     """Return the outermost contour around one; what is in no part is its own."""
     contour = cutting.contours[k]

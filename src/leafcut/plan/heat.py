@@ -28,6 +28,18 @@ class HeatRule:
     seconds: float = 0.0
 
 
+@dataclass(frozen=True)
+class _Limits:
+    """What a change of the order must keep: the contours that come before each, and the band of each."""
+
+    before: dict[int, set[int]]
+    band: dict[int, int]
+
+    def may_swap(self, first: int, second: int) -> bool:
+        """Return whether a cut may go behind the one that comes after it now."""
+        return first not in self.before.get(second, ()) and self.band.get(first) == self.band.get(second)
+
+
 def too_near(cutting: Cutting, order: Sequence[CutStart], rule: HeatRule) -> list[tuple[int, int]]:
     """Return pairs of places in the order whose starts are nearer than they may be, the later one second."""
     return [(i, j) for j in range(len(order)) for i in _hot_before(cutting, order, j, rule)]
@@ -46,16 +58,23 @@ def _hot_before(cutting: Cutting, order: Sequence[CutStart], j: int, rule: HeatR
 
 
 def spread_starts(
-    cutting: Cutting, order: Sequence[CutStart], rule: HeatRule, travel: Travel, start: Point | None
+    cutting: Cutting,
+    order: Sequence[CutStart],
+    rule: HeatRule,
+    travel: Travel,
+    start: Point | None,
+    bands: Sequence[Sequence[int]] = (),
 ) -> list[CutStart]:
     """Return the cuts with as few starts too near as small changes of the order and of the starts can bring about.
 
-    What must come first still does, and what a plan file fixes stays.
+    What must come first still does, what a plan file fixes stays, and no cut leaves its band (`cutting.bands`).
     """
     order = list(order)
+    band = {k: number for number, members in enumerate(bands) for k in members}
     before: dict[int, set[int]] = {}
     for a, b in cutting.pairs:
         before.setdefault(b, set()).add(a)
+    limits = _Limits(before, band)
     for _ in range(PASSES):
         near = {j for _, j in too_near(cutting, order, rule)}
         if not near:
@@ -63,7 +82,7 @@ def spread_starts(
         changed = False
         for contour in [order[j].contour for j in sorted(near)]:
             j = next(k for k, s in enumerate(order) if s.contour == contour)
-            better = _best_change(cutting, order, j, rule, travel, start, before)
+            better = _best_change(cutting, order, j, rule, travel, start, limits)
             if better is not None:
                 order, changed = better, True
         if not changed:
@@ -78,14 +97,14 @@ def _best_change(
     rule: HeatRule,
     travel: Travel,
     start: Point | None,
-    before: dict[int, set[int]],
+    limits: _Limits,
 ) -> list[CutStart] | None:
     """Return the order with the cut at `j` somewhere near, at any of its starts, if that costs less."""
     own = order[j]
     starts = [cutting.starts[n] for n in cutting.by_contour[own.contour]] if own.pierce else []
     starts = [own] if "start" in cutting.fixed.get(own.contour, ()) else [own, *starts]
     rest = order[:j] + order[j + 1 :]
-    low, high = _room(rest, j, own.contour, before)
+    low, high = _room(rest, j, own.contour, limits)
     first, last = max(0, low - 1), min(len(order), high + LOOK_BACK + 2)
     least, best = _cost(cutting, order, first, last, rule, travel, start) - 1e-9, None
     for place in range(low, high + 1):
@@ -97,12 +116,12 @@ def _best_change(
     return best
 
 
-def _room(rest: list[CutStart], j: int, contour: int, before: dict[int, set[int]]) -> tuple[int, int]:
+def _room(rest: list[CutStart], j: int, contour: int, limits: _Limits) -> tuple[int, int]:
     """Return between which places of the other cuts a cut may stand, `REACH` from where it was at most."""
     low, high = j, j
-    while low > 0 and j - low < REACH and rest[low - 1].contour not in before.get(contour, ()):
+    while low > 0 and j - low < REACH and limits.may_swap(rest[low - 1].contour, contour):
         low -= 1
-    while high < len(rest) and high - j < REACH and contour not in before.get(rest[high].contour, ()):
+    while high < len(rest) and high - j < REACH and limits.may_swap(contour, rest[high].contour):
         high += 1
     return low, high
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ Point = tuple[float, float]
 LEAST_KERFS, LEAST_LEAD = 1.0, 0.2
 
 
+@lru_cache(maxsize=4096)
 def lead_shape(lead: Lead) -> Points:
     """Return the points (u, v) of a lead-in, float64[k, 2], mm, the last one at (0, 0)."""
     if lead.style == "none" or lead.length <= 0.0:

@@ -6,11 +6,13 @@ beyond the edge of the sheet. What could be mended is mended and said.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
 from leafcut.geometry.cleaning import cleaned, counter_clockwise
@@ -58,11 +60,13 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None) -> Sheet:
     closed, opened = [m for m in cuts if m.contour.path.closed], [m for m in cuts if not m.contour.path.closed]
     opened, more_marks = _opened(opened, options, issues)
     marks = [*marks, *more_marks]
-    _check_simple(closed)
-    closed = _once(closed, issues)
+    shapes = polygons([m.contour.path for m in closed])
+    _check_simple(closed, shapes)
+    kept = _once(closed, shapes, issues)
+    closed, shapes = [closed[k] for k in kept], shapes[kept]
     if not closed and not opened and not marks:
         raise PlanError(f"{part.source or part.name}: nothing is left to cut or mark")
-    contours = _placed(closed, [*opened, *marks])
+    contours = _placed(closed, shapes, [*opened, *marks])
     _check_inside(contours, outline)
     _look_for_frame(contours, outline, issues)
     return Sheet(part.name, contours, outline, issues=tuple(issues))
@@ -101,6 +105,11 @@ def _joined(strokes: list[_Made], kind: str, options: SheetOptions, issues: list
     if gaps and not marked:
         message = f"{_count(len(gaps), 'gap')} closed, the widest of {max(width for _, width in gaps):.3g} mm"
         issues.append(Issue("L311", message, _at([place for place, _ in gaps])))
+    if tidied.branches and tidied.doubles and not marked and options.open_paths == "refuse":
+        raise PlanError(
+            f"lines that several outlines may share meet, {_at(tidied.branches)}, and which is whose cannot be told; "
+            "draw each outline as one closed polyline"
+        )
     if tidied.branches and not marked:
         message = f"more than two ends meet in {_count(len(tidied.branches), 'place')}: look whether outlines are right"
         issues.append(Issue("L314", message, _at(tidied.branches)))
@@ -129,7 +138,7 @@ def _edge(sheets: list[_Made]) -> Polyline | None:
             f"the sheet's layer must hold one closed outline; it holds {len(closed)} closed and "
             f"{len(sheets) - len(closed)} open paths, {places}"
         )
-    _check_simple(closed)
+    _check_simple(closed, polygons([m.contour.path for m in closed]))
     return closed[0].contour.path
 
 
@@ -154,11 +163,7 @@ def _opened(opened: list[_Made], options: SheetOptions, issues: list[Issue]) -> 
     places = _at([p.start for p in paths])
     number = _count(len(opened), "open path")
     if options.open_paths == "refuse":
-        first = "; ".join(
-            f"from ({p.start[0]:g}, {p.start[1]:g}) to ({p.end[0]:g}, {p.end[1]:g})"
-            + (f" on layer {m.contour.layer}" if m.contour.layer else "")
-            for m, p in list(zip(opened, paths, strict=True))[:3]
-        )
+        first = "; ".join(_ends(m) for m in opened[:3])
         raise PlanError(
             f"{number} on layers that are cut: {first}{' …' if len(opened) > 3 else ''}; close the outline, widen "
             "--join-tolerance, or say what open paths are with --open-paths cut, mark or drop"
@@ -173,37 +178,34 @@ def _opened(opened: list[_Made], options: SheetOptions, issues: list[Issue]) -> 
     return opened, []
 
 
-def _check_simple(closed: list[_Made]) -> None:
+def _check_simple(closed: list[_Made], shapes: NDArray[Any]) -> None:
     """Raise `PlanError` for outlines that cross or touch themselves, or enclose nothing."""
     import shapely
 
-    shapes = polygons([m.contour.path for m in closed])
     thin = 2.0 * shapely.area(shapes) <= SAME * shapely.length(shapes)
-    reasons = [shapely.is_valid_reason(s) for s in shapes]
-    crossed = [r.partition("[")[2].rstrip("]").split() for r in reasons if r.endswith("]")]
-    if crossed:
-        places = [(float(w[0]), float(w[1])) for w in crossed]
-        raise PlanError(
-            f"{_count(len(crossed), 'outline')} crossing or touching itself, {_at(places)}; mend the drawing"
-        )
     if thin.any():
         places = [m.contour.path.start for m, t in zip(closed, thin, strict=True) if t]
         number = _count(len(places), "outline")
         raise PlanError(f"{number} enclosing nothing (a line there and back), {_at(places)}; mend the drawing")
+    crossed = [r.partition("[")[2].rstrip("]").split() for r in shapely.is_valid_reason(shapes) if r.endswith("]")]
+    if crossed:
+        number = _count(len(crossed), "outline")
+        places = [(float(w[0]), float(w[1])) for w in crossed]
+        raise PlanError(f"{number} crossing or touching itself, {_at(places)}; mend the drawing")
 
 
-def _once(closed: list[_Made], issues: list[Issue]) -> list[_Made]:
-    """Return outlines that do not overlap, each once; said is what is drawn twice, touches or is tiny."""
-    met = conflicts(polygons([m.contour.path for m in closed]))
+def _once(closed: list[_Made], shapes: NDArray[Any], issues: list[Issue]) -> list[int]:
+    """Return which outlines to take, none twice; said is what is drawn twice, touches or is tiny; none overlap."""
+    met = conflicts(shapes)
     gone = {c.second for c in met if c.kind == "same"}
     across = [c for c in met if c.kind == "overlap" and not {c.first, c.second} & gone]
     if across:
         first = across[0]
         a, b = (_named(closed[k]) for k in (first.first, first.second))
-        raise PlanError(
-            f"{_count(len(across), 'pair')} of overlapping outlines: {a} and {b}, {_at([c.place for c in across])}; "
-            "parts must lie apart"
-        )
+        layers = {closed[k].contour.layer for c in across for k in (c.first, c.second)}
+        advice = "parts must lie apart" + (", or say what is cut with --cut-layers" if len(layers) > 1 else "")
+        where = _at([c.place for c in across])
+        raise PlanError(f"{_count(len(across), 'pair')} of overlapping outlines: {a} and {b}, {where}; {advice}")
     if gone:
         places = [closed[k].contour.path.start for k in sorted(gone)]
         issues.append(Issue("L312", f"{_count(len(gone), 'outline')} drawn twice taken once", _at(places)))
@@ -211,19 +213,18 @@ def _once(closed: list[_Made], issues: list[Issue]) -> list[_Made]:
     if touching:
         message = f"{_count(len(touching), 'pair')} of outlines touch each other: there is no room for the kerf"
         issues.append(Issue("L423", message, _at(touching)))
-    kept = [m for k, m in enumerate(closed) if k not in gone]
-    tiny = [e for e in (m.contour.path.extents for m in kept) if max(e[2] - e[0], e[3] - e[1]) < TINY]
+    kept = [k for k in range(len(closed)) if k not in gone]
+    tiny = [e for e in (closed[k].contour.path.extents for k in kept) if max(e[2] - e[0], e[3] - e[1]) < TINY]
     if tiny:
         message = f"{_count(len(tiny), 'outline')} smaller than {TINY:g} mm"
         issues.append(Issue("L213", message, _at([(e[0], e[1]) for e in tiny])))
     return kept
 
 
-def _placed(closed: list[_Made], loose: list[_Made]) -> tuple[SheetContour, ...]:
+def _placed(closed: list[_Made], shapes: NDArray[Any], loose: list[_Made]) -> tuple[SheetContour, ...]:
     """Return all contours in the drawing's order with depth, parent and part."""
     import shapely
 
-    shapes = polygons([m.contour.path for m in closed])
     depth, parent = nesting(shapes)
     middles = shapely.points(
         np.array([m.contour.path.point_at(0.5 * m.contour.path.length) for m in loose]).reshape(-1, 2)
@@ -292,6 +293,12 @@ def _named(made: _Made) -> str:
     x, y = made.contour.path.start
     layer = f" on layer {made.contour.layer}" if made.contour.layer else ""
     return f"the one that begins at ({x:g}, {y:g}){layer}"
+
+
+def _ends(made: _Made) -> str:
+    (x0, y0), (x1, y1) = made.contour.path.start, made.contour.path.end
+    layer = f" on layer {made.contour.layer}" if made.contour.layer else ""
+    return f"from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}), {math.hypot(x1 - x0, y1 - y0):.3g} mm apart{layer}"
 
 
 def _count(number: int, noun: str) -> str:

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from leafcut.plan.cut_contours import CutContour
+from leafcut.plan.cut_rules import CutRules
 from leafcut.plan.cut_starts import (
     CutStart,
     end_of,
@@ -23,7 +24,7 @@ from leafcut.plan.cut_starts import (
     scrap_left,
     travel_at,
 )
-from leafcut.plan.cutting import Cutting
+from leafcut.plan.cutting import Cutting, route_length
 from leafcut.plan.leads import lead_shape, placed
 
 Point = tuple[float, float]
@@ -47,16 +48,19 @@ def slide_starts(
     order = list(order)
     if cutting.rules.corners:
         return order
+    settled: dict[int, tuple[Point | None, Point | None]] = {}
     for _ in range(ROUNDS):
-        gained = total = 0.0
+        gained = 0.0
         for k, here in enumerate(order):
             before = order[k - 1].exit if k else start
             after = order[k + 1].entry if k + 1 < len(order) else end
+            if settled.get(k) == (before, after):
+                continue  # nothing around it has moved since it was looked at
             moved, gain = _slid(cutting, here, travel, before, after)
+            settled[k] = (before, after)
             order[k] = moved
             gained += gain
-            total += travel(before, moved.entry) if before is not None else 0.0
-        if gained <= LEAST_GAIN * total:
+        if gained <= LEAST_GAIN * route_length(start, order, travel):
             break
     return order
 
@@ -100,7 +104,7 @@ def start_at(
         return None
     here, travel = np.array([path.point_at(at)]), np.array([travel_at(path, at, clockwise)])
     lead = like.lead_in
-    if _is_from_centre(contour, like):
+    if _is_from_centre(contour, like, rules):
         lead = from_centre(contour, here, travel, [(at, clockwise)])[0]
     left = scrap_left(contour, clockwise) if contour.has_leads else True
     x, y = placed(lead_shape(lead), here, travel, left)[0, 0].tolist()
@@ -122,9 +126,9 @@ def start_at(
     return moved if fitting == like.lead_out else None
 
 
-def _is_from_centre(contour: CutContour, start: CutStart) -> bool:
+def _is_from_centre(contour: CutContour, start: CutStart, rules: CutRules) -> bool:
     """Return whether the lead-in comes from the middle of a small hole, and so changes with the place."""
-    if not contour.has_leads or not contour.hole or start.lead_in.style != "line":
+    if not contour.is_small(rules) or start.lead_in.style != "line":
         return False
     place = [(start.at, start.clockwise)]
     here = np.array([contour.path.point_at(start.at)])

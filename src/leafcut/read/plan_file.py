@@ -125,7 +125,7 @@ class _Reader:
 
     def number(self, value: Any, what: str) -> float:
         number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not number or not math.isfinite(value) or abs(value) > 1e9:
+        if not number or abs(value) > 1e9 or not math.isfinite(value):
             raise self.refuse(what, f"{shown(json.dumps(value))} is not a number that can be meant")
         return float(value)
 

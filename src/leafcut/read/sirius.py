@@ -115,7 +115,10 @@ def _path(rows: Any, factor: float) -> Polyline:
         vertices = vertices[:-1]
     else:
         vertices[-1, 2] = 0.0
-    return Polyline(vertices, closed)
+    path = Polyline(vertices, closed)
+    if not np.abs(path.extents).max() <= MAX_COORDINATE:
+        raise ValueError(rows)
+    return path
 
 
 def _is_sheet(contours: list[Contour], name: str) -> bool:

@@ -45,7 +45,7 @@ from leafcut.units import MM_PER_UNIT
 
 MAX_BYTES = 64 * 1024 * 1024
 MAX_DEPTH = 100
-MAX_ELEMENTS = 2_000_000
+MAX_ELEMENTS = 500_000
 MM_PER_PX = 25.4 / 96.0
 
 #: Elements that only hold others, and are drawn as they stand.

@@ -12,11 +12,12 @@ PX_PER_UNIT["pc"] = 16.0
 #: Of these a length says how large the drawing is in the world.
 PHYSICAL = ("in", "mm", "cm", "q", "pt", "pc")
 
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_LENGTH = re.compile(rf"\s*({_NUMBER})\s*([a-zA-Z]*|%)\s*")
-_NUMBERS = re.compile(_NUMBER)
-_SEPARATED = re.compile(rf"\s*(?:{_NUMBER}(?:\s*,\s*|\s+|(?=[-+.])|\s*$))*\s*")
-_FUNCTION = re.compile(r"\s*,?\s*([a-zA-Z]+)\s*\(([^()]*)\)\s*")
+# Each expression is matched at one place and knows its way without turning back: a hostile file cannot stall it.
+_NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
+_LENGTH = re.compile(rf"({_NUMBER})\s*([a-zA-Z]*|%)")
+_NEXT_NUMBER = re.compile(rf"[\s,]*({_NUMBER})")
+_FUNCTION = re.compile(r"[\s,]*([a-zA-Z]+)\s*\(([^()]*)\)")
+_CLASS = re.compile(r"\w*\.([\w-]+)")
 
 
 class Affine(NamedTuple):
@@ -45,9 +46,13 @@ class Affine(NamedTuple):
 
 def numbers(text: str) -> list[float]:
     """Return the numbers of a list separated by commas or spaces; ValueError for anything else in it."""
-    if not _SEPARATED.fullmatch(text):
-        raise ValueError(f"'{text[:40]}' is no list of numbers")
-    found = [float(n) for n in _NUMBERS.findall(text)]
+    found, at, text = [], 0, text.strip()
+    while at < len(text):
+        match = _NEXT_NUMBER.match(text, at)
+        if match is None:
+            raise ValueError(f"'{text[:40]}' is no list of numbers")
+        found.append(float(match.group(1)))
+        at = match.end()
     if not all(math.isfinite(n) for n in found):
         raise ValueError("a number that is not finite")
     return found
@@ -63,7 +68,7 @@ def length(text: str, whole: float) -> float:
 
 def parts_of_length(text: str) -> tuple[float, str]:
     """Return number and unit of a length; ValueError for a unit that needs a font, and for anything else."""
-    match = _LENGTH.fullmatch(text)
+    match = _LENGTH.fullmatch(text.strip())
     unit = match.group(2).lower() if match else "?"
     if match is None or (unit not in PX_PER_UNIT and unit != "%") or not math.isfinite(float(match.group(1))):
         raise ValueError(f"'{text[:20]}' is no length")
@@ -72,8 +77,8 @@ def parts_of_length(text: str) -> tuple[float, str]:
 
 def transform(text: str) -> Affine:
     """Return what a transform attribute says; ValueError for one that is not understood."""
-    result, at = Affine(), 0
-    while at < len(text.rstrip()):
+    result, at, text = Affine(), 0, text.strip()
+    while at < len(text):
         match = _FUNCTION.match(text, at)
         if match is None:
             raise ValueError(f"transform '{text[:40]}'")
@@ -124,16 +129,14 @@ def declarations(style: str) -> dict[str, str]:
     return {name.strip().lower(): value.replace("!important", "").strip() for name, _, value in pairs if name.strip()}
 
 
-_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
-_RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
-
-
 def class_rules(sheet: str) -> dict[str, dict[str, str]]:
     """Return what a style sheet gives to single classes (``.cut { stroke: red }``); nothing is loaded."""
+    first, *others = sheet.split("/*")
+    plain = first + "".join(text.partition("*/")[2] for text in others)
     found: dict[str, dict[str, str]] = {}
-    for selectors, body in _RULE.findall(_COMMENT.sub("", sheet)):
+    for rule in plain.split("}"):
+        selectors, _, body = rule.partition("{")
         for selector in selectors.split(","):
-            name = selector.strip()
-            if re.fullmatch(r"\w*\.[\w-]+", name):
-                found.setdefault(name.partition(".")[2], {}).update(declarations(body))
+            if name := _CLASS.fullmatch(selector.strip()):
+                found.setdefault(name.group(1), {}).update(declarations(body))
     return found

@@ -17,12 +17,13 @@ from leafcut.model.outcome import Measure, OperationOutcome, Outcome
 from leafcut.model.problem import Metric
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
-from leafcut.model.toolpath import Toolpath
+from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import SolveOptions
 from leafcut.runs.run import Run, machine_issues, passing_on, refuse, share
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
+    from leafcut.model.machine import Machine
     from leafcut.model.part import Part
     from leafcut.model.sheet import Sheet
     from leafcut.plan.cut_starts import CutStart
@@ -69,20 +70,27 @@ def cut(run: Run, source: str | Path) -> Outcome:
     ReadError, OptionError, PlanError, SolveError, PostError, VerifyError
         One line that says what was found and what to do.
     """
-    from leafcut.plan.cutting import drawing_order
+    from leafcut.plan.cutting import drawing_order, in_bands
+    from leafcut.plan.following import plan_order
     from leafcut.solve.compiling import announced
+    from leafcut.verify.envelope import check_envelope
 
     job, issues = _prepared(run, source)
     with announced(lambda: run.tell("compiling (first run on this machine)")):
-        before = _planned(job).order if job.plan else drawing_order(job.cutting)
+        drawn = plan_order(job.cutting, job.plan) if job.plan else drawing_order(job.cutting)
+        drawn = in_bands(job.cutting, drawn, run.settings.cut)
+        drawn_laid = _laid(job, drawn)
+        # What no order changes is known before any is sought.
+        refuse(check_envelope(drawn_laid.path, run.machine))
         nearest = _nearest(job)
-        found, solutions = _ordered(job, before)
-    laid = [_laid(job, order) if order is not None else None for order in (before, nearest, found)]
-    first, second, third = laid
-    assert first is not None and third is not None
-    if third.score(run) > first.score(run) or run.settings.resequence.keep_order:
+        found, solutions = _ordered(job, drawn)
+    planned = _as_planned(job)
+    first = drawn_laid if planned is None else _laid(job, planned)
+    third = _laid(job, found)
+    bound = run.settings.cut.heat_distance > 0.0 or (run.settings.cut.sweep != "free" and planned is not None)
+    if run.settings.resequence.keep_order or (third.score(run) > first.score(run) and not bound):
         third = first
-    return _outcome(job, issues, solutions, first, second, third)
+    return _outcome(job, issues, solutions, first, None if nearest is None else _laid(job, nearest), third)
 
 
 def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
@@ -181,21 +189,21 @@ def _xy(point: tuple[float, ...] | None) -> Point | None:
 # -- orders ----------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class _Order:
-    order: list[CutStart]
+def _as_planned(job: _Job) -> list[CutStart] | None:
+    """Return the plan file's own order with all its choices; None without a plan, or where they do not fit any more."""
+    from leafcut.plan.following import follow_plan, plan_order
 
-
-def _planned(job: _Job) -> _Order:
-    """Return the order of the plan file."""
-    from leafcut.plan.following import plan_order
-
-    assert job.plan is not None
-    return _Order(plan_order(job.cutting, job.plan))
+    if job.plan is None:
+        return None
+    try:
+        return plan_order(follow_plan(job.cutting, job.plan, everything=True), job.plan)
+    except PlanError:
+        return None
 
 
 def _ordered(job: _Job, before: list[CutStart]) -> tuple[list[CutStart], list[Solution]]:
     """Return the best order found, its starts slid to where they are best, and the solutions it came from."""
+    from leafcut.plan.cutting import bands
     from leafcut.plan.heat import HeatRule, spread_starts
     from leafcut.plan.sliding import slide_starts
 
@@ -210,7 +218,7 @@ def _ordered(job: _Job, before: list[CutStart]) -> tuple[list[CutStart], list[So
     order = slide_starts(job.cutting, order, travel, job.start, job.end)
     if options.cut.heat_distance > 0.0:
         rule = HeatRule(options.cut.heat_distance, options.cut.heat_time)
-        order = spread_starts(job.cutting, order, rule, travel, job.start)
+        order = spread_starts(job.cutting, order, rule, travel, job.start, bands(job.cutting, options.cut))
     return order, solutions
 
 
@@ -306,21 +314,23 @@ def _laid(job: _Job, order: list[CutStart]) -> _Laid:
         tolerance=settings.post.path_tolerance if torch is not None else 0.0,
     )
     whole = measure(path, machine)
-    seconds = [_cut_seconds(path, row, job) for row in rows]
+    seconds = _cut_seconds(path, rows, machine)
     norm = cut_norm(job.cutting.sheet, cuts, seconds, whole.time_s, settings.cut)
     return _Laid(CutPlan(job.cutting.sheet, job.data, cuts, norm), path, rows, whole, order)
 
 
-def _cut_seconds(path: Toolpath, row: LaidCut, job: _Job) -> tuple[float, float, float]:
-    """Return the seconds of one cut: cutting, piercing, rapids. It begins where the row before it ended."""
-    from leafcut.timing.toolpath import measure
+def _cut_seconds(path: Toolpath, rows: list[LaidCut], machine: Machine) -> list[tuple[float, float, float]]:
+    """Return the seconds of every cut: cutting, piercing, rapids."""
+    from leafcut.timing.toolpath import seconds_by_row
 
-    part = slice(max(row.first - 1, 0), row.last)
-    own = Toolpath(
-        path.kind[part], path.end[part], path.value[part], path.ref[part], path.line[part], path.cycles, path.arcs
-    )
-    kinds = measure(own, job.run.machine).by_kind
-    return kinds["feed"], kinds["dwell"] + kinds["spindle"], kinds["rapid"]
+    moving = seconds_by_row(path, machine)
+    rapid = path.kind == Kind.RAPID
+    waiting = np.where(path.kind == Kind.DWELL, path.value, 0.0)
+    columns = (np.where(rapid, 0.0, moving), waiting, np.where(rapid, moving, 0.0))
+    return [
+        (float(columns[0][r].sum()), float(columns[1][r].sum()), float(columns[2][r].sum()))
+        for r in (slice(row.first, row.last) for row in rows)
+    ]
 
 
 def _outcome(

@@ -24,6 +24,9 @@ from leafcut.timing.moves import BLEND, REST, Flags, Floats, Moves
 #: [EMCMOT]SERVO_PERIOD, s, as in nearly all configurations.
 CYCLE = 0.001
 
+#: No move is run in less, s: TP_MIN_SEGMENT_CYCLES cycles.
+SHORTEST = 1.02 * CYCLE
+
 #: Moves that the planner looks ahead: [TRAJ]ARC_BLEND_OPTIMIZATION_DEPTH.
 DEPTH = 50
 

@@ -22,6 +22,7 @@ from leafcut.timing.linuxcnc import (
     CYCLE,
     DEPTH,
     GAP_CYCLES,
+    SHORTEST,
     linuxcnc_corners,
     overlap_speeds,
     round_limits,
@@ -103,7 +104,9 @@ def _linuxcnc_seconds(moves: Moves, corners: Corners) -> Floats:
     gone = with_arc & (length < GAP_CYCLES * CYCLE * corners.arc_speed)
     arc_length = corners.arc_length + np.where(gone, np.maximum(length, 0.0), 0.0)
     m = len(moves)
-    arc_speed = np.minimum(corners.arc_speed, arc_length / CYCLE)
+    # Whatever is left of a move, and every arc, takes a little more than a cycle.
+    arc_speed = np.minimum(corners.arc_speed, arc_length / SHORTEST)
+    velocity = np.where(length > 0.0, np.minimum(velocity, length / SHORTEST), velocity)
     arcs = (arc_length, arc_speed, corners.arc_acceleration, np.full(m, np.inf), np.arange(m))
     pieces = (length, velocity, acceleration, corners.speed, np.arange(m))
     both = [np.column_stack([piece, arc]).ravel() for piece, arc in zip(pieces, arcs, strict=True)]
