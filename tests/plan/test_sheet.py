@@ -10,6 +10,8 @@ import ezdxf
 import numpy as np
 import pytest
 import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from leafcut.errors import LeafcutError, PlanError
 from leafcut.geometry.polyline import Polyline
@@ -229,6 +231,42 @@ def test_a_nest_drawn_as_loose_lines_and_arcs_in_any_order_is_the_nest_again(tmp
     for ours, theirs in zip(summary(loose), summary(whole), strict=True):
         assert ours == pytest.approx(theirs, abs=1e-5)
     assert loose.n_parts == whole.n_parts
+
+
+#: Strokes on a small grid, so that ends, lines and whole outlines often fall on each other.
+strokes = st.lists(
+    st.tuples(
+        st.lists(
+            st.tuples(st.integers(0, 4), st.integers(0, 4), st.sampled_from([0.0, 0.0, 0.0, 1.0, -0.5])),
+            min_size=2,
+            max_size=5,
+        ),
+        st.booleans(),
+        st.sampled_from(["", "A", "MARK"]),
+    ),
+    min_size=1,
+    max_size=15,
+)
+
+
+@settings(max_examples=60)
+@given(strokes, st.sampled_from(["refuse", "cut", "mark", "drop"]))
+def test_whatever_is_drawn_outlines_are_simple_and_apart_or_one_line_says_why_not(
+    rows: list[tuple[list[tuple[float, float, float]], bool, str]], open_paths: str
+) -> None:
+    contours = [Contour(Polyline(np.array(v, dtype=float), closed), layer=layer) for v, closed, layer in rows]
+    try:
+        found = sheet(*contours, open_paths=open_paths)
+    except PlanError as problem:
+        assert "\n" not in str(problem)
+        return
+    outlines = [c for c in found.contours if c.contour.kind == "cut" and c.contour.path.closed]
+    shapes = [shapely.Polygon(c.contour.path.flattened(0.001)) for c in outlines]
+    assert all(s.is_valid for s in shapes)
+    for k, shape in enumerate(shapes):
+        for other in shapes[:k]:
+            shared = shape.intersection(other).area
+            assert min(shared, abs(shared - min(shape.area, other.area))) <= 0.02 * (shape.length + other.length)
 
 
 def test_depths_and_areas_are_those_of_shapely() -> None:

@@ -182,7 +182,8 @@ def _check_simple(closed: list[_Made], shapes: NDArray[Any]) -> None:
     """Raise `PlanError` for outlines that cross or touch themselves, or enclose nothing."""
     import shapely
 
-    thin = 2.0 * shapely.area(shapes) <= SAME * shapely.length(shapes)
+    # By the hull: the two halves of an 8 cancel each other's area.
+    thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
     if thin.any():
         places = [m.contour.path.start for m, t in zip(closed, thin, strict=True) if t]
         number = _count(len(places), "outline")
