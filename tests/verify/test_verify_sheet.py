@@ -9,13 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cut_sheets import checked, laid, planned, program
+from proved_sheets import checked, laid, planned, program
 
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.options import CutOptions, PostOptions
-from leafcut.verify.sheet import check_cut_motion
+from leafcut.verify.cut_motion import check_cut_motion
 
 KERF = 1.5
 Cuts = tuple[Cut, ...]

@@ -224,10 +224,14 @@ class Reader:
         torch = state.dialect.torch
         if code != 400 and (torch is None or not torch.compensation):
             raise BlockError("radius compensation (G41, G42) is not understood")
-        if code != 400 and "D" not in letters:
-            raise BlockError(f"G{code / 10:g} needs D")
+        register = 0.0
+        if code != 400:
+            if "D" not in letters:
+                raise BlockError(f"G{code / 10:g} needs D")
+            word = letters.pop("D")
+            register = state.length(word) if code in (411, 421) else float(whole(word, 9_999))
         state.radius = code // 10
-        state.path.radius(state.radius, 0.0 if code == 400 else letters.pop("D").value, line=state.line)
+        state.path.radius(state.radius, register, line=state.line)
 
     def _dwell_seconds(self, letters: dict[str, Word]) -> float:
         dialect = self.state.dialect

@@ -409,7 +409,8 @@ def _verify(job: _Job, laid: _Laid, text: str) -> bool:
     VerifyError
         The first difference or danger, and how many more there are.
     """
-    from leafcut.verify.sheet import Asked, check_cut_motion, check_sheet
+    from leafcut.verify.cut_motion import check_cut_motion
+    from leafcut.verify.sheet import Asked, check_sheet
 
     job.run.tell("verifying")
     settings, machine = job.run.settings, job.run.machine

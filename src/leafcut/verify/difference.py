@@ -56,6 +56,8 @@ def describe(motion: Motion) -> str:
         return f"{_WORDS[motion.kind]} to {place(*motion.end)}"
     if motion.kind in (Kind.DWELL, Kind.SPINDLE):
         return f"{_WORDS[motion.kind]} {motion.value:g}"
+    if motion.kind is Kind.RADIUS:
+        return f"{_WORDS[motion.kind]} G{motion.ref}" + (f" D{motion.value:g}" if motion.value else "")
     if motion.kind in (Kind.FRAME, Kind.BLENDING):
         return f"{_WORDS[motion.kind]} G{motion.ref / 10:g}"
     if motion.kind in (Kind.TORCH, Kind.HEIGHT):

@@ -116,6 +116,7 @@ def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> 
         ("dwell", (a.kind == Kind.DWELL) & ~_close(a.value, b.value, DWELL_ROUNDING)),
         ("speed", turning & (~_close(a.value, b.value, speed_room) | (np.sign(a.value) != np.sign(b.value)))),
         ("command", refs & (a.ref != b.ref)),
+        ("kerf", (a.kind == Kind.RADIUS) & ~_close(a.value, b.value, tolerance)),
         ("switch", switches & ~_close(a.value, b.value, tolerance)),
     ]
     return [*masks, *_cycle_masks(a, b, tolerance), ("arc", _arc_mask(a, b, tolerance))]

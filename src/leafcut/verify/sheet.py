@@ -15,16 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.interpreter import interpret
-from leafcut.gcode.torch import for_controller
 from leafcut.model.cutting import CutPlan
 from leafcut.model.machine import Machine
 from leafcut.model.sheet import Sheet
-from leafcut.model.toolpath import Toolpath
-from leafcut.units import MM_PER_INCH
+from leafcut.verify.cut_motion import read_back
 from leafcut.verify.difference import Difference, place, shorten
 from leafcut.verify.envelope import check_envelope
-from leafcut.verify.read_back import compare_motion
 from leafcut.verify.sheet_shapes import TOLERANCE, Shapes, Target, shapes_of
 from leafcut.verify.torch import check_torch
 from leafcut.verify.torch_runs import TorchRun, torch_runs
@@ -70,37 +66,14 @@ def check_sheet(
         The text is no program that the controller takes.
     """
     path = read_back(text, plan, dialect)
-    runs = torch_runs(path)
+    by_register = dialect.torch is not None and dialect.torch.compensation == "G41"
+    runs = torch_runs(path, plan.data.kerf if by_register else None)
     found = check_torch(path, runs, plan, text, dialect, asked.safe_height)
     shapes = shapes_of(sheet, asked.half)
     laid = _Laid(runs, plan, shapes, dialect, asked)
     found += [*laid.missing(), *laid.repeated(), *laid.gouges(), *laid.strays(), *laid.misplaced()]
     found += [*laid.disordered(), *laid.in_the_air(), *laid.turned()]
     return shorten([*found, *check_envelope(path, machine)])
-
-
-def check_cut_motion(planned: Toolpath, plan: CutPlan, text: str, dialect: Dialect, units: str) -> list[Difference]:
-    """Return where a program read back is not the planned toolpath as its controller is told it, row by row.
-
-    Raises
-    ------
-    ReadError
-        The text is no program that the controller takes.
-    """
-    half = 0.5 * 10.0**-dialect.decimals_mm
-    if units == "inch":
-        half = 0.5 * MM_PER_INCH * 10.0**-dialect.decimals_inch
-    told = for_controller(planned, dialect)
-    return compare_motion(told, read_back(text, plan, dialect), half * 1.001 + 1e-9, cycles=True)
-
-
-def read_back(text: str, plan: CutPlan, dialect: Dialect) -> Toolpath:
-    """Return what a cutting program does, whatever another one left active; a feed from the controller's table of
-    materials is that of the plan."""
-    torch = dialect.torch
-    if torch is not None and torch.material_feed:
-        text = text.replace(torch.material_feed, f"F{plan.data.feed * 60.0:.6f}")
-    return interpret(text, dialect, left_over=True)
 
 
 @dataclass(frozen=True)

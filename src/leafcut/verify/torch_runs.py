@@ -84,26 +84,29 @@ class _Collector:
     feed: list[float] = field(default_factory=list)
     height: list[float] = field(default_factory=list)
     row_line: list[int] = field(default_factory=list)
+    side: list[float] = field(default_factory=list)
     lightings: list[Lighting] = field(default_factory=list)
     lit: Motion | None = None
     dark: bool = False
     resting: bool = False
+    aside: float = 0.0
 
     def close(self) -> None:
         """End the run that is open."""
         if self.lightings or any(self.burning):
+            points, chord = compensated(np.array(self.points).reshape(-1, 2), np.array(self.side))
             self.runs.append(
                 TorchRun(
                     line=self.lightings[0].line if self.lightings else self.row_line[0],
-                    points=np.array(self.points, dtype=np.float64).reshape(-1, 2),
-                    burning=np.array(self.burning, dtype=bool),
-                    feed=np.array(self.feed, dtype=np.float64),
-                    height=np.array(self.height, dtype=np.float64),
-                    row_line=np.array(self.row_line, dtype=np.int32),
+                    points=points,
+                    burning=np.array(self.burning, dtype=bool)[chord],
+                    feed=np.array(self.feed, dtype=np.float64)[chord],
+                    height=np.array(self.height, dtype=np.float64)[chord],
+                    row_line=np.array(self.row_line, dtype=np.int32)[chord],
                     lightings=tuple(self.lightings),
                 )
             )
-        for column in (self.points, self.burning, self.feed, self.height, self.row_line, self.lightings):
+        for column in (self.points, self.burning, self.feed, self.height, self.row_line, self.side, self.lightings):
             column.clear()
 
     def light(self, row: Motion, place: NDArray[np.float64]) -> None:
@@ -133,10 +136,15 @@ class _Collector:
             self.feed.append(row.value)
             self.height.append(row.end[2])
             self.row_line.append(row.line)
+            self.side.append(self.aside)
 
 
-def torch_runs(path: Toolpath) -> list[TorchRun]:
-    """Return the runs of the torch in the order of the program; what moves only in Z has no chords."""
+def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
+    """Return the runs of the torch in the order of the program; what moves only in Z has no chords.
+
+    Where the controller compensates (G41, G42), a run is where its torch really goes. `kerf` is what a register of the
+    controller holds the half of, mm; None: D is the kerf.
+    """
     found, before = _Collector(), positions_before(path)
     for number, row in enumerate(path):
         if row.kind in (Kind.RAPID, Kind.MACHINE):
@@ -146,6 +154,9 @@ def torch_runs(path: Toolpath) -> list[TorchRun]:
             found.light(row, before[number])
         elif row.kind is Kind.TORCH:
             found.dark = row.value == 0.0
+        elif row.kind is Kind.RADIUS:
+            width = row.value if kerf is None else kerf
+            found.aside = {41: 0.5, 42: -0.5}.get(row.ref, 0.0) * width
         elif row.kind is Kind.DWELL:
             found.wait(row.value)
         elif row.kind is Kind.FEED:
@@ -157,6 +168,53 @@ def torch_runs(path: Toolpath) -> list[TorchRun]:
             found.move(row, before[number], arc_chords(path, number))
     found.close()
     return found.runs
+
+
+def compensated(
+    points: NDArray[np.float64], side: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return where the torch goes when the controller keeps it aside of a chain of chords, and whose chord each is.
+
+    `side` is float64[n] for n chords: how far to the left, mm, negative to the right. Around an outer corner the torch
+    goes in an arc, at an inner one to where the lines beside the chords meet; the first chord that is compensated
+    leads from where the torch is to beside its end. Source: LinuxCNC, G-code reference, cutter compensation.
+    """
+    chord = np.arange(len(side))
+    if not side.any():
+        return points, chord
+    places, whose = [points[0]], list[int]()
+    for k in range(len(side)):
+        here = _beside(points, side, k)
+        places += here
+        whose += [k] * len(here)
+    return np.array(places), np.array(whose, dtype=np.int64)
+
+
+def _beside(points: NDArray[np.float64], side: NDArray[np.float64], k: int) -> list[NDArray[np.float64]]:
+    """Return the places at the end of one chord, aside of it; several about an outer corner."""
+    corner, aside = points[k + 1], side[k]
+    one = _left(points[k], corner)
+    if not aside:
+        return [corner]
+    if k + 1 == len(side) or not side[k + 1]:
+        return [corner + aside * one]
+    other = _left(corner, points[k + 2])
+    turn = math.atan2(one[0] * other[1] - one[1] * other[0], float(one @ other))
+    if turn * aside >= 0.0:
+        return [corner + aside * (one + other) / max(1.0 + float(one @ other), 1e-3)]
+    step = 2.0 * math.acos(max(1.0 - FLATNESS / abs(aside), 0.0))
+    angles = np.linspace(0.0, turn, max(math.ceil(abs(turn) / step), 1) + 1)
+    turned = [
+        np.array([one[0] * math.cos(a) - one[1] * math.sin(a), one[0] * math.sin(a) + one[1] * math.cos(a)])
+        for a in angles
+    ]
+    return [corner + aside * normal for normal in turned]
+
+
+def _left(begin: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the unit vector to the left of a chord."""
+    along = end - begin
+    return np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), _NOTHING)
 
 
 def _across(row: Motion, before: NDArray[np.float64]) -> bool:
