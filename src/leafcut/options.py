@@ -664,6 +664,18 @@ class PostOptions(OptionGroup):
     date: bool = option("flag", False, "write the date and time into the header")
     repeat_words: bool = option("flag", False, "repeat modal words on every block")
     coolant: bool = option("flag", False, "coolant on while drilling")
+    beam_power: int = option(
+        "whole", 1000, "S of a laser's beam when it cuts (GRBL: its $30)", minimum=1, maximum=1_000_000
+    )
+    mark_power: int = option("whole", 200, "S of a laser's beam when it marks", minimum=1, maximum=1_000_000)
+    path_tolerance: float = option(
+        "quantity",
+        0.1,
+        "how far a torch may cut a corner short to keep its speed (P of G64); 0 for not at all",
+        unit="mm",
+        minimum=0,
+        maximum=10,
+    )
     material_number: int | None = option(
         "whole",
         None,

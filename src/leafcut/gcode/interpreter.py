@@ -15,7 +15,7 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.modal import SortedBlock, sort_words
 from leafcut.gcode.motion import run_arc, run_home, run_machine, run_straight
 from leafcut.gcode.state import AXES, State, unit_of, whole
-from leafcut.gcode.torch import run_outputs, say_power, spindle_number
+from leafcut.gcode.torch import leave_outputs, run_outputs, say_power, spindle_number
 from leafcut.gcode.words import Block, BlockError, Word, lines, tokenise
 from leafcut.model.toolpath import Toolpath
 from leafcut.units import MM_PER_UNIT
@@ -53,7 +53,7 @@ def interpret(
     state = State(dialect, unit=None if units is None else MM_PER_UNIT[units])
     if left_over:
         state.motion, state.plane, state.incremental, state.feed_mode, state.to_initial = 1, 18, True, 95, False
-        state.override, state.dark, state.holds_height = 0.1, True, True
+        leave_outputs(state)
     reader = Reader(state)
     for number, line in lines(text):
         if not line or line.isspace():
@@ -224,10 +224,14 @@ class Reader:
         torch = state.dialect.torch
         if code != 400 and (torch is None or not torch.compensation):
             raise BlockError("radius compensation (G41, G42) is not understood")
-        if code != 400 and "D" not in letters:
-            raise BlockError(f"G{code / 10:g} needs D")
+        register = 0.0
+        if code != 400:
+            if "D" not in letters:
+                raise BlockError(f"G{code / 10:g} needs D")
+            word = letters.pop("D")
+            register = state.length(word) if code in (411, 421) else float(whole(word, 9_999))
         state.radius = code // 10
-        state.path.radius(state.radius, 0.0 if code == 400 else letters.pop("D").value, line=state.line)
+        state.path.radius(state.radius, register, line=state.line)
 
     def _dwell_seconds(self, letters: dict[str, Word]) -> float:
         dialect = self.state.dialect

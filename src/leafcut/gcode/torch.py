@@ -18,6 +18,8 @@ from leafcut.gcode.state import State, whole
 from leafcut.gcode.words import BlockError, Word
 from leafcut.model.toolpath import MOTIONS, Arc, Kind, Motion, Toolpath, positions_before
 
+#: Register of the controller that holds half a kerf, where G41 and G42 take it from one.
+KERF_REGISTER = 1
 #: QtPlasmaC takes a part of the feed outside of these limits for all of it, percent.
 LEAST_PERCENT, MOST_PERCENT = 10.0, 100.0
 
@@ -43,6 +45,18 @@ def _needed(letters: dict[str, Word], letter: str, code: int) -> Word:
     if letter not in letters:
         raise BlockError(f"M{code} needs {letter}")
     return letters.pop(letter)
+
+
+def leave_outputs(state: State) -> None:
+    """Leave the outputs as a program that was broken off may: the feed lowered, the torch dark, its height held."""
+    torch = state.dialect.torch
+    if torch is None:
+        return
+    state.override = LEAST_PERCENT / 100.0
+    if torch.arc_output is not None:
+        _switch(state, torch.arc_output, True)
+    if torch.height_output is not None:
+        _switch(state, torch.height_output, True)
 
 
 def spindle_number(letters: dict[str, Word]) -> int:
@@ -140,6 +154,9 @@ class _Teller:
                 self.keep(row)
         elif kind is Kind.DWELL and self.piercing and not torch.waits:
             self.piercing = False
+        elif kind is Kind.RADIUS:
+            by_register = row.ref != 40 and torch.compensation == "G41"
+            self.keep(row._replace(value=float(KERF_REGISTER)) if by_register else row)
         elif kind is Kind.BLENDING:
             if 640 in self.dialect.g_codes:
                 # On a Fanuc G64 has no tolerance of its own.

@@ -36,12 +36,16 @@ def lay_cuts(
     clearance: float,
     end: Point | None = None,
     switches: bool = False,
+    power: float = TORCH_ON,
+    mark_power: float = TORCH_ON,
+    tolerance: float = 0.0,
 ) -> tuple[Toolpath, list[LaidCut]]:
     """Return the motions of the whole program, and which rows are whose.
 
     Between cuts the torch rises to `clearance` (mm over the sheet, which is Z0). A cut begins at the pierce height: on,
     pierce delay, down to the cut height. `switches`: the controller can put the torch off, and hold its height, while
-    it moves; else it stops for what must be cut off in between.
+    it moves; else it stops for what must be cut off in between. `power` and `mark_power` are those of a beam; what
+    marks is spindle 1. `tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not.
 
     Raises
     ------
@@ -54,6 +58,8 @@ def lay_cuts(
             "larger --clearance-height"
         )
     builder = ToolpathBuilder()
+    if tolerance > 0.0:
+        builder.blending(640, tolerance)
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
     else:
@@ -61,7 +67,8 @@ def lay_cuts(
     rows = []
     for number, cut in enumerate(cuts):
         first = len(builder)
-        _lay(builder, cut, data, clearance, switches, descend=number == 0 and machine.safe_z is not None)
+        torch = _Torch(data, switches, *((power, 0) if cut.kind == "cut" else (mark_power, 1)))
+        _lay(builder, cut, torch, clearance, descend=number == 0 and machine.safe_z is not None)
         rows.append(LaidCut(first, len(builder)))
     if end is not None:
         builder.rapid(*end)
@@ -72,19 +79,29 @@ def lay_cuts(
     return builder.build(), rows
 
 
-def _lay(builder: ToolpathBuilder, cut: Cut, data: CutData, clearance: float, switches: bool, *, descend: bool) -> None:
+@dataclass(frozen=True)
+class _Torch:
+    """What lights one cut: the chart's data, whether it can go dark while it moves, its power, and which it is."""
+
+    data: CutData
+    switches: bool
+    power: float
+    spindle: int
+
+
+def _lay(builder: ToolpathBuilder, cut: Cut, torch: _Torch, clearance: float, *, descend: bool) -> None:
     x, y = cut.path.start
     builder.rapid(x, y)
     if descend:
         builder.rapid(z=clearance)
     pierces = cut.pierce and cut.kind == "cut"
-    hold = switches and cut.small_hole
-    _light(builder, data, data.pierce_delay if pierces else 0.0, cut.speeds[0][1], pierces)
+    hold = torch.switches and cut.small_hole
+    _light(builder, torch, torch.data.pierce_delay if pierces else 0.0, cut.speeds[0][1], pierces)
     if hold:
         builder.height_control(False)
     if cut.compensation != 40:
-        builder.radius(cut.compensation, data.kerf)
-    _follow(builder, cut, data, switches)
+        builder.radius(cut.compensation, torch.data.kerf)
+    _follow(builder, cut, torch)
     if cut.compensation != 40:
         builder.spindle(0.0)
         builder.radius(40)
@@ -95,19 +112,20 @@ def _lay(builder: ToolpathBuilder, cut: Cut, data: CutData, clearance: float, sw
     builder.rapid(z=clearance)
 
 
-def _light(builder: ToolpathBuilder, data: CutData, delay: float, feed: float, pierces: bool) -> None:
+def _light(builder: ToolpathBuilder, torch: _Torch, delay: float, feed: float, pierces: bool) -> None:
     """Put the torch on where it is: at the pierce height, wait, and down to the cut height."""
+    data = torch.data
     height = data.pierce_height if pierces else data.cut_height
     if builder.position[2] != height:
         builder.rapid(z=height)
-    builder.spindle(TORCH_ON)
+    builder.spindle(torch.power, number=torch.spindle)
     if delay > 0.0:
         builder.dwell(delay)
     if height != data.cut_height:
         builder.feed(z=data.cut_height, feed=feed)
 
 
-def _follow(builder: ToolpathBuilder, cut: Cut, data: CutData, switches: bool) -> None:
+def _follow(builder: ToolpathBuilder, cut: Cut, torch: _Torch) -> None:
     """Follow the path, stretch by stretch between the places where the speed or the torch changes."""
     length = cut.path.length
     changes = {0.0, length, *(at for at, _ in cut.speeds), *(at for span in cut.joints for at in span)}
@@ -120,16 +138,16 @@ def _follow(builder: ToolpathBuilder, cut: Cut, data: CutData, switches: bool) -
             continue
         middle = 0.5 * (low + high)
         on = middle < cut.torch_off_at and not any(a < middle < b for a, b in cut.joints)
-        if on != burning and switches:
+        if on != burning and torch.switches:
             builder.torch(on)
         elif on != burning and on:
-            _light(builder, data, data.pierce_delay, cut.speeds[0][1], pierces=False)
+            _light(builder, torch, torch.data.pierce_delay, cut.speeds[0][1], pierces=False)
         elif on != burning:
             builder.spindle(0.0)
         burning = on
         feed = next(f for at, f in reversed(cut.speeds) if at <= middle)
         follow(builder, cut.path.piece(low, high), feed)
-    if switches and not burning:
+    if torch.switches and not burning:
         builder.torch(True)
 
 

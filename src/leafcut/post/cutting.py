@@ -47,6 +47,8 @@ def write_cut_program(
     """
     lines = header if options.header else ()
     if dialect.torch is None:
+        if any(cut.kind == "mark" for cut in plan.cuts):
+            raise PostError(f"{dialect.name} has no words for marking; leave the marks out (--ignore-layers)")
         return Writer(path, dialect, options, {}, 0.0).program(lines)
     return _TorchWriter(plan, path, dialect, dialect.torch, options).program(lines)
 
@@ -182,7 +184,7 @@ class _TorchWriter(Writer):
             raise PostError(f"{self.dialect.name} does not compensate the kerf (G41, G42); use --kerf geometry")
         else:
             by_width = words.endswith(".1")
-            register = self.numbers.length(row.value) if by_width else "1"
+            register = self.numbers.length(row.value) if by_width else f"{row.value:.0f}"
             self.out.say(f"G{row.ref}{'.1' if by_width else ''}", f"D{register}")
 
     def _end(self, row: Motion) -> None:

@@ -53,7 +53,7 @@ class _Job:
     @property
     def switches(self) -> bool:
         """Whether the controller can put the torch off while it moves."""
-        return 62 in self.words.m_codes
+        return _switches(self.words)
 
     def travel(self) -> Callable[[Point, Point], float]:
         """Return what a way costs."""
@@ -107,7 +107,7 @@ def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
     run.tell("reading")
     data, issues = _cut_data(run)
     words = dialect(settings.post.dialect or run.machine.controller)
-    rules = resolve_rules(data, settings.cut, switches=62 in words.m_codes)
+    rules = resolve_rules(data, settings.cut, switches=_switches(words))
     part, sheet = _sheet(run, source)
     sheet = with_options(sheet, settings.cut, parse_zones(settings.drill.keep_out))
     plan = load_plan(settings.cut.plan) if settings.cut.plan else None
@@ -129,6 +129,10 @@ def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
         plan=plan,
     )
     return job, [*sheet.issues, *issues, *cutting.issues]
+
+
+def _switches(words: Dialect) -> bool:
+    return words.torch is not None and words.torch.darkens
 
 
 def _sheet(run: Run, source: str | Path) -> tuple[Part, Sheet]:
@@ -292,14 +296,22 @@ class _Laid:
 
 def _laid(job: _Job, order: list[CutStart]) -> _Laid:
     from leafcut.plan.cut_norm import cut_norm
-    from leafcut.plan.cut_toolpath import lay_cuts
+    from leafcut.plan.cut_toolpath import TORCH_ON, lay_cuts
     from leafcut.timing.toolpath import measure
 
-    machine, settings = job.run.machine, job.run.settings
+    machine, settings, torch = job.run.machine, job.run.settings, job.words.torch
     _check_precedence(job.cutting, order)
     cuts = tuple(job.cutting.cut(s) for s in order)
     path, rows = lay_cuts(
-        cuts, job.data, machine, clearance=settings.drill.clearance_height, end=job.end, switches=job.switches
+        cuts,
+        job.data,
+        machine,
+        clearance=settings.drill.clearance_height,
+        end=job.end,
+        switches=job.switches,
+        power=settings.post.beam_power if torch is not None and torch.power else TORCH_ON,
+        mark_power=settings.post.mark_power if torch is not None and torch.power else TORCH_ON,
+        tolerance=settings.post.path_tolerance if torch is not None else 0.0,
     )
     whole = measure(path, machine)
     seconds = _cut_seconds(path, rows, machine)
@@ -368,8 +380,8 @@ def _heat_issues(job: _Job, laid: _Laid) -> list[Issue]:
 
 
 def _write(job: _Job, before: _Laid, after: _Laid) -> str:
+    from leafcut.post.cutting import write_cut_program
     from leafcut.post.header import header_lines
-    from leafcut.post.writer import write_program
 
     settings = job.run.settings
     header = header_lines(
@@ -384,11 +396,11 @@ def _write(job: _Job, before: _Laid, after: _Laid) -> str:
         units=settings.post.output_units,
         date=settings.post.date,
     )
-    return write_program(after.path, job.words, settings.post, header)
+    return write_cut_program(after.plan, after.path, job.words, settings.post, header)
 
 
 def _verify(job: _Job, laid: _Laid, text: str) -> bool:
-    """Read the program back and compare it with the toolpath; check it against the machine.
+    """Read the program back and compare it with the toolpath; check it against the drawing and the machine.
 
     The one place where a cutting program is proved: nothing that fails here is written.
 
@@ -397,8 +409,17 @@ def _verify(job: _Job, laid: _Laid, text: str) -> bool:
     VerifyError
         The first difference or danger, and how many more there are.
     """
-    from leafcut.verify.program import check_program
+    from leafcut.verify.cut_motion import check_cut_motion
+    from leafcut.verify.sheet import Asked, check_sheet
 
     job.run.tell("verifying")
-    refuse(check_program(laid.path, text, job.words, job.run.machine, job.run.settings.post.output_units))
+    settings, machine = job.run.settings, job.run.machine
+    refuse(check_cut_motion(laid.path, laid.plan, text, job.words, settings.post.output_units))
+    asked = Asked(
+        half=job.cutting.rules.half,
+        joints=settings.cut.micro_joints,
+        joint_width=settings.cut.joint_width,
+        safe_height=settings.drill.clearance_height,
+    )
+    refuse(check_sheet(job.cutting.sheet, laid.plan, text, job.words, machine, asked))
     return True

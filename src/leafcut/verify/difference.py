@@ -57,7 +57,7 @@ def describe(motion: Motion) -> str:
     if motion.kind in (Kind.DWELL, Kind.SPINDLE):
         return f"{_WORDS[motion.kind]} {motion.value:g}"
     if motion.kind is Kind.RADIUS:
-        return f"{_WORDS[motion.kind]} G{motion.ref}" + (f" by {motion.value:g} mm" if motion.value else "")
+        return f"{_WORDS[motion.kind]} G{motion.ref}" + (f" D{motion.value:g}" if motion.value else "")
     if motion.kind in (Kind.FRAME, Kind.BLENDING):
         return f"{_WORDS[motion.kind]} G{motion.ref / 10:g}"
     if motion.kind in (Kind.TORCH, Kind.HEIGHT):

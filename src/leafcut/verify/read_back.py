@@ -76,7 +76,10 @@ def _comparable(path: Toolpath) -> Toolpath:
     still = ((path.end == before) | (np.isnan(path.end) & np.isnan(before))).all(axis=1)
     nowhere = still & ((path.kind == Kind.RAPID) | (path.kind == Kind.FEED))
     unlit = np.cumsum((path.kind == Kind.SPINDLE) & (path.value != 0.0)) == 0
-    reset = unlit & np.isin(path.kind, (Kind.TORCH, Kind.HEIGHT)) & (path.value == 1.0)
+    reset = np.zeros(len(path), dtype=bool)
+    for kind in (Kind.TORCH, Kind.HEIGHT):
+        rows = np.flatnonzero(unlit & (path.kind == kind))
+        reset[rows[: len(rows) - int(len(rows) > 0 and path.value[rows[-1]] == 0.0)]] = True
     return _rows(path, ~nowhere & ~reset & (path.kind != Kind.OFFSET))
 
 
@@ -113,6 +116,7 @@ def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> 
         ("dwell", (a.kind == Kind.DWELL) & ~_close(a.value, b.value, DWELL_ROUNDING)),
         ("speed", turning & (~_close(a.value, b.value, speed_room) | (np.sign(a.value) != np.sign(b.value)))),
         ("command", refs & (a.ref != b.ref)),
+        ("kerf", (a.kind == Kind.RADIUS) & ~_close(a.value, b.value, tolerance)),
         ("switch", switches & ~_close(a.value, b.value, tolerance)),
     ]
     return [*masks, *_cycle_masks(a, b, tolerance), ("arc", _arc_mask(a, b, tolerance))]
