@@ -22,6 +22,8 @@ from leafcut.plan.nest_strip import Budget, NesterError
 
 #: Steps of the irregular nester for one strip, by preset. Some 200 take a few seconds, each of the next far longer.
 STEPS = {"fast": 120, "default": 250, "thorough": 1000}
+#: And how often it may give up on a width: a few parts soon lie as well as they can.
+FAILURES = {"fast": 1, "default": 1, "thorough": 5}
 #: The least that stays between two parts, mm.
 TOUCHING = 0.1
 #: A strip is packed this often for one sheet: once with what is there, and again with what fits.
@@ -141,8 +143,11 @@ class _Clock:
 
     def __init__(self, task: Task, search: SolveOptions, rounds: int) -> None:
         left = math.inf if search.time_limit is None else search.time_limit / rounds
-        unlimited = math.inf if search.time_limit is not None else STEPS[search.preset]
-        self.steps = search.iterations if search.iterations is not None else unlimited
+        self.steps, self.failures = math.inf, math.inf
+        if search.iterations is not None:
+            self.steps = search.iterations
+        elif search.time_limit is None:
+            self.steps, self.failures = STEPS[search.preset], FAILURES[search.preset]
         area = sum(piece.area * count for piece, count in zip(task.pieces, task.counts, strict=True))
         self.strips = max(1.0, STRIPS_PER_SHEET * math.floor(area / (task.inner[0] * task.inner[1])))
         self.end = time.monotonic() + left
@@ -151,7 +156,7 @@ class _Clock:
         """Return what the next strip may take."""
         share = max(self.end - time.monotonic(), 0.0) / self.strips
         self.strips = max(1.0, self.strips - 1.0)
-        return Budget(self.steps, share)
+        return Budget(self.steps, self.failures, share)
 
 
 def _nest(task: Task, packer: Packer, method: str, seed: int) -> Nest:
