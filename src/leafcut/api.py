@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
 from leafcut.files import check_output, read_program, write_whole
+from leafcut.model.nest import NestOutcome
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
 from leafcut.model.problem import Metric, RoutingProblem
@@ -132,6 +134,40 @@ def _page(outcome: Outcome) -> str:
     from leafcut.report.page import write_page
 
     return write_page(outcome)
+
+
+def nest(
+    parts: Sequence[str | Path],
+    output: str | Path | None = None,
+    *,
+    options_file: str | Path | None = None,
+    progress: Progress | None = None,
+    cancelled: threading.Event | None = None,
+    **options: Any,
+) -> NestOutcome:
+    """Lay parts on sheets, in several variants, and write the sheets of the best one as DXF drawings.
+
+    Parameters
+    ----------
+    parts
+        Drawings with quantities, ``"bracket.dxf:10"``, or lists of them, ``"parts.csv"``.
+    output
+        The drawing to write; with several different sheets, ``sheet_1.dxf`` and so on. Nothing is written without it.
+    options
+        Any option of `leafcut.options` by its name: ``sheet="3000x1500", kerf=1.5, gap="5mm", variants=5``.
+
+    `options_file`, `progress` and `cancelled` are those of `optimize`.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, VerifyError, OutputError
+        One line that says what was found and what to do. Nothing has been written then.
+    """
+    from leafcut.runs.nesting import nest_drawings
+
+    settings = Settings.collect(options, Path(options_file) if options_file else None)
+    words = [str(part) for part in parts]
+    return nest_drawings(words, settings, output, inputs=[options_file], progress=progress, cancelled=cancelled)
 
 
 def solve_part(

@@ -21,7 +21,7 @@ COARSE, FINEST, COARSEST = 0.001, 0.02, 0.5
 #: Corners grow by at most this many times the spacing.
 MITRE = 2.0
 #: So many pieces at once are as many as the nester packs in reasonable time.
-MOST_PIECES = 1000
+MOST_PIECES = 250
 #: A sheet that is too short for all is packed again with so much of what it could hold by the density just found.
 SHARES = (1.02, 1.0, 0.98)
 #: A strip this near the shortest possible one needs no more search.
@@ -63,7 +63,7 @@ class ShapePacker:
         self.budget, self.cancelled = budget, cancelled
         self.repeatable = True
         self.shape = cache(self._shape)
-        self.fits = cache(self._fits)
+        self.extent = cache(self._extent)
 
     def weight(self, piece: int) -> float:
         """Return what a piece takes of a sheet, mm²: no less than its area grown by half the spacing."""
@@ -75,23 +75,40 @@ class ShapePacker:
         return self.length * self.width
 
     def fill(self, offered: Counter[int], last: bool) -> list[Laid]:
-        """Return what fits of the pieces offered; of the `last` ones, as far to the left as was found."""
-        offered = _at_most(Counter({p: n for p, n in offered.items() if self.fits(p)}), MOST_PIECES)
-        if not offered:
+        """Return what fits of the pieces offered; of the `last` ones, as far to the left as was found.
+
+        Too many pieces for one search lie in bands across the sheet, one like the other.
+        """
+        offered = Counter({p: n for p, n in offered.items() if self._fits(p)})
+        bands = math.ceil(offered.total() / MOST_PIECES)
+        if bands == 0:
             return []
-        strip = self._pack(offered, 0.0 if last else self.length)
-        if strip.width <= self.length:
-            return self._laid(strip)
-        best = self._laid(strip, self.length)
+        band = +Counter({piece: count // bands for piece, count in offered.items()})
+        if not band:  # many kinds, few of each
+            band, bands = _at_most(offered, MOST_PIECES), 1
+        found, width = self._fill_strip(band, self.length / bands, last)
+        pitch = width if last else self.length / bands
+        laid = [_moved(one, k * pitch) for k in range(bands) for one in found]
+        if last and (rest := offered - Counter(one.piece for one in laid)) and bands > 1:
+            more, _ = self._fill_strip(_at_most(rest, MOST_PIECES), self.length - bands * pitch, last)
+            laid += [_moved(one, bands * pitch) for one in more]
+        return laid
+
+    def _fill_strip(self, offered: Counter[int], length: float, last: bool) -> tuple[list[Laid], float]:
+        """Return what fits a length of the sheet, and the length that it takes."""
+        strip = self._pack(offered, 0.0 if last else length)
+        if strip.width <= length:
+            return self._laid(strip), strip.width
+        best = self._laid(strip, length)
         density = self._area(offered) / (strip.width * self.width)
         for share in SHARES:
-            fewer = share_of(offered, self.weight, share * density * self.room)
+            fewer = share_of(offered, self.weight, share * density * length * self.width)
             if self._area(fewer) <= sum(self.weight(laid.piece) for laid in best):
                 break
-            again = self._pack(fewer, self.length)
-            if again.width <= self.length:
-                return self._laid(again)
-        return best
+            again = self._pack(fewer, length)
+            if again.width <= length:
+                return self._laid(again), again.width
+        return best, length
 
     def _area(self, some: Counter[int]) -> float:
         return sum(self.weight(piece) * count for piece, count in some.items())
@@ -99,7 +116,7 @@ class ShapePacker:
     def _pack(self, some: Counter[int], enough: float) -> Strip:
         order = sorted(piece for piece, count in some.items() if count > 0)
         items = [StripItem(self.shape(p)[0], some[p], self._degrees(p)) for p in order]
-        shortest = PERFECT * self._area(some) / self.width
+        shortest = PERFECT * max(self._area(some) / self.width, *(self.extent(p)[0] for p in order))
         strip = pack_strip(
             items, self.width, self.seed, self.budget(), enough=max(enough, shortest), cancelled=self.cancelled
         )
@@ -109,11 +126,16 @@ class ShapePacker:
 
     def _fits(self, piece: int) -> bool:
         """Return whether a grown outline fits the strip; what fits the sheet to a hair does not, and lies alone."""
+        return self.extent(piece)[0] < self.length
+
+    def _extent(self, piece: int) -> tuple[float, float]:
+        """Return the least length of strip that a grown outline takes, and its width then; infinite if too wide."""
         points = np.array(self.shape(piece)[0])
         angles = np.array([box.angle for box in self.pieces[piece].boxes])
         x = np.outer(np.cos(angles), points[:, 0]) - np.outer(np.sin(angles), points[:, 1])
         y = np.outer(np.sin(angles), points[:, 0]) + np.outer(np.cos(angles), points[:, 1])
-        return bool(((np.ptp(x, axis=1) < self.length) & (np.ptp(y, axis=1) < self.width)).any())
+        sides = zip(np.ptp(x, axis=1).tolist(), np.ptp(y, axis=1).tolist(), strict=True)
+        return min((side for side in sides if side[1] < self.width), default=(math.inf, math.inf))
 
     def _degrees(self, piece: int) -> list[float] | None:
         angles = self.pieces[piece].angles
@@ -153,12 +175,17 @@ class ShapePacker:
         return points, middle, float(rough.area)
 
 
+def _moved(laid: Laid, x: float) -> Laid:
+    return Laid(laid.piece, laid.angle, laid.x + x, laid.y)
+
+
 def _at_most(some: Counter[int], number: int) -> Counter[int]:
-    """Return the same share of every piece, so that there are no more than `number` in all."""
+    """Return the same share of every piece, no more than `number` in all; of many kinds the first."""
     if some.total() <= number:
         return some
     share = number / some.total()
-    return Counter({piece: max(int(share * count), 1) for piece, count in some.items()})
+    kept = {piece: max(int(share * count), 1) for piece, count in sorted(some.items())[:number]}
+    return Counter(kept)
 
 
 def _exact(angle: float, angles: tuple[float, ...] | None) -> float:

@@ -44,9 +44,13 @@ class StripItem:
 
 @dataclass(frozen=True)
 class Budget:
-    """When a search of one strip ends: after so many steps, or seconds; infinite where it must not."""
+    """When a search of one strip ends, at the latest; infinite where it must not.
+
+    After so many `steps`, after giving up on a width so often (`failures`), after so many `seconds`.
+    """
 
     steps: float = math.inf
+    failures: float = math.inf
     seconds: float = math.inf
 
 
@@ -92,6 +96,7 @@ def pack_strip(
         "items": [{"shape": list(i.shape), "demand": i.demand, "angles": i.angles} for i in items],
         "seed": seed,
         "steps": min(budget.steps, UNLIMITED),
+        "failures": min(budget.failures, UNLIMITED),
         "seconds": min(budget.seconds, UNLIMITED),
         "enough": enough,
     }

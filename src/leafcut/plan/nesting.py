@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import os
 import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -18,8 +20,12 @@ from leafcut.plan.nest_rectangles import RULES, Laid, RectanglePacker
 from leafcut.plan.nest_shapes import ShapePacker
 from leafcut.plan.nest_strip import Budget, NesterError
 
-#: Steps of the irregular nester for one strip, by preset. Some 200 pay quickly; 1000 are a minute for a hundred parts.
-STEPS = {"fast": 150, "default": 400, "thorough": 1500}
+#: Steps of the irregular nester for one strip, by preset. Some 200 take a few seconds, each of the next far longer.
+STEPS = {"fast": 120, "default": 250, "thorough": 1000}
+#: And how often it may give up on a width: a few parts soon lie as well as they can.
+FAILURES = {"fast": 1, "default": 1, "thorough": 5}
+#: The least that stays between two parts, mm.
+TOUCHING = 0.1
 #: A strip is packed this often for one sheet: once with what is there, and again with what fits.
 STRIPS_PER_SHEET = 2.0
 
@@ -61,8 +67,8 @@ class Task:
 
     @property
     def spacing(self) -> float:
-        """What stays between two parts, mm."""
-        return self.options.kerf + self.options.gap
+        """What stays between two parts, mm; never nothing: edges that touch would be taken for one."""
+        return max(self.options.kerf + self.options.gap, TOUCHING)
 
 
 def prepare(parts: Sequence[NestPart], options: NestOptions) -> Task:
@@ -88,22 +94,39 @@ def variants(task: Task, search: SolveOptions, tell: Tell, cancelled: threading.
     By shapes, one for each seed from the one asked for; by rectangles, one for each rule of `RULES`.
     """
     if _by_shapes(task):
-        wanted = task.options.variants
-        for number in range(wanted):
-            seed = search.seed + number
-            tell(f"nesting by shapes, seed {seed}", number / wanted)
-            clock = _Clock(task, search, wanted)
-            try:
-                yield _nest(task, _shape_packer(task, seed, clock, cancelled), "shapes", seed)
-            except NesterError as problem:
-                if cancelled.is_set():
-                    return
-                yield f"by shapes, seed {seed}: {problem}"
+        yield from _shape_variants(task, search, tell, cancelled)
     tell("nesting by rectangles", 0.99)
     for rule in range(len(RULES)):
         if not cancelled.is_set():
             packer = RectanglePacker(task.pieces, *task.inner, task.options.margin, task.spacing, rule)
             yield _nest(task, packer, "rectangles", rule)
+
+
+def _shape_variants(task: Task, search: SolveOptions, tell: Tell, cancelled: threading.Event) -> Iterator[Nest | str]:
+    """Yield a nest by shapes for every seed, in the order of the seeds; several are sought at a time."""
+    wanted = task.options.variants
+    threads = min(search.threads or os.cpu_count() or 1, wanted)
+    rounds = math.ceil(wanted / threads)
+
+    def make(seed: int) -> Nest | str:
+        if cancelled.is_set():
+            return ""
+        clock = _Clock(task, search, rounds)
+        try:
+            return _nest(task, _shape_packer(task, seed, clock, cancelled), "shapes", seed)
+        except NesterError as problem:
+            return "" if cancelled.is_set() else f"by shapes, seed {seed}: {problem}"
+
+    with ThreadPoolExecutor(threads) as executor:
+        futures = [executor.submit(make, search.seed + number) for number in range(wanted)]
+        try:
+            for number, future in enumerate(futures):
+                tell(f"nesting by shapes, {wanted} variants", number / wanted)
+                if found := future.result():
+                    yield found
+        except BaseException:  # Ctrl-C, or nobody wants more: the searches end, or leaving would wait for them
+            cancelled.set()
+            raise
 
 
 def _by_shapes(task: Task) -> bool:
@@ -118,20 +141,22 @@ def _shape_packer(task: Task, seed: int, clock: _Clock, cancelled: threading.Eve
 class _Clock:
     """Shares the time that one variant has among its strips; without a limit, a number of steps for each."""
 
-    def __init__(self, task: Task, search: SolveOptions, wanted: int) -> None:
-        self.steps = search.iterations if search.iterations is not None else STEPS[search.preset]
-        self.left = math.inf if search.time_limit is None else search.time_limit / wanted
+    def __init__(self, task: Task, search: SolveOptions, rounds: int) -> None:
+        left = math.inf if search.time_limit is None else search.time_limit / rounds
+        self.steps, self.failures = math.inf, math.inf
+        if search.iterations is not None:
+            self.steps = search.iterations
+        elif search.time_limit is None:
+            self.steps, self.failures = STEPS[search.preset], FAILURES[search.preset]
         area = sum(piece.area * count for piece, count in zip(task.pieces, task.counts, strict=True))
         self.strips = max(1.0, STRIPS_PER_SHEET * math.floor(area / (task.inner[0] * task.inner[1])))
-        self.limited = search.time_limit is not None
-        self.end = time.monotonic() + self.left
+        self.end = time.monotonic() + left
 
     def budget(self) -> Budget:
-        if not self.limited:
-            return Budget(steps=self.steps)
+        """Return what the next strip may take."""
         share = max(self.end - time.monotonic(), 0.0) / self.strips
         self.strips = max(1.0, self.strips - 1.0)
-        return Budget(seconds=share)
+        return Budget(self.steps, self.failures, share)
 
 
 def _nest(task: Task, packer: Packer, method: str, seed: int) -> Nest:

@@ -22,8 +22,9 @@ import spyrrow
 POLL = 0.005
 #: A limit that is never reached: the search is ended from here, s.
 NEVER = 1_000_000
-#: The two kinds of step that carry no answer yet: parts still overlap (numbers of `spyrrow.ReportType`).
-OVERLAPPING = (1, 2)
+#: Kinds of step (numbers of `spyrrow.ReportType`) that carry no answer: parts still overlap. After the first of them
+#: the nester has given up on a width.
+GIVEN_UP, OVERLAPPING = 1, 2
 
 
 class Search:
@@ -32,18 +33,19 @@ class Search:
     def __init__(self, task: dict[str, Any]) -> None:
         self.task = task
         self.began = time.monotonic()
-        self.steps = 0
+        self.steps = self.failures = 0
         self.best: Any = None
         self.reason = ""
 
     def take(self, kind: int, solution: Any) -> bool:
         """Take the next step; return whether to stop there."""
         self.steps += 1
-        if kind not in OVERLAPPING and (self.best is None or solution.width < self.best.width):
+        self.failures += kind == GIVEN_UP
+        if kind not in (GIVEN_UP, OVERLAPPING) and (self.best is None or solution.width < self.best.width):
             self.best = solution
         if self.best is not None and self.best.width <= self.task["enough"]:
             self.reason = "enough"
-        elif self.best is not None and self.steps >= self.task["steps"]:
+        elif self.best is not None and (self.steps >= self.task["steps"] or self.failures >= self.task["failures"]):
             self.reason = "steps"
         return bool(self.reason)
 
@@ -63,7 +65,7 @@ def solve(task: dict[str, Any]) -> dict[str, Any]:
     """Return the answer to a task.
 
     ``height`` of the strip, ``items`` (``shape``, ``demand``, ``angles``), ``seed``, and what ends the search:
-    ``steps``, ``seconds``, or a strip as narrow as ``enough``.
+    ``steps``, ``failures``, ``seconds``, or a strip as narrow as ``enough``.
     """
     items = [
         spyrrow.Item(str(number), [tuple(p) for p in item["shape"]], item["demand"], item["angles"])

@@ -44,7 +44,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "seconds": plain_number(outcome.seconds),
         "tools": [_tool(o) for o in outcome.operations],
         "workers": [w for number, o in enumerate(outcome.operations) for w in _workers(number, o)],
-        "issues": _issues(outcome.issues),
+        "issues": issues_as_json(outcome.issues),
     }
 
 
@@ -71,11 +71,12 @@ def solution_as_json(part: Part, solution: Solution) -> dict[str, Any]:
             for w in solution.workers
         ],
         "stopped_early": solution.stopped_early,
-        "issues": _issues(part.issues),
+        "issues": issues_as_json(part.issues),
     }
 
 
-def _issues(issues: Iterable[Issue]) -> list[dict[str, str]]:
+def issues_as_json(issues: Iterable[Issue]) -> list[dict[str, str]]:
+    """Return issues as plain values."""
     return [{"code": i.code, "severity": i.severity.value, "message": i.message, "place": i.place} for i in issues]
 
 

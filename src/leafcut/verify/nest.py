@@ -6,12 +6,16 @@ import math
 from collections import Counter
 
 from leafcut.geometry.polyline import Polyline
+from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, Placement
+from leafcut.model.sheet import Sheet
 
 #: Chords leave the arcs of an outline by at most this; two outlines with arcs must be that much further apart, mm.
 CHORD = 0.005
 #: Distances this much too short are rounding, mm.
 ROUNDING = 1e-5
+#: A drawing that was read again is this near to what was written, mm: its figures have six decimals.
+SAME_PLACE = 1e-3
 #: Angles this far apart are different, rad.
 SAME_ANGLE = 1e-6
 
@@ -97,3 +101,43 @@ def _region(nest: Nest, placement: Placement) -> object:
 
     outline, *holes = (path.flattened(CHORD) for path in _paths(nest, placement))
     return Polygon(outline, holes)
+
+
+def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
+    """Return how a sheet that was read from a drawing differs from the one planned; nothing where it does not."""
+    from shapely import Point, STRtree
+
+    found = []
+    if sheet.outline is None or _unlike(sheet.outline.extents, (0.0, 0.0, nest.length, nest.width)):
+        found.append(f"the edge of the sheet is not {nest.length:g} × {nest.width:g} mm")
+    if sheet.n_parts != len(layout.placements):
+        found.append(f"{sheet.n_parts} parts are in the drawing, {len(layout.placements)} expected")
+    drawn = [c.contour for c in sheet.contours]
+    tree = STRtree([Point(_middle(c.path)) for c in drawn])
+    left = set(range(len(drawn)))
+    for contour in nest.contours(layout):
+        near = tree.query(Point(_middle(contour.path)), "dwithin", SAME_PLACE)
+        same = next((int(i) for i in sorted(near) if int(i) in left and _is_same(contour, drawn[i])), None)
+        if same is None:
+            x, y = contour.path.start
+            found.append(f"a contour ({contour.kind}) at ({x:.3f}, {y:.3f}) is not in the drawing")
+        else:
+            left.remove(same)
+    return found + [f"a contour ({drawn[i].kind}) at {drawn[i].path.start} is not in the nest" for i in sorted(left)]
+
+
+def _middle(path: Polyline) -> tuple[float, float]:
+    x0, y0, x1, y1 = path.extents
+    return (0.5 * (x0 + x1), 0.5 * (y0 + y1))
+
+
+def _is_same(a: Contour, b: Contour) -> bool:
+    """Return whether two contours have the same kind, extents, length and area."""
+    if a.kind != b.kind or a.path.closed != b.path.closed or _unlike(a.path.extents, b.path.extents):
+        return False
+    area = abs(abs(a.path.area) - abs(b.path.area))
+    return abs(a.path.length - b.path.length) <= SAME_PLACE and area <= SAME_PLACE * max(a.path.length, 1.0)
+
+
+def _unlike(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
+    return max(abs(p - q) for p, q in zip(a, b, strict=True)) > SAME_PLACE
