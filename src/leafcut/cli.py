@@ -198,7 +198,10 @@ def _optimize(
     ] = False,
     options: dict[str, Any],
 ) -> int:
-    """Make a verified program with the shortest machine time from a drawing, or from another CAM's program."""
+    """Make a verified program with the shortest machine time from a drawing, or from another CAM's program.
+
+    The search ends by itself when its colonies agree; --time-limit and --preset say what it may use at most.
+    """
     from leafcut import api
 
     with Reporter(quiet=quiet) as reporter:
@@ -231,7 +234,15 @@ def _solve(
     /,
     *,
     tour: Annotated[str | None, Parameter(name="--tour", help="the tour to write, as TSPLIB has it")] = None,
-    as_json: Json = False,
+    as_json: Annotated[
+        bool,
+        Parameter(
+            name="--json",
+            negative="",
+            help="answer in JSON; gap_percent is against the best known length where the map has one (optimum), else "
+            "against lower_bound",
+        ),
+    ] = False,
     options: dict[str, Any],
 ) -> int:
     """Find a short closed tour through the points of a map, to study the algorithms."""

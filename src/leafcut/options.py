@@ -557,7 +557,10 @@ class SolveOptions(OptionGroup):
 
     algorithm: str = option("text", "auto", "name of an algorithm (see `leafcut algorithms`)", choices=ALGORITHMS)
     preset: str = option(
-        "text", "default", "budget of work, the same on every machine", choices=("fast", "default", "thorough")
+        "text",
+        "default",
+        "budget of work, the same on every machine; the search ends sooner when the colonies agree",
+        choices=("fast", "default", "thorough"),
     )
     objective: Literal["time", "distance"] = option(
         "text", "time", "what is made small: machine seconds or millimetres of travel", choices=("time", "distance")
@@ -565,7 +568,7 @@ class SolveOptions(OptionGroup):
     time_limit: float | None = option(
         "quantity",
         None,
-        "stop after this time by the clock",
+        "stop after this time by the clock, or sooner, when five colonies in a row find nothing better",
         unit="s",
         minimum=0.001,
         default_words="the preset's budget of work",

@@ -131,8 +131,9 @@ def test_a_hole_that_two_tools_visit_carries_both_numbers(outcome_of):
 
 
 def test_tools_have_colours_of_their_own_and_one_tool_has_none(outcome_of):
+    """A slot has its rim, its inside and the cut along it in its tool's colour."""
     several = path_svg(outcome_of([(0, 0)], [(20, 0)], slots=[Slot((0, 9), (20, 9), 3.0)]), "after")
-    assert [len(paths(several, c)) for c in ("t0", "t1", "t2")] == [1, 1, 2]
+    assert [len(paths(several, c)) for c in ("t0", "t1", "t2")] == [1, 1, 3]
     assert paths(path_svg(outcome_of([(0, 0)]), "after"), "t0") == []
 
 

@@ -105,7 +105,7 @@ def _issues(program: Program, items: list[Kept | Section]) -> list[Issue]:
                 where.setdefault(reason, []).append(int(program.line[item.begin]))
     free = any(isinstance(item, Section) for item in items)
     if not free:
-        why = "; ".join(where) or "there is no work in it"
+        why = "; ".join(where) or next(iter(program.fixed.values()), "there is no work in it")
         return [Issue("L502", f"nothing in the program may change places: {why}", severity=Severity.NOTE)]
     issues = []
     for reason, lines in where.items():

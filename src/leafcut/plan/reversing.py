@@ -19,7 +19,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.sequence import Chain, Section, Sequence
 from leafcut.model.toolpath import Kind, arc_sweep
 from leafcut.plan.chains import BEAMS, TOLERANCE, Rows
-from leafcut.plan.precedence import TOUCHING
+from leafcut.plan.outlines import TOUCHING
 
 #: Ends nearer to each other than this part of the cut, or than `TOUCHING`, are those of a closed one.
 _CLOSED_PART = 0.1

@@ -25,7 +25,7 @@ from leafcut.gcode.reliance import HERE, BlockReader, Reliance, height_matters, 
 from leafcut.gcode.stroke import find_stroke
 from leafcut.model.sequence import Chain, Kept, Section, Sequence
 from leafcut.model.toolpath import MOTIONS, Kind
-from leafcut.post.insertion import format_length, format_value, insert_words, renumbered
+from leafcut.post.insertion import format_length, format_value, insert_words_within, renumbered
 from leafcut.post.orders import checked_order
 from leafcut.post.original import Original
 from leafcut.post.reversing import reverse_stroke
@@ -44,7 +44,9 @@ _FIELDS: dict[str, tuple[str, ...]] = {
 }
 
 
-def rewrite(program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False) -> str:
+def rewrite(
+    program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False, longest: int = 255
+) -> str:
     """Return the text of the program with the chains of every section in their order.
 
     Parameters
@@ -53,12 +55,15 @@ def rewrite(program: Program, sequence: Sequence, orders: Many[ArrayLike], *, re
         One permutation of its chains for every section, integers; ~k is chain k from its other end.
     renumber
         Give new N-numbers to all lines that have one.
+    longest
+        Characters that the controller takes in a line: none that has gained words has more, unless it had before.
 
     Raises
     ------
     PostError
         An order is not a permutation, or breaks a precedence; what stays behind a section takes something from its
-        last chain that cannot be said again; the program jumps to N-numbers that would change.
+        last chain that cannot be said again; the program jumps to N-numbers that would change; a line would be longer
+        than `longest`.
     """
     permutations: list[NDArray[np.int64]] = []
     for number, (section, order) in enumerate(zip(sequence.sections, orders, strict=True)):
@@ -67,8 +72,10 @@ def rewrite(program: Program, sequence: Sequence, orders: Many[ArrayLike], *, re
     same = not sequence.dropped and all((p == np.arange(len(p))).all() for p in permutations)
     if same and not renumber:
         return "".join(program.lines)
-    lines = [(line, False) for line in program.lines] if same else _Rewriter(program, sequence).lines(permutations)
-    return "".join(renumbered(lines) if renumber else (text for text, _ in lines))
+    lines = (
+        [(line, False) for line in program.lines] if same else _Rewriter(program, sequence, longest).lines(permutations)
+    )
+    return "".join(renumbered(lines, longest) if renumber else (text for text, _ in lines))
 
 
 @contextmanager
@@ -83,8 +90,8 @@ def _of_section(number: int) -> Iterator[None]:
 class _Rewriter:
     """Writes piece after piece, and remembers what the machine then has active, and where the tool is."""
 
-    def __init__(self, program: Program, sequence: Sequence) -> None:
-        self.program, self.sequence = program, sequence
+    def __init__(self, program: Program, sequence: Sequence, longest: int) -> None:
+        self.program, self.sequence, self.longest = program, sequence, longest
         self.reader = BlockReader(program)
         self.territory = Territory(program, sequence)
         self.original = Original(program)
@@ -190,9 +197,11 @@ class _Rewriter:
         if turned:
             lines, leaves = self._turned(chain, lines)
         arrival = self.territory.first_block_in(chain.begin, block)
-        lines[arrival] = insert_words(lines[arrival], [], axes)
         begin = self.territory.first_block_in(chain.begin, chain.begin)
-        lines[begin] = insert_words(lines[begin], front, back)
+        lengths = [len(line.rstrip("\r\n")) for line in lines]
+        if axes:
+            lines[arrival : arrival + 1] = insert_words_within(lines[arrival], [], axes, self.longest, lengths[arrival])
+        lines[begin : begin + 1] = insert_words_within(lines[begin], front, back, self.longest, lengths[begin])
         self._copy(lines)
         self._after_chain(chain)
         self._take(reliance.sets, leaves)

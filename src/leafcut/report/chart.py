@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from leafcut.model.solution import Solution
-from leafcut.report.svg import element, nice_step, short, text, tick_words, ticks, title
+from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks, title
 from leafcut.report.wording import cost_words
 
 WIDTH, HEIGHT = 480.0, 230.0
@@ -118,7 +118,7 @@ def _grid(axes: _Axes, factor: float, unit: str) -> str:
     for seconds, words in _second_ticks(axes):
         x = axes.x(seconds)
         marks.append(f"M{short(x)} {short(bottom)}v4")
-        numbers.append(text(words, x, bottom + 16, text_anchor="middle"))
+        numbers.append(text_within(words, x, bottom + 16, WIDTH))
     middle = (_TOP + bottom) / 2
     names = text("seconds of search", (_LEFT + WIDTH - _RIGHT) / 2, bottom + 33, text_anchor="middle") + text(
         f"cost, {unit}", 12, middle, text_anchor="middle", transform=f"rotate(-90 12 {short(middle)})"

@@ -34,6 +34,8 @@ OURS = "leafcut"
 
 MOST_ISSUE_ROWS = 200
 MOST_WORKER_ROWS = 128
+MOST_TOOL_ROWS = 100
+MOST_SEARCHES = 12
 #: A program of fewer lines is shown whole, of a longer one the first `HEAD_LINES`.
 WHOLE_PROGRAM_LINES = 2000
 HEAD_LINES = 200
@@ -81,9 +83,17 @@ def saved(outcome: Outcome) -> Row:
         "figure": time_words(abs(seconds)),
         "worse": worse,
         "words": f"{'longer than' if worse else 'saved against'} the {order_words(outcome)}’s order",
-        "percent": f"{percent}{hundred}." if outcome.before.time_s > 0 else "There is nothing to machine.",
+        "percent": _percent_words(outcome, f"{percent}{hundred}."),
         "gap": f"{bound[0].upper()}{bound[1:]}." if bound else "",
     }
+
+
+def _percent_words(outcome: Outcome, words: str) -> str:
+    if not outcome.before.time_s > 0:
+        return "There is nothing to machine."
+    if outcome.certificate is not None and outcome.before == outcome.after:
+        return "The order stays as it was."
+    return words
 
 
 def times(outcome: Outcome) -> Row:
@@ -110,7 +120,8 @@ def tools(outcome: Outcome, scene: Scene) -> list[Row]:
     return [
         {
             "class": tool_class(scene, scene.tools.index(o.tool.number)),
-            "number": f"T{o.tool.number}",
+            "number": number_of(o.tool) or NO_VALUE,
+            "lines": f"{o.lines[0]:,} – {o.lines[1]:,}" if o.lines else NO_VALUE,
             "kind": clean(o.tool.name) or _KIND_WORDS.get(o.tool.kind.value, o.tool.kind.value),
             "diameter": f"{o.tool.diameter:.4g}" if o.tool.diameter > 0 else NO_VALUE,
             "cycle": clean(o.cycle) or NO_VALUE,
@@ -119,8 +130,13 @@ def tools(outcome: Outcome, scene: Scene) -> list[Row]:
             "work": work_words(o),
             "assumed": o.tool.assumed,
         }
-        for o in outcome.operations
+        for o in outcome.operations[:MOST_TOOL_ROWS]
     ]
+
+
+def number_of(tool: Tool) -> str:
+    """Return ``T3``; nothing for a tool that a program has in the spindle without saying its number."""
+    return f"T{tool.number}" if tool.number else ""
 
 
 def operation_words(operation: OperationOutcome) -> str:
@@ -130,7 +146,7 @@ def operation_words(operation: OperationOutcome) -> str:
 
 def tool_words(tool: Tool) -> str:
     """Return ``T3 drill Ø6.35``; of a tool in a program, which does not say how wide it is, ``T3 drill``."""
-    return clean(tool.label if tool.diameter > 0 else f"T{tool.number} {tool.name or tool.kind.value}")
+    return clean(tool.label if tool.diameter > 0 else f"{number_of(tool)} {tool.name or tool.kind.value}".strip())
 
 
 def work_words(operation: OperationOutcome) -> str:
@@ -142,7 +158,9 @@ def work_words(operation: OperationOutcome) -> str:
 def searches(outcome: Outcome) -> list[Row]:
     """Return how each operation's order was found: words, and the chart where there is a history."""
     rows = []
-    for operation in outcome.operations:
+    by_size = sorted(range(len(outcome.operations)), key=lambda k: -len(outcome.operations[k].solution.nodes))
+    for number in sorted(by_size[:MOST_SEARCHES]):
+        operation = outcome.operations[number]
         solution = operation.solution
         facts = [clean(solution.algorithm), cost_words(solution.cost, solution.unit)]
         if solution.iterations:
@@ -185,7 +203,7 @@ def workers(outcome: Outcome) -> Row:
     several = len({id(o) for o, _ in every}) > 1
     rows = [
         {
-            "tool": f"T{o.tool.number}" if several else "",
+            "tool": (number_of(o.tool) or NO_VALUE) if several else "",
             "worker": w.worker,
             "ants": f"{w.ants:,}",
             "ants_bar": chart.bar(w.ants / most_ants if most_ants else 0.0),

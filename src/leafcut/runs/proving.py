@@ -109,7 +109,8 @@ class _Writer:
         given = zip(sections, orders, strict=True)
         own = [np.arange(len(s.chains), dtype=np.int32) if order is None else order for s, order in given]
         try:
-            return rewrite(self.original, self.sequence, own, renumber=self.run.settings.resequence.renumber)
+            options = self.run.settings.resequence
+            return rewrite(self.original, self.sequence, own, renumber=options.renumber, longest=self.words.max_line)
         except PostError as problem:
             if problem.section is None:
                 raise

@@ -193,4 +193,5 @@ def _operation(program: Program, section: Section, process: str, first: int, sol
     at = {chain: first + i for i, chain in enumerate(holes)}
     order = tuple(at[k] for k in solution.nodes.tolist() if k in at)
     cycle = path.cycles[int(path.ref[drilling[0]])].name if len(drilling) else ""
-    return OperationOutcome(tool, cycle, order, False, solution, cuts=len(section.chains) - len(holes))
+    lines = int(program.line[section.chains[0].begin]), int(program.line[section.chains[-1].end - 1])
+    return OperationOutcome(tool, cycle, order, False, solution, len(section.chains) - len(holes), lines)
