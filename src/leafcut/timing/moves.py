@@ -26,6 +26,9 @@ REST, EXACT, BLEND = 0, 1, 2
 #: Axes of the planes 17, 18, 19: first, second, normal, so that a counter-clockwise arc turns from first to second.
 _AXES = np.array([[0, 1, 2], [2, 0, 1], [1, 2, 0]])
 
+#: Rows without a move that the machine does not stop for.
+_FLOWING = (Kind.BLENDING, Kind.TORCH, Kind.HEIGHT)
+
 #: A move shorter than this is rounding and has no direction, mm.
 _SHORTEST = 1e-9
 
@@ -175,7 +178,7 @@ def _steps(path: Toolpath, delta: Floats, turns: Turns, mode: NDArray[np.int8], 
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE)
     straight = rapid | (path.kind == Kind.FEED)
     row = np.flatnonzero((straight & (np.abs(delta) > _SHORTEST).any(axis=1)) | (arc_of >= 0))
-    halts = ~(rapid | (path.kind <= Kind.ARC_CCW) | (path.kind == Kind.BLENDING))
+    halts = ~(rapid | (path.kind <= Kind.ARC_CCW) | np.isin(path.kind, _FLOWING))
     halted = np.cumsum(halts)[row]
     flushed = np.append(halted[1:] != halted[:-1], True)[: len(row)]
     return Steps(row, delta[row], arc_of[row], path.value[row], rapid[row], mode[row], tolerance[row], flushed)
