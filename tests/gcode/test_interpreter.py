@@ -140,7 +140,7 @@ def test_tool_offset_spindle_and_coolant_become_rows() -> None:
         (Kind.TOOL, 0, 3),
         (Kind.OFFSET, 0, 3),
         (Kind.SPINDLE, 500, 0),
-        (Kind.SPINDLE, 800, 1),
+        (Kind.SPINDLE, 800, -1),
         (Kind.SPINDLE, -800, 0),
         (Kind.SPINDLE, 0, 0),
         (Kind.COOLANT, 0, 1),

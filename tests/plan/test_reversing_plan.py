@@ -52,6 +52,7 @@ STAYS = {
     "time for a feed": "G0 X0 Y0 / G1 Z-1 F50 / G93 X5 F4 / G94",
     "a parameter": "#1=5 / G0 X0 Y0 / G1 Z-1 F50 / X#1 F200",
     "a turn in space": "G0 X0 Y0 / G1 Z-1 F50 / G18 G2 X4 I2 F200 / G17",
+    "an arc back along itself": "G0 X0 Y0 / G1 Z-1 F50 / G2 X4 I2 F200 / G1 Y5 / G3 X9 R9",
     "many turns": "G0 X0 Y0 / G1 Z-1 F50 / G2 X4 I2 P3 F200",
     "steps": "G0 X0 Y0 / G1 Z-1 F50 / G91 X4 F200 / G90",
 }
@@ -109,3 +110,14 @@ def test_a_cut_that_may_be_turned_is_a_cluster_of_two_nodes() -> None:
     assert problem.entry.tolist() == [[0, 0], [30, 0], [90, 90], [5, 0], [99, 90]]
     assert problem.exit.tolist() == [[5, 0], [30, 0], [99, 90], [0, 0], [90, 90]]
     assert chain_order(section, np.array([4, 1, 3])).tolist() == [~2, 1, ~0]
+
+
+def test_an_arc_with_the_beam_off_stays_behind_what_brings_the_tool_to_its_begin() -> None:
+    """It is said from where the tool is; a line with the beam off leads to its end from anywhere."""
+    for way in ("G3 X12 Y5 I1.5 J2.5", "G1 X12 Y5"):
+        text = LASER.format(f"G0 X0 Y0 / M3 / G1 X9 F600 / M5 / {way} / M5 / G0 X20 Y0 / M3 / G1 X29")
+        program = program_of(text)
+        (section,) = find_sequence(program).sections
+        chain = section.chains[1]
+        said = [program.lines[int(program.line[b]) - 1].strip() for b in range(chain.begin, chain.end)]
+        assert (way in said) == (way[:2] == "G3"), said

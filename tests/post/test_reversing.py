@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 import random
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -61,8 +63,8 @@ def turned(body: str) -> str:
         ),
         # It rises with the feed and the motion that it had.
         (
-            "G0 X0 Y0 / G1 Z-1 F50 / G2 X4 I2 F200 / G1 Y5 / G3 X9 R9 / G1 Z1 F50",
-            "G0 X9 Y5 / G1 Z-1 F50 / G2 X4 R9 F200 / G1 Y0 / G3 X0 I-2.0 F200 / G1 Z1 F50",
+            "G0 X0 Y0 / G1 Z-1 F50 / G2 X4 I2 F200 / G1 Y-5 / G3 X9 R9 / G1 Z1 F50",
+            "G0 X9 Y-5 / G1 Z-1 F50 / G2 X4 R9 F200 / G1 Y0 / G3 X0 I-2.0 F200 / G1 Z1 F50",
         ),
     ],
 )
@@ -148,7 +150,7 @@ def text_of(cuts: list[dict], inch: bool, beam: bool) -> str:
 PROGRAMS = st.builds(text_of, st.lists(CUT, min_size=2, max_size=7), st.booleans(), st.booleans())
 
 
-@settings(max_examples=250)
+@settings(max_examples=60)
 @given(PROGRAMS, st.integers(0, 9))
 def test_any_directions_of_any_program_do_the_same_work(text: str, seed: int) -> None:
     """The certificate counts what was turned, and without the option it does not let it pass."""
@@ -185,6 +187,21 @@ def undirected(program: str, folder: object, text: str) -> Counter:
             at = 1 if kind == "arc" else 0
             place = (numbers[at], numbers[at + 1], numbers[at + 2])
     return cuts
+
+
+DATA = Path(os.environ.get("LEAFCUT_DATA") or Path(__file__).parents[2] / "../shared/data") / "gcode"
+
+
+@pytest.mark.external
+def test_linuxcnc_finds_the_same_cuts_of_a_real_engraving_with_strokes_turned(rs274: str, tmp_path: Path) -> None:
+    file = DATA / "gsender_kb35.nc"
+    if not file.exists():
+        pytest.skip(f"{file} is not there")
+    text = file.read_text(encoding="latin-1")
+    program, sequence = read(text)
+    orders, turns = choose_directions(sequence, 1)
+    assert turns > 3
+    assert undirected(rs274, tmp_path, text) == undirected(rs274, tmp_path, rewrite(program, sequence, orders))
 
 
 def read(text: str) -> tuple[Program, Sequence]:

@@ -137,6 +137,32 @@ def test_an_option_that_cannot_be_followed_is_refused_not_left_out(tmp_path: Pat
         leafcut.optimize(path, renumber=True)
 
 
+def lines_program(seed: int, n: int = 30) -> str:
+    """Return a laser's program of n lines in random places."""
+    rng = np.random.default_rng(seed)
+    begin = rng.uniform(0, 200, (n, 2))
+    ends = np.stack([begin, begin + rng.normal(0, 25, (n, 2))], axis=1).reshape(n, 4).tolist()
+    cut = "G0 X{:.3f} Y{:.3f}\nM3\nG1 X{:.3f} Y{:.3f} F3000\nM5"
+    return "\n".join(["G21 G90 G17 G94", "S500", *(cut.format(*e) for e in ends), "M2", ""])
+
+
+def test_lines_from_either_end_need_less_travel_and_the_proof_says_how_many_were_turned(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, out = written(tmp_path, lines_program(1)), tmp_path / "new.nc"
+    one_way, either = leafcut.optimize(path), leafcut.optimize(path, out, allow_reverse=True)
+    assert either.after.travel_mm < one_way.after.travel_mm < one_way.before.travel_mm
+    assert one_way.certificate is not None
+    assert either.certificate is not None
+    assert (one_way.certificate["allow_reverse"], one_way.certificate["reversed_cuts"]) == (False, 0)
+    turned = either.certificate["reversed_cuts"]
+    assert turned > 3
+    assert f"{turned} of the cuts from their other end" in out.read_text()
+    assert run(["verify", str(path), str(out)]) == 1
+    assert run(["verify", str(path), str(out), "--allow-reverse"]) == 0
+    assert f"the same work, {turned} of the cuts" in capsys.readouterr().out
+
+
 def test_a_section_begins_where_the_one_before_it_now_ends(tmp_path: Path) -> None:
     """The tool is changed where it is. Of the second row of holes, that end comes first at which the first one ends."""
     found = leafcut.optimize(written(tmp_path, TWO_SECTIONS))

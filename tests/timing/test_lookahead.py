@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.model.machine import Machine
-from leafcut.model.toolpath import Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
+from leafcut.model.toolpath import SPEED_ALONE, Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.profile import trapezoid_time
 from leafcut.timing.toolpath import measure
@@ -264,7 +264,7 @@ def test_in_laser_mode_a_power_in_the_block_of_a_move_does_not_stop_the_machine(
         builder.rapid(0.0, 0.0, 0.0, line=1)
         builder.spindle(300.0, line=1)
         builder.feed(20.0, 0.0, feed=50.0, line=1)
-        builder.spindle(200.0, line=line, speed_alone=True)
+        builder.spindle(200.0, line=line, number=SPEED_ALONE)
         builder.feed(40.0, 0.0, feed=50.0, line=3)
         return seconds(builder.build(), machine)
 

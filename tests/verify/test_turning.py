@@ -29,6 +29,13 @@ def test_a_cut_from_its_other_end_is_the_same_only_where_that_is_allowed() -> No
     assert proof(BACK, CUT).same
 
 
+def test_a_program_without_work_has_nothing_to_turn() -> None:
+    still = program_of("G21 G90 / G0 X0 Y0 Z5 / X9 / M2")
+    found = certify(still, still, allow_reverse=True)
+    assert found.same
+    assert found.reversed_cuts == 0
+
+
 def test_the_same_direction_is_no_reversal() -> None:
     for text in (CUT, BACK):
         found = proof(text, text)

@@ -24,7 +24,6 @@ class ForeignState(State):
     register: int = 0
     frame: int = 540
     shift: int = 0
-    radius: int = 40
     blending: int | None = None
     tolerance: float = 0.0
     joining: float = 0.0

@@ -71,17 +71,20 @@ class _Reader:
         blocks = self._blocks(body, tail)
         if body == self.begin or blocks is None:
             return None
-        rows = [self._row(block, blocks[block - self.begin]) for block in range(body, tail)]
-        if None in rows or not self._steady(body, tail) or not self._level(rows):  # type: ignore[arg-type]
+        found = [self._row(block, blocks[block - self.begin]) for block in range(body, tail)]
+        rows = [row for row in found if row is not None]
+        if None in found or len(cuts) != len(rows) or not self._steady(body, tail) or not self._level(rows):
             return None
-        entry, leave = self._before(rows[0]), self._after(rows[-1])  # type: ignore[arg-type]
+        entry, leave = self._before(rows[0]), self._after(rows[-1])
         aside = ((range(self.begin, body), entry), (range(tail, self.end), leave))
         if not all(self._is_aside(b, blocks[b - self.begin], at) for part, at in aside for b in part):
             return None
-        places = self._places(blocks, body, tail, rows)  # type: ignore[arg-type]
-        if places is None or not self._centres(blocks, body, rows):  # type: ignore[arg-type]
+        if not self._at_once(low, rows[0], down=True) or not self._at_once(rows[-1] + 1, high, down=False):
             return None
-        return Stroke(self.begin, body, tail, self.end, tuple(rows), places)  # type: ignore[arg-type]
+        places = self._places(blocks, body, tail, rows)
+        if places is None or not self._centres(blocks, body, rows):
+            return None
+        return Stroke(self.begin, body, tail, self.end, tuple(rows), places)
 
     def _blocks(self, body: int, tail: int) -> list[Block] | None:
         """Return all blocks, or None where one has no plain words, or a remark of one that changes says a place."""
@@ -147,6 +150,11 @@ class _Reader:
             self._near(self._after(row), at) and (self.path.kind[row] == Kind.RAPID or self._stands(row))
             for row in moves
         )
+
+    def _at_once(self, low: int, high: int, *, down: bool) -> bool:
+        """Return whether the feeds among rows that lead down to the cut, or up from it, stand next to it."""
+        kinds = [int(k) for k in self.path.kind[low:high] if k in (Kind.RAPID, Kind.FEED)]
+        return kinds == sorted(kinds, reverse=not down)
 
     def _places(
         self, blocks: list[Block], body: int, tail: int, rows: list[int]

@@ -97,7 +97,9 @@ def read_rows(program: Program, process: str) -> Rows:
     off = np.array([program.modals[k].spindle == 0 for k in program.before.tolist()], dtype=bool)[block]
     off &= ~beam & (np.bincount(block[path.kind == Kind.SPINDLE], minlength=program.n_blocks) == 0)[block]
     cut = (feed & beam) | drill | ((path.kind == Kind.DWELL) & beam)
-    across = (rapid & ~beam) | (feed & off) if process == "plasma" else rapid | (feed & off)
+    # An arc is said from where it begins, so it stays with what brings the tool there.
+    off &= path.kind == Kind.FEED
+    across = (rapid & ~beam) | off if process == "plasma" else rapid | off
     return Rows(before, block, cut, across & sideways, sideways, beam)
 
 

@@ -103,11 +103,10 @@ def _issues(program: Program, items: list[Kept | Section]) -> list[Issue]:
         if isinstance(item, Kept) and item.reason:
             for reason in item.reason.split("; "):
                 where.setdefault(reason, []).append(int(program.line[item.begin]))
-    free = any(isinstance(item, Section) for item in items)
-    if not free:
-        why = "; ".join(where) or next(iter(program.fixed.values()), "there is no work in it")
-        return [Issue("L502", f"nothing in the program may change places: {why}", severity=Severity.NOTE)]
     issues = []
+    if not any(isinstance(item, Section) for item in items):
+        why = "" if where else ": " + next(iter(program.fixed.values()), "there is no work in it")
+        issues.append(Issue("L502", f"nothing in the program may change places{why}", severity=Severity.NOTE))
     for reason, lines in where.items():
         times = f", here and {len(lines) - 1} times more" if len(lines) > 1 else ""
         issues.append(Issue("L501", f"stays in its place: {reason}{times}", f"line {lines[0]}", Severity.NOTE))

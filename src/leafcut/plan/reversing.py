@@ -23,8 +23,10 @@ from leafcut.plan.outlines import TOUCHING
 
 #: Ends nearer to each other than this part of the cut, or than `TOUCHING`, are those of a closed one.
 _CLOSED_PART = 0.1
-#: Chords in an arc.
+#: Chords in an arc, by which it is seen where a cut meets itself; they miss it where an arc goes back so nearly along
+#: the piece before it (the cosine of 150 degrees).
 _CHORDS = 24
+_BACK = -0.866
 
 
 def with_reversible(program: Program, sequence: Sequence, rows: Rows) -> Sequence:
@@ -87,7 +89,26 @@ class _Finder:
         length = float(np.hypot(*np.diff(path, axis=0).T).sum())
         gap = float(np.hypot(*(path[-1] - path[0])))
         # What goes straight back over itself is not simple either.
-        return gap > max(TOUCHING, _CLOSED_PART * length) and bool(shapely.is_simple(shapely.linestrings(path)))
+        is_open = gap > max(TOUCHING, _CLOSED_PART * length) and not self._goes_back(stroke)
+        return is_open and bool(shapely.is_simple(shapely.linestrings(path)))
+
+    def _goes_back(self, stroke: Stroke) -> bool:
+        """Return whether the cut turns nearly back where one of two pieces is an arc: soon it may cross itself."""
+        ends = [self._directions(row) for row in stroke.rows]
+        arc = [self.program.path.kind[row] != Kind.FEED for row in stroke.rows]
+        joints = zip(ends, ends[1:], arc, arc[1:], strict=False)
+        return any((a or b) and float(one[1] @ other[0]) < _BACK for one, other, a, b in joints)
+
+    def _directions(self, row: int) -> NDArray[np.float64]:
+        """Return float64[2, 2], the unit vectors along which a row begins and ends."""
+        path = self.program.path
+        if path.kind[row] == Kind.FEED:
+            way = path.end[row, :2] - self.rows.before[row, :2]
+            return np.tile(way / max(float(np.hypot(*way)), TOLERANCE), (2, 1))
+        _, start, sweep = arc_sweep(path, row)
+        angles = np.array([start, start + sweep])
+        along: NDArray[np.float64] = np.sign(sweep) * np.stack([-np.sin(angles), np.cos(angles)], axis=1)
+        return along
 
     def _points(self, row: int) -> NDArray[np.float64]:
         """Return float64[k, 2], the places through which a row goes to its end, arcs as chords."""

@@ -30,11 +30,16 @@ TOOL_MANNERS = 3
 # User units: smaller holes are drawn so large that they can be seen, among few and among many.
 _SMALLEST_OF_FEW = 3.6
 _SMALLEST_HOLE = 1.6
+#: A hole whose width nothing says, in parts of the way to the next one if all were spread evenly, and the largest.
+_UNSIZED_PART = 0.3
+_LARGEST_UNSIZED = 5.0
 _RING = 1.1
 _MOST_GROUPS = 64
 _MOST_ARROWS = 28
 _SHORTEST_ARROWED = 22.0
 _ARROW = 4.2
+#: Heads of arrows are no nearer to each other than this.
+_ARROWS_APART = 13.0
 _GOLDEN = 0.618034
 #: Stops of cuts carry numbers if they are so few, or where there is so much room from one to the next, user units.
 _FEW_NUMBERS = 24
@@ -57,8 +62,9 @@ class Scene:
     """All that the drawings of one outcome share.
 
     `tools` are the tool numbers in the order of their work; a hole's colour is that of the last tool that works on it
-    (-1: none does). `slots` are (tool, width, centre line) in user units. `numbered`: stops carry numbers. `extent` is
-    the size of the work in mm.
+    (-1: none does). `slots` are (tool, width, centre line) in user units. `numbered`: stops carry numbers. `enlarged`:
+    some holes are drawn larger than they are; `unsized`: of some nothing says how wide they are. `extent` is the size
+    of the work in mm.
     """
 
     frame: Frame
@@ -70,6 +76,7 @@ class Scene:
     before: Trace
     after: Trace
     discs: NDArray[np.float64]
+    unsized: bool = False
     extent: tuple[float, float] = (0.0, 0.0)
 
 
@@ -96,8 +103,8 @@ def build_scene(outcome: Outcome) -> Scene:
     if len(after.cuts) and len(after.stops) > _FEW_NUMBERS:
         numbered = numbered and _apart(frame.place(np.unique(after.stops, axis=0))) >= _ROOM_FOR_NUMBERS
     smallest = _SMALLEST_OF_FEW if numbered else _SMALLEST_HOLE
-    true_sizes = diameters * frame.scale
-    sizes = np.maximum(true_sizes, smallest)
+    true_sizes, sized = diameters * frame.scale, diameters > 0.0
+    sizes = np.where(sized, np.maximum(true_sizes, smallest), _size_of_unsized(frame, len(diameters), smallest))
     placed = frame.place(part.hole_xy)
     slots = tuple(
         (int(tool), max(slot.width * frame.scale, _SMALLEST_HOLE), frame.place(np.array([[slot.start, slot.end]])))
@@ -109,10 +116,11 @@ def build_scene(outcome: Outcome) -> Scene:
         dots=_dots(placed, sizes, of_hole),
         slots=slots,
         numbered=numbered,
-        enlarged=bool((true_sizes < smallest).any()),
+        enlarged=bool((true_sizes[sized] < smallest).any()),
         before=before,
         after=after,
         discs=np.concatenate([placed, sizes[:, None] / 2], axis=1),
+        unsized=not bool(sized.all()),
         extent=(float(np.ptp(work[:, 0])), float(np.ptp(work[:, 1]))) if len(work) else (0.0, 0.0),
     )
 
@@ -127,6 +135,12 @@ def _frame(work: NDArray[np.float64], rapids: NDArray[np.float64]) -> Frame:
     every = np.concatenate([work, near])
     (x0, y0), (x1, y1) = every.min(axis=0).tolist(), every.max(axis=0).tolist()
     return Frame.around((x0, y0), (x1, y1))
+
+
+def _size_of_unsized(frame: Frame, holes: int, smallest: float) -> float:
+    """Return how large holes are drawn of which nothing says how wide they are: to be seen, and beside each other."""
+    apart = math.sqrt(frame.width * frame.height / max(holes, 1))
+    return min(max(_UNSIZED_PART * apart, smallest), _LARGEST_UNSIZED)
 
 
 def _apart(places: NDArray[np.float64]) -> float:
@@ -255,9 +269,13 @@ def _arrows(segments: NDArray[np.float64]) -> str:
         # One from each stretch, not always at the same place of it: rows of a grid would put them all in one column.
         spread = np.arange(_MOST_ARROWS) + np.arange(_MOST_ARROWS) * _GOLDEN % 1.0
         long = long[(spread * len(long) / _MOST_ARROWS).astype(np.int64)]
-    heads = []
+    heads: list[str] = []
+    middles: list[tuple[float, float]] = []
     for row in long[length[long] > 2 * _ARROW].tolist():
         (dx, dy), (mx, my) = (along[row] / length[row]).tolist(), segments[row].mean(axis=0).tolist()
+        if any(math.hypot(mx - x, my - y) < _ARROWS_APART for x, y in middles):
+            continue
+        middles.append((mx, my))
         tip = (mx + dx * _ARROW, my + dy * _ARROW)
         wings = [
             (mx + s * dy * _ARROW * 0.62 - dx * _ARROW, my - s * dx * _ARROW * 0.62 - dy * _ARROW) for s in (1, -1)

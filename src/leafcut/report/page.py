@@ -77,7 +77,7 @@ def _content(outcome: Outcome, scene: Scene) -> dict[str, Any]:
         "size": _size(outcome, scene),
         "drawn": bool(outcome.part.holes or outcome.part.slots or len(scene.after.points)),
         "saved": views.saved(outcome),
-        "orders": views.orders(outcome),
+        "orders": views.orders(outcome, (scene.before.dark_mm, scene.after.dark_mm)),
         "times": views.times(outcome),
         "before": drawing(scene, "before", _path_words(outcome, "before"), holes="=holes"),
         "after": drawing(scene, "after", _path_words(outcome, "after"), holes="#holes"),
@@ -89,6 +89,7 @@ def _content(outcome: Outcome, scene: Scene) -> dict[str, Any]:
         "sections": any(o.lines for o in outcome.operations),
         "workers": views.workers(outcome),
         "tools": views.tools(outcome, scene),
+        "tools_say": views.tools_say(outcome),
         "tools_left_out": max(0, len(outcome.operations) - views.MOST_TOOL_ROWS),
         "issues": views.issues(outcome),
         "program": views.program(outcome),
@@ -126,6 +127,7 @@ def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:
         "stops": bool(len(scene.after.stops)),
         "tools": entries,
         "enlarged": scene.enlarged,
+        "unsized": scene.unsized,
     }
 
 

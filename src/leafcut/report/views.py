@@ -10,6 +10,7 @@ from leafcut.model.tool import Tool
 from leafcut.report import chart
 from leafcut.report.drawing import Scene, tool_class
 from leafcut.report.wording import (
+    BEAMS,
     NO_VALUE,
     at_most_words,
     bound_words,
@@ -40,22 +41,28 @@ MOST_SEARCHES = 12
 WHOLE_PROGRAM_LINES = 2000
 HEAD_LINES = 200
 
+#: What a program of a laser or plasma spends its time with.
+_TIMES_OF_BEAMS = {"feed": "feed moves", "spindle": "beam on, off"}
 _KIND_WORDS = {"centre-drill": "centre drill", "slot-mill": "slot mill"}
 
 
-def orders(outcome: Outcome) -> list[Row]:
-    """Return the three orders: name, time, lengths, saved percent, and a bar of the time."""
+def orders(outcome: Outcome, dark_mm: tuple[float, float] = (0.0, 0.0)) -> list[Row]:
+    """Return the three orders: name, time, lengths, saved percent, and a bar of the time.
+
+    `dark_mm` is how far a beam goes at feed while it is off, before and after: that is travel.
+    """
     longest = max(m.time_s for _, m in _measures(outcome))
     rows = []
     for number, (name, measure) in enumerate(_measures(outcome)):
         part = measure.time_s / longest if longest > 0 else 0.0
+        dark = dark_mm[measure is outcome.after] if outcome.nearest is None else 0.0
         rows.append(
             {
                 "name": name,
                 "ours": name == OURS,
                 "time": time_words(measure.time_s),
-                "travel": length_words(measure.travel_mm),
-                "cut": length_words(measure.cut_mm),
+                "travel": length_words(measure.travel_mm + dark),
+                "cut": length_words(max(measure.cut_mm - dark, 0.0)),
                 "saved": percent_words(saved_percent(outcome, measure)) if number else NO_VALUE,
                 "bar": chart.bar(part, "ours" if name == OURS else "plain"),
             }
@@ -101,8 +108,9 @@ def times(outcome: Outcome) -> Row:
     measures = _measures(outcome)
     kinds = [k for k in chart.TIME_KINDS if any(m.by_kind.get(k, 0.0) > 0 for _, m in measures)]
     longest = max(sum(m.by_kind.values()) for _, m in measures)
+    said = chart.TIME_KINDS | (_TIMES_OF_BEAMS if outcome.process in BEAMS else {})
     return {
-        "kinds": [{"class": k.replace("_", "-"), "words": chart.TIME_KINDS[k]} for k in kinds],
+        "kinds": [{"class": k.replace("_", "-"), "words": said[k]} for k in kinds],
         "rows": [
             {
                 "name": name,
@@ -113,6 +121,12 @@ def times(outcome: Outcome) -> Row:
             for name, m in measures
         ],
     }
+
+
+def tools_say(outcome: Outcome) -> Row:
+    """Return what is known of any tool: columns that say nothing are left out."""
+    rows = outcome.operations[:MOST_TOOL_ROWS]
+    return {"diameter": any(o.tool.diameter > 0 for o in rows), "cycle": any(o.cycle for o in rows)}
 
 
 def tools(outcome: Outcome, scene: Scene) -> list[Row]:

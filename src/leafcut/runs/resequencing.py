@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from leafcut import __version__
 from leafcut.errors import ReadError
@@ -16,7 +17,7 @@ from leafcut.model.part import Hole, Part
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
-from leafcut.model.toolpath import Kind
+from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, position_before
 from leafcut.runs.proving import Orders, write_proved
 from leafcut.runs.run import Run, machine_issues, passing_on, share
 
@@ -175,6 +176,20 @@ def _work_of(
     return part, tuple(operations)
 
 
+def _feed(path: Toolpath, works: NDArray[np.intp]) -> float:
+    """Return the feed along most of the way of a piece of work, seen from above; of a hole, that of the way down."""
+    if not len(works):
+        return 0.0
+    places = np.concatenate([[position_before(path, int(works[0]))], path.end[works]])
+    length = np.nan_to_num(np.hypot(*np.diff(places, axis=0)[:, :2].T))
+    for k in np.flatnonzero(path.kind[works] != Kind.FEED).tolist():
+        if path.kind[works[k]] != Kind.DRILL:
+            radius, _, sweep = arc_sweep(path, int(works[k]))
+            length[k] = radius * abs(sweep)
+    feeds, of = np.unique(path.value[works], return_inverse=True)
+    return float(feeds[np.bincount(of.reshape(-1), length).argmax()] if length.any() else path.value[works[0]])
+
+
 def _operation(program: Program, section: Section, process: str, first: int, solution: Solution) -> OperationOutcome:
     """Return what was ordered in a section; feed, speed and cycle are those of its first piece of work."""
     path, holes = program.path, [k for k, c in enumerate(section.chains) if c.kind == "hole"]
@@ -187,7 +202,7 @@ def _operation(program: Program, section: Section, process: str, first: int, sol
         diameter=0.0,
         kind=ToolKind.DRILL if holes else ToolKind.SLOT_MILL,
         name="" if holes else process,
-        feed=float(path.value[works[0]]) if len(works) else 0.0,
+        feed=_feed(path, works[:1] if holes else works),
         spindle_rpm=program.modal(chain.end).rpm,
     )
     at = {chain: first + i for i, chain in enumerate(holes)}

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.machine import Machine
-from leafcut.model.toolpath import Kind, Toolpath, positions_before
+from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath, positions_before
 from leafcut.timing.chords import Steps, joined_steps
 
 Floats = NDArray[np.float64]
@@ -25,6 +25,9 @@ REST, EXACT, BLEND = 0, 1, 2
 
 #: Axes of the planes 17, 18, 19: first, second, normal, so that a counter-clockwise arc turns from first to second.
 _AXES = np.array([[0, 1, 2], [2, 0, 1], [1, 2, 0]])
+
+#: Rows without a move that the machine does not stop for.
+_FLOWING = (Kind.BLENDING, Kind.TORCH, Kind.HEIGHT)
 
 #: A move shorter than this is rounding and has no direction, mm.
 _SHORTEST = 1e-9
@@ -184,7 +187,7 @@ def _steps(
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE)
     straight = rapid | (path.kind == Kind.FEED)
     row = np.flatnonzero((straight & (np.abs(delta) > _SHORTEST).any(axis=1)) | (arc_of >= 0))
-    halts = ~(rapid | (path.kind <= Kind.ARC_CCW) | (path.kind == Kind.BLENDING))
+    halts = ~(rapid | (path.kind <= Kind.ARC_CCW) | np.isin(path.kind, _FLOWING))
     if machine.controller == "grbl" and machine.process == "laser":
         halts &= ~_changes_power(path)
     halted = np.cumsum(halts)[row]
@@ -199,7 +202,7 @@ def _changes_power(path: Toolpath) -> Flags:
     M3, M4 and M5 wait for the machine to stand, and so does an S without a move. Source: GRBL 1.1, laser mode ($32=1),
     gcode.c.
     """
-    power = (path.kind == Kind.SPINDLE) & (path.ref == 1)
+    power = (path.kind == Kind.SPINDLE) & (path.ref == SPEED_ALONE)
     moves = np.append(path.kind[1:] <= Kind.ARC_CCW, False)
     same_block = np.append(path.line[1:] == path.line[:-1], False)
     changes: Flags = (power & moves & same_block)[: len(path)]

@@ -13,7 +13,7 @@ from leafcut.model.outcome import Measure
 from leafcut.model.toolpath import MOTIONS, PLACES, Kind, Toolpath
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.lookahead import move_seconds
-from leafcut.timing.moves import BLEND, EXACT, REST, moves_of, turns_of
+from leafcut.timing.moves import BLEND, EXACT, REST, Floats, Moves, Turns, moves_of, turns_of
 from leafcut.timing.profile import move_time
 
 #: How controllers take corners whose machine does not say it.
@@ -51,19 +51,8 @@ def measure(path: Toolpath, machine: Machine) -> Measure:
     PlanError
         The cycles come to more moves than can be meant.
     """
-    style = machine.corners or _STYLES.get(machine.controller, "round")
-    path, mode, tolerance, joining = _expanded(path, style)
-    delta, estimate = _displacements(path, machine)
+    path, delta, turns, moves, each = _timed(path, machine)
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE)
-    turns = turns_of(path)
-    cycle_s = CYCLE if style == "linuxcnc" else 0.0
-    moves = moves_of(path, machine, delta + estimate, turns, mode, tolerance, joining, cycle_s)
-    estimated = np.asarray(estimate[moves.row].any(axis=1))
-    for at_rest in (estimated, np.append(estimated[1:], False)[: len(moves)]):
-        moves.mode[at_rest], moves.flushed[at_rest] = REST, True
-    each = move_seconds(moves, machine, style)
-    if machine.rapid_style == "dogleg":
-        each[moves.rapid] = move_time((delta + estimate)[moves.row[moves.rapid]], machine)
     waited, spindle_s = _spindle(path, machine)
     seconds = {
         "rapid": float(each[moves.rapid].sum()),
@@ -78,6 +67,34 @@ def measure(path: Toolpath, machine: Machine) -> Measure:
         time_s=sum(seconds.values()),
         by_kind=seconds,
     )
+
+
+def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
+    """Return the time of every row that moves, s, float64[n], as `measure` adds them up; 0 for the others.
+
+    For paths without canned cycles.
+    """
+    path, _, _, moves, each = _timed(path, machine)
+    seconds = np.zeros(len(path))
+    np.add.at(seconds, moves.row, each)
+    return seconds
+
+
+def _timed(path: Toolpath, machine: Machine) -> tuple[Toolpath, Floats, Turns, Moves, Floats]:
+    """Return the path with its cycles written out, how far its rows move, its arcs, its moves and their seconds."""
+    style = machine.corners or _STYLES.get(machine.controller, "round")
+    path, mode, tolerance, joining = _expanded(path, style)
+    delta, estimate = _displacements(path, machine)
+    turns = turns_of(path)
+    cycle_s = CYCLE if style == "linuxcnc" else 0.0
+    moves = moves_of(path, machine, delta + estimate, turns, mode, tolerance, joining, cycle_s)
+    estimated = np.asarray(estimate[moves.row].any(axis=1))
+    for at_rest in (estimated, np.append(estimated[1:], False)[: len(moves)]):
+        moves.mode[at_rest], moves.flushed[at_rest] = REST, True
+    each = move_seconds(moves, machine, style)
+    if machine.rapid_style == "dogleg":
+        each[moves.rapid] = move_time((delta + estimate)[moves.row[moves.rapid]], machine)
+    return path, delta, turns, moves, each
 
 
 def _expanded(

@@ -26,7 +26,7 @@ from leafcut.verify.rapids import compare_rapids, gaps_of, heights_of
 from leafcut.verify.same_work import list_changes, only_moves
 from leafcut.verify.stages import Grouping, compare_walls, misplaced
 from leafcut.verify.traces import traces_of
-from leafcut.verify.turning import as_it_is, count_turned, one_way
+from leafcut.verify.turning import as_it_is, one_way, runs_turned
 from leafcut.verify.work import STILL, Work, cuts_with_beam, read_work
 
 #: What a certificate stands for, in the order in which it is looked at.
@@ -195,10 +195,10 @@ def _compare_work(
     room = Room(tolerance, _FEED_PART, _FEED, _DWELL, _SPEED, _SPEED_PART, rise=0.0)
     pairing = pair(features[0], features[1], room)
     found.add(*list_changes(pairing, room))
-    count, turned = count_turned(both[0], both[1], pairing.new_of)
+    turned = runs_turned(both[0], both[1], pairing.new_of)
     found.add(*compare_rapids(before, after, pairing.new_of, turned, grouping.mark_of, tolerance, beam))
     found.add(_disordered(before, after, pairing.new_of, tolerance, beam or _is_flat(before.path)))
-    return count
+    return len(np.unique(turned[turned >= 0]))
 
 
 def _is_flat(path: Toolpath) -> bool:

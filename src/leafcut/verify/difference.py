@@ -61,8 +61,12 @@ def describe(motion: Motion) -> str:
         return f"{_WORDS[motion.kind]} to {place(*motion.end)}"
     if motion.kind in (Kind.DWELL, Kind.SPINDLE):
         return f"{_WORDS[motion.kind]} {motion.value:g}"
+    if motion.kind is Kind.RADIUS:
+        return f"{_WORDS[motion.kind]} G{motion.ref}" + (f" D{motion.value:g}" if motion.value else "")
     if motion.kind in (Kind.FRAME, Kind.BLENDING):
         return f"{_WORDS[motion.kind]} G{motion.ref / 10:g}"
+    if motion.kind in (Kind.TORCH, Kind.HEIGHT):
+        return f"{_WORDS[motion.kind]} {'on' if motion.value else 'off'}"
     return f"{_WORDS[motion.kind]} {motion.ref}" if motion.kind is not Kind.END else _WORDS[motion.kind]
 
 
@@ -85,4 +89,6 @@ _WORDS = {
     Kind.RADIUS: "radius compensation",
     Kind.BLENDING: "blending",
     Kind.FOREIGN: "block that is not understood, number",
+    Kind.TORCH: "torch",
+    Kind.HEIGHT: "height control",
 }

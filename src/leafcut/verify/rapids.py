@@ -207,26 +207,26 @@ def heights_of(work: Work, gaps: Gaps) -> Heights:
     )
 
 
-def _of_both_ends(heights: Heights, turned: Mask) -> Heights:
+def _of_both_ends(heights: Heights, turned: Ints) -> Heights:
     """Return the heights with those of the two ends of a run that is turned made the higher of the two.
 
     What the tool comes down at is now where it left, and where it left is the place that it came to.
     """
     arrive, leave = heights.arrive.copy(), heights.leave.copy()
-    first = np.flatnonzero(turned & ~heights.follows)
-    ends = np.append(np.flatnonzero(~heights.follows), len(turned))
-    last = ends[np.searchsorted(ends, first, side="right")] - 1
+    _, first, count = np.unique(turned[turned >= 0], return_index=True, return_counts=True)
+    first = np.flatnonzero(turned >= 0)[first]
+    last = first + count - 1
     arrive[first] = leave[last] = np.maximum(arrive[first], leave[last])
     return replace(heights, arrive=arrive, leave=leave)
 
 
 def compare_rapids(
-    original: Work, new: Work, new_of: Ints, turned: Mask, mark_of: dict[float, Mark], tolerance: float, beam: bool
+    original: Work, new: Work, new_of: Ints, turned: Ints, mark_of: dict[float, Mark], tolerance: float, beam: bool
 ) -> tuple[list[Difference], int]:
     """Return where rapids of the new program are lower than the original's, or tear a cut apart, and how many.
 
-    `new_of` and `mark_of` say which feature and which barrier is which, `turned` which features belong to a run that is
-    made from its other end.
+    `new_of` and `mark_of` say which feature and which barrier is which, `turned` the run that every feature belongs to
+    which is made from its other end, else -1.
     """
     both = original, gaps_of(original), new, gaps_of(new)
     found: list[Difference] = []
@@ -246,7 +246,7 @@ Check = tuple[str, Callable[[int], str], NDArray, NDArray, Mask]
 Both = tuple[Work, Gaps, Work, Gaps]
 
 
-def _by_feature(both: Both, new_of: Ints, turned: Mask, room: float, beam: bool) -> Iterator[Check]:
+def _by_feature(both: Both, new_of: Ints, turned: Ints, room: float, beam: bool) -> Iterator[Check]:
     original, old_gaps, new, gaps = both
     allowed = _of_both_ends(heights_of(original, old_gaps), turned)
     old = np.flatnonzero(new_of >= 0)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -61,7 +62,7 @@ def one_way(work: Work) -> Turned:
     begins = np.flatnonzero(gaps.rows[gaps.gap_of] | ~gaps.opened_by_feature[gaps.gap_of])
     order, run, turned = np.arange(n), np.full(n, -1), np.zeros(n, dtype=bool)
     new = features.pick(order)
-    for first, end in zip(begins.tolist(), [*begins[1:].tolist(), n], strict=True):
+    for first, end in pairwise([*begins.tolist(), n]):
         body = _body(features, gaps, first, end)
         if body is None:
             continue
@@ -97,10 +98,10 @@ def _body(features: Features, gaps: Gaps, first: int, end: int) -> Ints | None:
 
 
 def _upright(features: Features, rows: Ints) -> Mask:
-    """Return which cuts go straight up or down."""
+    """Return which cuts go straight up or down, or nowhere."""
     place = features.place[rows]
-    moved: Mask = np.abs(place[:, :3] - place[:, _START]) > STILL
-    upright: Mask = (features.kind[rows] == Kind.FEED) & ~moved[:, 0] & ~moved[:, 1] & moved[:, 2]
+    moved = np.abs(place[:, :2] - place[:, _START][:, :2]) > STILL
+    upright: Mask = (features.kind[rows] == Kind.FEED) & ~moved.any(axis=1)
     return upright
 
 
@@ -161,9 +162,9 @@ def _turn(new: Features, old: Features, first: int, end: int, body: Ints) -> Non
         new.place[part, 0:2], new.place[part, 3:5] = place, place
 
 
-def count_turned(one: Turned, other: Turned, new_of: Ints) -> tuple[int, Mask]:
-    """Return how many runs of one program are made the other way round in the other, and which features they have."""
+def runs_turned(one: Turned, other: Turned, new_of: Ints) -> Ints:
+    """Return of every feature of one program its run, if that is made the other way round in the other, else -1."""
     paired = np.flatnonzero((new_of >= 0) & (one.run >= 0))
-    differs = np.zeros(len(new_of), dtype=bool)
-    differs[paired] = one.turned[paired] != other.turned[new_of[paired]]
-    return len(np.unique(one.run[differs])), differs
+    differs = paired[one.turned[paired] != other.turned[new_of[paired]]]
+    turned = np.isin(one.run, one.run[differs]) & (one.run >= 0)
+    return np.where(turned, one.run, -1)
