@@ -74,8 +74,8 @@ def results() -> dict[str, object]:
                 options = SolveOptions(algorithm=algorithm, iterations=3, threads=1, local_search=local, candidates=6)
                 found = solve(problem, options, AcoOptions(n_ants=4))
                 out[f"{algorithm} {local} {start} {end}"] = [found.nodes.tolist(), found.cost]
-    instance, mixed = build_instance(problem, 4), np.random.default_rng(2).permutation(27).astype(np.int32)
-    tour = work_tour(mixed, queued=False)
+    instance = build_instance(problem, 4)
+    tour = work_tour(np.random.default_rng(2).permutation(instance.n).astype(np.int32), queued=False)
     out["long edges"] = [shorten_long_edges(instance, tour), tour.node.tolist(), tour.queue.tolist()]
     matrix = np.abs(xy[:, None, 0] - xy[None, :, 0])
     explicit = RoutingProblem.of_points(xy, Metric("EXPLICIT", matrix=matrix), closed=True)
