@@ -128,7 +128,8 @@ def shorten_long_edges(instance: Instance, tour: Tour) -> bool:
     edges = np.stack([tour.node[at], ahead[at]], axis=1)
     onto, steps = np.full(instance.n, -1, dtype=np.int32), np.zeros((MOST_STEPS, 2), dtype=np.int32)
     places = PLACES_PER_NODE * instance.n
-    return bring_home(instance.cost, tour, instance.candidates, instance.lengths, edges, onto, steps, places) > 0.0
+    gain = bring_home(instance.cost, tour, instance.candidates, instance.lengths, edges, onto, steps, places)
+    return bool(gain > 0.0)
 
 
 def first_tour(instance: Instance, breadth: tuple[int, ...], stop: Stop, best: Best) -> NDArray[np.int32]:
