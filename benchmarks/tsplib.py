@@ -60,7 +60,7 @@ def warm_up(board: Board, options: SolveOptions) -> None:
     few = boards.uniform(min(board.n, WARM_NODES))
     problem = RoutingProblem.of_points(few.xy, Metric(board.rule), closed=True)
     solve(problem, replace(options, iterations=1, time_limit=0.5, bound=False))
-    room.warm_up(options, AcoOptions())
+    room.warm_up(options, AcoOptions(), board.n)
 
 
 def run_leafcut(board: Board, options: SolveOptions) -> Run:

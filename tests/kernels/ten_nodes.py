@@ -17,6 +17,7 @@ from leafcut.kernels import (
     kicks,
     lin_kernighan,
     local_search,
+    long_edges,
     neighbours,
     one_tree,
     pheromone,
@@ -32,6 +33,7 @@ from leafcut.solve.bound import lower_bound
 from leafcut.solve.construction import greedy as greedy_tour
 from leafcut.solve.directed import build_directed
 from leafcut.solve.instance import build_instance, cost_model
+from leafcut.solve.kicks import shorten_long_edges, work_tour
 from leafcut.solve.solve import solve
 
 
@@ -72,6 +74,9 @@ def results() -> dict[str, object]:
                 options = SolveOptions(algorithm=algorithm, iterations=3, threads=1, local_search=local, candidates=6)
                 found = solve(problem, options, AcoOptions(n_ants=4))
                 out[f"{algorithm} {local} {start} {end}"] = [found.nodes.tolist(), found.cost]
+    instance = build_instance(problem, 4)
+    tour = work_tour(np.random.default_rng(2).permutation(instance.n).astype(np.int32), queued=False)
+    out["long edges"] = [shorten_long_edges(instance, tour), tour.node.tolist(), tour.queue.tolist()]
     matrix = np.abs(xy[:, None, 0] - xy[None, :, 0])
     explicit = RoutingProblem.of_points(xy, Metric("EXPLICIT", matrix=matrix), closed=True)
     few = RoutingProblem.of_points(xy[:10], Metric("EXPLICIT", matrix=matrix[:10, :10]), closed=True)
@@ -101,7 +106,7 @@ def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
 def unused() -> tuple[object, ...]:
     """Name the kernel modules, so that a new one is not forgotten here."""
     few = (candidates, chords, construct, cost, directed, greedy, kicks, lin_kernighan, local_search, neighbours)
-    return (*few, one_tree, pheromone, random, route, sequential, spanning_tree)
+    return (*few, long_edges, one_tree, pheromone, random, route, sequential, spanning_tree)
 
 
 if __name__ == "__main__":

@@ -13,11 +13,12 @@ import pytest
 from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
-from leafcut.solve.colony import FIRST_ANTS, Colony, Workers, _how_many, found_colony, next_generation
+from leafcut.solve.colony import FIRST_ANTS, Colony, _how_many, found_colony, next_generation
 from leafcut.solve.instance import Instance, build_instance
 from leafcut.solve.solve import solve
 from leafcut.solve.statistics import WorkerLog
 from leafcut.solve.stop import Stop
+from leafcut.solve.workers import Workers
 
 
 def instance_of(n: int, seed: int = 1) -> Instance:

@@ -193,7 +193,7 @@ def test_what_auto_stands_for_is_what_is_compiled_before_the_clock_and_what_is_t
     from leafcut.solve import solve as room
 
     warmed: list[str] = []
-    monkeypatch.setattr(room, "warm_up", lambda options, aco: warmed.append(options.algorithm))
+    monkeypatch.setattr(room, "warm_up", lambda options, *_: warmed.append(options.algorithm))
     problem = problem_of(np.random.default_rng(3).uniform(0, 90, (n, 2)), Metric(), "closed")
     assert solve(problem, SolveOptions(iterations=1)).algorithm == "colony"
     assert warmed == ["colony"]
@@ -202,7 +202,7 @@ def test_what_auto_stands_for_is_what_is_compiled_before_the_clock_and_what_is_t
 @pytest.mark.parametrize(
     ("name", "n"),
     [
-        *[("colony", 200), ("colony", 30), ("kicks", 200), ("mmas", 200), ("2opt", 200)],
+        *[("colony", 200), ("colony", 30), ("colony", 20_000), ("kicks", 200), ("mmas", 200), ("2opt", 200)],
         *[("chains", 200), ("slots", 60), ("before", 200), ("table", 40)],
     ],
 )

@@ -66,7 +66,7 @@ def main(algorithm: str, n: int) -> None:
         problem = RoutingProblem.of_points(xy, closed=True)
     options = SolveOptions(algorithm=algorithm, preset="fast", threads=1, bound=False)
     if algorithm != "auto":
-        warm_up(options, AcoOptions(n_ants=2))
+        warm_up(options, AcoOptions(n_ants=2), n)
     before = signatures()
     solve(problem, options, AcoOptions(n_ants=2))
     new = [name for name, count in signatures().items() if count > before[name]]

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.kicks import kick_and_mend
 from leafcut.kernels.lin_kernighan import DEPTH, WAITING, Tour, improve_queued
+from leafcut.kernels.long_edges import bring_home
 from leafcut.solve.construction import greedy, random_words
-from leafcut.solve.instance import Instance
+from leafcut.solve.instance import Instance, costs_of_edges
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
 
@@ -27,6 +28,13 @@ LONGEST_REWRITE = 1000
 
 #: Nodes looked at between two looks at the clock in the first improvement: some ten milliseconds.
 NODES_PER_LOOK = 5000
+
+#: From so many nodes on there is time for few ants. So the first tour is looked through for long edges when no exchange
+#: helps any more, and kicks are made on several pieces of the tour at once.
+MANY = 20_000
+
+#: Most steps of an end of a long edge, and most places that all of them together write anew, per node.
+MOST_STEPS, PLACES_PER_NODE = 3000, 50
 
 #: Seconds between two offers of a first tour that takes long: to add a tour up and copy it takes a tenth of one for a
 #: million nodes.
@@ -96,8 +104,29 @@ def descend(
     return True
 
 
+def shorten_long_edges(instance: Instance, tour: Tour) -> bool:
+    """Make edges shorter that are longer than any candidate of their ends; return whether any became so.
+
+    The nodes that were touched are in the queue.
+    """
+    ahead = np.roll(tour.node, -1)
+    longest = np.maximum(instance.lengths[tour.node, -1], instance.lengths[ahead, -1])
+    excess = costs_of_edges(instance.cost, tour.node, ahead) - longest
+    at = np.flatnonzero(excess > 0.0)
+    at = at[np.argsort(-excess[at], kind="stable")]
+    edges = np.stack([tour.node[at], ahead[at]], axis=1)
+    onto, steps = np.full(instance.n, -1, dtype=np.int32), np.zeros((MOST_STEPS, 2), dtype=np.int32)
+    places = PLACES_PER_NODE * instance.n
+    gain = bring_home(instance.cost, tour, instance.candidates, instance.lengths, edges, onto, steps, places)
+    return bool(gain > 0.0)
+
+
 def first_tour(instance: Instance, breadth: tuple[int, ...], stop: Stop, best: Best) -> NDArray[np.int32]:
-    """Offer the greedy tour, and what `descend` makes of it, also on the way where that takes long; return it."""
+    """Offer the greedy tour, and what `descend` makes of it, also on the way where that takes long; return it.
+
+    Long edges of a large tour are shortened last. Measured on pla85900, one thread, 1 s: 2.1 % above the optimum
+    instead of 2.6 %. Ants do without: those that meet lose long edges in assembly, and there is time for more of them.
+    """
     start = greedy(instance)
     best.offer(start, float(tour_cost(instance.cost, start)), 0)
     tour = work_tour(start)
@@ -109,7 +138,13 @@ def first_tour(instance: Instance, breadth: tuple[int, ...], stop: Stop, best: B
         best.tell(0)
         offered = stop.elapsed()
 
-    descend(instance, tour, breadth, stop, lambda: offer() if stop.elapsed() > offered + OFFER_EVERY else None)
+    def look() -> None:
+        if stop.elapsed() > offered + OFFER_EVERY:
+            offer()
+
+    done = descend(instance, tour, breadth, stop, look)
+    if done and instance.n >= MANY and shorten_long_edges(instance, tour):
+        descend(instance, tour, breadth, stop, look)
     offer()
     return tour.node
 

@@ -21,15 +21,23 @@ from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.options import AcoOptions, SolveOptions
 from leafcut.solve.certificate import aim, aim_without_order, certify, stands_for_its_tour
 from leafcut.solve.clusters import choose_nodes
-from leafcut.solve.colony import Workers, improve_by_colony
+from leafcut.solve.colony import improve_by_colony
 from leafcut.solve.construction import nearest_neighbour
 from leafcut.solve.directed import build_directed, is_directed, refuse_places_of_a_table
 from leafcut.solve.exact import best_nodes, within_reach
 from leafcut.solve.instance import FULL_LISTS_LIMIT, Instance, build_instance, path_cost
-from leafcut.solve.kicks import CANDIDATES, improve_by_kicks, kicks_per_iteration
+from leafcut.solve.kicks import (
+    CANDIDATES,
+    MANY,
+    improve_by_kicks,
+    kicks_per_iteration,
+    shorten_long_edges,
+    work_tour,
+)
 from leafcut.solve.precedence import broken_pair, checked_pairs, keeps
 from leafcut.solve.statistics import Best, Progress, WorkerLog
 from leafcut.solve.stop import Stop
+from leafcut.solve.workers import Workers
 
 #: Candidates of each node for ants that choose every edge of a tour among them.
 ANTS_CANDIDATES = 16
@@ -93,7 +101,7 @@ def solve(
     if ordered:
         warm_up_in_order(problem)
     elif not tiny and options.algorithm != "none":
-        warm_up(options, aco)
+        warm_up(options, aco, problem.n_clusters)
     stop = Stop(cancelled=cancelled or threading.Event())
     if options.time_limit is not None:
         stop.seconds = options.time_limit
@@ -211,8 +219,8 @@ def _without_search(problem: RoutingProblem, pairs: NDArray[np.int32], options: 
     return certify(problem, solution, bound, best.stop.cancelled)
 
 
-def warm_up(options: SolveOptions, aco: AcoOptions) -> None:
-    """Have every kernel compiled, or loaded from disk, that `options` need, before any clock starts.
+def warm_up(options: SolveOptions, aco: AcoOptions, n: int = 0) -> None:
+    """Have every kernel compiled, or loaded from disk, that `options` need for n nodes, before any clock starts.
 
     Forty nodes and one iteration: next to nothing when the kernels are there already.
     """
@@ -224,6 +232,8 @@ def warm_up(options: SolveOptions, aco: AcoOptions) -> None:
     for name in ["colony", "kicks"] if options.algorithm == "colony" else [options.algorithm]:
         stop = Stop()
         found = _run(instance, replace(once, algorithm=name), replace(aco, n_ants=1), stop, Best(stop))
+    if n >= MANY and options.algorithm in ("colony", "kicks"):
+        shorten_long_edges(instance, work_tour(found.tour))
     path_cost(small, instance.path(found.tour))
 
 

@@ -43,9 +43,9 @@ class Stop:
         """Return the seconds since the beginning."""
         return time.perf_counter() - self.began
 
-    def now(self) -> bool:
-        """Return whether to stop at once, with what there is."""
-        return self.satisfied or self.cancelled.is_set() or self.elapsed() >= self.seconds
+    def now(self, spare: float = 0.0) -> bool:
+        """Return whether to stop at once, with what there is, when `spare` seconds are still needed afterwards."""
+        return self.satisfied or self.cancelled.is_set() or self.elapsed() + spare >= self.seconds
 
     @contextmanager
     def paused(self) -> Iterator[None]:

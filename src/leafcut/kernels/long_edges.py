@@ -1,0 +1,127 @@
+"""Long edges: one end of an edge that is much too long stays, and the other walks to it along candidate edges.
+
+Where the fragments of a greedy tour end far apart, an edge is left that no exchange of five edges makes shorter: first
+the tour would get longer, on the way out of a cluster. So one end walks on and on. Each step adds the edge to a
+candidate of the end that walks, and gives up the edge in front of that candidate; the node that loses it is the new
+end. The steps behind the best place are taken back.
+
+Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973), section 1 (the step, the gain criterion, and that an
+edge that was added is not given up again). Differs: of all candidates the one is taken that leaves the shortest tour.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numpy.typing import NDArray
+
+from leafcut.kernels import EPSILON, kernel, part
+from leafcut.kernels.cost import CostModel, travel
+from leafcut.kernels.lin_kernighan import Tour, after, before, push
+
+
+@part
+def turn(tour: Tour, first: int, last: int) -> int:
+    """Turn the part of a tour from the node `first` on to `last`, or what is not in it; return how many places it has.
+
+    Changes: node, place.
+    """
+    node, place = tour.node, tour.place
+    n = len(node)
+    i, j = place[first], place[last]
+    size = j - i + 1 if j >= i else j - i + 1 + n
+    if 2 * size > n:
+        size = n - size
+        i, j = j + 1 if j + 1 < n else 0, i - 1 if i > 0 else n - 1
+    for _ in range(size >> 1):
+        node[i], node[j] = node[j], node[i]
+        place[node[i]], place[node[j]] = i, j
+        i = i + 1 if i + 1 < n else 0
+        j = j - 1 if j > 0 else n - 1
+    return int(size)
+
+
+@part
+def _step(tour: Tour, stays: int, walks: int, to: int) -> int:
+    """Exchange the edge stays–walks and the one in front of `to` for walks–to and the new end's; return the places.
+
+    The new end, next to `stays`, is the node in front of `to`. Changes: node, place.
+    """
+    if after(tour.node, tour.place, stays) == walks:
+        return turn(tour, walks, before(tour.node, tour.place, to))
+    return turn(tour, after(tour.node, tour.place, to), walks)
+
+
+@part
+def _walk(
+    cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, onto: NDArray, steps: NDArray,
+    stays: int, walks: int, places: int,
+) -> tuple[float, int]:  # fmt: skip
+    """Let one end of an edge walk; return the gain of what is kept, and how many of the `places` are left to write.
+
+    Changes: tour, onto, steps.
+    """
+    left, best, kept, count = travel(cost, stays, walks), 0.0, 0, 0
+    while count < len(steps) and places > 0:
+        forward = after(tour.node, tour.place, stays) == walks
+        shortest, to, gain = math.inf, -1, 0.0
+        for c in range(candidates.shape[1]):
+            x = candidates[walks, c]
+            if x < 0:
+                break
+            y = before(tour.node, tour.place, x) if forward else after(tour.node, tour.place, x)
+            if x == stays or y in (walks, stays) or onto[x] == y or onto[y] == x:
+                continue
+            now = left - lengths[walks, c] + travel(cost, y, x)
+            if now > best + EPSILON and travel(cost, stays, y) - now < shortest:
+                shortest, to, gain = travel(cost, stays, y) - now, x, now
+        if to < 0:
+            break
+        end = before(tour.node, tour.place, to) if forward else after(tour.node, tour.place, to)
+        places -= _step(tour, stays, walks, to)
+        onto[walks] = to
+        steps[count, 0], steps[count, 1] = walks, to
+        walks, left, count = end, gain, count + 1
+        if -shortest > best + EPSILON:
+            best, kept = -shortest, count
+    for k in range(count - 1, -1, -1):
+        onto[steps[k, 0]] = -1
+        if k >= kept:
+            places -= _step(tour, stays, walks, steps[k, 1])
+            walks = steps[k, 0]
+        else:
+            push(tour, steps[k, 0])
+            push(tour, steps[k, 1])
+    if kept > 0:
+        push(tour, stays)
+        push(tour, walks)
+    return best, places
+
+
+@kernel
+def bring_home(
+    cost: CostModel, tour: Tour, candidates: NDArray, lengths: NDArray, edges: NDArray, onto: NDArray, steps: NDArray,
+    places: int,
+) -> float:  # fmt: skip
+    """Try to make long edges shorter, first one end walking, then the other; return the gain.
+
+    ========== =============== ==========================================================
+    candidates int32[n, k]     neighbours of every node, nearest first, -1 for none
+    lengths    float64[n, k]   costs of those edges
+    edges      int32[m, 2]     the edges; those that are gone meanwhile are left out
+    onto       int32[n]        the node that an end walked to, -1 for none, as it is afterwards
+    steps      int32[most, 2]  the steps of one walk: the end that walked, and where to
+    places     int             about how many places of the tour may be written
+    ========== =============== ==========================================================
+
+    What was touched is in the queue. Changes: tour, onto, steps.
+    """
+    total = 0.0
+    for e in range(len(edges)):
+        for end in range(2):
+            stays, walks = edges[e, end], edges[e, 1 - end]
+            node, place = tour.node, tour.place
+            if places > 0 and (after(node, place, stays) == walks or before(node, place, stays) == walks):
+                gain, places = _walk(cost, tour, candidates, lengths, onto, steps, stays, walks, places)
+                total += gain
+    return total

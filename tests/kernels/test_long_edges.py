@@ -1,0 +1,75 @@
+"""Long edges: what a walk gains is what the tour becomes shorter, and nothing else changes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from leafcut.kernels.cost import tour_cost
+from leafcut.kernels.lin_kernighan import Tour
+from leafcut.kernels.long_edges import bring_home, turn
+from leafcut.model.problem import RoutingProblem
+from leafcut.solve.instance import Instance, build_instance
+from leafcut.solve.kicks import shorten_long_edges, work_tour
+
+
+def field(n: int, seed: int) -> Instance:
+    """Return random places on a fine grid."""
+    xy = np.random.default_rng(seed).integers(0, 60, (n, 2)).astype(float)
+    return build_instance(RoutingProblem.of_points(xy, closed=True), 5)
+
+
+def is_whole(tour: Tour) -> bool:
+    """Return whether every node stands once in the tour, where it is said to stand."""
+    n = len(tour.node)
+    return bool((np.sort(tour.node) == np.arange(n)).all() and (tour.place[tour.node] == np.arange(n)).all())
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_gain_is_what_the_tour_becomes_shorter(seed: int) -> None:
+    instance = field(120, seed)
+    node = np.random.default_rng(seed).permutation(120).astype(np.int32)
+    tour = work_tour(node, queued=False)
+    edges = np.stack([node, np.roll(node, -1)], axis=1)
+    onto, steps = np.full(120, -1, dtype=np.int32), np.zeros((50, 2), dtype=np.int32)
+    before = tour_cost(instance.cost, node)
+    gain = bring_home(instance.cost, tour, instance.candidates, instance.lengths, edges, onto, steps, 100_000)
+    assert gain > 0.2 * before
+    assert is_whole(tour)
+    assert tour_cost(instance.cost, tour.node) == pytest.approx(before - gain)
+    assert (onto == -1).all()
+
+
+@pytest.mark.parametrize("places", [0, 1, 40])
+def test_few_places_to_write_end_the_search_with_a_whole_tour_that_is_no_longer(places: int) -> None:
+    instance = field(80, 9)
+    node = np.random.default_rng(9).permutation(80).astype(np.int32)
+    tour = work_tour(node, queued=False)
+    edges = np.stack([node, np.roll(node, -1)], axis=1)
+    onto, steps = np.full(80, -1, dtype=np.int32), np.zeros((50, 2), dtype=np.int32)
+    gain = bring_home(instance.cost, tour, instance.candidates, instance.lengths, edges, onto, steps, places)
+    assert gain >= 0.0
+    assert is_whole(tour)
+    assert tour_cost(instance.cost, tour.node) == pytest.approx(tour_cost(instance.cost, node) - gain)
+
+
+def test_nothing_is_done_where_no_edge_is_longer_than_all_candidates_of_its_ends() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
+    instance = build_instance(RoutingProblem.of_points(np.stack([np.cos(angle), np.sin(angle)], 1), closed=True), 5)
+    ring = np.argsort(instance.label).astype(np.int32)
+    tour = work_tour(ring, queued=False)
+    assert not shorten_long_edges(instance, tour)
+    assert np.array_equal(tour.node, ring)
+
+
+@pytest.mark.parametrize("n", [6, 7])
+def test_every_part_of_a_tour_can_be_turned(n: int) -> None:
+    for first in range(n):
+        for last in range(n):
+            tour = work_tour(np.arange(n, dtype=np.int32), queued=False)
+            assert turn(tour, first, last) <= n // 2
+            assert is_whole(tour)
+            inside = [(first + k) % n for k in range((last - first) % n + 1)]
+            turned = inside[::-1] + [(last + 1 + k) % n for k in range(n - len(inside))]
+            edges = {frozenset((turned[k - 1], turned[k])) for k in range(n)}
+            assert {frozenset((int(tour.node[k - 1]), int(tour.node[k]))) for k in range(n)} == edges
