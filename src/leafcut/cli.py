@@ -205,7 +205,7 @@ def _solve(
     as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
-    """Find a short closed tour through the points of a map, to study the algorithms."""
+    """Find a short closed tour through the points of a map, or through sets of them, to study the algorithms."""
     from leafcut import api
     from leafcut.read.tsplib import write_tour
     from leafcut.report.wording import count, gap_lines
@@ -217,11 +217,12 @@ def _solve(
     with Reporter() as reporter:
         answer, nodes = api.solve_file(instance, progress=reporter, **_given(options))
     if tour:
-        write_tour(tour, answer["instance"], nodes)
+        write_tour(tour, answer["instance"], nodes, every="clusters" not in answer)
     if as_json:
         _print_json(answer)
         return DONE
-    print(f"{answer['instance']}: {count(answer['n'], 'point')}, {answer['algorithm']}, seed {answer['seed']}")
+    sets = f" in {count(answer['clusters'], 'set')}" if "clusters" in answer else ""
+    print(f"{answer['instance']}: {count(answer['n'], 'point')}{sets}, {answer['algorithm']}, seed {answer['seed']}")
     steps = count(answer["iterations"], "iteration")
     print(f"length {answer['length']:,.10g}, {steps} in {answer['seconds']:.2f} s")
     if answer["stopped_early"] and options["time_limit"] is None:

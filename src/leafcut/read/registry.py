@@ -8,13 +8,22 @@ from pathlib import Path
 from leafcut.errors import LeafcutError, ReadError
 from leafcut.model import Part
 from leafcut.options import ReadOptions
-from leafcut.read import csvmap, dxf, examples, excellon, gcode, tsplib, xmlmap
+from leafcut.read import csvmap, dxf, examples, excellon, gcode, gtsp, tsplib, xmlmap
 from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load, shown
 
 #: Packages of other people add a format by an entry point of this group that names a `Format`.
 PLUGIN_GROUP = "leafcut.readers"
 
-BUILT_IN = (dxf.FORMAT, excellon.FORMAT, xmlmap.FORMAT, csvmap.FORMAT, tsplib.FORMAT, gcode.FORMAT, examples.FORMAT)
+BUILT_IN = (
+    dxf.FORMAT,
+    excellon.FORMAT,
+    xmlmap.FORMAT,
+    csvmap.FORMAT,
+    tsplib.FORMAT,
+    gtsp.FORMAT,
+    gcode.FORMAT,
+    examples.FORMAT,
+)
 
 
 def formats() -> tuple[Format, ...]:
