@@ -170,14 +170,22 @@ def simulate(program: str | Path, *, dialect: str | None = None, **options: Any)
 
 
 def verify_programs(
-    original: str | Path, new: str | Path, *, dialect: str | None = None, **options: Any
+    original: str | Path,
+    new: str | Path,
+    *,
+    dialect: str | None = None,
+    allow_reverse: bool = False,
+    **options: Any,
 ) -> dict[str, Any]:
-    """Return whether two programs do the same work, what was counted, and every difference as one line."""
+    """Return whether two programs do the same work, what was counted, and every difference as one line.
+
+    With `allow_reverse`, open cuts of one depth are the same from either end.
+    """
     from leafcut.verify.certificate import certify
 
     machine = machine_of(Settings.collect(options))
     words = dialect or machine.controller
-    found = certify(_interpret(original, words), _interpret(new, words), machine=machine)
+    found = certify(_interpret(original, words), _interpret(new, words), machine=machine, allow_reverse=allow_reverse)
     answer = found.as_json()
     for row, difference in zip(answer["differences"], found.differences, strict=True):
         row["words"] = str(difference)

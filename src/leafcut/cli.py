@@ -169,7 +169,10 @@ def _optimize(
     ] = False,
     options: dict[str, Any],
 ) -> int:
-    """Make a verified program with the shortest machine time from a drawing, or from another CAM's program."""
+    """Make a verified program with the shortest machine time from a drawing, or from another CAM's program.
+
+    The search ends by itself when its colonies agree; --time-limit and --preset say what it may use at most.
+    """
     from leafcut import api
 
     with Reporter(quiet=quiet) as reporter:
@@ -202,7 +205,15 @@ def _solve(
     /,
     *,
     tour: Annotated[str | None, Parameter(name="--tour", help="the tour to write, as TSPLIB has it")] = None,
-    as_json: Json = False,
+    as_json: Annotated[
+        bool,
+        Parameter(
+            name="--json",
+            negative="",
+            help="answer in JSON; gap_percent is against the best known length where the map has one (optimum), else "
+            "against lower_bound",
+        ),
+    ] = False,
     options: dict[str, Any],
 ) -> int:
     """Find a short closed tour through the points of a map, or through sets of them, to study the algorithms."""
@@ -267,17 +278,22 @@ def _verify(
     /,
     *,
     dialect: Annotated[str | None, Parameter(name="--dialect", help="their dialect (default: the machine's)")] = None,
+    allow_reverse: Annotated[
+        bool,
+        Parameter(name="--allow-reverse", negative="", help="open cuts of one depth are the same from either end"),
+    ] = False,
     as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
     """Tell whether two programs do the same work, or where they differ."""
     from leafcut import api
 
-    answer = api.verify_programs(original, new, dialect=dialect, **_given(options))
+    answer = api.verify_programs(original, new, dialect=dialect, allow_reverse=allow_reverse, **_given(options))
     if as_json:
         _print_json(answer)
     elif answer["same"]:
-        print("the same work")
+        turned = answer["reversed_cuts"]
+        print("the same work" + (f", {turned} of the cuts from their other end" if turned else ""))
     else:
         for difference in answer["differences"]:
             print(difference["words"])

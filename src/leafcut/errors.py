@@ -46,7 +46,14 @@ class SolveError(LeafcutError):
 
 
 class PostError(LeafcutError):
-    """The toolpath needs a word that this controller does not have."""
+    """The toolpath needs a word that this controller does not have, or a program cannot be put into an order.
+
+    `section` is the number of the section, from 0, that the order is of; None where it is about all.
+    """
+
+    def __init__(self, message: str, section: int | None = None) -> None:
+        self.section = section
+        super().__init__(message)
 
 
 class VerifyError(LeafcutError):

@@ -203,6 +203,12 @@ class ResequenceOptions(OptionGroup):
     section: ClassVar[str] = "resequence"
 
     merge_tools: bool = option("flag", False, "join separated sections of one tool, where nothing forbids it")
+    allow_reverse: bool = option(
+        "flag",
+        False,
+        "cut open lines of one depth from either end (slots, engraving, laser), where neither climb milling nor a "
+        "lead-in matters; the tool may then go down at what was the end",
+    )
     keep_order: bool = option("flag", False, "leave the program as it is, and only measure it")
     renumber: bool = option("flag", False, "give the blocks new N-numbers, in steps of 10")
 
@@ -215,7 +221,10 @@ class SolveOptions(OptionGroup):
 
     algorithm: str = option("text", "auto", "name of an algorithm (see `leafcut algorithms`)", choices=ALGORITHMS)
     preset: str = option(
-        "text", "default", "budget of work, the same on every machine", choices=("fast", "default", "thorough")
+        "text",
+        "default",
+        "budget of work, the same on every machine; the search ends sooner when the colonies agree",
+        choices=("fast", "default", "thorough"),
     )
     objective: Literal["time", "distance"] = option(
         "text", "time", "what is made small: machine seconds or millimetres of travel", choices=("time", "distance")
@@ -223,7 +232,7 @@ class SolveOptions(OptionGroup):
     time_limit: float | None = option(
         "quantity",
         None,
-        "stop after this time by the clock",
+        "stop after this time by the clock, or sooner, when five colonies in a row find nothing better",
         unit="s",
         minimum=0.001,
         default_words="the preset's budget of work",

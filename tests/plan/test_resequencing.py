@@ -116,8 +116,8 @@ def test_a_coolant_or_tool_change_is_told_in_an_issue() -> None:
 def test_a_program_of_one_piece_says_that_nothing_can_move() -> None:
     sequence = sequence_of("G0 X0 Y0 / G1 Z-1 F100 / X10 / G0 Z5")
     assert [type(i) for i in sequence.items] == [Kept]
-    assert [i.code for i in sequence.issues] == ["L502"]
-    assert "one piece of work alone" in sequence.issues[0].message
+    assert [i.code for i in sequence.issues] == ["L502", "L501"]
+    assert "one piece of work alone" in sequence.issues[1].message
 
 
 def test_relative_blocks_move_inside_a_piece_and_hold_it_fast_outside() -> None:

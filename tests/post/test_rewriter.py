@@ -142,7 +142,7 @@ def test_a_comment_above_a_blank_line_belongs_to_the_piece_before() -> None:
 
 
 def test_line_ends_stay_and_new_blocks_get_them() -> None:
-    text = "G21 G90\r\nG0 Z5\r\nX0 Y0\r\nG1 Z-1 F100\r\nZ1\r\nG0 X9\r\nG1 Z-1\r\nZ1\r\nM8\r\nX5\r\nM2"
+    text = "G21 G90\r\nG0 Z5\r\nX0 Y0\r\nG1 Z-1 F100\r\nZ1\r\nG0 X9\r\nG1 Z-1\r\nG0 Z1\r\nM8\r\nX5\r\nM2"
     program = program_of(text)
     new = rewrite(program, find_sequence(program), [np.array([1, 0])])
     assert new.count("\r\n") == new.count("\n")

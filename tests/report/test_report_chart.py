@@ -102,3 +102,12 @@ def test_a_bar_stays_in_its_track(part, width):
 )
 def test_ticks_are_one_two_or_five_times_a_power_of_ten(span, step):
     assert nice_step(span, 6) == pytest.approx(step)
+
+
+def test_the_words_of_the_lower_bound_stand_under_its_line():
+    """Also where the bound is all but reached and the curve runs just above it."""
+    root = ET.fromstring(convergence(replace(FOUND, lower_bound=19.99), None, "t"))
+    (line,) = [e for e in root.iter("path") if "lower" in (e.get("class") or "")]
+    (said,) = [e for e in root.iter("text") if (e.text or "").startswith("lower bound")]
+    level = float(re.findall(r"[\d.]+", line.get("d", ""))[1])
+    assert level + 10 < float(said.get("y", "0")) < 190

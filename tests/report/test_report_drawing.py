@@ -5,14 +5,15 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ET
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.model import Slot
-from leafcut.report.drawing import MOST_NUMBERS, build_scene, drawing
+from leafcut.model import Slot, ToolpathBuilder
+from leafcut.report.drawing import MOST_NUMBERS, build_scene, drawing, tool_class
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, crossing, place_labels
 from leafcut.report.page import path_svg
@@ -131,9 +132,44 @@ def test_a_hole_that_two_tools_visit_carries_both_numbers(outcome_of):
 
 
 def test_tools_have_colours_of_their_own_and_one_tool_has_none(outcome_of):
+    """A slot has its rim, its inside and the cut along it in its tool's colour."""
     several = path_svg(outcome_of([(0, 0)], [(20, 0)], slots=[Slot((0, 9), (20, 9), 3.0)]), "after")
-    assert [len(paths(several, c)) for c in ("t0", "t1", "t2")] == [1, 1, 2]
+    assert [len(paths(several, c)) for c in ("t0", "t1", "t2")] == [1, 1, 3]
     assert paths(path_svg(outcome_of([(0, 0)]), "after"), "t0") == []
+
+
+def test_more_tools_than_colours_differ_in_manner(outcome_of):
+    groups = [[(20.0 * k, 0.0)] for k in range(20)]
+    scene = build_scene(outcome_of(*groups))
+    classes = [tool_class(scene, k) for k in range(20)]
+    assert len(set(classes)) == 20
+    assert (classes[3], classes[11]) == ("t3", "t3 again1")
+
+
+def path_to(x, y):
+    """Return a toolpath that cuts a line of 100 mm and parks the tool at a place."""
+    path = ToolpathBuilder()
+    path.rapid(0.0, 0.0, 5.0)
+    path.feed(z=-1.0, feed=2.0)
+    path.feed(100.0, 40.0, feed=5.0)
+    path.rapid(z=5.0)
+    path.rapid(x, y)
+    return path.build()
+
+
+def test_who_parks_far_away_does_not_make_the_part_small(outcome_of):
+    far, near = (outcome_of(path_before=p, path_after=p) for p in (path_to(-5000.0, 0.0), path_to(-20.0, 0.0)))
+    scene = build_scene(far)
+    assert scene.extent == pytest.approx((100.0, 40.0))
+    assert scene.frame.low[0] > -100.0
+    assert scene.frame.low[0] < build_scene(near).frame.low[0] < -20.0
+    assert 'clip-path="url(#window-after)"' in path_svg(far, "after")
+
+
+def test_the_last_number_of_an_axis_stays_in_the_drawing():
+    frame = Frame.around((0.0, 0.0), (96.2, 96.2))
+    for x, words in re.findall(r'<text x="([0-9.]+)"[^>]*text-anchor="middle"[^>]*>([0-9]+)</text>', frame.axes()):
+        assert float(x) + 3.5 * len(words) <= frame.size[0]
 
 
 def test_a_slot_is_cut_and_its_shape_is_shown(outcome_of):
@@ -226,3 +262,24 @@ def test_ticks_are_multiples_of_their_step():
     assert ticks(-0.3, 1.1, 0.5) == [0.0, 0.5, 1.0]
     assert [tick_words(v, 0.05) for v in (0.0, 0.05, -0.1)] == ["0", "0.05", "−0.10"]
     assert [tick_words(v, 20.0) for v in (0.0, 1200.0)] == ["0", "1200"]
+
+
+def test_holes_of_which_nothing_says_how_wide_they_are_are_drawn_to_be_seen(outcome_of):
+    """Of a program's holes only the places are known: few are drawn larger than many, and it is not said that they are
+    enlarged."""
+    sizes = []
+    for n in (4, 30):
+        outcome = outcome_of([(20.0 * (i % n), 20.0 * (i // n)) for i in range(n * n)])
+        holes = tuple(replace(h, diameter=0.0) for h in outcome.part.holes)
+        tools = tuple(replace(o, tool=replace(o.tool, diameter=0.0)) for o in outcome.operations)
+        scene = build_scene(replace(outcome, part=replace(outcome.part, holes=holes), operations=tools))
+        assert scene.unsized
+        assert not scene.enlarged
+        sizes.append(scene.dots[0].size)
+    assert 5.0 == sizes[0] > sizes[1] > 2.0
+
+
+def test_heads_of_arrows_do_not_stand_upon_each_other(outcome_of):
+    there_and_back = [(100.0 * (i % 2), 0.02 * i) for i in range(300)]
+    (heads,) = paths(path_svg(outcome_of(there_and_back), "after"), "arrow")
+    assert 1 <= heads.count("M") < 4

@@ -191,3 +191,15 @@ def test_words_and_lines_stand_out_enough_from_what_is_behind_them(mode):
     assert {s: c for s in shapes if (c := contrast(palette[s], palette["card"])) < 3} == {}
     ramp = re.findall(r"stroke: (#[0-9a-f]{6})", ramp_css().split("@media")[mode])
     assert min(contrast(c, palette["card"]) for c in ramp) >= 3
+
+
+def test_columns_that_say_nothing_and_words_of_other_processes_are_left_out(outcome_of):
+    """A laser has no diameters and no spindle; what its beam does while it is off is travel."""
+    outcome = outcome_of([(0.0, 0.0), (10.0, 10.0)], process="laser")
+    tools = tuple(replace(o, tool=replace(o.tool, diameter=0.0), cycle="") for o in outcome.operations)
+    times = replace(outcome.before, by_kind={"feed": 90.0, "spindle": 10.0})
+    words = Page(write_page(replace(outcome, operations=tools, before=times, after=times))).words
+    assert "Ø mm" not in words
+    assert "Cycle" not in words
+    assert "feed moves" in words
+    assert "beam on, off" in words

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -97,6 +98,40 @@ def test_a_helix_of_a_million_turns_stays_small():
     assert len(cuts) < 200
     assert cuts[-1, 1].tolist() == pytest.approx([0.0, 10.0], abs=1e-3)
     assert cuts.min() == pytest.approx(-10.0, abs=0.05)
+
+
+def test_what_a_beam_does_while_it_is_off_is_a_way() -> None:
+    path = ToolpathBuilder()
+    path.rapid(0.0, 0.0)
+    path.feed(30.0, 40.0, feed=9.0)
+    path.spindle(100.0)
+    path.feed(30.0, 50.0, feed=9.0)
+    path.spindle(0.0)
+    path.feed(30.0, 70.0, feed=9.0)
+    path.spindle(100.0)
+    path.feed(31.0, 70.0, feed=9.0)
+    seen = trace(path.build(), beam=True)
+    assert lengths(seen.cuts).tolist() == [10.0, 1.0]
+    assert lengths(seen.rapids).tolist() == [50.0, 20.0]
+    assert seen.dark_mm == pytest.approx(70.0)
+    assert seen.stops.tolist() == [[30.0, 40.0], [30.0, 70.0]]
+    mill = trace(path.build())
+    assert len(mill.rapids) == 0
+    assert mill.dark_mm == 0.0
+
+
+def test_every_cut_has_its_tool() -> None:
+    path = ToolpathBuilder()
+    path.rapid(0.0, 0.0, 0.0)
+    path.tool(7)
+    path.feed(10.0, 0.0, feed=9.0)
+    path.tool(8)
+    path.arc(False, (-10.0, 0.0, 0.0), Arc((0.0, 0.0, 0.0)), feed=5.0)
+    path.feed(0.0, 0.0, feed=9.0)
+    seen = trace(path.build())
+    assert len(seen.cut_tool) == len(seen.cuts)
+    assert set(seen.cut_tool[lengths(seen.cuts) > 9.0].tolist()) == {7, 8}
+    assert Counter(seen.cut_tool.tolist())[7] == 1
 
 
 def test_an_empty_toolpath_has_an_empty_trace():

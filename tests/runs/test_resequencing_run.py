@@ -10,11 +10,14 @@ import pytest
 
 import leafcut
 from leafcut.cli import run
-from leafcut.errors import LeafcutError, ReadError, VerifyError
+from leafcut.errors import LeafcutError, PostError, ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.foreign import interpret_program
+from leafcut.gcode.program import Program
+from leafcut.model.sequence import Sequence
 from leafcut.post import rewriter
-from leafcut.runs.resequencing import decoded, with_comments
+from leafcut.runs.proving import with_comments
+from leafcut.runs.resequencing import decoded
 from rewriting import work_of
 
 
@@ -77,13 +80,95 @@ def test_the_same_seed_gives_the_same_program(tmp_path: Path) -> None:
 
 
 def test_what_is_not_the_same_work_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Here a rewriter that drills one hole deeper."""
+    """A rewriter that drills one hole deeper: the program stays as it is, and it is said why."""
     path, out = written(tmp_path, boards_program(7, 12)), tmp_path / "new.nc"
     right = rewriter.rewrite
     monkeypatch.setattr(rewriter, "rewrite", lambda *a, **k: right(*a, **k).replace("Z-3.", "Z-3.1", 1))
-    with pytest.raises(VerifyError, match="not written"):
-        leafcut.optimize(path, out)
-    assert not out.exists()
+    found = leafcut.optimize(path, out)
+    assert out.read_bytes() == path.read_bytes()
+    assert found.after == found.before
+    (issue,) = (i for i in found.issues if i.code == "L505")
+    assert "depth -3 became -3.1" in issue.message
+    assert found.gap is None
+
+
+TWO_SECTIONS = (
+    "G21 G90 / T1 M6 / S900 M3 / G0 Z5 / G99 G81 X0 Y0 Z-2 R1 F100 / X50 / X20 / X70 / X10 / G80 / G0 Z20 / "
+    "T2 M6 / S900 M3 / G0 Z5 / G81 X0 Y0 Z-4 R1 F100 / X50 / X20 / X70 / X10 / G80 / G0 Z20 / M5 / M2 / "
+).replace(" / ", "\n")
+
+
+def spoilt_second_section(monkeypatch: pytest.MonkeyPatch, error: PostError | None = None) -> None:
+    """Have the rewriter drill too deep, or give up, whenever the second section is in another order than its own."""
+    right = rewriter.rewrite
+
+    def wrong(program: Program, sequence: Sequence, orders: list, **options: bool) -> str:
+        text = right(program, sequence, orders, **options)
+        if (np.diff(orders[1]) == 1).all():
+            return text
+        if error is not None:
+            raise error
+        return text.replace("Z-4", "Z-4.1", 1)
+
+    monkeypatch.setattr(rewriter, "rewrite", wrong)
+
+
+@pytest.mark.parametrize("error", [None, PostError("no words for it", 1)])
+def test_a_section_that_cannot_be_written_or_proved_keeps_its_own_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: PostError | None
+) -> None:
+    """The other section is put in order all the same."""
+    path = written(tmp_path, TWO_SECTIONS)
+    spoilt_second_section(monkeypatch, error)
+    found = leafcut.optimize(path)
+    assert found.after.time_s < found.before.time_s
+    lines = [line for line in found.text.splitlines() if "leafcut" not in line]
+    assert lines[12:] == TWO_SECTIONS.splitlines()[12:]
+    assert lines[4:9] != TWO_SECTIONS.splitlines()[4:9]
+    (issue,) = (i for i in found.issues if i.code == "L505")
+    assert issue.place == "line 15"
+    assert ("no words for it" in issue.message) == (error is not None)
+
+
+def test_an_option_that_cannot_be_followed_is_refused_not_left_out(tmp_path: Path) -> None:
+    """New N-numbers in a program that jumps to one."""
+    path = written(tmp_path, "N1 G21 G90\n" + TWO_SECTIONS + "GOTO 1\n")
+    with pytest.raises(PostError, match="--renumber"):
+        leafcut.optimize(path, renumber=True)
+
+
+def lines_program(seed: int, n: int = 30) -> str:
+    """Return a laser's program of n lines in random places."""
+    rng = np.random.default_rng(seed)
+    begin = rng.uniform(0, 200, (n, 2))
+    ends = np.stack([begin, begin + rng.normal(0, 25, (n, 2))], axis=1).reshape(n, 4).tolist()
+    cut = "G0 X{:.3f} Y{:.3f}\nM3\nG1 X{:.3f} Y{:.3f} F3000\nM5"
+    return "\n".join(["G21 G90 G17 G94", "S500", *(cut.format(*e) for e in ends), "M2", ""])
+
+
+def test_lines_from_either_end_need_less_travel_and_the_proof_says_how_many_were_turned(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, out = written(tmp_path, lines_program(1)), tmp_path / "new.nc"
+    one_way, either = leafcut.optimize(path), leafcut.optimize(path, out, allow_reverse=True)
+    assert either.after.travel_mm < one_way.after.travel_mm < one_way.before.travel_mm
+    assert one_way.certificate is not None
+    assert either.certificate is not None
+    assert (one_way.certificate["allow_reverse"], one_way.certificate["reversed_cuts"]) == (False, 0)
+    turned = either.certificate["reversed_cuts"]
+    assert turned > 3
+    assert f"{turned} of the cuts from their other end" in out.read_text()
+    assert run(["verify", str(path), str(out)]) == 1
+    assert run(["verify", str(path), str(out), "--allow-reverse"]) == 0
+    assert f"the same work, {turned} of the cuts" in capsys.readouterr().out
+
+
+def test_a_section_begins_where_the_one_before_it_now_ends(tmp_path: Path) -> None:
+    """The tool is changed where it is. Of the second row of holes, that end comes first at which the first one ends."""
+    found = leafcut.optimize(written(tmp_path, TWO_SECTIONS))
+    first, second = ([c for c, _ in zip(o.hole_order, range(5), strict=True)] for o in found.operations)
+    x = [h.x for h in found.part.holes]
+    assert x[second[0]] == x[first[-1]]
 
 
 def test_the_command_line_puts_a_program_in_order_and_the_answer_has_the_keys_of_the_contract(

@@ -70,6 +70,8 @@ def added_up(problem: RoutingProblem, nodes: np.ndarray) -> float:
     ways = [(tuple(problem.exit[a]), tuple(problem.entry[b])) for a, b in itertools.pairwise(nodes)]
     if problem.closed and len(nodes):
         ways.append((tuple(problem.exit[nodes[-1]]), tuple(problem.entry[nodes[0]])))
+    if not len(nodes) and problem.start is not None and problem.end is not None:
+        ways.append((problem.start, problem.end))
     if problem.start is not None and len(nodes):
         ways.append((problem.start, tuple(problem.entry[nodes[0]])))
     if problem.end is not None and len(nodes):
@@ -144,7 +146,7 @@ def test_the_default_preset_finds_the_optimum_of_up_to_eight_clusters(kind: str)
     missed = []
     for seed in range(40):
         problem = random_problem(seed, 5 + seed % 4, kind, ENDS[seed % 5], pairs=seed % 6)
-        found = solve(problem, SolveOptions(bound=False))
+        found = solve(problem, SolveOptions("colony", bound=False))
         check(problem, found.nodes, found.cost)
         best = least(problem)
         assert found.cost >= best - 1e-9
@@ -166,7 +168,7 @@ def test_every_answer_keeps_precedence_visits_every_cluster_and_states_its_cost(
     seed: int, m: int, kind: str, ends: object, pairs: int
 ) -> None:
     problem = random_problem(seed, m, kind, ends, pairs)
-    found = solve(problem, SolveOptions(iterations=2, seed=seed))
+    found = solve(problem, SolveOptions("colony", iterations=2, seed=seed))
     check(problem, found.nodes, found.cost)
     costs = [cost for _, cost in found.history]
     assert costs == sorted(costs, reverse=True)
@@ -269,7 +271,7 @@ def test_a_table_of_costs_with_a_place_to_start_from_is_refused() -> None:
 def test_the_bound_leaves_precedence_out_and_is_never_above_the_optimum() -> None:
     for seed in range(12):
         problem = random_problem(seed, 7, ("holes", "chains", "table")[seed % 3], ENDS[seed % 5], pairs=4)
-        found = solve(problem, SolveOptions(preset="fast"))
+        found = solve(problem, SolveOptions("colony", preset="fast"))
         assert found.lower_bound is not None
         assert found.lower_bound <= least(problem) + 1e-9
         free = RoutingProblem(
@@ -290,7 +292,7 @@ def test_a_target_gap_ends_the_search_at_the_first_path_that_is_good_enough() ->
     assert found.gap <= 0.08
     assert found.iterations < 10_000
     with pytest.raises(SolveError, match="6 targets that can be worked"):
-        solve(random_problem(2, 6, "ways"), SolveOptions(target_gap=1.0))
+        solve(random_problem(2, 6, "ways"), SolveOptions("colony", target_gap=1.0))
 
 
 def test_a_search_that_is_stopped_or_interrupted_keeps_the_best_that_it_has() -> None:

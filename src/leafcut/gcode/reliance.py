@@ -164,8 +164,8 @@ def next_place(reader: BlockReader, blocks: Iterable[int], clearance: float) -> 
     program = reader.program
     path, first = program.path, program.first
     stated: set[str] = set()
-    # A dwell amid work has its place; one before a stop is part of that.
-    waits = False
+    # A dwell amid work has its place; one before or after a stop is part of that.
+    waits = stopped = False
     for block in blocks:
         words = reader.words(block)
         if words is not None and words.empty and not reader.kinds(block):
@@ -178,7 +178,8 @@ def next_place(reader: BlockReader, blocks: Iterable[int], clearance: float) -> 
             x, y, z = path.end[row].tolist()
             if kind is Kind.END:
                 return HERE if stated else None
-            waits = (waits or kind is Kind.DWELL) and kind not in (Kind.TOOL, Kind.PAUSE)
+            stopped |= kind in (Kind.TOOL, Kind.PAUSE, Kind.MACHINE)
+            waits = (waits or kind is Kind.DWELL) and not stopped
             if kind is Kind.MACHINE:
                 if math.isfinite(x) and math.isfinite(y):
                     return None

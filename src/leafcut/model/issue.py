@@ -37,6 +37,8 @@ CODES: dict[str, str] = {
     "L501": "a piece of a program stays where it is",
     "L502": "nothing in a program may change places",
     "L503": "changes of tool were saved",
+    "L504": "cuts of a program may be made from either end",
+    "L505": "a part of a program keeps its order, as another could not be written or proved",
 }
 
 

@@ -31,7 +31,8 @@ class OperationOutcome:
     """One tool's work: how many holes or slots, by which cycle, and the solution of its order.
 
     `hole_order` are indices into `Part.holes` (or `Part.slots` when `slots`), in the order of machining. In a program
-    that came from elsewhere, `cuts` is how many chains of cuts it orders besides.
+    that came from elsewhere, `cuts` is how many chains of cuts it orders besides, and `lines` the first and the last
+    line of the section that they stand in.
     """
 
     tool: Tool
@@ -40,6 +41,7 @@ class OperationOutcome:
     slots: bool
     solution: Solution
     cuts: int = 0
+    lines: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True)

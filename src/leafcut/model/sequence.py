@@ -33,6 +33,8 @@ class Chain:
         The lowest place, mm.
     line
         The line of its first block.
+    reversible
+        It may be made from the other end: the tool then arrives at `exit` and is up again at `entry`.
     """
 
     begin: int
@@ -44,6 +46,7 @@ class Chain:
     leave_z: float
     bottom: float
     line: int
+    reversible: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,7 +96,9 @@ def read_rows(program: Program, process: str) -> Rows:
     off = np.array([program.modals[k].spindle == 0 for k in program.before.tolist()], dtype=bool)[block]
     off &= ~beam & (np.bincount(block[path.kind == Kind.SPINDLE], minlength=program.n_blocks) == 0)[block]
     cut = (feed & beam) | drill | ((path.kind == Kind.DWELL) & beam)
-    across = (rapid & ~beam) | (feed & off) if process == "plasma" else rapid | (feed & off)
+    # An arc is said from where it begins, so it stays with what brings the tool there.
+    off &= path.kind == Kind.FEED
+    across = (rapid & ~beam) | off if process == "plasma" else rapid | off
     return Rows(before, block, cut, across & sideways, sideways, beam)
 
 
@@ -112,6 +114,21 @@ def _beam(program: Program) -> NDArray[np.bool_]:
     last = np.maximum.accumulate(np.where(switched, rows, -1)) if len(rows) else rows
     beam: NDArray[np.bool_] = (last >= 0) & on[last]
     return beam
+
+
+def works_with_beam(program: Program, rows: Rows) -> bool:
+    """Return whether what cuts is switched off (M5) from one cut to the next without a stop, or Z never moves."""
+    path = program.path
+    z = path.end[path.kind <= Kind.DRILL, 2]
+    z = z[np.isfinite(z)]
+    if not ((np.abs(np.diff(z)) > TOLERANCE).any() or (path.kind == Kind.DRILL).any()):
+        return True
+    off = np.array([program.modals[k].spindle == 0 for k in program.before[1:].tolist()], dtype=bool)[rows.block]
+    moving = path.kind <= Kind.ARC_CCW
+    stage = np.cumsum(np.isin(path.kind, [Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE]))
+    lit = np.flatnonzero(moving & ~off & (path.kind != Kind.RAPID))
+    dark = np.cumsum(moving & off & rows.sideways)
+    return bool(((np.diff(dark[lit]) > 0) & (np.diff(stage[lit]) == 0)).any())
 
 
 def known_process(program: Program) -> str:
@@ -184,22 +201,31 @@ def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
 
 
 def _idle(program: Program, rows: Rows) -> list[int]:
-    """Return the rows that dwell or switch the spindle after work and a rise at rapid, before the tool goes elsewhere.
+    """Return the rows that dwell or switch the spindle where no work is: nobody knows what the tool waits for there.
 
-    There the tool waits, and nobody knows what for. A beam is switched where it is.
+    That is after work and a rise at rapid, before the tool goes elsewhere; and a dwell at a place where the tool goes
+    and does not work. A beam is switched where it is.
     """
     kind = program.path.kind
+    n = len(kind)
+    numbers = np.arange(n)
 
     def last(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
-        return np.maximum.accumulate(np.where(mask, np.arange(len(kind)), -1))
+        return np.maximum.accumulate(np.where(mask, numbers, -1))
 
-    if not len(kind):
+    def next_(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
+        return np.minimum.accumulate(np.where(mask, numbers, n)[::-1])[::-1]
+
+    if not n:
         return []
-    cut, rapid, travel = last(rows.cut), last(kind == Kind.RAPID), last(rows.travel & ~rows.cut)
-    waits = kind == Kind.DWELL
-    if not rows.beam.any():
-        waits |= kind == Kind.SPINDLE
-    idle = waits & ~rows.cut & (cut >= 0) & (rapid > cut) & (travel < cut)
+    ways = rows.travel & ~rows.cut
+    cut, rapid, travel = last(rows.cut), last(kind == Kind.RAPID), last(ways)
+    dwells = kind == Kind.DWELL
+    switches = (kind == Kind.SPINDLE) & (not rows.beam.any())
+    after_work = (cut >= 0) & (rapid > cut)
+    idle = (
+        ~rows.cut & after_work & (((dwells | switches) & (travel < cut)) | (dwells & (next_(ways) < next_(rows.cut))))
+    )
     found: list[int] = np.flatnonzero(idle).tolist()
     return found
 

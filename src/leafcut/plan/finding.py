@@ -14,12 +14,11 @@ from leafcut.gcode.reliance import HERE, BlockReader, next_place
 from leafcut.model.sequence import Chain, Kept, Section
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.plan.chains import BEAMS, TOLERANCE, Rows, find_barriers, free_runs, read_rows
+from leafcut.plan.endings import STOPS, stays_last
 from leafcut.plan.heights import group_by_height
 from leafcut.plan.precedence import find_precedence
 
 _MOTIONS = frozenset(int(k) for k in MOTIONS)
-#: Rows before which the tool goes up for their sake.
-_STOPS = [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,21 +88,26 @@ class Finder:
 
     def _starts(self, begin: int, end: int) -> list[_Start]:
         """Return the places in a run where the tool, up and done with the work before, goes across."""
-        low, high = np.searchsorted(self.travels, [begin, end])
+        low_block, high = np.searchsorted(self.travels, [begin, end])
         top = self._top(begin, end)
         # A beam may work at a height that nobody states; but where one is, it is for all.
         level = not math.isnan(self._z_after(int(self.first[end]) - 1)) if self.beam and self.first[end] else False
         starts: list[_Start] = []
-        done = -1
-        for block in self.travels[low:high].tolist():
+        done = low = -1
+        for block in self.travels[low_block:high].tolist():
             cuts = int(self.cuts[self.first[block]])
             start = self._start(block)
+            up = self._may_begin(start, top) and not (level and math.isnan(self.rows.before[start.row, 2]))
             if starts and cuts == done:
                 # Where the tool waits before the first piece of work is no part of that.
-                if len(starts) == 1 and self._may_begin(start, top) and self._says_where(block):
+                if len(starts) == 1 and up and self._says_where(block):
                     starts = [start]
-                continue
-            if self._may_begin(start, top) and not (level and math.isnan(self.rows.before[start.row, 2])):
+                elif not self._arrives_alike(start, starts[-1]):
+                    self.entries.discard(starts.pop().block)
+            elif not up:
+                low = cuts if starts else -1
+            elif cuts != low:
+                # Else the tool left the work before it on a way that is not up.
                 starts.append(start)
                 self.entries.add(block)
                 done = cuts
@@ -115,6 +119,16 @@ class Finder:
         placed = bool(np.isfinite(self.program.path.end[start.row, :2]).all())
         up = start.height >= top - TOLERANCE and start.height >= self.floor
         return placed and up and self._at_rest(start.block)
+
+    def _arrives_alike(self, start: _Start, first: _Start) -> bool:
+        """Return whether a second way to a piece of work is made like the first: no lower, and with the beam as it was.
+
+        Where another piece ends at the place between the two, the tool would leave that in a way it never did.
+        """
+        if start.height < first.height - TOLERANCE:
+            return False
+        spindle = [self.program.modal(s.block + 1).spindle for s in (start, first)]
+        return not self.beam or spindle[0] == spindle[1]
 
     def _says_where(self, block: int) -> bool:
         words = self.reader.words(block)
@@ -184,6 +198,8 @@ class Finder:
             if last is not None:
                 chains.append(self._chain(chosen[-1], last, int(self.first[last]), clearance))
             chains = self._with_prefixes(chains, clearance)
+            if stop == len(starts) and stays_last(self.program, self.rows, chains[-1]):
+                chains = chains[:-1]
             if len(chains) > 1:
                 yield self._section(chains, chosen[0], clearance)
 
@@ -209,7 +225,7 @@ class Finder:
         Before a change of tool or the end it rises for that, not because of the place.
         """
         row = int(self.first[end])
-        upcoming = [np.flatnonzero(rows[row:]) for rows in (self.rows.cut, np.isin(self.program.path.kind, _STOPS))]
+        upcoming = [np.flatnonzero(rows[row:]) for rows in (self.rows.cut, np.isin(self.program.path.kind, STOPS))]
         work, stop = (int(found[0]) if len(found) else math.inf for found in upcoming)
         while stop >= work and block < end and self._rises(block):
             block += 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -13,11 +14,10 @@ from numpy.typing import NDArray
 from leafcut.gcode.program import Program
 from leafcut.model.sequence import Chain
 from leafcut.model.toolpath import Kind, arc_extremes, arc_sweep
-from leafcut.plan.chains import BEAMS, Rows
+from leafcut.plan.chains import BEAMS, TOLERANCE, Rows, works_with_beam
+from leafcut.plan.outlines import TOUCHING, closed_together
 from leafcut.units import MM_PER_INCH
 
-#: Cuts closer than this are at the same place, mm.
-TOUCHING = 0.05
 #: How far a chord may lie from its arc, mm.
 _SAGITTA = 0.02
 #: Segments in one piece of a path, so that its box is small.
@@ -31,14 +31,18 @@ _DIAMETER = re.compile(
     re.IGNORECASE,
 )
 
+#: The number of a chain, and float64[n, 2]: a line along which it cuts.
+_Path = tuple[int, NDArray[np.float64]]
+
 
 def find_precedence(program: Program, rows: Rows, chains: Sequence[Chain], process: str) -> NDArray[np.int32]:
     """Return int32[k, 2], pairs (before, after) of chains, in which the order of the program is kept.
 
     Two cuts that come nearer to each other than the tool is wide (where a comment says how wide; else than
     `TOUCHING`) keep their order: passes over the same place, a finishing pass, a hole drilled again. A closed cut
-    stays behind what is inside it and came before it; what a mill makes inside a closed cut stays behind that, too, as
-    the outer one may be the rough one. What follows from others is left out.
+    stays behind what is inside it and came before it, also where several pieces close it together; what a mill makes
+    inside a closed cut stays behind that, too, as the outer one may be the rough one. What follows from others is left
+    out.
     """
     pairs = related(program, rows, chains, chains, process)
     keep = pairs[pairs[:, 0] < pairs[:, 1]]
@@ -52,15 +56,15 @@ def related(
     import shapely
 
     reach = TOUCHING + 2 * _SAGITTA + max(tool_width(program, ones[0].begin), tool_width(program, others[0].begin))
-    first = [_path(program, rows, c) for c in ones]
-    second = first if others is ones else [_path(program, rows, c) for c in others]
+    first = _paths(program, rows, ones)
+    second = first if others is ones else _paths(program, rows, others)
     lines, owner = _pieces(shapely, first)
     other_lines, other_owner = (lines, owner) if others is ones else _pieces(shapely, second)
     found = shapely.STRtree(lines).query(other_lines, predicate="dwithin", distance=reach)
     pairs = [np.stack([owner[found[1]], other_owner[found[0]]], axis=1)]
     # Inside something that came before it, work is free again, unless a mill goes round.
     pairs.append(_inside(shapely, first, second))
-    if process not in BEAMS:
+    if process not in BEAMS or not works_with_beam(program, rows):
         pairs.append(_inside(shapely, second, first)[:, ::-1])
     every = np.concatenate(pairs)
     return np.unique(every, axis=0) if len(every) else every
@@ -83,26 +87,43 @@ def tool_width(program: Program, block: int) -> float:
     return 0.0
 
 
-def _path(program: Program, rows: Rows, chain: Chain) -> NDArray[np.float64]:
-    """Return float64[n, 2], the places that the cut of a chain goes through, arcs as chords."""
+def _paths(program: Program, rows: Rows, chains: Sequence[Chain]) -> list[_Path]:
+    """Return the lines that the cuts of chains go along, in order."""
+    return [(number, points) for number, c in enumerate(chains) for points in _lines_of(program, rows, c)]
+
+
+def _lines_of(program: Program, rows: Rows, chain: Chain) -> list[NDArray[np.float64]]:
+    """Return float64[n, 2] for every line that the cut of a chain goes along without a way in between, arcs as chords.
+
+    A line has two points at least; a hole has its place twice, and so has where the tool waits.
+    """
     path = program.path
     low, high = int(program.first[chain.begin]), int(program.first[chain.end])
     chosen = low + np.flatnonzero(rows.cut[low:high] & (path.kind[low:high] != Kind.DWELL))
-    if not len(chosen):
-        return np.array([chain.entry, chain.entry])
-    kinds = path.kind[chosen]
-    if not np.isin(kinds, [Kind.ARC_CW, Kind.ARC_CCW]).any():
-        start = path.end[chosen[:1], :2] if kinds[0] == Kind.DRILL else rows.before[chosen[:1], :2]
-        points = np.concatenate([start, path.end[chosen, :2]])
-    else:
-        parts = [rows.before[chosen[:1], :2]]
-        parts += [
-            _chords(program, row) if kind in (Kind.ARC_CW, Kind.ARC_CCW) else path.end[row : row + 1, :2]
-            for row, kind in zip(chosen.tolist(), kinds.tolist(), strict=True)
-        ]
-        points = np.concatenate(parts)
-    points = points[np.isfinite(points).all(axis=1)]
-    return points if len(points) > 1 else np.array([chain.entry, chain.entry])
+    kinds, end = path.kind[chosen], path.end[chosen, :2]
+    begin = np.where((kinds == Kind.DRILL)[:, None], end, rows.before[chosen, :2])
+    with np.errstate(invalid="ignore"):
+        goes_on = (np.abs(begin[1:] - end[:-1]) <= TOLERANCE).all(axis=1)
+    edges = [0, *(np.flatnonzero(~goes_on) + 1).tolist(), len(chosen)]
+    lines = []
+    for one, other in pairwise(edges):
+        points = np.concatenate([begin[one : one + 1], *_corners(program, chosen[one:other])])
+        points = points[np.isfinite(points).all(axis=1)]
+        if len(points):
+            lines.append(points if len(points) > 1 else np.repeat(points, 2, axis=0))
+    waits = rows.before[low:high, :2][path.kind[low:high] == Kind.DWELL]
+    lines += [np.array([place, place]) for place in np.unique(waits[np.isfinite(waits).all(axis=1)], axis=0)]
+    return lines or [np.array([chain.entry, chain.entry])]
+
+
+def _corners(program: Program, rows: NDArray[np.int64]) -> list[NDArray[np.float64]]:
+    """Return the ends of cuts that follow each other, those of arcs with the ends of their chords before them."""
+    path = program.path
+    arcs = np.isin(path.kind[rows], [Kind.ARC_CW, Kind.ARC_CCW])
+    if not arcs.any():
+        return [path.end[rows, :2]]
+    ends = zip(rows.tolist(), arcs.tolist(), strict=True)
+    return [_chords(program, row) if arc else path.end[row : row + 1, :2] for row, arc in ends]
 
 
 def _chords(program: Program, row: int) -> NDArray[np.float64]:
@@ -119,13 +140,13 @@ def _chords(program: Program, row: int) -> NDArray[np.float64]:
     return np.concatenate([centre + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1), end])
 
 
-def _pieces(shapely: Any, paths: list[NDArray[np.float64]]) -> tuple[NDArray[np.object_], NDArray[np.int64]]:
-    """Return short lines that together are the paths, and the number of the path that each is of."""
+def _pieces(shapely: Any, paths: list[_Path]) -> tuple[NDArray[np.object_], NDArray[np.int64]]:
+    """Return short lines that together are the paths, and the number of the chain that each is of."""
     coordinates: list[NDArray[np.float64]] = []
     line_of: list[NDArray[np.int64]] = []
     owner: list[int] = []
     still: list[int] = []
-    for number, path in enumerate(paths):
+    for number, path in paths:
         for begin in range(0, len(path) - 1, _PIECE):
             piece = path[begin : begin + _PIECE + 1]
             if (piece == piece[0]).all():
@@ -139,20 +160,37 @@ def _pieces(shapely: Any, paths: list[NDArray[np.float64]]) -> tuple[NDArray[np.
     return lines, np.array(owner, dtype=np.int64)
 
 
-def _inside(shapely: Any, inner: list[NDArray[np.float64]], outer: list[NDArray[np.float64]]) -> NDArray[np.int64]:
-    """Return int64[k, 2], pairs of a path of `inner` that begins inside a loop of a path of `outer`, and that one."""
+def _inside(shapely: Any, inner: list[_Path], outer: list[_Path]) -> NDArray[np.int64]:
+    """Return int64[k, 2], pairs of a chain of `inner` that begins inside an outline of `outer`, and one that cuts it.
+
+    An outline that several chains cut together is closed by the last of them, whichever that will be: what is inside
+    is paired with each.
+    """
     areas: list[Any] = []
-    owner: list[int] = []
-    for number, path in enumerate(outer):
+    owners: list[list[int]] = []
+    open_: list[_Path] = []
+    for number, path in outer:
         area = _area(shapely, path)
         if area is not None:
             areas.append(area)
-            owner.append(number)
+            owners.append([number])
+        elif (path != path[0]).any():
+            open_.append((number, path))
+    for area, numbers in closed_together(shapely, open_):
+        areas.append(area)
+        owners.append(numbers)
     if not areas or not inner:
         return np.zeros((0, 2), dtype=np.int64)
-    points = shapely.points(np.array([path[0] for path in inner]))
+    points = shapely.points(np.array([path[0] for _, path in inner]))
     area_at, point_at = shapely.STRtree(points).query(np.array(areas, dtype=object), predicate="contains")
-    return np.stack([point_at, np.array(owner)[area_at]], axis=1)
+    pairs = {
+        (inner[point][0], owner)
+        for area, point in zip(area_at.tolist(), point_at.tolist(), strict=True)
+        for owner in owners[area]
+    }
+    # A chain of several lines may lie inside one of its own, or inside an outline that it helps to close.
+    found = [pair for pair in pairs if inner is not outer or pair[0] != pair[1]]
+    return np.array(found, dtype=np.int64).reshape(-1, 2)
 
 
 def _is_closed(path: NDArray[np.float64]) -> bool:

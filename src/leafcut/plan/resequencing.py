@@ -2,6 +2,7 @@
 
     find_sequence(program) -> Sequence          pieces
     build_problem(section, metric, start, end)  the routing problem of one section
+    chain_order(section, nodes)                 what its solution says
 
 A piece of work is everything from the rapid that brings the tool over a place to the next such rapid. Within one tool,
 one offset, one spindle speed, one clearance height, the order of pieces is taken to be free, but for those whose cuts
@@ -11,6 +12,7 @@ touch, and for what an outer cut would set free. Whatever else stands in the pro
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from leafcut.errors import PlanError, nearest
 from leafcut.gcode.program import Program
@@ -23,7 +25,9 @@ from leafcut.plan.finding import Finder
 Point = tuple[float, float]
 
 
-def find_sequence(program: Program, *, process: str = "auto", merge_tools: bool = False) -> Sequence:
+def find_sequence(
+    program: Program, *, process: str = "auto", merge_tools: bool = False, allow_reverse: bool = False
+) -> Sequence:
     """Return the program in pieces: sections whose chains may change places, and all that stays.
 
     Parameters
@@ -32,6 +36,8 @@ def find_sequence(program: Program, *, process: str = "auto", merge_tools: bool 
         ``drill``, ``mill``, ``laser`` or ``plasma``; ``auto`` takes what the program tells.
     merge_tools
         Join sections of one tool where nothing between them forbids it, which saves changes of tool.
+    allow_reverse
+        Let open cuts at one depth be made from either end (`leafcut.plan.reversing`).
 
     Raises
     ------
@@ -47,27 +53,47 @@ def find_sequence(program: Program, *, process: str = "auto", merge_tools: bool 
     if merge_tools:
         from leafcut.plan.merging import merge_sections
 
-        return merge_sections(program, sequence, finder.rows)
+        sequence = merge_sections(program, sequence, finder.rows)
+    if allow_reverse:
+        from leafcut.plan.reversing import with_reversible
+
+        sequence = with_reversible(program, sequence, finder.rows)
     return sequence
 
 
 def build_problem(section: Section, metric: Metric, start: Point | None, end: Point | None) -> RoutingProblem:
-    """Return the routing problem of a section: every chain is a cluster of one node, from its entry to its exit."""
+    """Return the routing problem of a section: every chain is a cluster.
+
+    Its first node goes from the chain's entry to its exit. Those chains that may be made from the other end have a
+    second one; these nodes stand behind all first ones, in the order of the chains.
+    """
     entry = np.array([c.entry for c in section.chains], dtype=np.float64).reshape(-1, 2).round(6)
     leave = np.array([c.exit for c in section.chains], dtype=np.float64).reshape(-1, 2).round(6)
-    n = len(entry)
+    both = _reversible(section)
+    cluster = np.concatenate([np.arange(len(entry), dtype=np.int32), both])
     tool = "" if section.tool is None else f" T{section.tool}"
     return RoutingProblem(
-        entry,
-        leave,
-        np.arange(n, dtype=np.int32),
-        np.zeros(n),
+        np.concatenate([entry, leave[both]]),
+        np.concatenate([leave, entry[both]]),
+        cluster,
+        np.zeros(len(cluster)),
         metric,
         section.precedence,
         start,
         end,
         name=f"line {section.chains[0].line}{tool}",
     )
+
+
+def chain_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return the chains int32[n] in the order of the nodes of `build_problem`; ~k is chain k from its other end."""
+    chain = np.concatenate([np.arange(len(section.chains), dtype=np.int32), ~_reversible(section)])
+    order: NDArray[np.int32] = chain[nodes]
+    return order
+
+
+def _reversible(section: Section) -> NDArray[np.int32]:
+    return np.array([k for k, c in enumerate(section.chains) if c.reversible], dtype=np.int32)
 
 
 def _issues(program: Program, items: list[Kept | Section]) -> list[Issue]:
@@ -77,11 +103,10 @@ def _issues(program: Program, items: list[Kept | Section]) -> list[Issue]:
         if isinstance(item, Kept) and item.reason:
             for reason in item.reason.split("; "):
                 where.setdefault(reason, []).append(int(program.line[item.begin]))
-    free = any(isinstance(item, Section) for item in items)
-    if not free:
-        why = "; ".join(where) or "there is no work in it"
-        return [Issue("L502", f"nothing in the program may change places: {why}", severity=Severity.NOTE)]
     issues = []
+    if not any(isinstance(item, Section) for item in items):
+        why = "" if where else ": " + next(iter(program.fixed.values()), "there is no work in it")
+        issues.append(Issue("L502", f"nothing in the program may change places{why}", severity=Severity.NOTE))
     for reason, lines in where.items():
         times = f", here and {len(lines) - 1} times more" if len(lines) > 1 else ""
         issues.append(Issue("L501", f"stays in its place: {reason}{times}", f"line {lines[0]}", Severity.NOTE))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from leafcut.errors import PostError
 
@@ -11,7 +11,10 @@ _COMMENT = re.compile(r"\([^()]*\)|;.*")
 _FRONT = re.compile(r"[ \t]*/?[ \t]*(?:[Nn][ \t]*[0-9]+(?:\.[0-9]+)?)?[ \t]*")
 _NUMBER = re.compile(r"([ \t]*/?[ \t]*[Nn][ \t]*)([0-9]+)(?![0-9.])")
 _LETTER = re.compile(r"[A-Za-z]")
+_WORD = re.compile(r"([A-Za-z])[ \t]*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))")
 _JUMP = re.compile(r"GOTO|M\s*97(?![0-9])|M\s*99\s*P", re.IGNORECASE)
+#: Words that say how the next motions are meant, and make none.
+_STANDS_ALONE = frozenset(("G17", "G18", "G19", "G90", "G91", "G90.1", "G91.1", "G98", "G99"))
 #: The largest N-number of RS274/NGC.
 _LAST_NUMBER = 99_999
 
@@ -39,6 +42,70 @@ def insert_words(line: str, front: Sequence[str], back: Sequence[str]) -> str:
     return line[:start] + said + line[stop:]
 
 
+def insert_words_within(line: str, front: Sequence[str], back: Sequence[str], longest: int, was: int) -> list[str]:
+    """Return a line with words inserted, after a block of their own where it would be too long for the controller.
+
+    Parameters
+    ----------
+    longest
+        Characters that a line may have, its end not counted.
+    was
+        How many the line of the original has: that many it may have anyway.
+
+    Raises
+    ------
+    PostError
+        It is too long even so: words of a motion cannot stand alone.
+
+    >>> insert_words_within("X5 (a hole)", ["G99", "G81"], ["Z-3.0", "F100"], 24, 11)
+    ['G99 F100', 'G81 X5 Z-3.0 (a hole)']
+    """
+    most = max(longest, was)
+    whole = insert_words(line, front, back)
+    if len(whole.rstrip("\r\n")) <= most:
+        return [whole]
+    alone = [w for w in (*front, *back) if w[0] in "FS" or w in _STANDS_ALONE]
+    rest = insert_words(line, *([w for w in words if w not in alone] for words in (front, back)))
+    if len(rest.rstrip("\r\n")) > most:
+        raise PostError(
+            f"'{line.strip()[:40]}' would be longer than the {longest} characters that the controller takes"
+        )
+    end = line[len(line.rstrip("\r\n")) :] or "\n"
+    return [" ".join(alone) + end, rest]
+
+
+def replace_words(line: str, texts: Mapping[str, str]) -> str:
+    """Return a line with other numbers behind the letters that `texts` names, where it has them.
+
+    >>> replace_words("G0 X5.Y-2 (X5)", {"X": "7.5", "Z": "1"})
+    'G0 X7.5Y-2 (X5)'
+    """
+    code = code_of(line)
+    for match in reversed(list(_WORD.finditer(code))):
+        text = texts.get(match.group(1).upper())
+        if text is not None:
+            line = line[: match.start(2)] + text + line[match.end(2) :]
+    return line
+
+
+def with_words(line: str, words: Sequence[str]) -> str:
+    """Return a line with other words; its number, its comments and its manner stay.
+
+    >>> with_words("N10 G1X5Y2 (here)", ["G1", "X0", "Y1"])
+    'N10 G1X0Y1 (here)'
+    """
+    code = code_of(line)
+    begin = _FRONT.match(code)
+    assert begin is not None  # it matches nothing, too
+    start, stop = begin.end(), len(code.rstrip())
+    body = code[start:stop]
+    inside = [match.group() for match in _COMMENT.finditer(line, start, max(stop, start))]
+    space = "" if len(_LETTER.findall(body)) > 1 and not re.search(r"[ \t]", body) else " "
+    said = space.join(words)
+    said = said.lower() if body.islower() else said
+    return line[:start] + " ".join([said, *inside]) + line[max(stop, start) :]
+
+
 def format_value(value: float) -> str:
     """Return a length in the program's unit as every controller reads it: with a decimal point, without an exponent."""
     text = f"{round(value, 6) + 0.0:.6f}".rstrip("0")
@@ -54,7 +121,7 @@ def format_length(mm: float, unit: float | None) -> str:
     return format_value(mm / (unit or 1.0))
 
 
-def renumbered(lines: Sequence[tuple[str, bool]]) -> list[str]:
+def renumbered(lines: Sequence[tuple[str, bool]], longest: int = 255) -> list[str]:
     """Return lines with new N-numbers, counting as the program does; `lines` are (text, whether it is a new line).
 
     A line without a number gets none, but for a new one.
@@ -62,7 +129,8 @@ def renumbered(lines: Sequence[tuple[str, bool]]) -> list[str]:
     Raises
     ------
     PostError
-        The program jumps to a number, or has more lines than there are numbers.
+        The program jumps to a number, has more lines than there are numbers, or a line would have more than `longest`
+        characters.
     """
     found = [m for m in (_NUMBER.match(text) for text, _ in lines) if m]
     if not found:
@@ -86,5 +154,9 @@ def renumbered(lines: Sequence[tuple[str, bool]]) -> list[str]:
             result.append(match.group(1) + said + text[match.end() :])
         else:
             result.append(f"N{said} {text}" if new else text)
+        if len(result[-1].rstrip("\r\n")) > max(longest, len(text.rstrip("\r\n"))):
+            raise PostError(
+                f"with its number, line {len(result)} is longer than {longest} characters; leave out --renumber"
+            )
         number += step if match or new else 0
     return result

@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from collections.abc import Iterator
 from collections.abc import Sequence as Many
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -20,11 +22,13 @@ from numpy.typing import ArrayLike, NDArray
 from leafcut.errors import PostError
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reliance import HERE, BlockReader, Reliance, height_matters, next_place
+from leafcut.gcode.stroke import find_stroke
 from leafcut.model.sequence import Chain, Kept, Section, Sequence
 from leafcut.model.toolpath import MOTIONS, Kind
-from leafcut.post.insertion import format_length, format_value, insert_words, renumbered
+from leafcut.post.insertion import format_length, format_value, insert_words_within, renumbered
 from leafcut.post.orders import checked_order
 from leafcut.post.original import Original
+from leafcut.post.reversing import reverse_stroke
 from leafcut.post.territory import Territory
 
 _TOLERANCE = 1e-6
@@ -40,35 +44,54 @@ _FIELDS: dict[str, tuple[str, ...]] = {
 }
 
 
-def rewrite(program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False) -> str:
+def rewrite(
+    program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False, longest: int = 255
+) -> str:
     """Return the text of the program with the chains of every section in their order.
 
     Parameters
     ----------
     orders
-        One permutation of its chains for every section, integers.
+        One permutation of its chains for every section, integers; ~k is chain k from its other end.
     renumber
         Give new N-numbers to all lines that have one.
+    longest
+        Characters that the controller takes in a line: none that has gained words has more, unless it had before.
 
     Raises
     ------
     PostError
         An order is not a permutation, or breaks a precedence; what stays behind a section takes something from its
-        last chain that cannot be said again; the program jumps to N-numbers that would change.
+        last chain that cannot be said again; the program jumps to N-numbers that would change; a line would be longer
+        than `longest`.
     """
-    permutations = [checked_order(s, o) for s, o in zip(sequence.sections, orders, strict=True)]
+    permutations: list[NDArray[np.int64]] = []
+    for number, (section, order) in enumerate(zip(sequence.sections, orders, strict=True)):
+        with _of_section(number):
+            permutations.append(checked_order(section, order))
     same = not sequence.dropped and all((p == np.arange(len(p))).all() for p in permutations)
     if same and not renumber:
         return "".join(program.lines)
-    lines = [(line, False) for line in program.lines] if same else _Rewriter(program, sequence).lines(permutations)
-    return "".join(renumbered(lines) if renumber else (text for text, _ in lines))
+    lines = (
+        [(line, False) for line in program.lines] if same else _Rewriter(program, sequence, longest).lines(permutations)
+    )
+    return "".join(renumbered(lines, longest) if renumber else (text for text, _ in lines))
+
+
+@contextmanager
+def _of_section(number: int) -> Iterator[None]:
+    """Have every `PostError` say which section it is about."""
+    try:
+        yield
+    except PostError as problem:
+        raise PostError(str(problem), number) from None
 
 
 class _Rewriter:
     """Writes piece after piece, and remembers what the machine then has active, and where the tool is."""
 
-    def __init__(self, program: Program, sequence: Sequence) -> None:
-        self.program, self.sequence = program, sequence
+    def __init__(self, program: Program, sequence: Sequence, longest: int) -> None:
+        self.program, self.sequence, self.longest = program, sequence, longest
         self.reader = BlockReader(program)
         self.territory = Territory(program, sequence)
         self.original = Original(program)
@@ -84,19 +107,20 @@ class _Rewriter:
 
     def lines(self, orders: Many[NDArray[np.int64]]) -> list[tuple[str, bool]]:
         """Return the lines of the new program, and whether each is new."""
-        remaining = iter(orders)
-        moved = False
+        done = 0
         self._copy(self.territory.head)
         for item in self.sequence.items:
             if isinstance(item, Kept):
-                if moved:
-                    self._go_on(item)
+                if done:
+                    with _of_section(done - 1):
+                        self._go_on(item)
                 self._copy(self.territory.of(item.begin, item.end))
                 continue
-            if not moved:
+            if not done:
                 self._stand(item.chains[0].begin)
-                moved = True
-            self._section(item, next(remaining))
+            with _of_section(done):
+                self._section(item, orders[done])
+            done += 1
         self._copy(self.territory.tail)
         return self.out
 
@@ -143,42 +167,59 @@ class _Rewriter:
         entry = section.clearance if math.isnan(entry) else max(section.clearance, entry)
         follows = self.original.follows_work(chains[0].begin)
         floor = entry
-        for index in order.tolist():
-            self._chain(chains[index], max(floor, entry) if index == 0 and follows else floor)
+        for number in order.tolist():
+            index, turned = (~number, True) if number < 0 else (number, False)
+            self._chain(chains[index], max(floor, entry) if index == 0 and follows else floor, turned)
             # The way from the last place of the original may have begun with a rise.
             floor = section.clearance
             if index == len(chains) - 1:
                 floor = max(floor, self.original.departure(chains[-1]))
 
-    def _chain(self, chain: Chain, floor: float) -> None:
-        """Write one chain, arriving no lower than `floor`."""
+    def _chain(self, chain: Chain, floor: float, turned: bool) -> None:
+        """Write one chain, `turned` from its other end, arriving no lower than `floor`."""
         program = self.program
         block, row = self.original.arrival(chain)
+        entry = chain.exit if turned else chain.entry
         reliance = self.reader.reliance(chain.begin, chain.end)
         if program.path.kind[row] == Kind.DRILL and block == chain.begin:
             self._arrive_drilling(chain, row, floor)
         else:
-            self._arrive(chain, block, floor)
+            self._arrive(chain, block, floor, entry)
         front, back = self._missing(reliance, program.modal(chain.begin), chain.begin)
         stated = self._letters(block)
         axes = [
             letter + format_length(value, program.modal(block).unit)
-            for letter, value, now in zip("XY", chain.entry, self.place, strict=False)
+            for letter, value, now in zip("XY", entry, self.place, strict=False)
             if letter not in stated and not abs(value - now) < _TOLERANCE
         ]
         lines = list(self.territory.of(chain.begin, chain.end))
+        leaves = program.modal(chain.end)
+        if turned:
+            lines, leaves = self._turned(chain, lines)
         arrival = self.territory.first_block_in(chain.begin, block)
-        lines[arrival] = insert_words(lines[arrival], [], axes)
         begin = self.territory.first_block_in(chain.begin, chain.begin)
-        lines[begin] = insert_words(lines[begin], front, back)
+        lengths = [len(line.rstrip("\r\n")) for line in lines]
+        if axes:
+            lines[arrival : arrival + 1] = insert_words_within(lines[arrival], [], axes, self.longest, lengths[arrival])
+        lines[begin : begin + 1] = insert_words_within(lines[begin], front, back, self.longest, lengths[begin])
         self._copy(lines)
-        self._after_chain(chain, reliance)
+        self._after_chain(chain)
+        self._take(reliance.sets, leaves)
+        self.place[:2] = chain.entry if turned else self.place[:2]
+
+    def _turned(self, chain: Chain, lines: list[str]) -> tuple[list[str], Modal]:
+        """Return the lines of a chain made from its other end, and what they leave active."""
+        stroke = find_stroke(self.program, chain.begin, chain.end)
+        if stroke is None:
+            raise PostError(f"line {chain.line}: the piece of work there cannot be made from its other end")
+        offset = self._line(chain.begin) - 1 - self.territory.first_block_in(chain.begin, chain.begin)
+        return reverse_stroke(self.program, self.reader, stroke, lines, offset, self._text)
 
     def _letters(self, block: int) -> dict[str, str]:
         words = self.reader.words(block)
         return {} if words is None else words.letters
 
-    def _arrive(self, chain: Chain, arrival: int, floor: float) -> None:
+    def _arrive(self, chain: Chain, arrival: int, floor: float, entry: tuple[float, float]) -> None:
         """Bring the tool to the height at which a chain that begins with a way across needs it."""
         z, original = self.place[2], self.original.place_before(chain.begin)[2]
         matters = height_matters(self.reader, range(chain.begin, chain.end))
@@ -188,7 +229,7 @@ class _Rewriter:
         lowest = min((v for v in map(self._stated_z, range(chain.begin, arrival + 1)) if v is not None), default=level)
         down = matters and self.place[2] > original + _TOLERANCE
         if lowest < floor - _TOLERANCE or down:
-            self._rapid(*chain.entry)
+            self._rapid(*entry)
         if down:
             self._rapid(z=original)
 
@@ -217,8 +258,8 @@ class _Rewriter:
         if self.have.cycle is None:
             self.initial = self.place[2]
 
-    def _after_chain(self, chain: Chain, reliance: Reliance) -> None:
-        """Take over what a chain leaves."""
+    def _after_chain(self, chain: Chain) -> None:
+        """Take over where a chain leaves the tool, and what it has stated."""
         program, path = self.program, self.program.path
         height = self.place[2]
         for block in range(chain.begin, chain.end):
@@ -232,7 +273,6 @@ class _Rewriter:
                     self.initial = height
         x, y, _ = self.original.place_before(chain.end)
         self.place = [x, y, height]
-        self._take(reliance.sets, program.modal(chain.end))
         self.said |= self.reader.states(chain.begin, chain.end)
 
     def _take(self, groups: frozenset[str], modal: Modal) -> None:

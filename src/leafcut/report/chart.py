@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from leafcut.model.solution import Solution
-from leafcut.report.svg import element, nice_step, short, text, tick_words, ticks, title
+from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks, title
 from leafcut.report.wording import cost_words
 
 WIDTH, HEIGHT = 480.0, 230.0
@@ -20,6 +20,9 @@ _LINE_HEIGHT = 14.0
 #: Room for the words at the end of the curve.
 _WORDS = 110.0
 _EMPTY = 1e-9
+#: Room over and under what is drawn, in parts of it; the words of the lower bound stand under its line.
+_MARGIN = 0.08
+_ROOM_UNDER_BOUND = 0.14
 
 #: Kinds of time in the order they are stacked, with their words.
 TIME_KINDS = {
@@ -61,7 +64,8 @@ def convergence(solution: Solution, nearest: float | None, words: str) -> str:
     history = sorted(_thinned(history))
     levels = {"nearest neighbour": nearest, "lower bound": solution.lower_bound}
     known = {name: level for name, level in levels.items() if level is not None and math.isfinite(level)}
-    axes = _axes(history, [*known.values(), *(c for _, c in history)], solution.seconds)
+    under = _ROOM_UNDER_BOUND if "lower bound" in known else _MARGIN
+    axes = _axes(history, [*known.values(), *(c for _, c in history)], solution.seconds, under)
     factor, unit = _shown_unit(solution.unit, axes.costs[1])
     lines = [_level(axes, name, level) for name, level in known.items()]
     return element(
@@ -85,16 +89,15 @@ def _thinned(history: list[tuple[float, float]]) -> list[tuple[float, float]]:
     return [history[i * last // (_MOST_POINTS - 1)] for i in range(_MOST_POINTS)]
 
 
-def _axes(history: list[tuple[float, float]], costs: list[float], total: float) -> _Axes:
+def _axes(history: list[tuple[float, float]], costs: list[float], total: float, under: float) -> _Axes:
     end = max(history[-1][0], total if math.isfinite(total) else 0.0)
     end = end if end > 0 else 1.0
     begin = min((s for s, _ in history if s > 0), default=end)
     log = end / begin > _LOG_FROM
     low, high = min(costs), max(costs)
-    margin = 0.08 * (high - low) if high > low else max(0.05 * abs(high), 0.5)
-    return _Axes(
-        (begin if log else 0.0, end), (max(0.0, low - margin) if low >= 0 else low - margin, high + margin), log
-    )
+    margin = high - low if high > low else max(abs(high), 10.0)
+    foot = low - under * margin
+    return _Axes((begin if log else 0.0, end), (max(0.0, foot) if low >= 0 else foot, high + _MARGIN * margin), log)
 
 
 def _shown_unit(unit: str, largest: float) -> tuple[float, str]:
@@ -118,7 +121,7 @@ def _grid(axes: _Axes, factor: float, unit: str) -> str:
     for seconds, words in _second_ticks(axes):
         x = axes.x(seconds)
         marks.append(f"M{short(x)} {short(bottom)}v4")
-        numbers.append(text(words, x, bottom + 16, text_anchor="middle"))
+        numbers.append(text_within(words, x, bottom + 16, WIDTH))
     middle = (_TOP + bottom) / 2
     names = text("seconds of search", (_LEFT + WIDTH - _RIGHT) / 2, bottom + 33, text_anchor="middle") + text(
         f"cost, {unit}", 12, middle, text_anchor="middle", transform=f"rotate(-90 12 {short(middle)})"

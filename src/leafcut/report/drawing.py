@@ -14,25 +14,38 @@ from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, place_labels
 from leafcut.report.svg import STEPS, dots_data, element, in_steps, lines_data, short, text, title
 from leafcut.report.trace import Trace, trace
+from leafcut.report.wording import BEAMS
 
 #: Which of the two paths.
 Which = Literal["before", "after"]
 
 #: Up to so many stops carry numbers; more are told apart by the colour of the path, from first to last.
 MOST_NUMBERS = 120
-#: Colours of the ramp along a path, and of tools before they repeat.
+#: Colours of the ramp along a path, and of tools; more tools have the same colours in another manner (solid, hollow;
+#: dashed, dotted), so many times.
 RAMP = 24
 TOOL_COLOURS = 8
+TOOL_MANNERS = 3
 
 # User units: smaller holes are drawn so large that they can be seen, among few and among many.
 _SMALLEST_OF_FEW = 3.6
 _SMALLEST_HOLE = 1.6
+#: A hole whose width nothing says, in parts of the way to the next one if all were spread evenly, and the largest.
+_UNSIZED_PART = 0.3
+_LARGEST_UNSIZED = 5.0
 _RING = 1.1
 _MOST_GROUPS = 64
 _MOST_ARROWS = 28
 _SHORTEST_ARROWED = 22.0
 _ARROW = 4.2
+#: Heads of arrows are no nearer to each other than this.
+_ARROWS_APART = 13.0
 _GOLDEN = 0.618034
+#: Stops of cuts carry numbers if they are so few, or where there is so much room from one to the next, user units.
+_FEW_NUMBERS = 24
+_ROOM_FOR_NUMBERS = 20.0
+#: Rapids are shown so far beyond the work, in parts of its size: who parks far away does not make the part small.
+_BEYOND = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +62,9 @@ class Scene:
     """All that the drawings of one outcome share.
 
     `tools` are the tool numbers in the order of their work; a hole's colour is that of the last tool that works on it
-    (-1: none does). `slots` are (tool, width, centre line) in user units. `numbered`: stops carry numbers.
+    (-1: none does). `slots` are (tool, width, centre line) in user units. `numbered`: stops carry numbers. `enlarged`:
+    some holes are drawn larger than they are; `unsized`: of some nothing says how wide they are. `extent` is the size
+    of the work in mm.
     """
 
     frame: Frame
@@ -61,22 +76,21 @@ class Scene:
     before: Trace
     after: Trace
     discs: NDArray[np.float64]
+    unsized: bool = False
+    extent: tuple[float, float] = (0.0, 0.0)
 
 
 def build_scene(outcome: Outcome) -> Scene:
     """Return the scene of an outcome; an empty part gives an empty window."""
     part = outcome.part
-    before, after = trace(outcome.path_before), trace(outcome.path_after)
+    before, after = (trace(path, outcome.process in BEAMS) for path in (outcome.path_before, outcome.path_after))
     diameters = part.diameters
     ends = np.array([(s.start, s.end) for s in part.slots], dtype=np.float64).reshape(-1, 2)
     radius = np.concatenate([diameters / 2, np.repeat([s.width / 2 for s in part.slots], 2)])[:, None]
     centres = np.concatenate([part.hole_xy, ends])
-    everything = np.concatenate([centres - radius, centres + radius, before.points, after.points])
-    everything = everything[np.isfinite(everything).all(axis=1)]
-    if not len(everything):
-        everything = np.zeros((1, 2))
-    (x0, y0), (x1, y1) = everything.min(axis=0).tolist(), everything.max(axis=0).tolist()
-    frame = Frame.around((x0, y0), (x1, y1))
+    work = np.concatenate([centres - radius, centres + radius, before.work, after.work])
+    work = work[np.isfinite(work).all(axis=1)]
+    frame = _frame(work, np.concatenate([before.rapids.reshape(-1, 2), after.rapids.reshape(-1, 2)]))
 
     tools = tuple(dict.fromkeys(o.tool.number for o in outcome.operations))
     of_hole, of_slot = np.full(len(part.holes), -1), np.full(len(part.slots), -1)
@@ -86,9 +100,11 @@ def build_scene(outcome: Outcome) -> Scene:
         if not operation.slots:  # a bare point becomes as wide as its drill
             diameters[order] = np.where(diameters[order] > 0, diameters[order], operation.tool.diameter)
     numbered = max(len(before.stops), len(after.stops)) <= MOST_NUMBERS
+    if len(after.cuts) and len(after.stops) > _FEW_NUMBERS:
+        numbered = numbered and _apart(frame.place(np.unique(after.stops, axis=0))) >= _ROOM_FOR_NUMBERS
     smallest = _SMALLEST_OF_FEW if numbered else _SMALLEST_HOLE
-    true_sizes = diameters * frame.scale
-    sizes = np.maximum(true_sizes, smallest)
+    true_sizes, sized = diameters * frame.scale, diameters > 0.0
+    sizes = np.where(sized, np.maximum(true_sizes, smallest), _size_of_unsized(frame, len(diameters), smallest))
     placed = frame.place(part.hole_xy)
     slots = tuple(
         (int(tool), max(slot.width * frame.scale, _SMALLEST_HOLE), frame.place(np.array([[slot.start, slot.end]])))
@@ -100,11 +116,40 @@ def build_scene(outcome: Outcome) -> Scene:
         dots=_dots(placed, sizes, of_hole),
         slots=slots,
         numbered=numbered,
-        enlarged=bool((true_sizes < smallest).any()),
+        enlarged=bool((true_sizes[sized] < smallest).any()),
         before=before,
         after=after,
         discs=np.concatenate([placed, sizes[:, None] / 2], axis=1),
+        unsized=not bool(sized.all()),
+        extent=(float(np.ptp(work[:, 0])), float(np.ptp(work[:, 1]))) if len(work) else (0.0, 0.0),
     )
+
+
+def _frame(work: NDArray[np.float64], rapids: NDArray[np.float64]) -> Frame:
+    """Return the frame that shows all of the work, and the rapids as far as they are near it."""
+    if not len(work):
+        work = rapids if len(rapids) else np.zeros((1, 2))
+    low, high = work.min(axis=0), work.max(axis=0)
+    beyond = max(_BEYOND * float((high - low).max()), 10.0)
+    near = np.clip(rapids, low - beyond, high + beyond)
+    every = np.concatenate([work, near])
+    (x0, y0), (x1, y1) = every.min(axis=0).tolist(), every.max(axis=0).tolist()
+    return Frame.around((x0, y0), (x1, y1))
+
+
+def _size_of_unsized(frame: Frame, holes: int, smallest: float) -> float:
+    """Return how large holes are drawn of which nothing says how wide they are: to be seen, and beside each other."""
+    apart = math.sqrt(frame.width * frame.height / max(holes, 1))
+    return min(max(_UNSIZED_PART * apart, smallest), _LARGEST_UNSIZED)
+
+
+def _apart(places: NDArray[np.float64]) -> float:
+    """Return how far the usual place is from the next one."""
+    if len(places) < 2:
+        return math.inf
+    apart = np.hypot(*(places[:, None, :] - places[None, :, :]).transpose(2, 0, 1))
+    np.fill_diagonal(apart, np.inf)
+    return float(np.median(apart.min(axis=1)))
 
 
 def _dots(points: NDArray[np.float64], sizes: NDArray[np.float64], tools: NDArray[np.int64]) -> tuple[Dots, ...]:
@@ -120,7 +165,10 @@ def tool_class(scene: Scene, tool: int) -> str:
     """Return the CSS class of a tool's colour: neutral when there is only one, and ``idle`` where none works."""
     if tool < 0:
         return "idle"
-    return "only" if len(scene.tools) == 1 else f"t{tool % TOOL_COLOURS}"
+    if len(scene.tools) == 1:
+        return "only"
+    manner = tool // TOOL_COLOURS % TOOL_MANNERS
+    return f"t{tool % TOOL_COLOURS}" + (f" again{manner}" if manner else "")
 
 
 def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bool = False) -> str:
@@ -133,10 +181,14 @@ def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bo
     width, height = frame.size
     x, y = frame.origin
     drawn = element("use", href=holes) if holes.startswith("#") else _holes(scene, holes.removeprefix("="))
-    inside = (drawn, _rapids(scene, path), _cuts(path, frame), _arrows(frame.place(path.rapids)), *_ends(scene, path))
+    window = f"window-{which}"
+    edge = element("rect", x=0.0, y=0.0, width=frame.width, height=frame.height)
+    ways = (_rapids(scene, path), _cuts(scene, path), _arrows(frame.place(path.rapids)))
+    inside = (drawn, element("g", *ways, clip_path=f"url(#{window})"), *_ends(scene, path))
     return element(
         "svg",
         title(words),
+        element("clipPath", edge, id=window),
         frame.axes(),
         element("g", *inside, transform=f"translate({short(x)} {short(y)})"),
         viewBox=f"0 0 {short(width)} {short(height)}",
@@ -181,10 +233,29 @@ def _rapids(scene: Scene, path: Trace) -> str:
     return element("g", in_steps(*lines), stroke_width=width * STEPS)
 
 
-def _cuts(path: Trace, frame: Frame) -> str:
+def cut_tools(scene: Scene) -> dict[int, int]:
+    """Return the tools that cut, by number: which colour each has. One colour for all if only one tool works."""
+    if len(scene.tools) < 2:
+        return {}
+    cutting = set(np.unique(scene.after.cut_tool).tolist())
+    return {number: index for index, number in enumerate(scene.tools) if number in cutting}
+
+
+def _cuts(scene: Scene, path: Trace) -> str:
+    """Return the cuts, thinner where there are many; of several tools each in its colour."""
     if not len(path.cuts):
         return ""
-    return in_steps(element("path", d=lines_data(frame.place(path.cuts)), class_="cut", stroke_width=2.6 * STEPS))
+    segments, colours = scene.frame.place(path.cuts), cut_tools(scene)
+    length = float(np.hypot(*(segments[:, 1] - segments[:, 0]).T).sum())
+    # So that what is cut with a small step-over stays a pattern of lines.
+    width = float(np.clip(0.25 * scene.frame.width * scene.frame.height / max(length, 1.0), 0.9, 2.6)) * STEPS
+    lines = []
+    for number in [*colours, None]:
+        mine = path.cut_tool == number if number is not None else ~np.isin(path.cut_tool, list(colours))
+        if mine.any():
+            of_tool = f"cut tool {tool_class(scene, colours[number])}" if number is not None else "cut"
+            lines.append(element("path", d=lines_data(segments[mine]), class_=of_tool, stroke_width=width))
+    return in_steps(*lines)
 
 
 def _arrows(segments: NDArray[np.float64]) -> str:
@@ -198,9 +269,13 @@ def _arrows(segments: NDArray[np.float64]) -> str:
         # One from each stretch, not always at the same place of it: rows of a grid would put them all in one column.
         spread = np.arange(_MOST_ARROWS) + np.arange(_MOST_ARROWS) * _GOLDEN % 1.0
         long = long[(spread * len(long) / _MOST_ARROWS).astype(np.int64)]
-    heads = []
+    heads: list[str] = []
+    middles: list[tuple[float, float]] = []
     for row in long[length[long] > 2 * _ARROW].tolist():
         (dx, dy), (mx, my) = (along[row] / length[row]).tolist(), segments[row].mean(axis=0).tolist()
+        if any(math.hypot(mx - x, my - y) < _ARROWS_APART for x, y in middles):
+            continue
+        middles.append((mx, my))
         tip = (mx + dx * _ARROW, my + dy * _ARROW)
         wings = [
             (mx + s * dy * _ARROW * 0.62 - dx * _ARROW, my - s * dx * _ARROW * 0.62 - dy * _ARROW) for s in (1, -1)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.report.svg import element, nice_step, short, text, tick_words, ticks
+from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks
 
 #: Width of a drawing in user units; about the width of a column on a desk's screen, in pixels. A part that is much
 #: wider than high takes both columns.
@@ -87,7 +87,7 @@ class Frame:
         for value in ticks(self.low[0], self.high[0], step):
             x = x0 + (value - self.low[0]) * self.scale
             marks.append(f"M{short(x)} {short(bottom)}v{short(_TICK)}")
-            numbers.append(text(tick_words(value, step), x, bottom + 15, text_anchor="middle"))
+            numbers.append(text_within(tick_words(value, step), x, bottom + 15, self.size[0]))
         for value in ticks(self.low[1], self.high[1], step):
             y = y0 + (self.high[1] - value) * self.scale
             marks.append(f"M{short(x0)} {short(y)}h{short(-_TICK)}")

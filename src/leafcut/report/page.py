@@ -6,11 +6,12 @@ import base64
 import hashlib
 from typing import Any
 
-from leafcut.model.outcome import Outcome
+from leafcut.model.outcome import Measure, Outcome
 from leafcut.report import views
 from leafcut.report.colours import drawing_css, style_sheet
-from leafcut.report.drawing import RAMP, Scene, Which, build_scene, drawing, tool_class
+from leafcut.report.drawing import RAMP, Scene, Which, build_scene, cut_tools, drawing, tool_class
 from leafcut.report.svg import element
+from leafcut.report.trace import Trace
 from leafcut.report.wording import algorithm_words, clean, counts_words, length_words, order_words, time_words
 
 
@@ -73,25 +74,37 @@ def _content(outcome: Outcome, scene: Scene) -> dict[str, Any]:
         "seconds": time_words(outcome.seconds),
         "verified": outcome.verified,
         "options": [(clean(flag), clean(value)) for flag, value in outcome.options.items()],
-        "size": _size(outcome),
+        "size": _size(outcome, scene),
         "drawn": bool(outcome.part.holes or outcome.part.slots or len(scene.after.points)),
         "saved": views.saved(outcome),
-        "orders": views.orders(outcome),
+        "orders": views.orders(outcome, (scene.before.dark_mm, scene.after.dark_mm)),
         "times": views.times(outcome),
         "before": drawing(scene, "before", _path_words(outcome, "before"), holes="=holes"),
         "after": drawing(scene, "after", _path_words(outcome, "after"), holes="#holes"),
         "wide": scene.frame.wide,
-        "travel": [length_words(m.travel_mm) for m in (outcome.before, outcome.after)],
+        "travel": [_travel_words(m, t) for m, t in ((outcome.before, scene.before), (outcome.after, scene.after))],
         "legend": _legend(outcome, scene),
         "searches": views.searches(outcome),
+        "left_out": max(0, len(outcome.operations) - views.MOST_SEARCHES),
+        "sections": any(o.lines for o in outcome.operations),
         "workers": views.workers(outcome),
         "tools": views.tools(outcome, scene),
+        "tools_say": views.tools_say(outcome),
+        "tools_left_out": max(0, len(outcome.operations) - views.MOST_TOOL_ROWS),
         "issues": views.issues(outcome),
         "program": views.program(outcome),
     }
 
 
-def _size(outcome: Outcome) -> str:
+def _travel_words(measure: Measure, trace: Trace) -> str:
+    if trace.dark_mm > 0:
+        return f"{length_words(measure.travel_mm + trace.dark_mm)} with the beam off"
+    return f"{length_words(measure.travel_mm)} travel"
+
+
+def _size(outcome: Outcome, scene: Scene) -> str:
+    if outcome.certificate is not None:
+        return f"{scene.extent[0]:.4g} × {scene.extent[1]:.4g} mm"
     x0, y0, x1, y1 = outcome.part.extents
     return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm between centres"
 
@@ -100,15 +113,21 @@ def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:
     """Return what the drawings show; only what is there is explained."""
     # A hole's colour is that of its last tool, so a tool that is always followed by another one colours nothing.
     shown = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
-    entries = [(tool_class(scene, t), _tool_words(outcome, scene.tools[t])) for t in sorted(shown) if t >= 0]
+    cutting = cut_tools(scene)
+    shown |= set(cutting.values())
+    holes = {d.tool for d in scene.dots} | {tool for tool, _, _ in scene.slots}
+    entries = [
+        (tool_class(scene, t), _tool_words(outcome, scene.tools[t]), t not in holes) for t in sorted(shown) if t >= 0
+    ]
     if -1 in shown:
-        entries.append(("idle", "not machined"))
+        entries.append(("idle", "not machined", False))
     return {
         "ramp": None if scene.numbered else [f"r{i}" for i in range(0, RAMP, 3)],
-        "cuts": bool(len(scene.after.cuts) or len(scene.before.cuts)),
+        "cuts": bool(len(scene.after.cuts) or len(scene.before.cuts)) and not cutting,
         "stops": bool(len(scene.after.stops)),
         "tools": entries,
         "enlarged": scene.enlarged,
+        "unsized": scene.unsized,
     }
 
 

@@ -32,6 +32,12 @@ def text(words: str, x: float, y: float, **attributes: str | float | None) -> st
     return element("text", escape(clean(words)), x=x, y=y, **attributes)
 
 
+def text_within(words: str, x: float, y: float, width: float) -> str:
+    """Return a text whose middle is at x, or as near as it fits into a drawing so wide (digits of 11 units)."""
+    half = 3.6 * len(words)
+    return text(words, min(x, width - half), y, text_anchor="middle")
+
+
 def title(words: str) -> str:
     """Return the title of a drawing: what a reader who cannot see it is told."""
     return element("title", escape(clean(words)))

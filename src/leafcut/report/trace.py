@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,12 +26,23 @@ class Trace:
     rapids, cuts
         float64[n, 2, 2]: straight segments (from, to) in order; arcs are cut into short ones.
     stops
-        float64[k, 2]: where the tool goes down into the part, in order.
+        float64[k, 2]: where the tool begins to work after a way, in order.
+    cut_tool
+        int64[n]: the number of the tool of every segment of `cuts`, 0 before the first change.
+    dark_mm
+        How long those rapids are that a beam makes at feed, switched off.
     """
 
     rapids: NDArray[np.float64]
     cuts: NDArray[np.float64]
     stops: NDArray[np.float64]
+    cut_tool: NDArray[np.int64]
+    dark_mm: float = 0.0
+
+    @property
+    def work(self) -> NDArray[np.float64]:
+        """Every place where something is made, float64[m, 2], mm."""
+        return np.concatenate([self.cuts.reshape(-1, 2), self.stops])
 
     @property
     def points(self) -> NDArray[np.float64]:
@@ -38,8 +50,11 @@ class Trace:
         return np.concatenate([self.rapids.reshape(-1, 2), self.cuts.reshape(-1, 2), self.stops])
 
 
-def trace(path: Toolpath) -> Trace:
-    """Return the toolpath seen from above; moves from or to a place that is not known are left out."""
+def trace(path: Toolpath, beam: bool = False) -> Trace:
+    """Return the toolpath seen from above; moves from or to a place that is not known are left out.
+
+    What a `beam` does at feed while it is switched off is shown among the rapids.
+    """
     machine = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
     rows = np.flatnonzero(np.isin(path.kind, [*_RAPIDS, *_ARCS, Kind.FEED]) | machine)
     kind, end = path.kind[rows], path.end[rows].copy()
@@ -49,20 +64,41 @@ def trace(path: Toolpath) -> Trace:
     moved = known & (np.abs(end[:, :2] - start[:, :2]) > _SMALLEST_MOVE).any(axis=1)
     segments = np.stack([start[:, :2], end[:, :2]], axis=1)
 
-    rapid = np.isin(kind, _RAPIDS) & moved
-    arcs = [_arc_segments(path, int(row)) for row in rows[np.isin(kind, _ARCS) & known]]
-    cuts = np.concatenate([segments[(kind == Kind.FEED) & moved], *arcs])
+    dark = (kind == Kind.FEED) & (_spindle(path)[rows] == 0.0) & beam
+    rapid = (np.isin(kind, _RAPIDS) | dark) & moved
+    cut = (kind == Kind.FEED) & moved & ~dark
+    arc_rows = np.flatnonzero(np.isin(kind, _ARCS) & known)
+    arcs = [_arc_segments(path, int(row)) for row in rows[arc_rows]]
+    cuts = np.concatenate([segments[cut], *arcs])
+    tool = _latest(path, Kind.TOOL, path.ref)[rows].astype(np.int64)
+    of_arcs = np.repeat(tool[arc_rows], [len(arc) for arc in arcs])
     drills = (kind == Kind.DRILL) & np.isfinite(end[:, :2]).all(axis=1)
-    plunges = (kind == Kind.FEED) & known & ~moved & (end[:, 2] < start[:, 2])
-    tools = np.searchsorted(np.flatnonzero(path.kind == Kind.TOOL), rows)
-    return Trace(segments[rapid], cuts, _stops(end[:, :2], drills, plunges, np.cumsum(rapid | ~known) + tools))
+    feeds = np.isin(kind, [Kind.FEED, *_ARCS]) & known & ~dark & (moved | (end[:, 2] < start[:, 2]))
+    changes = np.searchsorted(np.flatnonzero(path.kind == Kind.TOOL), rows)
+    stops = _stops(np.where(drills[:, None], end, start)[:, :2], drills, feeds, np.cumsum(rapid | ~known) + changes)
+    dark_mm = float(np.hypot(*np.diff(segments[dark & moved], axis=1).reshape(-1, 2).T).sum())
+    return Trace(segments[rapid], cuts, stops, np.concatenate([tool[cut], of_arcs]), dark_mm)
+
+
+def _latest(path: Toolpath, kind: Kind, column: NDArray[Any]) -> NDArray[np.float64]:
+    """Return for every row what the last row of a kind set, 0 before the first one."""
+    rows = np.arange(len(path))
+    last = np.maximum.accumulate(np.where(path.kind == kind, rows, -1)) if len(rows) else rows
+    return np.where(last >= 0, column[last], 0).astype(np.float64)
+
+
+def _spindle(path: Toolpath) -> NDArray[np.float64]:
+    """Return the speed (of a beam: the power) at every row; 1 throughout where the path never states one."""
+    if not (path.value[path.kind == Kind.SPINDLE] != 0.0).any():
+        return np.ones(len(path))
+    return _latest(path, Kind.SPINDLE, path.value)
 
 
 def _stops(
-    place: NDArray[np.float64], drills: NDArray[np.bool_], plunges: NDArray[np.bool_], travels: NDArray[np.int64]
+    place: NDArray[np.float64], drills: NDArray[np.bool_], feeds: NDArray[np.bool_], travels: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Return the places of drills, and of the first plunge after each travel: the pecks that follow are one stop."""
-    down = np.flatnonzero(drills | plunges)
+    """Return the places of drills, and of the first cut after each travel: the pecks that follow are one stop."""
+    down = np.flatnonzero(drills | feeds)
     travelled = np.concatenate([[True], np.diff(travels[down]) > 0])[: len(down)]
     kept: NDArray[np.float64] = place[down[drills[down] | travelled]]
     return kept

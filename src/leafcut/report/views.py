@@ -10,6 +10,7 @@ from leafcut.model.tool import Tool
 from leafcut.report import chart
 from leafcut.report.drawing import Scene, tool_class
 from leafcut.report.wording import (
+    BEAMS,
     NO_VALUE,
     at_most_words,
     bound_words,
@@ -34,26 +35,34 @@ OURS = "leafcut"
 
 MOST_ISSUE_ROWS = 200
 MOST_WORKER_ROWS = 128
+MOST_TOOL_ROWS = 100
+MOST_SEARCHES = 12
 #: A program of fewer lines is shown whole, of a longer one the first `HEAD_LINES`.
 WHOLE_PROGRAM_LINES = 2000
 HEAD_LINES = 200
 
+#: What a program of a laser or plasma spends its time with.
+_TIMES_OF_BEAMS = {"feed": "feed moves", "spindle": "beam on, off"}
 _KIND_WORDS = {"centre-drill": "centre drill", "slot-mill": "slot mill"}
 
 
-def orders(outcome: Outcome) -> list[Row]:
-    """Return the three orders: name, time, lengths, saved percent, and a bar of the time."""
+def orders(outcome: Outcome, dark_mm: tuple[float, float] = (0.0, 0.0)) -> list[Row]:
+    """Return the three orders: name, time, lengths, saved percent, and a bar of the time.
+
+    `dark_mm` is how far a beam goes at feed while it is off, before and after: that is travel.
+    """
     longest = max(m.time_s for _, m in _measures(outcome))
     rows = []
     for number, (name, measure) in enumerate(_measures(outcome)):
         part = measure.time_s / longest if longest > 0 else 0.0
+        dark = dark_mm[measure is outcome.after] if outcome.nearest is None else 0.0
         rows.append(
             {
                 "name": name,
                 "ours": name == OURS,
                 "time": time_words(measure.time_s),
-                "travel": length_words(measure.travel_mm),
-                "cut": length_words(measure.cut_mm),
+                "travel": length_words(measure.travel_mm + dark),
+                "cut": length_words(max(measure.cut_mm - dark, 0.0)),
                 "saved": percent_words(saved_percent(outcome, measure)) if number else NO_VALUE,
                 "bar": chart.bar(part, "ours" if name == OURS else "plain"),
             }
@@ -81,9 +90,17 @@ def saved(outcome: Outcome) -> Row:
         "figure": time_words(abs(seconds)),
         "worse": worse,
         "words": f"{'longer than' if worse else 'saved against'} the {order_words(outcome)}’s order",
-        "percent": f"{percent}{hundred}." if outcome.before.time_s > 0 else "There is nothing to machine.",
+        "percent": _percent_words(outcome, f"{percent}{hundred}."),
         "gap": f"{bound[0].upper()}{bound[1:]}." if bound else "",
     }
+
+
+def _percent_words(outcome: Outcome, words: str) -> str:
+    if not outcome.before.time_s > 0:
+        return "There is nothing to machine."
+    if outcome.certificate is not None and outcome.before == outcome.after:
+        return "The order stays as it was."
+    return words
 
 
 def times(outcome: Outcome) -> Row:
@@ -91,8 +108,9 @@ def times(outcome: Outcome) -> Row:
     measures = _measures(outcome)
     kinds = [k for k in chart.TIME_KINDS if any(m.by_kind.get(k, 0.0) > 0 for _, m in measures)]
     longest = max(sum(m.by_kind.values()) for _, m in measures)
+    said = chart.TIME_KINDS | (_TIMES_OF_BEAMS if outcome.process in BEAMS else {})
     return {
-        "kinds": [{"class": k.replace("_", "-"), "words": chart.TIME_KINDS[k]} for k in kinds],
+        "kinds": [{"class": k.replace("_", "-"), "words": said[k]} for k in kinds],
         "rows": [
             {
                 "name": name,
@@ -105,12 +123,19 @@ def times(outcome: Outcome) -> Row:
     }
 
 
+def tools_say(outcome: Outcome) -> Row:
+    """Return what is known of any tool: columns that say nothing are left out."""
+    rows = outcome.operations[:MOST_TOOL_ROWS]
+    return {"diameter": any(o.tool.diameter > 0 for o in rows), "cycle": any(o.cycle for o in rows)}
+
+
 def tools(outcome: Outcome, scene: Scene) -> list[Row]:
     """Return one row per operation."""
     return [
         {
             "class": tool_class(scene, scene.tools.index(o.tool.number)),
-            "number": f"T{o.tool.number}",
+            "number": number_of(o.tool) or NO_VALUE,
+            "lines": f"{o.lines[0]:,} – {o.lines[1]:,}" if o.lines else NO_VALUE,
             "kind": clean(o.tool.name) or _KIND_WORDS.get(o.tool.kind.value, o.tool.kind.value),
             "diameter": f"{o.tool.diameter:.4g}" if o.tool.diameter > 0 else NO_VALUE,
             "cycle": clean(o.cycle) or NO_VALUE,
@@ -119,8 +144,13 @@ def tools(outcome: Outcome, scene: Scene) -> list[Row]:
             "work": work_words(o),
             "assumed": o.tool.assumed,
         }
-        for o in outcome.operations
+        for o in outcome.operations[:MOST_TOOL_ROWS]
     ]
+
+
+def number_of(tool: Tool) -> str:
+    """Return ``T3``; nothing for a tool that a program has in the spindle without saying its number."""
+    return f"T{tool.number}" if tool.number else ""
 
 
 def operation_words(operation: OperationOutcome) -> str:
@@ -130,7 +160,7 @@ def operation_words(operation: OperationOutcome) -> str:
 
 def tool_words(tool: Tool) -> str:
     """Return ``T3 drill Ø6.35``; of a tool in a program, which does not say how wide it is, ``T3 drill``."""
-    return clean(tool.label if tool.diameter > 0 else f"T{tool.number} {tool.name or tool.kind.value}")
+    return clean(tool.label if tool.diameter > 0 else f"{number_of(tool)} {tool.name or tool.kind.value}".strip())
 
 
 def work_words(operation: OperationOutcome) -> str:
@@ -142,7 +172,9 @@ def work_words(operation: OperationOutcome) -> str:
 def searches(outcome: Outcome) -> list[Row]:
     """Return how each operation's order was found: words, and the chart where there is a history."""
     rows = []
-    for operation in outcome.operations:
+    by_size = sorted(range(len(outcome.operations)), key=lambda k: -len(outcome.operations[k].solution.nodes))
+    for number in sorted(by_size[:MOST_SEARCHES]):
+        operation = outcome.operations[number]
         solution = operation.solution
         facts = [clean(solution.algorithm), cost_words(solution.cost, solution.unit)]
         if solution.iterations:
@@ -185,7 +217,7 @@ def workers(outcome: Outcome) -> Row:
     several = len({id(o) for o, _ in every}) > 1
     rows = [
         {
-            "tool": f"T{o.tool.number}" if several else "",
+            "tool": (number_of(o.tool) or NO_VALUE) if several else "",
             "worker": w.worker,
             "ants": f"{w.ants:,}",
             "ants_bar": chart.bar(w.ants / most_ants if most_ants else 0.0),

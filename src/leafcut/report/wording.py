@@ -7,11 +7,15 @@ import unicodedata
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import Measure, Outcome
 from leafcut.model.solution import gap
 from leafcut.units import SECONDS_PER_MINUTE, format_length, format_time
+
+#: Processes whose tool is a beam that is on or off.
+BEAMS = ("laser", "plasma")
 
 NO_VALUE = "–"
 MINUS = "−"
@@ -140,13 +144,25 @@ def tool_count(outcome: Outcome) -> int:
 def counts_words(outcome: Outcome) -> str:
     """Return ``70 holes · 2 slots · 3 tools``."""
     if outcome.certificate is not None:
-        counts = outcome.certificate["before"]
-        words = [count(int(counts[name]), name[:-1]) for name in ("holes", "cuts") if counts.get(name)]
-        return " · ".join(words) or "no work"
+        return " · ".join(_program_counts(outcome, outcome.certificate))
     words = [count(len(outcome.part.holes), "hole")]
     if outcome.part.slots:
         words.append(count(len(outcome.part.slots), "slot"))
     return " · ".join([*words, count(tool_count(outcome), "tool")])
+
+
+def _program_counts(outcome: Outcome, certificate: dict[str, Any]) -> list[str]:
+    """Return what a program makes, how much of it could change places, and how much is made from its other end."""
+    counts = certificate["before"]
+    holes, cuts = len(outcome.part.holes), sum(o.cuts for o in outcome.operations)
+    words = [count(int(counts["holes"]), "hole")] if counts.get("holes") else []
+    words += [count(int(counts["cuts"]), "cutting move")] if counts.get("cuts") else []
+    free = [count(number, noun) for number, noun in ((holes, "hole"), (cuts, "cut")) if number]
+    sections = len(outcome.operations)
+    if free:
+        words.append(f"{' and '.join(free)} in {count(sections, 'section')} free to be ordered")
+    turned = certificate.get("reversed_cuts", 0)
+    return [*(words or ["no work"]), *([f"{turned} made from the other end"] if turned else [])]
 
 
 @dataclass(frozen=True)

@@ -3,30 +3,26 @@
 from __future__ import annotations
 
 import codecs
-from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut import __version__
-from leafcut.errors import ReadError, VerifyError
+from leafcut.errors import ReadError
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.part import Hole, Part
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
-from leafcut.model.toolpath import Kind
+from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, position_before
+from leafcut.runs.proving import Orders, write_proved
 from leafcut.runs.run import Run, machine_issues, passing_on, share
 
 if TYPE_CHECKING:
-    from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
-
-#: The order of the chains of every section.
-Orders = list[NDArray[np.int32]]
 
 
 def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
@@ -57,18 +53,22 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
     text, encoding = decoded(source, data)
     run.tell("reading")
     original = interpret_program(text, words, source)
-    sequence = find_sequence(original, process=process, merge_tools=options.merge_tools)
+    sequence = find_sequence(
+        original, process=process, merge_tools=options.merge_tools, allow_reverse=options.allow_reverse
+    )
     with announced(lambda: run.tell("compiling (first run on this machine)")):
-        solutions = [] if options.keep_order else _solve_sections(run, sequence)
+        solutions = _solve_sections(run, sequence)
         measures = [measure(original.path, run.machine)]
-        new_text, new, certificate = _rewritten(run, words, original, sequence, solutions, source)
-        measures.append(measure(new.path, run.machine))
+        proved = write_proved(run, words, original, sequence, _orders(sequence, solutions), source)
+        measures.append(measure(proved.program.path, run.machine))
         before, after = (m.time_s if run.settings.solve.objective == "time" else m.travel_mm for m in measures)
+        stay = proved.kept
         if after > before:
             # The solver's cost leaves out what the look-ahead knows; what is no better is not written.
-            solutions = [_unchanged(s) for s in solutions]
-            new_text, new, certificate = _rewritten(run, words, original, sequence, [], source)
-            measures[1] = measure(new.path, run.machine)
+            stay = frozenset(range(len(solutions)))
+            proved = write_proved(run, words, original, sequence, [None for _ in solutions], source)
+            measures[1] = measure(proved.program.path, run.machine)
+        solutions = [_unchanged(s) if k in stay else s for k, s in enumerate(solutions)]
     part, operations = _work_of(source, original, sequence, solutions)
     return Outcome(
         part=part,
@@ -79,13 +79,13 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
         nearest=None,
         after=measures[1],
         path_before=original.path,
-        path_after=new.path,
-        text=new_text,
+        path_after=proved.program.path,
+        text=proved.text,
         dialect=words.name,
         seed=run.settings.solve.seed,
         verified=True,
-        issues=(*sequence.issues, *machine_issues(run.machine)),
-        certificate=certificate,
+        issues=(*sequence.issues, *proved.issues, *machine_issues(run.machine)),
+        certificate=proved.certificate.as_json(),
         barriers=sum(isinstance(item, Kept) and item.reason != "" for item in sequence.items),
         encoding=encoding,
         options=run.settings.changed(),
@@ -111,26 +111,38 @@ def decoded(source: str, data: bytes) -> tuple[str, str]:
 
 
 def _solve_sections(run: Run, sequence: Sequence) -> list[Solution | None]:
-    """Return an order for every section; None where there is nothing to choose."""
+    """Return an order for every section; None where there is nothing to choose.
+
+    A section begins where the one before it now ends, if nothing in between goes anywhere, or where that is not known.
+    """
     from leafcut.plan.resequencing import build_problem
     from leafcut.solve.solve import keep_better, solve
     from leafcut.timing.travel import travel_metric
 
+    if run.settings.resequence.keep_order:
+        return [None for _ in sequence.sections]
     metric = travel_metric(run.machine, run.settings.solve.objective)
     total = left = sum(len(s.chains) for s in sequence.sections)
     solutions: list[Solution | None] = []
+    goes, last = True, None
     for number, section in enumerate(sequence.sections, 1):
         chains = len(section.chains)
+        start = section.start if goes and section.start is not None else last
+        problem = build_problem(section, metric, start, section.end)
+        nodes = np.arange(chains, dtype=np.int32)
         if chains < 2:
             solutions.append(None)
         else:
-            problem = build_problem(section, metric, section.start, section.end)
             tell = passing_on(run.progress, f"ordering section {number}", left / total, chains / total)
             used = sum(s.seconds for s in solutions if s is not None)
             budget = share(run.settings.solve, used, left, problem)
             found = solve(problem, budget, run.settings.aco, progress=tell, cancelled=run.cancelled)
-            solutions.append(keep_better(problem, found, np.arange(chains, dtype=np.int32)))
+            found = keep_better(problem, found, nodes)
+            solutions.append(found)
+            nodes = found.nodes
         left -= chains
+        x, y = problem.exit[nodes[-1]].tolist()
+        goes, last = section.end is not None, (x, y)
     return solutions
 
 
@@ -140,60 +152,11 @@ def _unchanged(solution: Solution | None) -> Solution | None:
     return replace(solution, nodes=np.arange(len(solution.nodes), dtype=np.int32), lower_bound=None)
 
 
-def _rewritten(
-    run: Run, words: Dialect, original: Program, sequence: Sequence, solutions: list[Solution | None], source: str
-) -> tuple[str, Program, dict[str, Any]]:
-    """Return the new program, as text and as it runs, and the proof that it does the same work.
+def _orders(sequence: Sequence, solutions: list[Solution | None]) -> Orders:
+    from leafcut.plan.resequencing import chain_order
 
-    Raises
-    ------
-    VerifyError
-        It does not: nothing is written.
-    """
-    from leafcut.gcode.foreign import interpret_program
-    from leafcut.post.rewriter import rewrite
-    from leafcut.verify.certificate import certify
-
-    options = run.settings.resequence
-    run.tell("verifying")
-    if options.keep_order:
-        text = "".join(original.lines)
-    else:
-        orders = list(_orders(sequence, solutions))
-        text = rewrite(original, sequence, orders, renumber=options.renumber)
-    new = interpret_program(text, words, "the new program")
-    certificate = certify(original, new, machine=run.machine)
-    if not certificate.same:
-        more = len(certificate.differences) - 1
-        raise VerifyError(
-            f"the program was not written: {certificate.differences[0]}{f' (and {more} more)' if more > 0 else ''}"
-        )
-    if run.settings.post.header and text != "".join(original.lines):
-        text = with_comments(text, certificate.comment_lines(Path(source).name), words)
-        new = interpret_program(text, words, "the new program")
-    return text, new, certificate.as_json()
-
-
-def _orders(sequence: Sequence, solutions: list[Solution | None]) -> Iterator[NDArray[np.int32]]:
-    for number, section in enumerate(sequence.sections):
-        solution = solutions[number] if number < len(solutions) else None
-        yield np.arange(len(section.chains), dtype=np.int32) if solution is None else solution.nodes
-
-
-def with_comments(text: str, comments: Iterable[str], words: Dialect) -> str:
-    """Return a program with comments near its top: below the percent sign and the program's number.
-
-    They get the line ends of the program.
-    """
-    from leafcut.post.comments import comment_lines
-
-    lines = text.splitlines(keepends=True)
-    end = "\r\n" if lines and lines[0].endswith("\r\n") else "\n"
-    at = 0
-    while at < len(lines) and (not lines[at].strip() or lines[at].lstrip()[:1] in "%Oo:"):
-        at += 1
-    said = [part + end for c in comments for part in comment_lines(c, words.max_line, words.uppercase_comments)]
-    return "".join([*lines[:at], *said, *lines[at:]])
+    given = zip(sequence.sections, solutions, strict=True)
+    return [None if solution is None else chain_order(section, solution.nodes) for section, solution in given]
 
 
 def _work_of(
@@ -213,6 +176,20 @@ def _work_of(
     return part, tuple(operations)
 
 
+def _feed(path: Toolpath, works: NDArray[np.intp]) -> float:
+    """Return the feed along most of the way of a piece of work, seen from above; of a hole, that of the way down."""
+    if not len(works):
+        return 0.0
+    places = np.concatenate([[position_before(path, int(works[0]))], path.end[works]])
+    length = np.nan_to_num(np.hypot(*np.diff(places, axis=0)[:, :2].T))
+    for k in np.flatnonzero(path.kind[works] != Kind.FEED).tolist():
+        if path.kind[works[k]] != Kind.DRILL:
+            radius, _, sweep = arc_sweep(path, int(works[k]))
+            length[k] = radius * abs(sweep)
+    feeds, of = np.unique(path.value[works], return_inverse=True)
+    return float(feeds[np.bincount(of.reshape(-1), length).argmax()] if length.any() else path.value[works[0]])
+
+
 def _operation(program: Program, section: Section, process: str, first: int, solution: Solution) -> OperationOutcome:
     """Return what was ordered in a section; feed, speed and cycle are those of its first piece of work."""
     path, holes = program.path, [k for k, c in enumerate(section.chains) if c.kind == "hole"]
@@ -225,10 +202,11 @@ def _operation(program: Program, section: Section, process: str, first: int, sol
         diameter=0.0,
         kind=ToolKind.DRILL if holes else ToolKind.SLOT_MILL,
         name="" if holes else process,
-        feed=float(path.value[works[0]]) if len(works) else 0.0,
+        feed=_feed(path, works[:1] if holes else works),
         spindle_rpm=program.modal(chain.end).rpm,
     )
     at = {chain: first + i for i, chain in enumerate(holes)}
     order = tuple(at[k] for k in solution.nodes.tolist() if k in at)
     cycle = path.cycles[int(path.ref[drilling[0]])].name if len(drilling) else ""
-    return OperationOutcome(tool, cycle, order, False, solution, cuts=len(section.chains) - len(holes))
+    lines = int(program.line[section.chains[0].begin]), int(program.line[section.chains[-1].end - 1])
+    return OperationOutcome(tool, cycle, order, False, solution, len(section.chains) - len(holes), lines)

@@ -101,6 +101,19 @@ def is_directed(problem: RoutingProblem) -> bool:
     return not np.array_equal(problem.entry, problem.exit)
 
 
+def refuse_places_of_a_table(problem: RoutingProblem) -> None:
+    """Refuse a start or an end where costs are in a table.
+
+    Raises
+    ------
+    SolveError
+        The problem has both.
+    """
+    ends = () if problem.closed else (problem.start, problem.end)
+    if problem.metric.name == "EXPLICIT" and any(p is not None for p in ends):
+        raise SolveError("costs in a table say nothing of a start or an end that is a place; leave out start and end")
+
+
 def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
     """Return the path that stands for `problem`, with lists of k candidates.
 
@@ -141,9 +154,8 @@ def _cost(problem: RoutingProblem, twisted: bool) -> tuple[CostModel, tuple[np.i
     places = np.concatenate([problem.entry, problem.exit]) if beyond else problem.entry
     if problem.closed:
         return cost_model(problem.metric, places), None, beyond
+    refuse_places_of_a_table(problem)
     given = [p for p in (problem.start, problem.end) if p is not None]
-    if explicit and given:
-        raise SolveError("costs in a table say nothing of a start or an end that is a place; leave out start and end")
     count = len(places)
     free = count + len(given)
     ends = (

@@ -23,7 +23,8 @@ from leafcut.solve.certificate import aim, aim_without_order, certify, stands_fo
 from leafcut.solve.clusters import choose_nodes
 from leafcut.solve.colony import Workers, improve_by_colony
 from leafcut.solve.construction import nearest_neighbour
-from leafcut.solve.directed import build_directed, is_directed
+from leafcut.solve.directed import build_directed, is_directed, refuse_places_of_a_table
+from leafcut.solve.exact import best_nodes, within_reach
 from leafcut.solve.instance import FULL_LISTS_LIMIT, Instance, build_instance, path_cost
 from leafcut.solve.kicks import CANDIDATES, improve_by_kicks, kicks_per_iteration
 from leafcut.solve.precedence import broken_pair, checked_pairs, keeps
@@ -83,10 +84,12 @@ def solve(
         nodes, or a gap where no lower bound can be had.
     """
     options, aco = options or SolveOptions(), aco or AcoOptions()
-    options = _decided(options)
     pairs = checked_pairs(problem)
     tiny = problem.n_clusters <= TRY_ALL
+    auto, options = options.algorithm == "auto", _decided(options)
     ordered = not tiny and _goes_in_order(problem, options)
+    if ordered and auto and within_reach(problem):
+        return _exactly(problem, pairs, options, progress, cancelled)
     if ordered:
         warm_up_in_order(problem)
     elif not tiny and options.algorithm != "none":
@@ -109,6 +112,18 @@ def solve(
     found = _run(instance, options, aco, stop, best)
     solution = _solution(problem, instance.path(found.tour), options, found, best)
     return certify(problem, solution, best.bound, stop.cancelled, instance) if options.bound else solution
+
+
+def _exactly(
+    problem: RoutingProblem, pairs: NDArray[np.int32], options: SolveOptions, progress: Progress | None,
+    cancelled: threading.Event | None,
+) -> Solution:  # fmt: skip
+    """Return the best path there is of a few clusters: its cost is the bound."""
+    refuse_places_of_a_table(problem)
+    best = Best(Stop(cancelled=cancelled or threading.Event()), progress, 0.0)
+    order = problem.cluster[best_nodes(problem, pairs)].astype(np.int32)
+    solution = _solution(problem, order, options, Found(order), best)
+    return replace(solution, algorithm="exact", lower_bound=solution.cost if options.bound else None)
 
 
 def _decided(options: SolveOptions) -> SolveOptions:

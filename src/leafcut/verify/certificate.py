@@ -26,6 +26,7 @@ from leafcut.verify.rapids import compare_rapids, gaps_of, heights_of
 from leafcut.verify.same_work import list_changes, only_moves
 from leafcut.verify.stages import Grouping, compare_walls, misplaced
 from leafcut.verify.traces import traces_of
+from leafcut.verify.turning import as_it_is, one_way, runs_turned
 from leafcut.verify.work import STILL, Work, cuts_with_beam, read_work
 
 #: What a certificate stands for, in the order in which it is looked at.
@@ -37,6 +38,8 @@ COMPARED = (
     "rapids: heights at every place and across, no cut torn apart",
     "envelope",
 )
+#: Compared besides, where it is allowed to turn cuts round.
+_EITHER_WAY = "open cuts at one level without a way in or out of their own, in whichever direction"
 
 #: A rewritten program keeps the words of the original: only noise, and a change of units, may be between the two.
 _FEED_PART, _FEED, _DWELL, _SPEED_PART, _SPEED = 5e-5, 1e-4, 1e-4, 1e-6, 1e-3
@@ -73,6 +76,10 @@ class Certificate:
         In words, what is the same.
     sha256
         Of the original's text.
+    allow_reverse
+        Open cuts were the same in either direction.
+    reversed_cuts
+        How many of them are made from their other end.
     """
 
     same: bool
@@ -81,9 +88,11 @@ class Certificate:
     after: Counts
     compared: tuple[str, ...]
     sha256: str
+    allow_reverse: bool = False
+    reversed_cuts: int = 0
 
     def as_json(self) -> dict[str, Any]:
-        """Return the certificate as plain data: `same`, `differences`, `before`, `after`, `compared`, `sha256`."""
+        """Return the certificate as plain data, with the names of its attributes."""
         return {
             "same": self.same,
             "differences": [asdict(difference) for difference in self.differences],
@@ -91,10 +100,12 @@ class Certificate:
             "after": asdict(self.after),
             "compared": list(self.compared) if self.same else [],
             "sha256": self.sha256,
+            "allow_reverse": self.allow_reverse,
+            "reversed_cuts": self.reversed_cuts,
         }
 
     def comment_lines(self, name: str = "the original") -> list[str]:
-        """Return two short lines for the top of the new program, without the signs that make them a comment.
+        """Return a few short lines for the top of the new program, without the signs that make them a comment.
 
         `name` is that of the original; what would end a comment, or be too long for a controller, is left out of it.
         """
@@ -103,11 +114,19 @@ class Certificate:
             return ["leafcut: NOT the same work as", clean[-_LONGEST_COMMENT:]]
         work = f"sha256 {self.sha256[:12]}, {self.before.holes} holes, {self.before.cuts} cuts, verified"
         head = "leafcut: same work as "
-        return [head + clean[-(_LONGEST_COMMENT - len(head)) :], f"leafcut: {work}"]
+        said = [head + clean[-(_LONGEST_COMMENT - len(head)) :], f"leafcut: {work}"]
+        if self.reversed_cuts:
+            said.append(f"leafcut: {self.reversed_cuts} of the cuts from their other end, --allow-reverse")
+        return said
 
 
 def certify(
-    original: Program, new: Program, *, machine: Machine | None = None, tolerance_mm: float = 0.002
+    original: Program,
+    new: Program,
+    *,
+    machine: Machine | None = None,
+    tolerance_mm: float = 0.002,
+    allow_reverse: bool = False,
 ) -> Certificate:
     """Return the proof that two programs do the same work, or in what they differ.
 
@@ -124,6 +143,8 @@ def certify(
     Feeds above the work count as cuts; feeds of a laser or torch that is off do not. When only one of the two uses
     drilling cycles, both are compared as single moves. Coordinates agree within `tolerance_mm` on every axis.
 
+    With `allow_reverse`, open cuts at one level may be made from their other end (`leafcut.verify.turning`).
+
     Raises
     ------
     PlanError
@@ -135,12 +156,14 @@ def certify(
     found = _Found()
     found.add(grouping.differences)
     found.add(misplaced(before.marks, grouping.mark_of, tolerance_mm))
-    _compare_work(before, after, grouping, tolerance_mm, beam, found)
+    turned = _compare_work(before, after, grouping, tolerance_mm, beam, allow_reverse, found)
     found.add(_larger(before.path, after.path, tolerance_mm))
     found.add(_outside(new.path, machine))
     digest = hashlib.sha256("".join(original.lines).encode("utf-8", "surrogatepass")).hexdigest()
     differences = tuple(shorten(found.differences, found.count))
-    return Certificate(not differences, differences, _counts(before), _counts(after), COMPARED, digest)
+    counts = _counts(before), _counts(after)
+    compared = (*COMPARED, _EITHER_WAY) if allow_reverse else COMPARED
+    return Certificate(not differences, differences, *counts, compared, digest, allow_reverse, turned)
 
 
 class _Found:
@@ -157,18 +180,25 @@ class _Found:
 
 
 def _compare_work(
-    before: Work, after: Work, grouping: Grouping, tolerance: float, beam: bool, found: _Found
-) -> None:  # fmt: skip
+    before: Work, after: Work, grouping: Grouping, tolerance: float, beam: bool, either_way: bool, found: _Found
+) -> int:
+    """Add the differences of the work between the barriers; return how many cuts are made from their other end."""
+    both = [one_way(work) if either_way else as_it_is(work) for work in (before, after)]
     features = [
-        replace(work.features, group=np.searchsorted(ends, np.arange(len(work.features)), side="right"))
-        for work, ends in ((before, grouping.before), (after, grouping.after))
+        replace(
+            side.work.features,
+            group=np.searchsorted(ends, np.arange(len(side.work.features)), side="right"),
+        )
+        for side, ends in zip(both, (grouping.before, grouping.after), strict=True)
     ]
-    before, after = replace(before, features=features[0]), replace(after, features=features[1])
+    before, after = (replace(side.work, features=f) for side, f in zip(both, features, strict=True))
     room = Room(tolerance, _FEED_PART, _FEED, _DWELL, _SPEED, _SPEED_PART, rise=0.0)
     pairing = pair(features[0], features[1], room)
     found.add(*list_changes(pairing, room))
-    found.add(*compare_rapids(before, after, pairing.new_of, grouping.mark_of, tolerance, beam))
+    turned = runs_turned(both[0], both[1], pairing.new_of)
+    found.add(*compare_rapids(before, after, pairing.new_of, turned, grouping.mark_of, tolerance, beam))
     found.add(_disordered(before, after, pairing.new_of, tolerance, beam or _is_flat(before.path)))
+    return len(np.unique(turned[turned >= 0]))
 
 
 def _is_flat(path: Toolpath) -> bool:

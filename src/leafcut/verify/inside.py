@@ -70,12 +70,12 @@ def exchanged(
 def _enclosed(spots: Floats, traces: Traces) -> Mask:
     """Return which places lie inside any loop of a chain."""
     inside = np.zeros(len(spots), dtype=bool)
-    for loop in _loops(_outline(traces)):
+    for loop in _loops(outline_of(traces)):
         inside |= _inside(spots, loop)
     return inside
 
 
-def _outline(traces: Traces) -> Floats:
+def outline_of(traces: Traces) -> Floats:
     """Return the corners of a chain in order, arcs as many short lines."""
     for _ in range(_HALVINGS):
         traces = traces.halved().pick(_needed(traces))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,11 +34,11 @@ class Gaps:
     leave, arrive, cross
         Where the first rapid across begins, where the last one ends, and the lowest of all, mm; infinite without any.
     down_here, down_there
-        The lowest place reached by rapids up or down before the first one across, and after the last, mm.
+        The lowest place to which rapids go down before the first one across, and after the last, mm.
     top
         The highest place, mm; minus infinity without rapids.
-    lit
-        bool[n + 1]: the spindle (beam) is on in a rapid across.
+    lit, lit_first, lit_last
+        bool[n + 1]: the spindle (beam) is on in a rapid across, in the first one, in the last one.
     """
 
     feature: Ints
@@ -53,6 +53,8 @@ class Gaps:
     down_there: Floats
     top: Floats
     lit: Mask
+    lit_first: Mask
+    lit_last: Mask
 
     @property
     def closed_by_feature(self) -> Mask:
@@ -85,11 +87,14 @@ def gaps_of(work: Work) -> Gaps:
     np.maximum.at(last, gap[ways], ways)
     has_across = last >= 0
     moves = np.arange(len(at))
-    here, there = ~across & (moves < first[gap]), ~across & (moves > last[gap])
+    # A rise goes nowhere that the way down to where it begins has not been.
+    sinks = ~across & (high < low)
+    here, there = sinks & (moves < first[gap]), sinks & (moves > last[gap])
     begins = np.full(n, -1)
     begins[gap[::-1]] = row[::-1]
+    on = np.append(work.states.direction[row] != 0, False)
     lit = np.zeros(n, dtype=bool)
-    lit[gap[across & (work.states.direction[row] != 0)]] = True
+    lit[gap[across & on[:-1]]] = True
     padded = [np.append(z, np.inf) for z in (low, high)]
     return Gaps(
         feature,
@@ -104,6 +109,8 @@ def gaps_of(work: Work) -> Gaps:
         _least(n, gap[there], high[there]),
         -_least(n, gap, -np.maximum(low, high)),
         lit,
+        on[first],
+        has_across & on[last],
     )
 
 
@@ -177,11 +184,15 @@ def heights_of(work: Work, gaps: Gaps) -> Heights:
     visit = np.cumsum(gaps.across[before] | first)
     first_of_visit = np.searchsorted(visit, visit)
     last_of_visit = np.searchsorted(visit, visit, side="right") - 1
-    last = ~gaps.closed_by_feature[after]
+    # So it is where the tool rises and waits: the dwell is no work that holds it there.
+    waits = (work.features.kind == Kind.DWELL) & gaps.rows[before] & ~gaps.across[before] & ~first
+    last = ~gaps.closed_by_feature[after] | np.append(waits[1:], False)
+    reached = arrive[first_of_visit]
     arrive, leave = (
         np.where(first & gaps.rows[before], np.minimum(arrive, leave[last_of_visit]), arrive),
-        np.where(last, np.minimum(leave, arrive[first_of_visit]), leave),
+        np.where(last, np.minimum(leave, reached), leave),
     )
+    arrive = np.where(waits, np.minimum(arrive, reached), arrive)
     end = np.where(work.features.exact[:, 0] >= FIRST_CYCLE, work.features.height[:, 1], work.features.place[:, 2])
     start = np.where(work.features.exact[:, 0] >= FIRST_CYCLE, work.features.height[:, 0], work.features.place[:, 5])
     return Heights(
@@ -189,23 +200,37 @@ def heights_of(work: Work, gaps: Gaps) -> Heights:
         arrive,
         ~gaps.rows[before],
         np.fmin(np.minimum(gaps.down_here[after], leave), end),
-        np.fmin(gaps.down_there[before], start),
+        np.fmin(np.minimum(gaps.down_there[before], arrive), start),
         first,
     )
 
 
+def _of_both_ends(heights: Heights, turned: Ints) -> Heights:
+    """Return the heights with those of the two ends of a run that is turned made the higher of the two.
+
+    What the tool comes down at is now where it left, and where it left is the place that it came to.
+    """
+    arrive, leave = heights.arrive.copy(), heights.leave.copy()
+    _, first, count = np.unique(turned[turned >= 0], return_index=True, return_counts=True)
+    first = np.flatnonzero(turned >= 0)[first]
+    last = first + count - 1
+    arrive[first] = leave[last] = np.maximum(arrive[first], leave[last])
+    return replace(heights, arrive=arrive, leave=leave)
+
+
 def compare_rapids(
-    original: Work, new: Work, new_of: Ints, mark_of: dict[float, Mark], tolerance: float, beam: bool
+    original: Work, new: Work, new_of: Ints, turned: Ints, mark_of: dict[float, Mark], tolerance: float, beam: bool
 ) -> tuple[list[Difference], int]:
     """Return where rapids of the new program are lower than the original's, or tear a cut apart, and how many.
 
-    `new_of` and `mark_of` say which feature and which barrier is which.
+    `new_of` and `mark_of` say which feature and which barrier is which, `turned` the run that every feature belongs to
+    which is made from its other end, else -1.
     """
     both = original, gaps_of(original), new, gaps_of(new)
     found: list[Difference] = []
     count = 0
     for what, text, old_line, new_line, wrong in (
-        *_by_feature(both, new_of, tolerance + 1e-9, beam),
+        *_by_feature(both, new_of, turned, tolerance + 1e-9, beam),
         *_by_barrier(both, mark_of, tolerance + 1e-9),
     ):
         rows = np.flatnonzero(wrong)
@@ -219,9 +244,9 @@ Check = tuple[str, Callable[[int], str], NDArray, NDArray, Mask]
 Both = tuple[Work, Gaps, Work, Gaps]
 
 
-def _by_feature(both: Both, new_of: Ints, room: float, beam: bool) -> Iterator[Check]:
+def _by_feature(both: Both, new_of: Ints, turned: Ints, room: float, beam: bool) -> Iterator[Check]:
     original, old_gaps, new, gaps = both
-    allowed = heights_of(original, old_gaps)
+    allowed = _of_both_ends(heights_of(original, old_gaps), turned)
     old = np.flatnonzero(new_of >= 0)
     now = new_of[old]
     before, old_before = gaps.gap_of[now], old_gaps.gap_of[old]
@@ -243,10 +268,25 @@ def _by_feature(both: Both, new_of: Ints, room: float, beam: bool) -> Iterator[C
     )
     yield from _heights_by_feature(both, allowed, old, now, room)
     if beam:
-        for side in (0, 1):
-            dark = old_gaps.across[old_before + side] & ~old_gaps.lit[old_before + side]
-            lit: Mask = gaps.lit[before + side] & dark & (~allowed.first[old] if side == 0 else True)
+        for lit in _lit(old_gaps, gaps, old, now, allowed.first):
             yield "beam on", lambda row: f"a rapid next to {at(row)} is made with the beam on, it was off", *lines, lit
+
+
+def _lit(old_gaps: Gaps, gaps: Gaps, old: Ints, now: Ints, first: Mask) -> Iterator[Mask]:
+    """Yield for rapids to features, from them, and between them, which are made with the beam on and were not."""
+    before, was = gaps.gap_of[now], old_gaps.gap_of[old]
+    yield gaps.lit_last[before] & old_gaps.across[was] & ~old_gaps.lit_last[was] & ~first[old]
+    yield gaps.lit_first[before + 1] & old_gaps.across[was + 1] & ~old_gaps.lit_first[was + 1]
+    previous = _previous(old, now)
+    known = old_gaps.across[was] & ~old_gaps.lit[was] & (previous >= 0) & ~first[old]
+    yield gaps.lit[before] & known & ~old_gaps.lit[old_gaps.gap_of[previous] + 1]
+
+
+def _previous(old: Ints, now: Ints) -> Ints:
+    """Return for every pair of features the original of what is before it in the new program, or -1."""
+    old_of = np.full(max(int(now.max(initial=-1)) + 2, 1), -1)
+    old_of[now] = old
+    return old_of[now - 1]
 
 
 def _heights_by_feature(both: Both, allowed: Heights, old: Ints, now: Ints, room: float) -> Iterator[Check]:
@@ -267,8 +307,14 @@ def _heights_by_feature(both: Both, allowed: Heights, old: Ints, now: Ints, room
     leave = gaps.leave[after]
     low = gaps.across[after] & (leave < allowed.leave[old] - room)
     yield "lower retract", told("a rapid leaves", allowed.leave[old], leave), *retract, low
+    # Without a way across both are at one place: how far the tool went down there after the one counts, too.
+    previous = _previous(old, now)
+    together = ~across & gaps.opened_by_feature[before] & (previous >= 0)
+    behind = old_gaps.gap_of[previous] + 1
+    sunk = np.where(old_gaps.across[behind], old_gaps.down_here[behind], old_gaps.down_there[behind])
+    after_previous = np.where(together, sunk, np.inf)
     for word, lines, limit, deep in (
-        ("a rapid goes down over", approach, allowed.down_there[old], gaps.down_there[before]),
+        ("a rapid goes down over", approach, np.fmin(allowed.down_there[old], after_previous), gaps.down_there[before]),
         ("a rapid goes down over", retract, allowed.down_here[old], gaps.down_here[after]),
     ):
         yield "deeper rapid", told(word, limit, deep), *lines, deep < limit - room

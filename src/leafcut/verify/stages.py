@@ -14,7 +14,7 @@ import numpy as np
 from leafcut.gcode.program import Program
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.verify.difference import Difference, describe, place
-from leafcut.verify.features import Features, Floats, Ints, Mask, States
+from leafcut.verify.features import FIRST_CYCLE, Features, Floats, Ints, Mask, States
 
 #: A block that a switch of the machine may skip is a barrier whatever it does.
 SKIPPED = -1
@@ -140,7 +140,8 @@ def with_dwells(
     """Return the marks with the dwells that belong to them, and which features these dwells are.
 
     Where the tool is at a dwell counts only if the work of the stage has brought it there. A dwell that comes before
-    any of it (a spindle that runs up after a tool change), or after the last of it and a rapid, belongs to the barrier.
+    any of it (a spindle that runs up after a tool change), or after the last of it and a rapid, belongs to the barrier;
+    but one that goes on to a cut without a rapid, as a torch pierces, belongs to that.
 
     `travel` and `across` are the rows of all rapids, and of those in x or y, int64[k].
     """
@@ -151,6 +152,9 @@ def with_dwells(
     begin, end = keys[at - 1], keys[at]
     last_work = np.maximum(_last_before(work, rows), begin)
     head = (last_work == begin) & (_last_before(across, rows) <= begin)
+    coming = np.append(work, np.inf)[np.searchsorted(work, rows)]
+    cycle = np.append(features.kind[~dwell] >= FIRST_CYCLE, True)[np.searchsorted(work, rows)]
+    head &= cycle | (coming > end) | (_last_before(travel, coming) > rows)
     works_later = np.searchsorted(work, rows) < np.searchsorted(work, end)
     tail = ~works_later & (_last_before(travel, rows) > last_work)
     moved = np.zeros(len(features), dtype=bool)
@@ -165,7 +169,7 @@ def with_dwells(
     return sorted([*marks, *added], key=lambda mark: mark.key), moved
 
 
-def _last_before(among: Ints, rows: Ints) -> Floats:
+def _last_before(among: Ints, rows: Ints | Floats) -> Floats:
     """Return for every row the last one before it of those in `among`, -1 where there is none."""
     return np.concatenate([[-1.0], among])[np.searchsorted(among, rows)]
 

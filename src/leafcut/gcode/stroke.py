@@ -1,0 +1,215 @@
+"""A stroke: blocks that go to a place, cut along one level from there, and come up; what it takes to go the other way.
+
+    G0 X0 Y0 / G1 Z-1 F50  |  X5 F200 / G2 X9 I2  |  G0 Z5
+    lead                   |  body                |  tail
+
+Only plain words count: whatever else a block may mean, it cannot be turned round without knowing that.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from leafcut.gcode.program import Program
+from leafcut.gcode.words import Block, BlockError, tokenise
+from leafcut.model.toolpath import Kind
+
+#: G codes in tenths that may stand in the lead and the tail, where they stay.
+_ASIDE = frozenset({0, 10, 170, 400, 900, 901, 911, 940})
+_SPINDLE = frozenset({3.0, 4.0, 5.0})
+_LETTERS = frozenset("NGMXYZFS")
+_BODY_LETTERS = frozenset("NGXYZIJRFS")
+_MOTIONS = frozenset({10, 20, 30})
+_CUTS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
+#: A remark that says where something is, which would no longer be true.
+_SAYS_WHERE = re.compile(r"[XYIJR]\s*[:=]?\s*[-+]?\.?[0-9]", re.IGNORECASE)
+_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Stroke:
+    """Blocks begin … body - 1 lead to the cut, body … tail - 1 are the cut, tail … end - 1 come up from it.
+
+    Attributes
+    ----------
+    rows
+        The row of every block of the cut.
+    places
+        The X and Y, as text, of the places that the cut goes through, one more than it has blocks; None where no word
+        of the stroke says it.
+    """
+
+    begin: int
+    body: int
+    tail: int
+    end: int
+    rows: tuple[int, ...]
+    places: tuple[tuple[str | None, str | None], ...]
+
+
+def find_stroke(program: Program, begin: int, end: int) -> Stroke | None:
+    """Return the stroke that blocks begin … end - 1 are, or None where they are not all plain, or not on one level."""
+    return _Reader(program, begin, end).stroke()
+
+
+class _Reader:
+    def __init__(self, program: Program, begin: int, end: int) -> None:
+        self.program, self.begin, self.end = program, begin, end
+        self.path = program.path
+
+    def stroke(self) -> Stroke | None:
+        low, high = int(self.program.first[self.begin]), int(self.program.first[self.end])
+        cuts = [row for row in range(low, high) if self.path.kind[row] in _CUTS and not self._stands(row)]
+        if not cuts or any(b in self.program.fixed for b in range(self.begin, self.end)):
+            return None
+        first = np.searchsorted(self.program.first, [cuts[0], cuts[-1]], side="right") - 1
+        body, tail = int(first[0]), int(first[1]) + 1
+        blocks = self._blocks(body, tail)
+        if body == self.begin or blocks is None:
+            return None
+        found = [self._row(block, blocks[block - self.begin]) for block in range(body, tail)]
+        rows = [row for row in found if row is not None]
+        if None in found or len(cuts) != len(rows) or not self._steady(body, tail) or not self._level(rows):
+            return None
+        entry, leave = self._before(rows[0]), self._after(rows[-1])
+        aside = ((range(self.begin, body), entry), (range(tail, self.end), leave))
+        if not all(self._is_aside(b, blocks[b - self.begin], at) for part, at in aside for b in part):
+            return None
+        if not self._at_once(low, rows[0], down=True) or not self._at_once(rows[-1] + 1, high, down=False):
+            return None
+        places = self._places(blocks, body, tail, rows)
+        if places is None or not self._centres(blocks, body, rows):
+            return None
+        return Stroke(self.begin, body, tail, self.end, tuple(rows), places)
+
+    def _blocks(self, body: int, tail: int) -> list[Block] | None:
+        """Return all blocks, or None where one has no plain words, or a remark of one that changes says a place."""
+        lines, line = self.program.lines, self.program.line
+        try:
+            blocks = [tokenise(lines[int(line[b]) - 1].rstrip("\r\n")) for b in range(self.begin, self.end)]
+        except BlockError:
+            return None
+        remarks = [
+            comment
+            for number in range(int(line[self.begin]) - 1, int(line[tail - 1]))
+            if "(" in lines[number] or ";" in lines[number]
+            for comment in tokenise(lines[number].rstrip("\r\n")).comments
+        ]
+        plain = not any(b.deleted or b.percent is not None for b in blocks)
+        return blocks if plain and not any(_SAYS_WHERE.search(remark) for remark in remarks) else None
+
+    def _row(self, block: int, words: Block) -> int | None:
+        """Return the row of a block that does nothing but cut, or None."""
+        low, high = int(self.program.first[block]), int(self.program.first[block + 1])
+        rows = [row for row in range(low, high) if self.path.kind[row] != Kind.SPINDLE]
+        letters = [word.letter for word in words.words]
+        codes = [round(word.value * 10) for word in words.words if word.letter == "G"]
+        plain = _BODY_LETTERS.issuperset(letters) and len(codes) <= 1 and _MOTIONS.issuperset(codes)
+        once = all(letters.count(letter) <= 1 for letter in set(letters))
+        cuts = len(rows) == 1 and self.path.kind[rows[0]] in _CUTS
+        return rows[0] if plain and once and cuts else None
+
+    def _steady(self, body: int, tail: int) -> bool:
+        """Return whether nothing but feeds and motions changes in the cut, and all is measured from zero."""
+        modals = [self.program.modal(block + 1) for block in range(body, tail)]
+        one = modals[0]
+        alike = all(
+            (m.spindle, m.rpm, m.plane, m.absolute_centres) == (one.spindle, one.rpm, one.plane, one.absolute_centres)
+            for m in modals
+        )
+        return alike and not one.incremental and one.plane == 17 and one.radius == 40 and one.feed_mode in (94, 95)
+
+    def _level(self, rows: list[int]) -> bool:
+        """Return whether the cut neither rises nor sinks, and every arc goes round once at most."""
+        z = [*(float(self._before_z(row)) for row in rows), *(float(self.path.end[row, 2]) for row in rows)]
+        level = all(math.isnan(v) for v in z) or max(z) - min(z) < _TOLERANCE
+        arcs = [row for row in rows if self.path.kind[row] != Kind.FEED]
+        return level and all(self.path.arcs[int(self.path.ref[row])].turns == 1 for row in arcs)
+
+    def _is_aside(self, block: int, words: Block, at: tuple[float, float]) -> bool:
+        """Return whether a block of the lead or tail is plain, and is at `at` where it says a place."""
+        rows = range(int(self.program.first[block]), int(self.program.first[block + 1]))
+        letters = {word.letter for word in words.words}
+        plain = _LETTERS.issuperset(letters) and all(
+            round(word.value * 10) in _ASIDE if word.letter == "G" else word.value in _SPINDLE
+            for word in words.words
+            if word.letter in "GM"
+        )
+        if not plain or not {int(Kind.RAPID), int(Kind.FEED), int(Kind.SPINDLE)}.issuperset(
+            self.path.kind[rows.start : rows.stop].tolist()
+        ):
+            return False
+        moves = [row for row in rows if self.path.kind[row] != Kind.SPINDLE]
+        if not letters & {"X", "Y"}:
+            return all(self._stands(row) for row in moves)
+        return all(
+            self._near(self._after(row), at) and (self.path.kind[row] == Kind.RAPID or self._stands(row))
+            for row in moves
+        )
+
+    def _at_once(self, low: int, high: int, *, down: bool) -> bool:
+        """Return whether the feeds among rows that lead down to the cut, or up from it, stand next to it."""
+        kinds = [int(k) for k in self.path.kind[low:high] if k in (Kind.RAPID, Kind.FEED)]
+        return kinds == sorted(kinds, reverse=not down)
+
+    def _places(
+        self, blocks: list[Block], body: int, tail: int, rows: list[int]
+    ) -> tuple[tuple[str | None, str | None], ...] | None:
+        """Return the text of every place of the cut; None where a text is not what the place is."""
+        unit = self.program.modal(body).unit or 1.0
+        said: dict[str, str | None] = {"X": None, "Y": None}
+        places: list[tuple[str | None, str | None]] = []
+        for block in range(self.begin, tail):
+            said.update((w.letter, w.text) for w in blocks[block - self.begin].words if w.letter in "XY")
+            if block < body - 1:
+                continue
+            at = self._before(rows[0]) if block < body else self._after(rows[block - body])
+            for text, value in zip(said.values(), at, strict=True):
+                if not math.isfinite(value) or (text is not None and abs(float(text) * unit - value) > _TOLERANCE):
+                    return None
+            places.append((said["X"], said["Y"]))
+        return tuple(places)
+
+    def _centres(self, blocks: list[Block], body: int, rows: list[int]) -> bool:
+        """Return whether I and J say what they say, in the units of the program."""
+        modal = self.program.modal(body)
+        unit = modal.unit or 1.0
+        for number, row in enumerate(rows):
+            if self.path.kind[row] == Kind.FEED:
+                continue
+            centre = self.path.arcs[int(self.path.ref[row])].center
+            origin = (0.0, 0.0) if modal.absolute_centres else self._before(row)
+            said = {word.letter: word.value for word in blocks[body - self.begin + number].words}
+            for axis, letter in enumerate("IJ"):
+                if letter in said and abs(origin[axis] + said[letter] * unit - centre[axis]) > _TOLERANCE:
+                    return False
+        return True
+
+    # -- places ------------------------------------------------------------------------------------------------------
+
+    def _before_row(self, row: int) -> int:
+        """Return the motion before a row; a stroke has its lead before its cut."""
+        row -= 1
+        while row > 0 and self.path.kind[row] > Kind.DRILL:
+            row -= 1
+        return row
+
+    def _before(self, row: int) -> tuple[float, float]:
+        return self._after(self._before_row(row))
+
+    def _before_z(self, row: int) -> float:
+        return float(self.path.end[self._before_row(row), 2])
+
+    def _after(self, row: int) -> tuple[float, float]:
+        return float(self.path.end[row, 0]), float(self.path.end[row, 1])
+
+    def _near(self, one: tuple[float, float], other: tuple[float, float]) -> bool:
+        return abs(one[0] - other[0]) < _TOLERANCE and abs(one[1] - other[1]) < _TOLERANCE
+
+    def _stands(self, row: int) -> bool:
+        """Return whether a row leaves X and Y where they are."""
+        return row > 0 and self._near(self._before(row), self._after(row))
