@@ -8,13 +8,16 @@ import sys
 import numpy as np
 
 from leafcut.kernels import (
+    annealing,
     candidates,
     chords,
     construct,
     cost,
     directed,
     greedy,
+    insertion,
     kicks,
+    layers,
     lin_kernighan,
     local_search,
     neighbours,
@@ -28,6 +31,7 @@ from leafcut.kernels import (
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import AcoOptions, SolveOptions
 from leafcut.solve import spanning_tree as patched
+from leafcut.solve.annealing import Forgetting
 from leafcut.solve.bound import lower_bound
 from leafcut.solve.construction import greedy as greedy_tour
 from leafcut.solve.directed import build_directed
@@ -94,13 +98,30 @@ def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
     cluster = np.tile(np.arange(12, dtype=np.int32), ways)
     pairs = np.array([[1, 0], [2, 0], [7, 9]], dtype=np.int32)
     chains = RoutingProblem(entry, entry[::-1].copy(), cluster, np.ones(len(entry)), precedence=pairs, closed=closed)
-    found = solve(chains, SolveOptions(iterations=4, bound=False))
-    return [found.nodes.tolist(), found.cost, build_directed(chains, 6).rules.onward.near.tolist()]
+    found = solve(chains, SolveOptions(algorithm="colony", iterations=4, bound=False))
+    directed = build_directed(chains, 6)
+    ant = Forgetting(directed, np.array([7], dtype=np.uint64))
+    forgotten = ant.cool_down(found.nodes, 20.0, 30, 1e-9, lambda _: True)
+    return [found.nodes.tolist(), found.cost, directed.rules.onward.near.tolist(), forgotten.tolist()]
 
 
 def unused() -> tuple[object, ...]:
     """Name the kernel modules, so that a new one is not forgotten here."""
-    few = (candidates, chords, construct, cost, directed, greedy, kicks, lin_kernighan, local_search, neighbours)
+    few = (
+        annealing,
+        insertion,
+        layers,
+        candidates,
+        chords,
+        construct,
+        cost,
+        directed,
+        greedy,
+        kicks,
+        lin_kernighan,
+        local_search,
+        neighbours,
+    )
     return (*few, one_tree, pheromone, random, route, sequential, spanning_tree)
 
 

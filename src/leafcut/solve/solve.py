@@ -47,8 +47,9 @@ COLONY_PRESETS = {"fast": 1e5, "default": 6e5, "thorough": 1e7}
 KICK_PRESETS = {"fast": (10, 2e4), "default": (100, 2e5), "thorough": (2000, math.inf)}
 
 #: Up to this many clusters of which some have several nodes are ordered together with the choice of their nodes; of
-#: more the colony orders the middles in the time there is.
-MOST_WITH_WAYS = 3000
+#: more the colony orders the middles in the time there is. Measured on 6000 contours of 8 nodes: 2 % shorter after 3 s
+#: and 3 % after 15 s.
+MOST_WITH_WAYS = 20_000
 
 
 @dataclass(frozen=True)
@@ -182,7 +183,8 @@ def warm_up_in_order(problem: RoutingProblem) -> None:
         service=np.zeros(40),
         precedence=np.array([[0, 1]], dtype=np.int32),
     )
-    sequential.Search(build_directed(small, sequential.CANDIDATES), 1, Best(Stop(iterations=1))).run(1)
+    search = sequential.Search(build_directed(small, sequential.CANDIDATES), 1, Best(Stop(iterations=3)))
+    search.run(math.inf, phase=1)
     path_cost(small, np.arange(40, dtype=np.int32))
 
 
