@@ -26,7 +26,8 @@ from tsplib import numbers
 
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
-from leafcut.solve.solve import solve, warm_up_in_order
+from leafcut.solve.in_order import warm_up_in_order
+from leafcut.solve.solve import solve
 
 DATA = Path(os.environ.get("LEAFCUT_DATA") or Path(__file__).parents[2] / "shared" / "data") / "gtsp"
 

@@ -128,7 +128,9 @@ def solve_part(
     settings, problem = Settings.collect(options), problem_of_map(part)
     tell = passing_on(progress, f"solving {part.name}")
     with announced(lambda: progress("compiling (first run on this machine)", None, 0.0, None) if progress else None):
-        solution = solve(problem, settings.solve, settings.aco, progress=tell, cancelled=cancelled)
+        solution = solve(
+            problem, settings.solve, settings.aco, firefly=settings.firefly, progress=tell, cancelled=cancelled
+        )
     check_allowed(part, solution.nodes)
     return solution
 

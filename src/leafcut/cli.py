@@ -17,7 +17,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 from leafcut import __version__
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
-from leafcut.options import GROUPS, AcoOptions, MachineOptions, ReadOptions, SolveOptions
+from leafcut.options import GROUPS, AcoOptions, FireflyOptions, MachineOptions, ReadOptions, SolveOptions
 from leafcut.progress import Reporter
 
 DONE, REFUSED, USAGE = 0, 1, 2
@@ -38,6 +38,7 @@ _TITLES = {
     "resequence": "Programs of other CAMs",
     "solve": "Search",
     "aco": "Ants",
+    "firefly": "Fireflies",
     "post": "Program",
 }
 
@@ -104,7 +105,7 @@ def app() -> App:
         result_action="return_value",
         suppress_keyboard_interrupt=False,
     )
-    solving = (SolveOptions, AcoOptions)
+    solving = (SolveOptions, AcoOptions, FireflyOptions)
     made.command(_command(_optimize, GROUPS), name="optimize")
     made.command(_command(_solve, (ReadOptions, *solving)), name="solve")
     made.command(_command(_simulate, (MachineOptions,)), name="simulate")

@@ -22,6 +22,7 @@ from leafcut.kernels import (
     local_search,
     neighbours,
     one_tree,
+    ordering,
     pheromone,
     random,
     route,
@@ -29,7 +30,7 @@ from leafcut.kernels import (
     spanning_tree,
 )
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.options import AcoOptions, SolveOptions
+from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.solve import spanning_tree as patched
 from leafcut.solve.annealing import Forgetting
 from leafcut.solve.bound import lower_bound
@@ -101,8 +102,13 @@ def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
     found = solve(chains, SolveOptions(algorithm="colony", iterations=4, bound=False))
     directed = build_directed(chains, 6)
     ant = Forgetting(directed, np.array([7], dtype=np.uint64))
+    orders = [
+        solve(chains, SolveOptions(algorithm=name, iterations=2, bound=False), AcoOptions(n_ants=2),
+              firefly=FireflyOptions(n_fireflies=3)).nodes.tolist()
+        for name in ("acs", "firefly", "nn")
+    ]  # fmt: skip
     forgotten = ant.cool_down(found.nodes, 20.0, 30, 1e-9, lambda _: True)
-    return [found.nodes.tolist(), found.cost, directed.rules.onward.near.tolist(), forgotten.tolist()]
+    return [found.nodes.tolist(), found.cost, directed.rules.onward.near.tolist(), forgotten.tolist(), orders]
 
 
 def unused() -> tuple[object, ...]:
@@ -122,7 +128,7 @@ def unused() -> tuple[object, ...]:
         local_search,
         neighbours,
     )
-    return (*few, one_tree, pheromone, random, route, sequential, spanning_tree)
+    return (*few, one_tree, ordering, pheromone, random, route, sequential, spanning_tree)
 
 
 if __name__ == "__main__":

@@ -16,11 +16,8 @@ from numpy.typing import NDArray
 from leafcut.kernels.annealing import BEST, anneal
 from leafcut.kernels.insertion import Walk
 from leafcut.kernels.layers import Layers, fill_table
-from leafcut.solve.directed import DirectedInstance
+from leafcut.solve.directed import FEW_CLUSTERS, FEW_NODES, DirectedInstance
 from leafcut.solve.precedence import followers, rows
-
-#: Up to so many clusters, and nodes in all: a step looks at all clusters, and the costs of all ways are n² memory.
-MOST_CLUSTERS, MOST_NODES = 500, 2500
 
 #: How much longer a step may make the path, in mean ways between clusters: at the beginning, by turns, and at the end.
 HOT, COLD = (3.0, 1.0), 0.02
@@ -36,7 +33,7 @@ Ints = NDArray[np.int32]
 
 def is_small(instance: DirectedInstance) -> bool:
     """Return whether a problem is small enough for this."""
-    return instance.n <= MOST_CLUSTERS and len(instance.rules.way) <= MOST_NODES
+    return instance.n <= FEW_CLUSTERS and len(instance.rules.way) <= FEW_NODES
 
 
 def layers_of(instance: DirectedInstance) -> Layers:
