@@ -77,7 +77,9 @@ def load(path: Path) -> Sheet:
     """Return an instance as its file says it."""
     keys: dict[str, list[str]] = {}
     section = ""
-    text = path.read_text(encoding="utf-8").replace(":", " ").replace("_2D", "").replace("FULL_MATRIX", "FULL")
+    text = path.read_text(encoding="utf-8").replace(":", " ")
+    for name, plain in (("_2D", ""), ("FULL_MATRIX", "FULL"), ("LOWER_DIAG_ROW", "LOWER")):
+        text = text.replace(name, plain)
     for word in text.split():
         if (word[0].isalpha() and word.isupper() and "_" in word) or word in ("DIMENSION", "NAME", "TYPE", "COMMENT"):
             section = word
@@ -94,7 +96,12 @@ def load(path: Path) -> Sheet:
         places = np.array(keys["NODE_COORD_SECTION"][: 3 * n], dtype=np.float64).reshape(n, 3)[:, 1:]
         costs = distances(keys["EDGE_WEIGHT_TYPE"][0], places)
     else:
-        costs = np.array(keys["EDGE_WEIGHT_SECTION"], dtype=np.float64).reshape(n, n)
+        costs = np.array(keys["EDGE_WEIGHT_SECTION"], dtype=np.float64)
+        if keys["EDGE_WEIGHT_FORMAT"][0] == "LOWER":
+            half = np.zeros((n, n))
+            half[np.tril_indices(n)] = costs
+            costs = np.maximum(half, half.T)
+        costs = costs.reshape(n, n)
     first = int(start[0]) - 1 if start else None
     return Sheet(path.stem, costs, sets, np.array(pairs, dtype=np.int32).reshape(-1, 2), first)
 

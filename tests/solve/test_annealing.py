@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import threading
 
 import numpy as np
 import pytest
@@ -88,3 +89,26 @@ def test_service_that_outweighs_all_travel_does_not_keep_the_search_from_the_sho
     cluster = np.random.default_rng(3).permutation(20).astype(np.int32)
     problem = RoutingProblem(entry, entry, np.repeat(cluster, 2), np.full(40, 3600.0), start=(0.0, 0.0))
     assert solve(problem, SolveOptions(preset="fast", bound=False)).cost == pytest.approx(20 * 3600.0 + 19.0)
+
+
+def test_several_threads_with_a_clock_give_one_true_answer_and_a_budget_does_not_depend_on_them() -> None:
+    problem = random_problem(3, 40, "ways", (None, None), pairs=9)
+    told: list[float] = []
+    options = SolveOptions(time_limit=0.3, threads=3, bound=False)
+    found = solve(problem, options, progress=lambda *state: told.append(state[1]))
+    check(problem, found.nodes, found.cost)
+    assert len(found.workers) == 3
+    assert min(w.best for w in found.workers) >= found.cost - 1e-9
+    assert told
+    assert told == sorted(told, reverse=True)
+    one, three = (solve(problem, SolveOptions(preset="fast", threads=t, bound=False)) for t in (1, 3))
+    assert one.nodes.tolist() == three.nodes.tolist()
+
+
+def test_stopping_from_outside_ends_all_threads_with_the_best_so_far() -> None:
+    problem, stopped = random_problem(3, 40, "ways", (None, None), pairs=9), threading.Event()
+    options = SolveOptions(time_limit=60.0, threads=2, bound=False)
+    found = solve(problem, options, progress=lambda *_: stopped.set(), cancelled=stopped)
+    check(problem, found.nodes, found.cost)
+    assert found.stopped_early
+    assert found.seconds < 60.0

@@ -59,8 +59,9 @@ def layers_of(instance: DirectedInstance) -> Layers:
 class Forgetting:
     """The walk of the ant: from a path to the best one of a whole cooling down."""
 
-    def __init__(self, instance: DirectedInstance, words: NDArray[np.uint64]) -> None:
-        self.instance, self.words, self.layers = instance, words, layers_of(instance)
+    def __init__(self, instance: DirectedInstance, words: NDArray[np.uint64], layers: Layers | None = None) -> None:
+        """Begin with a random word uint64[1]; `layers` are those of the instance, where they are there already."""
+        self.instance, self.words, self.layers = instance, words, layers or layers_of(instance)
         self.turn = 0
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
         path, trial, best, place, out = (np.zeros(m, dtype=np.int32) for _ in range(5))

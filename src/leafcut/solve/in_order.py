@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -10,6 +12,7 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import WorkerFigures
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.solve import ordering, sequential
+from leafcut.solve.annealing import is_small, layers_of
 from leafcut.solve.directed import DirectedInstance, build_directed, is_directed
 from leafcut.solve.instance import path_cost
 from leafcut.solve.running import PRESETS, Found, set_budget, until_interrupted
@@ -27,10 +30,9 @@ def run_in_order(
             stop.iterations = options.iterations
         limited = options.iterations is not None or options.time_limit is not None
         kicks = math.inf if limited else sequential.budget(options.preset, instance.problem.n_clusters)
-        search = sequential.Search(instance, options.seed, best)
-        iterations = until_interrupted(lambda: search.run(kicks), best)
-        order = instance.problem.cluster[best.tour].astype(np.int32)
-        return Found(order, iterations, (WorkerFigures(0, search.kicks, stop.elapsed(), best.cost),))
+        only_time = options.iterations is None and options.time_limit is not None
+        threads = (options.threads or os.cpu_count() or 1) if only_time else 1
+        return _search_together(instance, options.seed, best, kicks, threads)
     if options.algorithm == "nn":
         path = sequential.greedy_path(instance)
         best.offer(path.node, instance.length(path.node, path.enter, path.leave), 0)
@@ -41,6 +43,31 @@ def run_in_order(
     iterations = until_interrupted(swarm.run, best)
     figures = WorkerFigures(0, iterations * swarm.size, stop.elapsed(), best.cost)
     return Found(swarm.clusters(best.tour), iterations, (figures,))
+
+
+def _search_together(instance: DirectedInstance, seed: int, best: Best, kicks: float, threads: int) -> Found:
+    """Run as many searches as threads; each goes back to the best path of all now and then.
+
+    With a budget there is one, as what several find depends on who is first.
+    """
+    layers = layers_of(instance) if is_small(instance) else None
+    searches = [sequential.Search(instance, seed, best, number, layers) for number in range(threads)]
+
+    def run() -> int:
+        if threads == 1:
+            return searches[0].run(kicks)
+        with ThreadPoolExecutor(threads, thread_name_prefix="ants") as executor:
+            jobs = [executor.submit(search.run, kicks) for search in searches]
+            try:
+                return sum(job.result() for job in jobs)
+            except BaseException:
+                best.stop.cancelled.set()  # else the pool waits for the clock
+                raise
+
+    iterations = until_interrupted(run, best)
+    seconds = best.stop.elapsed()
+    figures = tuple(WorkerFigures(s.number, s.kicks, seconds, s.shortest) for s in searches)
+    return Found(instance.problem.cluster[best.tour].astype(np.int32), iterations, figures)
 
 
 def warm_up_in_order(problem: RoutingProblem, algorithm: str = "colony") -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels.directed import lay_route
+from leafcut.kernels.layers import Layers
 from leafcut.kernels.route import BLOCK, RING, TWISTED, Route, begin_bias
 from leafcut.kernels.sequential import improve_route, kick_route
 from leafcut.solve.annealing import Forgetting, is_small
@@ -113,11 +114,15 @@ class Search:
     `iteration` counts runs of up to `kicks_per_iteration` kicks, `kicks` all of them.
     """
 
-    def __init__(self, instance: DirectedInstance, seed: int, best: Best) -> None:
-        self.instance, self.stop, self.best = instance, best.stop, best
-        self.words = random_words(seed, 0, count=1)
+    def __init__(
+        self, instance: DirectedInstance, seed: int, best: Best, number: int = 0, layers: Layers | None = None
+    ) -> None:
+        """Begin; of several searches that share `best` and `layers`, each has a number."""
+        self.instance, self.stop, self.best, self.layers = instance, best.stop, best, layers
+        self.words, self.number = random_words(seed, number, count=1), number
         self.breadth = np.array(BREADTH, dtype=np.int64)
         self.iteration = self.kicks = 0
+        self.shortest = math.inf
 
     def run(self, most: float, phase: float = PHASE) -> int:
         """Improve the greedy path to a local optimum and then kick by kick, until `stop` or `most` kicks.
@@ -134,7 +139,7 @@ class Search:
         self.least = LEAST * self.mean
         self._descend()
         self.mean = min(self.mean, self._mean_way() * GREEDY)
-        forgetting = Forgetting(instance, self.words) if is_small(instance) else None
+        forgetting = Forgetting(instance, self.words, self.layers) if is_small(instance) else None
         kicks = phase * max(instance.n, FEWEST_KICKS) if forgetting else math.inf
         while True:
             self._kick_by_turns(min(kicks, most - self.kicks))
@@ -172,7 +177,7 @@ class Search:
 
         def go_on(made: int) -> bool:
             self.iteration, self.kicks = self.iteration + 1, self.kicks + made
-            self.best.tell(self.iteration)
+            self._tell(self.iteration)
             return not self.stop.reached(self.iteration, self.iteration - self.best.iteration)
 
         found = forgetting.cool_down(self.best.tour, self.mean, steps, self.least, go_on)
@@ -192,7 +197,7 @@ class Search:
                 self.cost -= improve_route(instance.cost, working, instance.rules, self.breadth, self.least, LOOKS)
                 if self.stop.elapsed() > offered + OFFER_EVERY:
                     self._offer()
-                    self.best.tell(0)
+                    self._tell(0)
                     offered = self.stop.elapsed()
         route.queued[:], route.counts[:] = 0, 0
         self._offer()
@@ -217,12 +222,18 @@ class Search:
             self.iteration, self.kicks, kicks = self.iteration + 1, self.kicks + count, kicks - count
             if self.cost < best.cost - self.least:
                 self._offer()
-            best.tell(self.iteration)
+            self._tell(self.iteration)
+
+    def _tell(self, iteration: int) -> None:
+        """Report how far the search is, for the first of several."""
+        if self.number == 0:
+            self.best.tell(iteration)
 
     def _offer(self) -> None:
         """Add the path up, and offer it."""
         route, instance = self.route, self.instance
         self.cost = instance.length(route.node, route.enter, route.leave)
+        self.shortest = min(self.shortest, self.cost)
         self.best.offer(instance.nodes(route.node, route.enter), self.cost, self.iteration)
 
     def _take_up(self, nodes: Ints) -> None:
