@@ -78,7 +78,7 @@ def load(path: Path) -> Sheet:
     keys: dict[str, list[str]] = {}
     section = ""
     text = path.read_text(encoding="utf-8").replace(":", " ")
-    for name, plain in (("_2D", ""), ("FULL_MATRIX", "FULL"), ("LOWER_DIAG_ROW", "LOWER")):
+    for name, plain in (("_2D", ""), ("FULL_MATRIX", "FULL"), ("UPPER_ROW", "UPPER")):
         text = text.replace(name, plain)
     for word in text.split():
         if (word[0].isalpha() and word.isupper() and "_" in word) or word in ("DIMENSION", "NAME", "TYPE", "COMMENT"):
@@ -97,9 +97,9 @@ def load(path: Path) -> Sheet:
         costs = distances(keys["EDGE_WEIGHT_TYPE"][0], places)
     else:
         costs = np.array(keys["EDGE_WEIGHT_SECTION"], dtype=np.float64)
-        if keys["EDGE_WEIGHT_FORMAT"][0] == "LOWER":
+        if keys["EDGE_WEIGHT_FORMAT"][0] == "UPPER":
             half = np.zeros((n, n))
-            half[np.tril_indices(n)] = costs
+            half[np.triu_indices(n, 1)] = costs
             costs = np.maximum(half, half.T)
         costs = costs.reshape(n, n)
     first = int(start[0]) - 1 if start else None
