@@ -13,15 +13,16 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from leafcut.api import optimize, simulate, solve_part, verify_programs
+    from leafcut.api import nest, optimize, simulate, solve_part, verify_programs
     from leafcut.errors import LeafcutError
     from leafcut.read import read as read_part
 
-__all__ = ["LeafcutError", "__version__", "optimize", "read_part", "simulate", "solve_part", "verify_programs"]
+__all__ = ["LeafcutError", "__version__", "nest", "optimize", "read_part", "simulate", "solve_part", "verify_programs"]
 
 #: Public name → (module, name there). None of them may be the name of a room: importing that would hide it.
 _HOMES = {
     "LeafcutError": ("leafcut.errors", "LeafcutError"),
+    "nest": ("leafcut.api", "nest"),
     "optimize": ("leafcut.api", "optimize"),
     "read_part": ("leafcut.read", "read"),
     "simulate": ("leafcut.api", "simulate"),

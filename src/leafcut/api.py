@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,18 +16,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
-from leafcut.files import check_output, read_program, write_whole
+from leafcut.files import check_output, read_program, write_together, write_whole
+from leafcut.model.nest import NestOutcome
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
 from leafcut.model.solution import Solution
 from leafcut.options import Settings
-from leafcut.runs.run import Progress, Run, machine_of, passing_on
+from leafcut.runs.run import Progress, Run, for_cutting, machine_of, passing_on
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
+    from leafcut.model.cutting import CutPlan
 
 #: What `optimize` can be told to make of its input.
-PROCESSES = ("auto", "drill", "mill", "laser", "plasma")
+PROCESSES = ("auto", "drill", "cut", "mill", "laser", "plasma")
 
 
 def optimize(
@@ -40,7 +43,7 @@ def optimize(
     cancelled: threading.Event | None = None,
     **options: Any,
 ) -> Outcome:
-    """Turn a drawing into a verified drilling program, or a program into the same work in less time.
+    """Turn a drawing into a verified drilling or cutting program, or a program into the same work in less time.
 
     Parameters
     ----------
@@ -50,7 +53,8 @@ def optimize(
     output, report
         Where to write the program and the report page; nothing is written without them.
     process
-        What a program does: ``drill``, ``mill``, ``laser`` or ``plasma``, where ``auto`` does not see it.
+        ``cut`` makes a cutting program of the contours in a drawing; else what a program does: ``drill``, ``mill``,
+        ``laser`` or ``plasma``, where ``auto`` does not see it.
     options_file
         A TOML file of options.
     progress
@@ -74,10 +78,13 @@ def optimize(
     began = time.perf_counter()
     settings = Settings.collect(options, Path(options_file) if options_file else None)
     profile = settings.machine.machine
-    inputs = [source, options_file, settings.drill.tools, profile if profile.endswith(".toml") else None]
-    for target in (output, report):
-        check_output(target, inputs)
-    check_output(report, [output])
+    tables = (settings.drill.tools, settings.cut.chart, settings.cut.plan)
+    inputs = [source, options_file, *tables, profile if profile.endswith(".toml") else None]
+    outputs = [output, report, settings.cut.save_plan if process == "cut" else None]
+    for k, target in enumerate(outputs):
+        check_output(target, [*inputs, *outputs[:k]])
+    if process == "cut":
+        settings = for_cutting(settings)
     run = Run(settings, machine_of(settings), progress, cancelled or threading.Event())
     outcome = replace(_work(run, source, process), output=str(output or ""), report=str(report or ""))
     outcome = replace(outcome, seconds=time.perf_counter() - began)
@@ -86,6 +93,8 @@ def optimize(
         write_whole(output, outcome.text, encoding=outcome.encoding)
     if report:
         write_whole(report, page)
+    if settings.cut.save_plan and outcome.cut_plan is not None:
+        write_whole(settings.cut.save_plan, _plan_text(outcome.cut_plan))
     return outcome
 
 
@@ -96,21 +105,77 @@ def _work(run: Run, source: str | Path, process: str) -> Outcome:
     if process not in PROCESSES:
         raise OptionError(f"--process: '{process}' is not there; use one of {', '.join(PROCESSES)}")
     format_, loaded = read_source(source)
+    if format_.name == "gcode" and process == "cut":
+        raise OptionError("--process cut: this is a program; of a program, say what it does: laser or plasma")
     if format_.name == "gcode":
         from leafcut.runs.resequencing import resequence
 
         return resequence(run, loaded.path, loaded.data, process)
-    if process not in ("auto", "drill"):
-        raise OptionError(f"--process {process}: of a drawing, leafcut makes drilling programs; use auto or drill")
+    if process not in ("auto", "drill", "cut"):
+        raise OptionError(f"--process {process}: a drawing is drilled or cut; use auto, drill or cut")
+    if process == "cut":
+        from leafcut.runs.cutting import cut
+
+        return cut(run, source)
     from leafcut.runs.drilling import drill
 
     return drill(run, source)
+
+
+def _plan_text(plan: CutPlan) -> str:
+    from leafcut.plan.following import plan_file
+    from leafcut.read.plan_file import plan_text
+
+    return plan_text(plan_file(plan.sheet, plan.data, plan.cuts))
 
 
 def _page(outcome: Outcome) -> str:
     from leafcut.report.page import write_page
 
     return write_page(outcome)
+
+
+def nest(
+    parts: Sequence[str | Path],
+    output: str | Path | None = None,
+    *,
+    options_file: str | Path | None = None,
+    progress: Progress | None = None,
+    cancelled: threading.Event | None = None,
+    **options: Any,
+) -> NestOutcome:
+    """Lay parts on sheets, in several variants, and write the sheets of the best one as DXF drawings.
+
+    Parameters
+    ----------
+    parts
+        Drawings with quantities, ``"bracket.dxf:10"``, or lists of them, ``"parts.csv"``.
+    output
+        The drawing to write; with several different sheets, ``sheet_1.dxf`` and so on. Nothing is written without it.
+    options
+        Any option of `leafcut.options` by its name: ``sheet="3000x1500", kerf=1.5, gap="5mm", variants=5``.
+
+    `options_file`, `progress` and `cancelled` are those of `optimize`.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, VerifyError, OutputError
+        One line that says what was found and what to do. Nothing has been written then.
+    """
+    from leafcut.read.nest_list import read_wanted
+    from leafcut.runs.nesting import nest_drawings
+
+    settings = Settings.collect(options, Path(options_file) if options_file else None)
+    words = [str(part) for part in parts]
+    wanted = read_wanted(words)
+    lists = [name for word in words for name in (word, word.rpartition(":")[0]) if name]
+    inputs = [options_file, *lists, *(one.file for one in wanted)]
+    check_output(output, inputs)
+    outcome, texts = nest_drawings(wanted, settings, output, progress=progress, cancelled=cancelled)
+    for name in texts:
+        check_output(name, inputs)
+    write_together(texts)
+    return outcome
 
 
 def solve_part(

@@ -8,7 +8,7 @@ import io
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Annotated, Any
 
@@ -17,7 +17,16 @@ from cyclopts import App, CycloptsError, Group, Parameter
 from leafcut import __version__
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
-from leafcut.options import GROUPS, AcoOptions, FireflyOptions, MachineOptions, ReadOptions, SolveOptions
+from leafcut.options import (
+    GROUPS,
+    AcoOptions,
+    FireflyOptions,
+    MachineOptions,
+    NestOptions,
+    ReadOptions,
+    SheetOptions,
+    SolveOptions,
+)
 from leafcut.progress import Reporter
 
 DONE, REFUSED, USAGE = 0, 1, 2
@@ -33,13 +42,22 @@ Json = Annotated[bool, Parameter(name="--json", negative="", help="answer in JSO
 
 _TITLES = {
     "read": "Reading",
+    "sheet": "Drawings of sheets",
     "machine": "Machine",
     "drill": "Drilling",
+    "cut": "Cutting",
+    "nest": "Nesting",
     "resequence": "Programs of other CAMs",
     "solve": "Search",
     "aco": "Ants",
     "firefly": "Fireflies",
     "post": "Program",
+}
+
+#: What of these groups means something to the nester.
+_OF_NESTING = {
+    "read": ("units", "layers", "strict"),
+    "solve": ("preset", "time_limit", "iterations", "seed", "threads"),
 }
 
 
@@ -106,8 +124,9 @@ def app() -> App:
         suppress_keyboard_interrupt=False,
     )
     solving = (SolveOptions, AcoOptions, FireflyOptions)
-    made.command(_command(_optimize, GROUPS), name="optimize")
+    made.command(_command(_optimize, [g for g in GROUPS if g is not NestOptions]), name="optimize")
     made.command(_command(_solve, (ReadOptions, *solving)), name="solve")
+    made.command(_command(_nest, (ReadOptions, SheetOptions, NestOptions, SolveOptions), _OF_NESTING), name="nest")
     made.command(_command(_simulate, (MachineOptions,)), name="simulate")
     made.command(_command(_verify, (MachineOptions,)), name="verify")
     made.command(_machines, name="machines")
@@ -116,10 +135,21 @@ def app() -> App:
     return made
 
 
-def _command(function: Callable[..., int], groups: Iterable[type[OptionGroup]]) -> Callable[..., int]:
-    """Return `function` with a flag for every option of `groups`, which it receives as a dict `options`."""
+def _command(
+    function: Callable[..., int], groups: Iterable[type[OptionGroup]], only: Mapping[str, Sequence[str]] | None = None
+) -> Callable[..., int]:
+    """Return `function` with a flag for every option of `groups`, which it receives as a dict `options`.
+
+    `only` names the options wanted of a group, by its section, where not all are.
+    """
     own = [p for p in inspect.signature(function, eval_str=True).parameters.values() if p.name != "options"]
-    names = [(group, name, spec) for group in groups for name, spec in group.specs().items()]
+    wanted = only or {}
+    names = [
+        (group, name, spec)
+        for group in groups
+        for name, spec in group.specs().items()
+        if name in wanted.get(group.section, (name,))
+    ]
     flags = [_flag(group, name, spec) for group, name, spec in names]
 
     def command(*places: Any, **given: Any) -> int:
@@ -161,7 +191,7 @@ def _optimize(
     output: Annotated[str | None, Parameter(name=["--output", "-o"], help="the program to write")] = None,
     report: Annotated[str | None, Parameter(name="--report", help="a page with pictures to write")] = None,
     process: Annotated[
-        str, Parameter(name="--process", help="what a program does [auto, drill, mill, laser, plasma]")
+        str, Parameter(name="--process", help="what is done [auto, drill, cut, mill, laser, plasma]")
     ] = "auto",
     options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
     as_json: Json = False,
@@ -243,6 +273,36 @@ def _solve(
         print(line)
     for issue in answer["issues"][:MOST_WARNINGS]:
         print(f"{issue['code']}  {issue['message']}{' (' + issue['place'] + ')' if issue['place'] else ''}")
+    return DONE
+
+
+def _nest(
+    *parts: Annotated[str, Parameter(name="PARTS", help="drawings with quantities, bracket.dxf:10, or a list.csv")],
+    output: Annotated[str | None, Parameter(name=["--output", "-o"], help="the nested sheet to write, DXF")] = None,
+    options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
+    as_json: Json = False,
+    quiet: Annotated[
+        bool, Parameter(name=["--quiet", "-q"], negative="", help="no progress, no summary; warnings only")
+    ] = False,
+    options: dict[str, Any],
+) -> int:
+    """Lay parts on sheets, in several variants, and write the best as DXF to be cut."""
+    from leafcut import api
+
+    with Reporter(quiet=quiet) as reporter:
+        outcome = api.nest(parts, output, options_file=options_file, progress=reporter, **_given(options))
+    if as_json:
+        from leafcut.report.nest_answer import nest_as_json
+
+        _print_json(nest_as_json(outcome))
+    elif quiet:
+        _warn(outcome.issues)
+    else:
+        from rich.console import Console
+
+        from leafcut.report.nest_answer import print_nests
+
+        print_nests(outcome, Console())
     return DONE
 
 

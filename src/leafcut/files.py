@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -73,26 +73,41 @@ def write_whole(target: str | Path, text: str, *, encoding: str = "utf-8", newli
     OutputError
         The file cannot be written.
     """
-    path = Path(os.path.realpath(target))  # a link keeps pointing to the file that it names
-    temporary: Path | None = None
+    write_together({str(target): text}, encoding=encoding, newline=newline)
+
+
+def write_together(texts: Mapping[str, str], *, encoding: str = "utf-8", newline: str = "\n") -> None:
+    """Write several files, each whole or not at all; none takes its name before all of them are on the disk.
+
+    Raises
+    ------
+    OutputError
+        One of them cannot be written.
+    """
+    temporary: dict[Path, Path] = {}
+    target = ""
     try:
-        with tempfile.NamedTemporaryFile(
-            "w", dir=path.parent, prefix=f".{path.name}.", delete=False, encoding=encoding, newline=newline
-        ) as file:
-            temporary = Path(file.name)
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.chmod(_mode(path))
-        temporary.replace(path)
+        for target, text in texts.items():
+            path = Path(os.path.realpath(target))  # a link keeps pointing to the file that it names
+            with tempfile.NamedTemporaryFile(
+                "w", dir=path.parent, prefix=f".{path.name}.", delete=False, encoding=encoding, newline=newline
+            ) as file:
+                temporary[path] = Path(file.name)
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+            temporary[path].chmod(_mode(path))
+        for path, written in temporary.items():
+            target = str(path)
+            written.replace(path)
     except OSError as problem:
         raise OutputError(f"{target}: cannot be written ({problem.strerror})") from None
     except UnicodeError:
         raise OutputError(f"{target}: cannot be written (a letter that is not in {encoding})") from None
     finally:
-        if temporary is not None:
+        for written in temporary.values():
             with suppress(OSError):
-                temporary.unlink()
+                written.unlink()
 
 
 def _mode(path: Path) -> int:

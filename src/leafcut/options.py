@@ -7,14 +7,16 @@ converted to inner units when an object is made, so no stage checks again.
 
 from __future__ import annotations
 
+import math
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 from leafcut.errors import OptionError, nearest
 from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, option, written
+from leafcut.units import parse_quantity
 
 #: What `--algorithm` takes, in words.
 ALGORITHM_TITLES = {
@@ -32,6 +34,8 @@ ALGORITHM_TITLES = {
     "none": "the order of the drawing",
 }
 ALGORITHMS = tuple(ALGORITHM_TITLES)
+#: No sheet is longer, mm: the nester reckons with seven digits.
+LARGEST_SHEET = 20_000.0
 CYCLES = ("G81", "G82", "G83", "G73", "G84", "G85")
 
 
@@ -67,6 +71,33 @@ class ReadOptions(OptionGroup):
         choices=("smallest", "largest", "all"),
     )
     strict: bool = option("flag", False, "refuse a file in which anything had to be skipped or repaired")
+
+
+@dataclass(frozen=True)
+class SheetOptions(OptionGroup):
+    """What in a drawing of a sheet is what, and how its lines are joined."""
+
+    section: ClassVar[str] = "sheet"
+
+    cut_layers: tuple[str, ...] = option(
+        "names", (), "layers that are cut, with * and ?; no others are then", default_words="all others"
+    )
+    mark_layers: tuple[str, ...] = option(
+        "names", (), "layers that are marked, not cut through", default_words="MARK*, SCRIBE*, ENGRAV*, ETCH*"
+    )
+    sheet_layers: tuple[str, ...] = option(
+        "names",
+        (),
+        "layers that show the edge of the sheet",
+        default_words="SHEET*, PLATE*, STOCK* where they hold one outline round all else",
+    )
+    ignore_layers: tuple[str, ...] = option("names", (), "layers that are left out", default_words="none")
+    join_tolerance: float = option(
+        "quantity", 0.05, "ends closer than this are one point", unit="mm", minimum=1e-4, maximum=5
+    )
+    open_paths: str = option(
+        "text", "refuse", "what becomes of open paths on layers that are cut", choices=("refuse", "cut", "mark", "drop")
+    )
 
 
 @dataclass(frozen=True)
@@ -106,7 +137,7 @@ class DrillOptions(OptionGroup):
     thickness: float | None = option(
         "quantity",
         None,
-        "thickness of the plate: holes go through it",
+        "thickness of the plate, through which holes go, or of the sheet that is cut",
         unit="mm",
         minimum=0.001,
         maximum=1000,
@@ -198,6 +229,311 @@ class DrillOptions(OptionGroup):
 
 
 @dataclass(frozen=True)
+class CutOptions(OptionGroup):
+    """How a nested sheet is cut by plasma, laser, flame or water.
+
+    The sheet's thickness, the safe height, clamps and the first and last place are those of `DrillOptions`.
+    """
+
+    section: ClassVar[str] = "cut"
+
+    cut_process: str | None = option(
+        "text",
+        None,
+        "plasma, laser, oxyfuel or waterjet, or a name of the cut chart such as laser_fiber_3kW",
+        default_words="what the machine is: laser, else plasma",
+    )
+    material: str = option("text", "mild_steel", "material, as the cut chart names it")
+    amps: float | None = option(
+        "number", None, "current, where the chart has several", minimum=0, default_words="the chart's lowest"
+    )
+    chart: Path | None = option("path", None, "your own cut chart, a CSV file", default_words="the shipped one")
+    cut_speed: float | None = option(
+        "quantity", None, "cutting speed", unit="mm/s", minimum=0.01, default_words="the chart's"
+    )
+    kerf_width: float | None = option(
+        "quantity", None, "width of the cut", unit="mm", minimum=0.001, maximum=50, default_words="the chart's"
+    )
+    pierce_delay: float | None = option(
+        "quantity",
+        None,
+        "wait after the torch goes on",
+        unit="s",
+        minimum=0,
+        maximum=600,
+        default_words="the chart's",
+    )
+    pierce_height: float | None = option(
+        "quantity",
+        None,
+        "height of the torch when it goes on",
+        unit="mm",
+        minimum=0.01,
+        maximum=100,
+        default_words="the chart's",
+    )
+    cut_height: float | None = option(
+        "quantity",
+        None,
+        "height of the torch while it cuts",
+        unit="mm",
+        minimum=0.01,
+        maximum=100,
+        default_words="the chart's",
+    )
+    compensation: str = option(
+        "text",
+        "geometry",
+        "who keeps half a kerf away from the part: the program's path, the controller (G41, G42), or nobody",
+        choices=("geometry", "controller", "none"),
+    )
+    direction: str = option(
+        "text",
+        "auto",
+        "which way round outlines are cut; holes the other way",
+        choices=("auto", "clockwise", "counter-clockwise", "free"),
+        default_words="auto: clockwise for plasma and oxyfuel, else free",
+    )
+    lead_in: str = option(
+        "text",
+        "auto",
+        "how a cut comes to its contour",
+        choices=("auto", "line", "arc", "none"),
+        default_words="auto: arc for plasma and oxyfuel, else line",
+    )
+    lead_out: str = option(
+        "text",
+        "auto",
+        "how a cut leaves its contour",
+        choices=("auto", "line", "arc", "none"),
+        default_words="auto: as the lead-in on outlines cut by plasma or oxyfuel, else none",
+    )
+    lead_in_length: float | None = option(
+        "quantity",
+        None,
+        "length of the lead-in",
+        unit="mm",
+        minimum=0.01,
+        maximum=1000,
+        default_words="plasma 6, oxyfuel 15, or the thickness; laser and water 3 kerfs, at least 2",
+    )
+    lead_out_length: float | None = option(
+        "quantity",
+        None,
+        "length of the lead-out",
+        unit="mm",
+        minimum=0.01,
+        maximum=1000,
+        default_words="as the lead-in, 6 at least",
+    )
+    lead_angle: float = option(
+        "quantity",
+        1.5707963267948966,
+        "angle of a line to the contour, or that an arc turns by",
+        unit="rad",
+        minimum=0.17,
+        maximum=2.97,
+    )
+    overcut: float | None = option(
+        "quantity",
+        None,
+        "how far a closed cut goes on past its beginning; with the torch off where the controller can",
+        unit="mm",
+        minimum=0,
+        maximum=100,
+        default_words="4 mm on holes cut by plasma, else 0",
+    )
+    small_hole: float | None = option(
+        "quantity",
+        None,
+        "holes below this diameter are cut slower, from near the centre and without a lead-out",
+        unit="mm",
+        minimum=0,
+        maximum=1000,
+        default_words="32 mm for plasma, else 0",
+    )
+    small_hole_speed: float = option(
+        "percent", 60.0, "speed in small holes, in percent of the cutting speed", minimum=1, maximum=100
+    )
+    corner_loops: bool = option(
+        "flag", False, "go round sharp outer corners in a loop through the scrap, where there is room"
+    )
+    loop_angle: float = option(
+        "quantity", 1.7453292519943295, "corners sharper than this have a loop", unit="rad", minimum=0.17, maximum=2.8
+    )
+    loop_length: float | None = option(
+        "quantity",
+        None,
+        "how far a loop goes on past its corner",
+        unit="mm",
+        minimum=0.1,
+        maximum=100,
+        default_words="half the lead-in",
+    )
+    micro_joints: int = option(
+        "whole", 0, "places where an outline stays uncut, so that the part hangs on", minimum=0, maximum=100
+    )
+    joint_width: float = option("quantity", 0.5, "width of a micro-joint", unit="mm", minimum=0.01, maximum=50)
+    pierce_pitch: float | None = option(
+        "quantity",
+        None,
+        "distance between the places of a contour that are tried as its start",
+        unit="mm",
+        minimum=0.1,
+        default_words="a sixteenth of the contour, between 10 and 100 mm",
+    )
+    start_at: str = option(
+        "text", "any", "where on a contour a cut may start: anywhere, or at its corners", choices=("any", "corners")
+    )
+    edge_start: str = option(
+        "text",
+        "auto",
+        "start outlines beyond the sheet's edge, in the air",
+        choices=("auto", "always", "never"),
+        default_words="auto: above the pierce capacity",
+    )
+    splash: float | None = option(
+        "quantity",
+        None,
+        "radius around a pierce that is kept clear of parts where there is room",
+        unit="mm",
+        minimum=0,
+        maximum=100,
+        default_words="one kerf",
+    )
+    heat_distance: float = option(
+        "quantity", 0.0, "least distance between one start and the next", unit="mm", minimum=0
+    )
+    heat_time: float = option(
+        "quantity",
+        0.0,
+        "starts nearer than --heat-distance are this far apart in time at least",
+        unit="s",
+        minimum=0,
+        default_words="0: only the next start is kept away",
+    )
+    sweep: str = option(
+        "text",
+        "free",
+        "cut the parts in bands along an axis, so that the rest of the sheet stays flat",
+        choices=("free", "x", "y"),
+    )
+    sweep_width: float | None = option(
+        "quantity",
+        None,
+        "width of a band",
+        unit="mm",
+        minimum=1,
+        default_words="a fifth of the sheet, or its largest part",
+    )
+    start_corner: str = option(
+        "text",
+        "free",
+        "corner of the sheet at which cutting begins",
+        choices=("free", "lower-left", "lower-right", "upper-left", "upper-right"),
+    )
+    sheet_size: str | None = option(
+        "text",
+        None,
+        "size of the sheet from its lower left corner at 0,0, such as 3000x1500",
+        default_words="the outline in the drawing, else not known",
+    )
+    sheet_margin: float = option(
+        "quantity", 0.0, "leads keep this far from the sheet's edge", unit="mm", minimum=0, maximum=1000
+    )
+    plan: Path | None = option("path", None, "plan file whose fixed choices are kept", default_words="none")
+    save_plan: Path | None = option("path", None, "plan file to write", default_words="none", changes_program=False)
+    quantity: int = option("whole", 1, "sheets in the batch", minimum=1, maximum=1_000_000)
+    gas_rate: float = option("number", 0.0, "cost of gas or abrasive for an hour of cutting", minimum=0)
+    power_rate: float = option("number", 0.0, "cost of power for an hour of cutting", minimum=0)
+    consumables_rate: float = option("number", 0.0, "cost of consumables for an hour of cutting", minimum=0)
+    pierce_cost: float = option("number", 0.0, "what a pierce costs besides, in consumables", minimum=0)
+    machine_rate: float = option("number", 0.0, "cost of the machine and its operator for an hour", minimum=0)
+
+
+@dataclass(frozen=True)
+class NestOptions(OptionGroup):
+    """How parts are laid on sheets.
+
+    The seed, the time limit and the budget of work are those of `SolveOptions`.
+    """
+
+    section: ClassVar[str] = "nest"
+
+    sheet: str = option("text", "3000x1500", "length and width of a sheet, such as 3000x1500 or 120inx60in")
+    kerf: float = option("quantity", 2.0, "width of the cut", unit="mm", minimum=0, maximum=50)
+    gap: float = option(
+        "quantity", 5.0, "what stays between two parts besides the kerf", unit="mm", minimum=0, maximum=1000
+    )
+    margin: float = option(
+        "quantity", 10.0, "strip along the edge of the sheet that stays free", unit="mm", minimum=0, maximum=1000
+    )
+    rotations: tuple[str, ...] = option(
+        "names", ("0", "90", "180", "270"), "angles in which a part may lie, or free for any"
+    )
+    nester: str = option(
+        "text",
+        "auto",
+        "how parts are laid: by their shapes, by the rectangles around them, or the one that suits them",
+        choices=("auto", "shapes", "rectangles"),
+    )
+    max_sheets: int | None = option(
+        "whole",
+        None,
+        "sheets at hand; parts that find no room are told",
+        minimum=1,
+        maximum=100_000,
+        default_words="as many as it takes",
+    )
+    variants: int = option("whole", 3, "nests to offer, the best first", minimum=1, maximum=100)
+    all_variants: bool = option("flag", False, "write every variant, not only the best")
+    into_holes: bool = option("flag", True, "lay small parts into the holes of large ones, where that saves sheet")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        length, width = self.size
+        if min(length, width) <= 2.0 * self.margin:
+            raise OptionError(f"--margin: {self.margin:g} mm on both sides leaves nothing of a sheet of {self.sheet}")
+        _ = self.angles
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Length (x) and width (y) of a sheet, mm."""
+        sides = self.sheet.lower().replace("×", "x").split("x")
+        try:
+            length, width = (parse_quantity(side, "mm") for side in sides)
+        except (OptionError, ValueError):
+            raise OptionError(f"--sheet: '{self.sheet}' is not a size such as 3000x1500 or 120inx60in") from None
+        if not (0.0 < length <= LARGEST_SHEET and 0.0 < width <= LARGEST_SHEET):
+            raise OptionError(f"--sheet: {self.sheet} is not between 0 and {LARGEST_SHEET / 1000:g} m a side")
+        return length, width
+
+    @property
+    def angles(self) -> tuple[float, ...] | None:
+        """The angles in which a part may lie, rad; None for any."""
+        return parse_angles(self.rotations, "--rotations")
+
+
+def parse_angles(words: Sequence[str], where: str) -> tuple[float, ...] | None:
+    """Return angles in rad, once each, from words in degrees; None for the one word ``free``.
+
+    Raises
+    ------
+    OptionError
+        A word is no angle; `where` names what was asked for.
+    """
+    if tuple(words) == ("free",):
+        return None
+    try:
+        angles = [parse_quantity(word, "rad") % math.tau for word in words]
+    except OptionError as problem:
+        raise OptionError(f"{where}: {problem}; angles are such as 0,90,180,270, or free for any") from None
+    if not angles:
+        raise OptionError(f"{where}: names no angle; angles are such as 0,90,180,270, or free for any")
+    return tuple(dict.fromkeys(angles))
+
+
+@dataclass(frozen=True)
 class ResequenceOptions(OptionGroup):
     """How a program of another CAM is put in order."""
 
@@ -210,7 +546,7 @@ class ResequenceOptions(OptionGroup):
         "cut open lines of one depth from either end (slots, engraving, laser), where neither climb milling nor a "
         "lead-in matters; the tool may then go down at what was the end",
     )
-    keep_order: bool = option("flag", False, "leave the program as it is, and only measure it")
+    keep_order: bool = option("flag", False, "leave the order as it is; of a program, only measure it")
     renumber: bool = option("flag", False, "give the blocks new N-numbers, in steps of 10")
 
 
@@ -354,12 +690,35 @@ class PostOptions(OptionGroup):
     date: bool = option("flag", False, "write the date and time into the header")
     repeat_words: bool = option("flag", False, "repeat modal words on every block")
     coolant: bool = option("flag", False, "coolant on while drilling")
+    beam_power: int = option(
+        "whole", 1000, "S of a laser's beam when it cuts (GRBL: its $30)", minimum=1, maximum=1_000_000
+    )
+    mark_power: int = option("whole", 200, "S of a laser's beam when it marks", minimum=1, maximum=1_000_000)
+    path_tolerance: float = option(
+        "quantity",
+        0.1,
+        "how far a torch may cut a corner short to keep its speed (P of G64); 0 for not at all",
+        unit="mm",
+        minimum=0,
+        maximum=10,
+    )
+    material_number: int | None = option(
+        "whole",
+        None,
+        "material of the controller's own table that is cut (QtPlasmaC: M190); its feed is then the controller's",
+        minimum=0,
+        maximum=9_999_999,
+        default_words="the material's figures are written",
+    )
 
 
 GROUPS: tuple[type[OptionGroup], ...] = (
     ReadOptions,
+    SheetOptions,
     MachineOptions,
     DrillOptions,
+    CutOptions,
+    NestOptions,
     ResequenceOptions,
     SolveOptions,
     AcoOptions,
@@ -373,8 +732,11 @@ class Settings:
     """All options of one run, one group per stage."""
 
     read: ReadOptions = field(default_factory=ReadOptions)
+    sheet: SheetOptions = field(default_factory=SheetOptions)
     machine: MachineOptions = field(default_factory=MachineOptions)
     drill: DrillOptions = field(default_factory=DrillOptions)
+    cut: CutOptions = field(default_factory=CutOptions)
+    nest: NestOptions = field(default_factory=NestOptions)
     resequence: ResequenceOptions = field(default_factory=ResequenceOptions)
     solve: SolveOptions = field(default_factory=SolveOptions)
     aco: AcoOptions = field(default_factory=AcoOptions)

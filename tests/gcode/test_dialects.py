@@ -10,12 +10,16 @@ from leafcut.errors import OptionError
 from leafcut.gcode.dialects import Dialect, dialect, dialects, parse_dialect
 from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF
 
-NAMES = ["fagor8055", "fanuc", "grbl", "haas", "linuxcnc", "mach3", "mach4"]
+MILLS = ["fagor8055", "fanuc", "grbl", "haas", "linuxcnc", "mach3", "mach4"]
+TORCHES = ["fanuc-laser", "grbl-laser", "plasma", "qtplasmac"]
+NAMES = sorted(MILLS + TORCHES)
 
 
 def test_all_dialects_are_there() -> None:
-    """The seven controllers of the first release, by name."""
+    """Mills and drills, and those that drive a torch or a beam, by name."""
     assert dialects() == NAMES
+    assert dialects(torch=True) == TORCHES
+    assert dialects(torch=False) == MILLS
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -39,7 +43,9 @@ def test_every_word_of_a_profile_is_one_that_the_interpreter_knows(name: str) ->
     profile = dialect(name)
     assert profile.g_codes <= GROUP_OF.keys()
     assert profile.m_codes <= M_GROUP_OF.keys()
-    words = {profile.units_mm, profile.units_inch, *" ".join(profile.preamble).split()}
+    said = " ".join(profile.preamble).split()
+    words = {profile.units_mm, profile.units_inch, *(word for word in said if word.startswith("G"))}
+    assert {word for word in said if word.startswith("M")} <= set(profile.m_words.split())
     written = {w for w in profile.cycles if not (profile.cycle_words == "fagor" and w == "G82")}
     assert words | written <= set(profile.g_words.split())
     assert profile.end_word in profile.m_words.split()

@@ -22,7 +22,7 @@ CYCLES = ("G81", "G82", "G83", "G73", "G85")
 _SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.function_scoped_fixture]
 
 
-@pytest.mark.parametrize("name", dialects())
+@pytest.mark.parametrize("name", dialects(torch=False))
 @settings(max_examples=60, deadline=None, suppress_health_check=_SLOW)
 @given(path=planned(CYCLES), inch=st.booleans(), repeat=st.booleans(), numbered=st.booleans())
 def test_a_program_reads_back_as_its_toolpath(

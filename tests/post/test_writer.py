@@ -37,7 +37,7 @@ def started(z: float = 10.0) -> ToolpathBuilder:
     return b
 
 
-@pytest.mark.parametrize("name", dialects())
+@pytest.mark.parametrize("name", dialects(torch=False))
 def test_units_and_z_come_before_any_move_in_the_plane(name: str) -> None:
     """The first words are the units, then plane, absolute and cancelled modes; the first move is Z alone."""
     for units in ("mm", "inch"):
@@ -259,7 +259,7 @@ def test_a_header_cannot_smuggle_in_a_block() -> None:
     b.rapid(z=10.0)
     b.end()
     path, evil = b.build(), "x)\nG0 Z-99\n%\n(y\rM3 S9 ; G1 Z-5 \u2028 G2"
-    for name in dialects():
+    for name in dialects(torch=False):
         text = write_program(path, dialect(name), PostOptions(), [evil, evil * 9], tool_names={1: evil})
         assert text.isascii() and all(len(line) <= dialect(name).max_line for line in text.splitlines())
         read = [m.kind for m in interpret(text, dialect(name)) if m.kind is not Kind.OFFSET]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
-from leafcut.read import dxf, read
+from leafcut.read import dxf, dxf_document, read
 from leafcut.read.format import Source
 
 CIRCLE = "0\nCIRCLE\n8\nHOLES\n10\n{}\n20\n{}\n40\n{}\n"
@@ -170,7 +170,7 @@ def test_a_million_holes_is_the_limit(hand_drawn, monkeypatch):
 
 
 def test_a_drawing_with_too_many_entities_is_refused_before_it_is_loaded(hand_drawn, monkeypatch):
-    monkeypatch.setattr(dxf, "MAX_ENTITIES", 20)
+    monkeypatch.setattr(dxf_document, "MAX_ENTITIES", 20)
     assert "entities" in refusal(hand_drawn(CIRCLE.format(1, 2, 3) * 30))
 
 
@@ -218,4 +218,4 @@ def test_any_damage_to_a_drawing_ends_in_a_part_or_a_read_error(data):
 def test_any_bytes_after_the_mark_of_a_binary_drawing_end_in_a_read_error(tail):
     end = b"\0" + struct.pack("<B", 0) + b"EOF\0"
     with pytest.raises(ReadError):
-        dxf.read_dxf(Source("x.dxf", dxf.BINARY_MARK + tail + end), ReadOptions())
+        dxf.read_dxf(Source("x.dxf", dxf_document.BINARY_MARK + tail + end), ReadOptions())

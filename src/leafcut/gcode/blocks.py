@@ -13,10 +13,11 @@ from leafcut.gcode.canned import end_cycle
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.foreign_state import ForeignState, named_axes
 from leafcut.gcode.interpreter import Reader
-from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF, SortedBlock, sort_words
+from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF, OUTPUT_CODES, SortedBlock, sort_words
 from leafcut.gcode.motion import run_home
 from leafcut.gcode.origin import chooses_origin, run_origin
 from leafcut.gcode.state import AXES, whole
+from leafcut.gcode.torch import lower_feed
 from leafcut.gcode.words import Block, BlockError, UnclearBlock, Word
 from leafcut.model.toolpath import UNKNOWN, Kind
 
@@ -65,7 +66,7 @@ class BlockRunner(Reader):
         self.returns = False
         #: Whether a subprogram begins with the next block, so that it may bear a program number.
         self.begins = False
-        self._g, self._m = _codes(state.dialect), frozenset(M_GROUP_OF)
+        self._g, self._m = _codes(state.dialect), frozenset(M_GROUP_OF) - OUTPUT_CODES
         self._unclear: list[tuple[str, tuple[bool, bool, bool]]] = []
 
     def run(self, block: Block) -> None:
@@ -170,6 +171,20 @@ class BlockRunner(Reader):
         state.tool = number
         state.pending_tool = None if state.dialect.tool_change == "pause" else number
 
+    def _switches(self, words: SortedBlock, off: bool | None) -> None:
+        spindle = words.letters.get("$")
+        super()._switches(words, off)
+        if spindle is not None and spindle.value not in (0.0, -1.0):
+            self._keep(f"{spindle}: another spindle is not understood", _NONE)
+
+    def _hear(self, word: Word, letters: dict[str, Word]) -> None:
+        """Let the output that lowers a torch's feed do so; its block stays as it is all the same."""
+        state = self.state
+        if state.dialect.torch is not None and word.value == 52:
+            state.adaptive = "P" not in letters or letters["P"].value != 0.0
+        elif word.value in (67, 68) and {"E", "Q"} <= letters.keys():
+            lower_feed(state, whole(letters["E"]), letters["Q"].value)
+
     def _modes(self, words: SortedBlock) -> None:
         state, g, letters = self.state, words.g, words.letters
         radius = g.pop("radius", None)
@@ -184,13 +199,13 @@ class BlockRunner(Reader):
                 state.radius = mode
                 state.path.radius(mode, 0.0 if register is None else register.value, line=state.line)
         if path is not None:
-            tolerance = letters.pop("P", None) if path == 640 else None
-            if path == 640:
-                letters.pop("Q", None)
-            mm = 0.0 if tolerance is None else state.length(tolerance)
-            if (path, mm) != (state.blending, state.tolerance):
-                state.blending, state.tolerance = path, mm
-                state.path.blending(path, mm, line=state.line)
+            said = [letters.pop(letter, None) if path == 640 else None for letter in "PQ"]
+            tolerance, joining = (0.0 if word is None else state.length(word) for word in said)
+            # Without Q, P is for short moves, too. Source: LinuxCNC, G64; seen with rs274.
+            joining = tolerance if said[1] is None else joining
+            if (path, tolerance, joining) != (state.blending, state.tolerance, state.joining):
+                state.blending, state.tolerance, state.joining = path, tolerance, joining
+                state.path.blending(path, tolerance, joining, line=state.line)
 
     def _act(self, words: SortedBlock) -> None:
         """Offsets and motion; when it is not clear what they do, one row FOREIGN takes their place."""
@@ -226,6 +241,7 @@ class BlockRunner(Reader):
                 self._keep(f"{word} is not understood", named)
                 if word.value == 61 and "Q" in words.letters:
                     state.tool = whole(words.letters["Q"], 99_999)
+                self._hear(word, words.letters)
                 continue
             code = round(word.value * 10)
             if code in _ENDS_TRANSFORM and not any(named):

@@ -17,6 +17,72 @@ from leafcut.errors import OptionError, nearest
 
 
 @dataclass(frozen=True)
+class Torch:
+    """How a controller drives a torch or the beam of a laser: the table ``[torch]`` of a profile.
+
+    Attributes
+    ----------
+    on, off
+        Words that light it and put it out; ``{power}`` stands for the power.
+    mark_on, mark_off
+        Words of a scribe, or of the torch at marking power; empty: it cannot mark.
+    heights
+        Who moves Z: ``program``, ``controller`` (probing, piercing and height are its own), or ``none``.
+    waits
+        The program waits for the pierce (G4); else the controller does.
+    power
+        S is the power of the beam; S0 keeps it dark while the head moves on.
+    arc_output, height_output
+        Digital output (M62 to M65) that keeps the arc off while the torch moves on, that holds the height; or None.
+    feed_output
+        Analog output (M67, M68) that lowers the feed, in percent while M52 P1 is on; or None: F says every feed.
+    compensation
+        ``G41.1``: D is the width of the kerf. ``G41``: D is a register of the controller. Empty: none.
+    material, material_feed
+        Blocks that choose the material ``{number}`` of the controller's table, and the F word that then holds.
+    material_comment
+        The controller takes a comment with the figures of the material.
+    finish
+        Blocks before the end of the program.
+    """
+
+    on: str
+    off: str
+    mark_on: str = ""
+    mark_off: str = ""
+    heights: str = "program"
+    waits: bool = True
+    power: bool = False
+    arc_output: int | None = None
+    height_output: int | None = None
+    feed_output: int | None = None
+    compensation: str = ""
+    material: tuple[str, ...] = ()
+    material_feed: str = ""
+    material_comment: bool = False
+    finish: tuple[str, ...] = ()
+
+    @property
+    def on_code(self) -> int:
+        """The number of the M word that lights it."""
+        return _m_code(self.on)
+
+    @property
+    def off_code(self) -> int:
+        """The number of the M word that puts it out."""
+        return _m_code(self.off)
+
+    @property
+    def darkens(self) -> bool:
+        """Whether it can be dark for a while and go on, without a new pierce by the program."""
+        return self.power or self.arc_output is not None
+
+
+def _m_code(words: str) -> int:
+    return int(next(word for word in words.split() if word.startswith("M"))[1:])
+
+
+@dataclass(frozen=True)
 class Dialect:
     """One controller's way to write a program. Read-only; the profiles are `gcode/dialects/*.toml`.
 
@@ -62,6 +128,8 @@ class Dialect:
         ``M6``, or ``pause``: T and M0, and a person changes the tool.
     arc_turns
         G2 and G3 take full turns in P.
+    arc_ends
+        A full circle, too, says where it ends.
     hand_change_pause
         M6 may go on without waiting, so a change by hand needs an M0 behind it.
     length_offset
@@ -76,6 +144,8 @@ class Dialect:
         The last word. Required: ``word`` (M2 or M30), ``percent`` (that, or a closing percent sign), or empty.
     notes
         Lines for the header: what must be set on the machine for the program to mean what it says.
+    torch
+        How it drives a torch or a beam, or None for a spindle.
     sources
         Where each value comes from, by key.
     """
@@ -106,6 +176,7 @@ class Dialect:
     tool_change: str = "M6"
     hand_change_pause: bool = False
     arc_turns: bool = False
+    arc_ends: bool = False
     length_offset: str = "H"
     length_offset_off: str = "G49"
     machine_move: str = "G53"
@@ -113,6 +184,7 @@ class Dialect:
     end_word: str = "M30"
     end_required: str = ""
     notes: tuple[str, ...] = ()
+    torch: Torch | None = None
     sources: dict[str, str] = field(default_factory=dict, hash=False)
 
     @cached_property
@@ -126,9 +198,10 @@ class Dialect:
         return frozenset(int(word[1:]) for word in self.m_words.split())
 
 
-def dialects() -> list[str]:
-    """Return the names of all dialects, sorted."""
-    return sorted(entry.name.removesuffix(".toml") for entry in _folder().iterdir() if entry.name.endswith(".toml"))
+def dialects(torch: bool | None = None) -> list[str]:
+    """Return the names of all dialects, sorted; with `torch` only those that drive one, or only those that do not."""
+    names = sorted(entry.name.removesuffix(".toml") for entry in _folder().iterdir() if entry.name.endswith(".toml"))
+    return names if torch is None else [name for name in names if (dialect(name).torch is not None) == torch]
 
 
 @cache
@@ -158,16 +231,24 @@ def parse_dialect(text: str, name: str) -> Dialect:
         data: dict[str, Any] = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
         raise OptionError(f"dialect {name}: not a TOML file ({problem})") from None
-    known = {f.name: f for f in fields(Dialect)}
+    values = _checked({"name": name, **data}, Dialect, f"dialect {name}")
+    if "torch" in values:
+        if not isinstance(values["torch"], dict):
+            raise OptionError(f"dialect {name}: 'torch' is not a table; write [torch]")
+        values["torch"] = Torch(**_checked(values["torch"], Torch, f"dialect {name}, [torch]"))
+    return Dialect(**values)
+
+
+def _checked(data: dict[str, Any], kind: type[Dialect] | type[Torch], what: str) -> dict[str, Any]:
+    """Return the values of a table with its lists as tuples; refuse a key that is unknown, and one that is missing."""
+    known = {f.name: f for f in fields(kind)}
     for key in data:
         if key not in known:
-            raise OptionError(f"dialect {name}: unknown key '{key}'{nearest(key, known)}")
+            raise OptionError(f"{what}: unknown key '{key}'{nearest(key, known)}")
     for key, spec in known.items():
-        if key not in data and key != "name" and spec.default is MISSING and spec.default_factory is MISSING:
-            raise OptionError(f"dialect {name}: '{key}' is missing")
-    values: dict[str, Any] = {key: tuple(v) if isinstance(v, list) else v for key, v in data.items()}
-    values.setdefault("name", name)
-    return Dialect(**values)
+        if key not in data and spec.default is MISSING and spec.default_factory is MISSING:
+            raise OptionError(f"{what}: '{key}' is missing")
+    return {key: tuple(v) if isinstance(v, list) else v for key, v in data.items()}
 
 
 def _folder() -> Any:

@@ -24,9 +24,9 @@ class ForeignState(State):
     register: int = 0
     frame: int = 540
     shift: int = 0
-    radius: int = 40
     blending: int | None = None
     tolerance: float = 0.0
+    joining: float = 0.0
     foreign_motion: str = ""
     transform: int = 0
     surface: bool = False
@@ -61,6 +61,7 @@ class ForeignState(State):
             self.shift,
             640 if self.blending is None else self.blending,
             self.tolerance,
+            self.joining,
         )
 
     def feed_for(self, letters: dict[str, Word], length: float) -> float:

@@ -15,8 +15,9 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.modal import SortedBlock, sort_words
 from leafcut.gcode.motion import run_arc, run_home, run_machine, run_straight
 from leafcut.gcode.state import AXES, State, unit_of, whole
+from leafcut.gcode.torch import leave_outputs, run_outputs, say_power, spindle_number
 from leafcut.gcode.words import Block, BlockError, Word, lines, tokenise
-from leafcut.model.toolpath import Toolpath
+from leafcut.model.toolpath import SPEED_ALONE, Toolpath
 from leafcut.units import MM_PER_UNIT
 
 
@@ -52,6 +53,7 @@ def interpret(
     state = State(dialect, unit=None if units is None else MM_PER_UNIT[units])
     if left_over:
         state.motion, state.plane, state.incremental, state.feed_mode, state.to_initial = 1, 18, True, 95, False
+        leave_outputs(state)
     reader = Reader(state)
     for number, line in lines(text):
         if not line or line.isspace():
@@ -79,6 +81,10 @@ class Reader:
         dialect = state.dialect
         self._g, self._m = dialect.g_codes, dialect.m_codes
         self._separate = dialect.groups == "fanuc"
+        #: What M words do to the spindle: a beam may be lit by M4, which turns other spindles backwards.
+        self._turning = {3: 1, 4: -1, 5: 0}
+        if dialect.torch is not None:
+            self._turning[dialect.torch.on_code] = 1
 
     def run(self, block: Block) -> None:
         """Carry out one block."""
@@ -99,6 +105,7 @@ class Reader:
         self._blocks += 1
         self._settings(words)
         self._tool_words(words)
+        run_outputs(state, words)
         off_last = state.dialect.off_after_motion
         self._switches(words, off=None if not off_last else False)
         self._modes(words)
@@ -149,8 +156,8 @@ class Reader:
             if word.value < 0.0:
                 raise BlockError(f"{word} is negative")
             state.rpm = word.value
-            if state.spindle and "spindle" not in words.m:
-                state.path.spindle(state.spindle * state.rpm, line=state.line)
+            if state.spindle and "spindle" not in words.m and not say_power(state):
+                state.path.spindle(state.spindle * state.rpm, line=state.line, number=SPEED_ALONE)
 
     def _tool_words(self, words: SortedBlock) -> None:
         state, letters = self.state, words.letters
@@ -176,10 +183,13 @@ class Reader:
     def _switches(self, words: SortedBlock, off: bool | None) -> None:
         """Spindle and coolant: all of them, or only those that switch off (True), or on (False)."""
         state = self.state
+        torch = state.dialect.torch
         for code in words.m.get("spindle", ())[:1]:
             if off is None or off == (code == 5):
-                state.spindle = {3: 1, 4: -1, 5: 0}[code]
-                state.path.spindle(state.spindle * state.rpm, line=state.line)
+                number = spindle_number(words.letters)
+                state.spindle = self._turning[code]
+                state.path.spindle(state.spindle * state.rpm, line=state.line, number=number)
+                state.dark &= torch is None or not torch.power
         coolant = words.m.get("coolant")
         if coolant and (off is None or off == (9 in coolant)):
             for code in coolant:
@@ -199,12 +209,29 @@ class Reader:
             state.absolute_centres = g["arc distance"] == 901
         if "retract" in g:
             state.to_initial = g["retract"] == 980
-        if g.get("radius", 400) != 400:
-            raise BlockError("radius compensation (G41, G42) is not understood")
+        self._compensation(g.get("radius"), words.letters)
         if g.get("path") == 640:
-            # How far G64 may round the corners: nothing that a toolpath holds.
-            words.letters.pop("P", None)
+            # A toolpath without such a row is one that ends its moves where they end (G61).
+            tolerance = words.letters.pop("P", None)
             words.letters.pop("Q", None)
+            state.path.blending(640, 0.0 if tolerance is None else state.length(tolerance), line=state.line)
+
+    def _compensation(self, code: int | None, letters: dict[str, Word]) -> None:
+        """Radius compensation, where a torch keeps half of its kerf away."""
+        state = self.state
+        if code is None or (code == 400 and state.radius == 40):
+            return
+        torch = state.dialect.torch
+        if code != 400 and (torch is None or not torch.compensation):
+            raise BlockError("radius compensation (G41, G42) is not understood")
+        register = 0.0
+        if code != 400:
+            if "D" not in letters:
+                raise BlockError(f"G{code / 10:g} needs D")
+            word = letters.pop("D")
+            register = state.length(word) if code in (411, 421) else float(whole(word, 9_999))
+        state.radius = code // 10
+        state.path.radius(state.radius, register, line=state.line)
 
     def _dwell_seconds(self, letters: dict[str, Word]) -> float:
         dialect = self.state.dialect

@@ -30,8 +30,13 @@ _M_GROUPS: dict[str, tuple[int, ...]] = {
     "tool change": (6,),
     "spindle": (3, 4, 5),
     "coolant": (7, 8, 9),
+    "output": (62, 63, 64, 65, 66, 67, 68),
+    "adaptive": (52,),
+    "material": (190,),
 }
 M_GROUP_OF = {code: group for group, codes in _M_GROUPS.items() for code in codes}
+#: Words for a machine's own outputs: what they do is known only where a dialect says what listens to them.
+OUTPUT_CODES = frozenset(code for group in ("output", "adaptive", "material") for code in _M_GROUPS[group])
 
 
 @dataclass(slots=True)

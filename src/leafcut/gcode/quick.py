@@ -49,6 +49,7 @@ class QuickWay:
             and state.feed_mode == 94
             and not state.foreign_motion
             and not state.transform
+            and state.override == 1.0
         )
 
     def run(self, start: int) -> int:

@@ -36,6 +36,9 @@ class State:
     revolution with G95; with G93 every cutting block brings its own. `motion` is 0 to 3 or None, `cycle` the number of
     the canned cycle or None. `last_dwell` is the dwell of the last cycle that had one, s.
     `pending_tool` is the tool that the next change brings. `may_store` says that a cycle with no repeats is stored.
+    `radius` is 40, 41 or 42.
+    `override` is the part of the feed that an output asks for, heard while `adaptive` (M52). `dark` and
+    `holds_height` say that outputs keep a torch off, and at its height, though it is lit.
     """
 
     dialect: Dialect
@@ -60,6 +63,11 @@ class State:
     offset_number: int | None = None
     offset_on: bool = False
     may_store: bool = False
+    radius: int = 40
+    override: float = 1.0
+    adaptive: bool = False
+    dark: bool = False
+    holds_height: bool = False
 
     def length(self, word: Word) -> float:
         """Return the length of a word in mm."""
@@ -68,9 +76,11 @@ class State:
         if self.unit is None:
             raise BlockError(f"{word} comes before the units are stated ({self.dialect.units_mm} for mm)")
         if self.dialect.point_required and "." not in word.text:
+            # The least increment of these controllers: 0.001 mm or 0.0001 inch.
+            least = word.value * (0.001 if self.unit == 1.0 else 0.0001)
             raise BlockError(
-                f"{word} has no decimal point: on this controller it may mean {word.value:g} or "
-                f"{word.value:g} thousandths"
+                f"{word} has no decimal point: whether that is {word.letter}{word.value:.1f} or "
+                f"{word.letter}{least:.10g} depends on a setting of the controller; write the one that is meant"
             )
         return word.value * self.unit
 
@@ -116,7 +126,7 @@ class State:
             feed *= self.rpm / SECONDS_PER_MINUTE
         if not feed > 0.0:
             raise BlockError("a cut without a feed; F is missing")
-        return feed
+        return feed * self.override if self.adaptive else feed
 
     def dwell(self, word: Word) -> float:
         """Return the seconds that a dwell word means in this dialect."""

@@ -20,7 +20,7 @@ MAX_LINE = 10_000
 MAX_NUMBER = 1e9
 
 # The possessive `++` keeps a line of a thousand digits linear in its length.
-_WORD = re.compile(r"[ \t]*([A-Za-z])[ \t]*([+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++))")
+_WORD = re.compile(r"[ \t]*([A-Za-z$])[ \t]*([+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++))")
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
 
 

@@ -7,6 +7,7 @@ counter-clockwise; 0 is a straight line, 1 a half circle. A full circle is two h
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -125,7 +126,14 @@ class Polyline:
         return float(np.sum(0.5 * (x0 * y1 - x1 * y0) + 0.5 * radius**2 * (angle - np.sin(angle))))
 
     def segment(self, index: int) -> Segment:
-        """Return one segment; `index` from 0."""
+        """Return one segment; `index` from 0, or from the end where it is negative."""
+        return self._segments[index]
+
+    @cached_property
+    def _segments(self) -> tuple[Segment, ...]:
+        return tuple(self._segment(i) for i in range(self.n_segments))
+
+    def _segment(self, index: int) -> Segment:
         x0, y0, x1, y1 = (float(v) for v in self._ends[index])
         bulge = float(self.bulges[index])
         if bulge == 0.0:
@@ -192,14 +200,26 @@ class Polyline:
         """Return it moved by (dx, dy) mm."""
         return Polyline(self.vertices + np.array([dx, dy, 0.0]), self.closed)
 
+    def turned(self, angle: float) -> Polyline:
+        """Return it turned by `angle` (rad) counter-clockwise about the origin."""
+        cos, sin = math.cos(angle), math.sin(angle)
+        x, y, bulge = self.vertices.T
+        return Polyline(np.column_stack([cos * x - sin * y, sin * x + cos * y, bulge]), self.closed)
+
+    @cached_property
+    def _reach(self) -> list[float]:
+        """Distance from the start to the end of every segment, mm."""
+        ends: list[float] = np.cumsum(self.lengths).tolist()
+        return ends
+
     def _place(self, distance: float) -> tuple[int, float]:
         """Return the segment at a distance from the start, and the share of the segment that is behind."""
         if self.closed and self.length > 0.0:
             distance %= self.length
-        ends = np.cumsum(self.lengths)
-        index = min(int(np.searchsorted(ends, distance, side="right")), self.n_segments - 1)
-        before = float(ends[index] - self.lengths[index])
+        ends = self._reach
+        index = min(bisect_right(ends, distance), self.n_segments - 1)
         length = float(self.lengths[index])
+        before = ends[index] - length
         return index, min(max((distance - before) / length, 0.0), 1.0) if length > 0.0 else 0.0
 
     def point_at(self, distance: float) -> tuple[float, float]:

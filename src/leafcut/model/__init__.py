@@ -8,6 +8,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.outcome import Measure, OperationOutcome, Outcome
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.model.tool import Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, ToolpathBuilder
@@ -29,6 +30,8 @@ __all__ = [
     "Recipe",
     "RoutingProblem",
     "Severity",
+    "Sheet",
+    "SheetContour",
     "Slot",
     "Solution",
     "Tool",

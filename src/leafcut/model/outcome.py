@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from leafcut.model.cutting import CutMeasures, CutPlan
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.part import Part
@@ -53,7 +54,7 @@ class Outcome:
     part
         What was read; of a program, its holes.
     process
-        ``drill``, ``mill``, ``laser`` or ``plasma``.
+        ``drill``; ``cut`` for a sheet; of a program ``drill``, ``mill``, ``laser`` or ``plasma``.
     before, nearest, after
         The same work in the order it came in, by nearest neighbour (None for programs), and as written.
     path_before, path_after
@@ -63,6 +64,10 @@ class Outcome:
     certificate
         Of a program that came from elsewhere: the proof that the new one does the same work (`verify.certificate`), as
         plain values, and what was counted. None for drawings.
+    cut_plan
+        Of a sheet: its cuts in order, with the time norm and the cost.
+    norms
+        Of a sheet: the same measures of the three orders, before, nearest neighbour (None where there is none), after.
     barriers
         How many pieces of a program stay where they are, and nothing is carried past them.
     encoding
@@ -89,6 +94,8 @@ class Outcome:
     issues: tuple[Issue, ...] = ()
     certificate: dict[str, Any] | None = None
     barriers: int = 0
+    cut_plan: CutPlan | None = None
+    norms: tuple[CutMeasures | None, ...] = ()
     encoding: str = "utf-8"
     output: str = ""
     report: str = ""

@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 UNKNOWN = math.nan
+#: `ref` of a row SPINDLE that an S without M3 or M4 made.
+SPEED_ALONE = -1
 #: Numbers in a row of a `ToolpathBuilder`.
 WIDTH = 7
 
@@ -35,7 +37,7 @@ class Kind(IntEnum):
     DWELL      –                                            seconds              –
     TOOL       –                                            –                    tool number
     OFFSET     –                                            –                    length offset (H), 0 = G49
-    SPINDLE    –                                            rpm; < 0 = backwards –
+    SPINDLE    –                                            rpm; < 0 = backwards which; of a torch 1 marks; -1 = S alone
     COOLANT    –                                            –                    0 off, 1 mist, 2 flood, 3 both
     PAUSE      –                                            –                    0 = M0, 1 = M1
     MACHINE    machine coordinates, NaN = axis stays        –                    –
@@ -43,10 +45,13 @@ class Kind(IntEnum):
     FRAME      where the tool is then                       –                    work offset in tenths (540 is G54)
     SHIFT      where the tool is then                       –                    origin moved (G52, G92 …), counted
     RADIUS     –                                            D, as it is written  40, 41 or 42
-    BLENDING   –                                            tolerance, mm        610, 611 or 640 (G61, G61.1, G64)
+    BLENDING   x: how far short moves may be joined, mm     tolerance, mm        610, 611 or 640 (G61, G61.1, G64)
     FOREIGN    where the tool is then                       –                    a block that is not understood
+    TORCH      –                                            1 on, 0 off          – (while it moves on)
+    HEIGHT     –                                            1 on, 0 off          – (control of the torch's height)
     ========== ============================================ ==================== ===========================
 
+    A torch goes on and off by SPINDLE, as M3 and M5 have it; TORCH and HEIGHT act with the next motion, without a stop.
     Where the tool is then: in the program coordinates from there on, NaN for an axis until it is programmed again.
     """
 
@@ -68,6 +73,8 @@ class Kind(IntEnum):
     RADIUS = 15
     BLENDING = 16
     FOREIGN = 17
+    TORCH = 18
+    HEIGHT = 19
 
 
 #: Kinds whose `end` is a place in program coordinates.
@@ -318,9 +325,9 @@ class ToolpathBuilder:
         """Take the tool length offset of a register; 0 takes it off."""
         self._command(Kind.OFFSET, 0.0, number, line)
 
-    def spindle(self, rpm: float, line: int = 0) -> None:
+    def spindle(self, rpm: float, line: int = 0, number: int = 0) -> None:
         """Turn the spindle: positive clockwise (M3), negative backwards (M4), 0 stops (M5)."""
-        self._command(Kind.SPINDLE, rpm, 0, line)
+        self._command(Kind.SPINDLE, rpm, number, line)
 
     def coolant(self, mode: int, line: int = 0) -> None:
         """Set coolant: 0 off, 1 mist, 2 flood, 3 both."""
@@ -345,9 +352,21 @@ class ToolpathBuilder:
         """Switch radius compensation: 40 off, 41 left, 42 right."""
         self._command(Kind.RADIUS, register, mode, line)
 
-    def blending(self, mode: int, tolerance: float = 0.0, line: int = 0) -> None:
-        """Choose how corners are passed: 610, 611 or 640, and how far from them the path may be, mm."""
-        self._command(Kind.BLENDING, tolerance, mode, line)
+    def torch(self, on: bool, line: int = 0) -> None:
+        """Put the torch on or off while it moves on."""
+        self._command(Kind.TORCH, float(on), 0, line)
+
+    def height_control(self, on: bool, line: int = 0) -> None:
+        """Let the torch follow the sheet's height, or keep its own."""
+        self._command(Kind.HEIGHT, float(on), 0, line)
+
+    def blending(self, mode: int, tolerance: float = 0.0, joining: float | None = None, line: int = 0) -> None:
+        """Choose how corners are passed: 610, 611 or 640, and how far from them, and from short moves, the path may be.
+
+        In mm; `joining` is for short moves that the controller joins to one, `tolerance` where it is not given.
+        """
+        x = tolerance if joining is None else joining
+        self._rows.extend((int(Kind.BLENDING), x, UNKNOWN, UNKNOWN, tolerance, mode, line))
 
     def set_place(self, kind: Kind, place: tuple[float, float, float], ref: int, line: int = 0) -> None:
         """Add a row of FRAME, SHIFT or FOREIGN, after which the tool is at `place`."""

@@ -59,10 +59,10 @@ def write_program(
     PostError
         The toolpath needs a word that the controller does not have, or would move before its height is known.
     """
-    return _Writer(toolpath, dialect, options, tool_names, spindle_start_s).program(header if options.header else ())
+    return Writer(toolpath, dialect, options, tool_names, spindle_start_s).program(header if options.header else ())
 
 
-class _Writer:
+class Writer:
     """Writes row after row, and remembers what the controller knows."""
 
     def __init__(
@@ -89,7 +89,26 @@ class _Writer:
     def program(self, header: Sequence[str]) -> str:
         """Return the whole text."""
         self._begin(header)
-        write: dict[Kind, Callable[[Motion], None]] = {
+        write = self._writing()
+        kinds = [*self.path.kind.tolist()[1:], int(Kind.END)]
+        for motion, next_kind in zip(self.path, kinds, strict=False):
+            if self.ended:
+                raise PostError("the toolpath goes on after its end")
+            self.next_kind = Kind(next_kind)
+            if motion.kind is not Kind.DRILL:
+                self._leave_cycle()
+            if motion.kind not in write:
+                raise PostError(f"{self.dialect.name} has no words for a toolpath's {motion.kind.name}")
+            write[motion.kind](motion)
+        if not self.ended:
+            raise PostError("the toolpath has no end (Kind.END)")
+        if self.dialect.percent == "frame":
+            self.out.lines.append("%")
+        return "\n".join(self.out.lines) + "\n"
+
+    def _writing(self) -> dict[Kind, Callable[[Motion], None]]:
+        """Return what writes the rows of each kind."""
+        return {
             Kind.RAPID: self._rapid,
             Kind.FEED: self._feed,
             Kind.ARC_CW: self._arc,
@@ -104,19 +123,6 @@ class _Writer:
             Kind.MACHINE: self._machine,
             Kind.END: self._end,
         }
-        kinds = [*self.path.kind.tolist()[1:], int(Kind.END)]
-        for motion, next_kind in zip(self.path, kinds, strict=False):
-            if self.ended:
-                raise PostError("the toolpath goes on after its end")
-            self.next_kind = Kind(next_kind)
-            if motion.kind is not Kind.DRILL:
-                self._leave_cycle()
-            write[motion.kind](motion)
-        if not self.ended:
-            raise PostError("the toolpath has no end (Kind.END)")
-        if self.dialect.percent == "frame":
-            self.out.lines.append("%")
-        return "\n".join(self.out.lines) + "\n"
 
     # -- the head ----------------------------------------------------------------------------------------------------
 
@@ -177,6 +183,10 @@ class _Writer:
         plane = self.out.modal("plane", f"G{arc.plane}")
         motion = self.out.modal("motion", "G2" if row.kind is Kind.ARC_CW else "G3")
         words = [self._axis(row, axis) for axis in range(3)]
+        if self.dialect.arc_ends and not any(words[axis] for axis in axes[:2]):
+            self.out.forget("XYZ"[axis] for axis in axes[:2])
+            for axis in axes[:2]:
+                words[axis] = self._axis(row, axis)
         self.out.say(plane, motion, *words, *centre, *turns, self._feed_word(row))
         self._arrive(row)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from leafcut.errors import ReadError
@@ -10,7 +11,7 @@ from leafcut.options import ReadOptions
 from leafcut.read.format import Format, Match, Source
 from leafcut.read.registry import formats, read_source, run
 
-__all__ = ["Format", "Match", "Source", "formats", "read"]
+__all__ = ["Format", "Match", "Source", "formats", "read", "read_contours"]
 
 
 def read(source: str | Path, options: ReadOptions | None = None) -> Part:
@@ -23,7 +24,29 @@ def read(source: str | Path, options: ReadOptions | None = None) -> Part:
     """
     options = options or ReadOptions()
     format_, loaded = read_source(source)
-    part = run(format_, loaded, options)
+    return _unless_strict(run(format_, loaded, options), loaded, options)
+
+
+def read_contours(source: str | Path, options: ReadOptions | None = None) -> Part:
+    """Return the lines and curves of a drawing as contours, as they are drawn, in mm.
+
+    `plan.sheet.prepare_sheet` joins and cleans them.
+
+    Raises
+    ------
+    ReadError
+        The file cannot be read, is of a format without contours, holds none, or, with `options.strict`, needed
+        anything skipped or repaired.
+    """
+    options = options or ReadOptions()
+    format_, loaded = read_source(source)
+    if format_.contours is None:
+        there_are = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.contours)
+        raise ReadError(loaded.path, f"{format_.name} holds nothing that is cut from sheet; use {there_are}")
+    return _unless_strict(run(replace(format_, read=format_.contours), loaded, options), loaded, options)
+
+
+def _unless_strict(part: Part, loaded: Source, options: ReadOptions) -> Part:
     warnings = [issue for issue in part.issues if issue.severity is Severity.WARNING]
     if options.strict and warnings:
         more = f", and {len(warnings) - 1} more" if len(warnings) > 1 else ""

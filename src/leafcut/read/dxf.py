@@ -6,13 +6,8 @@ too. A POINT is a hole of diameter 0 (a bare point) unless it marks the centre o
 
 from __future__ import annotations
 
-import io
-import logging
 import math
-import re
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -20,71 +15,25 @@ from leafcut.errors import ReadError
 from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.arcs import Piece, close_circles
-from leafcut.read.dxf_blocks import INVISIBLE, Layers, Walk
-from leafcut.read.dxf_shapes import ROUND, Matrix, Shape, half_axes, is_flat, moved, seen_span
+from leafcut.read.dxf_blocks import Walk
+from leafcut.read.dxf_contours import read_dxf_contours
+from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document, sniff, units_of, walk_issues
+from leafcut.read.dxf_shapes import ROUND, Matrix, Shape, half_axes, is_flat, moved, seen_span, shape_of
 from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_HOLES,
     Format,
-    Match,
     Source,
     count_of,
-    factor_of,
     places_of,
     shown,
     too_many_holes,
     units_unknown,
 )
-from leafcut.read.sift import layer_filter, sift
+from leafcut.read.sift import sift
 
-BINARY_MARK = b"AutoCAD Binary DXF\r\n\x1a\x00"
-#: ezdxf needs about 1.6 kB for a circle and 0.1 kB for a tag (two lines): beyond these it would eat the memory.
-MAX_ENTITIES = 1_500_000
-MAX_LINES = 30_000_000
 #: Circles smaller than this are drawing errors, mm.
 MIN_RADIUS = 1e-6
-
-#: mm in one unit of $INSUNITS (DXF reference, HEADER section); 0 and what is not here is unknown.
-INSUNITS = {
-    1: 25.4,
-    2: 304.8,
-    3: 1609344.0,
-    4: 1.0,
-    5: 10.0,
-    6: 1000.0,
-    7: 1e6,
-    8: 25.4e-6,
-    9: 0.0254,
-    10: 914.4,
-    11: 1e-7,
-    12: 1e-6,
-    13: 1e-3,
-    14: 100.0,
-    15: 1e4,
-    16: 1e5,
-    21: 1200e3 / 3937,
-    22: 100e3 / 3937,
-    23: 3600e3 / 3937,
-}
-UNIT_NAMES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 9: "mil", 13: "µm"}
-
-#: Of what ezdxf repairs, this is a guess at a number: a hole would be where nobody drew it.
-GUESSED_NUMBER = 117
-#: And these touch no geometry: sections and tables that R12 should not have, the root dictionary, a letter.
-TRIVIAL_REPAIRS = (9, 10, 14, 111)
-
-_SECTION = re.compile(rb"(?:^|[\r\n])[ \t]*0[ \t]*\r?\n[ \t]*SECTION\b", re.IGNORECASE)
-_END = re.compile(rb"[\r\n][ \t]*0[ \t]*\r?\n[ \t]*EOF[ \t]*(?:[\r\n\x1a\0]|$)", re.IGNORECASE)
-_STRUCTURE = re.compile(rb"\n[ \t]*0[ \t]*\r?\n(?=[ \t]*[A-Za-z])")
-_SECTION_END = re.compile(rb"\n[ \t]*0[ \t]*\r?\n[ \t]*ENDSEC\b")
-_LINE = re.compile(r"\bline:? (\d+)")
-
-
-def sniff(head: bytes) -> Match:
-    """Say whether a file begins as a DXF does: the binary mark, or group code 0 with SECTION."""
-    if head.startswith(BINARY_MARK) or _SECTION.search(head[:4096].replace(b"\r\n", b"\n").replace(b"\r", b"\n")):
-        return Match.YES
-    return Match.NO
 
 
 def read_dxf(source: Source, options: ReadOptions) -> Part:
@@ -96,14 +45,14 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         It is no DXF, is damaged or cut off, or holds no holes; says what was found instead.
     """
     issues: list[Issue] = []
-    document = _document(source, issues)
-    factor, unit = _units(document, options)
-    walk = Walk(document, source.path, _layers(document, options))
+    document = open_document(source, issues)
+    factor, unit = units_of(document, options)
+    walk = Walk(document, source.path, layers_of(document, options), shape_of, "holes")
     finds = Finds(factor, source.path)
     for shape, matrix, layer in walk.shapes():
         finds.add(shape, matrix, layer)
     holes = finds.holes()
-    issues += _walk_issues(walk) + finds.issues() + _not_holes(walk.others + finds.others)
+    issues += walk_issues(walk) + finds.issues() + _not_holes(walk.others + finds.others)
     kept, noticed = sift(holes, options)
     if not kept:
         raise ReadError(source.path, _nothing(walk, finds, document, options, noticed))
@@ -114,112 +63,6 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     if 0 < bare < len(kept):
         noticed.append(Issue("L405", f"{count_of(bare, 'POINT')} beside the circles: taken as holes to drill"))
     return replace(part, issues=(*issues, *noticed))
-
-
-def _document(source: Source, issues: list[Issue]) -> Any:
-    """Return the ezdxf document, loaded with its repairs but without its audit.
-
-    The audit deletes circles whose handle is used twice, and follows all paths through nested blocks, which a
-    hundred lines of DXF can make endless; what it would find about holes and blocks, the walk finds itself.
-    """
-    data = source.data
-    if data[:4] == b"AC10":
-        raise ReadError(source.path, "this is a DWG drawing; save it as DXF")
-    binary = data.startswith(BINARY_MARK)
-    if not binary:
-        if b"\n" not in data:
-            data = data.replace(b"\r", b"\n")
-        if not _SECTION.search(data[:65536]):
-            raise ReadError(source.path, "this is no DXF drawing: it does not begin with group code 0 and SECTION")
-        _check_whole(source.path, data, issues)
-    elif b"EOF\0" not in data[-64:]:
-        raise ReadError(source.path, "the drawing is cut off: its end is missing; save or send it again")
-    with _quiet():
-        try:
-            document = _load_binary(data) if binary else _load_text(source.path, data, issues)
-            document.modelspace()
-            return document
-        except ReadError:
-            raise
-        except Exception as problem:  # ezdxf raises nearly anything on a damaged file
-            text = shown(str(problem), 160) or type(problem).__name__
-            line = _LINE.search(text)
-            reason = f"the drawing is damaged and could not be repaired: {text}"
-            raise ReadError(source.path, reason, int(line.group(1)) if line else None) from None
-
-
-def _check_whole(path: str, data: bytes, issues: list[Issue]) -> None:
-    lines = data.count(b"\n")
-    if lines > MAX_LINES or sum(1 for _ in _STRUCTURE.finditer(data)) > MAX_ENTITIES:
-        raise ReadError(path, f"the drawing has more than {MAX_ENTITIES:,} entities or {MAX_LINES:,} lines; split it")
-    if end := _END.search(data):
-        if data[end.end() :].strip(b" \t\r\n\0\x1a"):
-            issues.append(Issue("L101", "the drawing goes on after its end (EOF); what follows was not read"))
-        return
-    start = data.rfind(b"ENTITIES")
-    if start < 0 or not _SECTION_END.search(data, start):
-        raise ReadError(path, "the drawing is cut off: its end is missing; save or send it again", lines)
-    issues.append(Issue("L101", "the drawing ends without EOF; its entities are complete"))
-
-
-def _load_binary(data: bytes) -> Any:
-    from ezdxf.document import Drawing
-    from ezdxf.lldxf.tagger import binary_tags_loader
-
-    return Drawing.load(binary_tags_loader(data))
-
-
-def _load_text(path: str, data: bytes, issues: list[Issue]) -> Any:
-    from ezdxf.document import Drawing
-    from ezdxf.recover import Recover
-
-    tool = Recover.run(io.BytesIO(data))
-    for code, message in tool.errors:
-        if code == GUESSED_NUMBER:
-            line = _LINE.search(message)
-            what = shown(message.split(" near ")[0].replace("recovered ", ""))
-            reason = f"{what}; a guess would put holes where none are"
-            raise ReadError(path, reason, int(line.group(1)) if line else None)
-    document = Drawing()
-    document._load_section_dict(tool.section_dict)
-    repairs = [message for code, message in (*tool.errors, *tool.fixes) if code not in TRIVIAL_REPAIRS]
-    if repairs:
-        more = f" (and {len(repairs) - 1} more)" if len(repairs) > 1 else ""
-        issues.append(Issue("L101", f"the drawing was damaged: {shown(repairs[0], 100)}{more}"))
-    return document
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep ezdxf's warnings off the terminal: what matters of them becomes an `Issue`."""
-    logger = logging.getLogger("ezdxf")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL + 1)
-    try:
-        yield
-    finally:
-        logger.setLevel(level)
-
-
-def _units(document: Any, options: ReadOptions) -> tuple[float, str | None]:
-    """Return mm per drawing unit, and the unit's name, None when it is only assumed."""
-    if options.units:
-        return factor_of(options, None), options.units
-    code = document.header.get("$INSUNITS", 0)
-    if code not in INSUNITS:
-        return 1.0, None
-    return INSUNITS[code], UNIT_NAMES.get(code, f"$INSUNITS {code}")
-
-
-def _layers(document: Any, options: ReadOptions) -> Layers:
-    frozen, off = set(), set()
-    for layer in document.layers:
-        name = str(layer.dxf.get("name", "")).casefold()
-        if layer.is_frozen():
-            frozen.add(name)
-        if layer.is_off():
-            off.add(name)
-    return Layers(frozen, off, layer_filter(options.layers))
 
 
 @dataclass
@@ -315,34 +158,7 @@ def _not_holes(kinds: Counter[str]) -> list[Issue]:
     return [Issue("L201", f"{number} {shown(kind)}: no hole", severity=Severity.NOTE) for kind, number in kinds.items()]
 
 
-def _walk_issues(walk: Walk) -> list[Issue]:
-    found = []
-    reasons: dict[tuple[str, str], list[str]] = {}
-    for kind, handle, reason in walk.broken:
-        reasons.setdefault((kind, reason), []).append(handle)
-    for (kind, reason), handles in reasons.items():
-        place = f"handle {', '.join(h or '?' for h in handles[:3])}" + (" …" if len(handles) > 3 else "")
-        found.append(Issue("L203", f"{len(handles)} {shown(kind)} skipped: {shown(reason)}", place))
-    if walk.hidden:
-        found.append(Issue("L204", f"left out: {_by_layer(walk)}", severity=Severity.NOTE))
-    for name, number in walk.missing_blocks.items():
-        found.append(Issue("L206", f"{count_of(number, 'insertion')} of block '{shown(name)}', which is not there"))
-    for name, number in walk.endless_blocks.items():
-        message = (
-            f"block '{shown(name)}' refers to itself or is nested too deep: {count_of(number, 'insertion')} skipped"
-        )
-        found.append(Issue("L206", message))
-    return found
-
-
-def _by_layer(walk: Walk) -> str:
-    named = [f"{n} on layer {shown(layer)}" for layer, n in walk.hidden.most_common(5) if layer != INVISIBLE]
-    if invisible := walk.hidden.get(INVISIBLE):
-        named.append(f"{invisible} invisible")
-    return ", ".join(named) + (" …" if len(walk.hidden) > 5 else "")
-
-
-def _nothing(walk: Walk, finds: Finds, document: Any, options: ReadOptions, noticed: list[Issue]) -> str:
+def _nothing(walk: Walk[Shape], finds: Finds, document: Any, options: ReadOptions, noticed: list[Issue]) -> str:
     """Return why there are no holes: what was found instead, in one line."""
     parts = [f"{number} {shown(kind)}" for kind, number in (walk.others + finds.others).most_common(6)]
     parts += [f"{number} {kind} not circular" for kind, number in finds.squashed.items()]
@@ -355,11 +171,18 @@ def _nothing(walk: Walk, finds: Finds, document: Any, options: ReadOptions, noti
         parts.append("blocks that are missing or refer to themselves")
     parts += [issue.message for issue in noticed]
     if walk.hidden:
-        parts.append(f"on layers that are off, frozen or not chosen: {_by_layer(walk)}")
+        parts.append(f"on layers that are off, frozen or not chosen: {hidden_by_layer(walk)}")
     if options.layers:
         names = sorted(str(layer.dxf.get("name", "")) for layer in document.layers)
         parts.append(f"the drawing has the layers {shown(', '.join(names), 120)}")
     return f"no holes: {'; '.join(parts) or 'the drawing is empty'}"
 
 
-FORMAT = Format("dxf", (".dxf",), "drawing (AutoCAD DXF, text or binary): circles are holes", read_dxf, sniff)
+FORMAT = Format(
+    "dxf",
+    (".dxf",),
+    "drawing (AutoCAD DXF, text or binary): circles are holes, lines and curves are contours",
+    read_dxf,
+    sniff,
+    contours=read_dxf_contours,
+)

@@ -1,7 +1,8 @@
 """From a DXF document to every shape in model space: blocks placed, scaled, turned, mirrored and arrayed; layers kept.
 
-Each block is looked through once; after that only what may be a hole is visited again per insertion, so that a large
-block of lines costs nothing, and the visits are counted, so that nested arrays end in an error and not in the night.
+Each block is looked through once; after that only what is asked for (holes, or strokes) is visited again per insertion,
+so that a large block of lines costs nothing where holes are read, and the visits are counted, so that nested arrays end
+in an error and not in the night.
 """
 
 from __future__ import annotations
@@ -10,10 +11,13 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from leafcut.errors import ReadError
-from leafcut.read.dxf_shapes import IDENTITY, Matrix, Shape, combined, shape_of, turned
+from leafcut.read.dxf_shapes import IDENTITY, Matrix, combined, turned
+
+#: What is made of an entity: anything with the entity's `layer`.
+S = TypeVar("S")
 
 MAX_DEPTH = 32
 MAX_VISITS = 4_000_000
@@ -31,11 +35,11 @@ class Insertion(NamedTuple):
 
 
 @dataclass
-class Content:
+class Content(Generic[S]):
     """What a layout or a block holds, in its own coordinates."""
 
-    items: list[Shape | Insertion] = field(default_factory=list)
-    #: Entities that can never be holes, by (type, layer).
+    items: list[S | Insertion] = field(default_factory=list)
+    #: Entities of which nothing is made, by (type, layer).
     others: Counter[tuple[str, str]] = field(default_factory=Counter)
     #: Entities with missing or impossible numbers: (type, handle, what is wrong).
     broken: list[tuple[str, str, str]] = field(default_factory=list)
@@ -66,25 +70,31 @@ class Layers:
 
 
 @dataclass
-class Walk:
-    """Visits every shape of model space once per insertion, and counts what it leaves out."""
+class Walk(Generic[S]):
+    """Visits every shape of model space once per insertion, and counts what it leaves out.
+
+    `shape_of` makes a shape of an ezdxf entity: None for one that is not wanted, ValueError for a damaged one; `wanted`
+    is what shapes are, in words.
+    """
 
     document: Any
     path: str
     layers: Layers
-    #: By type what is no hole, by layer what is hidden or not chosen, by block what cannot be followed.
+    shape_of: Callable[[Any], S | None]
+    wanted: str
+    #: By type what is no shape, by layer what is hidden or not chosen, by block what cannot be followed.
     others: Counter[str] = field(default_factory=Counter)
     hidden: Counter[str] = field(default_factory=Counter)
     missing_blocks: Counter[str] = field(default_factory=Counter)
     endless_blocks: Counter[str] = field(default_factory=Counter)
     broken: list[tuple[str, str, str]] = field(default_factory=list)
-    _contents: dict[str, Content | None] = field(default_factory=dict)
+    _contents: dict[str, Content[S] | None] = field(default_factory=dict)
     _fruitful: set[str] = field(default_factory=set)
     _weights: dict[str, int] = field(default_factory=dict)
     _noted: set[int] = field(default_factory=set)
     _visits: int = 0
 
-    def shapes(self) -> Iterator[tuple[Shape, Matrix, str]]:
+    def shapes(self) -> Iterator[tuple[S, Matrix, str]]:
         """Yield every visible shape with its place and the layer it counts as, in the order of the drawing.
 
         Raises
@@ -92,21 +102,21 @@ class Walk:
         ReadError
             The insertions come to more than `MAX_VISITS` shapes and blocks.
         """
-        top = content_of(self.document.modelspace())
+        top = content_of(self.document.modelspace(), self.shape_of)
         self._look_through(top)
         # Said before the work is done: a few lines of nested arrays ask for a billion holes.
         self._count(self._weight_of(top, ()))
         self._visits = 0
         yield from self._visit(top, IDENTITY, None, ())
 
-    def _look_through(self, top: Content) -> None:
+    def _look_through(self, top: Content[S]) -> None:
         """Read every block that is reached, and find those that lead to a shape, to spare the visits to the others."""
         parents: dict[str, set[str]] = {}
         waiting = [("", top)]
         fruitful = []
         while waiting:
             name, content = waiting.pop()
-            if any(isinstance(item, Shape) for item in content.items):
+            if any(not isinstance(item, Insertion) for item in content.items):
                 fruitful.append(name)
             for block in {item.block for item in content.items if isinstance(item, Insertion)}:
                 parents.setdefault(block, set()).add(name)
@@ -114,7 +124,7 @@ class Walk:
                     layout = self.document.blocks.get(block) if block else None
                     # A reference to another drawing (flag 4) has nothing in it, and that drawing is not ours to open.
                     absent = layout is None or layout.block.dxf.get("flags", 0) & 4
-                    inner = self._contents[block] = None if absent else content_of(layout)
+                    inner = self._contents[block] = None if absent else content_of(layout, self.shape_of)
                     if inner is not None:
                         waiting.append((block, inner))
         while fruitful:
@@ -132,7 +142,7 @@ class Walk:
             self._weights[name] = self._weight_of(content, (*trail, name))
         return self._weights[name]
 
-    def _weight_of(self, content: Content, trail: tuple[str, ...]) -> int:
+    def _weight_of(self, content: Content[S], trail: tuple[str, ...]) -> int:
         weight = 1
         for item in content.items:
             if isinstance(item, Insertion):
@@ -143,12 +153,12 @@ class Walk:
         return weight
 
     def _visit(
-        self, content: Content, matrix: Matrix, inherited: str | None, trail: tuple[str, ...]
-    ) -> Iterator[tuple[Shape, Matrix, str]]:
+        self, content: Content[S], matrix: Matrix, inherited: str | None, trail: tuple[str, ...]
+    ) -> Iterator[tuple[S, Matrix, str]]:
         self._count(1)
         self._note(content, inherited)
         for item in content.items:
-            layer = _layer_of(item.layer, inherited)
+            layer = _layer_of(item.layer, inherited)  # type: ignore[union-attr]
             if isinstance(item, Insertion):
                 yield from self._insert(item, matrix, layer, trail)
                 continue
@@ -158,7 +168,7 @@ class Walk:
             else:
                 self.hidden[layer] += 1
 
-    def _note(self, content: Content, inherited: str | None) -> None:
+    def _note(self, content: Content[S], inherited: str | None) -> None:
         """Count what is no shape: once for a block, however often it is inserted."""
         if id(content) in self._noted:
             return
@@ -172,13 +182,13 @@ class Walk:
 
     def _insert(
         self, insertion: Insertion, matrix: Matrix, layer: str, trail: tuple[str, ...]
-    ) -> Iterator[tuple[Shape, Matrix, str]]:
+    ) -> Iterator[tuple[S, Matrix, str]]:
         name = insertion.block
         content = self._contents[name]
         if content is None:
             self.missing_blocks[name or "without a name"] += 1
         elif name not in self._fruitful:
-            self.others["INSERT without holes"] += 1
+            self.others[f"INSERT without {self.wanted}"] += 1
         elif self.layers.freezes(layer):
             self.hidden[layer] += 1
         elif name in trail or len(trail) >= MAX_DEPTH:
@@ -206,9 +216,9 @@ def _layer_of(layer: str, inherited: str | None) -> str:
     return inherited if layer == "0" and inherited is not None else layer
 
 
-def content_of(layout: Any) -> Content:
+def content_of(layout: Any, shape_of: Callable[[Any], S | None]) -> Content[S]:
     """Return what a layout of ezdxf holds, each entity looked at once."""
-    content = Content()
+    content: Content[S] = Content()
     for entity in layout:
         kind, dxf = entity.dxftype(), entity.dxf
         # Asked this way, as `dxf.get` raises for what a damaged entity does not know.

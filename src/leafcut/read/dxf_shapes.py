@@ -57,18 +57,19 @@ def shape_of(entity: Any) -> Shape | None:
     return Shape(kind, curves, entity.dxf.get("layer", "0"), entity.dxf.get("handle") or "", arcs)
 
 
-def _need(entity: Any, *names: str) -> None:
+def need(entity: Any, *names: str) -> None:
+    """Raise ValueError where an entity lacks one of its values."""
     # ezdxf puts defaults (the origin, radius 1) where a damaged file has nothing: such a hole nobody drew.
     if missing := [name for name in names if not entity.dxf.hasattr(name)]:
         raise ValueError(f"no {missing[0]}")
 
 
 def _point(entity: Any) -> tuple[Curve, ...]:
-    _need(entity, "location")
+    need(entity, "location")
     return (Curve(entity.dxf.location.xyz, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0),)
 
 
-def _axes(entity: Any) -> tuple[Vector, Vector, Any]:
+def axes_of(entity: Any) -> tuple[Vector, Vector, Any]:
     """Return the x and y axes of an entity's own plane (OCS) in its layout's coordinates, and the OCS."""
     ocs = entity.ocs()
     if not ocs.transform:
@@ -76,7 +77,8 @@ def _axes(entity: Any) -> tuple[Vector, Vector, Any]:
     return ocs.ux.xyz, ocs.uy.xyz, ocs
 
 
-def _in_layout(ocs: Any, point: Vector) -> Vector:
+def in_layout(ocs: Any, point: Vector) -> Vector:
+    """Return a point of an entity's own plane in its layout's coordinates."""
     if not ocs.transform:
         return point
     x, y, z = ocs.to_wcs(point)
@@ -87,18 +89,20 @@ def _scaled(vector: Vector, factor: float) -> Vector:
     return (vector[0] * factor, vector[1] * factor, vector[2] * factor)
 
 
-def _circle(entity: Any) -> tuple[Curve, ...]:
-    _need(entity, "center", "radius")
-    ux, uy, ocs = _axes(entity)
+def circle_of(entity: Any) -> tuple[Curve, ...]:
+    """Return the circle of a CIRCLE or ARC."""
+    need(entity, "center", "radius")
+    ux, uy, ocs = axes_of(entity)
     radius = entity.dxf.radius
     if not radius > 0:
         raise ValueError(f"radius {radius:g}")
-    return (Curve(_in_layout(ocs, entity.dxf.center.xyz), _scaled(ux, radius), _scaled(uy, radius)),)
+    return (Curve(in_layout(ocs, entity.dxf.center.xyz), _scaled(ux, radius), _scaled(uy, radius)),)
 
 
-def _arc(entity: Any) -> tuple[Curve, ...]:
-    _need(entity, "start_angle", "end_angle")
-    circle = _circle(entity)[0]
+def arc_of(entity: Any) -> tuple[Curve, ...]:
+    """Return the arc of an ARC."""
+    need(entity, "start_angle", "end_angle")
+    circle = circle_of(entity)[0]
     start, end = entity.dxf.start_angle, entity.dxf.end_angle
     return (circle._replace(start=math.radians(start), sweep=_sweep(math.radians(end - start))),)
 
@@ -110,28 +114,45 @@ def _sweep(angle: float) -> float:
     return angle % math.tau
 
 
-def _ellipse(entity: Any) -> tuple[Curve, ...]:
-    _need(entity, "center", "major_axis", "ratio")
+def ellipse_of(entity: Any) -> tuple[Curve, ...]:
+    """Return the curve of an ELLIPSE, whole or not."""
+    need(entity, "center", "major_axis", "ratio")
     major, ratio = entity.dxf.major_axis, entity.dxf.ratio
     minor = entity.dxf.extrusion.normalize().cross(major) * ratio
     start, end = entity.dxf.get("start_param", 0.0), entity.dxf.get("end_param", math.tau)
-    if abs(ratio) < 1 - ROUND and _sweep(end - start) != math.tau:
-        return ()  # an arc of an ellipse that is none of a circle
     return (Curve(entity.dxf.center.xyz, major.xyz, minor.xyz, start, _sweep(end - start)),)
 
 
+def _ellipse(entity: Any) -> tuple[Curve, ...]:
+    curves = ellipse_of(entity)
+    if abs(entity.dxf.ratio) < 1 - ROUND and curves[0].sweep != math.tau:
+        return ()  # an arc of an ellipse that is none of a circle
+    return curves
+
+
+def vertices_of(entity: Any) -> tuple[Sequence[tuple[float, float, float]], bool, float]:
+    """Return (x, y, bulge) of the vertices of a LWPOLYLINE or plane POLYLINE, whether it is closed, and its height."""
+    if entity.dxftype() == "LWPOLYLINE":
+        return entity.get_points("xyb"), entity.closed, entity.dxf.get("elevation", 0.0)
+    elevation = entity.dxf.elevation.z if entity.dxf.hasattr("elevation") else 0.0
+    vertices = [(v.dxf.location.x, v.dxf.location.y, v.dxf.get("bulge", 0.0)) for v in real_vertices(entity)]
+    return vertices, entity.is_closed, elevation
+
+
+def real_vertices(entity: Any) -> list[Any]:
+    """Return the vertices that a POLYLINE passes through.
+
+    Spline and curve frames carry control points that are no vertices of the line (bit 16 of the vertex flags).
+    """
+    return [v for v in entity.vertices if not v.dxf.get("flags", 0) & 16]
+
+
 def _lwpolyline(entity: Any) -> tuple[Curve, ...]:
-    return _bulged(entity, entity.get_points("xyb"), entity.closed, entity.dxf.get("elevation", 0.0))
+    return _bulged(entity, *vertices_of(entity))
 
 
 def _polyline(entity: Any) -> tuple[Curve, ...]:
-    if not entity.is_2d_polyline:
-        return ()
-    # Spline and curve frames carry control points that are no vertices of the line (bit 16 of the vertex flags).
-    real = [v for v in entity.vertices if not v.dxf.get("flags", 0) & 16]
-    vertices = [(v.dxf.location.x, v.dxf.location.y, v.dxf.get("bulge", 0.0)) for v in real]
-    elevation = entity.dxf.elevation.z if entity.dxf.hasattr("elevation") else 0.0
-    return _bulged(entity, vertices, entity.is_closed, elevation)
+    return _bulged(entity, *vertices_of(entity)) if entity.is_2d_polyline else ()
 
 
 def _bulged(
@@ -140,7 +161,7 @@ def _bulged(
     """Return the arcs of a polyline that has nothing but arcs, else none: a contour's corners are no holes."""
     if all(v[2] == 0.0 for v in vertices):
         return ()
-    ux, uy, ocs = _axes(entity)
+    ux, uy, ocs = axes_of(entity)
     ends: Iterable[tuple[float, float, float]] = [*vertices[1:], vertices[0]] if closed else vertices[1:]
     curves = []
     for (x0, y0, bulge), (x1, y1, _) in zip(vertices, ends, strict=False):
@@ -150,14 +171,14 @@ def _bulged(
         if arc is None:
             return ()
         x, y, radius, start, sweep = arc
-        curves.append(Curve(_in_layout(ocs, (x, y, elevation)), _scaled(ux, radius), _scaled(uy, radius), start, sweep))
+        curves.append(Curve(in_layout(ocs, (x, y, elevation)), _scaled(ux, radius), _scaled(uy, radius), start, sweep))
     return tuple(curves)
 
 
 _MAKERS = {
     "POINT": _point,
-    "CIRCLE": _circle,
-    "ARC": _arc,
+    "CIRCLE": circle_of,
+    "ARC": arc_of,
     "ELLIPSE": _ellipse,
     "LWPOLYLINE": _lwpolyline,
     "POLYLINE": _polyline,

@@ -20,6 +20,10 @@ MAX_BYTES = 512 * 1024 * 1024
 MAX_HOLES = 1_000_000
 #: No machine that leafcut writes for is a kilometre wide; beyond this a number is a mistake, mm.
 MAX_COORDINATE = 1e6
+#: More lines and arcs than this are refused, whatever the file.
+MAX_SEGMENTS = 1_000_000
+#: Splines and ellipses become arcs and lines that leave them by at most this, mm.
+CURVE_TOLERANCE = 0.01
 #: How much of a file `Format.sniff` sees, bytes.
 SNIFF_BYTES = 64 * 1024
 
@@ -91,6 +95,9 @@ class Format:
         Inputs that begin with it are no files; they are given to this format by name (``example:plate-70``).
     error
         Why a plug-in could not be loaded; empty for a format that works.
+    contours
+        ``(Source, ReadOptions) -> Part`` for what is to be cut: the part's contours, as they are drawn. None for a
+        format that has none.
     """
 
     name: str
@@ -100,6 +107,7 @@ class Format:
     sniff: Callable[[bytes], Match] = _no_match
     prefix: tuple[str, ...] = ()
     error: str = ""
+    contours: Callable[[Source, ReadOptions], Part] | None = None
 
 
 def load(path: str | Path) -> Source:
@@ -164,6 +172,7 @@ def units_unknown(what: str, part: Part, severity: Severity) -> Issue:
     left, low, right, high = part.extents
     widths = [w for w in part.diameters if w > 0]
     holes = f"holes of Ø {min(widths):g} to {max(widths):g} mm" if widths else "the points"
+    holes = "the contours" if part.contours else holes
     return Issue(
         "L102",
         f"{what} does not say its units; with mm, {holes} span {right - left:g} × {high - low:g} mm; "
@@ -175,3 +184,8 @@ def units_unknown(what: str, part: Part, severity: Severity) -> Issue:
 def too_many_holes(path: str) -> ReadError:
     """Return the error about more holes than leafcut takes."""
     return ReadError(path, f"more than {MAX_HOLES:,} holes; choose some with --layers or split the file")
+
+
+def too_many_segments(path: str) -> ReadError:
+    """Return the error about more lines and arcs than leafcut takes."""
+    return ReadError(path, f"more than {MAX_SEGMENTS:,} lines and arcs; choose some with --layers or split the file")

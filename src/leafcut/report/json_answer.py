@@ -9,6 +9,7 @@ from leafcut.model.issue import Issue
 from leafcut.model.outcome import Measure, OperationOutcome, Outcome
 from leafcut.model.part import Part
 from leafcut.model.solution import Solution
+from leafcut.report.cut_words import cut_counts, cutting_as_json
 from leafcut.report.wording import algorithm_words, feed_mm_min, plain_number
 
 
@@ -39,10 +40,11 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "gap_percent": None if gap is None else 100.0 * gap,
         "verified": bool(outcome.verified),
         **proof,
+        **cutting_as_json(outcome),
         "seconds": plain_number(outcome.seconds),
         "tools": [_tool(o) for o in outcome.operations],
         "workers": [w for number, o in enumerate(outcome.operations) for w in _workers(number, o)],
-        "issues": _issues(outcome.issues),
+        "issues": issues_as_json(outcome.issues),
     }
 
 
@@ -71,15 +73,18 @@ def solution_as_json(part: Part, solution: Solution) -> dict[str, Any]:
             for w in solution.workers
         ],
         "stopped_early": solution.stopped_early,
-        "issues": _issues(part.issues),
+        "issues": issues_as_json(part.issues),
     }
 
 
-def _issues(issues: Iterable[Issue]) -> list[dict[str, str]]:
+def issues_as_json(issues: Iterable[Issue]) -> list[dict[str, str]]:
+    """Return issues as plain values."""
     return [{"code": i.code, "severity": i.severity.value, "message": i.message, "place": i.place} for i in issues]
 
 
 def _counts(outcome: Outcome) -> dict[str, int]:
+    if outcome.cut_plan is not None:
+        return cut_counts(outcome.cut_plan)
     if outcome.certificate is not None:
         return {**outcome.certificate["before"], "barriers": outcome.barriers, "operations": len(outcome.operations)}
     return {
@@ -110,6 +115,7 @@ def _tool(operation: OperationOutcome) -> dict[str, Any]:
         "feed_mm_min": plain_number(feed_mm_min(tool.feed)),
         "speed_rpm": plain_number(tool.spindle_rpm),
         "slots" if operation.slots else "holes": len(operation.hole_order),
+        **({"cuts": operation.cuts} if operation.cuts else {}),
         "assumed": tool.assumed,
     }
 

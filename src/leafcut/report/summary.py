@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.model.issue import Severity
 from leafcut.model.outcome import Outcome
+from leafcut.report.cut_words import cut_counts_words, norm_facts
 from leafcut.report.wording import (
     NO_VALUE,
     algorithm_words,
@@ -52,9 +53,8 @@ def _title(outcome: Outcome) -> Text:
     from rich.text import Text
 
     machine = f"{clean(outcome.machine.name)} ({clean(outcome.dialect)})"
-    return Text.assemble(
-        (clean(outcome.part.name), "bold"), "\n", (f"{counts_words(outcome)} · {machine}", "dim"), overflow="fold"
-    )
+    counts = counts_words(outcome) if outcome.cut_plan is None else cut_counts_words(outcome.cut_plan)
+    return Text.assemble((clean(outcome.part.name), "bold"), "\n", (f"{counts} · {machine}", "dim"), overflow="fold")
 
 
 def _orders(outcome: Outcome) -> Table:
@@ -88,6 +88,8 @@ def _facts(outcome: Outcome) -> Table:
     facts: list[tuple[str, Text]] = [
         ("verified", verified if outcome.verified else Text("no", "bold red")),
     ]
+    if outcome.cut_plan is not None:
+        facts += [(name, Text(clean(words))) for name, words in norm_facts(outcome.cut_plan)]
     if outcome.gap is not None:
         facts.append(("gap", Text(bound_words(outcome))))
     if outcome.operations:

@@ -10,18 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut import __version__
-from leafcut.errors import VerifyError
 from leafcut.model.outcome import Measure, OperationOutcome, Outcome
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import SolveOptions
-from leafcut.runs.run import Run, machine_issues, passing_on, share
+from leafcut.runs.run import Run, machine_issues, passing_on, refuse, share
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.plan.drilling import DrillPlan
-    from leafcut.verify.difference import Difference
 
 
 def _plan(run: Run, source: str | Path) -> DrillPlan:
@@ -61,7 +59,7 @@ def _order(run: Run, plan: DrillPlan) -> Outcome:
         return lay_toolpath(plan, run.machine, orders, coolant=run.settings.post.coolant, pause=pause)
 
     # What no order changes is known before any is sought.
-    _refuse(check_envelope(lay([drawing_order(o) for o in plan.operations]), run.machine))
+    refuse(check_envelope(lay([drawing_order(o) for o in plan.operations]), run.machine))
     with announced(lambda: run.tell("compiling (first run on this machine)")):
         solutions = _solve_operations(run, plan, run.settings.solve)
         nearest = _solve_operations(replace(run, progress=None), plan, SolveOptions(algorithm="nn", bound=False))
@@ -199,11 +197,5 @@ def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str
         zone_height=plan.clearance_height,
         tool_radii={tool.number: 0.5 * tool.diameter for tool in plan.tools},
     )
-    _refuse(problems)
+    refuse(problems)
     return True
-
-
-def _refuse(problems: list[Difference]) -> None:
-    if problems:
-        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-        raise VerifyError(f"the program was not written: {problems[0]}{more}")

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
-from leafcut.errors import OptionError
+from leafcut.errors import OptionError, VerifyError
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.problem import RoutingProblem
-from leafcut.options import Settings, SolveOptions
+from leafcut.options import MachineOptions, Settings, SolveOptions
+
+if TYPE_CHECKING:
+    from leafcut.verify.difference import Difference
 
 #: Told about the work as it goes: (what is being done, cost so far or None, share done 0 … 1, how far at most the cost
 #: is above the least possible as a fraction, or None where no bound is known yet). Must be quick.
@@ -42,6 +46,17 @@ def machine_of(settings: Settings) -> Machine:
     return load_machine(settings.machine.machine, offset)
 
 
+#: The machine that cuts where none is named.
+CUTTING_MACHINE = "plasma-table"
+
+
+def for_cutting(settings: Settings) -> Settings:
+    """Return the settings with a machine that cuts in the place of the default one, which does not."""
+    if settings.machine.machine != MachineOptions().machine:
+        return settings
+    return replace(settings, machine=replace(settings.machine, machine=CUTTING_MACHINE))
+
+
 def passing_on(
     progress: Progress | None, what: str, left: float = 1.0, part: float = 1.0
 ) -> Callable[[int, float, float, float, float | None], None]:
@@ -63,6 +78,19 @@ def share(options: SolveOptions, used: float, left: int, problem: RoutingProblem
         return options
     rest = options.time_limit - used
     return replace(options, time_limit=max(rest * problem.n_clusters / left, 0.001))
+
+
+def refuse(problems: Sequence[Difference]) -> None:
+    """Write nothing when there is a difference or a danger.
+
+    Raises
+    ------
+    VerifyError
+        The first one, and how many more there are.
+    """
+    if problems:
+        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+        raise VerifyError(f"the program was not written: {problems[0]}{more}")
 
 
 def machine_issues(machine: Machine) -> list[Issue]:

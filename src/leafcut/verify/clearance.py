@@ -34,6 +34,7 @@ def check_clearance(
     tool_radii: Mapping[int, float] = _POINTS,
     safe_z: float = 0.0,
     dogleg: bool = False,
+    torch: bool = False,
 ) -> list[Difference]:
     """Return every move that could crash, with its line and place; nothing when the program is safe by these rules.
 
@@ -41,7 +42,8 @@ def check_clearance(
        After a move to machine z (G53, G28) at or above `safe_z` it is known to be high.
     2. A rapid does not go down below `surface_z`, but for the return into a hole: over a place where a feed has gone at
        least as deep since the tool arrived there.
-    3. The spindle turns whenever something is cut. A tool change stops it.
+    3. The spindle turns whenever something is cut. A tool change stops it. Of a `torch` instead: it is off in every
+       rapid in x or y; over the sheet with the torch off a feed does no harm.
     4. A rapid across one of `zones` (float64[k, 4]: x0 ≤ x1, y0 ≤ y1 in order x0, y0, x1, y1, mm) is at or above
        `zone_height`, and nothing is cut there below it (an arc is taken by its chord). The tool's radius (`tool_radii`
        by number, mm; 0 where it is not given) is kept away from the rectangle. With `dogleg` the axes do not arrive
@@ -67,7 +69,9 @@ def check_clearance(
             rapid & _goes_down(path, before) & (path.end[:, 2] < surface_z - _ROOM) & ~_returns(path, before),
             f"a rapid goes down below the surface, Z{surface_z:.3f}, where nothing was cut",
         ),
-        ("spindle stands", _cutting(path) & (_spindle_speed(path) == 0), "it must turn before something is cut"),
+        ("torch burns", rapid & across & (_spindle_speed(path) != 0), "it must be off in a rapid")
+        if torch
+        else ("spindle stands", _cutting(path) & (_spindle_speed(path) == 0), "it must turn before something is cut"),
     ]
     table = np.zeros((0, 4)) if zones is None else np.asarray(zones, dtype=np.float64).reshape(-1, 4)
     if len(table):

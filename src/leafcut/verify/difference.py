@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from leafcut.model.toolpath import Kind, Motion
@@ -45,9 +46,13 @@ def shorten(differences: list[Difference], found: int | None = None) -> list[Dif
 
 
 def place(x: float, y: float, z: float | None = None) -> str:
-    """Return a place for people: ``X10.000 Y20.000``."""
-    words = [f"{axis}{value:.3f}" for axis, value in zip("XYZ", (x, y, z), strict=True) if value is not None]
-    return " ".join(words)
+    """Return a place for people: ``X10.000 Y20.000``, ``X10.000 and an unknown Y``, ``an unknown place``."""
+    axes = [(axis, value) for axis, value in zip("XYZ", (x, y, z), strict=True) if value is not None]
+    known = " ".join(f"{axis}{value:.3f}" for axis, value in axes if not math.isnan(value))
+    unknown = " and ".join(axis for axis, value in axes if math.isnan(value))
+    if known and unknown:
+        return f"{known} and an unknown {unknown}"
+    return known or "an unknown place"
 
 
 def describe(motion: Motion) -> str:
@@ -56,8 +61,12 @@ def describe(motion: Motion) -> str:
         return f"{_WORDS[motion.kind]} to {place(*motion.end)}"
     if motion.kind in (Kind.DWELL, Kind.SPINDLE):
         return f"{_WORDS[motion.kind]} {motion.value:g}"
+    if motion.kind is Kind.RADIUS:
+        return f"{_WORDS[motion.kind]} G{motion.ref}" + (f" D{motion.value:g}" if motion.value else "")
     if motion.kind in (Kind.FRAME, Kind.BLENDING):
         return f"{_WORDS[motion.kind]} G{motion.ref / 10:g}"
+    if motion.kind in (Kind.TORCH, Kind.HEIGHT):
+        return f"{_WORDS[motion.kind]} {'on' if motion.value else 'off'}"
     return f"{_WORDS[motion.kind]} {motion.ref}" if motion.kind is not Kind.END else _WORDS[motion.kind]
 
 
@@ -80,4 +89,6 @@ _WORDS = {
     Kind.RADIUS: "radius compensation",
     Kind.BLENDING: "blending",
     Kind.FOREIGN: "block that is not understood, number",
+    Kind.TORCH: "torch",
+    Kind.HEIGHT: "height control",
 }

@@ -71,11 +71,16 @@ def _rows(path: Toolpath, keep: Mask | list[int]) -> Toolpath:
 
 
 def _comparable(path: Toolpath) -> Toolpath:
-    """Return the rows that can be compared: no offsets, no straight moves that go nowhere."""
+    """Return the rows that can be compared: no offsets, no straight moves that go nowhere, no reset of a dark torch."""
     before = positions_before(path)
     still = ((path.end == before) | (np.isnan(path.end) & np.isnan(before))).all(axis=1)
     nowhere = still & ((path.kind == Kind.RAPID) | (path.kind == Kind.FEED))
-    return _rows(path, ~nowhere & (path.kind != Kind.OFFSET))
+    unlit = np.cumsum((path.kind == Kind.SPINDLE) & (path.value != 0.0)) == 0
+    reset = np.zeros(len(path), dtype=bool)
+    for kind in (Kind.TORCH, Kind.HEIGHT):
+        rows = np.flatnonzero(unlit & (path.kind == kind))
+        reset[rows[: len(rows) - int(len(rows) > 0 and path.value[rows[-1]] == 0.0)]] = True
+    return _rows(path, ~nowhere & ~reset & (path.kind != Kind.OFFSET))
 
 
 def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
@@ -102,7 +107,8 @@ def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> 
     feed_room = np.maximum(FEED_PART * np.abs(a.value), feed_rounding)
     speed_room = np.maximum(0.001 * np.abs(a.value), SPEED_ROUNDING)
     turning = a.kind == Kind.SPINDLE
-    refs = np.isin(a.kind, (Kind.TOOL, Kind.COOLANT, Kind.PAUSE))
+    refs = np.isin(a.kind, (Kind.TOOL, Kind.COOLANT, Kind.PAUSE, Kind.SPINDLE, Kind.RADIUS, Kind.BLENDING))
+    switches = np.isin(a.kind, (Kind.TORCH, Kind.HEIGHT, Kind.BLENDING))
     masks = [
         ("place", places[:, :2].any(axis=1)),
         ("height", places[:, 2]),
@@ -110,6 +116,8 @@ def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> 
         ("dwell", (a.kind == Kind.DWELL) & ~_close(a.value, b.value, DWELL_ROUNDING)),
         ("speed", turning & (~_close(a.value, b.value, speed_room) | (np.sign(a.value) != np.sign(b.value)))),
         ("command", refs & (a.ref != b.ref)),
+        ("kerf", (a.kind == Kind.RADIUS) & ~_close(a.value, b.value, tolerance)),
+        ("switch", switches & ~_close(a.value, b.value, tolerance)),
     ]
     return [*masks, *_cycle_masks(a, b, tolerance), ("arc", _arc_mask(a, b, tolerance))]
 

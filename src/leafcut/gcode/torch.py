@@ -1,0 +1,199 @@
+"""What the outputs of a controller do to a torch: the arc off for a while, the height held, the feed lowered.
+
+Source: LinuxCNC, M-code reference, M52 and M62 to M68; QtPlasmaC manual, which outputs it listens to.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from leafcut.errors import PostError
+from leafcut.gcode.dialects import Dialect, Torch
+from leafcut.gcode.modal import SortedBlock
+from leafcut.gcode.state import State, whole
+from leafcut.gcode.words import BlockError, Word
+from leafcut.model.toolpath import MOTIONS, Arc, Kind, Motion, Toolpath, positions_before
+
+#: Register of the controller that holds half a kerf, where G41 and G42 take it from one.
+KERF_REGISTER = 1
+#: QtPlasmaC takes a part of the feed outside of these limits for all of it, percent.
+LEAST_PERCENT, MOST_PERCENT = 10.0, 100.0
+
+
+def run_outputs(state: State, words: SortedBlock) -> None:
+    """Carry out M52, M62 to M68 and M190 of a block."""
+    letters = words.letters
+    if "adaptive" in words.m:
+        state.adaptive = whole(letters.pop("P")) != 0 if "P" in letters else True
+    if "material" in words.m:
+        whole(_needed(letters, "P", 190))
+    for code in words.m.get("output", ())[:1]:
+        if code == 66:
+            _take_wait(letters)
+        elif code >= 67:
+            number, percent = whole(_needed(letters, "E", code)), _needed(letters, "Q", code).value
+            lower_feed(state, number, percent)
+        else:
+            _switch(state, whole(_needed(letters, "P", code)), code in (62, 64))
+
+
+def _needed(letters: dict[str, Word], letter: str, code: int) -> Word:
+    if letter not in letters:
+        raise BlockError(f"M{code} needs {letter}")
+    return letters.pop(letter)
+
+
+def leave_outputs(state: State) -> None:
+    """Leave the outputs as a program that was broken off may: the feed lowered, the torch dark, its height held."""
+    torch = state.dialect.torch
+    if torch is None:
+        return
+    state.override = LEAST_PERCENT / 100.0
+    if torch.arc_output is not None:
+        _switch(state, torch.arc_output, True)
+    if torch.height_output is not None:
+        _switch(state, torch.height_output, True)
+
+
+def spindle_number(letters: dict[str, Word]) -> int:
+    """Take the `$` of a spindle word: 0 without it, and for -1, which means all of them."""
+    word = letters.pop("$", None)
+    return 0 if word is None or word.value == -1.0 else whole(word, 7)
+
+
+def _take_wait(letters: dict[str, Word]) -> None:
+    """Take the words of M66, which waits for an input and changes nothing that a toolpath holds."""
+    if ("P" in letters) == ("E" in letters):
+        raise BlockError("M66 needs P or E")
+    for letter in ("P", "E", "L", "Q"):
+        letters.pop(letter, None)
+
+
+def lower_feed(state: State, number: int, percent: float) -> None:
+    """Set an analog output; the one that the torch's feed obeys lowers it from here on."""
+    torch = state.dialect.torch
+    if torch is not None and number == torch.feed_output:
+        state.override = percent / 100.0 if LEAST_PERCENT <= percent <= MOST_PERCENT else 1.0
+
+
+def _switch(state: State, number: int, high: bool) -> None:
+    torch = state.dialect.torch
+    if torch is None:
+        return
+    if number == torch.arc_output and state.dark != high:
+        state.dark = high
+        state.path.torch(not high, line=state.line)
+    if number == torch.height_output and state.holds_height != high:
+        state.holds_height = high
+        state.path.height_control(not high, line=state.line)
+
+
+def say_power(state: State) -> bool:
+    """Take the power of a beam that is on: 0 keeps it dark, more lets it shine; return whether that is all there is."""
+    torch = state.dialect.torch
+    if torch is None or not torch.power:
+        return False
+    dark = state.rpm == 0.0
+    if dark == state.dark:
+        return False
+    state.dark = dark
+    state.path.torch(not dark, line=state.line)
+    return True
+
+
+def for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
+    """Return a cutting toolpath as its controller is told it; the same path where the dialect drives no torch.
+
+    A controller that moves Z and waits for the pierce itself is told neither; one that cannot keep the torch dark while
+    it moves on puts it out earlier; the control of height and G64 are only for those that have them.
+
+    Raises
+    ------
+    PostError
+        The torch is to go dark and on again, or to mark, and the controller has no word for it.
+    """
+    torch = dialect.torch
+    if torch is None:
+        return path
+    rows: list[Motion] = []
+    arcs = list(path.arcs)
+    teller = _Teller(torch, dialect, rows.append)
+    before = positions_before(path)
+    for number, motion in enumerate(path):
+        teller.tell(motion, before[number])
+    if torch.heights != "program":
+        arcs = [replace(arc, center=(arc.center[0], arc.center[1], math.nan)) for arc in arcs]
+    return _with_arcs(rows, arcs)
+
+
+def _with_arcs(rows: list[Motion], arcs: list[Arc]) -> Toolpath:
+    return replace(Toolpath.of_motions(rows), arcs=tuple(arcs))
+
+
+class _Teller:
+    """Passes on the rows that a controller is told, changed where it is told them otherwise."""
+
+    def __init__(self, torch: Torch, dialect: Dialect, keep: Callable[[Motion], None]) -> None:
+        self.torch, self.dialect, self.keep = torch, dialect, keep
+        self.lit: Motion | None = None
+        self.piercing = False
+
+    def tell(self, row: Motion, before: np.ndarray) -> None:
+        """Pass one row on; `before` is where the torch was."""
+        torch, kind = self.torch, row.kind
+        if kind is Kind.SPINDLE:
+            self._light(row)
+        elif kind is Kind.TORCH:
+            self._darken(row)
+        elif kind is Kind.HEIGHT:
+            if torch.height_output is not None:
+                self.keep(row)
+        elif kind is Kind.DWELL and self.piercing and not torch.waits:
+            self.piercing = False
+        elif kind is Kind.RADIUS:
+            by_register = row.ref != 40 and torch.compensation == "G41"
+            self.keep(row._replace(value=float(KERF_REGISTER)) if by_register else row)
+        elif kind is Kind.BLENDING:
+            if 640 in self.dialect.g_codes:
+                # On a Fanuc G64 has no tolerance of its own.
+                self.keep(row._replace(value=0.0) if self.dialect.groups == "fanuc" else row)
+        elif kind in MOTIONS and torch.heights != "program":
+            x, y, _ = row.end
+            if kind not in (Kind.RAPID, Kind.FEED) or not _same((x, y), before):
+                self.keep(row._replace(end=(x, y, math.nan)))
+        else:
+            self.keep(row)
+        self.piercing &= kind not in MOTIONS
+
+    def _light(self, row: Motion) -> None:
+        torch = self.torch
+        if row.value == 0.0:
+            if self.lit is not None:
+                self.keep(row._replace(ref=self.lit.ref))
+            self.lit = None
+            return
+        if row.ref and not torch.mark_on:
+            raise PostError(
+                f"{self.dialect.name} has no words for marking; leave the marks out (--ignore-layers), or choose "
+                "another dialect"
+            )
+        if torch.mark_on == torch.on:  # the same beam, at another power
+            row = row._replace(ref=0)
+        self.lit, self.piercing = row, True
+        self.keep(row if torch.power else row._replace(value=1.0))
+
+    def _darken(self, row: Motion) -> None:
+        if self.torch.darkens:
+            self.keep(row)
+        elif row.value:
+            raise PostError(f"{self.dialect.name} cannot keep the torch dark and go on; leave out the micro-joints")
+        elif self.lit is not None:
+            self._light(Motion(Kind.SPINDLE, row.end, 0.0, 0, row.line))
+
+
+def _same(place: tuple[float, float], before: np.ndarray) -> bool:
+    return all(a == b or math.isnan(a) for a, b in zip(place, before.tolist(), strict=False))

@@ -1,0 +1,62 @@
+"""A path without what only drawing programs leave in it: segments without length, arcs beyond a half circle."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from leafcut.geometry.polyline import Points, Polyline
+
+#: Vertices nearer than this are one, mm: a hundredth of what any machine resolves.
+SAME = 1e-5
+#: The bulge of a half circle, and room for rounding.
+_HALF = 1.0 + 1e-9
+
+
+def cleaned(path: Polyline) -> Polyline | None:
+    """Return a path whose segments all have length and turn by a half circle at most, or None when nothing is left.
+
+    A circle drawn as one arc that ends where it began is not known from its vertices, so it is not made here.
+    """
+    if np.abs(path.bulges).max(initial=0.0) > _HALF:
+        path = _halved(path)
+    rows = path.vertices
+    after = np.roll(rows, -1, axis=0)
+    keep = np.hypot(after[:, 0] - rows[:, 0], after[:, 1] - rows[:, 1]) > SAME
+    if not path.closed:
+        keep[-1] = True  # its end
+    if keep.all():
+        return path if path.n_segments else None
+    kept = rows[keep]
+    if len(kept) < 2:
+        return None
+    if not path.closed:
+        kept[-1, 2] = 0.0
+    return Polyline(kept, path.closed)
+
+
+def _halved(path: Polyline) -> Polyline:
+    """Return a path in which every arc of more than a half circle is two arcs."""
+    rows: list[tuple[float, float, float]] = []
+    for s in path.segments():
+        if abs(s.bulge) <= _HALF:
+            rows.append((*s.start, s.bulge))
+            continue
+        half = math.tan(0.5 * math.atan(s.bulge))
+        angle = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0]) + 2.0 * math.atan(s.bulge)
+        middle = (s.center[0] + s.radius * math.cos(angle), s.center[1] + s.radius * math.sin(angle))
+        rows += [(*s.start, half), (*middle, half)]
+    if not path.closed:
+        rows.append((*path.end, 0.0))
+    return Polyline(np.array(rows), path.closed)
+
+
+def counter_clockwise(path: Polyline) -> Polyline:
+    """Return a closed path counter-clockwise, an open one as it is."""
+    return path.reversed() if path.area < 0.0 else path
+
+
+def ends_of(paths: list[Polyline]) -> Points:
+    """Return start and end of open paths by turns, float64[2n, 2]."""
+    return np.array([end for path in paths for end in (path.start, path.end)]).reshape(-1, 2)

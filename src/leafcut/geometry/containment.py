@@ -1,0 +1,114 @@
+"""Which outline lies inside which, and which lie across each other; thousands of them by an index of boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.index import query_pairs
+from leafcut.geometry.overlaps import SAME
+
+Place = tuple[float, float]
+
+
+class Conflict(NamedTuple):
+    """Two outlines whose edges meet: ``same``, ``overlap`` or ``touch``; a place where they do."""
+
+    first: int
+    second: int
+    kind: str
+    place: Place
+
+
+def conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
+    """Return the pairs of polygons whose edges come within `same` mm of each other, and in what way.
+
+    ``overlap``: neither lies inside the other and they share more than an edge. ``touch``: edges or corners meet, from
+    outside or inside. ``same``: one outline drawn twice; `first` is the earlier.
+
+    Raises
+    ------
+    PlanError
+        So many meet that the drawing cannot be a sheet.
+    """
+    import shapely
+
+    if len(shapes) < 2:
+        return []
+    rings = shapely.get_exterior_ring(shapes)
+    pairs = [np.zeros((2, 0), dtype=np.int64)]
+    for i, j in query_pairs(rings, rings, "outlines that cross or touch each other", "dwithin", same):
+        pairs.append(np.stack([i, j])[:, i < j])
+    first, second = np.concatenate(pairs, axis=1)
+    if not len(first):
+        return []
+    inner = np.full(len(shapes), None, dtype=object)
+    met = np.unique(np.concatenate([first, second]))
+    inner[met] = shapely.buffer(shapes[met], -same, join_style="mitre")
+    area, length = shapely.area(shapes), shapely.length(shapes)
+    apart = ~shapely.intersects(inner[first], inner[second])
+    inside = shapely.within(inner[first], shapes[second]) | shapely.within(inner[second], shapes[first])
+    slack = 2.0 * same * np.maximum(length[first], length[second])
+    alike = np.abs(area[first] - area[second]) <= slack
+    alike[alike] = (
+        shapely.area(shapely.symmetric_difference(shapes[first[alike]], shapes[second[alike]])) <= slack[alike]
+    )
+    found = []
+    for k, (i, j) in enumerate(zip(first.tolist(), second.tolist(), strict=True)):
+        kind = "same" if alike[k] else "touch" if apart[k] or inside[k] else "overlap"
+        found.append(Conflict(i, j, kind, _place(shapes[i], shapes[j], kind)))
+    return found
+
+
+def _place(a: Any, b: Any, kind: str) -> Place:
+    import shapely
+
+    if kind == "overlap":
+        point = shapely.point_on_surface(shapely.intersection(a, b))
+    else:
+        point = shapely.get_point(shapely.shortest_line(shapely.boundary(a), shapely.boundary(b)), 0)
+    return (float(point.x), float(point.y))
+
+
+def nesting(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return for every polygon how many lie around it, and the index of the one directly around it or -1.
+
+    The polygons must not overlap or be the same (`conflicts`).
+
+    Raises
+    ------
+    PlanError
+        More lie inside each other than any sheet has.
+    """
+    import shapely
+
+    return around(shapely.point_on_surface(shapes), shapes, shapely.area(shapes))
+
+
+def around(
+    points: Sequence[Any] | NDArray[Any], shapes: NDArray[Any], areas: NDArray[np.float64] | None = None
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return for every point how many polygons lie around it, and the index of the smallest of them or -1.
+
+    With `areas` (mm², one per point) only larger polygons count: a polygon does not lie inside itself, nor inside one
+    of its own holes' outlines.
+    """
+    import shapely
+
+    depth, parent = np.zeros(len(points), dtype=np.int64), np.full(len(points), -1, dtype=np.int64)
+    if not len(shapes) or not len(points):
+        return depth, parent
+    size = shapely.area(shapes)
+    pairs = list(query_pairs(np.asarray(points), shapes, "outlines inside each other", "within"))
+    at, outline = (np.concatenate(column) for column in zip(*pairs, strict=True))
+    if areas is not None:
+        larger = size[outline] > areas[at]
+        at, outline = at[larger], outline[larger]
+    depth += np.bincount(at, minlength=len(points))
+    # The largest first, so that what is written last is the smallest.
+    order = np.argsort(-size[outline], kind="stable")
+    parent[at[order]] = outline[order]
+    return depth, parent

@@ -1,0 +1,133 @@
+"""B-splines, Bézier curves and ellipses as points or as few arcs, as near as a tolerance asks."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+from leafcut.geometry.fitting import fit_arcs
+from leafcut.geometry.polyline import Points, Polyline
+
+#: Nobody draws with more; the work grows with the square.
+MAX_DEGREE = 25
+#: Points of one curve at most.
+MAX_POINTS = 200_000
+#: Chords between two knots that a first look takes, and at most.
+FIRST_LOOK, MOST_CHORDS = 8, 1024
+
+Table = NDArray[np.float64]
+Pair = tuple[float, float]
+#: Half axes of a circle may differ by this, mm, or by a millionth.
+ROUND = 1e-3
+
+
+def spline_points(control: Table, degree: int, knots: Table, weights: Table | None, tolerance: float) -> Points:
+    """Return points along a B-spline, rational where weights are given; chords leave it by about `tolerance`.
+
+    Only the spline's own domain is walked, knots[degree] … knots[n]: knots need not be repeated at the ends.
+
+    Parameters
+    ----------
+    control
+        float64[n, 2 or 3]; the third coordinate is left out.
+    knots
+        float64[n + degree + 1], never falling.
+
+    Raises
+    ------
+    PlanError
+        The numbers make no spline.
+
+    Source: Piegl and Tiller, The NURBS Book, 2nd edition, equations 2.5 and 4.1; evaluated by de Boor's algorithm.
+    """
+    n = len(control)
+    if not 1 <= degree <= MAX_DEGREE or n <= degree or len(knots) != n + degree + 1:
+        raise PlanError(f"{n} control points, {len(knots)} knots and degree {degree} make no spline")
+    heavy = np.ones(n) if weights is None else np.asarray(weights, dtype=np.float64)
+    if len(heavy) != n or not (heavy > 0.0).all() or not np.isfinite(heavy).all():
+        raise PlanError("the weights of a spline must be positive, one per control point")
+    if not (np.isfinite(control).all() and np.isfinite(knots).all() and (np.diff(knots) >= 0.0).all()):
+        raise PlanError("a spline has a number that is not finite, or knots that fall")
+    homogeneous = np.column_stack([control[:, :2] * heavy[:, None], heavy])
+    spans = np.flatnonzero(np.diff(knots[degree : n + 1]) > 0.0) + degree
+    if not len(spans):
+        raise PlanError("a spline has no length: all its knots are equal")
+    look = _evaluate(homogeneous, degree, knots, spans, FIRST_LOOK)
+    chords = 1.0 if degree == 1 else _chords_needed(look, tolerance)
+    counts = np.broadcast_to(chords, len(spans)).astype(np.int64)
+    if int(counts.sum()) > MAX_POINTS:
+        raise PlanError(f"a spline needs more than {MAX_POINTS:,} points")
+    pieces: list[Points] = [np.zeros((0, 2))] * len(spans)
+    for count in np.unique(counts):
+        chosen = np.flatnonzero(counts == count)
+        for at, points in zip(chosen, _evaluate(homogeneous, degree, knots, spans[chosen], int(count)), strict=True):
+            pieces[at] = points[:-1]
+    end = _evaluate(homogeneous, degree, knots, spans[-1:], 1)[0][-1:]
+    return np.concatenate([*pieces, end])
+
+
+def _chords_needed(look: Table, tolerance: float) -> Table:
+    """Return how many chords each span needs: a chord's height falls with the square of their number."""
+    middles = 0.5 * (look[:, :-2] + look[:, 2:])
+    # The height over two steps is four times that over one.
+    height = np.hypot(*np.moveaxis(look[:, 1:-1] - middles, -1, 0)).max(axis=1) / 4.0
+    counts = np.ceil(FIRST_LOOK * np.sqrt(height / tolerance))
+    # Powers of two, so that few groups of spans are walked.
+    powers: Table = 2.0 ** np.ceil(np.log2(np.clip(counts, 4, MOST_CHORDS)))
+    return powers
+
+
+def _evaluate(homogeneous: Table, degree: int, knots: Table, spans: NDArray[np.int64], count: int) -> Table:
+    """Return float64[spans, count + 1, 2]: points at equal steps through every span (de Boor's algorithm)."""
+    begin, end = knots[spans], knots[spans + 1]
+    t = begin[:, None] + (end - begin)[:, None] * np.linspace(0.0, 1.0, count + 1)
+    d = [np.repeat(homogeneous[spans - degree + j][:, None, :], count + 1, axis=1) for j in range(degree + 1)]
+    for r in range(1, degree + 1):
+        for j in range(degree, r - 1, -1):
+            low, high = knots[j + spans - degree], knots[j + 1 + spans - r]
+            share = ((t - low[:, None]) / (high - low)[:, None])[:, :, None]
+            d[j] = (1.0 - share) * d[j - 1] + share * d[j]
+    points: Table = d[degree][:, :, :2] / d[degree][:, :, 2:]
+    return points
+
+
+def bezier_points(control: Table, tolerance: float) -> Points:
+    """Return points along a Bézier curve of n control points, float64[n, 2]."""
+    degree = len(control) - 1
+    knots = np.repeat([0.0, 1.0], degree + 1)
+    return spline_points(control, degree, knots, None, tolerance)
+
+
+def ellipse_path(center: Pair, u: Pair, v: Pair, start: float, sweep: float, tolerance: float) -> Polyline:
+    """Return centre + u·cos(t) + v·sin(t) for t from `start` over `sweep` (radians) as arcs; closed for a full turn.
+
+    Where u and v are as long as each other and square, it is the arc itself; else arcs within `tolerance` mm of it.
+    """
+    cross = u[0] * v[1] - u[1] * v[0]
+    even, odd = math.hypot(u[0] + v[1], u[1] - v[0]) / 2.0, math.hypot(u[0] - v[1], u[1] + v[0]) / 2.0
+    large, small = even + odd, abs(even - odd)
+    whole = abs(abs(sweep) - math.tau) < 1e-9
+    round_ = large - small <= min(max(ROUND, 1e-6 * large), 0.5 * large)
+    if round_:
+        count = max(math.ceil(abs(sweep) / (math.pi * (1.0 + 1e-9))), 1)
+    else:
+        step = 2.0 * math.acos(max(1.0 - 0.25 * tolerance / max(large, tolerance), 0.0))
+        count = min(max(math.ceil(abs(sweep) / step), 8), MAX_POINTS)
+    t = start + sweep * np.linspace(0.0, 1.0, count + 1)
+    points: Points = np.array(center) + np.outer(np.cos(t), u) + np.outer(np.sin(t), v)
+    if not round_:
+        return fitted(points, tolerance, whole)
+    bulges = np.full(count + 1, math.copysign(math.tan(0.25 * abs(sweep) / count), cross * sweep))
+    rows = np.column_stack([points, bulges])
+    if whole:
+        return Polyline(rows[:-1], closed=True)
+    rows[-1, 2] = 0.0
+    return Polyline(rows)
+
+
+def fitted(points: Points, tolerance: float, closed: bool) -> Polyline:
+    """Return arcs through points that are a quarter of `tolerance` beside a curve; the last of a ring is its first."""
+    return fit_arcs(points[:-1] if closed else points, 0.7 * tolerance, closed)

@@ -1,0 +1,60 @@
+"""Pairs of shapes that are near to each other, by an index of boxes (shapely's STRtree), within bounds of memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+from leafcut.geometry.polyline import Points
+
+Indices = NDArray[np.int64]
+#: Pairs that no drawing has: these, and so many per shape more.
+MOST_PAIRS, MOST_PER_SHAPE = 2_000_000, 64
+#: Pairs that one question to the index may bring at most.
+_AT_ONCE = 4_000_000
+
+
+def query_pairs(
+    shapes: Any, others: Any, what: str, predicate: str, distance: float | None = None
+) -> Iterator[tuple[Indices, Indices]]:
+    """Yield pairs (index in `shapes`, index in `others`) that fulfil a predicate of shapely, some at a time.
+
+    Raises
+    ------
+    PlanError
+        There are more than any drawing has; `what` says of what.
+    """
+    import shapely
+
+    tree = shapely.STRtree(others)
+    more = {} if distance is None else {"distance": distance}
+    step = int(np.clip(_AT_ONCE // max(len(others), 1), 1, 4096))
+    total = 0
+    for begin in range(0, len(shapes), step):
+        first, second = tree.query(shapes[begin : begin + step], predicate=predicate, **more)
+        total += len(first)
+        if total > MOST_PAIRS + MOST_PER_SHAPE * len(shapes):
+            raise PlanError(f"millions of {what}; the drawing is no sheet, clean it")
+        yield first + begin, second
+
+
+def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArray[np.float64]]:
+    """Return all pairs i < j of points (float64[n, 2]) within a distance, and how far apart they are.
+
+    Raises
+    ------
+    PlanError
+        Hundreds lie in one place.
+    """
+    import shapely
+
+    places = shapely.points(points)
+    found = [np.zeros((2, 0), dtype=np.int64)]
+    for i, j in query_pairs(places, places, f"points within {distance:g} mm of each other", "dwithin", distance):
+        found.append(np.stack([i, j])[:, i < j])
+    first, second = np.concatenate(found, axis=1)
+    return first, second, np.hypot(*(points[first] - points[second]).T)

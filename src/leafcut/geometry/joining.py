@@ -1,0 +1,160 @@
+"""Open paths joined end to end into closed ones and longer ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.cleaning import ends_of
+from leafcut.geometry.index import near_pairs
+from leafcut.geometry.polyline import Points, Polyline
+
+#: Ends this near to each other are drawn as one point, mm: drawings keep 4 to 6 digits.
+EXACT = 1e-4
+#: Two paths that leave a place at a smaller angle than this lie on each other, radians.
+DOUBLED_BACK = 1e-3
+
+Place = tuple[float, float]
+Indices = NDArray[np.int64]
+
+
+class Joined(NamedTuple):
+    """A path, the indices of what it is made of from its beginning on, and the gaps that were closed (place, mm)."""
+
+    path: Polyline
+    members: list[int]
+    gaps: list[tuple[Place, float]]
+
+
+@dataclass
+class Joining:
+    """What joining made, in the order of the drawing, and the branches: places where more than two ends meet.
+
+    Which of them belong together is then a guess by the drawing's order.
+    """
+
+    paths: list[Joined] = field(default_factory=list)
+    branches: list[Place] = field(default_factory=list)
+
+
+def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
+    """Join open paths whose ends are within `tolerance` mm of each other, the nearest first; O(n log n).
+
+    Ends that are drawn as one point are joined before any gap is closed; where more than two meet, those that follow
+    each other in the drawing belong together, then those that make the sharpest corner, as of two outlines that touch
+    neither runs across the other. Both ends of a closed gap move to its middle. Closed paths stay.
+
+    Raises
+    ------
+    PlanError
+        Hundreds of ends lie in one place.
+    """
+    result = Joining([Joined(p, [i], []) for i, p in enumerate(paths) if p.closed])
+    members = [i for i, p in enumerate(paths) if not p.closed]
+    if not members:
+        return result
+    chosen = [paths[i] for i in members]
+    ends = ends_of(chosen)
+    first, second, gaps = near_pairs(ends, tolerance)
+    lengths = np.array([p.length for p in chosen])
+    own = first // 2 == second // 2
+    # A short line does not close on itself: both its ends are near to each other because it is short.
+    fair = ~own | (lengths[first // 2] > 3.0 * np.maximum(gaps, EXACT)) & (lengths[first // 2] > 2.0 * tolerance)
+    first, second, gaps, own = first[fair], second[fair], gaps[fair], own[fair]
+    mate = _mates(chosen, first, second, gaps, own)
+    result.branches = _branches(ends, mate, first, second, gaps)
+    for chain, loop in _chains(mate):
+        gaps_closed: list[tuple[Place, float]] = []
+        path = _assembled(chosen, chain, loop, gaps_closed)
+        result.paths.append(Joined(path, [members[end // 2] for end in chain], gaps_closed))
+    result.paths.sort(key=lambda made: min(made.members))
+    return result
+
+
+def _mates(
+    paths: Sequence[Polyline], first: Indices, second: Indices, gaps: NDArray[np.float64], own: NDArray[np.bool_]
+) -> Indices:
+    """Return the end that each end is joined to, or -1: nearest first, and of ends in one place as they are drawn."""
+    drawn_together = np.where(gaps <= EXACT, 0.0, gaps)
+    follow = np.abs(first // 2 - second // 2) == 1
+    # The end of one line and the start of the next in the drawing: i is even for a start, odd for an end.
+    head_to_tail = follow & (second - first == 1)
+    rank = np.select([own, head_to_tail, follow], [0, 1, 2], 3)
+    angle = _angles(paths, first, second, drawn_together == 0.0)
+    rank[angle < DOUBLED_BACK] = 4
+    order = np.lexsort((angle, rank, drawn_together))
+    mate = np.full(2 * len(paths), -1, dtype=np.int64)
+    for a, b in zip(first[order].tolist(), second[order].tolist(), strict=True):
+        if mate[a] < 0 and mate[b] < 0:
+            mate[a], mate[b] = b, a
+    return mate
+
+
+def _angles(
+    paths: Sequence[Polyline], first: Indices, second: Indices, exact: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Return the angle between the paths at pairs of ends where more than two meet, else π; radians."""
+    crowded = np.bincount(np.concatenate([first[exact], second[exact]]), minlength=2 * len(paths)) > 1
+    ways = {end: _leaving(paths[end // 2], end % 2 == 1) for end in np.flatnonzero(crowded).tolist()}
+    angles = np.full(len(first), np.pi)
+    for k in np.flatnonzero(exact & crowded[first] & crowded[second]).tolist():
+        (ux, uy), (vx, vy) = ways[int(first[k])], ways[int(second[k])]
+        angles[k] = abs(np.arctan2(ux * vy - uy * vx, ux * vx + uy * vy))
+    return angles
+
+
+def _leaving(path: Polyline, at_end: bool) -> Place:
+    """Return the direction from an end into a path."""
+    return (path.reversed() if at_end else path).direction_at(0.0)
+
+
+def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps: NDArray[np.float64]) -> list[Place]:
+    """Return the places where three ends or more meet, or where an end found no partner that was still free."""
+    partners = np.bincount(np.concatenate([first, second]), minlength=len(ends))
+    close = gaps <= EXACT
+    exact = np.bincount(np.concatenate([first[close], second[close]]), minlength=len(ends))
+    places = ends[(exact > 1) | ((mate < 0) & (partners > 0))]
+    return [(float(x), float(y)) for x, y in np.unique(places.round(3), axis=0)]
+
+
+def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
+    """Return chains of ends at which paths are entered, and whether each closes; end 2i enters path i at its start."""
+    table = mate.tolist()
+    done = [False] * (len(table) // 2)
+    chains = []
+    for path in range(len(done)):
+        if done[path]:
+            continue
+        entry = 2 * path
+        while table[entry] >= 0 and table[entry] ^ 1 != 2 * path:
+            entry = table[entry] ^ 1  # back along the chain, path by path
+        loop = table[entry] >= 0
+        entry = 2 * path if loop else entry
+        chain = []
+        while entry >= 0 and not done[entry // 2]:
+            done[entry // 2] = True
+            chain.append(entry)
+            entry = table[entry ^ 1]
+        chains.append((chain, loop))
+    return chains
+
+
+def _assembled(paths: list[Polyline], chain: list[int], loop: bool, gaps: list[tuple[Place, float]]) -> Polyline:
+    """Return one path of several, each entered at one of its ends; what gaps it closes is added to `gaps`."""
+    pieces = [paths[end // 2].reversed() if end % 2 else paths[end // 2] for end in chain]
+    tables = [piece.vertices.copy() for piece in pieces]
+    for k in range(0 if loop else 1, len(tables)):
+        before, here = tables[k - 1][-1, :2], tables[k][0, :2]
+        gap = float(np.hypot(*(here - before)))
+        middle = 0.5 * (before + here)
+        if gap > EXACT:
+            gaps.append(((float(middle[0]), float(middle[1])), gap))
+        tables[k - 1][-1, :2] = tables[k][0, :2] = middle
+    rows = [table[:-1] for table in tables]
+    if not loop:
+        rows.append(tables[-1][-1:])
+    return Polyline(np.concatenate(rows), closed=loop)

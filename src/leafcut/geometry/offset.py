@@ -1,0 +1,132 @@
+"""A closed path grown or shrunk by a distance, arcs kept as arcs: kerf compensation, clearance, spacing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from leafcut.errors import PlanError
+from leafcut.geometry.fitting import fit_arcs
+from leafcut.geometry.parallel import parallel
+from leafcut.geometry.polyline import Points, Polyline
+
+#: The chords that the answer is checked against leave the path by this share of the tolerance at most.
+FINE = 0.125
+#: GEOS moves the points of flat hollows by up to this share of the distance (its `simplifyFactor`).
+GEOS_SLACK = 0.01
+
+
+def offset(path: Polyline, distance: float, tolerance: float = 0.01) -> list[Polyline]:
+    """Return the edges of what a closed path encloses when it grows by `distance` mm on all sides.
+
+    Outward corners become arcs about the corner: the edge of what a round tool of that radius sweeps. Lines stay
+    lines and arcs arcs wherever every element of the path has its parallel; else the edge is found with chords
+    (shapely's buffer), and arcs are fitted to them. Either is checked: every point of the answer is at the distance
+    from the path, within `tolerance`.
+
+    Parameters
+    ----------
+    distance
+        Positive grows the area inside, negative shrinks it, whichever way round the path runs.
+
+    Returns
+    -------
+    list of Polyline
+        Closed, the largest first. Counter-clockwise: an outer edge; clockwise: the edge of a hole that growing closed
+        off. Empty where nothing is left.
+
+    Raises
+    ------
+    PlanError
+        The path is open or crosses itself.
+    """
+    if not path.closed:
+        raise PlanError("only a closed path can be grown or shrunk; this one is open")
+    path = path if path.area >= 0.0 else path.reversed()
+    if distance == 0.0:
+        return [path]
+    fine = FINE * tolerance
+    check = _Check(path, abs(distance), tolerance)
+    rings = list(_rings(check.region, distance, fine, tolerance))
+    if len(rings) == 1:
+        exact = parallel(path, distance, fine)
+        if exact is not None and check.agrees(exact, rings[0]):
+            return [exact]
+    return [_fitted(ring, check, tolerance) for ring in rings]
+
+
+def _fitted(ring: Points, check: _Check, tolerance: float) -> Polyline:
+    """Return lines and arcs along one ring of chords; the chords themselves where arcs are not true to the path."""
+    moved = check.settled(ring)
+    for points, reach in ((moved, 0.5), (moved, 0.2), (ring, 0.2)):
+        candidate = fit_arcs(points, reach * tolerance, closed=True)
+        if check.agrees(candidate, ring):
+            return candidate
+    return Polyline.of_points(ring, closed=True)
+
+
+def _rings(region: Any, distance: float, fine: float, tolerance: float) -> Iterator[Points]:
+    """Yield the rings of the buffered region, float64[n, 2] without the repeated end, the largest first."""
+    step = 2.0 * math.acos(max(1.0 - fine / abs(distance), 0.0))
+    grown = region.buffer(distance, quad_segs=min(max(math.ceil(0.5 * math.pi / step), 4), 256))
+    pieces = [p for p in getattr(grown, "geoms", [grown]) if not p.is_empty]
+    rings = [(r, sign) for p in pieces for r, sign in ((p.exterior, 1.0), *((i, -1.0) for i in p.interiors))]
+    sized = []
+    for ring, sign in rings:
+        points = np.asarray(ring.coords)[:-1, :2]
+        x, y = points.T - points[0][:, None]
+        area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+        # What is left of a place just as wide as the tool is no edge to cut along.
+        if 2.0 * abs(area) > tolerance * ring.length:
+            sized.append((abs(area), points if area * sign > 0.0 else points[::-1]))
+    yield from (points for _, points in sorted(sized, key=lambda pair: -pair[0]))
+
+
+class _Check:
+    """The path in fine chords, and whether an answer lies at its distance from it."""
+
+    def __init__(self, path: Polyline, distance: float, tolerance: float) -> None:
+        import shapely
+
+        self.distance, self.tolerance = distance, tolerance
+        points = path.flattened(FINE * tolerance)
+        if len(points) < 4:
+            raise PlanError("a closed path of fewer than three points encloses nothing")
+        self.region = shapely.Polygon(points)
+        if not self.region.is_valid:
+            where = shapely.is_valid_reason(self.region).partition("[")[2].rstrip("]").replace(" ", ", ")
+            raise PlanError(f"the path crosses or touches itself at ({where}) and cannot be grown or shrunk")
+        self.edge = shapely.LineString(points)
+        shapely.prepare(self.edge)
+
+    def agrees(self, answer: Polyline, ring: Points) -> bool:
+        """Return whether an answer is at the distance from the path everywhere, simple, and all of the ring."""
+        import shapely
+
+        if answer.n_segments < 2:
+            return False
+        points = answer.flattened(FINE * self.tolerance)
+        own = shapely.LinearRing(points)
+        dense = np.concatenate([points, 0.5 * (points[1:] + points[:-1])])
+        gaps = shapely.distance(self.edge, shapely.points(dense))
+        if float(np.abs(gaps - self.distance).max()) > self.tolerance or not own.is_simple:
+            return False
+        shapely.prepare(own)
+        there = np.concatenate([ring, 0.5 * (ring + np.roll(ring, 1, axis=0))])
+        loose = 2.0 * self.tolerance + 2.0 * GEOS_SLACK * self.distance
+        return bool(shapely.dwithin(own, shapely.points(there), loose).all())
+
+    def settled(self, ring: Points) -> Points:
+        """Return the points of a ring moved to the exact distance from the nearest point of the path."""
+        import shapely
+
+        points = shapely.points(ring)
+        lines = shapely.shortest_line(self.edge, points)
+        feet = shapely.get_coordinates(shapely.get_point(lines, 0))
+        away = ring - feet
+        gaps = np.hypot(away[:, 0], away[:, 1])[:, None]
+        moved: Points = feet + away * (self.distance / np.maximum(gaps, 1e-12))
+        return moved

@@ -1,0 +1,259 @@
+"""Lines and arcs drawn on top of each other, taken once, unless two neighbouring outlines share them.
+
+Lines that lie over each other are divided at each other's ends, so that what is double is the same from end to end;
+of these one stays. A second one comes back where outlines would miss it: where an odd number of ends would meet.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.cleaning import ends_of
+from leafcut.geometry.index import near_pairs, query_pairs
+from leafcut.geometry.polyline import Points, Polyline
+
+#: Lines this near to each other are drawn in one place, mm.
+SAME = 0.01
+_FULL = 2.0 * np.pi
+
+Table = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Place = tuple[float, float]
+
+
+class Uncovered(NamedTuple):
+    """What is left: paths, each with the index of the one it is (a piece of), and what was taken away."""
+
+    paths: list[tuple[Polyline, int]]
+    removed: list[Place]
+
+
+def without_overlaps(paths: Sequence[Polyline], same: float = SAME) -> Uncovered:
+    """Return open paths with every line and arc that is drawn more than once taken once; O(n log n).
+
+    Closed paths come back as they are, and open ones that lie on nothing, too; of the others what is left of them in
+    pieces.
+    """
+    table = _segments(paths)
+    cuts = _cuts(table, same)
+    if not cuts:
+        return Uncovered([(p, i) for i, p in enumerate(paths)], [])
+    broken = {int(table.path[k]) for k in cuts}
+    pieces: list[tuple[Polyline, int]] = []
+    for k in np.flatnonzero(np.isin(table.path, sorted(broken))).tolist():
+        source = int(table.path[k])
+        row = Polyline(np.array([[*table.a[k], table.bulge[k]], [*table.b[k], 0.0]]))
+        stops = [0.0, *cuts.get(k, ()), row.length]
+        pieces += [(row.piece(s, e), source) for s, e in pairwise(stops)]
+    whole = [(p, i) for i, p in enumerate(paths) if i not in broken]
+    extra = _doubles([p for p, _ in pieces], same)
+    back = _missed(pieces, extra, [p for p, _ in whole if not p.closed], same)
+    gone = {k for k in extra if k not in back}
+    kept = [piece for k, piece in enumerate(pieces) if k not in gone]
+    removed = [pieces[k][0].point_at(0.5 * pieces[k][0].length) for k in sorted(gone)]
+    return Uncovered(sorted([*whole, *kept], key=lambda pair: pair[1]), removed)
+
+
+class _Segments(NamedTuple):
+    """All lines and arcs of open paths: ends, bulge, length, circle (NaN for lines), and whose they are."""
+
+    a: Points
+    b: Points
+    bulge: Table
+    length: Table
+    center: Points
+    radius: Table
+    path: Indices
+
+
+def _segments(paths: Sequence[Polyline]) -> _Segments:
+    chosen = [(i, p) for i, p in enumerate(paths) if not p.closed and p.n_segments]
+    if not chosen:
+        none = np.zeros((0, 2))
+        return _Segments(none, none, none[:, 0], none[:, 0], none, none[:, 0], np.zeros(0, dtype=np.int64))
+    a = np.concatenate([p.vertices[:-1, :2] for _, p in chosen])
+    b = np.concatenate([p.vertices[1:, :2] for _, p in chosen])
+    bulge = np.concatenate([p.bulges for _, p in chosen])
+    length = np.concatenate([p.lengths for _, p in chosen])
+    path = np.concatenate([np.full(p.n_segments, i) for i, p in chosen])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = np.where(bulge == 0.0, np.nan, (1.0 - bulge**2) / (4.0 * bulge))
+    chord = b - a
+    center = 0.5 * (a + b) + off[:, None] * np.column_stack([-chord[:, 1], chord[:, 0]])
+    return _Segments(a, b, bulge, length, center, np.hypot(*(a - center).T), path)
+
+
+def _cuts(table: _Segments, same: float) -> dict[int, list[float]]:
+    """Return for every segment that lies over another where it is to be divided, mm along it, in order."""
+    found: dict[int, list[float]] = {}
+    for one, other in (_line_pairs(table, same), _arc_pairs(table, same)):
+        for i, j in ((one, other), (other, one)):
+            begin, end = _reach(table, i, j)
+            for at, length, *stops in zip(
+                i.tolist(), table.length[i].tolist(), begin.tolist(), end.tolist(), strict=True
+            ):
+                inside = [s for s in stops if same < s < length - same]
+                found.setdefault(at, []).extend(inside)
+    return {k: _apart(sorted(stops), same) for k, stops in found.items()}
+
+
+def _apart(stops: list[float], same: float) -> list[float]:
+    kept: list[float] = []
+    for stop in stops:
+        if not kept or stop - kept[-1] > same:
+            kept.append(stop)
+    return kept
+
+
+def _line_pairs(table: _Segments, same: float) -> tuple[Indices, Indices]:
+    """Return pairs of lines that lie on each other over some length."""
+    import shapely
+
+    lines = np.flatnonzero(table.bulge == 0.0)
+    if len(lines) < 2:
+        return lines[:0], lines[:0]
+    shapes = shapely.linestrings(np.stack([table.a[lines], table.b[lines]], axis=1))
+    found = []
+    for i, j in query_pairs(shapes, shapes, "lines in one place", "dwithin", same):
+        one, other = lines[i[i < j]], lines[j[i < j]]
+        on = _on_each_other(table, one, other, same)
+        found.append(np.stack([one[on], other[on]]))
+    one, other = np.concatenate(found, axis=1)
+    return one, other
+
+
+def _on_each_other(table: _Segments, i: Indices, j: Indices, same: float) -> NDArray[np.bool_]:
+    way = (table.b[i] - table.a[i]) / table.length[i][:, None]
+    off = [
+        np.abs(way[:, 0] * d[:, 1] - way[:, 1] * d[:, 0]) for d in (table.a[j] - table.a[i], table.b[j] - table.a[i])
+    ]
+    begin, end = _reach(table, i, j)
+    overlap = np.minimum(np.maximum(begin, end), table.length[i]) - np.maximum(np.minimum(begin, end), 0.0)
+    on: NDArray[np.bool_] = (np.maximum(*off) <= same) & (overlap > same)
+    return on
+
+
+def _reach(table: _Segments, i: Indices, j: Indices) -> tuple[Table, Table]:
+    """Return where the ends of segments j lie along segments i of the same line or circle, mm from the start of i."""
+    line = table.bulge[i] == 0.0
+    with np.errstate(invalid="ignore"):
+        way = (table.b[i] - table.a[i]) / table.length[i][:, None]
+        straight = [((p - table.a[i]) * way).sum(axis=1) for p in (table.a[j], table.b[j])]
+        side, radius = np.sign(table.bulge[i]), table.radius[i]
+        first = np.arctan2(*(table.a[i] - table.center[i]).T[::-1])
+        round_ = []
+        for p in (table.a[j], table.b[j]):
+            angle = np.arctan2(*(p - table.center[i]).T[::-1]) - first
+            # What lies a hair before the start is before it, not nearly a turn behind.
+            turn = np.mod(side * angle + 1e-9, _FULL) - 1e-9
+            round_.append(turn * radius)
+    return np.where(line, straight[0], round_[0]), np.where(line, straight[1], round_[1])
+
+
+def _arc_pairs(table: _Segments, same: float) -> tuple[Indices, Indices]:
+    """Return pairs of arcs of one circle that lie on each other over some length."""
+    arcs = np.flatnonzero(table.bulge != 0.0)
+    if len(arcs) < 2:
+        return arcs[:0], arcs[:0]
+    by_radius = arcs[np.argsort(table.radius[arcs], kind="stable")]
+    groups = np.split(by_radius, np.flatnonzero(np.diff(table.radius[by_radius]) > same) + 1)
+    found = [np.zeros((2, 0), dtype=np.int64)]
+    for group in groups:
+        if len(group) > 1:
+            i, j, _ = near_pairs(table.center[group], same)
+            found.append(np.stack([group[i], group[j]]))
+    one, other = np.concatenate(found, axis=1)
+    one, other = np.minimum(one, other), np.maximum(one, other)
+    on = _arcs_overlap(table, one, other, same)
+    return one[on], other[on]
+
+
+def _arcs_overlap(table: _Segments, i: Indices, j: Indices, same: float) -> NDArray[np.bool_]:
+    begin, end = _reach(table, i, j)
+    opposite = np.sign(table.bulge[i]) != np.sign(table.bulge[j])
+    start = np.where(opposite, end, begin)
+    turn = _FULL * table.radius[i]
+    ahead = np.minimum(start + table.length[j], table.length[i]) - np.maximum(start, 0.0)
+    around = np.minimum(start + table.length[j] - turn, table.length[i])
+    alike = np.abs(table.radius[i] - table.radius[j]) <= same
+    over: NDArray[np.bool_] = alike & (np.maximum(ahead, around) > same)
+    return over
+
+
+def _doubles(pieces: list[Polyline], same: float) -> list[int]:
+    """Return the indices of pieces that are the same as one before them, either way round."""
+    if not pieces:
+        return []
+    middles = np.array([p.point_at(0.5 * p.length) for p in pieces])
+    first, second, _ = near_pairs(middles, 2.0 * same)
+    a, b = np.array([p.start for p in pieces]), np.array([p.end for p in pieces])
+
+    def apart(p: Points, q: Points) -> Table:
+        gap: Table = np.hypot(*(p - q).T)
+        return gap
+
+    straight = np.maximum(apart(a[first], a[second]), apart(b[first], b[second]))
+    crossed = np.maximum(apart(a[first], b[second]), apart(b[first], a[second]))
+    return sorted(set(second[np.minimum(straight, crossed) <= 2.0 * same].tolist()))
+
+
+def _missed(pieces: list[tuple[Polyline, int]], extra: list[int], others: list[Polyline], same: float) -> set[int]:
+    """Return which extra pieces outlines need: a set of them after which no odd number of three ends or more meets.
+
+    Along every tree of extra pieces the ends that are odd are joined in pairs (a T-join, leaves first).
+    """
+    ends = ends_of([*(p for p, _ in pieces), *others])
+    node = _nodes(ends, 2.0 * same)
+    doubles = set(extra)
+    present = np.array([k // 2 not in doubles for k in range(len(ends))])
+    degree = np.bincount(node[present], minlength=len(ends))
+    odd = (degree % 2 == 1) & (degree >= 3)
+    around: dict[int, list[tuple[int, int]]] = {}
+    for k in extra:
+        u, v = int(node[2 * k]), int(node[2 * k + 1])
+        around.setdefault(u, []).append((v, k))
+        around.setdefault(v, []).append((u, k))
+    back: set[int] = set()
+    seen: set[int] = set()
+    for root in around:
+        if root in seen:
+            continue
+        seen.add(root)
+        tree: list[tuple[int, int, int]] = []
+        waiting = deque([root])
+        while waiting:
+            u = waiting.popleft()
+            for v, k in around[u]:
+                if v not in seen:
+                    seen.add(v)
+                    tree.append((v, u, k))
+                    waiting.append(v)
+        if (sum(bool(odd[v]) for v, _, _ in tree) + bool(odd[root])) % 2:
+            continue
+        for v, u, k in reversed(tree):
+            if odd[v]:
+                back.add(k)
+                odd[v], odd[u] = False, not odd[u]
+    return back
+
+
+def _nodes(ends: Points, same: float) -> Indices:
+    """Return a number for every end, equal for ends that are within `same` of each other or linked by such."""
+    first, second, _ = near_pairs(ends, same)
+    parent = list(range(len(ends)))
+
+    def root(k: int) -> int:
+        while parent[k] != k:
+            parent[k] = parent[parent[k]]
+            k = parent[k]
+        return k
+
+    for a, b in zip(first.tolist(), second.tolist(), strict=True):
+        parent[root(b)] = root(a)
+    return np.array([root(k) for k in range(len(ends))], dtype=np.int64)

@@ -1,0 +1,165 @@
+"""The parallel of a closed path, element by element: lines stay lines and arcs stay arcs.
+
+Exact where every line and arc of the path has its own in the parallel; the caller checks whether that is so.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from leafcut.geometry.polyline import Polyline, Segment
+
+Point = tuple[float, float]
+
+
+class Element(NamedTuple):
+    """A line or arc beside one of the path: `turn` is the arc's angle, positive counter-clockwise, 0 for a line."""
+
+    start: Point
+    end: Point
+    turn: float = 0.0
+    center: Point = (0.0, 0.0)
+    radius: float = 0.0
+
+
+def parallel(path: Polyline, distance: float, close: float) -> Polyline | None:
+    """Return the parallel at `distance` mm to the right of a closed path (negative: to its left), or None.
+
+    Gaps at corners are closed by arcs about the corner, overlaps cut at the intersection. None where an element has no
+    place beside it (an arc of smaller radius than the distance) or two neighbours do not meet. The answer may
+    still cross itself.
+
+    Parameters
+    ----------
+    close
+        Ends that are this near to each other are one point, mm.
+    """
+    beside = [_beside(s, distance) for s in path.segments() if s.start != s.end]
+    if len(beside) < 2 or any(e is None for e in beside):
+        return None
+    elements: list[Element] = [e for e in beside if e is not None]
+    corners = [s.end for s in path.segments() if s.start != s.end]
+    joints: list[Element | None] = []
+    for i, corner in enumerate(corners):
+        j = (i + 1) % len(elements)
+        first, second = elements[i], elements[j]
+        turn = _turn(_way(first, at_end=True), _way(second, at_end=False))
+        joints.append(None)
+        if math.dist(first.end, second.start) <= close:
+            place = (0.5 * (first.end[0] + second.start[0]), 0.5 * (first.end[1] + second.start[1]))
+            elements[i], elements[j] = first._replace(end=place), second._replace(start=place)
+        elif turn * distance > 0.0:
+            joints[-1] = Element(first.end, second.start, turn, corner, abs(distance))
+        else:
+            met = _meeting(first, second)
+            if met is None:
+                return None
+            elements[i], elements[j] = first._replace(end=met), second._replace(start=met)
+    rows: list[tuple[float, float, float]] = []
+    for element, joint in zip(elements, joints, strict=True):
+        bulge = _trimmed(element)
+        if bulge is None:
+            return None
+        rows.append((*element.start, bulge))
+        if joint is not None:
+            rows.append((*joint.start, math.tan(0.25 * joint.turn)))
+    return Polyline(np.array(rows), closed=True)
+
+
+def _beside(s: Segment, distance: float) -> Element | None:
+    if not s.is_arc:
+        dx, dy = s.end[0] - s.start[0], s.end[1] - s.start[1]
+        length = math.hypot(dx, dy)
+        ox, oy = dy / length * distance, -dx / length * distance
+        return Element((s.start[0] + ox, s.start[1] + oy), (s.end[0] + ox, s.end[1] + oy))
+    # Right of a counter-clockwise arc is away from its centre.
+    radius = s.radius + math.copysign(distance, s.bulge * distance)
+    if radius <= 1e-6 * s.radius:
+        return None
+    cx, cy = s.center
+    share = radius / s.radius
+    start = (cx + (s.start[0] - cx) * share, cy + (s.start[1] - cy) * share)
+    end = (cx + (s.end[0] - cx) * share, cy + (s.end[1] - cy) * share)
+    return Element(start, end, 4.0 * math.atan(s.bulge), s.center, radius)
+
+
+def _way(e: Element, at_end: bool) -> Point:
+    """Return the direction of travel at an end of an element; its length says nothing."""
+    if e.turn == 0.0:
+        return (e.end[0] - e.start[0], e.end[1] - e.start[1])
+    x, y = e.end if at_end else e.start
+    side = math.copysign(1.0, e.turn)
+    return (-(y - e.center[1]) * side, (x - e.center[0]) * side)
+
+
+def _turn(a: Point, b: Point) -> float:
+    """Return the angle from one direction to another, -π … π."""
+    return math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])
+
+
+def _meeting(a: Element, b: Element) -> Point | None:
+    """Return where the lines or circles of two elements meet, nearest to the ends that should be one; else None."""
+    near = (0.5 * (a.end[0] + b.start[0]), 0.5 * (a.end[1] + b.start[1]))
+    if a.turn == 0.0 and b.turn == 0.0:
+        places = _line_line(a, b)
+    elif a.turn == 0.0:
+        places = _line_circle(a, b)
+    elif b.turn == 0.0:
+        places = _line_circle(b, a)
+    else:
+        places = _circle_circle(a, b)
+    return min(places, key=lambda p: math.dist(p, near), default=None)
+
+
+def _line_line(a: Element, b: Element) -> list[Point]:
+    (ux, uy), (vx, vy) = _way(a, True), _way(b, True)
+    cross = ux * vy - uy * vx
+    if abs(cross) <= 1e-12 * math.hypot(ux, uy) * math.hypot(vx, vy):
+        return []
+    share = ((b.start[0] - a.start[0]) * vy - (b.start[1] - a.start[1]) * vx) / cross
+    return [(a.start[0] + share * ux, a.start[1] + share * uy)]
+
+
+def _line_circle(line: Element, arc: Element) -> list[Point]:
+    ux, uy = _way(line, True)
+    length = math.hypot(ux, uy)
+    ux, uy = ux / length, uy / length
+    rx, ry = arc.center[0] - line.start[0], arc.center[1] - line.start[1]
+    along, off = rx * ux + ry * uy, ux * ry - uy * rx
+    square = arc.radius * arc.radius - off * off
+    if square < 0.0:
+        return []
+    half = math.sqrt(square)
+    return [(line.start[0] + t * ux, line.start[1] + t * uy) for t in (along - half, along + half)]
+
+
+def _circle_circle(a: Element, b: Element) -> list[Point]:
+    dx, dy = b.center[0] - a.center[0], b.center[1] - a.center[1]
+    apart = math.hypot(dx, dy)
+    if apart <= 1e-9 * a.radius:
+        return []
+    along = (apart * apart + a.radius * a.radius - b.radius * b.radius) / (2.0 * apart)
+    square = a.radius * a.radius - along * along
+    if square < 0.0:
+        return []
+    ux, uy, half = dx / apart, dy / apart, math.sqrt(square)
+    return [(a.center[0] + along * ux - s * half * uy, a.center[1] + along * uy + s * half * ux) for s in (-1.0, 1.0)]
+
+
+def _trimmed(e: Element) -> float | None:
+    """Return the bulge of an element whose ends were cut back, or None where nothing of it is left.
+
+    A line that was cut back past its own beginning turns round and is caught by the caller's check of distances.
+    """
+    if e.turn == 0.0:
+        return 0.0
+    side = math.copysign(1.0, e.turn)
+    begin = math.atan2(e.start[1] - e.center[1], e.start[0] - e.center[0])
+    finish = math.atan2(e.end[1] - e.center[1], e.end[0] - e.center[0])
+    turn = side * (finish - begin) % math.tau
+    if turn > abs(e.turn) + 1e-9:
+        return None
+    return side * math.tan(0.25 * turn)

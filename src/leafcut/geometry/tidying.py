@@ -1,0 +1,118 @@
+"""From the strokes of a drawing to outlines: joined, with what is drawn twice taken once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from leafcut.errors import PlanError
+from leafcut.geometry.index import near_pairs
+from leafcut.geometry.joining import Joined, Joining, Place, join
+from leafcut.geometry.overlaps import SAME, without_overlaps
+from leafcut.geometry.polyline import Polyline
+
+#: Outlines are looked at in chords that leave their arcs by this, mm.
+CHORDS = 0.01
+#: And in so many chords at most, all together.
+MOST_CHORDS = 20_000_000
+
+
+@dataclass
+class Tidy(Joining):
+    """Paths made of strokes, branches, and the places of what was drawn twice."""
+
+    doubles: list[Place] = field(default_factory=list)
+
+
+def tidy(strokes: Sequence[Polyline], tolerance: float) -> Tidy:
+    """Return strokes joined into outlines; those that do not close are tried again without what is drawn twice.
+
+    Raises
+    ------
+    PlanError
+        Hundreds of ends or lines lie in one place.
+    """
+    first = join(strokes, tolerance)
+    sound = [made for made in first.paths if strokes[made.members[0]].closed]
+    loops = [made for made in first.paths if made.path.closed and not strokes[made.members[0]].closed]
+    flaws = _flawed([made.path for made in loops])
+    sound += [loop for loop, flaw in zip(loops, flaws, strict=True) if not flaw]
+    used = {i for made in sound for i in made.members}
+    left = [i for i in range(len(strokes)) if i not in used]
+    if not left:
+        return Tidy(first.paths)
+    covered = _covered([strokes[i] for i in left], [made.path for made in sound])
+    under = [i for i, c in zip(left, covered, strict=True) if c]
+    loose = [i for i, c in zip(left, covered, strict=True) if not c]
+    once = without_overlaps([strokes[i] for i in loose])
+    again = join([p for p, _ in once.paths], tolerance)
+    rest = [made._replace(members=_sources(made, once.paths, loose)) for made in again.paths]
+    doubles = [strokes[i].point_at(0.5 * strokes[i].length) for i in under] + once.removed
+    open_ones = any(not made.path.closed for made in rest)
+    branches = sorted({*first.branches, *again.branches}) if open_ones else again.branches
+    return Tidy(sorted([*sound, *rest], key=lambda made: min(made.members)), branches, doubles)
+
+
+def _sources(made: Joined, pieces: Sequence[tuple[Polyline, int]], loose: Sequence[int]) -> list[int]:
+    """Return the strokes that a path is made of, each once, in the order of the path."""
+    return list(dict.fromkeys(loose[pieces[k][1]] for k in made.members))
+
+
+def polygons(paths: Sequence[Polyline]) -> Any:
+    """Return shapely polygons of closed paths, arcs in chords.
+
+    Raises
+    ------
+    PlanError
+        They come to more than `MOST_CHORDS`.
+    """
+    import shapely
+
+    if not paths:
+        return np.array([], dtype=object)
+    rings, total = [], 0
+    for path in paths:
+        ring = path.flattened(CHORDS)
+        rings.append(ring if len(ring) >= 4 else np.concatenate([ring, ring[-1:], ring[-1:]]))
+        total += len(ring)
+        if total > MOST_CHORDS:
+            raise PlanError(f"the arcs of this drawing need more than {MOST_CHORDS:,} chords; are its units right?")
+    indices = np.repeat(np.arange(len(rings)), [len(r) for r in rings])
+    return shapely.polygons(shapely.linearrings(np.concatenate(rings), indices=indices))
+
+
+def _flawed(paths: Sequence[Polyline]) -> list[bool]:
+    """Return for closed paths whether each crosses itself or encloses nothing."""
+    import shapely
+
+    shapes = polygons(paths)
+    thin = 2.0 * shapely.area(shapes) <= SAME * shapely.length(shapes)
+    return list(thin | ~shapely.is_valid(shapes))
+
+
+def _covered(loose: Sequence[Polyline], outlines: Sequence[Polyline]) -> list[bool]:
+    """Return for open strokes whether each lies on one outline all along, and no other stroke goes on from its ends."""
+    import shapely
+
+    if not loose or not outlines:
+        return [False] * len(loose)
+    lines = shapely.linearrings(
+        np.concatenate(rings := [p.flattened(0.1 * SAME) for p in outlines]),
+        indices=np.repeat(np.arange(len(rings)), [len(r) for r in rings]),
+    )
+    tree = shapely.STRtree(lines)
+    shares = (0.0, 0.25, 0.5, 0.75, 1.0)
+    points = np.array([p.point_at(s * p.length) for p in loose for s in shares])
+    at, outline = tree.query(shapely.points(points), predicate="dwithin", distance=SAME)
+    pairs, counts = np.unique(np.stack([at // len(shares), outline]), axis=1, return_counts=True)
+    on = np.zeros(len(loose), dtype=bool)
+    on[pairs[0][counts == len(shares)]] = True
+    # An outline may run along its neighbour's edge: a stroke that others go on from is theirs.
+    ends = np.array([end for p in loose for end in (p.start, p.end)])
+    first, second, _ = near_pairs(ends, SAME)
+    for a, b in ((first, second), (second, first)):
+        on[(a // 2)[~on[b // 2]]] = False
+    return list(on)

@@ -1,0 +1,62 @@
+"""`Sheet`: the contours of a drawing, cleaned, and which lies inside which; what cutting is planned from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.contour import Contour
+from leafcut.model.issue import Issue
+
+
+@dataclass(frozen=True)
+class SheetContour:
+    """One contour and its place among the others.
+
+    Attributes
+    ----------
+    contour
+        Cleaned: no zero-length segments, a closed one counter-clockwise. Kind ``cut`` or ``mark``.
+    depth
+        How many closed cut contours lie around it: 0 is the outline of a part, 1 a hole in it, 2 a part inside that
+        hole, and so on. Of a mark or an open cut: the depth of the closed contour directly around it, 0 for none.
+    parent
+        Index in `Sheet.contours` of the closed cut contour directly around it, -1 for none.
+    part
+        Number of its part, from 1: an outline of even depth with its holes, its marks and its open cuts have the same;
+        0 for what lies in no part.
+    """
+
+    contour: Contour
+    depth: int = 0
+    parent: int = -1
+    part: int = 0
+
+    @property
+    def is_hole(self) -> bool:
+        """True: closed, to be cut, and the part is outside it."""
+        return self.depth % 2 == 1 and self.contour.path.closed and self.contour.kind == "cut"
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """Everything to be cut from or marked on one sheet, in the order of the drawing, mm.
+
+    Attributes
+    ----------
+    outline
+        Edge of the sheet itself, closed, counter-clockwise; None where nobody has said.
+    zones
+        Rectangles (x0, y0, x1, y1) that the torch must not enter: clamps.
+    """
+
+    name: str
+    contours: tuple[SheetContour, ...] = ()
+    outline: Polyline | None = None
+    zones: tuple[tuple[float, float, float, float], ...] = ()
+    issues: tuple[Issue, ...] = ()
+
+    @property
+    def n_parts(self) -> int:
+        """Number of parts: closed outlines of even depth."""
+        return sum(c.depth % 2 == 0 and c.contour.path.closed and c.contour.kind == "cut" for c in self.contours)

@@ -1,0 +1,196 @@
+"""The contours of a sheet as the torch follows them: half a kerf beside what is drawn, on the side of the scrap."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from leafcut.errors import PlanError
+from leafcut.geometry.offset import offset
+from leafcut.geometry.polyline import Points, Polyline
+from leafcut.model.issue import Issue
+from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.plan.cut_rules import NARROWEST_HOLE, CutRules
+
+#: How true paths beside the contours are, and how true chords are to arcs, mm.
+OFFSET_TOLERANCE = 0.01
+FLATNESS = 0.005
+#: What is nearer than it may be by less than this is rounding, mm.
+ROUNDING = 0.03
+#: A drawn corner turns by more than this, rad.
+CORNER = math.radians(30.0)
+
+
+@dataclass(frozen=True, eq=False)
+class CutContour:
+    """A contour that is cut or marked, and the path beside it.
+
+    Attributes
+    ----------
+    index
+        In `Sheet.contours`.
+    source
+        What is drawn.
+    path
+        What the middle of the kerf follows, counter-clockwise where it is closed.
+    line
+        The path in chords, a shapely line.
+    hole
+        True: the part is outside, the scrap inside.
+    diameter
+        Of the circle of equal area, mm; 0 for an open one.
+    corners
+        Where along the path the drawn corners are, mm.
+    loops
+        (from, to) along the path: loops round corners.
+    """
+
+    index: int
+    source: SheetContour
+    path: Polyline
+    line: Any
+    hole: bool
+    diameter: float
+    corners: tuple[float, ...] = ()
+    loops: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def kind(self) -> str:
+        """``cut`` or ``mark``."""
+        return self.source.contour.kind
+
+    @property
+    def has_leads(self) -> bool:
+        """True: closed and to be cut: it has an inside and an outside, and one of them is scrap."""
+        return self.path.closed and self.kind == "cut"
+
+    def is_small(self, rules: CutRules) -> bool:
+        """Return whether it is cut by the rules of small holes."""
+        return self.hole and self.has_leads and self.diameter < rules.small_hole
+
+    def name(self) -> str:
+        """Return what a person calls it."""
+        x, y = self.source.contour.path.start
+        what = "mark" if self.kind == "mark" else "hole" if self.hole else "outline" if self.path.closed else "cut"
+        part = f"part {self.source.part}: " if self.source.part else ""
+        return f"{part}{what} at ({x:.4g}, {y:.4g})"
+
+
+def flat_line(path: Polyline) -> Any:
+    """Return a path as a shapely line of chords."""
+    import shapely
+
+    points = path.flattened(FLATNESS)
+    if len(points) < 2:
+        points = np.repeat(points, 2, axis=0)
+    return shapely.LineString(points)
+
+
+def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], list[Issue]]:
+    """Return the contours that can be cut, in the order of the sheet, and what was found about the others.
+
+    A hole into which the kerf does not go, and a part whose outline it would close up, are reported and not cut.
+    """
+    made: dict[int, CutContour] = {}
+    issues: list[Issue] = []
+    dropped: set[int] = set()
+    for index, source in enumerate(sheet.contours):
+        if source.contour.kind == "sheet":
+            continue
+        contour = _prepared(index, source, rules)
+        if contour is not None:
+            made[index] = contour
+            issues += _remarks(contour, rules)
+            continue
+        if not source.is_hole:
+            dropped.add(source.part)
+        issues.append(_too_narrow(index, source, rules))
+    kept = [c for c in made.values() if c.source.part not in dropped or not c.source.part]
+    if not kept:
+        raise PlanError(f"{sheet.name}: nothing is left to be cut" + (f"; {issues[0].message}" if issues else ""))
+    return kept, issues
+
+
+def _prepared(index: int, source: SheetContour, rules: CutRules) -> CutContour | None:
+    """Return a contour with its path; None where the kerf is too wide for it."""
+    drawn = source.contour.path
+    if source.contour.kind != "cut" or not drawn.closed:
+        return CutContour(index, source, drawn, flat_line(drawn), False, 0.0)
+    path = drawn if drawn.area >= 0.0 else drawn.reversed()
+    diameter = 2.0 * math.sqrt(abs(drawn.area) / math.pi)
+    if rules.half > 0.0:
+        rings = offset(path, -rules.half if source.is_hole else rules.half, OFFSET_TOLERANCE)
+        if len(rings) != 1:
+            return None
+        path = rings[0] if rings[0].area >= 0.0 else rings[0].reversed()
+    line = flat_line(path)
+    return CutContour(index, source, path, line, source.is_hole, diameter, corners_along(drawn, path, line))
+
+
+def corners_along(drawn: Polyline, path: Polyline, line: Any) -> tuple[float, ...]:
+    """Return where along the path the drawn corners are."""
+    import shapely
+
+    turns = corner_turns(drawn)
+    places = drawn.vertices[np.abs(turns) > CORNER, :2]
+    share = shapely.line_locate_point(line, shapely.points(places), normalized=True)
+    return tuple(sorted({round(float(s) * path.length, 3) % path.length for s in np.atleast_1d(share)}))
+
+
+def corner_turns(path: Polyline) -> Points:
+    """Return by how much a closed path turns at the start of every segment, rad, positive to the left."""
+    turns = np.zeros(path.n_segments)
+    ends = [_tangents(path, i) for i in range(path.n_segments)]
+    for i, (begin, _) in enumerate(ends):
+        before = ends[i - 1][1]
+        cross, dot = before[0] * begin[1] - before[1] * begin[0], before[0] * begin[0] + before[1] * begin[1]
+        turns[i] = math.atan2(cross, dot)
+    return turns
+
+
+def _tangents(path: Polyline, index: int) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the directions in which a segment begins and ends: its chord's, turned by half of its arc's angle."""
+    s = path.segment(index)
+    angle = math.atan2(s.end[1] - s.start[1], s.end[0] - s.start[0])
+    half = 2.0 * math.atan(s.bulge)
+    return (math.cos(angle - half), math.sin(angle - half)), (math.cos(angle + half), math.sin(angle + half))
+
+
+def _too_narrow(index: int, source: SheetContour, rules: CutRules) -> Issue:
+    x, y = source.contour.path.start
+    low_x, low_y, high_x, high_y = source.contour.path.extents
+    size = f"{high_x - low_x:.4g} × {high_y - low_y:.4g} mm"
+    if source.is_hole:
+        words = f"a hole of {size} in part {source.part} is narrower than the kerf of {rules.kerf:g} mm: not cut"
+    else:
+        words = f"part {source.part}, {size}, has a gap narrower than the kerf of {rules.kerf:g} mm: it is not cut"
+    return Issue("L611", words, _place(index, source, x, y))
+
+
+def _place(index: int, source: SheetContour, x: float, y: float) -> str:
+    handle = f", entity {source.contour.handle}" if source.contour.handle else ""
+    return f"contour {index + 1} at ({x:.6g}, {y:.6g}){handle}"
+
+
+def _remarks(contour: CutContour, rules: CutRules) -> list[Issue]:
+    """Return what a person should know of a contour that is cut: places out of reach, a hole too small to be good."""
+    import shapely
+
+    source, issues = contour.source, []
+    if contour.has_leads and rules.half > 0.0:
+        points = source.contour.path.flattened(max(FLATNESS, 0.1 * rules.kerf))
+        away = shapely.distance(shapely.points(points), contour.line)
+        worst = int(np.argmax(away))
+        if away[worst] > rules.half + rules.kerf:
+            x, y = points[worst]
+            words = f"a place of part {source.part} is narrower than the kerf: {away[worst] - rules.half:.2g} mm of it "
+            issues.append(Issue("L612", f"{words}stay uncut", _place(contour.index, source, x, y)))
+    narrowest = NARROWEST_HOLE * rules.data.thickness
+    if rules.kind == "plasma" and contour.hole and contour.diameter < narrowest:
+        words = f"a hole of {contour.diameter:.3g} mm, below {NARROWEST_HOLE:g} thicknesses, will be conical"
+        x, y = source.contour.path.start
+        issues.append(Issue("L615", words, _place(contour.index, source, x, y)))
+    return issues

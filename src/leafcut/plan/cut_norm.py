@@ -1,0 +1,86 @@
+"""Time norm and cost of a sheet: by part, for the sheet, for the batch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from leafcut.model.cutting import Cut, CutMeasures, CutTimes, PartTimes
+from leafcut.model.sheet import Sheet
+from leafcut.options import CutOptions
+
+_HOUR = 3600.0
+
+
+def cut_norm(
+    sheet: Sheet, cuts: Sequence[Cut], seconds: Sequence[tuple[float, float, float]], whole: float, options: CutOptions
+) -> CutMeasures:
+    """Return times, lengths and costs.
+
+    Parameters
+    ----------
+    seconds
+        Of every cut: cutting, piercing, and rapids to it and up from it.
+    whole
+        Of the whole program; what is in no cut (the ways at its beginning and end) counts as rapid of the sheet.
+    """
+    each = [_times(sheet, cuts, k, parts) for k, parts in enumerate(seconds)]
+    one = _sum(each)
+    one = replace(one, rapid_s=one.rapid_s + whole - one.total_s)
+    areas = part_areas(sheet)
+    numbers = sorted({c.part for c in cuts})
+    parts = []
+    for number in numbers:
+        own = _sum([t for t, c in zip(each, cuts, strict=True) if c.part == number])
+        parts.append(PartTimes(number, areas.get(number, 0.0), own, cost_of(own, options)))
+    cut_parts = {c.part for c in cuts if c.kind == "cut"}
+    used = sum(area for number, area in areas.items() if number in cut_parts)
+    cost = cost_of(one, options)
+    return CutMeasures(
+        sheet=one,
+        batch=one.times(options.quantity),
+        quantity=options.quantity,
+        parts=tuple(parts),
+        utilisation=used / abs(sheet.outline.area) if sheet.outline is not None else None,
+        cost=cost,
+        batch_cost=cost * options.quantity,
+    )
+
+
+def _times(sheet: Sheet, cuts: Sequence[Cut], k: int, seconds: tuple[float, float, float]) -> CutTimes:
+    cut = cuts[k]
+    way = math.dist(cuts[k - 1].path.end, cut.path.start) if k else 0.0
+    drawn = sum(sheet.contours[i].contour.path.length for i in cut.contours)
+    return CutTimes(*seconds, cut.path.length, way, drawn, 0.0, int(cut.pierce))
+
+
+def _sum(times: Sequence[CutTimes]) -> CutTimes:
+    return CutTimes(
+        cut_s=math.fsum(t.cut_s for t in times),
+        pierce_s=math.fsum(t.pierce_s for t in times),
+        rapid_s=math.fsum(t.rapid_s for t in times),
+        cut_mm=math.fsum(t.cut_mm for t in times),
+        rapid_mm=math.fsum(t.rapid_mm for t in times),
+        perimeter_mm=math.fsum(t.perimeter_mm for t in times),
+        common_mm=math.fsum(t.common_mm for t in times),
+        pierces=sum(t.pierces for t in times),
+    )
+
+
+def part_areas(sheet: Sheet) -> dict[int, float]:
+    """Return the area of every part without its holes, mm²."""
+    areas: dict[int, float] = {}
+    for c in sheet.contours:
+        if c.contour.kind == "cut" and c.contour.path.closed and c.part:
+            sign = -1.0 if c.is_hole else 1.0
+            areas[c.part] = areas.get(c.part, 0.0) + sign * abs(c.contour.path.area)
+    return areas
+
+
+def cost_of(times: CutTimes, options: CutOptions) -> float:
+    """Return what a time costs: gas, power and consumables while the torch is on, the machine all the time."""
+    burning = options.gas_rate + options.power_rate + options.consumables_rate
+    return (
+        burning * (times.cut_s + times.pierce_s) + options.machine_rate * times.total_s
+    ) / _HOUR + options.pierce_cost * times.pierces

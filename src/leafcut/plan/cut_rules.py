@@ -1,0 +1,165 @@
+"""The rules that a sheet is cut by: what the options say, and where they do not, what the process asks for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from leafcut.errors import OptionError
+from leafcut.model.cutting import CutData, Lead
+from leafcut.options import CutOptions
+
+#: Processes by the kind of torch; a laser's name in a chart has its power behind it.
+PROCESSES = ("plasma", "laser", "oxyfuel", "waterjet")
+
+#: Lead-in at least so long, mm. Plasma and oxyfuel: lapas.io, table of lead-ins; the others: an estimate, so that the
+#: pierce's mark stays off the part.
+SHORTEST_LEAD_IN = {"plasma": 6.0, "oxyfuel": 15.0, "laser": 2.0, "waterjet": 2.0}
+#: And so many kerfs (LightBurn forum: 1.5 to 3 for a laser), or as long as the sheet is thick (Hypertherm's note).
+KERFS_OF_LEAD_IN = 3.0
+THICK_LEAD_IN = ("plasma", "oxyfuel")
+#: Lead-out: 6 to 12 mm outside (MultiCAM).
+SHORTEST_LEAD_OUT = 6.0
+#: LinuxCNC QtPlasmaC's defaults for holes: overcut, and the diameter below which a hole is cut slower, mm.
+HOLE_OVERCUT = 4.0
+SMALL_HOLE = 32.0
+#: A plasma hole narrower than this part of the thickness comes out conical (plasma primer in QtPlasmaC's docs).
+NARROWEST_HOLE = 1.5
+
+
+@dataclass(frozen=True)
+class CutRules:
+    """All that planning needs to know, resolved: mm, s, mm/s, rad.
+
+    Attributes
+    ----------
+    kind
+        Of torch, one of `PROCESSES`.
+    data
+        The row of the chart.
+    half
+        How far the path keeps from the part: half a kerf, or 0 without compensation.
+    outline_direction
+        ``clockwise``, ``counter-clockwise`` or ``free``; holes run the other way.
+    lead_in, lead_out
+        As wanted; each contour's may become shorter.
+    hole_lead_out
+        False: holes have none.
+    hole_overcut, overcut
+        Of holes, and of outlines.
+    torch_off_in_overcut
+        The overcut is made with the torch off.
+    """
+
+    kind: str
+    data: CutData
+    half: float
+    outline_direction: str
+    lead_in: Lead
+    lead_out: Lead
+    hole_lead_out: bool
+    hole_overcut: float
+    overcut: float
+    torch_off_in_overcut: bool
+    small_hole: float
+    small_hole_feed: float
+    loops: bool
+    loop_angle: float
+    loop_length: float
+    joints: int
+    joint_width: float
+    pitch: float | None
+    corners: bool
+    edge_start: bool
+    splash: float
+    margin: float
+    compensation: str
+
+    @property
+    def kerf(self) -> float:
+        """Width of the cut, mm."""
+        return self.data.kerf
+
+    def direction_of(self, hole: bool) -> str:
+        """Return the direction of holes or outlines, or ``free``."""
+        if self.outline_direction == "free" or not hole:
+            return self.outline_direction
+        return "clockwise" if self.outline_direction == "counter-clockwise" else "counter-clockwise"
+
+
+def resolve_rules(data: CutData, options: CutOptions, *, switches: bool = False) -> CutRules:
+    """Return the rules of one sheet.
+
+    `switches` says that the controller can put the torch off while it moves on; without, a plasma cut that would
+    overcut with the torch off ends where it closes.
+
+    Raises
+    ------
+    OptionError
+        Two rules that do not go together.
+    """
+    kind = data.process.split("_")[0]
+    hot = kind in THICK_LEAD_IN
+    _check(kind, options, data)
+    length = options.lead_in_length
+    if length is None:
+        length = max(SHORTEST_LEAD_IN.get(kind, 2.0), data.thickness if hot else KERFS_OF_LEAD_IN * data.kerf)
+    style = options.lead_in if options.lead_in != "auto" else ("arc" if hot else "line")
+    # G41 and G42 are taken up on a straight piece, and an arc from there is tangent to the contour; torch and height
+    # are not switched while they are on (LinuxCNC: M62 to M68 are invalid under compensation).
+    by_controller = options.compensation == "controller"
+    style = "arc" if by_controller else style
+    out = options.lead_out if options.lead_out != "auto" else (style if hot else "none")
+    out = "none" if by_controller else out
+    overcut = options.overcut if kind != "plasma" or (switches and not by_controller) else 0.0
+    direction = options.direction if options.direction != "auto" else ("clockwise" if hot else "free")
+    return CutRules(
+        kind=kind,
+        data=data,
+        half=0.0 if options.compensation == "none" else 0.5 * data.kerf,
+        outline_direction=direction,
+        lead_in=Lead(
+            style, length if style != "none" else 0.0, options.lead_angle, 2.0 * data.kerf if by_controller else 0.0
+        ),
+        lead_out=_lead_out(out, options, length),
+        hole_lead_out=options.lead_out not in ("auto", "none"),
+        hole_overcut=overcut if overcut is not None else (HOLE_OVERCUT if kind == "plasma" else 0.0),
+        overcut=overcut or 0.0,
+        torch_off_in_overcut=kind == "plasma",
+        small_hole=options.small_hole if options.small_hole is not None else (SMALL_HOLE if kind == "plasma" else 0.0),
+        small_hole_feed=data.feed * options.small_hole_speed / 100.0,
+        loops=options.corner_loops,
+        loop_angle=options.loop_angle,
+        loop_length=options.loop_length or 0.5 * length,
+        joints=options.micro_joints,
+        joint_width=options.joint_width,
+        pitch=options.pierce_pitch,
+        corners=options.start_at == "corners",
+        edge_start=options.edge_start == "always" or (options.edge_start == "auto" and not data.can_pierce),
+        splash=data.kerf if options.splash is None else options.splash,
+        margin=options.sheet_margin,
+        compensation=options.compensation,
+    )
+
+
+def _lead_out(style: str, options: CutOptions, length: float) -> Lead:
+    if style == "none":
+        return Lead("none", 0.0, options.lead_angle)
+    return Lead(style, options.lead_out_length or max(SHORTEST_LEAD_OUT, length), options.lead_angle)
+
+
+def _check(kind: str, options: CutOptions, data: CutData) -> None:
+    if options.micro_joints > 1 and kind != "laser":
+        raise OptionError(
+            f"--micro-joints {options.micro_joints}: only a laser goes off and on while it moves; a {kind} cut can "
+            "have one joint, at its end: --micro-joints 1"
+        )
+    if options.compensation == "controller":
+        if options.corner_loops or options.micro_joints:
+            raise OptionError(
+                "--compensation controller: corner loops and micro-joints need a path that the program compensates; "
+                "use --compensation geometry"
+            )
+        if options.lead_in == "none":
+            raise OptionError("--compensation controller: G41 and G42 are taken up on a lead-in; give --lead-in line")
+        if options.edge_start == "always" or (options.edge_start == "auto" and not data.can_pierce):
+            raise OptionError("--compensation controller: starts at the edge need --compensation geometry")

@@ -1,0 +1,165 @@
+"""From cuts in order to the motions of the torch."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from leafcut.errors import PlanError
+from leafcut.geometry.polyline import Polyline, Segment
+from leafcut.model.cutting import Cut, CutData
+from leafcut.model.machine import Machine
+from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
+
+Point = tuple[float, float]
+
+#: What is shorter is rounding, mm.
+SHORTEST = 1e-6
+#: M3 needs a speed on most controllers; a torch has none.
+TORCH_ON = 1.0
+
+
+@dataclass(frozen=True)
+class LaidCut:
+    """Rows [first, last) of the toolpath that a cut takes, from the rapid to it to its rise."""
+
+    first: int
+    last: int
+
+
+def lay_cuts(
+    cuts: Sequence[Cut],
+    data: CutData,
+    machine: Machine,
+    *,
+    clearance: float,
+    end: Point | None = None,
+    switches: bool = False,
+    power: float = TORCH_ON,
+    mark_power: float = TORCH_ON,
+    tolerance: float = 0.0,
+) -> tuple[Toolpath, list[LaidCut]]:
+    """Return the motions of the whole program, and which rows are whose.
+
+    Between cuts the torch rises to `clearance` (mm over the sheet, which is Z0). A cut begins at the pierce height: on,
+    pierce delay, down to the cut height. `switches`: the controller can put the torch off, and hold its height, while
+    it moves; else it stops for what must be cut off in between. `power` and `mark_power` are those of a beam; what
+    marks is spindle 1. `tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not.
+
+    Raises
+    ------
+    PlanError
+        The torch would travel lower than it pierces.
+    """
+    if clearance <= max(data.pierce_height, data.cut_height):
+        raise PlanError(
+            f"the torch travels at {clearance:g} mm, not above its pierce height of {data.pierce_height:g} mm; give a "
+            "larger --clearance-height"
+        )
+    builder = ToolpathBuilder()
+    if tolerance > 0.0:
+        builder.blending(640, tolerance)
+    if machine.safe_z is not None:
+        builder.machine(z=machine.safe_z)
+    else:
+        builder.rapid(z=clearance)
+    rows = []
+    for number, cut in enumerate(cuts):
+        first = len(builder)
+        torch = _Torch(data, switches, *((power, 0) if cut.kind == "cut" else (mark_power, 1)))
+        _lay(builder, cut, torch, clearance, descend=number == 0 and machine.safe_z is not None)
+        rows.append(LaidCut(first, len(builder)))
+    if end is not None:
+        builder.rapid(*end)
+    if machine.safe_z is not None:
+        builder.machine(z=machine.safe_z)
+    builder.spindle(0.0)
+    builder.end()
+    return builder.build(), rows
+
+
+@dataclass(frozen=True)
+class _Torch:
+    """What lights one cut: the chart's data, whether it can go dark while it moves, its power, and which it is."""
+
+    data: CutData
+    switches: bool
+    power: float
+    spindle: int
+
+
+def _lay(builder: ToolpathBuilder, cut: Cut, torch: _Torch, clearance: float, *, descend: bool) -> None:
+    x, y = cut.path.start
+    builder.rapid(x, y)
+    if descend:
+        builder.rapid(z=clearance)
+    pierces = cut.pierce and cut.kind == "cut"
+    hold = torch.switches and cut.small_hole
+    _light(builder, torch, torch.data.pierce_delay if pierces else 0.0, cut.speeds[0][1], pierces)
+    if hold:
+        builder.height_control(False)
+    if cut.compensation != 40:
+        builder.radius(cut.compensation, torch.data.kerf)
+    _follow(builder, cut, torch)
+    if cut.compensation != 40:
+        builder.spindle(0.0)
+        builder.radius(40)
+    if hold:
+        builder.height_control(True)
+    if cut.compensation == 40:
+        builder.spindle(0.0)
+    builder.rapid(z=clearance)
+
+
+def _light(builder: ToolpathBuilder, torch: _Torch, delay: float, feed: float, pierces: bool) -> None:
+    """Put the torch on where it is: at the pierce height, wait, and down to the cut height."""
+    data = torch.data
+    height = data.pierce_height if pierces else data.cut_height
+    if builder.position[2] != height:
+        builder.rapid(z=height)
+    builder.spindle(torch.power, number=torch.spindle)
+    if delay > 0.0:
+        builder.dwell(delay)
+    if height != data.cut_height:
+        builder.feed(z=data.cut_height, feed=feed)
+
+
+def _follow(builder: ToolpathBuilder, cut: Cut, torch: _Torch) -> None:
+    """Follow the path, stretch by stretch between the places where the speed or the torch changes."""
+    length = cut.path.length
+    changes = {0.0, length, *(at for at, _ in cut.speeds), *(at for span in cut.joints for at in span)}
+    if cut.torch_off_at < length:
+        changes.add(cut.torch_off_at)
+    places = sorted(at for at in changes if 0.0 <= at <= length)
+    burning = True
+    for low, high in itertools.pairwise(places):
+        if high - low < SHORTEST:
+            continue
+        middle = 0.5 * (low + high)
+        on = middle < cut.torch_off_at and not any(a < middle < b for a, b in cut.joints)
+        if on != burning and torch.switches:
+            builder.torch(on)
+        elif on != burning and on:
+            _light(builder, torch, torch.data.pierce_delay, cut.speeds[0][1], pierces=False)
+        elif on != burning:
+            builder.spindle(0.0)
+        burning = on
+        feed = next(f for at, f in reversed(cut.speeds) if at <= middle)
+        follow(builder, cut.path.piece(low, high), feed)
+    if torch.switches and not burning:
+        builder.torch(True)
+
+
+def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
+    """Cut along an open path from where it begins, at one speed."""
+    for s in path.segments():
+        if s.is_arc:
+            _arc(builder, s, feed)
+        elif abs(s.end[0] - s.start[0]) > SHORTEST or abs(s.end[1] - s.start[1]) > SHORTEST:
+            builder.feed(*s.end, feed=feed)
+
+
+def _arc(builder: ToolpathBuilder, s: Segment, feed: float) -> None:
+    z = builder.position[2]
+    builder.arc(s.bulge < 0.0, (*s.end, z), Arc((*s.center, z)), feed=feed)

@@ -1,0 +1,44 @@
+"""The parts of a prepared drawing, each with its holes and marks, as nesting wants them."""
+
+from __future__ import annotations
+
+from leafcut.errors import PlanError
+from leafcut.model.contour import Contour
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.nest import NestPart
+from leafcut.model.sheet import Sheet, SheetContour
+
+
+def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -> tuple[list[NestPart], list[Issue]]:
+    """Return every part of a drawing, `quantity` times each, and what is worth saying about it.
+
+    Raises
+    ------
+    PlanError
+        The drawing holds no closed outline.
+    """
+    found: dict[int, list[Contour]] = {}
+    outlines = [c for c in sheet.contours if _is_outline(c)]
+    for one in (*outlines, *(c for c in sheet.contours if not _is_outline(c))):
+        found.setdefault(one.part, []).append(one.contour)
+    strays = [] if any(c.part == 0 for c in outlines) else found.pop(0, [])
+    if not outlines:
+        raise PlanError(f"{sheet.name}: there is no closed outline of a part; join its lines, or name its layer")
+    several = len(found) > 1
+    parts = [
+        NestPart(f"{sheet.name}-{number}" if several else sheet.name, tuple(contours), quantity, rotations)
+        for number, (_, contours) in enumerate(sorted(found.items()), 1)
+    ]
+    issues = []
+    if several:
+        message = f"{sheet.name}: {len(parts)} parts in one drawing; each is nested {quantity} times"
+        issues.append(Issue("L432", message, severity=Severity.NOTE))
+    if strays:
+        x, y = strays[0].path.start
+        message = f"{sheet.name}: {len(strays)} lines lie in no part and are left out"
+        issues.append(Issue("L431", message, f"at ({x:g}, {y:g})" + (" …" if len(strays) > 1 else "")))
+    return parts, issues
+
+
+def _is_outline(one: SheetContour) -> bool:
+    return one.contour.path.closed and one.contour.kind == "cut" and one.depth % 2 == 0

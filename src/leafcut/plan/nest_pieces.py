@@ -1,0 +1,196 @@
+"""Parts as the nesters see them: an outline to keep clear of the others, its angles, and what lies in its holes."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from leafcut.errors import PlanError
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.nest import NestPart, Placement
+
+if TYPE_CHECKING:
+    from shapely import Polygon
+
+#: Chords leave the arcs of an outline by this, mm; what touches is kept this much further apart.
+CHORD = 0.01
+#: Angles nearer than this are the same, rad.
+SAME_ANGLE = 1e-9
+#: Rectangles are those outlines that fill this share of the rectangle around them.
+RECTANGLE = 1.0 - 1e-6
+#: Of a part that may lie in any angle, these are looked at to see whether it fits the sheet.
+FREE_ANGLES = tuple(math.radians(k) for k in range(180))
+#: Sides longer than a sheet by this are rounding, mm.
+FORGIVEN = 1e-6
+#: More than these are no nest of sheet metal but a mistake in a list.
+MAX_PARTS = 100_000
+MAX_KINDS = 2_000
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """The rectangle around a piece that is turned by `angle`: its lower left corner and its sides, mm."""
+
+    angle: float
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A part, and those laid into its holes; moves as one.
+
+    Attributes
+    ----------
+    path
+        The outline of the part in the drawing's own coordinates.
+    members
+        The part itself at angle 0 and (0, 0), then what lies in its holes.
+    angles
+        Allowed angles, rad; None for any.
+    """
+
+    path: Polyline
+    members: tuple[Placement, ...]
+    angles: tuple[float, ...] | None
+
+    @cached_property
+    def polygon(self) -> Polygon:
+        """Its outline in chords."""
+        return polygon_of(self.path)
+
+    @cached_property
+    def area(self) -> float:
+        """Of its outline, holes included, mm²."""
+        return abs(self.path.area)
+
+    @cached_property
+    def slack(self) -> float:
+        """How much further chords must stay away than the arcs that they stand for, mm."""
+        return CHORD if self.path.bulges.any() else 0.0
+
+    def box(self, angle: float) -> Box:
+        """Return the rectangle around it when it is turned."""
+        x0, y0, x1, y1 = self.path.turned(angle).extents
+        return Box(angle, x0, y0, x1 - x0, y1 - y0)
+
+    @cached_property
+    def boxes(self) -> tuple[Box, ...]:
+        """The rectangles around it at its angles; at those that matter where any is allowed."""
+        angles = self.angles if self.angles is not None else (*self._along_edges, *FREE_ANGLES)
+        return tuple(self.box(angle) for angle in angles)
+
+    @cached_property
+    def _along_edges(self) -> tuple[float, ...]:
+        """The angle at which the smallest rectangle lies around it, and that one a quarter further."""
+        from shapely import oriented_envelope
+
+        corners = list(oriented_envelope(self.polygon).exterior.coords)
+        edge = math.atan2(corners[1][1] - corners[0][1], corners[1][0] - corners[0][0])
+        return (-edge % math.tau, (0.5 * math.pi - edge) % math.tau)
+
+    @cached_property
+    def is_rectangle(self) -> bool:
+        """True: at one of its angles it fills the rectangle around it."""
+        return any(self.area >= RECTANGLE * b.width * b.height for b in self.boxes)
+
+    def fits(self, length: float, width: float) -> bool:
+        """Return whether it lies within a rectangle at one of its angles."""
+        return any(b.width <= length + FORGIVEN and b.height <= width + FORGIVEN for b in self.boxes)
+
+    def laid(self, angle: float, x: float, y: float) -> list[Placement]:
+        """Return where its members lie when it is turned by `angle` and then moved by (x, y)."""
+        cos, sin = math.cos(angle), math.sin(angle)
+        return [
+            Placement(m.part, (m.angle + angle) % math.tau, x + cos * m.x - sin * m.y, y + sin * m.x + cos * m.y)
+            for m in self.members
+        ]
+
+
+def polygon_of(path: Polyline) -> Polygon:
+    """Return what a closed path encloses, in chords."""
+    from shapely import Polygon
+
+    return Polygon(path.flattened(CHORD))
+
+
+def pieces_of(parts: Sequence[NestPart]) -> list[Piece]:
+    """Return one piece per part, checked.
+
+    Raises
+    ------
+    PlanError
+        There are no parts, too many, a quantity below one, or an outline that encloses nothing or crosses itself.
+    """
+    if not parts:
+        raise PlanError("there are no parts to nest")
+    if len(parts) > MAX_KINDS or sum(part.quantity for part in parts) > MAX_PARTS:
+        raise PlanError(
+            f"more than {MAX_KINDS:,} kinds of part or {MAX_PARTS:,} parts in all; nest them in several runs"
+        )
+    return [_piece(number, part) for number, part in enumerate(parts)]
+
+
+def _piece(number: int, part: NestPart) -> Piece:
+    from shapely.validation import explain_validity
+
+    if part.quantity < 1:
+        raise PlanError(f"{part.name}: the quantity is {part.quantity}; it must be 1 or more")
+    if not part.contours or not part.outline.closed or len(part.outline.flattened(CHORD)) < 4:
+        raise PlanError(f"{part.name}: its outline is not closed; join its ends in the drawing")
+    piece = Piece(part.outline, (Placement(number, 0.0, 0.0, 0.0),), part.rotations)
+    if not piece.polygon.is_valid or piece.area <= 0.0:
+        place = explain_validity(piece.polygon).partition("[")[2].rstrip("]")
+        where = f" near ({', '.join(f'{float(v):.6g}' for v in place.split())})" if place else ""
+        raise PlanError(f"{part.name}: its outline crosses or touches itself{where}; mend the drawing")
+    return piece
+
+
+def check_fit(parts: Sequence[NestPart], pieces: Sequence[Piece], length: float, width: float) -> None:
+    """Raise `PlanError` for the first piece that fits a rectangle of `length` × `width` (mm) at none of its angles."""
+    for part, piece in zip(parts, pieces, strict=True):
+        if not piece.fits(length, width):
+            box = min(piece.boxes, key=lambda b: max(b.width - length, b.height - width))
+            raise PlanError(
+                f"{part.name}: is {box.width:.6g} × {box.height:.6g} mm, and a sheet less its margins "
+                f"{length:.6g} × {width:.6g} mm; use a larger sheet, a smaller margin or more rotations"
+            )
+
+
+def share_of(some: Counter[int], weight: Callable[[int], float], area: float) -> Counter[int]:
+    """Return pieces of a weight (mm²) of `area` together: the same share of each, then the largest that find room.
+
+    All of them where that is less than `area`; never none.
+    """
+    whole = sum(weight(piece) * count for piece, count in some.items())
+    if whole <= area:
+        return +some
+    taken = Counter({piece: int(area / whole * count) for piece, count in some.items()})
+    room = area - sum(weight(piece) * count for piece, count in taken.items())
+    order = sorted(+some, key=lambda piece: (-weight(piece), piece))
+    for piece in order:
+        more = min(some[piece] - taken[piece], int(room / weight(piece)))
+        taken[piece] += more
+        room -= more * weight(piece)
+    return +taken or Counter({order[0]: 1})
+
+
+def angles_within(inner: Iterable[float] | None, outer: Sequence[float] | None, turn: float) -> bool:
+    """Return whether a part turned by `turn` in a hole lies at one of its own angles, however the other is turned."""
+    if inner is None:
+        return True
+    if outer is None:
+        return False
+    allowed = list(inner)
+    return all(any(_apart(turn + angle, a) <= SAME_ANGLE for a in allowed) for angle in outer)
+
+
+def _apart(a: float, b: float) -> float:
+    """Return the angle between two directions, 0 … π."""
+    return abs((a - b + math.pi) % math.tau - math.pi)

@@ -1,0 +1,193 @@
+"""The writer of cutting programs: what a controller is told of a torch or a beam.
+
+    write_cut_program(plan, toolpath, dialect("qtplasmac"), PostOptions(), header=["sheet.dxf"])
+
+The same rows as any toolpath's, in the words of the dialect's table ``[torch]``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from leafcut.errors import PostError
+from leafcut.gcode.dialects import Dialect, Torch
+from leafcut.gcode.numbers import format_number
+from leafcut.gcode.torch import LEAST_PERCENT, for_controller
+from leafcut.model.cutting import CutPlan
+from leafcut.model.toolpath import Kind, Motion, Toolpath
+from leafcut.options import PostOptions
+from leafcut.post.writer import Writer
+from leafcut.units import SECONDS_PER_MINUTE
+
+#: Decimals of a percentage: as much as 0.1 % of a feed is not worth a word.
+_PERCENT_DECIMALS = 1
+_SAME_FEED = 1e-3
+
+
+def write_cut_program(
+    plan: CutPlan, path: Toolpath, dialect: Dialect, options: PostOptions, header: Sequence[str] = ()
+) -> str:
+    """Return the program of a cut sheet.
+
+    Parameters
+    ----------
+    plan
+        What the controller is told of the material.
+    path
+        The cuts as a toolpath: mm, mm/s, s. What its controller does itself is left out (`gcode.torch`).
+    dialect
+        With or without a torch of its own; without, M3 and M5 switch it like a spindle.
+    options, header
+        As `post.writer.write_program`.
+
+    Raises
+    ------
+    PostError
+        The toolpath needs a word that the controller does not have.
+    """
+    lines = header if options.header else ()
+    if dialect.torch is None:
+        if any(cut.kind == "mark" for cut in plan.cuts):
+            raise PostError(f"{dialect.name} has no words for marking; leave the marks out (--ignore-layers)")
+        return Writer(path, dialect, options, {}, 0.0).program(lines)
+    return _TorchWriter(plan, path, dialect, dialect.torch, options).program(lines)
+
+
+class _TorchWriter(Writer):
+    """Writes row after row in the words of a torch."""
+
+    def __init__(self, plan: CutPlan, path: Toolpath, dialect: Dialect, torch: Torch, options: PostOptions) -> None:
+        super().__init__(for_controller(path, dialect), dialect, options, {}, 0.0)
+        self.plan, self.torch = plan, torch
+        self.lit: Motion | None = None
+        self.compensating = False
+        self.percent = 100.0
+        # Z is the controller's: the program may go anywhere from its first block.
+        self.safe = torch.heights != "program"
+        if options.material_number is not None and not torch.material:
+            raise PostError(f"{dialect.name} has no table of materials; leave out --material-number")
+
+    def _writing(self) -> dict[Kind, Callable[[Motion], None]]:
+        more: dict[Kind, Callable[[Motion], None]] = {
+            Kind.TORCH: self._switch,
+            Kind.HEIGHT: self._switch,
+            Kind.BLENDING: self._blending,
+            Kind.RADIUS: self._compensation,
+        }
+        return {**super()._writing(), **more}
+
+    # -- the head ----------------------------------------------------------------------------------------------------
+
+    def _begin(self, header: Sequence[str]) -> None:
+        super()._begin(header)
+        number = self.options.material_number
+        if number is not None:
+            for block in self.torch.material:
+                self.out.say(block.format(number=number))
+        elif self.torch.material_comment:
+            self.out.lines.append(self._material_comment())
+
+    def _material_comment(self) -> str:
+        """Return the comment that QtPlasmaC takes the material from; ``o=0`` is for this program only."""
+        data, length = self.plan.data, self.numbers.length
+        figures = {
+            "kw": length(data.kerf),
+            "ph": length(data.pierce_height),
+            "pd": format_number(data.pierce_delay, 3),
+            "ch": length(data.cut_height),
+            "fr": self.numbers.feed(data.feed),
+        }
+        if data.amps:
+            figures["ca"] = format_number(data.amps, 1)
+        if data.volts:
+            figures["cv"] = format_number(data.volts, 1)
+        return "(o=0, " + ", ".join(f"{name}={value}" for name, value in figures.items()) + ")"
+
+    # -- moves -------------------------------------------------------------------------------------------------------
+
+    def _feed(self, row: Motion) -> None:
+        self._lower(row)
+        super()._feed(row)
+
+    def _arc(self, row: Motion) -> None:
+        self._lower(row)
+        super()._arc(row)
+
+    def _lower(self, row: Motion) -> None:
+        """Ask the output for the part of the cutting feed that this row is to have."""
+        if self.torch.feed_output is None or self.lit is None:
+            return
+        percent = self._share(row)
+        if abs(percent - self.percent) < 0.5 * 10.0**-_PERCENT_DECIMALS:
+            return
+        if self.compensating:
+            raise PostError("the feed cannot change (M67) while the controller compensates the kerf (G41, G42)")
+        self.out.say(f"M67 E{self.torch.feed_output} Q{format_number(percent, _PERCENT_DECIMALS)}")
+        self.percent = percent
+
+    def _share(self, row: Motion) -> float:
+        """Return the part of the chart's feed that a row is cut with, percent; 100 where F says it all."""
+        percent = round(100.0 * row.value / self.plan.data.feed, _PERCENT_DECIMALS)
+        assert self.lit is not None
+        marks = self.lit.ref != 0
+        return percent if not marks and LEAST_PERCENT <= percent < 100.0 else 100.0
+
+    def _feed_word(self, row: Motion) -> str:
+        feed = row.value
+        if self.torch.feed_output is not None and self.lit is not None:
+            feed = row.value if self.percent == 100.0 else self.plan.data.feed
+        if self.options.material_number is not None:
+            if abs(feed / self.plan.data.feed - 1.0) > _SAME_FEED:
+                raise PostError(
+                    f"a feed of {feed * SECONDS_PER_MINUTE:.6g} mm/min cannot be said where the controller's material "
+                    "has the feed; leave out --material-number"
+                )
+            return self.out.modal("F", self.torch.material_feed)
+        return self.out.modal("F", "F" + self.numbers.feed(feed))
+
+    # -- the torch ---------------------------------------------------------------------------------------------------
+
+    def _spindle(self, row: Motion) -> None:
+        torch = self.torch
+        if row.value:
+            words = torch.mark_on if row.ref else torch.on
+            self.out.say(words.format(power=self._power(row)))
+            self.lit = row
+        else:
+            self.out.say(torch.mark_off if row.ref else torch.off)
+            self.lit = None
+
+    @staticmethod
+    def _power(row: Motion) -> str:
+        return format_number(abs(row.value), 0)
+
+    def _switch(self, row: Motion) -> None:
+        if self.compensating:
+            raise PostError("nothing can be switched (M62) while the controller compensates the kerf (G41, G42)")
+        if row.kind is Kind.TORCH and self.torch.power:
+            self.out.say("S" + (self._power(self.lit) if row.value and self.lit else "0"))
+            return
+        number = self.torch.arc_output if row.kind is Kind.TORCH else self.torch.height_output
+        self.out.say(f"{'M63' if row.value else 'M62'} P{number}")
+
+    def _blending(self, row: Motion) -> None:
+        exact = row.ref != 640
+        tolerance = "" if exact or not row.value else f"P{self.numbers.length(row.value)}"
+        self.out.say("G61" if exact else "G64", tolerance)
+
+    def _compensation(self, row: Motion) -> None:
+        words = self.torch.compensation
+        self.compensating = row.ref != 40
+        if not self.compensating:
+            self.out.say("G40")
+        elif not words:
+            raise PostError(f"{self.dialect.name} does not compensate the kerf (G41, G42); use --kerf geometry")
+        else:
+            by_width = words.endswith(".1")
+            register = self.numbers.length(row.value) if by_width else f"{row.value:.0f}"
+            self.out.say(f"G{row.ref}{'.1' if by_width else ''}", f"D{register}")
+
+    def _end(self, row: Motion) -> None:
+        for block in self.torch.finish:
+            self.out.say(block)
+        super()._end(row)

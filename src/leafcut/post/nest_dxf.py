@@ -1,0 +1,66 @@
+"""A nested sheet as a DXF drawing, for any program that cuts; leafcut reads it back as it was planned."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.nest import Layout, Nest
+
+#: Layers of a drawing: what is on them, and the colour (AutoCAD colour index).
+LAYERS = {"CUT": 7, "CUT_HOLES": 3, "MARK": 5, "SHEET": 8}
+#: Coordinates are written to this many digits: a nanometre, so that sums made in another order are the same text.
+DIGITS = 6
+#: Two bulges that differ by less make one circle.
+ROUND = 1e-9
+
+
+def write_layout(nest: Nest, layout: Layout) -> str:
+    """Return one sheet of a nest as DXF R2000 in mm.
+
+    Outlines are on layer CUT, holes on CUT_HOLES, marks on MARK, the edge of the sheet on SHEET; arcs stay arcs. The
+    same sheet is always the same text.
+    """
+    import ezdxf
+    from ezdxf.enums import InsertUnits
+
+    drawing = ezdxf.new("R2000", units=InsertUnits.Millimeters)
+    for name, colour in LAYERS.items():
+        drawing.layers.add(name, color=colour)
+    space = drawing.modelspace()
+    corners = [(0.0, 0.0), (nest.length, 0.0), (nest.length, nest.width), (0.0, nest.width)]
+    _draw(space, Polyline.of_points(corners, closed=True), "SHEET")
+    for placement in layout.placements:
+        for number, contour in enumerate(nest.parts[placement.part].contours):
+            hole = number > 0 and contour.path.closed
+            layer = "MARK" if contour.kind == "mark" else "CUT_HOLES" if hole else "CUT"
+            _draw(space, placement.placed(contour.path), layer)
+    return _text(drawing)
+
+
+def _draw(space: Any, path: Polyline, layer: str) -> None:
+    """Add a path: a circle as one, all else as a polyline with bulges."""
+    where = {"layer": layer}
+    bulges = path.bulges
+    if path.closed and len(bulges) == 2 and abs(abs(bulges[0]) - 1.0) < ROUND and abs(bulges[0] - bulges[1]) < ROUND:
+        arc = path.segment(0)
+        center = (round(arc.center[0], DIGITS), round(arc.center[1], DIGITS))
+        space.add_circle(center, round(arc.radius, DIGITS), dxfattribs=where)
+        return
+    rows = [(round(x, DIGITS), round(y, DIGITS), bulge) for x, y, bulge in path.vertices.tolist()]
+    space.add_lwpolyline(rows, format="xyb", close=path.closed, dxfattribs=where)
+
+
+def _text(drawing: Any) -> str:
+    """Return the drawing's text without the date and the random number that ezdxf writes otherwise."""
+    import ezdxf
+
+    before = ezdxf.options.write_fixed_meta_data_for_testing
+    ezdxf.options.write_fixed_meta_data_for_testing = True
+    try:
+        stream = io.StringIO()
+        drawing.write(stream)
+    finally:
+        ezdxf.options.write_fixed_meta_data_for_testing = before
+    return stream.getvalue()

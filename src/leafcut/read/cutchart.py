@@ -1,0 +1,318 @@
+"""The cut chart: how fast, how high and how wide a process cuts a material of a thickness.
+
+A chart is a CSV file with the columns of `cutchart.csv` beside this file, the one that is shipped; each of its rows
+says where it is from and how far to trust it. What a chart does not say is not made up: a row without a kerf or a
+pierce delay is used only where the user gives them.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from leafcut.errors import OptionError, PlanError, ReadError, nearest
+from leafcut.model.cutting import CutData
+from leafcut.model.issue import Issue, Severity
+from leafcut.read.format import load, shown
+from leafcut.units import SECONDS_PER_MINUTE
+
+#: Columns that a chart must have, and those that it may have.
+NEEDED = ("process", "material", "thickness_mm", "cut_speed_mm_min")
+OPTIONAL = (
+    "amps", "pierce_height_mm", "pierce_delay_s", "cut_height_mm", "kerf_width_mm", "arc_volts", "confidence", "source",
+)  # fmt: skip
+
+#: A thickness this near to a row's is the row's, as a part of it: sheet is rolled no better.
+SAME_THICKNESS = 0.01
+
+#: Other names of materials.
+MATERIALS = {
+    "steel": "mild_steel",
+    "s235": "mild_steel",
+    "stainless": "stainless_304",
+    "stainless_steel": "stainless_304",
+    "aluminum": "aluminium",
+}
+
+#: Heights of a torch or a cutting head where a chart says none, mm. Estimates: a laser's head follows the sheet at
+#: about a millimetre, a jet and an oxy flame at what their heads have by habit.
+HEIGHTS = {"laser": 1.0, "waterjet": 3.0, "oxyfuel": 6.0}
+
+#: What a user may say in the place of a chart.
+GIVEN = ("feed", "kerf", "pierce_delay", "pierce_height", "cut_height")
+
+MOST_ROWS = 100_000
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a chart; None for what it does not say. Feed in mm/s."""
+
+    process: str
+    material: str
+    thickness: float
+    feed: float
+    amps: float | None
+    pierce_height: float | None
+    pierce_delay: float | None
+    cut_height: float | None
+    kerf: float | None
+    volts: float | None
+    confidence: str
+    source: str
+
+    @property
+    def trust(self) -> int:
+        """0 for a manufacturer's chart and a user's own, 1 for a copy of one, 2 for an estimate."""
+        words = self.confidence.lower()
+        if words.startswith(("low", "sample")):
+            return 2
+        return 1 if words.startswith("secondary") and "manufacturer" not in words else 0
+
+
+def load_chart(path: Path | None = None) -> list[Row]:
+    """Return the rows of a chart: the shipped one, or that of a file.
+
+    Raises
+    ------
+    ReadError
+        The file is no chart; says the line and what is wrong there.
+    """
+    if path is None:
+        place, text = "cutchart.csv", (resources.files("leafcut.read") / "cutchart.csv").read_text(encoding="utf-8")
+    else:
+        place, text = str(path), load(path).text()
+    reader = csv.DictReader(io.StringIO(text), restkey="?")
+    try:
+        names = [name.strip() for name in reader.fieldnames or ()]
+        _check_columns(place, names)
+        reader.fieldnames = names
+        rows: list[Row] = []
+        for data in reader:
+            if len(rows) >= MOST_ROWS:
+                raise ReadError(place, f"has more than {MOST_ROWS:,} rows; no cut chart has")
+            if any((value or "").strip() for key, value in data.items() if key != "?"):
+                rows.append(_row(place, reader.line_num, data))
+    except csv.Error as problem:
+        raise ReadError(place, f"is not a table ({problem})", reader.line_num) from None
+    if not rows:
+        raise ReadError(place, "has no rows")
+    return rows
+
+
+def _check_columns(place: str, names: list[str]) -> None:
+    for name in NEEDED:
+        if name not in names:
+            raise ReadError(place, f"has no column '{name}'; a cut chart has {', '.join((*NEEDED, *OPTIONAL))}", 1)
+
+
+def _row(place: str, line: int, data: dict[str, Any]) -> Row:
+    def number(key: str, needed: bool = False) -> float | None:
+        text = (data.get(key) or "").strip()
+        if not text and not needed:
+            return None
+        try:
+            value = float(text)
+        except ValueError:
+            raise ReadError(place, f"'{key}' is '{shown(text)}', not a number", line) from None
+        if not math.isfinite(value) or value < 0 or (needed and value == 0):
+            raise ReadError(place, f"'{key}' is {value:g}, which cannot be", line)
+        return value
+
+    def word(key: str) -> str:
+        return shown((data.get(key) or "").strip(), 200)
+
+    thickness, speed = number("thickness_mm", True), number("cut_speed_mm_min", True)
+    assert thickness is not None and speed is not None
+    return Row(
+        process=word("process").lower(),
+        material=_named(word("material")),
+        thickness=thickness,
+        feed=speed / SECONDS_PER_MINUTE,
+        amps=number("amps"),
+        pierce_height=number("pierce_height_mm"),
+        pierce_delay=number("pierce_delay_s"),
+        cut_height=number("cut_height_mm"),
+        kerf=number("kerf_width_mm"),
+        volts=number("arc_volts"),
+        confidence=word("confidence"),
+        source=word("source"),
+    )
+
+
+def _named(material: str) -> str:
+    word = "_".join(material.lower().replace("-", " ").split())
+    return MATERIALS.get(word, word)
+
+
+def find_cut_data(
+    rows: Iterable[Row],
+    process: str,
+    material: str,
+    thickness: float,
+    amps: float | None = None,
+    **given: float | None,
+) -> tuple[CutData, list[Issue]]:
+    """Return how a sheet is cut, and what has to be said about it.
+
+    The row of that thickness; else a point between the two rows around it of one process, material and current: the
+    speed on the straight line in logarithms, since speeds fall with a power of the thickness, the rest on the plain
+    straight line. Of several charts the most trusted, of several currents the least.
+
+    Parameters
+    ----------
+    process
+        ``plasma``, ``laser``, ``oxyfuel``, ``waterjet``, or the full name in the chart (``laser_fiber_3kW``).
+    thickness
+        mm.
+    given
+        ``feed``, ``kerf``, ``pierce_delay``, ``pierce_height``, ``cut_height``: the user's own, in the place of the
+        chart's.
+
+    Raises
+    ------
+    OptionError
+        The chart has nothing of that process or material, or it does not say all that is needed.
+    PlanError
+        Nothing of that thickness; says the nearest ones.
+    """
+    known = [r for r in rows if _is_process(r.process, process)]
+    if not known:
+        raise OptionError(f"--cut-process: the chart has no '{process}'{nearest(process, _all(rows, 'process'))}")
+    material = _named(material)
+    named = [r for r in known if r.material == material]
+    if not named:
+        raise OptionError(
+            f"--material: the chart has no '{material}' for {process}{nearest(material, _all(known, 'material'))}"
+        )
+    fitting = [r for r in named if amps is None or r.amps == amps]
+    if not fitting:
+        currents = ", ".join(f"{a:g}" for a in sorted({r.amps for r in named if r.amps is not None})) or "none"
+        raise OptionError(f"--amps {amps:g}: the chart has {currents} for {process} of {material}")
+    found = _best(fitting, thickness)
+    if found is None:
+        raise PlanError(_no_row(fitting, process, material, thickness))
+    row, issues = found
+    return _finished(row, thickness, given, [*issues, *_others(named, row)])
+
+
+def _is_process(name: str, asked: str) -> bool:
+    return name == asked.lower() or name.startswith(f"{asked.lower()}_")
+
+
+def _all(rows: Iterable[Row], field: str) -> list[str]:
+    return sorted({getattr(r, field) for r in rows})
+
+
+def _best(rows: list[Row], thickness: float) -> tuple[Row, list[Issue]] | None:
+    """Return the row of a thickness from the most trusted rows that have it or are around it."""
+    groups: dict[tuple[float, str], list[Row]] = {}
+    for row in rows:
+        groups.setdefault((row.amps or 0.0, row.process), []).append(row)
+    for trust in range(3):
+        trusted = [[r for r in groups[key] if r.trust <= trust] for key in sorted(groups)]
+        for group in trusted:
+            exact = [r for r in group if abs(r.thickness - thickness) <= SAME_THICKNESS * thickness]
+            if exact:
+                return min(exact, key=lambda r: (r.trust, abs(r.thickness - thickness))), []
+        for group in trusted:
+            thin = [r for r in group if r.thickness < thickness]
+            thick = [r for r in group if r.thickness > thickness]
+            if thin and thick:
+                a = max(thin, key=lambda r: (r.thickness, -r.trust))
+                b = min(thick, key=lambda r: (r.thickness, r.trust))
+                return _between(a, b, thickness)
+    return None
+
+
+def _between(a: Row, b: Row, thickness: float) -> tuple[Row, list[Issue]]:
+    share = (thickness - a.thickness) / (b.thickness - a.thickness)
+    power = math.log(thickness / a.thickness) / math.log(b.thickness / a.thickness)
+
+    def mixed(field: str) -> float | None:
+        one, other = getattr(a, field), getattr(b, field)
+        return None if one is None or other is None else one + share * (other - one)
+
+    row = replace(
+        b if b.trust > a.trust else a,
+        thickness=thickness,
+        feed=a.feed * (b.feed / a.feed) ** power,
+        **{f: mixed(f) for f in ("pierce_height", "pierce_delay", "cut_height", "kerf", "volts")},  # type: ignore[arg-type]
+    )
+    words = f"the cut chart has no row of {thickness:g} mm: taken between {a.thickness:g} and {b.thickness:g} mm"
+    return row, [Issue("L411", f"{words}, {row.feed * SECONDS_PER_MINUTE:.0f} mm/min", severity=Severity.NOTE)]
+
+
+def _no_row(rows: list[Row], process: str, material: str, thickness: float) -> str:
+    near = sorted({r.thickness for r in rows}, key=lambda t: abs(t - thickness))[:3]
+    offered = ", ".join(f"{t:g}" for t in sorted(near))
+    return (
+        f"the cut chart has no row for {process} of {material}, {thickness:g} mm; the nearest are {offered} mm; "
+        "give another --thickness, or your own chart with --chart"
+    )
+
+
+def _others(rows: list[Row], chosen: Row) -> list[Issue]:
+    """Return a note on other currents or lasers that the chart has for about this thickness."""
+    mine = _way(chosen)
+    others = {
+        _way(r): None
+        for r in rows
+        if _way(r) != mine and abs(r.thickness - chosen.thickness) <= max(1.0, 0.1 * chosen.thickness)
+    }
+    if not others:
+        return []
+    text = f"cut with {mine}; for about this thickness the chart also has {', '.join(others)}"
+    return [Issue("L412", f"{text}: choose with --amps or --cut-process", severity=Severity.NOTE)]
+
+
+def _way(row: Row) -> str:
+    return row.process if row.amps is None else f"{row.process} {row.amps:g} A"
+
+
+def _finished(
+    row: Row, thickness: float, given: dict[str, float | None], issues: list[Issue]
+) -> tuple[CutData, list[Issue]]:
+    """Return the data with the user's own values in the place of the chart's; all that is needed must be there."""
+    values = {key: getattr(row, key) if given.get(key) is None else given[key] for key in GIVEN}
+    kind = row.process.split("_")[0]
+    can_pierce = kind != "plasma" or row.pierce_height is not None or values.get("pierce_delay") is not None
+    missing = []
+    if values.get("kerf") is None:
+        missing.append("kerf (--kerf-width)")
+    if values.get("pierce_delay") is None and can_pierce:
+        missing.append("pierce delay (--pierce-delay)")
+    if missing:
+        raise OptionError(
+            f"the cut chart does not say the {' and the '.join(missing)} of {_way(row)} in {row.material}, "
+            f"{thickness:g} mm; give it"
+        )
+    if row.trust == 2:
+        words = f"the cutting data of {_way(row)} in {row.material} are not certain ({row.confidence}): try them first"
+        issues.append(Issue("L413", words))
+    cut_height, assumed = values.get("cut_height"), HEIGHTS.get(kind, 1.5)
+    if cut_height is None:
+        cut_height = assumed
+        issues.append(Issue("L414", f"the cut chart says no cut height; {assumed:g} mm was taken (--cut-height)"))
+    pierce_height = values.get("pierce_height")
+    return CutData(
+        process=row.process,
+        material=row.material,
+        thickness=thickness,
+        feed=values.get("feed") or row.feed,
+        kerf=values["kerf"] or 0.0,
+        amps=row.amps,
+        pierce_height=cut_height if pierce_height is None else pierce_height,
+        pierce_delay=values.get("pierce_delay") or 0.0,
+        cut_height=cut_height,
+        volts=row.volts,
+        can_pierce=can_pierce,
+        source=row.source,
+        confidence=row.confidence,
+    ), issues

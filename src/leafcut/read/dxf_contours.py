@@ -1,0 +1,122 @@
+"""DXF drawings as what is cut from sheet: every visible line, arc, polyline, ellipse and spline, in blocks too."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from leafcut.errors import PlanError, ReadError
+from leafcut.geometry.polyline import Polyline
+from leafcut.model import Contour, Issue, Part, Severity
+from leafcut.options import ReadOptions
+from leafcut.read.dxf_blocks import Walk
+from leafcut.read.dxf_document import layers_of, open_document, units_of, walk_issues
+from leafcut.read.dxf_shapes import Matrix
+from leafcut.read.dxf_strokes import LeaningError, Stroke, placed_stroke, slopes, stroke_of
+from leafcut.read.format import (
+    CURVE_TOLERANCE,
+    MAX_COORDINATE,
+    MAX_SEGMENTS,
+    Source,
+    count_of,
+    places_of,
+    shown,
+    too_many_segments,
+    units_unknown,
+)
+
+
+def read_dxf_contours(source: Source, options: ReadOptions) -> Part:
+    """Return the lines and curves of a DXF drawing's model space as contours, one per entity, in mm.
+
+    Raises
+    ------
+    ReadError
+        It is no DXF, is damaged or cut off, or draws nothing that could be cut; says what was found instead.
+    """
+    issues: list[Issue] = []
+    document = open_document(source, issues)
+    factor, unit = units_of(document, options)
+    walk = Walk(document, source.path, layers_of(document, options), stroke_of, "lines")
+    strokes = Strokes(factor, source.path)
+    for stroke, matrix, layer in walk.shapes():
+        strokes.add(stroke, matrix, layer)
+    issues += walk_issues(walk) + strokes.issues()
+    if walk.others:
+        words = ", ".join(f"{number} {shown(kind)}" for kind, number in walk.others.most_common())
+        issues.append(Issue("L210", f"not cut: {words}", severity=Severity.NOTE))
+    if not strokes.found:
+        reasons = "; ".join(i.message for i in issues) or "the drawing is empty"
+        if options.layers:
+            names = sorted(str(layer.dxf.get("name", "")) for layer in document.layers)
+            reasons += f"; the drawing has the layers {shown(', '.join(names), 120)}"
+        raise ReadError(source.path, f"nothing to cut: {reasons}")
+    contours = tuple(strokes.found)
+    part = Part(source.name, source=source.file_name, format="dxf", units=unit or "mm", contours=contours)
+    if unit is None:
+        issues.insert(0, units_unknown("the drawing", part, Severity.WARNING))
+    return replace(part, issues=tuple(issues))
+
+
+@dataclass
+class Strokes:
+    """Collects contours in mm from strokes in drawing units, and counts what cannot be one."""
+
+    factor: float
+    path: str
+    found: list[Contour] = field(default_factory=list)
+    leaning: Counter[str] = field(default_factory=Counter)
+    sloping: list[tuple[float, float]] = field(default_factory=list)
+    absurd: dict[tuple[str, str], list[str]] = field(default_factory=dict)
+    _segments: int = 0
+
+    def add(self, stroke: Stroke, matrix: Matrix, layer: str) -> None:
+        """Take one stroke at its place."""
+        try:
+            with np.errstate(all="ignore"):
+                path = placed_stroke(stroke, matrix, self.factor, CURVE_TOLERANCE)
+                far = np.abs(path.extents).max()
+        except LeaningError:
+            self.leaning[stroke.dxftype] += 1
+            return
+        except (PlanError, ArithmeticError, ValueError) as problem:
+            self._skip(stroke, str(problem))
+            return
+        if not far <= MAX_COORDINATE:
+            self._skip(stroke, "coordinates or radius that cannot be meant")
+            return
+        self._segments += path.n_segments
+        if self._segments > MAX_SEGMENTS:
+            raise too_many_segments(self.path)
+        if slopes(stroke, matrix):
+            self.sloping.append(path.start)
+        self.found.append(Contour(_rounded(path, self.factor), layer=layer, handle=stroke.handle))
+
+    def _skip(self, stroke: Stroke, reason: str) -> None:
+        self.absurd.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")
+
+    def issues(self) -> list[Issue]:
+        """Return what was noticed about strokes."""
+        found = []
+        for kind, number in self.leaning.items():
+            found.append(Issue("L202", f"{number} {kind} not in the plane of the sheet: not cut"))
+        if self.sloping:
+            message = (
+                f"{count_of(len(self.sloping), 'line')} rising out of the plane of the sheet: cut as seen from above"
+            )
+            found.append(Issue("L202", message, places_of(self.sloping, len(self.sloping))))
+        for (kind, reason), handles in self.absurd.items():
+            place = f"handle {', '.join(handles[:3])}" + (" …" if len(handles) > 3 else "")
+            found.append(Issue("L203", f"{len(handles)} {shown(kind)} skipped: {shown(reason, 100)}", place))
+        return found
+
+
+def _rounded(path: Polyline, factor: float) -> Polyline:
+    """Return a path without the digits that only a conversion of units makes."""
+    if factor == 1.0:
+        return path
+    vertices = path.vertices.copy()
+    vertices[:, :2] = np.round(vertices[:, :2], 6)
+    return Polyline(vertices, path.closed)

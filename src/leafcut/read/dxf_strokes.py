@@ -1,0 +1,204 @@
+"""What of a DXF entity may be cut: lines, arcs, polylines, ellipses and splines; and how a block moves them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.curves import MAX_DEGREE, ellipse_path, fitted, spline_points
+from leafcut.geometry.polyline import Polyline
+from leafcut.read.dxf_shapes import (
+    Curve,
+    Matrix,
+    Vector,
+    arc_of,
+    axes_of,
+    circle_of,
+    ellipse_of,
+    half_axes,
+    in_layout,
+    is_flat,
+    moved,
+    need,
+    real_vertices,
+    vertices_of,
+)
+
+Table = NDArray[np.float64]
+#: The axes of a plane that a block scales alike differ by this part of their length at most.
+ROUND_SHARE = 1e-6
+#: A line may rise by this part of its length and still lie in the plane.
+SLOPE = 1e-3
+
+
+class Chain(NamedTuple):
+    """A line or polyline: vertices float64[n, 3], bulges float64[n], and the axes of the plane of its arcs."""
+
+    vertices: Table
+    bulges: Table
+    closed: bool
+    ux: Vector
+    uy: Vector
+
+
+class Freeform(NamedTuple):
+    """A B-spline: control points float64[n, 3]."""
+
+    control: Table
+    degree: int
+    knots: Table
+    weights: Table | None
+
+
+class Stroke(NamedTuple):
+    """An entity that may be cut, in the coordinates of its layout or block."""
+
+    dxftype: str
+    form: Chain | Curve | Freeform
+    layer: str
+    handle: str
+
+
+class LeaningError(ValueError):
+    """The entity does not lie in the plane of the sheet."""
+
+
+def stroke_of(entity: Any) -> Stroke | None:
+    """Return the stroke of an ezdxf entity, or None for one that is never cut.
+
+    Raises
+    ------
+    ValueError
+        The entity lacks a coordinate that it must have.
+    """
+    kind = entity.dxftype()
+    maker = _MAKERS.get(kind)
+    form = maker(entity) if maker else None
+    if form is None:
+        return None
+    return Stroke(kind, form, entity.dxf.get("layer", "0"), entity.dxf.get("handle") or "")
+
+
+def _line(entity: Any) -> Chain:
+    need(entity, "start", "end")
+    return _straight(np.array([entity.dxf.start.xyz, entity.dxf.end.xyz]), closed=False)
+
+
+def _straight(vertices: Table, closed: bool) -> Chain:
+    return Chain(vertices, np.zeros(len(vertices)), closed, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+
+
+def _polyline(entity: Any) -> Chain | None:
+    if entity.dxftype() == "POLYLINE" and not entity.is_2d_polyline:
+        if not entity.is_3d_polyline:
+            return None  # a mesh
+        places = [v.dxf.location.xyz for v in real_vertices(entity)]
+        return _straight(np.array(places).reshape(-1, 3), entity.is_closed) if places else None
+    vertices, closed, elevation = vertices_of(entity)
+    if not vertices:
+        return None
+    ux, uy, ocs = axes_of(entity)
+    places = [in_layout(ocs, (float(x), float(y), elevation)) for x, y, _ in vertices]
+    return Chain(np.array(places), np.array([float(v[2]) for v in vertices]), closed, ux, uy)
+
+
+def _spline(entity: Any) -> Freeform:
+    tool = entity.construction_tool()
+    control = np.array([p.xyz for p in tool.control_points], dtype=np.float64)
+    if tool.degree > MAX_DEGREE:
+        raise ValueError(f"degree {tool.degree}")
+    weights = np.array(tool.weights(), dtype=np.float64)
+    return Freeform(control, tool.degree, np.array(tool.knots(), dtype=np.float64), weights if len(weights) else None)
+
+
+_MAKERS: dict[str, Any] = {
+    "LINE": _line,
+    "CIRCLE": lambda entity: circle_of(entity)[0],
+    "ARC": lambda entity: arc_of(entity)[0],
+    "ELLIPSE": lambda entity: ellipse_of(entity)[0],
+    "LWPOLYLINE": _polyline,
+    "POLYLINE": _polyline,
+    "SPLINE": _spline,
+}
+
+
+def placed_stroke(stroke: Stroke, matrix: Matrix, factor: float, tolerance: float) -> Polyline:
+    """Return a stroke where its block puts it, seen from above, in mm; curves become arcs within `tolerance` mm.
+
+    Raises
+    ------
+    LeaningError
+        An arc does not lie in the plane of the sheet.
+    PlanError, ValueError
+        Numbers that make no curve.
+    """
+    form = stroke.form
+    if isinstance(form, Curve):
+        return _placed_curve(moved(matrix, form), factor, tolerance)
+    if isinstance(form, Chain):
+        return _placed_chain(form, matrix, factor, tolerance)
+    control = _placed(form.control, matrix)[:, :2] * factor
+    points = spline_points(control, form.degree, form.knots, form.weights, 0.25 * tolerance)
+    ends_meet = float(np.abs(points[0] - points[-1]).max()) <= 1e-9 * float(np.abs(points).max() + 1.0)
+    return fitted(points, tolerance, ends_meet)
+
+
+def slopes(stroke: Stroke, matrix: Matrix) -> bool:
+    """Return whether a line or polyline rises out of the plane of the sheet."""
+    if not isinstance(stroke.form, Chain):
+        return False
+    places = _placed(stroke.form.vertices, matrix)
+    high = float(np.ptp(places[:, 2]))
+    return high > 1e-9 and high > SLOPE * float(np.hypot(*np.ptp(places[:, :2], axis=0)))
+
+
+def _placed(vertices: Table, matrix: Matrix) -> Table:
+    table = np.array(matrix)
+    places: Table = vertices @ table[:3] + table[3]
+    return places
+
+
+def _placed_chain(chain: Chain, matrix: Matrix, factor: float, tolerance: float) -> Polyline:
+    xy = _placed(chain.vertices, matrix)[:, :2] * factor
+    count = len(xy) if chain.closed else len(xy) - 1
+    bulges = np.where(np.arange(len(xy)) < count, chain.bulges, 0.0)
+    if not bulges.any():
+        return Polyline(np.column_stack([xy, bulges]), chain.closed)
+    plane = moved(matrix, Curve((0.0, 0.0, 0.0), chain.ux, chain.uy))
+    if not is_flat(plane):
+        raise LeaningError
+    large, small = half_axes(plane)
+    (ux, uy, _), (vx, vy, _) = plane.u, plane.v
+    if large - small <= ROUND_SHARE * large:
+        side = math.copysign(1.0, ux * vy - uy * vx)
+        return Polyline(np.column_stack([xy, side * bulges]), chain.closed)
+    flat = Polyline(np.column_stack([chain.vertices @ np.column_stack([chain.ux, chain.uy]), bulges]), chain.closed)
+    return _squashed(flat, xy, ((ux * factor, uy * factor), (vx * factor, vy * factor)), tolerance)
+
+
+def _squashed(flat: Polyline, xy: Table, axes: tuple[tuple[float, float], ...], tolerance: float) -> Polyline:
+    """Return a polyline whose arcs a block has scaled to arcs of ellipses: `flat` in its own plane, `xy` in place."""
+    (ux, uy), (vx, vy) = axes
+    rows = []
+    for k, s in enumerate(flat.segments()):
+        if not s.is_arc:
+            rows.append(np.array([[*xy[k], 0.0]]))
+            continue
+        begin = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0])
+        u, v = (ux * s.radius, uy * s.radius), (vx * s.radius, vy * s.radius)
+        arcs = ellipse_path((0.0, 0.0), u, v, begin, 4.0 * math.atan(s.bulge), tolerance)
+        dx, dy = xy[k] - arcs.vertices[0, :2]
+        rows.append(arcs.moved(float(dx), float(dy)).vertices[:-1])
+    if not flat.closed:
+        rows.append(np.array([[*xy[-1], 0.0]]))
+    return Polyline(np.concatenate(rows), flat.closed)
+
+
+def _placed_curve(curve: Curve, factor: float, tolerance: float) -> Polyline:
+    if not is_flat(curve):
+        raise LeaningError
+    center, u, v = ((a[0] * factor, a[1] * factor) for a in (curve.center, curve.u, curve.v))
+    return ellipse_path(center, u, v, curve.start, curve.sweep, tolerance)

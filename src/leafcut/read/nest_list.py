@@ -1,0 +1,103 @@
+"""What is to be nested: drawings with quantities, as words of a command line or as lists in CSV.
+
+A word is ``bracket.dxf``, ``bracket.dxf:10`` or ``parts.csv``. A list has a line per drawing: file, quantity,
+rotations; with or without a header, comma, semicolon or tab between; # begins a comment line. Files are found from
+the folder of the list. Rotations are degrees with blanks or slashes between, or ``free``.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from leafcut.errors import OptionError, ReadError
+from leafcut.options import parse_angles
+from leafcut.read.format import load, shown
+
+#: Words that a header's first field can be.
+HEADER_WORDS = ("file", "part", "drawing", "name", "path")
+#: More drawings than this are no list of parts.
+MAX_DRAWINGS = 2_000
+_NUMBERED = re.compile(r"(.+):([+-]?\d+)", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """One drawing, how often its parts are wanted, and at which angles, as words; empty: those of the options."""
+
+    file: str
+    quantity: int = 1
+    rotations: tuple[str, ...] = ()
+
+
+def read_wanted(words: Sequence[str]) -> list[Wanted]:
+    """Return the drawings that words name, those of lists in their place; the number behind a list multiplies it.
+
+    Raises
+    ------
+    ReadError
+        A list cannot be read, or a line of it (said by its number).
+    OptionError
+        There are no words, or a quantity is below 1.
+    """
+    found = [wanted for word in words for wanted in _named(str(word))]
+    if not found:
+        raise OptionError("no parts are given; name drawings with quantities, such as bracket.dxf:10, or a list.csv")
+    if len(found) > MAX_DRAWINGS:
+        raise OptionError(f"more than {MAX_DRAWINGS:,} drawings; nest them in several runs")
+    return found
+
+
+def _named(word: str) -> Iterator[Wanted]:
+    match = _NUMBERED.fullmatch(word)
+    file, quantity = (match[1], int(match[2])) if match else (word, 1)
+    if quantity < 1:
+        raise OptionError(f"{shown(word)}: the quantity must be 1 or more")
+    if not file.lower().endswith(".csv"):
+        yield Wanted(file, quantity)
+        return
+    for wanted in _listed(file):
+        yield Wanted(wanted.file, quantity * wanted.quantity, wanted.rotations)
+
+
+def _listed(file: str) -> Iterator[Wanted]:
+    """Yield the drawings of a list."""
+    source = load(file)
+    lines = source.text().splitlines()
+    delimiter = next((d for d in (";", "\t") if any(d in line for line in lines)), ",")
+    n_drawings = 0
+    for number, line in enumerate(lines, 1):
+        fields = [field.strip() for field in next(csv.reader([line], delimiter=delimiter), [])]
+        if not any(fields) or fields[0].startswith("#"):
+            continue
+        if not n_drawings and fields[0].lower() in HEADER_WORDS:
+            continue
+        n_drawings += 1
+        if n_drawings > MAX_DRAWINGS:
+            raise ReadError(file, f"more than {MAX_DRAWINGS:,} drawings; nest them in several runs", number)
+        yield _line(file, number, fields)
+    if not n_drawings:
+        raise ReadError(file, "names no drawing; a line is: file, quantity, rotations")
+
+
+def _line(file: str, number: int, fields: list[str]) -> Wanted:
+    name, quantity, rotations = [*fields, "", "", ""][:3]
+    if not name:
+        raise ReadError(file, "names no drawing; a line is: file, quantity, rotations", number)
+    try:
+        pieces = int(quantity or "1")
+    except ValueError:
+        raise ReadError(file, f"the quantity '{shown(quantity)}' is not a whole number", number) from None
+    if pieces < 1:
+        raise ReadError(file, f"the quantity is {pieces}; it must be 1 or more", number)
+    angles = tuple(rotations.replace("/", " ").split())
+    try:
+        parse_angles(angles or ("free",), "rotations")
+    except OptionError as problem:
+        raise ReadError(file, str(problem), number) from None
+    path = Path(name)
+    place = name if path.is_absolute() else str(Path(file).parent / path)
+    return Wanted(place, pieces, angles)

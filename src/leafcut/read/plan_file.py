@@ -1,0 +1,192 @@
+"""Plan files: the choices of a cutting plan as JSON that a person can read, change and give back.
+
+    {"leafcut_plan": 1, "sheet": "brackets", "contours": […], "cuts": [
+      {"contours": [2], "start": [41.2, 80.5], "direction": "counter-clockwise",
+       "lead_in": {"style": "arc", "length": 6, "angle": 90}, "lead_out": {"style": "none"}, "fixed": ["start"]}]}
+
+Contours are counted from 1 in the order of the drawing; lengths in mm, angles in degrees. The cuts are in their order.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from leafcut.errors import ReadError, nearest
+from leafcut.model.cutting import DIRECTIONS, FIXABLE, LEAD_STYLES, ContourPrint, CutChoice, Lead, PlanFile
+from leafcut.read.format import load, shown
+
+#: The version of the format; another one is refused.
+VERSION = 1
+_LEAD_KEYS = ("style", "length", "angle", "run_in")
+_CUT_KEYS = ("contours", "start", "direction", "lead_in", "lead_out", "fixed")
+
+
+def plan_text(plan: PlanFile) -> str:
+    """Return a plan as the text of its file, one line for every contour and every cut."""
+    contours = [
+        {
+            "kind": c.kind,
+            "length": round(c.length, 4),
+            "area": round(c.area, 3),
+            "start": [round(v, 4) for v in c.start],
+            "layer": c.layer,
+            "handle": c.handle,
+        }
+        for c in plan.contours
+    ]
+    cuts = [
+        {
+            "contours": [number + 1 for number in c.contours],
+            **({"start": list(c.start)} if c.start is not None else {}),
+            **({"direction": c.direction} if c.direction else {}),
+            **{key: _lead(lead) for key, lead in (("lead_in", c.lead_in), ("lead_out", c.lead_out)) if lead},
+            "fixed": list(c.fixed),
+        }
+        for c in plan.cuts
+    ]
+    head = {
+        "leafcut_plan": VERSION,
+        "sheet": plan.sheet,
+        "process": plan.process,
+        "material": plan.material,
+        "thickness": plan.thickness,
+    }
+    lines = [f"  {json.dumps(key)}: {json.dumps(value)}" for key, value in head.items()]
+    for key, rows in (("contours", contours), ("cuts", cuts)):
+        inner = ",\n".join(f"    {json.dumps(row)}" for row in rows)
+        lines.append(f'  "{key}": [\n{inner}\n  ]')
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _lead(lead: Lead) -> dict[str, Any]:
+    if lead.style == "none":
+        return {"style": "none"}
+    run_in = {"run_in": round(lead.run_in, 4)} if lead.run_in else {}
+    return {"style": lead.style, "length": round(lead.length, 4), "angle": round(math.degrees(lead.angle), 4), **run_in}
+
+
+def load_plan(path: Path) -> PlanFile:
+    """Return the plan of a file.
+
+    Raises
+    ------
+    ReadError
+        It is no plan file; says what is wrong, and in which cut.
+    """
+    place = str(path)
+    try:
+        data = json.loads(load(path).text())
+    except (ValueError, RecursionError) as problem:
+        raise ReadError(place, f"is not JSON ({shown(str(problem), 100)})") from None
+    reader = _Reader(place)
+    reader.table(data, "the file", ("contours", "cuts"))
+    if data.get("leafcut_plan") != VERSION:
+        raise ReadError(place, f"is no plan file of this version of leafcut: 'leafcut_plan' must be {VERSION}")
+    contours = reader.rows(data["contours"], "contours")
+    cuts = reader.rows(data["cuts"], "cuts")
+    return PlanFile(
+        sheet=reader.text(data.get("sheet", ""), "'sheet'"),
+        contours=tuple(reader.contour(row, f"contour {n}") for n, row in enumerate(contours, 1)),
+        cuts=tuple(reader.cut(row, f"cut {n}", len(contours)) for n, row in enumerate(cuts, 1)),
+        process=reader.text(data.get("process", ""), "'process'"),
+        material=reader.text(data.get("material", ""), "'material'"),
+        thickness=reader.number(data.get("thickness", 0.0), "'thickness'"),
+        source=place,
+    )
+
+
+class _Reader:
+    """Checks what a file of a person holds, and says where it is wrong."""
+
+    def __init__(self, place: str) -> None:
+        self.place = place
+
+    def refuse(self, what: str, reason: str) -> ReadError:
+        return ReadError(self.place, f"{what}: {reason}")
+
+    def table(self, data: Any, what: str, needed: tuple[str, ...]) -> None:
+        if not isinstance(data, dict):
+            raise self.refuse(what, "a JSON object was expected")
+        for key in needed:
+            if key not in data:
+                raise self.refuse(what, f"'{key}' is missing")
+
+    def rows(self, data: Any, what: str) -> list[Any]:
+        if not isinstance(data, list):
+            raise self.refuse(f"'{what}'", "a list was expected")
+        return data
+
+    def text(self, value: Any, what: str) -> str:
+        if not isinstance(value, str):
+            raise self.refuse(what, f"{shown(json.dumps(value))} is not a text")
+        return shown(value, 200)
+
+    def number(self, value: Any, what: str) -> float:
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not number or abs(value) > 1e9 or not math.isfinite(value):
+            raise self.refuse(what, f"{shown(json.dumps(value))} is not a number that can be meant")
+        return float(value)
+
+    def point(self, value: Any, what: str) -> tuple[float, float]:
+        if not isinstance(value, list) or len(value) != 2:
+            raise self.refuse(what, "a place [x, y] was expected")
+        return self.number(value[0], what), self.number(value[1], what)
+
+    def known(self, data: dict[str, Any], what: str, keys: tuple[str, ...]) -> None:
+        for key in data:
+            if key not in keys:
+                raise self.refuse(what, f"unknown key '{shown(key)}'{nearest(key, keys)}")
+
+    def word(self, value: Any, what: str, words: tuple[str, ...]) -> str:
+        if value not in words:
+            raise self.refuse(what, f"{shown(json.dumps(value))} is not one of {', '.join(words)}")
+        return str(value)
+
+    def contour(self, data: Any, what: str) -> ContourPrint:
+        self.table(data, what, ("kind", "length", "area", "start"))
+        return ContourPrint(
+            kind=self.text(data["kind"], f"{what}: 'kind'"),
+            length=self.number(data["length"], f"{what}: 'length'"),
+            area=self.number(data["area"], f"{what}: 'area'"),
+            start=self.point(data["start"], f"{what}: 'start'"),
+            layer=self.text(data.get("layer", ""), f"{what}: 'layer'"),
+            handle=self.text(data.get("handle", ""), f"{what}: 'handle'"),
+        )
+
+    def cut(self, data: Any, what: str, contours: int) -> CutChoice:
+        self.table(data, what, ("contours",))
+        self.known(data, what, _CUT_KEYS)
+        numbers = self.rows(data["contours"], f"{what}: contours")
+        for number in numbers:
+            if not isinstance(number, int) or isinstance(number, bool) or not 1 <= number <= contours:
+                raise self.refuse(
+                    what, f"there is no contour {shown(json.dumps(number))}; they go from 1 to {contours}"
+                )
+        fixed = tuple(self.word(w, f"{what}: 'fixed'", FIXABLE) for w in self.rows(data.get("fixed", []), "fixed"))
+        choice = CutChoice(
+            contours=tuple(number - 1 for number in numbers),
+            start=self.point(data["start"], f"{what}: 'start'") if "start" in data else None,
+            direction=self.word(data["direction"], f"{what}: 'direction'", DIRECTIONS) if "direction" in data else "",
+            lead_in=self.lead(data["lead_in"], f"{what}: 'lead_in'") if "lead_in" in data else None,
+            lead_out=self.lead(data["lead_out"], f"{what}: 'lead_out'") if "lead_out" in data else None,
+            fixed=fixed,
+        )
+        for name, there in (("start", choice.start), ("direction", choice.direction), ("lead", choice.lead_in)):
+            if name in fixed and not there:
+                raise self.refuse(what, f"'{name}' is fixed, but not said")
+        return choice
+
+    def lead(self, data: Any, what: str) -> Lead:
+        self.table(data, what, ("style",))
+        self.known(data, what, _LEAD_KEYS)
+        style = self.word(data["style"], what, LEAD_STYLES)
+        if style == "none":
+            return Lead()
+        length, angle = self.number(data.get("length"), what), self.number(data.get("angle", 90.0), what)
+        run_in = self.number(data.get("run_in", 0.0), what)
+        if not 0.0 < length <= 10_000.0 or not 0.0 < angle < 180.0 or not 0.0 <= run_in <= 1000.0:
+            raise self.refuse(what, "a lead has a length above 0 mm and an angle between 0 and 180 degrees")
+        return Lead(style, length, math.radians(angle), run_in)

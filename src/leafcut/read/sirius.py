@@ -1,0 +1,141 @@
+"""Sheets of the Sirius CAM in JSON (``*.dbs.json``): parts as paths of (x, y, bulge); one of them is the sheet.
+
+The bulge is that of DXF (LWPOLYLINE, group code 42). Units are mm.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from leafcut.errors import ReadError
+from leafcut.geometry.polyline import Polyline
+from leafcut.model import Contour, Issue, Part
+from leafcut.options import ReadOptions
+from leafcut.read.format import (
+    MAX_COORDINATE,
+    MAX_SEGMENTS,
+    Format,
+    Match,
+    Source,
+    shown,
+    to_mm,
+    too_many_segments,
+)
+from leafcut.units import MM_PER_UNIT
+
+#: A path whose last vertex is as near to its first is closed, mm.
+CLOSED = 1e-6
+
+
+def sniff(head: bytes) -> Match:
+    """Say whether a file begins as such a sheet does."""
+    start = head.removeprefix(b"\xef\xbb\xbf").lstrip()
+    return Match.YES if start.startswith(b"[") and re.search(rb'"partid"\s*:', start) else Match.NO
+
+
+def read_sirius(source: Source, options: ReadOptions) -> Part:
+    """Refuse: holes to drill are not read from a sheet.
+
+    Raises
+    ------
+    ReadError
+        Always.
+    """
+    raise ReadError(source.path, "a sheet of a CAM is read for cutting only; for drilling use DXF or Excellon")
+
+
+def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
+    """Return the parts of a sheet as contours, the sheet's own outline among them, in mm.
+
+    The first entry is the sheet when it is called LIST… or lies round all others.
+
+    Raises
+    ------
+    ReadError
+        It is no such JSON, or holds no paths.
+    """
+    entries = _entries(source)
+    factor = MM_PER_UNIT[options.units or "mm"]
+    issues: list[Issue] = []
+    contours: list[Contour] = []
+    count = 0
+    for number, (name, paths) in enumerate(entries):
+        for k, rows in enumerate(paths):
+            try:
+                path = _path(rows, factor)
+            except (ValueError, TypeError, IndexError, OverflowError):
+                issues.append(Issue("L203", f"path {k + 1} of part {number} skipped: it is no list of (x, y, bulge)"))
+                continue
+            count += path.n_segments
+            if count > MAX_SEGMENTS:
+                raise too_many_segments(source.path)
+            contours.append(Contour(path, layer=name, handle=f"{number}.{k}", part=number + 1))
+    if not contours:
+        raise ReadError(source.path, "nothing to cut: there is no path in it")
+    if _is_sheet(contours, entries[0][0]):
+        contours = [replace(c, kind="sheet", part=0) if c.part == 1 else replace(c, part=c.part - 1) for c in contours]
+    return Part(
+        source.name, source=source.file_name, format="sirius", units=options.units or "mm", contours=tuple(contours),
+        issues=tuple(issues),
+    )  # fmt: skip
+
+
+def _entries(source: Source) -> list[tuple[str, list[Any]]]:
+    try:
+        data = json.loads(source.text())
+    except (ValueError, RecursionError) as problem:
+        line = getattr(problem, "lineno", None)
+        raise ReadError(source.path, f"not JSON: {shown(str(problem), 80)}", line) from None
+    return list(_checked(source, data))
+
+
+def _checked(source: Source, data: Any) -> Iterator[tuple[str, list[Any]]]:
+    if not isinstance(data, list) or not data:
+        raise ReadError(source.path, "no sheet: a list of parts was expected")
+    for number, entry in enumerate(data):
+        paths = entry.get("paths") if isinstance(entry, dict) else None
+        if not isinstance(paths, list):
+            raise ReadError(source.path, f"part {number} of the list has no 'paths'")
+        yield shown(str(entry.get("partid", "")), 60), paths
+
+
+def _path(rows: Any, factor: float) -> Polyline:
+    table = [[float(row[0]), float(row[1]), float(row[2]) if len(row) > 2 else 0.0] for row in rows]
+    vertices = np.array([[to_mm(x, factor), to_mm(y, factor), bulge] for x, y, bulge in table])
+    if len(vertices) < 2 or not np.abs(vertices).max() <= MAX_COORDINATE:
+        raise ValueError(rows)
+    closed = float(np.hypot(*(vertices[0, :2] - vertices[-1, :2]))) <= CLOSED and len(vertices) > 2
+    if closed:
+        vertices = vertices[:-1]
+    else:
+        vertices[-1, 2] = 0.0
+    path = Polyline(vertices, closed)
+    if not np.abs(path.extents).max() <= MAX_COORDINATE:
+        raise ValueError(rows)
+    return path
+
+
+def _is_sheet(contours: list[Contour], name: str) -> bool:
+    first = [c for c in contours if c.part == 1]
+    others = np.array([c.path.extents for c in contours if c.part != 1]).reshape(-1, 4)
+    if len(first) != 1 or not first[0].path.closed:
+        return False
+    x0, y0, x1, y1 = first[0].path.extents
+    around = len(others) > 0 and bool((others[:, :2] >= (x0, y0)).all() and (others[:, 2:] <= (x1, y1)).all())
+    return name.upper().startswith("LIST") or around
+
+
+FORMAT = Format(
+    "sirius",
+    (".dbs.json",),
+    "nested sheet of the Sirius CAM (JSON): parts and the sheet, for cutting only",
+    read_sirius,
+    sniff,
+    contours=read_sirius_contours,
+)

@@ -1,0 +1,337 @@
+"""SVG drawings as what is cut from sheet: paths and basic shapes, transforms, units, uses; text and pictures are not.
+
+From strangers: no entities, no external references (defusedxml), nothing outside the file is opened. The y axis of
+SVG points down; the part is turned over so that it looks as on the screen.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from leafcut.errors import LeafcutError, ReadError
+from leafcut.model import Contour, Issue, Part, Severity
+from leafcut.options import ReadOptions
+from leafcut.read.format import (
+    CURVE_TOLERANCE,
+    MAX_COORDINATE,
+    MAX_SEGMENTS,
+    Format,
+    Match,
+    Source,
+    count_of,
+    shown,
+    too_many_segments,
+)
+from leafcut.read.sift import layer_filter
+from leafcut.read.svg_shapes import SHAPES, Frame, Outline, outlines_of, placed_outline
+from leafcut.read.svg_transform import (
+    PHYSICAL,
+    PX_PER_UNIT,
+    Affine,
+    class_rules,
+    declarations,
+    length,
+    numbers,
+    parts_of_length,
+    transform,
+    view,
+)
+from leafcut.units import MM_PER_UNIT
+
+MAX_BYTES = 64 * 1024 * 1024
+MAX_DEPTH = 100
+MAX_ELEMENTS = 500_000
+MM_PER_PX = 25.4 / 96.0
+
+#: Elements that only hold others, and are drawn as they stand.
+GROUPS = ("g", "a", "switch", "svg")
+#: Elements whose content is drawn only where a `use` asks for it, or never.
+UNDRAWN = ("defs", "symbol", "clippath", "mask", "marker", "pattern", "lineargradient", "radialgradient", "filter")
+SILENT = ("style", "title", "desc", "metadata", "namedview", "script")
+
+
+def sniff(head: bytes) -> Match:
+    """Say whether a file begins as SVG does."""
+    return Match.YES if re.search(rb"<(?:\w+:)?svg[\s>]", head[:16384]) else Match.NO
+
+
+def read_svg(source: Source, options: ReadOptions) -> Part:
+    """Refuse: holes to drill are not read from SVG.
+
+    Raises
+    ------
+    ReadError
+        Always.
+    """
+    raise ReadError(source.path, "an SVG drawing is read for cutting from sheet only; for drilling use DXF or Excellon")
+
+
+def read_svg_contours(source: Source, options: ReadOptions) -> Part:
+    """Return the paths and shapes of an SVG drawing as contours, one per subpath, in mm.
+
+    The layer of a contour is its Inkscape layer's name, else its class, else the colour of its stroke.
+
+    Raises
+    ------
+    ReadError
+        It is not well-formed, declares entities, or draws nothing that could be cut.
+    """
+    root = _root(source)
+    issues: list[Issue] = []
+    page, sure = _page(root, options, source.path)
+    walk = _Walk(source.path, page, layer_filter(options.layers))
+    walk.look_up(root)
+    walk.children(root, _Place(page.matrix), 0, ())
+    issues += walk.issues()
+    if not walk.found:
+        reasons = "; ".join(i.message for i in issues) or "the drawing is empty"
+        raise ReadError(source.path, f"nothing to cut: {reasons}")
+    units = options.units or "mm"
+    part = Part(source.name, source=source.file_name, format="svg", units=units, contours=tuple(walk.found))
+    if not sure:
+        extents = part.extents
+        size = f"{extents[2] - extents[0]:.6g} × {extents[3] - extents[1]:.6g} mm"
+        message = f"the drawing says its size in pixels only; at 96 per inch it measures {size}; --units says otherwise"
+        issues.insert(0, Issue("L102", message))
+    return replace(part, issues=tuple(issues))
+
+
+class _Page(NamedTuple):
+    """From user units to mm, y up; and what percentages stand for."""
+
+    matrix: Affine
+    frame: Frame
+
+
+def _root(source: Source) -> Any:
+    from xml.etree.ElementTree import ParseError
+
+    from defusedxml import DefusedXmlException
+    from defusedxml.ElementTree import fromstring
+
+    if len(source.data) > MAX_BYTES:
+        raise ReadError(source.path, f"the drawing has more than {MAX_BYTES >> 20} MiB; split it")
+    try:
+        root = fromstring(source.data, forbid_dtd=False, forbid_entities=True, forbid_external=True)
+    except DefusedXmlException as problem:
+        kind = type(problem).__name__
+        what = "an external reference" if kind == "ExternalReferenceForbidden" else "an entity declaration"
+        raise ReadError(source.path, f"refused: the file has {what}; save it as plain SVG") from None
+    except ParseError as problem:
+        line = getattr(problem, "position", (None, 0))[0]
+        raise ReadError(source.path, f"not well-formed XML: {shown(str(problem), 80)}", line) from None
+    if _tag(root) != "svg":
+        raise ReadError(source.path, f"this is no SVG drawing: its root is <{shown(_tag(root), 30)}>")
+    return root
+
+
+def _tag(element: Any) -> str:
+    tag = element.tag
+    return tag.rpartition("}")[2].lower() if isinstance(tag, str) else ""
+
+
+def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
+    """Return the page, and whether the file says how large it is in the world."""
+    try:
+        box = numbers(root.get("viewBox", ""))
+        sizes = [parts_of_length(root.get(name, "100%")) for name in ("width", "height")]
+        if box and len(box) != 4:
+            raise ValueError("a view box needs four numbers")
+        given = [box[2] if box else 0.0, box[3] if box else 0.0]
+        px = [v * PX_PER_UNIT[u] if u != "%" else whole for (v, u), whole in zip(sizes, given, strict=True)]
+        fit = view(box, px[0], px[1], root.get("preserveAspectRatio", "")) if box else Affine()
+    except ValueError as problem:
+        raise ReadError(path, f"the size of the drawing cannot be understood: {problem}") from None
+    mm, sure = MM_PER_PX, any(unit in PHYSICAL for _, unit in sizes)
+    if options.units:
+        # The user's word is about the numbers in the drawing: one of them is one such unit.
+        fit, mm, sure = (Affine(e=-box[0], f=-box[1]) if box else Affine()), MM_PER_UNIT[options.units], True
+        px = given if box else px
+    matrix = Affine(mm, 0.0, 0.0, -mm, 0.0, px[1] * mm).of(fit)
+    return _Page(matrix, Frame(box[2] if box else px[0], box[3] if box else px[1])), sure
+
+
+class _Place(NamedTuple):
+    """What an element inherits: where it is, and its layer by Inkscape, class and colour."""
+
+    matrix: Affine
+    layer: str = ""
+    css: str = ""
+    stroke: str = ""
+    clipped: bool = False
+
+
+@dataclass
+class _Walk:
+    """Visits every drawn element, `use` by `use`, and counts what it leaves out."""
+
+    path: str
+    page: _Page
+    chosen: Any
+    found: list[Contour] = field(default_factory=list)
+    others: Counter[str] = field(default_factory=Counter)
+    hidden: Counter[str] = field(default_factory=Counter)
+    unfollowed: Counter[str] = field(default_factory=Counter)
+    broken: dict[str, list[str]] = field(default_factory=dict)
+    n_clipped: int = 0
+    _by_id: dict[str, Any] = field(default_factory=dict)
+    _rules: dict[str, dict[str, str]] = field(default_factory=dict)
+    _visits: int = 0
+    _segments: int = 0
+
+    def look_up(self, root: Any) -> None:
+        """Find what has an id, and the rules of the style sheets; nothing deeper than `MAX_DEPTH` is allowed."""
+        waiting = [(root, 0)]
+        while waiting:
+            element, depth = waiting.pop()
+            if depth > MAX_DEPTH:
+                raise ReadError(self.path, f"groups nested more than {MAX_DEPTH} deep; ungroup them")
+            if name := element.get("id"):
+                self._by_id.setdefault(name, element)
+            if _tag(element) == "style":
+                self._rules.update(class_rules("".join(element.itertext())))
+            waiting.extend((child, depth + 1) for child in element)
+
+    def children(self, element: Any, place: _Place, depth: int, trail: tuple[str, ...]) -> None:
+        """Take what an element holds."""
+        for child in element:
+            self._take(child, place, depth + 1, trail)
+
+    def _take(self, element: Any, outer: _Place, depth: int, trail: tuple[str, ...]) -> None:
+        self._visits += 1
+        if self._visits > MAX_ELEMENTS:
+            raise ReadError(self.path, f"the uses of this drawing expand to more than {MAX_ELEMENTS:,} elements")
+        tag = _tag(element)
+        if not tag or tag in UNDRAWN or tag in SILENT:
+            return
+        style = self._style(element)
+        if style.get("display") == "none" or (tag in SHAPES and style.get("visibility") in ("hidden", "collapse")):
+            self.hidden["not shown"] += 1
+            return
+        try:
+            place = self._inherit(element, style, outer)
+            if tag in GROUPS:
+                self.children(element, self._viewport(element, place) if tag == "svg" else place, depth, trail)
+            elif tag == "use":
+                self._use(element, place, depth, trail)
+            elif tag in SHAPES:
+                self._draw(tag, element, place)
+            else:
+                self.others[tag] += 1
+        except (ValueError, ArithmeticError, LeafcutError) as problem:
+            if isinstance(problem, ReadError):
+                raise
+            self.broken.setdefault(f"<{tag}>: {shown(str(problem) or type(problem).__name__, 80)}", []).append(
+                shown(element.get("id", "?"), 30)
+            )
+
+    def _style(self, element: Any) -> dict[str, str]:
+        """Return what attributes, classes and style say of an element, the stronger over the weaker."""
+        found = {n: element.get(n) for n in ("display", "visibility", "stroke", "clip-path", "mask") if element.get(n)}
+        for name in element.get("class", "").split():
+            found.update(self._rules.get(name, {}))
+        return {**found, **declarations(element.get("style", ""))}
+
+    def _inherit(self, element: Any, style: dict[str, str], outer: _Place) -> _Place:
+        words = {k.rpartition("}")[2]: v for k, v in element.attrib.items()}
+        matrix = outer.matrix.of(transform(words["transform"])) if words.get("transform") else outer.matrix
+        layer = words.get("label", "") if words.get("groupmode") == "layer" else ""
+        classes = words.get("class", "").split()
+        stroke = style.get("stroke", "")
+        clipped = any(style.get(n, "none") != "none" for n in ("clip-path", "mask"))
+        return _Place(
+            matrix,
+            " ".join(layer.split())[:100] or outer.layer,
+            classes[0][:100] if classes else outer.css,
+            " ".join(stroke.split())[:40] if stroke and stroke != "none" else outer.stroke,
+            clipped or outer.clipped,
+        )
+
+    def _viewport(self, element: Any, place: _Place) -> _Place:
+        """Return the place inside a nested drawing or a symbol: its own corner and view box."""
+        frame = self.page.frame
+        x, y = length(element.get("x", "0"), frame.width), length(element.get("y", "0"), frame.height)
+        w = length(element.get("width", "100%"), frame.width)
+        h = length(element.get("height", "100%"), frame.height)
+        box = numbers(element.get("viewBox", ""))
+        inner = view(box, w, h, element.get("preserveAspectRatio", "")) if len(box) == 4 else Affine()
+        return place._replace(matrix=place.matrix.of(Affine(e=x, f=y)).of(inner))
+
+    def _use(self, element: Any, place: _Place, depth: int, trail: tuple[str, ...]) -> None:
+        name = next((v for k, v in element.attrib.items() if k.rpartition("}")[2] == "href"), "")
+        target = self._by_id.get(name[1:]) if name.startswith("#") else None
+        if target is None or name in trail or depth > MAX_DEPTH:
+            self.unfollowed[name or "without a name"] += 1
+            return
+        frame = self.page.frame
+        x, y = length(element.get("x", "0"), frame.width), length(element.get("y", "0"), frame.height)
+        place = place._replace(matrix=place.matrix.of(Affine(e=x, f=y)))
+        if _tag(target) == "symbol":
+            if target.get("viewBox"):
+                size = {n: element.get(n) or target.get(n) or "100%" for n in ("width", "height")}
+                w, h = length(size["width"], frame.width), length(size["height"], frame.height)
+                inner = view(numbers(target.get("viewBox")), w, h, target.get("preserveAspectRatio", ""))
+                place = place._replace(matrix=place.matrix.of(inner))
+            self.children(target, place, depth, (*trail, name))
+        else:
+            self._take(target, place, depth + 1, (*trail, name))
+
+    def _draw(self, tag: str, element: Any, place: _Place) -> None:
+        layer = place.layer or place.css or place.stroke
+        if not self.chosen(layer):
+            self.hidden[f"on layer {shown(layer)}"] += 1
+            return
+        outlines = outlines_of(tag, element.attrib, self.page.frame)
+        self.n_clipped += place.clipped
+        for outline in outlines:
+            self._keep(outline, place, layer, element.get("id", ""))
+
+    def _keep(self, outline: Outline, place: _Place, layer: str, name: str) -> None:
+        with np.errstate(all="ignore"):
+            path = placed_outline(outline, place.matrix, CURVE_TOLERANCE)
+            far = 0.0 if path is None else np.abs(path.extents).max()
+        if not far <= MAX_COORDINATE:
+            raise ValueError("coordinates that cannot be meant")
+        if path is None:
+            return
+        self._segments += path.n_segments
+        if self._segments > MAX_SEGMENTS:
+            raise too_many_segments(self.path)
+        self.found.append(Contour(path, layer=layer, handle=name[:100]))
+
+    def issues(self) -> list[Issue]:
+        """Return what was noticed."""
+        found = []
+        if self.others:
+            words = ", ".join(f"{number} <{shown(kind, 30)}>" for kind, number in self.others.most_common(8))
+            found.append(
+                Issue("L210", f"not cut: {words}; turn text into paths if it is to be", severity=Severity.NOTE)
+            )
+        if self.hidden:
+            words = ", ".join(f"{number} {what}" for what, number in self.hidden.most_common(5))
+            found.append(Issue("L204", f"left out: {words}", severity=Severity.NOTE))
+        for name, number in list(self.unfollowed.items())[:5]:
+            message = f"{count_of(number, 'use')} of '{shown(name)}', which is not in the drawing or refers to itself"
+            found.append(Issue("L206", message))
+        for reason, names in list(self.broken.items())[:20]:
+            place = f"id {', '.join(names[:3])}" + (" …" if len(names) > 3 else "")
+            found.append(Issue("L203", f"{len(names)} skipped: {reason}", place))
+        if self.n_clipped:
+            message = f"{count_of(self.n_clipped, 'element')} with a clip path or mask: cut whole, as if not clipped"
+            found.append(Issue("L215", message))
+        return found
+
+
+FORMAT = Format(
+    "svg",
+    (".svg",),
+    "drawing (Inkscape, Illustrator, laser programs): paths and shapes are contours, for cutting only",
+    read_svg,
+    sniff,
+    contours=read_svg_contours,
+)

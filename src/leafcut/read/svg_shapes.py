@@ -1,0 +1,217 @@
+"""What of an SVG element is drawn: its lines, arcs and Bézier curves, placed in mm."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from leafcut.geometry.curves import bezier_points, ellipse_path, fitted
+from leafcut.geometry.polyline import Polyline
+from leafcut.read.svg_transform import Affine, length, numbers
+
+Pair = tuple[float, float]
+#: What path data is made of; svgelements reads over what it does not understand.
+_PATH_DATA = re.compile(r"[MmZzLlHhVvCcSsQqTtAa0-9eE+\-.,\s]*")
+_FULL = 2.0 * math.pi
+
+
+class Bend(NamedTuple):
+    """centre + u·cos(t) + v·sin(t) for t from `start` over `sweep`."""
+
+    center: Pair
+    u: Pair
+    v: Pair
+    start: float
+    sweep: float
+
+
+class Outline(NamedTuple):
+    """A subpath in user units: lines and Bézier curves as control points, bends; whether it is closed."""
+
+    pieces: list[list[Pair] | Bend]
+    closed: bool
+
+
+class Frame(NamedTuple):
+    """What percentages of lengths stand for: width and height of the view, user units."""
+
+    width: float
+    height: float
+
+
+def outlines_of(tag: str, attributes: Mapping[str, str], frame: Frame) -> list[Outline]:
+    """Return the subpaths of a shape; ValueError for one that cannot be understood."""
+    return list(SHAPES[tag](attributes, frame))
+
+
+def _length(attributes: Mapping[str, str], name: str, whole: float, default: float = 0.0) -> float:
+    text = attributes.get(name, "").strip()
+    return default if text in ("", "auto") else length(text, whole)
+
+
+def _line(a: Mapping[str, str], frame: Frame) -> Iterator[Outline]:
+    ends = [
+        (_length(a, "x1", frame.width), _length(a, "y1", frame.height)),
+        (_length(a, "x2", frame.width), _length(a, "y2", frame.height)),
+    ]
+    yield Outline([ends], closed=False)
+
+
+def _corners(closed: bool) -> Callable[[Mapping[str, str], Frame], Iterator[Outline]]:
+    def read(a: Mapping[str, str], _: Frame) -> Iterator[Outline]:
+        values = numbers(a.get("points", ""))
+        if len(values) % 2:
+            raise ValueError("points with an odd number of coordinates")
+        points = list(zip(values[::2], values[1::2], strict=True))
+        if len(points) > 1:
+            yield Outline(_sides(points, closed), closed)
+
+    return read
+
+
+def _sides(points: list[Pair], closed: bool) -> list[list[Pair] | Bend]:
+    after = [*points[1:], points[0]] if closed else points[1:]
+    return [[p, q] for p, q in zip(points, after, strict=False)]
+
+
+def _rectangle(a: Mapping[str, str], frame: Frame) -> Iterator[Outline]:
+    x, y = _length(a, "x", frame.width), _length(a, "y", frame.height)
+    w, h = _length(a, "width", frame.width), _length(a, "height", frame.height)
+    rx, ry = _length(a, "rx", frame.width, -1.0), _length(a, "ry", frame.height, -1.0)
+    rx, ry = (ry if rx < 0.0 else rx), (rx if ry < 0.0 else ry)
+    rx, ry = min(max(rx, 0.0), 0.5 * w), min(max(ry, 0.0), 0.5 * h)
+    if not (w > 0.0 and h > 0.0):
+        return
+    if not (rx > 0.0 and ry > 0.0):
+        yield Outline(_sides([(x, y), (x + w, y), (x + w, y + h), (x, y + h)], closed=True), closed=True)
+        return
+    pieces: list[list[Pair] | Bend] = []
+    quarter = 0.5 * math.pi
+    for k, (cx, cy) in enumerate(
+        [(x + w - rx, y + ry), (x + w - rx, y + h - ry), (x + rx, y + h - ry), (x + rx, y + ry)]
+    ):
+        pieces.append(Bend((cx, cy), (rx, 0.0), (0.0, ry), (k - 1) * quarter, quarter))
+    begins = [(x + rx, y), (x + w, y + ry), (x + w - rx, y + h), (x, y + h - ry)]
+    ends = [(x + w - rx, y), (x + w, y + h - ry), (x + rx, y + h), (x, y + ry)]
+    sides = [[p, q] for p, q in zip(begins, ends, strict=True)]
+    yield Outline([piece for pair in zip(sides, pieces, strict=True) for piece in pair], closed=True)
+
+
+def _ellipse(a: Mapping[str, str], frame: Frame) -> Iterator[Outline]:
+    diagonal = math.hypot(frame.width, frame.height) / math.sqrt(2.0)
+    rx = ry = _length(a, "r", diagonal)
+    if "r" not in a:
+        rx, ry = _length(a, "rx", frame.width), _length(a, "ry", frame.height)
+    if rx > 0.0 and ry > 0.0:
+        center = (_length(a, "cx", frame.width), _length(a, "cy", frame.height))
+        yield Outline([Bend(center, (rx, 0.0), (0.0, ry), 0.0, _FULL)], closed=True)
+
+
+def _path(a: Mapping[str, str], _: Frame) -> Iterator[Outline]:
+    from svgelements import Close, Move, Path
+
+    text = a.get("d", "")
+    if not _PATH_DATA.fullmatch(text):
+        raise ValueError("path data with unknown letters")
+    if text.strip() and text.strip()[0] not in "Mm":
+        raise ValueError("path data that does not begin with M")
+    pieces: list[list[Pair] | Bend] = []
+    for segment in Path(text):
+        if isinstance(segment, Move):
+            if pieces:
+                yield Outline(pieces, closed=False)
+            pieces = []
+        elif isinstance(segment, Close):
+            if pieces:
+                side = [_pair(segment.start), _pair(segment.end)]
+                yield Outline([*pieces, *([side] if side[0] != side[1] else [])], closed=True)
+            pieces = []
+        else:
+            pieces.append(_piece(segment))
+    if pieces:
+        yield Outline(pieces, closed=False)
+
+
+def _piece(segment: Any) -> list[Pair] | Bend:
+    from svgelements import Arc, CubicBezier, QuadraticBezier
+
+    if isinstance(segment, Arc):
+        center, u, v = segment.center, segment.prx, segment.pry
+        if segment.sweep == 0 or center is None:
+            return [_pair(segment.start), _pair(segment.end)]
+        cx, cy = _pair(center)
+        axes = [(float(p.x) - cx, float(p.y) - cy) for p in (u, v)]
+        return Bend((cx, cy), axes[0], axes[1], float(segment.get_start_t()), float(segment.sweep))
+    if isinstance(segment, CubicBezier):
+        return [_pair(p) for p in (segment.start, segment.control1, segment.control2, segment.end)]
+    if isinstance(segment, QuadraticBezier):
+        return [_pair(p) for p in (segment.start, segment.control, segment.end)]
+    return [_pair(segment.start), _pair(segment.end)]
+
+
+def _pair(point: Any) -> Pair:
+    if point is None:
+        raise ValueError("path data without a point to begin from")
+    x, y = float(point.x), float(point.y)
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise ValueError("a number that is not finite")
+    return (x, y)
+
+
+#: Every element that draws, and what it draws.
+SHAPES: dict[str, Callable[[Mapping[str, str], Frame], Iterator[Outline]]] = {
+    "path": _path,
+    "rect": _rectangle,
+    "circle": _ellipse,
+    "ellipse": _ellipse,
+    "line": _line,
+    "polyline": _corners(closed=False),
+    "polygon": _corners(closed=True),
+}
+
+
+def placed_outline(outline: Outline, matrix: Affine, tolerance: float) -> Polyline | None:
+    """Return an outline in mm, its curves as arcs within `tolerance` mm; None for one without length."""
+    first = outline.pieces[0]
+    if len(outline.pieces) == 1 and isinstance(first, Bend):
+        return _bend(first, matrix, tolerance)
+    rows, curve = [], [np.zeros((0, 2))]
+
+    def end_curve() -> None:
+        points = np.concatenate(curve)
+        if len(points) > 1:
+            rows.append(fitted(points, tolerance, closed=False).vertices[:-1])
+        curve[:] = [np.zeros((0, 2))]
+
+    last: Pair = (0.0, 0.0)
+    for piece in outline.pieces:
+        if isinstance(piece, Bend):
+            end_curve()
+            bend = _bend(piece, matrix, tolerance)
+            rows.append(bend.vertices[: None if bend.closed else -1])
+            last = bend.end
+            continue
+        points = np.array([matrix.place(*p) for p in piece])
+        last = (float(points[-1, 0]), float(points[-1, 1]))
+        if len(piece) == 2:
+            end_curve()
+            rows.append(np.array([[*points[0], 0.0]]))
+        elif np.ptp(points, axis=0).any():
+            chords = bezier_points(points, 0.25 * tolerance)
+            curve.append(chords[1:] if len(curve) > 1 else chords)
+    end_curve()
+    if not outline.closed:
+        rows.append(np.array([[*last, 0.0]]))
+    table = np.concatenate(rows)
+    if not outline.closed:
+        table[-1, 2] = 0.0
+    return Polyline(table, outline.closed) if len(table) > 1 else None
+
+
+def _bend(bend: Bend, matrix: Affine, tolerance: float) -> Polyline:
+    center, u, v = matrix.place(*bend.center), matrix.turn(*bend.u), matrix.turn(*bend.v)
+    return ellipse_path(center, u, v, bend.start, bend.sweep, tolerance)

@@ -1,0 +1,167 @@
+"""Drawings and quantities in, checked nests out, and their sheets as drawings."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from leafcut.errors import OptionError, PlanError, VerifyError
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart
+from leafcut.options import NestOptions, ReadOptions, Settings, SheetOptions, SolveOptions, parse_angles
+from leafcut.runs.run import Progress
+
+if TYPE_CHECKING:
+    from leafcut.read.nest_list import Wanted
+
+#: Two nests that use the same length of sheet to this, mm, are one to a person.
+ALIKE = 0.01
+
+
+def nest(
+    parts: Sequence[NestPart],
+    options: NestOptions,
+    search: SolveOptions,
+    *,
+    progress: Progress | None = None,
+    cancelled: threading.Event | None = None,
+) -> NestOutcome:
+    """Return the nests of parts that passed the check, the best first.
+
+    The same seed gives the same nests, unless the clock ended the search (`Nest.repeatable`). Stopped by `cancelled` or
+    Ctrl-C it keeps those that it has.
+
+    Raises
+    ------
+    PlanError
+        There is nothing to nest, a part fits no sheet, or no nest passed the check.
+    """
+    from leafcut.plan.nesting import prepare, variants
+    from leafcut.verify.nest import check_nest
+
+    began = time.perf_counter()
+    cancelled = cancelled or threading.Event()
+    task = prepare(parts, options)
+    found: list[Nest] = []
+    dropped: list[str] = []
+
+    def tell(what: str, share: float) -> None:
+        if progress is not None:
+            best = f"; {100.0 * max(n.utilisation_of_used for n in found):.1f} % so far" if found else ""
+            progress(what + best, None, share, None)
+
+    try:
+        for variant in variants(task, search, tell, cancelled):
+            if isinstance(variant, str):
+                dropped.append(variant)
+            elif faults := check_nest(variant, task.spacing, options.margin):
+                dropped.append(f"by {variant.method}, seed {variant.seed}: {faults[0]}")
+            else:
+                found.append(variant)
+    except KeyboardInterrupt:
+        cancelled.set()
+        if not found:
+            raise
+    if not found:
+        raise PlanError(f"no nest could be made that passes the check: {(dropped or ['stopped too early'])[0]}")
+    best = _different(found)[: options.variants]
+    issues = _issues(best, dropped, cancelled.is_set())
+    seconds = time.perf_counter() - began
+    return NestOutcome(tuple(best), task.spacing, options.margin, tuple(dropped), (), issues, seconds)
+
+
+def _different(found: list[Nest]) -> list[Nest]:
+    """Return nests in order, the best first; of those that use as much sheet one."""
+    kept: list[Nest] = []
+    for one in sorted(found, key=lambda n: n.rank):
+        if not kept or max(abs(a - b) for a, b in zip(one.rank, kept[-1].rank, strict=True)) > ALIKE:
+            kept.append(one)
+    return kept
+
+
+def _issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple[Issue, ...]:
+    issues = [Issue("L433", f"a nest was dropped: {line}") for line in dropped]
+    if stopped:
+        issues.append(Issue("L434", "stopped before its end; these are the nests so far", severity=Severity.NOTE))
+    if not all(one.repeatable for one in best):
+        message = "the time limit ended the search: the same seed may give another nest; without a limit it does not"
+        issues.append(Issue("L434", message, severity=Severity.NOTE))
+    return tuple(issues)
+
+
+def nest_drawings(
+    wanted: Sequence[Wanted],
+    settings: Settings,
+    output: str | Path | None = None,
+    *,
+    progress: Progress | None = None,
+    cancelled: threading.Event | None = None,
+) -> tuple[NestOutcome, dict[str, str]]:
+    """Nest the parts of drawings; return the nests, and with `output` the drawings of their sheets by file.
+
+    One file for every different sheet; each is read back and holds what was planned.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, VerifyError
+        One line that says what was found and what to do.
+    """
+    if output and Path(output).suffix.lower() != ".dxf":
+        raise OptionError(f"--output: nested sheets are written as DXF; name a .dxf, not '{Path(output).name}'")
+    parts: list[NestPart] = []
+    issues: list[Issue] = []
+    for one in wanted:
+        angles = parse_angles(one.rotations, "rotations") if one.rotations else settings.nest.angles
+        more, said = _read(one.file, one.quantity, angles, settings)
+        parts += more
+        issues += said
+    outcome = nest(parts, settings.nest, settings.solve, progress=progress, cancelled=cancelled)
+    files, texts = _drawn(outcome, Path(output), settings) if output else ((), {})
+    return replace(outcome, files=files, issues=(*dict.fromkeys(issues), *outcome.issues)), texts
+
+
+def _read(
+    file: str, quantity: int, angles: tuple[float, ...] | None, settings: Settings
+) -> tuple[list[NestPart], list[Issue]]:
+    from leafcut.plan.nest_parts import parts_of
+    from leafcut.plan.sheet import prepare_sheet
+    from leafcut.read import read_contours
+
+    sheet = prepare_sheet(read_contours(file, settings.read), settings.sheet)
+    parts, said = parts_of(sheet, quantity, angles)
+    return parts, [*sheet.issues, *said]
+
+
+def _drawn(
+    outcome: NestOutcome, output: Path, settings: Settings
+) -> tuple[tuple[tuple[str, ...], ...], dict[str, str]]:
+    """Return the names of the files of every nest that is written, and the text of each file."""
+    from leafcut.post.nest_dxf import write_layout
+
+    files, texts = [], {}
+    for number, one in enumerate(outcome.nests if settings.nest.all_variants else outcome.nests[:1], 1):
+        stem = output.stem + (f"_v{number}" if settings.nest.all_variants else "")
+        ends = [f"_{k}" for k in range(1, len(one.layouts) + 1)] if len(one.layouts) > 1 else [""]
+        names = [str(output.with_name(f"{stem}{end}.dxf")) for end in ends]
+        for name, layout in zip(names, one.layouts, strict=True):
+            texts[name] = write_layout(one, layout)
+            _read_back(one, layout, name, texts[name])
+        files.append(tuple(names))
+    return tuple(files), texts
+
+
+def _read_back(one: Nest, layout: Layout, name: str, text: str) -> None:
+    """Raise `VerifyError` where a drawing, read as any other is, does not hold what was planned."""
+    from leafcut.plan.sheet import prepare_sheet
+    from leafcut.read.dxf_contours import read_dxf_contours
+    from leafcut.read.format import Source
+    from leafcut.verify.nest import check_drawing
+
+    part = read_dxf_contours(Source(name, text.encode()), ReadOptions())
+    faults = check_drawing(one, layout, prepare_sheet(part, SheetOptions(open_paths="cut")))
+    if faults:
+        raise VerifyError(f"{name}: was not written: {faults[0]}")

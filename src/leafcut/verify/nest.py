@@ -1,0 +1,143 @@
+"""Whether a nest can be cut: counted and measured anew, by code that shares nothing with what made it."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.contour import Contour
+from leafcut.model.nest import Layout, Nest, Placement
+from leafcut.model.sheet import Sheet
+
+#: Chords leave the arcs of an outline by at most this; two outlines with arcs must be that much further apart, mm.
+CHORD = 0.005
+#: Distances this much too short are rounding, mm.
+ROUNDING = 1e-5
+#: A drawing that was read again is this near to what was written, mm: its figures have six decimals.
+SAME_PLACE = 1e-3
+#: Angles this far apart are different, rad.
+SAME_ANGLE = 1e-6
+
+
+def check_nest(nest: Nest, spacing: float, margin: float) -> list[str]:
+    """Return what is wrong with a nest, in a person's words; nothing when it can be cut.
+
+    Every part is there as often as it was asked for; each lies in an allowed angle, inside the sheet less its margin,
+    and at least `spacing` (mm) from every other, or from the edge of the hole that it lies in.
+    """
+    found = _counted(nest)
+    for number, layout in enumerate(nest.layouts, 1):
+        words = _angles(nest, layout) + _inside(nest, layout, margin) + _apart(nest, layout, spacing)
+        found += [f"sheet {number}: {line}" for line in words]
+    return found
+
+
+def _counted(nest: Nest) -> list[str]:
+    there = Counter[int]()
+    for layout in nest.layouts:
+        for placement in layout.placements:
+            there[placement.part] += layout.count
+    expected = [part.quantity - left for part, left in zip(nest.parts, nest.unplaced, strict=True)]
+    return [
+        f"{part.name}: {there[i]} placed, {wanted} expected"
+        for i, (part, wanted) in enumerate(zip(nest.parts, expected, strict=True))
+        if there[i] != wanted
+    ]
+
+
+def _angles(nest: Nest, layout: Layout) -> list[str]:
+    return [
+        f"{nest.parts[p.part].name}: lies at {math.degrees(p.angle):g}°, which is not allowed"
+        for p in layout.placements
+        if not _allowed(p.angle, nest.parts[p.part].rotations)
+    ]
+
+
+def _allowed(angle: float, rotations: tuple[float, ...] | None) -> bool:
+    return rotations is None or any(abs(math.remainder(angle - r, math.tau)) <= SAME_ANGLE for r in rotations)
+
+
+def _inside(nest: Nest, layout: Layout, margin: float) -> list[str]:
+    edge = margin - ROUNDING
+    found = []
+    for p in layout.placements:
+        x0, y0, x1, y1 = p.placed(nest.parts[p.part].outline).extents
+        if min(x0, y0) < edge or x1 > nest.length - edge or y1 > nest.width - edge:
+            found.append(f"{nest.parts[p.part].name}: reaches from ({x0:.3f}, {y0:.3f}) to ({x1:.3f}, {y1:.3f})")
+    return found
+
+
+def _apart(nest: Nest, layout: Layout, spacing: float) -> list[str]:
+    """Return the pairs of parts that overlap or are too near each other."""
+    import shapely
+
+    placements = layout.placements
+    regions = [_region(nest, p) for p in placements]
+    slack = [CHORD * any(path.bulges.any() for path in _paths(nest, p)) for p in placements]
+    tree = shapely.STRtree(regions)
+    found = []
+    for i, j in sorted(zip(*tree.query(regions, "dwithin", spacing + 2.0 * CHORD), strict=True)):
+        if i >= j:
+            continue
+        distance = regions[i].distance(regions[j])
+        if distance < spacing + slack[i] + slack[j] - ROUNDING or (
+            distance == 0.0 and regions[i].intersects(regions[j])
+        ):
+            names = f"{nest.parts[placements[i].part].name} and {nest.parts[placements[j].part].name}"
+            x, y = regions[j].representative_point().coords[0]
+            found.append(f"{names} are {distance:.3f} mm apart near ({x:.1f}, {y:.1f}), {spacing:g} expected")
+    return found
+
+
+def _paths(nest: Nest, placement: Placement) -> list[Polyline]:
+    part = nest.parts[placement.part]
+    return [placement.placed(path) for path in (part.outline, *part.holes)]
+
+
+def _region(nest: Nest, placement: Placement) -> object:
+    """Return what a part covers of the sheet: its outline less its holes."""
+    from shapely import Polygon
+
+    outline, *holes = (path.flattened(CHORD) for path in _paths(nest, placement))
+    return Polygon(outline, holes)
+
+
+def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
+    """Return how a sheet that was read from a drawing differs from the one planned; nothing where it does not."""
+    from shapely import Point, STRtree
+
+    found = []
+    if sheet.outline is None or _unlike(sheet.outline.extents, (0.0, 0.0, nest.length, nest.width)):
+        found.append(f"the edge of the sheet is not {nest.length:g} × {nest.width:g} mm")
+    if sheet.n_parts != len(layout.placements):
+        found.append(f"{sheet.n_parts} parts are in the drawing, {len(layout.placements)} expected")
+    drawn = [c.contour for c in sheet.contours]
+    tree = STRtree([Point(_middle(c.path)) for c in drawn])
+    left = set(range(len(drawn)))
+    for contour in nest.contours(layout):
+        near = tree.query(Point(_middle(contour.path)), "dwithin", SAME_PLACE)
+        same = next((int(i) for i in sorted(near) if int(i) in left and _is_same(contour, drawn[i])), None)
+        if same is None:
+            x, y = contour.path.start
+            found.append(f"a contour ({contour.kind}) at ({x:.3f}, {y:.3f}) is not in the drawing")
+        else:
+            left.remove(same)
+    return found + [f"a contour ({drawn[i].kind}) at {drawn[i].path.start} is not in the nest" for i in sorted(left)]
+
+
+def _middle(path: Polyline) -> tuple[float, float]:
+    x0, y0, x1, y1 = path.extents
+    return (0.5 * (x0 + x1), 0.5 * (y0 + y1))
+
+
+def _is_same(a: Contour, b: Contour) -> bool:
+    """Return whether two contours have the same kind, extents, length and area."""
+    if a.kind != b.kind or a.path.closed != b.path.closed or _unlike(a.path.extents, b.path.extents):
+        return False
+    area = abs(abs(a.path.area) - abs(b.path.area))
+    return abs(a.path.length - b.path.length) <= SAME_PLACE and area <= SAME_PLACE * max(a.path.length, 1.0)
+
+
+def _unlike(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
+    return max(abs(p - q) for p, q in zip(a, b, strict=True)) > SAME_PLACE

@@ -1,0 +1,237 @@
+"""The runs of a torch in a program that was read back: where it burns, how fast, how high.
+
+A run is all that is fed between two rapids across the sheet; within it the torch is on, or dark while it moves on.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.toolpath import Kind, Motion, Toolpath, arc_sweep, positions_before
+
+#: Chords leave arcs by at most this, mm.
+FLATNESS = 0.002
+_NOTHING = 1e-9
+
+
+@dataclass(frozen=True)
+class Lighting:
+    """The torch goes on: its line, its height then (mm, NaN where the program does not move Z), and the wait (s)."""
+
+    line: int
+    height: float
+    power: float
+    spindle: int
+    waited: float
+
+
+@dataclass(frozen=True, eq=False)
+class TorchRun:
+    """One run, as chords.
+
+    Attributes
+    ----------
+    line
+        Of the program, where it begins.
+    points
+        float64[n + 1, 2], mm.
+    burning
+        bool[n]: on along the chord.
+    feed, height
+        float64[n]: mm/s, and mm over the sheet at the end of the chord.
+    row_line
+        int32[n]: line of the program.
+    lightings
+        Every time it goes on without moving.
+    """
+
+    line: int
+    points: NDArray[np.float64]
+    burning: NDArray[np.bool_]
+    feed: NDArray[np.float64]
+    height: NDArray[np.float64]
+    row_line: NDArray[np.int32]
+    lightings: tuple[Lighting, ...]
+
+    @property
+    def start(self) -> tuple[float, float]:
+        """Where it begins, mm."""
+        return float(self.points[0, 0]), float(self.points[0, 1])
+
+    @property
+    def along(self) -> NDArray[np.float64]:
+        """Distance of every point from the start, float64[n + 1], mm."""
+        steps = np.hypot(*np.diff(self.points, axis=0).T)
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    def lines(self) -> list[NDArray[np.float64]]:
+        """Return the stretches along which it burns, each float64[k, 2]."""
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], self.burning, [False]]).astype(np.int8)))
+        return [self.points[a : b + 1] for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+@dataclass
+class _Collector:
+    """Follows the rows and closes a run at every rapid across the sheet."""
+
+    runs: list[TorchRun] = field(default_factory=list)
+    points: list[tuple[float, float]] = field(default_factory=list)
+    burning: list[bool] = field(default_factory=list)
+    feed: list[float] = field(default_factory=list)
+    height: list[float] = field(default_factory=list)
+    row_line: list[int] = field(default_factory=list)
+    side: list[float] = field(default_factory=list)
+    lightings: list[Lighting] = field(default_factory=list)
+    lit: Motion | None = None
+    dark: bool = False
+    resting: bool = False
+    aside: float = 0.0
+
+    def close(self) -> None:
+        """End the run that is open."""
+        if self.lightings or any(self.burning):
+            points, chord = compensated(np.array(self.points).reshape(-1, 2), np.array(self.side))
+            self.runs.append(
+                TorchRun(
+                    line=self.lightings[0].line if self.lightings else self.row_line[0],
+                    points=points,
+                    burning=np.array(self.burning, dtype=bool)[chord],
+                    feed=np.array(self.feed, dtype=np.float64)[chord],
+                    height=np.array(self.height, dtype=np.float64)[chord],
+                    row_line=np.array(self.row_line, dtype=np.int32)[chord],
+                    lightings=tuple(self.lightings),
+                )
+            )
+        for column in (self.points, self.burning, self.feed, self.height, self.row_line, self.side, self.lightings):
+            column.clear()
+
+    def light(self, row: Motion, place: NDArray[np.float64]) -> None:
+        """Note that the torch goes on or off."""
+        self.lit = row if row.value != 0.0 else None
+        self.resting = self.lit is not None
+        if self.lit is not None:
+            if not self.points:
+                self.points.append((float(place[0]), float(place[1])))
+            self.lightings.append(Lighting(row.line, float(place[2]), abs(row.value), row.ref, 0.0))
+
+    def wait(self, seconds: float) -> None:
+        """Note a dwell; while the torch has just gone on, it is the wait for the pierce."""
+        if self.resting:
+            last = self.lightings[-1]
+            waited = last.waited + seconds
+            self.lightings[-1] = Lighting(last.line, last.height, last.power, last.spindle, waited)
+
+    def move(self, row: Motion, begin: NDArray[np.float64], chords: NDArray[np.float64]) -> None:
+        """Add the chords of a feed, float64[k, 2]."""
+        self.resting = False
+        if not self.points:
+            self.points.append((float(begin[0]), float(begin[1])))
+        for x, y in chords.tolist():
+            self.points.append((x, y))
+            self.burning.append(self.lit is not None and not self.dark)
+            self.feed.append(row.value)
+            self.height.append(row.end[2])
+            self.row_line.append(row.line)
+            self.side.append(self.aside)
+
+
+def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
+    """Return the runs of the torch in the order of the program; what moves only in Z has no chords.
+
+    Where the controller compensates (G41, G42), a run is where its torch really goes. `kerf` is what a register of the
+    controller holds the half of, mm; None: D is the kerf.
+    """
+    found, before = _Collector(), positions_before(path)
+    for number, row in enumerate(path):
+        if row.kind in (Kind.RAPID, Kind.MACHINE):
+            if _across(row, before[number]):
+                found.close()
+        elif row.kind is Kind.SPINDLE:
+            found.light(row, before[number])
+        elif row.kind is Kind.TORCH:
+            found.dark = row.value == 0.0
+        elif row.kind is Kind.RADIUS:
+            width = row.value if kerf is None else kerf
+            found.aside = {41: 0.5, 42: -0.5}.get(row.ref, 0.0) * width
+        elif row.kind is Kind.DWELL:
+            found.wait(row.value)
+        elif row.kind is Kind.FEED:
+            if _across(row, before[number]):
+                found.move(row, before[number], np.array([row.end[:2]]))
+            else:
+                found.resting = False
+        elif row.kind in (Kind.ARC_CW, Kind.ARC_CCW):
+            found.move(row, before[number], arc_chords(path, number))
+    found.close()
+    return found.runs
+
+
+def compensated(
+    points: NDArray[np.float64], side: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return where the torch goes when the controller keeps it aside of a chain of chords, and whose chord each is.
+
+    `side` is float64[n] for n chords: how far to the left, mm, negative to the right. Around an outer corner the torch
+    goes in an arc, at an inner one to where the lines beside the chords meet; the first chord that is compensated
+    leads from where the torch is to beside its end. Source: LinuxCNC, G-code reference, cutter compensation.
+    """
+    chord = np.arange(len(side))
+    if not side.any():
+        return points, chord
+    places, whose = [points[0]], list[int]()
+    for k in range(len(side)):
+        here = _beside(points, side, k)
+        places += here
+        whose += [k] * len(here)
+    return np.array(places), np.array(whose, dtype=np.int64)
+
+
+def _beside(points: NDArray[np.float64], side: NDArray[np.float64], k: int) -> list[NDArray[np.float64]]:
+    """Return the places at the end of one chord, aside of it; several about an outer corner."""
+    corner, aside = points[k + 1], side[k]
+    one = _left(points[k], corner)
+    if not aside:
+        return [corner]
+    if k + 1 == len(side) or not side[k + 1]:
+        return [corner + aside * one]
+    other = _left(corner, points[k + 2])
+    turn = math.atan2(one[0] * other[1] - one[1] * other[0], float(one @ other))
+    if turn * aside >= 0.0:
+        return [corner + aside * (one + other) / max(1.0 + float(one @ other), 1e-3)]
+    step = 2.0 * math.acos(max(1.0 - FLATNESS / abs(aside), 0.0))
+    angles = np.linspace(0.0, turn, max(math.ceil(abs(turn) / step), 1) + 1)
+    turned = [
+        np.array([one[0] * math.cos(a) - one[1] * math.sin(a), one[0] * math.sin(a) + one[1] * math.cos(a)])
+        for a in angles
+    ]
+    return [corner + aside * normal for normal in turned]
+
+
+def _left(begin: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the unit vector to the left of a chord."""
+    along = end - begin
+    return np.array([-along[1], along[0]]) / max(float(np.hypot(*along)), _NOTHING)
+
+
+def _across(row: Motion, before: NDArray[np.float64]) -> bool:
+    """Return whether a move goes anywhere in x or y; from a place that is not known it does."""
+    return any(
+        not math.isnan(end) and not abs(end - begin) <= _NOTHING
+        for end, begin in zip(row.end[:2], before[:2].tolist(), strict=True)
+    )
+
+
+def arc_chords(path: Toolpath, row: int) -> NDArray[np.float64]:
+    """Return the ends of an arc's chords in x and y, float64[k, 2]: a chord's height is r·(1 − cos(step/2))."""
+    radius, begin, sweep = arc_sweep(path, row)
+    centre = path.arcs[int(path.ref[row])].center
+    step = 2.0 * math.acos(max(1.0 - FLATNESS / radius, 0.0)) if radius > FLATNESS else math.pi
+    count = max(math.ceil(abs(sweep) / max(step, 1e-3)), 1)
+    angles = begin + sweep * np.arange(1, count + 1) / count
+    chords = np.column_stack([centre[0] + radius * np.cos(angles), centre[1] + radius * np.sin(angles)])
+    chords[-1] = path.end[row, :2]
+    return chords

@@ -1,0 +1,147 @@
+"""Small sheets for the tests of cutting, and what is checked of every plan without the code that made it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import shapely
+
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.contour import Contour
+from leafcut.model.cutting import Cut, CutData
+from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.options import CutOptions
+from leafcut.plan.cut_rules import CutRules, resolve_rules
+from leafcut.plan.cutting import Cutting, prepare_cutting
+
+PLASMA = CutData("plasma", "mild_steel", 6.0, 20.0, 1.5, 45.0, 3.8, 0.5, 1.5)
+LASER = CutData("laser_fiber_3kW", "mild_steel", 3.0, 100.0, 0.2, None, 1.0, 0.3, 1.0)
+#: How exactly the checks look, mm: contours in chords, paths beside them to a hundredth.
+FINE, ROOM = 0.002, 0.04
+
+
+def square(x: float, y: float, side: float) -> Polyline:
+    return Polyline.of_points([(x, y), (x + side, y), (x + side, y + side), (x, y + side)], closed=True)
+
+
+def sheet_of(
+    *closed: tuple[Polyline, int, int, int],
+    marks: Sequence[tuple[Polyline, int, int]] = (),
+    size: float | None = None,
+    zones: Sequence[tuple[float, float, float, float]] = (),
+) -> Sheet:
+    """Return a sheet of (path, depth, parent, part), and marks of (path, parent, part)."""
+    contours = [SheetContour(Contour(path), depth, parent, part) for path, depth, parent, part in closed]
+    contours += [SheetContour(Contour(path, kind="mark"), 1, parent, part) for path, parent, part in marks]
+    outline = None if size is None else square(0, 0, size)
+    return Sheet("test", tuple(contours), outline, tuple(zones))
+
+
+def two_squares(gap: float = 20.0) -> Sheet:
+    return sheet_of((square(20, 20, 50), 0, -1, 1), (square(70 + gap, 20, 50), 0, -1, 2))
+
+
+def ring() -> Sheet:
+    """An annulus of radius 60 with a hole of radius 30, and a mark between them."""
+    mark = Polyline.of_points([(60, 95), (60, 105)])
+    return sheet_of(
+        (Polyline.circle(100, 100, 60), 0, -1, 1), (Polyline.circle(100, 100, 30), 1, 0, 1), marks=[(mark, 0, 1)]
+    )
+
+
+def part_in_hole() -> Sheet:
+    """Part 1 has a large hole, part 2 lies in it and has a hole of its own; drawn from the outside in."""
+    return sheet_of(
+        (square(20, 20, 160), 0, -1, 1),
+        (Polyline.circle(100, 100, 60), 1, 0, 1),
+        (square(80, 80, 40), 2, 1, 2),
+        (Polyline.circle(100, 100, 9), 3, 2, 2),
+        size=200,
+    )
+
+
+def rules_of(data: CutData = PLASMA, *, switches: bool = True, **options: Any) -> CutRules:
+    return resolve_rules(data, CutOptions(**options), switches=switches)
+
+
+def cutting_of(sheet: Sheet, data: CutData = PLASMA, **options: Any) -> Cutting:
+    return prepare_cutting(sheet, rules_of(data, **options))
+
+
+def materials(sheet: Sheet) -> dict[int, Any]:
+    """Return every part as a polygon with holes, by its number."""
+    found: dict[int, Any] = {}
+    for c in sheet.contours:
+        if c.contour.kind == "cut" and c.contour.path.closed and not c.is_hole:
+            found[c.part] = shapely.Polygon(c.contour.path.flattened(FINE))
+    for c in sheet.contours:
+        if c.is_hole:
+            found[c.part] = found[c.part].difference(shapely.Polygon(c.contour.path.flattened(FINE)))
+    return found
+
+
+def swept(path: Polyline, kerf: float) -> Any:
+    return shapely.LineString(path.flattened(FINE)).buffer(0.5 * kerf - ROOM, quad_segs=32)
+
+
+def lead_in_of(cut: Cut) -> Polyline | None:
+    return cut.path.piece(0.0, cut.lead_in) if cut.lead_in > 0.0 else None
+
+
+def lead_out_of(cut: Cut) -> Polyline | None:
+    return cut.path.piece(cut.lead_out, cut.path.length) if cut.path.length - cut.lead_out > 1e-6 else None
+
+
+def assert_nothing_is_gouged(sheet: Sheet, cuts: Sequence[Cut], kerf: float) -> None:
+    """The kerf of every cut, leads and loops included, is outside every part, and off the clamps."""
+    parts = materials(sheet)
+    zones = [shapely.box(*z) for z in sheet.zones]
+    for cut in cuts:
+        if cut.kind != "cut" or not sheet.contours[cut.contours[0]].contour.path.closed:
+            continue
+        kerf_area = swept(cut.path, kerf)
+        for number, part in parts.items():
+            assert kerf_area.intersection(part).area < 1e-3, f"cut of {cut.contours} gouges part {number}"
+        assert not any(kerf_area.intersects(zone) for zone in zones)
+
+
+def assert_leads_in_scrap(sheet: Sheet, cuts: Sequence[Cut], kerf: float) -> None:
+    """No lead touches the kerf of another contour, and it is outside outlines and inside holes."""
+    lines = {
+        cut.contours[0]: shapely.LineString(cut.path.piece(cut.lead_in, cut.lead_out).flattened(FINE))
+        for cut in cuts
+        if cut.kind == "cut"
+    }
+    for cut in cuts:
+        contour = sheet.contours[cut.contours[0]]
+        if cut.kind != "cut" or not contour.contour.path.closed:
+            continue
+        inside = shapely.Polygon(contour.contour.path.flattened(FINE))
+        for lead in (lead_in_of(cut), lead_out_of(cut)):
+            if lead is None:
+                continue
+            line = shapely.LineString(lead.flattened(FINE))
+            if contour.is_hole:
+                assert inside.contains(line)
+            else:
+                assert not inside.intersects(line)
+            for index, other in lines.items():
+                if index != cut.contours[0]:
+                    assert line.distance(other) >= kerf - ROOM, f"a lead of {cut.contours} touches the kerf of {index}"
+            if sheet.outline is not None and cut.pierce:
+                assert shapely.Polygon(sheet.outline.flattened(FINE)).contains(line.buffer(0.5 * kerf - ROOM))
+
+
+def all_cuts(cutting: Cutting) -> list[Cut]:
+    return [cutting.cut(s) for s in cutting.starts]
+
+
+def signed_area(points: np.ndarray) -> float:
+    x, y = points[:, 0], points[:, 1]
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+def runs_clockwise(cut: Cut) -> bool:
+    return signed_area(cut.path.piece(cut.lead_in, cut.lead_out).flattened(FINE)) < 0.0

@@ -1,0 +1,185 @@
+"""Words of a torch: outputs that darken it, hold its height and lower its feed; which spindle marks."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from leafcut.errors import PostError, ReadError
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.foreign import interpret_program
+from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.torch import for_controller
+from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder
+from rs274_moves import run_rs274
+
+RS274 = shutil.which("rs274")
+HEAD = "G21 G17 G90 G91.1 G94\nM52 P1\nM65 P2\nM65 P3\nM68 E3 Q0\nF1200\n"
+
+
+def rows(text: str, words: str = "qtplasmac") -> list[tuple[str, float, int]]:
+    """Kind, value and ref of every row but the end."""
+    path = interpret(HEAD + text + "\nM2", dialect(words), left_over=True)
+    return [(m.kind.name, round(m.value, 6), m.ref) for m in path][4:-1]
+
+
+def test_an_output_lowers_the_feed_in_percent_until_it_says_all() -> None:
+    feeds = [v for kind, v, _ in rows("G0 X0 Y0\nM67 E3 Q60\nG1 X1\nX2\nM67 E3 Q100\nX3") if kind == "FEED"]
+    assert feeds == [12.0, 12.0, 20.0]
+
+
+@pytest.mark.parametrize("percent", ["0", "9", "101"])
+def test_a_part_of_the_feed_that_the_controller_does_not_take_is_all_of_it(percent: str) -> None:
+    assert ("FEED", 20.0, 0) in rows(f"G0 X0 Y0\nM67 E3 Q{percent}\nG1 X1")
+
+
+def test_the_feed_is_lowered_only_while_the_controller_listens() -> None:
+    assert ("FEED", 20.0, 0) in rows("G0 X0 Y0\nM67 E3 Q60\nM52 P0\nG1 X1")
+    assert ("FEED", 20.0, 0) in rows("G0 X0 Y0\nM67 E1 Q60\nG1 X1")
+
+
+def test_outputs_darken_the_torch_and_hold_its_height() -> None:
+    """M62 sets an output and M63 takes it back; an output that nothing listens to says nothing."""
+    text = "G0 X0 Y0\nM3 $0 S1\nM62 P2\nM62 P3\nM62 P3\nM62 P1\nG1 X1\nM63 P3\nM63 P2\nM5 $0"
+    expected = [("SPINDLE", 1.0, 0), ("HEIGHT", 0.0, 0), ("TORCH", 0.0, 0), ("FEED", 20.0, 0)]
+    assert rows(text)[1:] == [*expected, ("TORCH", 1.0, 0), ("HEIGHT", 1.0, 0), ("SPINDLE", 0.0, 0)]
+
+
+def test_a_program_that_does_not_reset_the_outputs_starts_with_what_another_left() -> None:
+    path = interpret("G21 G90 G94 F600\nG0 X0 Y0\nM3 $0 S1\nG1 X1\nM2", dialect("qtplasmac"), left_over=True)
+    assert [(m.kind, m.value) for m in path][:2] == [(Kind.TORCH, 0.0), (Kind.HEIGHT, 0.0)]
+
+
+def test_the_spindle_that_marks_is_told_apart() -> None:
+    assert rows("M3 $1 S1\nM5 $1") == [("SPINDLE", 1.0, 1), ("SPINDLE", 0.0, 1)]
+
+
+def test_the_power_of_a_beam_is_said_without_a_stop() -> None:
+    """S0 keeps the beam dark while the head moves on; another power than before is the beam at that power."""
+    path = interpret("G21 G90 G94 F600\nM4 S800\nS0\nS800\nS300\nM5\nM30", dialect("grbl-laser"))
+    assert [(m.kind.name, m.value) for m in path][:-1] == [
+        ("SPINDLE", 800.0),
+        ("TORCH", 0.0),
+        ("TORCH", 1.0),
+        ("SPINDLE", 300.0),
+        ("SPINDLE", 0.0),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("M62", "M62 needs P"),
+        ("M67 E3", "M67 needs Q"),
+        ("M67 Q50", "M67 needs E"),
+        ("M66 L3", "M66 needs P or E"),
+        ("M190", "M190 needs P"),
+        ("M62 P2 P3", "P is given twice"),
+        ("M62 M63 P3", "exclude each other"),
+        ("M3 $9 S1", r"\$9 must be a whole number"),
+        ("G41.1", "G41.1 needs D"),
+    ],
+)
+def test_a_word_that_lacks_something_is_refused(text: str, message: str) -> None:
+    with pytest.raises(ReadError, match=message):
+        rows(text)
+
+
+@pytest.mark.parametrize("words", ["linuxcnc", "fanuc", "grbl"])
+def test_a_mill_knows_no_outputs(words: str) -> None:
+    with pytest.raises(ReadError, match="M62 is not understood"):
+        interpret("G21 G90\nM62 P3\nM2", dialect(words))
+
+
+def test_a_foreign_program_keeps_such_blocks_where_they_are() -> None:
+    """What the outputs do to the feed is known; the blocks stay word for word all the same."""
+    text = "G21 G90 G94\nM52 P1\nG0 X0 Y0\nM3 $0 S1\nM67 E3 Q60\nG1 X9 F1200\nM67 E3 Q100\nX12\nM5 $-1\nM3 $1 S1\nM2"
+    program = interpret_program(text, dialect("qtplasmac"))
+    assert [m.value for m in program.path if m.kind is Kind.FEED] == [12.0, 20.0]
+    kept = {int(program.line[b]): reason for b, reason in program.fixed.items()}
+    assert kept.keys() == {2, 5, 7, 10}
+    assert "another spindle" in kept[10]
+
+
+def test_a_feed_from_the_machines_own_table_is_not_known() -> None:
+    with pytest.raises(ReadError, match="_hal"):
+        interpret_program("G21 G90\nF#<_hal[plasmac.cut-feed-rate]>\nM2", dialect("qtplasmac"))
+
+
+def cut_with_a_dark_end() -> Toolpath:
+    """Down, a pierce, an arc whose end is made with the torch dark, and up."""
+    b = ToolpathBuilder()
+    b.blending(640, 0.1)
+    b.rapid(z=10.0)
+    b.rapid(0.0, 0.0)
+    b.rapid(z=3.8)
+    b.spindle(900.0)
+    b.dwell(0.5)
+    b.feed(z=1.5, feed=20.0)
+    b.height_control(False)
+    b.arc(False, (10.0, 0.0, 1.5), Arc((5.0, 0.0, 1.5)), feed=20.0)
+    b.torch(False)
+    b.feed(10.0, 4.0, feed=20.0)
+    b.torch(True)
+    b.height_control(True)
+    b.spindle(0.0)
+    b.rapid(z=10.0)
+    b.end()
+    return b.build()
+
+
+def told(words: str, path: Toolpath) -> list[str]:
+    """The kinds of rows that a controller is told."""
+    return [m.kind.name for m in for_controller(path, dialect(words))]
+
+
+def test_a_controller_is_told_only_what_is_its_programs() -> None:
+    lit = ["SPINDLE", "HEIGHT", "ARC_CCW", "TORCH", "FEED", "TORCH", "HEIGHT", "SPINDLE", "END"]
+    assert told("qtplasmac", cut_with_a_dark_end()) == ["BLENDING", "RAPID", *lit]
+    laser = [kind for kind in lit if kind != "HEIGHT"]
+    assert told("grbl-laser", cut_with_a_dark_end()) == ["RAPID", *laser]
+    assert told("fanuc-laser", cut_with_a_dark_end()) == ["BLENDING", "RAPID", laser[0], "DWELL", *laser[1:]]
+    same = for_controller(cut_with_a_dark_end(), dialect("linuxcnc"))
+    assert len(same) == len(cut_with_a_dark_end())
+
+
+def test_a_controller_that_cannot_darken_the_torch_puts_it_out_at_the_end() -> None:
+    path = cut_with_a_dark_end()
+    with pytest.raises(PostError, match="cannot keep the torch dark"):
+        for_controller(path, dialect("plasma"))
+    rows = [m for m in path if m.kind is not Kind.TORCH or m.value == 0.0]
+    arcs = path.arcs
+    ends = for_controller(Toolpath.of_motions(rows), dialect("plasma"))
+    kinds = [m.kind.name for m in ends]
+    assert kinds[7:] == ["ARC_CCW", "SPINDLE", "FEED", "RAPID", "END"]
+    assert arcs[0].center == (5.0, 0.0, 1.5)
+
+
+@pytest.mark.external
+@pytest.mark.skipif(RS274 is None, reason="rs274 is not installed")
+def test_linuxcnc_hears_the_same_words(tmp_path: Path) -> None:
+    """Every output and spindle word in its order, as rs274 prints it; alone it has one spindle, and no M190."""
+    text = (
+        HEAD + "M66 P3 L3 Q1\nG64 P0.1\nG0 X0 Y0\nM3 $0 S1\nM62 P2\nM67 E3 Q60\nG1 X1\nM62 P3\nG1 X2\nM63 P3\nM63 P2\n"
+        "M67 E3 Q100\nM5 $0\nG0 X5\nM65 P2\nM65 P3\nM68 E3 Q0\nM2\n"
+    )
+    status, output = run_rs274(str(RS274), text, tmp_path)
+    assert status == 0, output
+    heard = re.findall(r"(\w*(?:MOTION_OUTPUT|SPINDLE_CLOCKWISE|SPINDLE_TURNING|ADAPTIVE)\w*)\(([^)]*)\)", output)
+    bits = {"SET_MOTION_OUTPUT_BIT": 0.0, "CLEAR_MOTION_OUTPUT_BIT": 1.0}
+    theirs: list[tuple[str, float, int]] = []
+    for name, arguments in heard:
+        if name in bits:
+            theirs.append(({2: "HEIGHT", 3: "TORCH"}[int(arguments)], bits[name], 0))
+        elif name.startswith("START_SPINDLE"):
+            theirs.append(("SPINDLE", 1.0, int(arguments)))
+        elif name.startswith("STOP_SPINDLE"):
+            theirs.append(("SPINDLE", 0.0, int(arguments)))
+    ours = [(m.kind.name, m.value, m.ref) for m in interpret(text, dialect("qtplasmac"))]
+    switched = [row for row in ours if row[0] in ("HEIGHT", "TORCH", "SPINDLE")]
+    assert theirs[: len(switched)] == switched
+    assert ("SET_MOTION_OUTPUT_VALUE", "3,60.000000") in heard
+    assert "ENABLE_ADAPTIVE_FEED" in output

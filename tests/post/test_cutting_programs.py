@@ -1,0 +1,201 @@
+"""Cutting programs as text: what every controller is told, and that LinuxCNC takes it."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from leafcut.errors import PostError
+from leafcut.gcode.dialects import dialect, dialects
+from leafcut.gcode.interpreter import interpret
+from leafcut.model.cutting import CutData, CutPlan
+from leafcut.model.sheet import Sheet
+from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder
+from leafcut.options import PostOptions
+from leafcut.post.cutting import write_cut_program
+from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
+
+RS274 = shutil.which("rs274")
+DATA = CutData("plasma", "mild_steel", 6.0, 20.0, 1.5, 45.0, 3.8, 0.5, 1.5, 130.0)
+
+
+def light(b: ToolpathBuilder, x: float, y: float, power: float = 900.0) -> None:
+    """Go to a place and pierce."""
+    b.rapid(x, y)
+    b.rapid(z=3.8)
+    b.spindle(power)
+    b.dwell(0.5)
+    b.feed(z=1.5, feed=20.0)
+
+
+def two_cuts(dark: bool = False, mark: bool = False, wait: float = 0.5) -> Toolpath:
+    """A small hole at 60 %, an outline at full speed, and what a test asks for besides."""
+    b = ToolpathBuilder()
+    b.blending(640, 0.1)
+    b.rapid(z=10.0)
+    light(b, 20.0, 10.0)
+    b.height_control(False)
+    b.feed(25.0, 10.0, feed=12.0)
+    b.arc(False, (15.0, 10.0, 1.5), Arc((20.0, 10.0, 1.5)), feed=12.0)
+    b.arc(False, (25.0, 10.0, 1.5), Arc((20.0, 10.0, 1.5)), feed=12.0)
+    if dark:
+        b.torch(False)
+        b.arc(False, (20.0, 15.0, 1.5), Arc((20.0, 10.0, 1.5)), feed=12.0)
+        b.torch(True)
+    b.height_control(True)
+    b.spindle(0.0)
+    b.rapid(z=10.0)
+    if mark:
+        b.rapid(5.0, 5.0)
+        b.spindle(200.0, number=1)
+        b.feed(9.0, 5.0, feed=20.0)
+        b.spindle(0.0)
+    light(b, -3.0, 0.0)
+    for x, y in ((0.0, 0.0), (0.0, 20.0), (40.0, 20.0), (40.0, 0.0), (0.0, 0.0)):
+        b.feed(x, y, feed=20.0)
+    b.spindle(0.0)
+    b.rapid(z=10.0)
+    b.end()
+    return b.build()
+
+
+def written(words: str, path: Toolpath, post: PostOptions | None = None, header: tuple[str, ...] = ()) -> str:
+    """The program."""
+    return write_cut_program(CutPlan(Sheet("s"), DATA, ()), path, dialect(words), post or PostOptions(), header)
+
+
+QTPLASMAC = """\
+G21
+G17 G40 G49 G80 G90 G91.1 G92.1 G94 G97 G54
+M52 P1
+M65 P2
+M65 P3
+M68 E3 Q0
+(o=0, kw=1.5, ph=3.8, pd=0.5, ch=1.5, fr=1200, ca=45, cv=130)
+G64 P0.1
+G0 X20 Y10
+M3 $0 S1
+M62 P2
+M67 E3 Q60
+G1 X25 F1200
+G3 X15 I-5 J0
+X25 I5 J0
+M62 P3
+X20 Y15 I-5 J0
+M63 P3
+M63 P2
+M5 $0
+G0 X5 Y5
+M3 $1 S1
+M67 E3 Q100
+G1 X9
+M5 $1
+G0 X-3 Y0
+M3 $0 S1
+G1 X0
+Y20
+X40
+Y0
+X0
+M5 $0
+M65 P2
+M65 P3
+M68 E3 Q0
+M2
+"""
+
+GRBL = """\
+G21
+G17 G40 G49 G80 G90 G94 G54
+G0 X20 Y10
+M4 S900
+G1 X25 F720
+G3 X15 I-5 J0
+X25 I5 J0
+S0
+X20 Y15 I-5 J0
+S900
+M5
+G0 X5 Y5
+M4 S200
+G1 X9 F1200
+M5
+G0 X-3 Y0
+M4 S900
+G1 X0
+Y20
+X40
+Y0
+X0
+M5
+M30
+"""
+
+
+@pytest.mark.parametrize(("words", "text"), [("qtplasmac", QTPLASMAC), ("grbl-laser", GRBL)])
+def test_a_controller_is_told_in_its_own_words(words: str, text: str) -> None:
+    assert written(words, two_cuts(dark=True, mark=True)) == text
+
+
+def test_a_table_whose_program_moves_z_pierces_high_and_cuts_low() -> None:
+    text = written("plasma", two_cuts())
+    assert "G0 Z10\nX20 Y10\nZ3.8\nM3 S1\nG4 P0.5\nG1 Z1.5 F1200\nX25 F720\n" in text
+    assert text.endswith("M5\nG0 Z10\nM2\n")
+
+
+def test_a_fanuc_laser_is_to_be_checked_on_the_machine() -> None:
+    text = written("fanuc-laser", two_cuts(dark=True), header=("sheet",))
+    assert "CHECK ON THE MACHINE" in text
+    assert "G0 X20. Y10.\nM3 S900\nG4 P500\nG1 X25. F720.\n" in text
+
+
+@pytest.mark.parametrize("words", dialects(torch=True))
+@pytest.mark.parametrize("units", ["mm", "inch"])
+def test_no_line_is_longer_than_the_controller_takes(words: str, units: str) -> None:
+    post = PostOptions(output_units=units, line_numbers=True, repeat_words=True)
+    text = written(words, two_cuts(), post, ("a sheet with a name " * 8,))
+    assert max(map(len, text.splitlines())) <= dialect(words).max_line
+
+
+def test_the_controllers_own_material_has_the_feed() -> None:
+    text = written("qtplasmac", two_cuts(), PostOptions(material_number=12))
+    assert "M190 P12\nM66 P3 L3 Q1\n" in text
+    assert "(o=0" not in text
+    assert re.findall(r"F\S+", text) == ["F#<_hal[plasmac.cut-feed-rate]>"]
+
+
+@pytest.mark.parametrize(
+    ("words", "path", "post", "message"),
+    [
+        ("plasma", two_cuts(mark=True), PostOptions(), "no words for marking"),
+        ("plasma", two_cuts(dark=True), PostOptions(), "cannot keep the torch dark"),
+        ("plasma", two_cuts(), PostOptions(material_number=1), "no table of materials"),
+        ("linuxcnc", two_cuts(dark=True), PostOptions(), "no words for"),
+    ],
+)
+def test_what_a_controller_cannot_do_is_refused(words: str, path: Toolpath, post: PostOptions, message: str) -> None:
+    with pytest.raises(PostError, match=message):
+        written(words, path, post)
+
+
+@pytest.mark.external
+@pytest.mark.skipif(RS274 is None, reason="rs274 is not installed")
+@pytest.mark.parametrize("words", ["qtplasmac", "plasma"])
+@pytest.mark.parametrize("units", ["mm", "inch"])
+def test_linuxcnc_makes_the_same_moves(words: str, units: str, tmp_path: Path) -> None:
+    """QtPlasmaC lowers the feed while the program runs; rs274, which runs nothing, prints the feed of F."""
+    text = written(words, two_cuts(dark=words == "qtplasmac"), PostOptions(output_units=units))
+    status, output = run_rs274(str(RS274), text, tmp_path)
+    assert status == 0, output
+    path = interpret(text.replace("Q60", "Q100"), dialect(words))
+    ours = [m for m in moves_of_toolpath(path) if m[0] != "dwell" or words == "plasma"]
+    assert_same_moves(ours, moves_of_rs274(output), PRINTED[units])
+
+
+def test_every_row_is_read_back() -> None:
+    path = interpret(written("plasma", two_cuts()), dialect("plasma"), left_over=True)
+    cuts = [m for m in path if m.kind in (Kind.FEED, Kind.ARC_CCW)]
+    assert [m.value for m in cuts] == [20.0, 12.0, 12.0, 12.0, 20.0, *5 * [20.0]]

@@ -1,0 +1,133 @@
+"""The cut chart: the row of a thickness, what lies between rows, and what is said where the chart says nothing."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+
+import pytest
+
+from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError
+from leafcut.read.cutchart import find_cut_data, load_chart
+
+HEAD = "process,material,thickness_mm,amps,cut_speed_mm_min,pierce_height_mm,pierce_delay_s,cut_height_mm,kerf_width_mm"
+
+
+def chart(tmp_path: Path, *rows: str, head: str = HEAD):
+    file = tmp_path / "chart.csv"
+    file.write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    return load_chart(file)
+
+
+def test_the_row_of_a_thickness_is_taken_as_it_stands() -> None:
+    """Powermax45 XP manual, 45 A, mild steel 6 mm: 1430 mm/min, kerf 1.54, 0.58 s at 3.8 mm, cut at 1.5 mm."""
+    data, _ = find_cut_data(load_chart(), "plasma", "mild_steel", 6.0, 45.0)
+    assert data.feed == pytest.approx(1430 / 60)
+    assert (data.kerf, data.pierce_delay, data.pierce_height, data.cut_height) == (1.54, 0.58, 3.8, 1.5)
+    assert data.can_pierce
+    assert "Powermax45 XP" in data.source
+
+
+def test_a_thickness_between_two_rows_is_taken_between_them_and_said() -> None:
+    """7 mm between 6.35 and 8 mm: speeds on a power law, the kerf on a straight line."""
+    data, issues = find_cut_data(load_chart(), "plasma", "mild_steel", 7.0, 45.0)
+    power = math.log(7 / 6.35) / math.log(8 / 6.35)
+    assert data.feed * 60 == pytest.approx(1219 * (1020 / 1219) ** power)
+    assert data.kerf == pytest.approx(1.55 + (1.65 - 1.55) * (7 - 6.35) / (8 - 6.35))
+    assert [i.code for i in issues if i.code == "L411"] == ["L411"]
+    assert "between 6.35 and 8 mm" in str(issues[0])
+
+
+def test_above_the_pierce_capacity_the_chart_says_no_pierce() -> None:
+    data, _ = find_cut_data(load_chart(), "plasma", "mild_steel", 16.0, 45.0)
+    assert not data.can_pierce
+    forced, _ = find_cut_data(load_chart(), "plasma", "mild_steel", 16.0, 45.0, pierce_delay=2.0)
+    assert forced.can_pierce
+    assert forced.pierce_delay == 2.0
+
+
+@pytest.mark.parametrize(
+    ("process", "material", "thickness", "amps", "error", "words"),
+    [
+        ("plasma", "mild_steel", 60.0, None, PlanError, "nearest are"),
+        ("plasma", "mild_steel", 0.2, None, PlanError, "nearest are 1, 1.52"),
+        ("plasma", "titanium", 3.0, None, OptionError, "--material"),
+        ("plasm", "mild_steel", 3.0, None, OptionError, "did you mean 'plasma'"),
+        ("plasma", "mild_steel", 3.0, 20.0, OptionError, "45, 65, 85"),
+        ("laser", "stainless", 3.0, None, OptionError, "--kerf-width"),
+        ("oxyfuel", "steel", 25.4, None, OptionError, "--pierce-delay"),
+    ],
+)
+def test_what_the_chart_does_not_have_is_said_with_what_it_has(
+    process: str, material: str, thickness: float, amps: float | None, error: type[LeafcutError], words: str
+) -> None:
+    with pytest.raises(error, match=words) as caught:
+        find_cut_data(load_chart(), process, material, thickness, amps)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_users_own_values_are_in_the_place_of_the_charts() -> None:
+    data, _ = find_cut_data(
+        load_chart(), "plasma", "steel", 6.0, feed=10.0, kerf=2.0, pierce_delay=0.1, pierce_height=5.0, cut_height=3.0
+    )
+    assert (data.feed, data.kerf, data.pierce_delay, data.pierce_height, data.cut_height) == (10.0, 2.0, 0.1, 5.0, 3.0)
+
+
+def test_data_that_are_not_certain_are_said_to_be_so() -> None:
+    data, issues = find_cut_data(load_chart(), "laser_fiber_3kW", "mild_steel", 3.0)
+    assert data.kerf == 0.22
+    assert {"L413", "L414"} <= {i.code for i in issues}
+
+
+def test_a_manufacturers_row_goes_before_a_sample_file(tmp_path: Path) -> None:
+    rows = chart(
+        tmp_path,
+        "plasma,mild_steel,3,45,1000,3,0.5,1.5,1.4,sample file",
+        "plasma,mild_steel,3,45,2000,3,0.5,1.5,1.4,",
+        head=HEAD + ",confidence",
+    )
+    assert find_cut_data(rows, "plasma", "mild_steel", 3.0)[0].feed == pytest.approx(2000 / 60)
+
+
+def test_every_row_of_the_shipped_chart_has_its_source_and_its_confidence() -> None:
+    rows = load_chart()
+    assert len(rows) == 90
+    assert all(r.source and r.confidence for r in rows)
+
+
+def test_the_shipped_chart_is_the_collected_one(data: Path) -> None:
+    with (data / "cutchart.csv").open(encoding="utf-8", newline="") as file:
+        collected = {
+            (r["process"], r["material"], float(r["thickness_mm"]), float(r["cut_speed_mm_min"]), r["source"])
+            for r in csv.DictReader(file)
+        }
+    shipped = load_chart()
+    assert len(collected) == len(shipped)
+    for row in shipped:
+        near = [
+            c for c in collected
+            if c[0].lower() == row.process and c[2] == row.thickness and abs(c[3] - 60 * row.feed) < 1e-6
+        ]  # fmt: skip
+        assert near
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a,b\n1,2\n", "has no column 'process'"),
+        (HEAD + "\n", "has no rows"),
+        (HEAD + "\nplasma,steel,x,45,100,1,1,1,1\n", "'thickness_mm' is 'x'"),
+        (HEAD + "\nplasma,steel,-3,45,100,1,1,1,1\n", "cannot be"),
+        (HEAD + "\nplasma,steel,3,45,0,1,1,1,1\n", "cannot be"),
+        (HEAD + "\nplasma,steel,3,45,inf,1,1,1,1\n", "cannot be"),
+        (HEAD + "\nplasma,steel,3,45,nan,1,1,1,1\n", "cannot be"),
+        (HEAD + '\n"plasma,steel\n' + "x" * 200_000, "not a table"),
+    ],
+)
+def test_a_file_that_is_no_chart_is_refused_in_one_line(text: str, words: str, tmp_path: Path) -> None:
+    file = tmp_path / "chart.csv"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(ReadError, match=words) as caught:
+        load_chart(file)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,202 @@
+"""A drawing of a sheet in, a cutting program out, through the API and the command line."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import ezdxf
+import pytest
+
+from cut_sheets import assert_leads_in_scrap, assert_nothing_is_gouged
+from leafcut import api
+from leafcut.cli import run
+from leafcut.errors import OptionError, PlanError, VerifyError
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.interpreter import interpret
+from leafcut.model.toolpath import Kind
+from leafcut.read.plan_file import load_plan
+from rs274_moves import run_rs274
+
+FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "iterations": 20, "threads": 1}
+
+
+@pytest.fixture(scope="module")
+def drawing(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four parts with a hole each and a mark, drawn outlines first, on a sheet of 320 × 320 mm."""
+    file = tmp_path_factory.mktemp("sheet") / "plates.dxf"
+    document = ezdxf.new(units=4)
+    space = document.modelspace()
+    for x, y in ((20, 20), (170, 20), (20, 170), (170, 170)):
+        corners = [(x, y), (x + 120, y), (x + 120, y + 120), (x, y + 120)]
+        space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "CUT"})
+        space.add_circle((x + 40, y + 40), 25, dxfattribs={"layer": "CUT"})
+        space.add_circle((x + 95, y + 95), 6, dxfattribs={"layer": "CUT"})
+        space.add_line((x + 70, y + 20), (x + 100, y + 20), dxfattribs={"layer": "MARK"})
+    space.add_lwpolyline([(0, 0), (320, 0), (320, 320), (0, 320)], close=True, dxfattribs={"layer": "SHEET"})
+    document.saveas(file)
+    return file
+
+
+@pytest.fixture(scope="module")
+def outcome(drawing: Path):
+    return api.optimize(drawing, **FAST)
+
+
+def test_a_sheet_becomes_a_verified_program_that_takes_less_time(outcome) -> None:
+    assert outcome.verified
+    assert outcome.process == "cut"
+    assert outcome.machine.name == "plasma-table"
+    assert outcome.after.time_s < outcome.before.time_s
+    assert outcome.after.travel_mm < outcome.before.travel_mm
+    plan = outcome.cut_plan
+    assert len(plan.cuts) == 16
+    assert_nothing_is_gouged(plan.sheet, plan.cuts, plan.data.kerf)
+    assert_leads_in_scrap(plan.sheet, plan.cuts, plan.data.kerf)
+
+
+def test_holes_and_marks_of_a_part_come_before_its_outline(outcome) -> None:
+    seen: dict[int, list[str]] = {}
+    for cut in outcome.cut_plan.cuts:
+        contour = outcome.cut_plan.sheet.contours[cut.contours[0]]
+        seen.setdefault(cut.part, []).append("mark" if cut.kind == "mark" else "hole" if contour.is_hole else "outline")
+    assert {tuple(words) for words in seen.values()} == {("mark", "hole", "hole", "outline")}
+
+
+def test_the_time_norm_adds_up_to_the_machine_time(outcome) -> None:
+    norm = outcome.cut_plan.measures
+    assert norm.sheet.total_s == pytest.approx(outcome.after.time_s)
+    assert norm.sheet.pierces == 12
+    assert norm.sheet.pierce_s == pytest.approx(12 * 0.58)
+    parts = sum(p.times.total_s for p in norm.parts)
+    assert 0.0 <= norm.sheet.total_s - parts < 3.0  # the way to the first cut
+    assert norm.utilisation == pytest.approx((4 * (120**2 - 3.14159265 * (25**2 + 6**2))) / 320**2, rel=1e-6)
+
+
+@pytest.fixture(scope="module")
+def moving_z(drawing: Path):
+    """The same without marks for a table whose program pierces and moves Z."""
+    return api.optimize(drawing, dialect="plasma", ignore_layers="MARK", **FAST)
+
+
+def test_the_program_pierces_as_often_as_there_are_cuts(outcome, moving_z) -> None:
+    """QtPlasmaC waits for the pierce itself; elsewhere the program does."""
+    for found, runs, dwells in ((outcome, 16, 0), (moving_z, 12, 12)):
+        path = interpret(found.text, dialect(found.dialect), left_over=True)
+        on = (path.kind == Kind.SPINDLE) & (path.value > 0)
+        assert on.sum() == runs
+        assert (path.kind == Kind.DWELL).sum() == dwells
+
+
+@pytest.mark.external
+def test_linuxcnc_takes_the_program(outcome, moving_z, rs274: str, tmp_path: Path) -> None:
+    for found, runs, dwells in ((outcome, 16, 0), (moving_z, 12, 12)):
+        status, canon = run_rs274(rs274, found.text, tmp_path)
+        assert status == 0, canon
+        assert canon.count("START_SPINDLE_CLOCKWISE") == runs
+        assert canon.count("DWELL(0.58") == dwells
+
+
+def test_the_same_seed_gives_the_same_program(drawing: Path, outcome) -> None:
+    assert api.optimize(drawing, **FAST).text == outcome.text
+
+
+def test_keep_order_writes_the_order_of_the_drawing(drawing: Path) -> None:
+    kept = api.optimize(drawing, keep_order=True, **FAST)
+    assert kept.after.time_s == kept.before.time_s
+    assert [c.contours[0] for c in kept.cut_plan.cuts][-1] == max(
+        k for k, c in enumerate(kept.cut_plan.sheet.contours) if c.depth == 0 and c.contour.kind == "cut"
+    )
+
+
+def test_a_plan_is_saved_and_kept_with_its_fixed_choices(drawing: Path, tmp_path: Path) -> None:
+    plan, out = tmp_path / "plan.json", tmp_path / "out.ngc"
+    first = api.optimize(drawing, out, save_plan=plan, **FAST)
+    again = api.optimize(drawing, plan=plan, keep_order=True, **FAST)
+    assert [c.contours for c in again.cut_plan.cuts] == [c.contours for c in first.cut_plan.cuts]
+    assert again.after.time_s == pytest.approx(first.after.time_s, rel=1e-3)
+    data = json.loads(plan.read_text())
+    row = next(c for c in data["cuts"] if c["contours"] == [1])
+    row.update({"start": [80.0, 19.23], "fixed": ["start"]})
+    plan.write_text(json.dumps(data))
+    third = api.optimize(drawing, plan=plan, **FAST)
+    choice = next(c.choice for c in third.cut_plan.cuts if c.contours == (0,))
+    assert choice.start == pytest.approx((80.0, 19.23), abs=0.01)
+    assert choice.fixed == ("start",)
+    assert load_plan(plan).cuts
+
+
+def test_an_unchanged_plan_never_makes_the_sheet_slower(drawing: Path, tmp_path: Path) -> None:
+    plan = tmp_path / "plan.json"
+    first = api.optimize(drawing, save_plan=plan, **FAST)
+    worse = {**FAST, "iterations": 0}
+    assert api.optimize(drawing, plan=plan, **worse).after.time_s <= first.after.time_s * (1 + 1e-4)
+
+
+def test_distance_as_the_literature_counts_it_can_be_what_is_made_small(drawing: Path) -> None:
+    found = api.optimize(drawing, objective="distance", **FAST)
+    before, _, after = found.norms
+    assert after.sheet.length_mm < before.sheet.length_mm
+    assert after.sheet.perimeter_mm == pytest.approx(4 * (480 + 2 * 3.14159265 * 31 + 30), rel=1e-6)
+
+
+def test_sweep_corner_and_heat_are_kept(drawing: Path) -> None:
+    found = api.optimize(drawing, sweep="x", sweep_width="150", start_corner="lower-right", heat_distance="30", **FAST)
+    columns = [c.path.start[0] < 155 for c in found.cut_plan.cuts]
+    assert columns == sorted(columns)  # the right column first
+    assert [i.code for i in found.issues].count("L614") == 1
+
+
+def test_a_laser_table_cuts_by_the_lasers_rules(drawing: Path) -> None:
+    found = api.optimize(
+        drawing, **{**FAST, "thickness": "3"}, machine="laser-table", cut_process="laser_fiber_3kW", micro_joints=2
+    )
+    assert found.verified
+    assert found.dialect == "fanuc-laser"
+    assert {len(c.joints) for c in found.cut_plan.cuts if c.kind == "cut"} == {0, 2}
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        ({"thickness": None}, OptionError, "--thickness"),
+        ({"thickness": "99"}, PlanError, "nearest are"),
+        ({"machine": "haas-vf2"}, OptionError, "has a spindle"),
+        ({"keep_out": "100 0 200 320"}, PlanError, "forbidden zone"),
+        ({"sheet_size": "200x200"}, PlanError, "outside the sheet"),
+        ({"machine": "plasma-table", "work_offset": "2400,0,0"}, VerifyError, "not written"),
+        ({"start_point": "1,2,3"}, OptionError, "--start-point"),
+        ({"clearance_height": "3"}, PlanError, "--clearance-height"),
+    ],
+    ids=str,
+)
+def test_what_cannot_be_cut_is_refused_in_one_line(drawing: Path, options, error, words: str) -> None:
+    with pytest.raises(error, match=words) as caught:
+        api.optimize(drawing, **{**FAST, **options})
+    assert "\n" not in str(caught.value)
+
+
+def test_the_command_line_answers_with_the_norm(drawing: Path, tmp_path: Path, capsys) -> None:
+    out, page = tmp_path / "plates.ngc", tmp_path / "plates.html"
+    words = ["optimize", str(drawing), "--process", "cut", "--thickness", "6", "-o", str(out), "--iterations", "5"]
+    assert run([*words, "--json", "--quantity", "3", "--report", str(page)]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["counts"] == {"parts": 4, "contours": 12, "marks": 4, "pierces": 12}
+    assert answer["cutting"]["batch"]["total_s"] == pytest.approx(3 * answer["cutting"]["sheet"]["total_s"])
+    assert len(answer["cutting"]["parts"]) == 4
+    assert answer["cutting"]["sheet"]["time"].startswith("0:")
+    assert out.read_text().rstrip().endswith("M2")
+    assert page.stat().st_size > 1000
+    assert run(words) == 0
+    shown = capsys.readouterr().out
+    assert "4 parts · 12 contours" in shown
+    assert "cut with" in shown
+
+
+def test_a_plan_file_is_never_written_over_an_input(drawing: Path, tmp_path: Path, capsys) -> None:
+    plan = tmp_path / "plan.json"
+    words = ["optimize", str(drawing), "--process", "cut", "--thickness", "6", "--iterations", "1", "-q"]
+    assert run([*words, "--save-plan", str(plan)]) == 0
+    assert run([*words, "--plan", str(plan), "--save-plan", str(plan)]) == 1
+    assert "never overwritten" in capsys.readouterr().err

@@ -1,0 +1,229 @@
+"""The proof of a cutting program: it accepts what is right, and every fault that breaks a part is caught."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from proved_sheets import checked, laid, planned, program
+
+from leafcut.gcode.dialects import dialect, dialects
+from leafcut.geometry.polyline import Polyline, joined
+from leafcut.model.cutting import Cut, CutPlan
+from leafcut.options import CutOptions, PostOptions
+from leafcut.verify.cut_motion import check_cut_motion
+
+KERF = 1.5
+Cuts = tuple[Cut, ...]
+
+
+def of_contour(cuts: Cuts, index: int) -> int:
+    """The place in the order of the cut of a contour."""
+    return next(k for k, c in enumerate(cuts) if c.contours == (index,))
+
+
+def with_cut(cuts: Cuts, k: int, **changes: object) -> Cuts:
+    """The same cuts with one changed."""
+    return (*cuts[:k], replace(cuts[k], **changes), *cuts[k + 1 :])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("words", [*dialects(torch=True), "linuxcnc"])
+@pytest.mark.parametrize("units", ["mm", "inch"])
+def test_a_right_program_is_accepted_for_every_controller(words: str, units: str) -> None:
+    plan, rules = planned(words)
+    text = program(plan.cuts, words, PostOptions(output_units=units))
+    assert check_cut_motion(laid(plan.cuts, words), plan, text, dialect(words), units) == []
+    assert checked(text, plan, rules, words) == []
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        CutOptions(direction="counter-clockwise", lead_in="line", lead_out="none"),
+        CutOptions(compensation="none", small_hole=0.0),
+        CutOptions(corner_loops=True),
+        CutOptions(micro_joints=1),
+        CutOptions(overcut=0.0, lead_in="line", lead_angle=math.radians(45)),
+    ],
+    ids=["other way round", "no compensation", "corner loops", "a joint", "no overcut"],
+)
+def test_a_right_program_is_accepted_by_every_rule(options: CutOptions) -> None:
+    plan, rules = planned("qtplasmac", options)
+    assert checked(program(plan.cuts), plan, rules) == []
+
+
+def test_the_feed_may_be_that_of_the_controllers_own_material() -> None:
+    plan, rules = planned()
+    cuts = tuple(c for c in plan.cuts if c.kind == "cut")
+    text = program(cuts, post=PostOptions(material_number=7))
+    assert "M190 P7\nM66 P3 L3 Q1\n" in text
+    assert "F#<_hal[plasmac.cut-feed-rate]>" in text
+    assert {d.what for d in checked(text, plan, rules)} <= {"number of cuts", "not marked", "feed"}
+
+
+def shifted(cuts: Cuts) -> Cuts:
+    """One contour is a kerf to the side."""
+    k = of_contour(cuts, 4)
+    return with_cut(cuts, k, path=cuts[k].path.moved(KERF, 0.0))
+
+
+def dropped(cuts: Cuts) -> Cuts:
+    """One hole is left out."""
+    k = of_contour(cuts, 5)
+    return (*cuts[:k], *cuts[k + 1 :])
+
+
+def repeated(cuts: Cuts) -> Cuts:
+    """One contour is cut again at the end."""
+    return (*cuts, cuts[of_contour(cuts, 4)])
+
+
+def twice_round(cuts: Cuts) -> Cuts:
+    """The torch goes round a contour twice in one run."""
+    k = of_contour(cuts, 4)
+    cut = cuts[k]
+    lead, around = cut.path.piece(0.0, cut.lead_in), cut.path.piece(cut.lead_in, cut.lead_out)
+    path = joined(lead, around, around, cut.path.piece(cut.lead_out, cut.path.length))
+    return with_cut(cuts, k, path=path, torch_off_at=path.length)
+
+
+def outer_first(cuts: Cuts) -> Cuts:
+    """An outline comes before the hole in it."""
+    a, b = of_contour(cuts, 5), of_contour(cuts, 4)
+    order = list(cuts)
+    order[a], order[b] = order[b], order[a]
+    return tuple(order)
+
+
+def hole_before_its_part(cuts: Cuts) -> Cuts:
+    """A hole comes before the part inside it."""
+    a, b = of_contour(cuts, 2), of_contour(cuts, 1)
+    order = list(cuts)
+    order[a], order[b] = order[b], order[a]
+    return tuple(order)
+
+
+def mark_last(cuts: Cuts) -> Cuts:
+    """A mark comes when its part has fallen."""
+    k = of_contour(cuts, 3)
+    return (*cuts[:k], *cuts[k + 1 :], cuts[k])
+
+
+def pierced_in_a_part(cuts: Cuts) -> Cuts:
+    """A lead-in begins inside the part."""
+    k = of_contour(cuts, 4)
+    cut = cuts[k]
+    begin, edge = (190.0, 75.0), cut.path.point_at(cut.lead_in)
+    lead = Polyline.of_points([begin, edge])
+    path = joined(lead, cut.path.piece(cut.lead_in, cut.path.length))
+    moved = lead.length - cut.lead_in
+    return with_cut(
+        cuts, k, path=path, lead_in=lead.length, lead_out=cut.lead_out + moved, torch_off_at=cut.torch_off_at + moved
+    )
+
+
+def wrong_side(cuts: Cuts) -> Cuts:
+    """A hole's kerf is outside the hole."""
+    k = of_contour(cuts, 5)
+    path = Polyline.circle(190, 50, 10 + KERF / 2).started_at(0.0).piece(0.0, math.tau * (10 + KERF / 2))
+    return with_cut(cuts, k, path=path, lead_in=0.0, lead_out=path.length, torch_off_at=path.length)
+
+
+def mirrored(cuts: Cuts) -> Cuts:
+    """An outline is cut the other way round."""
+    k = of_contour(cuts, 4)
+    cut = cuts[k]
+    return with_cut(cuts, k, path=cut.path.reversed(), torch_off_at=cut.path.length)
+
+
+def not_closed(cuts: Cuts) -> Cuts:
+    """The torch goes off 1.5 mm before the contour is closed; a lead-in that comes along it reaches less far back."""
+    k = of_contour(cuts, 4)
+    cut = cuts[k]
+    path = cut.path.piece(0.0, cut.lead_out - 1.5)
+    return with_cut(cuts, k, path=path, torch_off_at=path.length, lead_out=path.length)
+
+
+def too_wide(cuts: Cuts) -> Cuts:
+    """A part comes out 0.05 mm too small on every side."""
+    k = of_contour(cuts, 2)
+    small = replace(cuts[k].path, vertices=np.array(cuts[k].path.vertices))
+    middle, scale = np.array([85.0, 85.0]), 1.0 - 0.05 / (15.0 + KERF / 2)
+    small.vertices[:, :2] = middle + (small.vertices[:, :2] - middle) * scale
+    return with_cut(cuts, k, path=small)
+
+
+def off_the_sheet(cuts: Cuts) -> Cuts:
+    """A lead-out leaves the sheet."""
+    k = of_contour(cuts, 4)
+    cut = cuts[k]
+    x, y = cut.path.end
+    path = joined(cut.path, Polyline.of_points([(x, y), (x, -5.0)]))
+    return with_cut(cuts, k, path=path, torch_off_at=path.length)
+
+
+MUTATIONS: list[tuple[Callable[[Cuts], Cuts], set[str]]] = [
+    (shifted, {"not cut", "cuts into a part"}),
+    (dropped, {"not cut"}),
+    (repeated, {"cut twice"}),
+    (twice_round, {"cut twice"}),
+    (outer_first, {"out of order"}),
+    (hole_before_its_part, {"out of order"}),
+    (mark_last, {"out of order"}),
+    (pierced_in_a_part, {"cuts into a part"}),
+    (wrong_side, {"cuts into a part"}),
+    (mirrored, {"direction"}),
+    (not_closed, {"not all the way"}),
+    (too_wide, {"cuts into a part"}),
+    (off_the_sheet, {"off the sheet"}),
+]
+
+
+@pytest.mark.parametrize(("mutate", "whats"), MUTATIONS, ids=[m.__name__ for m, _ in MUTATIONS])
+def test_a_wrong_cut_is_caught(mutate: Callable[[Cuts], Cuts], whats: set[str]) -> None:
+    """The program is that of wrong cuts; the plan that it is compared with is the right one."""
+    plan, rules = planned()
+    found = checked(program(mutate(plan.cuts)), plan, rules)
+    assert whats <= {d.what for d in found}
+
+
+@pytest.mark.parametrize(("mutate", "whats"), MUTATIONS, ids=[m.__name__ for m, _ in MUTATIONS])
+def test_a_wrong_plan_is_caught(mutate: Callable[[Cuts], Cuts], whats: set[str]) -> None:
+    """A plan that is wrong itself helps nothing: what counts is the drawing."""
+    plan, rules = planned()
+    wrong = mutate(plan.cuts)
+    found = checked(program(wrong), CutPlan(plan.sheet, plan.data, wrong), rules)
+    assert whats <= {d.what for d in found}
+
+
+TEXTS = [
+    ("qtplasmac", r"M5 \$0\n(G0 [^\n]*\nM3)", r"\1", "torch on in a rapid"),
+    ("qtplasmac", r"M5 \$0\n(M65 P2)", r"\1", "torch on at the end"),
+    ("qtplasmac", r"F1500", "F1400", "feed"),
+    ("qtplasmac", r"M67 E3 Q60\n", "", "feed"),
+    ("qtplasmac", r"M52 P1\n", "", "feed"),
+    ("qtplasmac", r"M68 E3 Q0\n", "", "feed"),
+    ("qtplasmac", r"M65 P3\n", "", "not cut"),
+    ("qtplasmac", r"kw=1.5", "kw=1.2", "material"),
+    ("qtplasmac", r"\(o=0.*\n", "", "material"),
+    ("plasma", r"G4 P0.5\n", "G4 P0.3\n", "pierce delay"),
+    ("plasma", r"Z3.8\n", "Z2.8\n", "pierce height"),
+    ("plasma", r"Z1.5 ", "Z1 ", "cut height"),
+    ("plasma", r"Z10\n(X)", r"Z3\n\1", "rapid too low"),
+    ("plasma", r"M5\n", "", "torch on in a rapid"),
+    ("grbl-laser", r"M5\n", "", "torch on in a rapid"),
+    ("grbl-laser", r"M4 S200", "M4 S1000", "cuts into a part"),
+]
+
+
+@pytest.mark.parametrize(("words", "old", "new", "what"), TEXTS, ids=[f"{w}: {o} → {n}" for w, o, n, _ in TEXTS])
+def test_a_wrong_word_is_caught(words: str, old: str, new: str, what: str) -> None:
+    plan, rules = planned(words)
+    text = program(plan.cuts, words)
+    wrong, count = re.subn(old, new, text, count=1)
+    assert count == 1
+    assert what in {d.what for d in checked(wrong, plan, rules, words)}
