@@ -20,6 +20,7 @@ from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
 from leafcut.options import (
     GROUPS,
     AcoOptions,
+    FireflyOptions,
     MachineOptions,
     NestOptions,
     ReadOptions,
@@ -49,6 +50,7 @@ _TITLES = {
     "resequence": "Programs of other CAMs",
     "solve": "Search",
     "aco": "Ants",
+    "firefly": "Fireflies",
     "post": "Program",
 }
 
@@ -121,7 +123,7 @@ def app() -> App:
         result_action="return_value",
         suppress_keyboard_interrupt=False,
     )
-    solving = (SolveOptions, AcoOptions)
+    solving = (SolveOptions, AcoOptions, FireflyOptions)
     made.command(_command(_optimize, [g for g in GROUPS if g is not NestOptions]), name="optimize")
     made.command(_command(_solve, (ReadOptions, *solving)), name="solve")
     made.command(_command(_nest, (ReadOptions, SheetOptions, NestOptions, SolveOptions), _OF_NESTING), name="nest")
@@ -245,7 +247,7 @@ def _solve(
     ] = False,
     options: dict[str, Any],
 ) -> int:
-    """Find a short closed tour through the points of a map, to study the algorithms."""
+    """Find a short closed tour through the points of a map, or through sets of them, to study the algorithms."""
     from leafcut import api
     from leafcut.read.tsplib import write_tour
     from leafcut.report.wording import count, gap_lines
@@ -257,11 +259,12 @@ def _solve(
     with Reporter() as reporter:
         answer, nodes = api.solve_file(instance, progress=reporter, **_given(options))
     if tour:
-        write_tour(tour, answer["instance"], nodes)
+        write_tour(tour, answer["instance"], nodes, every="clusters" not in answer)
     if as_json:
         _print_json(answer)
         return DONE
-    print(f"{answer['instance']}: {count(answer['n'], 'point')}, {answer['algorithm']}, seed {answer['seed']}")
+    sets = f" in {count(answer['clusters'], 'set')}" if "clusters" in answer else ""
+    print(f"{answer['instance']}: {count(answer['n'], 'point')}{sets}, {answer['algorithm']}, seed {answer['seed']}")
     steps = count(answer["iterations"], "iteration")
     print(f"length {answer['length']:,.10g}, {steps} in {answer['seconds']:.2f} s")
     if answer["stopped_early"] and options["time_limit"] is None:

@@ -27,6 +27,7 @@ ALGORITHM_TITLES = {
     "asrank": "rank-based Ant System",
     "mmas": "MAX–MIN Ant System",
     "acs": "Ant Colony System",
+    "firefly": "discrete firefly algorithm: orders fly towards shorter ones",
     "kicks": "one tour, kicked at one place at a time and mended by exchanges of up to five edges (Lin–Kernighan)",
     "2opt": "nearest neighbour, improved by 2-opt and Or-opt",
     "nn": "nearest neighbour",
@@ -654,6 +655,28 @@ class AcoOptions(OptionGroup):
 
 
 @dataclass(frozen=True)
+class FireflyOptions(OptionGroup):
+    """The parameters of the fireflies."""
+
+    section: ClassVar[str] = "firefly"
+
+    n_fireflies: int = option("whole", 20, "fireflies in the swarm", minimum=1, maximum=10_000)
+    attractiveness: float = option(
+        "number", 1.0, "share of its steps that a brighter order gives one beside it (β0)", minimum=0, maximum=1
+    )
+    absorption: float = option(
+        "number",
+        0.05,
+        "how fast that falls with the distance of two orders (γ): ten when no step is the same",
+        minimum=0,
+        maximum=100,
+    )
+    random_moves: int = option(
+        "whole", 2, "clusters that move at random after every flight (α)", minimum=0, maximum=1000
+    )
+
+
+@dataclass(frozen=True)
 class PostOptions(OptionGroup):
     """How the program is written."""
 
@@ -699,6 +722,7 @@ GROUPS: tuple[type[OptionGroup], ...] = (
     ResequenceOptions,
     SolveOptions,
     AcoOptions,
+    FireflyOptions,
     PostOptions,
 )
 
@@ -716,6 +740,7 @@ class Settings:
     resequence: ResequenceOptions = field(default_factory=ResequenceOptions)
     solve: SolveOptions = field(default_factory=SolveOptions)
     aco: AcoOptions = field(default_factory=AcoOptions)
+    firefly: FireflyOptions = field(default_factory=FireflyOptions)
     post: PostOptions = field(default_factory=PostOptions)
 
     @classmethod
