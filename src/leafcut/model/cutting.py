@@ -267,6 +267,8 @@ class CutMeasures:
         Of one sheet, and of `quantity` sheets.
     parts
         In the order of their numbers.
+    cuts
+        Of every cut, in the order of the plan, with the way to it.
     utilisation
         Area of the parts by the area of the sheet, 0 … 1; None when the sheet's size is not known.
     cost, batch_cost
@@ -280,6 +282,7 @@ class CutMeasures:
     utilisation: float | None = None
     cost: float = 0.0
     batch_cost: float = 0.0
+    cuts: tuple[CutTimes, ...] = ()
 
 
 @dataclass(frozen=True)

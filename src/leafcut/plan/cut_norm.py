@@ -45,6 +45,7 @@ def cut_norm(
         utilisation=used / abs(sheet.outline.area) if sheet.outline is not None else None,
         cost=cost,
         batch_cost=cost * options.quantity,
+        cuts=tuple(each),
     )
 
 

@@ -360,8 +360,7 @@ def _outcome(
         issues=(*issues, *_heat_issues(job, after), *machine_issues(run.machine)),
         options=settings.changed(),
         version=__version__,
-        cut_plan=after.plan,
-        norms=tuple(None if x is None else x.plan.measures for x in (before, nearest, after)),
+        cut_plans=tuple(None if x is None else x.plan for x in (before, nearest, after)),
     )
 
 
