@@ -61,7 +61,13 @@ def cutting_as_json(outcome: Outcome) -> dict[str, Any]:
             "cost": norm.cost,
             "batch_cost": norm.batch_cost,
             "parts": [
-                {"part": p.part, "area_mm2": plain_number(p.area), **_times(p.times), "cost": p.cost}
+                {
+                    "part": p.part,
+                    "area_mm2": plain_number(p.area),
+                    "contours": part_kinds(plan, p.part).count("cut"),
+                    **_times(p.times),
+                    "cost": p.cost,
+                }
                 for p in norm.parts
             ],
             "before": _order(outcome, 0),
@@ -134,10 +140,15 @@ def cut_title(plan: CutPlan, number: int) -> str:
     return " · ".join(words)
 
 
+def part_kinds(plan: CutPlan, part: int) -> list[str]:
+    """Return what is cut and marked of a part, contour by contour: ``cut`` or ``mark``."""
+    contours = (plan.sheet.contours[i] for cut in plan.cuts for i in cut.contours)
+    return [c.contour.kind for c in contours if c.part == part]
+
+
 def part_title(plan: CutPlan, part: int) -> str:
     """Return what one part is: ``part 3 · 5 contours · 0:00:31``."""
-    contours = sum(c.part == part and c.contour.kind == "cut" for c in plan.sheet.contours)
-    words = [f"part {part}", count(contours, "contour")]
+    words = [f"part {part}", count(part_kinds(plan, part).count("cut"), "contour")]
     words += [clock(p.times.total_s) for p in plan.measures.parts if p.part == part]
     return " · ".join(words)
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from leafcut.model.cutting import CutMeasures, CutPlan, CutTimes
 from leafcut.model.outcome import Outcome
 from leafcut.report import chart, views
-from leafcut.report.cut_words import clock, cost_figure, money_words, name_words, size_words
+from leafcut.report.cut_words import clock, cost_figure, money_words, name_words, part_kinds, size_words
 from leafcut.report.drawing import RAMP
 from leafcut.report.sheet_drawing import SheetScene, build_sheet_scene, part_id, part_window, sheet_drawing, stretches
 from leafcut.report.wording import (
@@ -250,9 +251,7 @@ def _cells(times: CutTimes, cost: float, places: int) -> dict[str, str]:
 
 def _contours_words(plan: CutPlan, part: int) -> str:
     """Return how many contours of a part are cut, and how many marks it has."""
-    mine = [
-        c.contour.kind for cut in plan.cuts for c in (plan.sheet.contours[i] for i in cut.contours) if c.part == part
-    ]
+    mine = part_kinds(plan, part)
     marks = mine.count("mark")
     return f"{len(mine) - marks}" + (f" + {count(marks, 'mark')}" if marks else "")
 
@@ -273,13 +272,14 @@ def _data(plan: CutPlan) -> Row:
         ("pierce", pierce),
         ("cut height", f"{size_words(data.cut_height)} mm"),
     ]
+    confidence, why = [*re.split(r"[,;:]\s*", clean(data.confidence), maxsplit=1), ""][:2]
     if data.volts is not None:
         rows.append(("arc", f"{data.volts:g} V"))
     return {
         "rows": [(name, clean(words)) for name, words in rows],
         "source": clean(data.source),
         # A word or two, and in some charts the reason after a comma.
-        "confidence": clean(data.confidence).partition(",")[0],
-        "why": clean(data.confidence).partition(",")[2].strip(),
+        "confidence": confidence,
+        "why": why,
         "sure": not data.confidence.startswith("low"),
     }
