@@ -21,6 +21,7 @@ from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.report.cut_words import clock, contour_words, cut_title, money_words, name_words, size_words
 from leafcut.report.json_answer import as_json
 from leafcut.report.page import path_svg, write_page
+from leafcut.report.sheet_detail import detail, looked_at
 from leafcut.report.sheet_drawing import build_sheet_scene, part_window, sheet_drawing, stretches
 from leafcut.report.summary import print_summary
 from leafcut.report.svg import STEPS
@@ -127,7 +128,7 @@ def sheet_outcome(empty_outcome: Outcome) -> Callable[..., Outcome]:
 
 def drawings(html: str) -> list[str]:
     """Return the drawings of a page, one text each."""
-    return re.findall(r'<svg viewBox="[^"]*" class="drawing sheet.*?</svg>', html, re.S)
+    return re.findall(r'<svg viewBox="[^"]*" class="drawing sheet(?: ramped)?" .*?</svg>', html, re.S)
 
 
 def outlines(data: str) -> list[np.ndarray]:
@@ -245,7 +246,7 @@ def test_of_many_cuts_every_so_manieth_has_its_number(cuts, every):
     (group,) = re.findall(r'<g class="number".*?</g>', svg, re.S)
     numbers = [int(n) for n in re.findall(r">(\d+)</text>", group)]
     assert numbers
-    assert set(numbers) <= set(range(every, cuts + 1, every))
+    assert set(numbers) <= set(range(every, cuts + 1, every)) - {1, cuts}  # there stand "start" and "end"
     assert len(numbers) >= 0.9 * (cuts // every)
     assert svg.count('class="begin pierce"') == cuts
 
@@ -312,6 +313,20 @@ def test_the_nearest_neighbours_order_is_drawn_where_it_is_known(sheet_outcome):
     html = write_page(sheet_outcome(nearest=True))
     assert len(drawings(html)) == 3
     assert Page(html).words.count("Nearest neighbour") == 3  # card, caption, row of the times
+
+
+def test_a_closer_look_shows_the_first_hole_and_the_first_outline_with_the_kerf_in_its_width(sheet_outcome):
+    plan = sheet_outcome().cut_plan
+    assert looked_at(plan) == [0, 2]
+    assert looked_at(plan_of([MARK, SQUARE], 1.0)) == [1]
+    assert looked_at(plan_of([MARK], 1.0)) == []
+    look = detail(replace(plan, data=replace(DATA, kerf=1.0)), 0)
+    # 1.6 lead-ins of 4 mm are half of 190 units: a kerf of 1 mm is 95 / 6.4 units wide.
+    assert f'class="kerf band" stroke-width="{95.0 / 6.4 * STEPS:g}"' in look["svg"]
+    assert look["svg"].count("<circle") == 1
+    assert (look["caption"], look["words"]) == ("Cut 1: part 1, hole", "lead-in 4.0 mm, lead-out 4.0 mm")
+    dark = replace(HOLE, torch_off_at=HOLE.lead_out + 1.0)
+    assert detail(plan_of([dark], 1.0), 0)["words"] == "lead-in 4.0 mm, lead-out 1.0 mm, 3.0 mm with the torch off"
 
 
 def test_pages_of_sheets_are_well_formed_and_text_from_files_stays_text(sheet_outcome, empty_outcome):

@@ -45,6 +45,8 @@ _RAPID_ARROW, _RAPID_ARROW_OF_MANY = 3.6, 2.8
 #: The words at the start and the end, as discs that numbers keep away from: how far beside the mark, and how large.
 _WORD_DISCS = (10.0, 20.0, 30.0)
 _WORD_DISC = 5.0
+#: A cut that begins so near to its end needs no number beside the word "end", user units.
+_AT_ITS_END = 12.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,7 +233,7 @@ def _cut(scene: SheetScene, plan: CutPlan, number: int) -> str:
     # Leads over the kerf: they are short, and begin where it ends.
     lines = [element("path", d=d, class_=kind, stroke_width=_width(scene, kind)) for kind, d in sorted(data.items())]
     x, y = frame.place(np.array(cut.path.start)).tolist()
-    dot = element("circle", cx=x, cy=y, r=scene.dot * (0.8 if cut.kind == "mark" else 1.0), class_=_dot_class(cut))
+    dot = element("circle", cx=x, cy=y, r=scene.dot * (0.8 if cut.kind == "mark" else 1.0), class_=dot_class(cut))
     return element("g", title(cut_title(plan, number)), in_steps(*lines), dot)
 
 
@@ -241,7 +243,7 @@ def _width(scene: SheetScene, kind: str) -> float:
     return STEPS * (scene.kerf if kind == "kerf" else max(scene.kerf, _THINNEST_KERF))
 
 
-def _dot_class(cut: Cut) -> str:
+def dot_class(cut: Cut) -> str:
     """Return how the beginning of a cut looks: a pierce, a start at the edge, a mark."""
     return "begin mark" if cut.kind == "mark" else "begin pierce" if cut.pierce else "begin edge-start"
 
@@ -285,7 +287,9 @@ def _order(scene: SheetScene, plan: CutPlan, ways: Points) -> list[str]:
     size = (frame.width, frame.height)
     reach = scene.dot + 3.0
     marks = end_marks((*starts[0].tolist(), reach), (*end, reach), size)
-    numbered = [k for k in range(len(plan.cuts)) if (k + 1) % scene.every == 0]
+    # The first one and, where it ends where it began, the last one have their words.
+    worded = {0, len(starts) - 1} if math.dist(starts[-1], end) < _AT_ITS_END else {0}
+    numbered = [k for k in range(len(plan.cuts)) if (k + 1) % scene.every == 0 and k not in worded]
     lines = np.concatenate([ways, *(_segments(_chords(frame, c.path)) for c in plan.cuts)])
     free = np.full(len(starts), scene.dot)
     free[0] = reach + 1.0

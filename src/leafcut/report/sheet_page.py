@@ -10,6 +10,7 @@ from leafcut.model.outcome import Outcome
 from leafcut.report import chart, views
 from leafcut.report.cut_words import clock, cost_figure, money_words, name_words, part_kinds, size_words
 from leafcut.report.drawing import RAMP
+from leafcut.report.sheet_detail import detail, looked_at
 from leafcut.report.sheet_drawing import SheetScene, build_sheet_scene, part_id, part_window, sheet_drawing, stretches
 from leafcut.report.wording import (
     NO_VALUE,
@@ -42,6 +43,7 @@ def sheet_content(outcome: Outcome, plan: CutPlan) -> Row:
     return {
         "drawings": _drawings(outcome, scene),
         "wide": scene.frame.wide,
+        "details": [detail(plan, number) for number in looked_at(plan)],
         "legend": _legend(scene, [p for p in outcome.cut_plans if p is not None]),
         "orders": _norm_rows(outcome),
         "common": any(n.sheet.common_mm > 0.0 for n in outcome.norms if n is not None),
