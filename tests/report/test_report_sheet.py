@@ -14,7 +14,7 @@ from page_parser import Page
 from rich.console import Console
 
 from leafcut.geometry.polyline import Polyline, joined
-from leafcut.model import Outcome
+from leafcut.model import OperationOutcome, Outcome, Solution, Tool, ToolKind
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutChoice, CutData, CutMeasures, CutPlan, CutTimes, PartTimes
 from leafcut.model.sheet import Sheet, SheetContour
@@ -25,6 +25,7 @@ from leafcut.report.sheet_detail import detail, looked_at
 from leafcut.report.sheet_drawing import build_sheet_scene, part_window, sheet_drawing, stretches
 from leafcut.report.summary import print_summary
 from leafcut.report.svg import STEPS
+from leafcut.report.wording import bound_words
 
 DATA = CutData(
     "laser_fiber_3kw",
@@ -354,10 +355,24 @@ def test_the_terminal_says_the_ways_between_and_sensible_digits(sheet_outcome):
     shown = console.file.getvalue()
     assert "2 parts · 3 contours · 1 mark · 3 pierces" in shown
     assert re.search(r"order +between +cutting", shown)
-    assert re.search(r"drawing +18.00 m", shown)  # 1500 × 12
+    assert re.search(r"drawing +18.00 m +550.8 mm", shown)  # 1500 × 12, 542.8 + 8
     assert re.search(r"leafcut +4.50 m", shown)
     assert "kerf 0.237 mm" in shown
     assert "5.00 a sheet, 50.00 for the batch" in shown
+
+
+def test_a_gap_is_said_of_the_starts_that_were_tried(sheet_outcome):
+    """42 s above a bound of 40 s: 5 % of all the sheet's time, not of its travel; two bands are two searches."""
+    order = np.arange(4, dtype=np.int32)
+    found = Solution(order, 42.0, "s", "mmas", 7, history=((0.1, 60.0), (1.0, 42.0)), lower_bound=40.0)
+    band = OperationOutcome(Tool(1, 0.2, ToolKind.TORCH), "", (), False, found, cuts=4)
+    one = bound_words(sheet_outcome(operations=(band,)))
+    assert one == "time at most 5.00 % above the least possible with the starts that were tried"
+    assert bound_words(sheet_outcome(operations=(band, band))) == f"{one}, each band from where the one before it ended"
+    words = Page(write_page(sheet_outcome(operations=(band, band)))).words
+    assert "band 1, 4 cuts" in words
+    assert "band 2, 4 cuts" in words
+    assert "4 cuts mmas" in Page(write_page(sheet_outcome(operations=(band,)))).words
 
 
 def test_the_json_answer_has_norm_data_and_parts(sheet_outcome):

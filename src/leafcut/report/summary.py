@@ -76,8 +76,8 @@ def _orders(outcome: Outcome) -> Table:
         if measure is None:
             continue
         saved = NO_VALUE if measure is outcome.before else percent_words(saved_percent(outcome, measure))
-        way = measure.travel_mm if norm is None else norm.sheet.rapid_mm
-        figures = (length_words(way), length_words(measure.cut_mm), time_words(measure.time_s), saved)
+        way, cutting = (measure.travel_mm, measure.cut_mm) if norm is None else (norm.sheet.rapid_mm, norm.sheet.cut_mm)
+        figures = (length_words(way), length_words(cutting), time_words(measure.time_s), saved)
         table.add_row(Text(name, style), *(Text(f, style) for f in figures))
     return table
 
