@@ -177,6 +177,13 @@ def test_all_between_a_rotation_and_its_end_is_kept() -> None:
     assert place(program) == [1.0, 1.0, 1.0]
 
 
+def test_q_of_g64_is_for_short_moves_and_is_p_where_it_is_not_said() -> None:
+    program = run("G64 P0.1", "G64 P0.1 Q0.02", "G64 Q0.02 P0.1", "G64 P0.1")
+    rows = program.path.kind == Kind.BLENDING
+    assert program.path.value[rows].tolist() == [0.1, 0.1, 0.1]
+    assert program.path.end[rows, 0].tolist() == [0.1, 0.02, 0.1]
+
+
 def test_only_a_change_of_the_mode_is_a_row() -> None:
     """G54 and G40 at the start of every operation, and the same G64 again, divide nothing."""
     program = run("G54 G40 G64 P0.1", "G54 G40 G64 P0.1", "G41 D1", "G40", "G40")
@@ -270,8 +277,12 @@ def test_fanuc_programs_with_subprograms_repeats_and_stored_cycles() -> None:
 
 def test_a_length_that_a_controller_may_take_for_thousandths_is_refused_but_not_what_a_macro_computes() -> None:
     """The dialect asks for the point in what is written."""
-    with pytest.raises(ReadError, match=":2: X1 has no decimal point"):
-        interpret_program("G21 G0\nX1\n", dialect("haas"))
+    for unit, least in (("G21", "X0.05"), ("G20", "X0.005")):
+        said = (
+            f":2: X50 has no decimal point: whether that is X50.0 or {least} depends on .*; write the one that is meant"
+        )
+        with pytest.raises(ReadError, match=said):
+            interpret_program(f"{unit} G0\nX50\n", dialect("haas"))
     assert place(interpret_program("G21 G0 #1=3.\nX#1 Y[1+1] Z1.\n", dialect("haas"))) == [3.0, 2.0, 1.0]
 
 

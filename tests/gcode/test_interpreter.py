@@ -134,13 +134,13 @@ def test_repeats_step_in_incremental_mode_only() -> None:
 
 
 def test_tool_offset_spindle_and_coolant_become_rows() -> None:
-    """T chooses and M6 changes; S alone changes a turning spindle only; M7 and M8 add up."""
+    """T chooses and M6 changes; S alone changes a turning spindle only, and the row says so; M7 and M8 add up."""
     path = read("S500 / T3 / M6 / G43 H3 / M3 / S800 / M4 / M5 / M7 / M8 / M9 / M7 M8 / G49")
     expected = [
         (Kind.TOOL, 0, 3),
         (Kind.OFFSET, 0, 3),
         (Kind.SPINDLE, 500, 0),
-        (Kind.SPINDLE, 800, 0),
+        (Kind.SPINDLE, 800, -1),
         (Kind.SPINDLE, -800, 0),
         (Kind.SPINDLE, 0, 0),
         (Kind.COOLANT, 0, 1),

@@ -43,6 +43,45 @@ def test_a_feed_is_written_as_it_was_where_the_new_neighbour_has_another() -> No
     )
 
 
+def test_a_feed_mode_that_the_first_piece_states_does_not_stand_for_its_feed() -> None:
+    """The second piece is made first: it says G94, too, and the first one gets the feed that it had."""
+    text = "G0 X0 Y0 / G1 Z-1 F100 / G0 Z5 / G0 X9 Y0 / G94 / G1 Z-1 / G0 Z5 / G0 X8 Y5 / G1 Z-1 F200 / G0 Z5"
+    assert body(text, [2, 1, 0]) == (
+        "G94 G0 X8 Y5 / G1 Z-1 F200 / G0 Z5 / G0 X9 Y0 F100 / G94 / G1 Z-1 / G0 Z5 / G0 X0 Y0 / G1 Z-1 F100 / G0 Z5"
+    )
+
+
+def test_a_hole_that_stays_rises_as_high_as_it_did() -> None:
+    """G99 leaves 5 in mind for the G98 behind M9, which follows another hole now: it rises there before."""
+    text = "G99 G81 X0 Y0 Z-3 R1 F100 / X9 Y0 / M9 / G98 X7 Y7 / G80"
+    assert body(text, [1, 0]).endswith("M9 / G98 X7 Y7 / G80")
+    text = "G99 G81 X0 Y0 Z-3 R1 F100 / G81 X9 Y0 Z-4 / M9 / G98 G82 X7 Z-4 R1 P1 / G80"
+    assert " / G80 / G0 X9.0 Y0.0 / G0 Z5.0 / M9 / G98 G82 X7 Z-4 R1 P1 / G80" in body(text, [1, 0])
+
+
+def test_a_cycle_ends_before_a_way_in_machine_coordinates_that_stays() -> None:
+    """G28 under a cycle is an error of the controller; the rapid of the last piece ended it before."""
+    text = "G98 G81 X0 Y0 Z-3 R1 F100 / G0 X9 Y0 / G1 Z-1 / G0 Z5 / G28 Z5"
+    assert body(text, [1, 0]).endswith("G98 G81 X0 Y0 Z-3 R1 F100 / G80 / G28 Z5")
+
+
+def test_a_last_piece_that_rose_for_the_end_rises_as_high_when_it_is_first() -> None:
+    """On the way from the hole to the cut the tool rises from 1 to 5; behind the cut it rises to 5 again."""
+    text = "G99 G81 X0 Y0 Z-3 R1 F100 / G0 X9 Y0 Z5 / G1 Z-1 / Z1"
+    new = rewritten(HEAD + text + " / G0 Z5 / M5 / M2", [1, 0])
+    assert " / G1 Z-1 / Z1 / G0 Z5.0 / G99 G81 X0 Y0 Z-3 R1 F100 / G0 Z5 / M5 / M2" in new
+
+
+def test_a_series_that_began_below_its_plane_is_not_begun_below_it_elsewhere() -> None:
+    """The tool comes from 0, goes over at the plane 2, and the second hole rises to its own plane 1; made second, the
+    series begins at 2."""
+    text = "G1 Z0 F100 / M8 / G99 G81 X0 Y0 Z-3 R2 F100 / G98 G81 X9 Y0 Z-3 R1 / G0 Z5 / X20 Y0 / G1 Z-1 / G0 Z5"
+    text += " / G0 X30 Y0 / G1 Z-1 / G0 Z5"
+    new = body(text, [1, 0, 2])
+    assert " / G0 X0.0 Y0.0 / G0 Z2.0 / G99 G81 X0 Y0 Z-3 R2" in new
+    assert "Z1.0" not in new
+
+
 def test_a_motion_is_added_in_front() -> None:
     """After the first piece, which ends with a feed, the second states G0; the third relies on the G0 before it."""
     text = "G0 X0 Y0 / G1 Z-1 F100 / Z5 / G0 X9 Y0 / G1 Z-1 / G0 Z5 / N7X8Y5 / G1 Z-1 / Z5"
@@ -54,6 +93,12 @@ def test_the_first_hole_of_a_cycle_gets_its_words_and_the_others_keep_theirs() -
     assert body(text, [2, 0, 1]) == (
         "G99 G83 X9 Y9 R1.0 Z-3 Q1.5 F100 / G99 G83 X0 Y0 Z-3 R1.0 Q1.5 F100 / X9 Y0 / G80"
     )
+
+
+def test_a_cycle_that_a_block_states_is_not_stated_twice() -> None:
+    """The second block names its cycle and takes Z and R from the first."""
+    text = "G99 G81 X0 Y0 Z-3 R1 F100 / G81 X9 Y0 / X9 Y9 / G80"
+    assert body(text, [1, 2, 0]) == ("G99 G81 X9 Y0 R1 Z-3 F100 / X9 Y9 / G99 G81 X0 Y0 Z-3 R1 F100 / G80")
 
 
 def test_another_depth_in_a_cycle_is_said_again() -> None:
@@ -106,9 +151,9 @@ def test_over_the_first_place_the_tool_comes_no_lower_than_the_original_did() ->
 
 def test_blocks_of_our_own_are_in_the_unit_of_their_section() -> None:
     """The second section is in inches: what its pieces lack is said in inches."""
-    one = "G0 X0 Y0 / G1 Z-1 F100 / Z1 / G0 X9 / G1 Z-1 / Z1"
+    one = "G0 X0 Y0 / G1 Z-1 F100 / Z30 / G0 X9 / G1 Z-1 / Z30"
     new = body(f"{one} / G20 / M8 / G0 Z1 / X2 Y2 / G1 Z-.1 F4 / G0 Z1 / X3 / G1 Z-.1 / G0 Z1", [0, 1], [1, 0])
-    assert new.startswith(f"{one} / G20 / M8 / G0 Z1 / X3 Y2.0 F4 / ")
+    assert f"{one} / G20 / M8 / G0 Z1 / X3 Y2.0 F4 / " in new
 
 
 def test_where_the_length_offset_has_changed_a_piece_waits_for_z() -> None:
@@ -183,6 +228,19 @@ def test_words_are_put_into_a_line_in_its_own_manner() -> None:
     assert insert_words("(a) X5 (b) ;(c)\n", [], ["Y1"]) == "(a) X5 Y1 (b) ;(c)\n"
     assert insert_words("\tg1 x5", ["G17"], []) == "\tG17 g1 x5"
     assert insert_words("X5\n", [], []) == "X5\n"
+
+
+def test_a_line_that_would_be_too_long_leaves_its_words_to_a_block_before_it() -> None:
+    """X0 Y9 and the long remark are 76 characters; F100. would make it 82, and the controller takes 80."""
+    remark = "(" + "r" * 68 + ")"
+    text = f"G0 X0 Y0 / G1 Z-1 F100. / G0 Z5 / X9 Y0 F200 / G1 Z-1 / G0 Z5 / X0 Y9 {remark} / G1 Z-1 / G0 Z5"
+    program = program_of(HEAD + text + FOOT)
+    assert len(f"X0 Y9 {remark}") == 76
+    new = rewrite(program, find_sequence(program), [np.array([2, 0, 1])], longest=80)
+    assert max(map(len, new.splitlines())) <= 80
+    assert f"\nX0 Y9 {remark}\n" in new
+    long = rewrite(program, find_sequence(program), [np.array([2, 0, 1])])
+    assert max(map(len, long.splitlines())) > 80
 
 
 def test_lengths_have_a_point_and_no_exponent() -> None:

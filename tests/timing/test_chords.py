@@ -67,17 +67,30 @@ def test_a_bend_within_the_tolerance_is_cut_off(tolerance: float, one: bool) -> 
     the last one under G64."""
     builder = ToolpathBuilder()
     builder.rapid(0.0, 0.0, 0.0)
-    builder.blending(640, tolerance)
+    builder.blending(640, tolerance, tolerance)
     builder.feed(20.0, 0.05, feed=50.0)
     builder.feed(40.0, 0.0, feed=50.0)
     whole = 40 / 50 + 50 / 250 + 0.0005
     assert (measure(builder.build(), MILL).time_s == pytest.approx(whole)) is one
 
 
+def test_short_moves_are_joined_within_q_and_not_within_p() -> None:
+    """The same bend of 0.05 mm: with P0.06 Q0.02 it is run as it is, as without P; with P0.02 Q0.06 it is cut off."""
+    found = []
+    for tolerance, joining in ((0.06, 0.02), (0.02, 0.06), (0.02, 0.0)):
+        builder = ToolpathBuilder()
+        builder.rapid(0.0, 0.0, 0.0)
+        builder.blending(640, tolerance, joining)
+        builder.feed(20.0, 0.05, feed=50.0)
+        builder.feed(40.0, 0.0, feed=50.0)
+        found.append(measure(builder.build(), MILL).time_s == pytest.approx(40 / 50 + 50 / 250 + 0.0005))
+    assert found == [False, True, False]
+
+
 def test_moves_of_another_feed_are_not_joined() -> None:
     builder = ToolpathBuilder()
     builder.rapid(0.0, 0.0, 0.0)
-    builder.blending(640, 0.1)
+    builder.blending(640, 0.1, 0.1)
     builder.feed(20.0, 0.0, feed=50.0)
     builder.feed(40.0, 0.0, feed=5.0)
     assert measure(builder.build(), MILL).time_s > 20 / 50 + 20 / 5
@@ -91,7 +104,7 @@ def test_a_flat_arc_is_run_as_chords() -> None:
     for tolerance in (0.02, 0.001):
         builder = ToolpathBuilder()
         builder.rapid(0.0, 0.0, 0.0)
-        builder.blending(640, tolerance)
+        builder.blending(640, tolerance, tolerance)
         end = (10_000 * math.sin(angle), 10_000 * (1 - math.cos(angle)), 0.0)
         builder.arc(False, end, Arc((0.0, 10_000.0, 0.0)), feed=50.0)
         builder.feed(end[0] + 10 * math.cos(angle), end[1] + 10 * math.sin(angle), feed=50.0)

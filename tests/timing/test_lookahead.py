@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.model.machine import Machine
-from leafcut.model.toolpath import Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
+from leafcut.model.toolpath import SPEED_ALONE, Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.profile import trapezoid_time
 from leafcut.timing.toolpath import measure
@@ -254,6 +254,24 @@ def halting(way: list[Place]) -> Toolpath:
         builder.feed(x, y, feed=50.0)
         builder.coolant(0)
     return builder.build()
+
+
+def test_in_laser_mode_a_power_in_the_block_of_a_move_does_not_stop_the_machine() -> None:
+    """Two moves in line, S between: one move with `line` 2 for both; but S alone on line 2, and any spindle, stop."""
+
+    def seconds_with(line: int, machine: Machine) -> float:
+        builder = ToolpathBuilder()
+        builder.rapid(0.0, 0.0, 0.0, line=1)
+        builder.spindle(300.0, line=1)
+        builder.feed(20.0, 0.0, feed=50.0, line=1)
+        builder.spindle(200.0, line=line, number=SPEED_ALONE)
+        builder.feed(40.0, 0.0, feed=50.0, line=3)
+        return seconds(builder.build(), machine)
+
+    laser = replace(GRBL, process="laser")
+    one, stop = trapezoid_time(40.0, 50.0, 500.0), 2 * trapezoid_time(20.0, 50.0, 500.0)
+    found = [seconds_with(line, machine) for line, machine in ((3, laser), (2, laser), (3, GRBL))]
+    assert found == pytest.approx([one, stop, stop])
 
 
 @pytest.mark.parametrize(("machine", "mode"), CASES)

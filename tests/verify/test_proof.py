@@ -137,6 +137,7 @@ MUTATIONS = [
     ("contours", r"G2 (.*)", r"G3 \1", "clockwise arc became counter-clockwise arc"),
     ("contours", r"I-5 J0", "I-5 J-0.001\nG1 X0", ""),
     ("contours", r"G64 P0.01", "G64 P0.1", "blending tolerance 0.01 became 0.1"),
+    ("contours", r"G64 P0.01", "G64 P0.01 Q0.1", "tolerance of short moves 0.01 became 0.1"),
     ("contours", r"G64 P0.01", "G61", "blending G64 became G61"),
     ("contours", r"G0 X20 Y0\nG0 Z1", "G0 Z3\nG0 X20 Y0\nG0 Z1", "arrives at X20.000 Y0.000 at Z3.000, Z5.000"),
     ("contours", r"G0 Z5\nG0 X20 Y0", "G0 Z4\nG0 X20 Y0", "at Z4.000, Z5.000 before"),
@@ -227,6 +228,16 @@ def test_a_finishing_pass_inside_its_roughing_stays_after_it_and_a_laser_may_cut
         outer, inner = (re.sub(r"G0 Z-5\n", on, cut).replace("G0 Z5\n", off) for cut in (rough, finish))
         assert certified(head + outer + inner, head + inner + outer).same
         assert not certified(head + inner + outer, head + outer + inner).same
+
+
+def test_what_lies_beside_a_loop_is_not_inside_it() -> None:
+    """A cut that crosses itself at (10, 0): what lies beyond the crossing, between its two ends, is free."""
+    loop = "G0 X0 Y-1 / G1 Z-1 F100 / X20 Y1 / X20 Y-1 / X0 Y1 / G0 Z5"
+    head, foot = "G21 G90 / S1000 M3 / G0 Z5", "G0 Z20 / M5 / M2"
+    for x, same in ((2, True), (18, False)):
+        hole = f"G0 X{x} Y0 / G1 Z-1 F100 / G0 Z5"
+        texts = [" / ".join([head, *parts, foot]).replace(" / ", "\n") for parts in ((loop, hole), (hole, loop))]
+        assert certified(*texts).same is same
 
 
 def test_an_open_cut_encloses_nothing() -> None:

@@ -199,13 +199,13 @@ class BlockRunner(Reader):
                 state.radius = mode
                 state.path.radius(mode, 0.0 if register is None else register.value, line=state.line)
         if path is not None:
-            tolerance = letters.pop("P", None) if path == 640 else None
-            if path == 640:
-                letters.pop("Q", None)
-            mm = 0.0 if tolerance is None else state.length(tolerance)
-            if (path, mm) != (state.blending, state.tolerance):
-                state.blending, state.tolerance = path, mm
-                state.path.blending(path, mm, line=state.line)
+            said = [letters.pop(letter, None) if path == 640 else None for letter in "PQ"]
+            tolerance, joining = (0.0 if word is None else state.length(word) for word in said)
+            # Without Q, P is for short moves, too. Source: LinuxCNC, G64; seen with rs274.
+            joining = tolerance if said[1] is None else joining
+            if (path, tolerance, joining) != (state.blending, state.tolerance, state.joining):
+                state.blending, state.tolerance, state.joining = path, tolerance, joining
+                state.path.blending(path, tolerance, joining, line=state.line)
 
     def _act(self, words: SortedBlock) -> None:
         """Offsets and motion; when it is not clear what they do, one row FOREIGN takes their place."""

@@ -26,6 +26,7 @@ class ForeignState(State):
     shift: int = 0
     blending: int | None = None
     tolerance: float = 0.0
+    joining: float = 0.0
     foreign_motion: str = ""
     transform: int = 0
     surface: bool = False
@@ -60,6 +61,7 @@ class ForeignState(State):
             self.shift,
             640 if self.blending is None else self.blending,
             self.tolerance,
+            self.joining,
         )
 
     def feed_for(self, letters: dict[str, Word], length: float) -> float:

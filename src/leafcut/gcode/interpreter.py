@@ -17,7 +17,7 @@ from leafcut.gcode.motion import run_arc, run_home, run_machine, run_straight
 from leafcut.gcode.state import AXES, State, unit_of, whole
 from leafcut.gcode.torch import leave_outputs, run_outputs, say_power, spindle_number
 from leafcut.gcode.words import Block, BlockError, Word, lines, tokenise
-from leafcut.model.toolpath import Toolpath
+from leafcut.model.toolpath import SPEED_ALONE, Toolpath
 from leafcut.units import MM_PER_UNIT
 
 
@@ -157,7 +157,7 @@ class Reader:
                 raise BlockError(f"{word} is negative")
             state.rpm = word.value
             if state.spindle and "spindle" not in words.m and not say_power(state):
-                state.path.spindle(state.spindle * state.rpm, line=state.line)
+                state.path.spindle(state.spindle * state.rpm, line=state.line, number=SPEED_ALONE)
 
     def _tool_words(self, words: SortedBlock) -> None:
         state, letters = self.state, words.letters

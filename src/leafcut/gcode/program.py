@@ -42,8 +42,8 @@ class Modal:
         Register of the length offset (0: G49); 40, 41 or 42; work offset in tenths (540 for G54, 591 for G59.1).
     shift
         G52, G92 and all else that moves the origin: a number that changes whenever it does, 0 before the first.
-    blending, tolerance
-        610, 611 or 640 (G61, G61.1, G64); the P of G64, in mm, 0 without.
+    blending, tolerance, joining
+        610, 611 or 640 (G61, G61.1, G64); the P of G64, in mm, 0 without; its Q, in mm, P without.
     """
 
     motion: int | None = None
@@ -67,6 +67,7 @@ class Modal:
     shift: int = 0
     blending: int = 640
     tolerance: float = 0.0
+    joining: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

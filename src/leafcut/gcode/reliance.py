@@ -18,7 +18,7 @@ from leafcut.gcode.words import BlockError, tokenise
 from leafcut.model.toolpath import Kind
 
 #: What a block may take from the blocks before it, beside where the tool is.
-GROUPS = frozenset({"motion", "plane", "distance", "centres", "retract", "feed", "speed"})
+GROUPS = frozenset({"motion", "plane", "distance", "centres", "retract", "feed", "feed_mode", "speed"})
 #: G codes in tenths by what they state.
 _STATES = {
     "motion": (0, 10, 20, 30, 690, 730, 760, 800, 810, 820, 830, 840, 850, 860, 870, 880, 890),
@@ -26,7 +26,7 @@ _STATES = {
     "distance": (900, 910),
     "centres": (901, 911),
     "retract": (980, 990),
-    "feed": (930, 940, 950),
+    "feed_mode": (930, 940, 950),
 }
 _STATED_BY = {code: group for group, codes in _STATES.items() for code in codes}
 _CUTS = frozenset({int(Kind.FEED), int(Kind.ARC_CW), int(Kind.ARC_CCW), int(Kind.DRILL)})
@@ -138,7 +138,7 @@ class BlockReader:
         if kinds & _MOVES and int(Kind.MACHINE) not in kinds:
             used |= {"motion", "distance"}
         if kinds & _CUTS:
-            used.add("feed")
+            used |= {"feed", "feed_mode"}
             if after.spindle:
                 used.add("speed")
         if kinds & _ARCS:

@@ -76,9 +76,11 @@ class State:
         if self.unit is None:
             raise BlockError(f"{word} comes before the units are stated ({self.dialect.units_mm} for mm)")
         if self.dialect.point_required and "." not in word.text:
+            # The least increment of these controllers: 0.001 mm or 0.0001 inch.
+            least = word.value * (0.001 if self.unit == 1.0 else 0.0001)
             raise BlockError(
-                f"{word} has no decimal point: on this controller it may mean {word.value:g} or "
-                f"{word.value:g} thousandths"
+                f"{word} has no decimal point: whether that is {word.letter}{word.value:.1f} or "
+                f"{word.letter}{least:.10g} depends on a setting of the controller; write the one that is meant"
             )
         return word.value * self.unit
 

@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 UNKNOWN = math.nan
+#: `ref` of a row SPINDLE that an S without M3 or M4 made.
+SPEED_ALONE = -1
 #: Numbers in a row of a `ToolpathBuilder`.
 WIDTH = 7
 
@@ -35,7 +37,7 @@ class Kind(IntEnum):
     DWELL      –                                            seconds              –
     TOOL       –                                            –                    tool number
     OFFSET     –                                            –                    length offset (H), 0 = G49
-    SPINDLE    –                                            rpm; < 0 = backwards which; of a torch 1 marks
+    SPINDLE    –                                            rpm; < 0 = backwards which; of a torch 1 marks; -1 = S alone
     COOLANT    –                                            –                    0 off, 1 mist, 2 flood, 3 both
     PAUSE      –                                            –                    0 = M0, 1 = M1
     MACHINE    machine coordinates, NaN = axis stays        –                    –
@@ -43,7 +45,7 @@ class Kind(IntEnum):
     FRAME      where the tool is then                       –                    work offset in tenths (540 is G54)
     SHIFT      where the tool is then                       –                    origin moved (G52, G92 …), counted
     RADIUS     –                                            D, as it is written  40, 41 or 42
-    BLENDING   –                                            tolerance, mm        610, 611 or 640 (G61, G61.1, G64)
+    BLENDING   x: how far short moves may be joined, mm     tolerance, mm        610, 611 or 640 (G61, G61.1, G64)
     FOREIGN    where the tool is then                       –                    a block that is not understood
     TORCH      –                                            1 on, 0 off          – (while it moves on)
     HEIGHT     –                                            1 on, 0 off          – (control of the torch's height)
@@ -358,9 +360,13 @@ class ToolpathBuilder:
         """Let the torch follow the sheet's height, or keep its own."""
         self._command(Kind.HEIGHT, float(on), 0, line)
 
-    def blending(self, mode: int, tolerance: float = 0.0, line: int = 0) -> None:
-        """Choose how corners are passed: 610, 611 or 640, and how far from them the path may be, mm."""
-        self._command(Kind.BLENDING, tolerance, mode, line)
+    def blending(self, mode: int, tolerance: float = 0.0, joining: float | None = None, line: int = 0) -> None:
+        """Choose how corners are passed: 610, 611 or 640, and how far from them, and from short moves, the path may be.
+
+        In mm; `joining` is for short moves that the controller joins to one, `tolerance` where it is not given.
+        """
+        x = tolerance if joining is None else joining
+        self._rows.extend((int(Kind.BLENDING), x, UNKNOWN, UNKNOWN, tolerance, mode, line))
 
     def set_place(self, kind: Kind, place: tuple[float, float, float], ref: int, line: int = 0) -> None:
         """Add a row of FRAME, SHIFT or FOREIGN, after which the tool is at `place`."""

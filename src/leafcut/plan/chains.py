@@ -41,6 +41,7 @@ _CHANGES = {
     "shift": "the origin is moved",
     "blending": "a change of how corners are passed",
     "tolerance": "a change of how corners are passed",
+    "joining": "a change of how corners are passed",
 }
 _TORCH = re.compile(r"plasma|torch|pierce|\bTHC\b", re.IGNORECASE)
 
@@ -142,7 +143,8 @@ def known_process(program: Program) -> str:
     with np.errstate(invalid="ignore"):
         still = (np.abs(path.end - before) < TOLERANCE) | np.isnan(path.end)
     steady = still[:, :2].all(axis=1)
-    sideways = feed & ~steady
+    # A full circle ends where it begins, and goes sideways all the same.
+    sideways = feed & (~steady | (path.kind != Kind.FEED))
     if not sideways.any():
         return "drill"
     spindle = path.kind == Kind.SPINDLE
@@ -223,9 +225,9 @@ def _idle(program: Program, rows: Rows) -> list[int]:
     dwells = kind == Kind.DWELL
     switches = (kind == Kind.SPINDLE) & (not rows.beam.any())
     after_work = (cut >= 0) & (rapid > cut)
-    idle = (
-        ~rows.cut & after_work & (((dwells | switches) & (travel < cut)) | (dwells & (next_(ways) < next_(rows.cut))))
-    )
+    leads_away = ((dwells | switches) & (travel < cut)) | (dwells & (next_(ways) < next_(rows.cut)))
+    # A canned cycle ends with its own rise.
+    idle = ~rows.cut & ((after_work & leads_away) | (dwells & (cut >= 0) & (cut > rapid) & (kind[cut] == Kind.DRILL)))
     found: list[int] = np.flatnonzero(idle).tolist()
     return found
 

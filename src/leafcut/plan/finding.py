@@ -14,7 +14,7 @@ from leafcut.gcode.reliance import HERE, BlockReader, next_place
 from leafcut.model.sequence import Chain, Kept, Section
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.plan.chains import BEAMS, TOLERANCE, Rows, find_barriers, free_runs, read_rows
-from leafcut.plan.endings import STOPS, stays_last
+from leafcut.plan.endings import follows_compensation, stays_last, stops_before_work
 from leafcut.plan.heights import group_by_height
 from leafcut.plan.precedence import find_precedence
 
@@ -40,6 +40,7 @@ class Finder:
         self.reader = BlockReader(program)
         self.beam = process in BEAMS
         self.entries: set[int] = set()
+        self.compensates = bool((program.path.kind == Kind.RADIUS).any())
         self.blind = self._blind()
         path, first = program.path, program.first
         self.cuts = np.concatenate([[0], np.cumsum(self.rows.cut)])
@@ -118,7 +119,8 @@ class Finder:
             return False
         placed = bool(np.isfinite(self.program.path.end[start.row, :2]).all())
         up = start.height >= top - TOLERANCE and start.height >= self.floor
-        return placed and up and self._at_rest(start.block)
+        ended = not self.compensates or not follows_compensation(self.program, start.row)
+        return placed and up and ended and self._at_rest(start.block)
 
     def _arrives_alike(self, start: _Start, first: _Start) -> bool:
         """Return whether a second way to a piece of work is made like the first: no lower, and with the beam as it was.
@@ -225,9 +227,7 @@ class Finder:
         Before a change of tool or the end it rises for that, not because of the place.
         """
         row = int(self.first[end])
-        upcoming = [np.flatnonzero(rows[row:]) for rows in (self.rows.cut, np.isin(self.program.path.kind, STOPS))]
-        work, stop = (int(found[0]) if len(found) else math.inf for found in upcoming)
-        while stop >= work and block < end and self._rises(block):
+        while block < end and self._rises(block) and not stops_before_work(self.program, self.rows, row):
             block += 1
         return block
 
@@ -238,8 +238,8 @@ class Finder:
         )
 
     def _dwells_end(self, block: int, end: int, last_cut: int) -> int:
-        """Return the end of the dwells that follow a cut at once: they are part of it, unless a rapid came between."""
-        if (self.program.path.kind[last_cut : int(self.first[block])] == Kind.RAPID).any():
+        """Return the end of the dwells that follow a cut at once: they are part of it, unless it rose in between."""
+        if np.isin(self.program.path.kind[last_cut : int(self.first[block])], [Kind.RAPID, Kind.DRILL]).any():
             return block
         while block < end and set(self.reader.kinds(block)) == {int(Kind.DWELL)}:
             block += 1
@@ -297,6 +297,7 @@ class Finder:
             path.kind[r] == Kind.RAPID
             and abs(path.end[r, 2] - clearance) < TOLERANCE
             and np.array_equal(path.end[r], before[r], equal_nan=True)
+            and not (self.compensates and follows_compensation(self.program, r))
             for r in rows
         )
 

@@ -17,7 +17,7 @@ from leafcut.plan.precedence import find_precedence, related
 #: What must be the same for the work of both sections. Tool, speed, coolant and the rest of it.
 _SAME = (
     "unit", "feed_mode", "tool", "length", "radius", "frame", "shift", "rpm", "spindle", "coolant", "blending",
-    "tolerance", "incremental",
+    "tolerance", "joining", "incremental",
 )  # fmt: skip
 #: What may be between the sections, and what a dropped change of tool may consist of.
 _BETWEEN = frozenset({Kind.RAPID, Kind.DWELL, Kind.TOOL, Kind.OFFSET, Kind.SPINDLE, Kind.COOLANT, Kind.MACHINE})

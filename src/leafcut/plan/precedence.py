@@ -99,7 +99,10 @@ def _lines_of(program: Program, rows: Rows, chain: Chain) -> list[NDArray[np.flo
     """
     path = program.path
     low, high = int(program.first[chain.begin]), int(program.first[chain.end])
-    chosen = low + np.flatnonzero(rows.cut[low:high] & (path.kind[low:high] != Kind.DWELL))
+    kind, part = path.kind[low:high], slice(low, high)
+    # A beam without power that was not switched off may cut for all that is known.
+    dim = (kind >= Kind.FEED) & (kind <= Kind.ARC_CCW) & rows.sideways[part] & ~rows.travel[part]
+    chosen = low + np.flatnonzero((rows.cut[part] & (kind != Kind.DWELL)) | dim)
     kinds, end = path.kind[chosen], path.end[chosen, :2]
     begin = np.where((kinds == Kind.DRILL)[:, None], end, rows.before[chosen, :2])
     with np.errstate(invalid="ignore"):
@@ -111,7 +114,7 @@ def _lines_of(program: Program, rows: Rows, chain: Chain) -> list[NDArray[np.flo
         points = points[np.isfinite(points).all(axis=1)]
         if len(points):
             lines.append(points if len(points) > 1 else np.repeat(points, 2, axis=0))
-    waits = rows.before[low:high, :2][path.kind[low:high] == Kind.DWELL]
+    waits = rows.before[low:high, :2][kind == Kind.DWELL]
     lines += [np.array([place, place]) for place in np.unique(waits[np.isfinite(waits).all(axis=1)], axis=0)]
     return lines or [np.array([chain.entry, chain.entry])]
 

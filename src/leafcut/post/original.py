@@ -58,12 +58,22 @@ class Original:
         return False
 
     def departure(self, chain: Chain) -> float:
-        """Return the height, mm, at which the original went across after a chain; minus infinity where it did not."""
-        path = self.program.path
-        row = int(self.program.first[chain.end])
-        if row >= len(path) or path.kind[row] != Kind.DRILL:
-            return -math.inf
-        return float(max(self.before[row, 2], path.cycles[int(path.ref[row])].r_plane))
+        """Return the height, mm, at which the original went across after a chain; minus infinity where it did not.
+
+        Where it rose there for a stop, it is as high as it came, but no higher than it had come to that place.
+        """
+        path, first = self.program.path, self.program.first
+        row = int(first[chain.end])
+        if row < len(path) and path.kind[row] == Kind.DRILL:
+            return float(max(self.before[row, 2], path.cycles[int(path.ref[row])].r_plane))
+        ways = [r for r in range(int(first[chain.begin]), row) if path.kind[r] == Kind.RAPID and not self.idle(r)]
+        top = -math.inf
+        while row < len(path) and (path.kind[row] not in MOTIONS or (path.kind[row] == Kind.RAPID and self.idle(row))):
+            top = max(top, float(path.end[row, 2])) if path.kind[row] == Kind.RAPID else top
+            if path.kind[row] in _STOPS:
+                break
+            row += 1
+        return min(top, float(path.end[ways[-1], 2])) if ways else -math.inf
 
     def crossing(self, chain: Chain) -> float:
         """Return how low the original comes over the first place of a chain."""

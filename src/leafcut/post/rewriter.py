@@ -40,6 +40,7 @@ _FIELDS: dict[str, tuple[str, ...]] = {
     "centres": ("absolute_centres",),
     "retract": ("to_initial",),
     "feed": ("feed",),
+    "feed_mode": ("feed_mode",),
     "speed": ("rpm",),
 }
 
@@ -99,7 +100,7 @@ class _Rewriter:
         ends = [line for line in program.lines[:1] if line.endswith(("\n", "\r"))]
         self.end = ends[0][len(ends[0].rstrip("\r\n")) :] if ends else "\n"
         self.have = Modal()
-        self.place = [math.nan, math.nan, math.nan]
+        self.place = [math.nan] * 3
         #: The height before the running series of cycles.
         self.initial = math.nan
         #: The groups that the new program has stated in words; the rest is as the machine happened to be.
@@ -132,7 +133,6 @@ class _Rewriter:
 
     def _own(self, *words: str) -> None:
         """Write a block of our own."""
-        self._copy(())
         if self.out and not self.out[-1][0].endswith(("\n", "\r")):
             self.out[-1] = self.out[-1][0] + self.end, self.out[-1][1]
         self.out.append((" ".join(words) + self.end, True))
@@ -212,7 +212,7 @@ class _Rewriter:
         stroke = find_stroke(self.program, chain.begin, chain.end)
         if stroke is None:
             raise PostError(f"line {chain.line}: the piece of work there cannot be made from its other end")
-        offset = self._line(chain.begin) - 1 - self.territory.first_block_in(chain.begin, chain.begin)
+        offset = int(self.program.line[chain.begin]) - 1 - self.territory.first_block_in(chain.begin, chain.begin)
         return reverse_stroke(self.program, self.reader, stroke, lines, offset, self._text)
 
     def _letters(self, block: int) -> dict[str, str]:
@@ -247,13 +247,11 @@ class _Rewriter:
         risen = self.original.risen(range(row, int(self.program.first[chain.end])))
         initial = self.initial if self.have.cycle is not None else self.place[2]
         if risen is not None and abs((initial if initial >= risen[1] else risen[1]) - risen[0]) > _TOLERANCE:
-            wanted = risen[0]
-            if self.place[2] < wanted - _TOLERANCE:
-                self._rapid(z=wanted)
-            elif self.place[2] > wanted + _TOLERANCE:
+            # Never below the plane at which the first hole begins: a higher rise does no harm.
+            wanted = max(risen[0], path.cycles[int(path.ref[row])].r_plane)
+            if self.place[2] > wanted + _TOLERANCE:
                 self._rapid(*chain.entry)
-                self._rapid(z=wanted)
-            elif self.have.cycle is not None:
+            if abs(self.place[2] - wanted) > _TOLERANCE or self.have.cycle is not None:
                 self._rapid(z=wanted)
         if self.have.cycle is None:
             self.initial = self.place[2]
@@ -276,8 +274,7 @@ class _Rewriter:
         self.said |= self.reader.states(chain.begin, chain.end)
 
     def _take(self, groups: frozenset[str], modal: Modal) -> None:
-        fields = [f for group in groups for f in _FIELDS[group]]
-        self.have = replace(self.have, **{f: getattr(modal, f) for f in fields})
+        self.have = replace(self.have, **{f: getattr(modal, f) for group in groups for f in _FIELDS[group]})
 
     # -- words -------------------------------------------------------------------------------------------------------
 
@@ -293,6 +290,7 @@ class _Rewriter:
             "plane": f"G{need.plane}",
             "centres": "G90.1" if need.absolute_centres else "G91.1",
             "retract": "G98" if need.to_initial else "G99",
+            "feed_mode": f"G{need.feed_mode}",
         }
         for group, word in said.items():
             field = _FIELDS[group][0]
@@ -304,7 +302,8 @@ class _Rewriter:
                 stated = self._letters(block)
                 words = [(w, v) for w, v in need.cycle_words if w not in stated]
                 if have.cycle != need.cycle or not dict(have.cycle_words).items() >= set(words):
-                    front.append(f"G{need.cycle}")
+                    # A block that states its cycle may still rely on words that the cycle keeps.
+                    front += [] if "motion" in self.reader.states(block, block + 1) else [f"G{need.cycle}"]
                     back += [self._text(w, v, block) for w, v in words]
             elif need.motion is not None and have.motion != need.motion:
                 front.append(f"G{need.motion}")
@@ -322,9 +321,6 @@ class _Rewriter:
             return letter + texts[at]
         return letter + format_value(value)
 
-    def _line(self, block: int) -> int:
-        return int(self.program.line[block])
-
     # -- what stays --------------------------------------------------------------------------------------------------
 
     def _go_on(self, kept: Kept) -> None:
@@ -332,21 +328,29 @@ class _Rewriter:
         program, blocks = self.program, range(kept.begin, kept.end)
         original = self.original.place_before(kept.begin)
         if self.place[2] < original[2] - _TOLERANCE:
-            self._rapid_before(kept, z=original[2])
+            self._rapid_to(z=original[2])
         goes = next_place(self.reader, blocks, min(original[2], self.place[2]))
         away = not all(
             abs(a - b) < _TOLERANCE or math.isnan(b) for a, b in zip(self.place[:2], original[:2], strict=True)
         )
         if goes == HERE and away:
-            self._rapid_before(kept, *original[:2])
+            self._rapid_to(*original[:2])
         if self.place[2] > original[2] + _TOLERANCE and height_matters(self.reader, blocks):
-            self._rapid_before(kept, z=original[2])
+            self._rapid_to(z=original[2])
+        risen = self.original.risen(range(int(program.first[kept.begin]), int(program.first[kept.end])))
+        initial = self.initial if self.have.cycle is not None else self.place[2]
+        if risen is not None and max(initial, risen[1]) < risen[0] - _TOLERANCE:
+            # The series that ran here before has kept in mind to rise as high.
+            self._rapid_to(z=risen[0])
         reliance = self.reader.reliance(kept.begin, kept.end)
         need = program.modal(kept.begin)
         if "motion" in reliance.relies and need.cycle is not None and not self._same_series(need, kept.begin):
-            raise PostError(f"line {self._line(kept.begin)}: what stays there goes on with a cycle that now is another")
-        if "motion" in reliance.relies and need.cycle is None and need.motion is None and self.have.cycle is not None:
+            raise PostError(
+                f"line {program.line[kept.begin]}: what stays there goes on with a cycle that now is another"
+            )
+        if self.have.cycle is not None and need.cycle is None and self._ends_cycle(reliance, need, kept):
             self._own("G80")
+            self.have = replace(self.have, cycle=None, cycle_words=())
         words = [w for part in self._missing(reliance, need, kept.begin) for w in part]
         if words:
             self._own(*words)
@@ -357,10 +361,15 @@ class _Rewriter:
         self.said |= self.reader.states(kept.begin, kept.end)
         self._after_kept(kept)
 
-    def _rapid_before(self, kept: Kept, x: float | None = None, y: float | None = None, z: float | None = None) -> None:
-        known = [None if v is None or math.isnan(v) else v for v in (x, y, z)]
-        if any(v is not None for v in known):
-            self._rapid(*known)
+    def _rapid_to(self, x: float = math.nan, y: float = math.nan, z: float = math.nan) -> None:
+        if not all(map(math.isnan, (x, y, z))):
+            self._rapid(*(None if math.isnan(v) else v for v in (x, y, z)))
+
+    def _ends_cycle(self, reliance: Reliance, need: Modal, kept: Kept) -> bool:
+        """Return whether blocks that stay do not bear that a series of cycles runs before them."""
+        kinds = {kind for block in range(kept.begin, kept.end) for kind in self.reader.kinds(block)}
+        alone = {Kind.MACHINE, Kind.SHIFT, Kind.FOREIGN}
+        return not kinds.isdisjoint(alone) or ("motion" in reliance.relies and need.motion is None)
 
     def _same_series(self, need: Modal, block: int) -> bool:
         """Return whether the running series of cycles is the one that the block goes on with."""

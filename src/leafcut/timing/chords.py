@@ -1,4 +1,4 @@
-"""Moves so short that the controller takes several as one (LinuxCNC: the tolerance of G64 P)."""
+"""Moves so short that the controller takes several as one (LinuxCNC: the tolerance of G64 Q, or P without it)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 class Steps(NamedTuple):
     """The rows of a toolpath that move: row, displacement (float64[m, 3], mm), arc (-1: straight), feed (mm/s) …
 
-    … whether at rapid, how it ends, P of G64 (mm), and whether the machine stands still before the next one.
+    … whether at rapid, how it ends, P and Q of G64 (mm), and whether the machine stands still before the next one.
     """
 
     row: NDArray[np.int64]
@@ -24,6 +24,7 @@ class Steps(NamedTuple):
     rapid: NDArray[np.bool_]
     mode: NDArray[np.int8]
     tolerance: NDArray[np.float64]
+    joining: NDArray[np.float64]
     flushed: NDArray[np.bool_]
 
     def take(self, at: NDArray[np.int64]) -> Steps:
@@ -32,7 +33,7 @@ class Steps(NamedTuple):
 
 
 def joined_steps(steps: Steps, turns: Turns) -> Steps:
-    """Return the same moves with straight feed moves joined, and flat arcs as chords, where G64 P allows it.
+    """Return the same moves with straight feed moves joined, and flat arcs as chords, where G64 allows it.
 
     Source: LinuxCNC documentation, G64 ("naive CAM detector", for arcs in the XY plane too); one feed for all of a
     chord.
@@ -40,28 +41,28 @@ def joined_steps(steps: Steps, turns: Turns) -> Steps:
     from leafcut.kernels.chords import merge_chords
 
     steps = _flat_arcs_as_chords(steps, turns)
-    plain = (steps.arc < 0) & ~steps.rapid & (steps.tolerance > 0)
+    plain = (steps.arc < 0) & ~steps.rapid & (steps.joining > 0)
     joins = np.zeros(len(plain), dtype=np.bool_)
     joins[1:] = plain[1:] & plain[:-1] & ~steps.flushed[:-1]
-    joins[1:] &= (steps.feed[1:] == steps.feed[:-1]) & (steps.tolerance[1:] == steps.tolerance[:-1])
+    joins[1:] &= (steps.feed[1:] == steps.feed[:-1]) & (steps.joining[1:] == steps.joining[:-1])
     if not joins.any():
         return steps
     point = np.zeros((len(plain) + 1, 3))
     np.cumsum(steps.delta, axis=0, out=point[1:])
     begins = np.empty(len(plain), dtype=np.bool_)
-    merge_chords(point, joins, steps.tolerance, begins)
+    merge_chords(point, joins, steps.joining, begins)
     first = np.flatnonzero(begins)
     last = np.append(first[1:], len(plain)) - 1
     return steps.take(first)._replace(delta=point[last + 1] - point[first], flushed=steps.flushed[last])
 
 
 def _flat_arcs_as_chords(steps: Steps, turns: Turns) -> Steps:
-    """Return the steps with arcs of less than a quarter turn, that bulge less than P, as two chords."""
+    """Return the steps with arcs of less than a quarter turn, that bulge less than Q, as two chords."""
     arc, turn = steps.arc, turns.turn
     if not len(turns.row):
         return steps
     bulge = turn.radius * (1.0 - np.cos(0.5 * turn.sweep))
-    flat = (arc >= 0) & (bulge[arc] < steps.tolerance) & (turn.sweep[arc] < 0.5 * np.pi) & (turns.plane[arc] == 0)
+    flat = (arc >= 0) & (bulge[arc] < steps.joining) & (turn.sweep[arc] < 0.5 * np.pi) & (turns.plane[arc] == 0)
     if not flat.any():
         return steps
     twice = steps.take(np.repeat(np.arange(len(arc)), 1 + flat))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.machine import Machine
-from leafcut.model.toolpath import Kind, Toolpath, positions_before
+from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath, positions_before
 from leafcut.timing.chords import Steps, joined_steps
 
 Floats = NDArray[np.float64]
@@ -136,6 +136,7 @@ def moves_of(
     turns: Turns,
     mode: NDArray[np.int8],
     tolerance: Floats,
+    joining: Floats,
     cycle_s: float = 0.0,
 ) -> Moves:
     """Return the moves of a path without canned cycles.
@@ -146,13 +147,13 @@ def moves_of(
         What every row moves, float64[n, 3], mm.
     turns
         Its arcs.
-    mode, tolerance
-        By row: how the move ends, and P of G64 in mm.
+    mode, tolerance, joining
+        By row: how the move ends, and P and Q of G64 in mm.
     cycle_s
         A controller that plans at this interval lets no move be shorter.
     """
-    steps = _steps(path, delta, turns, mode, tolerance)
-    if np.any((steps.mode == BLEND) & (steps.tolerance > 0)):
+    steps = _steps(path, machine, delta, turns, mode, tolerance, joining)
+    if np.any((steps.mode == BLEND) & (steps.joining > 0)):
         steps = joined_steps(steps, turns)
     length, limit, acceleration, start, end = _straight(steps, machine)
     turn = Turn(*(np.zeros((len(length), *column.shape[1:])) for column in turns.turn))
@@ -171,7 +172,15 @@ def moves_of(
     return Moves(steps.row, length, velocity, limit, acceleration, start, end, turn, steps.rapid, *ends)
 
 
-def _steps(path: Toolpath, delta: Floats, turns: Turns, mode: NDArray[np.int8], tolerance: Floats) -> Steps:
+def _steps(
+    path: Toolpath,
+    machine: Machine,
+    delta: Floats,
+    turns: Turns,
+    mode: NDArray[np.int8],
+    tolerance: Floats,
+    joining: Floats,
+) -> Steps:
     """Return the rows that move, and whether anything stands between them."""
     arc_of = np.full(len(path), -1, dtype=np.int64)
     arc_of[turns.row[turns.length > 0]] = np.flatnonzero(turns.length > 0)
@@ -179,9 +188,25 @@ def _steps(path: Toolpath, delta: Floats, turns: Turns, mode: NDArray[np.int8], 
     straight = rapid | (path.kind == Kind.FEED)
     row = np.flatnonzero((straight & (np.abs(delta) > _SHORTEST).any(axis=1)) | (arc_of >= 0))
     halts = ~(rapid | (path.kind <= Kind.ARC_CCW) | np.isin(path.kind, _FLOWING))
+    if machine.controller == "grbl" and machine.process == "laser":
+        halts &= ~_changes_power(path)
     halted = np.cumsum(halts)[row]
     flushed = np.append(halted[1:] != halted[:-1], True)[: len(row)]
-    return Steps(row, delta[row], arc_of[row], path.value[row], rapid[row], mode[row], tolerance[row], flushed)
+    columns = (mode[row], tolerance[row], joining[row])
+    return Steps(row, delta[row], arc_of[row], path.value[row], rapid[row], *columns, flushed)
+
+
+def _changes_power(path: Toolpath) -> Flags:
+    """Return which rows only change the power of a beam in the block of a move: no reason to stop in laser mode.
+
+    M3, M4 and M5 wait for the machine to stand, and so does an S without a move. Source: GRBL 1.1, laser mode ($32=1),
+    gcode.c.
+    """
+    power = (path.kind == Kind.SPINDLE) & (path.ref == SPEED_ALONE)
+    moves = np.append(path.kind[1:] <= Kind.ARC_CCW, False)
+    same_block = np.append(path.line[1:] == path.line[:-1], False)
+    changes: Flags = (power & moves & same_block)[: len(path)]
+    return changes
 
 
 def _straight(steps: Steps, machine: Machine) -> tuple[Floats, Floats, Floats, Floats, Floats]:

@@ -33,8 +33,11 @@ def measure(path: Toolpath, machine: Machine) -> Measure:
     """Return lengths (mm) and machine time (s) of a toolpath.
 
     Canned cycles are expanded. Moves run into each other as the controller joins them (`timing.lookahead`); wherever
-    something else is done in between, the machine stops. A path that does not say how moves end (G61, G61.1, G64) is
-    taken as a control is when it is switched on, G64; one that was planned and not read, as our posts write it, G61.
+    something else is done in between, the machine stops; but a laser under GRBL is taken to be in laser mode ($32=1),
+    in which an S in the block of a move changes the power on the way. A path that does not say how moves end (G61,
+    G61.1, G64) is taken as a control is when it is switched on, G64; one that was planned and not read, as our posts
+    write it, G61.
+
     A tool change costs `tool_change_s`, the first one too; changing to the tool that is in the spindle costs nothing.
     A spindle that starts or changes speed costs `spindle_start_s`, or the dwell that follows it if that is longer; both
     count as ``spindle``. Pauses cost nothing: a person's time is not known.
@@ -80,10 +83,11 @@ def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
 def _timed(path: Toolpath, machine: Machine) -> tuple[Toolpath, Floats, Turns, Moves, Floats]:
     """Return the path with its cycles written out, how far its rows move, its arcs, its moves and their seconds."""
     style = machine.corners or _STYLES.get(machine.controller, "round")
-    path, mode, tolerance = _expanded(path, style)
+    path, mode, tolerance, joining = _expanded(path, style)
     delta, estimate = _displacements(path, machine)
     turns = turns_of(path)
-    moves = moves_of(path, machine, delta + estimate, turns, mode, tolerance, CYCLE if style == "linuxcnc" else 0.0)
+    cycle_s = CYCLE if style == "linuxcnc" else 0.0
+    moves = moves_of(path, machine, delta + estimate, turns, mode, tolerance, joining, cycle_s)
     estimated = np.asarray(estimate[moves.row].any(axis=1))
     for at_rest in (estimated, np.append(estimated[1:], False)[: len(moves)]):
         moves.mode[at_rest], moves.flushed[at_rest] = REST, True
@@ -93,23 +97,25 @@ def _timed(path: Toolpath, machine: Machine) -> tuple[Toolpath, Floats, Turns, M
     return path, delta, turns, moves, each
 
 
-def _expanded(path: Toolpath, style: str) -> tuple[Toolpath, NDArray[np.int8], NDArray[np.float64]]:
-    """Return the path with its cycles written out, and by row how its moves end, with the tolerance of G64 in mm."""
+def _expanded(
+    path: Toolpath, style: str
+) -> tuple[Toolpath, NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the path with its cycles written out, and by row how its moves end, with P and Q of G64 in mm."""
     rows = np.arange(len(path), dtype=np.int32)
     written = expand(replace(path, line=rows))
     source = written.line
     blending = np.flatnonzero(path.kind == Kind.BLENDING)
     codes = np.append(640 if path.line.any() else 610, path.ref[blending])
-    values = np.append(0.0, path.value[blending])
+    values = np.nan_to_num([np.append(0.0, column[blending]) for column in (path.value, path.end[:, 0])])
     last = np.searchsorted(blending, rows, side="right")
     mode = np.array([_MODES.get(code, BLEND) for code in codes.tolist()], dtype=np.int8)[last]
-    tolerance = np.where(codes == 640, np.nan_to_num(values), 0.0)[last]
+    tolerance, joining = np.where(codes == 640, values, 0.0)[:, last]
     if style == "grbl":
-        mode, tolerance = np.full_like(mode, BLEND), np.zeros_like(tolerance)
+        mode, tolerance, joining = np.full_like(mode, BLEND), np.zeros_like(tolerance), np.zeros_like(joining)
     # Canned cycles run in exact-path mode. Source: LinuxCNC 2.9, seen with rs274.
     in_cycle = path.kind == Kind.DRILL
-    mode[in_cycle], tolerance[in_cycle] = EXACT, 0.0
-    return replace(written, line=path.line[source]), mode[source], tolerance[source]
+    mode[in_cycle], tolerance[in_cycle], joining[in_cycle] = EXACT, 0.0, 0.0
+    return replace(written, line=path.line[source]), mode[source], tolerance[source], joining[source]
 
 
 def _length(delta: NDArray[np.float64]) -> float:

@@ -24,8 +24,8 @@ EXACT = (
 )  # fmt: skip
 #: What the columns of `Features.place` hold, mm: the end of a cut or the bottom of a hole, its start, an arc's centre.
 PLACE = ("x", "y", "depth", "start x", "start y", "start z", "centre x", "centre y", "centre z")
-#: What the columns of `Features.amount` hold: mm/s, rpm (< 0 backwards), mm, s, D as written, mm.
-AMOUNT = ("feed", "speed", "peck", "dwell", "register", "corner")
+#: What the columns of `Features.amount` hold: mm/s, rpm (< 0 backwards), mm, s, D as written, mm, mm.
+AMOUNT = ("feed", "speed", "peck", "dwell", "register", "corner", "joining")
 #: What the columns of `Features.height` hold, mm; these may rise.
 HEIGHT = ("r_plane", "retract")
 
@@ -50,7 +50,7 @@ class Features:
     exact
         int64[n, 12]; `kind` is a `Kind`, or the number of a cycle's name.
     place, amount, height
-        float64[n, 9], float64[n, 6], float64[n, 2].
+        float64[n, 9], float64[n, 7], float64[n, 2].
     group
         int64[n]: features of different groups are never equal.
     """
@@ -112,6 +112,7 @@ class States(NamedTuple):
     speed: Floats
     register: Floats
     corner: Floats
+    joining: Floats
 
     def take(self, rows: Ints) -> States:
         """Return the states at some rows."""
@@ -138,6 +139,7 @@ def states_of_path(path: Toolpath) -> States:
         speed=_latest(path, Kind.SPINDLE, path.value),
         register=_latest(path, Kind.RADIUS, path.value),
         corner=_latest(path, Kind.BLENDING, path.value),
+        joining=_latest(path, Kind.BLENDING, path.end[:, 0]),
     )
 
 
@@ -201,7 +203,7 @@ def features_of(path: Toolpath, states: States, which: Mask) -> Features:
     for name in ("tool", "coolant", "length", "frame", "radius", "blending", "feed_mode", "direction", "stated"):
         exact[:, EXACT.index(name)] = getattr(at, name)
     amount[:, 0] = np.where(dwell | (kind == Kind.RAPID), 0.0, path.value[rows])
-    amount[:, 1], amount[:, 4], amount[:, 5] = at.speed, at.register, at.corner
+    amount[:, 1], amount[:, 4], amount[:, 5], amount[:, 6] = at.speed, at.register, at.corner, at.joining
     amount[dwell, 3] = path.value[rows][dwell]
     _fill_cycles(path, rows, exact, place, amount, height)
     _fill_arcs(path, rows, exact, place)

@@ -127,9 +127,20 @@ def _crossings(outline: Floats) -> Iterator[Floats]:
     one, other = one[touch], other[touch]
     # Of all that a part meets, the first closes the largest loop and the last the smallest one.
     for firsts, lasts in ((one, other), (one[::-1], other[::-1])):
-        last, where = np.unique(lasts, return_index=True)
-        for begins, ends in zip(firsts[where].tolist(), last.tolist(), strict=True):
-            yield outline[begins + 1 : ends + 1]
+        last, at = np.unique(lasts, return_index=True)
+        for begins, ends in zip(firsts[at].tolist(), last.tolist(), strict=True):
+            where = _crossing(begin[begins], end[begins], begin[ends], end[ends])
+            yield np.concatenate([where[None], outline[begins + 1 : ends + 1]])
+
+
+def _crossing(begin: Floats, end: Floats, other_begin: Floats, other_end: Floats) -> Floats:
+    """Return where one straight line meets another, float64[2]; its end where they are parallel."""
+    along, other = end - begin, other_end - other_begin
+    across = along[0] * other[1] - along[1] * other[0]
+    apart = other_begin - begin
+    part = (apart[0] * other[1] - apart[1] * other[0]) / across if abs(across) > 1e-12 else 1.0
+    met: Floats = begin + min(max(part, 0.0), 1.0) * along
+    return met
 
 
 def _inside(spots: Floats, loop: Floats) -> Mask:

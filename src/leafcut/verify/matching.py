@@ -94,7 +94,7 @@ def _paired_at_once(before: Features, after: Features, tolerance: float) -> tupl
 
 
 def _rounded(features: Features) -> Ints:
-    """Return all that a feature is as whole numbers, int64[n, 24]."""
+    """Return all that a feature is as whole numbers, int64[n, 31]."""
     values = np.column_stack([features.place, features.amount, features.height]) / _QUANTUM
     whole = np.where(np.isfinite(values) & (np.abs(values) < _FAR), np.rint(np.nan_to_num(values)), -float(_FAR))
     return np.column_stack([features.group, features.exact, whole.astype(np.int64)])
@@ -222,17 +222,22 @@ def changes(a: Feature, b: Feature, room: Room) -> list[str]:
         ("speed", speed, amounts_b["speed"], max(room.speed_part * abs(speed), room.speed), 1.0),
         ("D", amounts_a["register"], amounts_b["register"], 1e-9, 1.0),
         ("blending tolerance", amounts_a["corner"], amounts_b["corner"], near, 1.0),
+        ("tolerance of short moves", amounts_a["joining"], amounts_b["joining"], near, 1.0),
     ):
         if abs(one - other) > allowed or math.isnan(one) != math.isnan(other):
-            found.append(f"{word} {one * factor:.6g} became {other * factor:.6g}")
+            found.append(f"{word} {_figure(one * factor)} became {_figure(other * factor)}")
     if a.exact[1:3] != b.exact[1:3] or not _near(a.place[3:], b.place[3:], near):
         found.append(f"start {place(*a.place[3:6])} became {place(*b.place[3:6])}, or the arc is another")
     for word, one, other in zip(("R plane", "retract"), a.height, b.height, strict=True):
         if not other >= one - near and not (math.isnan(one) and math.isnan(other)):
-            found.append(f"{word} {one:.6g} sank to {other:.6g}")
+            found.append(f"{word} {_figure(one)} sank to {_figure(other)}")
     if b.height[0] > a.height[0] + room.rise + near:
-        found.append(f"R plane {a.height[0]:.6g} rose to {b.height[0]:.6g}")
+        found.append(f"R plane {_figure(a.height[0])} rose to {_figure(b.height[0])}")
     return found
+
+
+def _figure(value: float) -> str:
+    return "unknown" if math.isnan(value) else f"{value:.6g}"
 
 
 def _near(a: tuple[float, ...], b: tuple[float, ...], room: float) -> bool:

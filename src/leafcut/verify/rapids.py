@@ -195,11 +195,13 @@ def heights_of(work: Work, gaps: Gaps) -> Heights:
     arrive = np.where(waits, np.minimum(arrive, reached), arrive)
     end = np.where(work.features.exact[:, 0] >= FIRST_CYCLE, work.features.height[:, 1], work.features.place[:, 2])
     start = np.where(work.features.exact[:, 0] >= FIRST_CYCLE, work.features.height[:, 0], work.features.place[:, 5])
+    # Without a way across, all of the gap is at one place.
+    sunk = np.where(gaps.across, gaps.down_here, gaps.down_there)[after]
     return Heights(
         leave,
         arrive,
         ~gaps.rows[before],
-        np.fmin(np.minimum(gaps.down_here[after], leave), end),
+        np.fmin(np.minimum(sunk, leave), end),
         np.fmin(np.minimum(gaps.down_there[before], arrive), start),
         first,
     )

@@ -140,8 +140,9 @@ def with_dwells(
     """Return the marks with the dwells that belong to them, and which features these dwells are.
 
     Where the tool is at a dwell counts only if the work of the stage has brought it there. A dwell that comes before
-    any of it (a spindle that runs up after a tool change), or after the last of it and a rapid, belongs to the barrier;
-    but one that goes on to a cut without a rapid, as a torch pierces, belongs to that.
+    any of it (a spindle that runs up after a tool change), or after the last of it and a rapid (a drilling cycle ends
+    with one), belongs to the barrier; but one that goes on to a cut without a rapid, as a torch pierces, belongs to
+    that.
 
     `travel` and `across` are the rows of all rapids, and of those in x or y, int64[k].
     """
@@ -153,10 +154,11 @@ def with_dwells(
     last_work = np.maximum(_last_before(work, rows), begin)
     head = (last_work == begin) & (_last_before(across, rows) <= begin)
     coming = np.append(work, np.inf)[np.searchsorted(work, rows)]
-    cycle = np.append(features.kind[~dwell] >= FIRST_CYCLE, True)[np.searchsorted(work, rows)]
-    head &= cycle | (coming > end) | (_last_before(travel, coming) > rows)
+    cycle = np.append(features.kind[~dwell] >= FIRST_CYCLE, True)
+    head &= cycle[np.searchsorted(work, rows)] | (coming > end) | (_last_before(travel, coming) > rows)
     works_later = np.searchsorted(work, rows) < np.searchsorted(work, end)
-    tail = ~works_later & (_last_before(travel, rows) > last_work)
+    risen = (last_work > begin) & cycle[np.searchsorted(work, rows) - 1]
+    tail = ~works_later & (risen | (_last_before(travel, rows) > last_work))
     moved = np.zeros(len(features), dtype=bool)
     moved[dwell] = head | tail
     added = []
