@@ -27,7 +27,10 @@ def run_rs274(program: str, text: str, folder: Path) -> tuple[int, str]:
     table, file = folder / "tool.tbl", folder / "part.ngc"
     table.write_text("".join(f"T{n} P{n} D3.0 Z0 ;tool\n" for n in range(1, 100)), encoding="ascii")
     file.write_text(text, encoding="utf-8")
-    command = [program, "-g", "-t", str(table), str(file)]
+    # QtPlasmaC has three: the torch, a scribe and a spotting torch.
+    spindles = folder / "spindles.ini"
+    spindles.write_text("[TRAJ]\nSPINDLES=3\n", encoding="ascii")
+    command = [program, "-g", "-i", str(spindles), "-t", str(table), str(file)]
     # rs274 keeps a memory map in its home and truncates it at the start: two at once in one home kill each other.
     home = dict(os.environ, HOME=str(folder))
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=folder, env=home, check=False)

@@ -13,7 +13,7 @@ import pytest
 import leafcut
 from leafcut.cli import run
 from leafcut.option_spec import flag_name
-from leafcut.options import Settings, SolveOptions, all_options
+from leafcut.options import NestOptions, Settings, SolveOptions, all_options
 from leafcut.progress import Reporter
 
 
@@ -230,9 +230,10 @@ def test_ctrl_c_elsewhere_writes_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_every_option_is_a_flag_of_optimize(capsys: pytest.CaptureFixture[str]) -> None:
-    text, _ = answer(capsys, "optimize", "--help")
-    for _, name, spec in all_options():
+def test_every_option_is_a_flag_of_optimize_or_of_nest(capsys: pytest.CaptureFixture[str]) -> None:
+    texts = {command: answer(capsys, command, "--help")[0] for command in ("optimize", "nest")}
+    for group, name, spec in all_options():
+        text = texts["nest" if group is NestOptions else "optimize"]
         assert flag_name(name) in text, name
         assert spec.help.split()[0] in text
 

@@ -15,11 +15,12 @@ from leafcut.gcode.interpreter import interpret
 from leafcut.model import Kind
 from leafcut.model.cycles import expand
 from leafcut.options import SolveOptions
-from leafcut.read.machine import machine_names
+from leafcut.read.machine import load_machine, machine_names
 from rs274_moves import moves_of_rs274, moves_of_toolpath, run_rs274
 
 BOARDS = ["custom_pads_test", "test_pads_inside_pads", "ecc83-pp", "sonde_xilinx", "StickHub", "complex_hierarchy",
           "pic_programmer", "flat_hierarchy", "carte_test", "kit-dev-coldfire-xilinx_5213"]  # fmt: skip
+DRILLING = [name for name in machine_names() if load_machine(name).process == "spindle"]
 DRAWINGS = ["camotics_buildbotics_logo", "deepnestport_6", "deepnestport_10", "dxfjs_array-rotated",
             "dxfjs_arrayed-holes", "dxfjs_blocks1", "dxfjs_issue42", "ezdxf_forms"]  # fmt: skip
 PLATES = ["plate_10", "plate_27", "plate_45", "plate_65", "plate_70", "plate_8x8_10", "plate_8x8_21",
@@ -58,7 +59,7 @@ def excellon_holes(board: Path) -> list[tuple[float, float]]:
 def test_every_hole_of_real_boards_is_drilled_once_on_every_machine(name: str, data: Path) -> None:
     board = data / "boards" / f"{name}.drl"
     holes = np.array(excellon_holes(board))
-    for machine in machine_names():
+    for machine in DRILLING:
         outcome = leafcut.optimize(board, machine=machine, thickness="1.6mm", algorithm="2opt")
         assert outcome.verified
         assert sum(len(o.hole_order) for o in outcome.operations if not o.slots) == len(holes)
@@ -150,7 +151,7 @@ WAYS: list[dict[str, object]] = [
 ]
 
 
-@pytest.mark.parametrize("machine", machine_names())
+@pytest.mark.parametrize("machine", DRILLING)
 @pytest.mark.parametrize("way", WAYS, ids=" ".join)
 def test_every_way_to_drill_gives_a_verified_program_on_every_machine(
     machine: str, way: dict[str, object], tmp_path: Path

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
-from leafcut.files import check_output, read_program, write_whole
+from leafcut.files import check_output, read_program, write_together, write_whole
 from leafcut.model.nest import NestOutcome
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
@@ -163,11 +163,20 @@ def nest(
     ReadError, OptionError, PlanError, VerifyError, OutputError
         One line that says what was found and what to do. Nothing has been written then.
     """
+    from leafcut.read.nest_list import read_wanted
     from leafcut.runs.nesting import nest_drawings
 
     settings = Settings.collect(options, Path(options_file) if options_file else None)
     words = [str(part) for part in parts]
-    return nest_drawings(words, settings, output, inputs=[options_file], progress=progress, cancelled=cancelled)
+    wanted = read_wanted(words)
+    lists = [name for word in words for name in (word, word.rpartition(":")[0]) if name]
+    inputs = [options_file, *lists, *(one.file for one in wanted)]
+    check_output(output, inputs)
+    outcome, texts = nest_drawings(wanted, settings, output, progress=progress, cancelled=cancelled)
+    for name in texts:
+        check_output(name, inputs)
+    write_together(texts)
+    return outcome
 
 
 def solve_part(

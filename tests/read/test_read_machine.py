@@ -48,9 +48,10 @@ def refusal(name: str) -> str:
     return message
 
 
-def test_seven_machines_are_shipped_with_a_description_each() -> None:
+def test_nine_machines_are_shipped_with_a_description_each() -> None:
     assert set(machine_names()) == {
         "haas-vf2", "linuxcnc-mill", "linuxcnc-sim", "grbl-3018", "mach3-router", "fagor-8055", "pcb-drill",
+        "plasma-table", "laser-table",
     }  # fmt: skip
     assert list(machine_descriptions()) == machine_names()
     assert all(machine_descriptions().values())
@@ -64,7 +65,9 @@ def test_every_value_of_a_shipped_profile_has_its_source(name: str) -> None:
     machine = load_machine(name)
     data = tomllib.loads((resources.files("leafcut.machines") / f"{name}.toml").read_text(encoding="utf-8"))
     stated = {
-        key for key in SOURCE_KEYS if (key.split(".")[-1] in data[key.split(".")[0]] if "." in key else key in data)
+        key
+        for key in SOURCE_KEYS
+        if (key.split(".")[-1] in data.get(key.split(".")[0], {}) if "." in key else key in data)
     }
     assert machine.name == name
     assert set(machine.sources) == stated

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.model.toolpath import Kind
 from leafcut.read.plan_file import load_plan
+from rs274_moves import run_rs274
 
 FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "iterations": 20, "threads": 1}
 
@@ -74,22 +74,28 @@ def test_the_time_norm_adds_up_to_the_machine_time(outcome) -> None:
     assert norm.utilisation == pytest.approx((4 * (120**2 - 3.14159265 * (25**2 + 6**2))) / 320**2, rel=1e-6)
 
 
-def test_the_program_pierces_as_often_as_there_are_cuts(outcome) -> None:
-    path = interpret(outcome.text, dialect("linuxcnc"))
-    on = (path.kind == Kind.SPINDLE) & (path.value > 0)
-    assert on.sum() == 16
-    assert (path.kind == Kind.DWELL).sum() == 12
+@pytest.fixture(scope="module")
+def moving_z(drawing: Path):
+    """The same without marks for a table whose program pierces and moves Z."""
+    return api.optimize(drawing, dialect="plasma", ignore_layers="MARK", **FAST)
+
+
+def test_the_program_pierces_as_often_as_there_are_cuts(outcome, moving_z) -> None:
+    """QtPlasmaC waits for the pierce itself; elsewhere the program does."""
+    for found, runs, dwells in ((outcome, 16, 0), (moving_z, 12, 12)):
+        path = interpret(found.text, dialect(found.dialect), left_over=True)
+        on = (path.kind == Kind.SPINDLE) & (path.value > 0)
+        assert on.sum() == runs
+        assert (path.kind == Kind.DWELL).sum() == dwells
 
 
 @pytest.mark.external
-def test_linuxcnc_takes_the_program(outcome, rs274: str, tmp_path: Path) -> None:
-    file = tmp_path / "sheet.ngc"
-    file.write_text(outcome.text)
-    done = subprocess.run([rs274, "-g", str(file)], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    canon = done.stdout
-    assert canon.count("START_SPINDLE_CLOCKWISE") == 16
-    assert canon.count("DWELL(0.58") == 12
+def test_linuxcnc_takes_the_program(outcome, moving_z, rs274: str, tmp_path: Path) -> None:
+    for found, runs, dwells in ((outcome, 16, 0), (moving_z, 12, 12)):
+        status, canon = run_rs274(rs274, found.text, tmp_path)
+        assert status == 0, canon
+        assert canon.count("START_SPINDLE_CLOCKWISE") == runs
+        assert canon.count("DWELL(0.58") == dwells
 
 
 def test_the_same_seed_gives_the_same_program(drawing: Path, outcome) -> None:
@@ -147,7 +153,7 @@ def test_a_laser_table_cuts_by_the_lasers_rules(drawing: Path) -> None:
         drawing, **{**FAST, "thickness": "3"}, machine="laser-table", cut_process="laser_fiber_3kW", micro_joints=2
     )
     assert found.verified
-    assert found.dialect == "fanuc"
+    assert found.dialect == "fanuc-laser"
     assert {len(c.joints) for c in found.cut_plan.cuts if c.kind == "cut"} == {0, 2}
 
 

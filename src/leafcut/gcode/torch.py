@@ -178,7 +178,8 @@ class _Teller:
             return
         if row.ref and not torch.mark_on:
             raise PostError(
-                f"{self.dialect.name} has no words for marking; leave the marks out, or choose another dialect"
+                f"{self.dialect.name} has no words for marking; leave the marks out (--ignore-layers), or choose "
+                "another dialect"
             )
         if torch.mark_on == torch.on:  # the same beam, at another power
             row = row._replace(ref=0)

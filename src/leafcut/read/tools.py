@@ -68,7 +68,7 @@ def _tables(top: Table, key: str) -> list[Any]:
 
 
 def _tool(table: Table) -> Tool:
-    kind = ToolKind(table.text("kind", ToolKind.DRILL, [k.value for k in ToolKind]))
+    kind = ToolKind(table.text("kind", ToolKind.DRILL, [k.value for k in ToolKind if k is not ToolKind.TORCH]))
     angle = table.quantity("point_angle", "rad", _POINT_ANGLE.get(kind, math.pi))
     if not 0 < angle <= math.pi + 1e-9:
         raise table.problem("point_angle", "must be above 0° and at most 180°")

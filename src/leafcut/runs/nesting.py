@@ -7,13 +7,16 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, PlanError, VerifyError
-from leafcut.files import check_output, write_together
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart
 from leafcut.options import NestOptions, ReadOptions, Settings, SheetOptions, SolveOptions, parse_angles
 from leafcut.runs.run import Progress
+
+if TYPE_CHECKING:
+    from leafcut.read.nest_list import Wanted
 
 #: Two nests that use the same length of sheet to this, mm, are one to a person.
 ALIKE = 0.01
@@ -91,30 +94,24 @@ def _issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple[Issue,
 
 
 def nest_drawings(
-    words: Sequence[str],
+    wanted: Sequence[Wanted],
     settings: Settings,
     output: str | Path | None = None,
     *,
-    inputs: Sequence[str | Path | None] = (),
     progress: Progress | None = None,
     cancelled: threading.Event | None = None,
-) -> NestOutcome:
-    """Nest the parts of drawings (``bracket.dxf:10``, ``list.csv``) and write the sheets of the best nest as DXF.
+) -> tuple[NestOutcome, dict[str, str]]:
+    """Nest the parts of drawings; return the nests, and with `output` the drawings of their sheets by file.
 
-    One file for every different sheet, all of them or none; each is read back before and must hold what was planned.
+    One file for every different sheet; each is read back and holds what was planned.
 
     Raises
     ------
-    ReadError, OptionError, PlanError, VerifyError, OutputError
+    ReadError, OptionError, PlanError, VerifyError
         One line that says what was found and what to do.
     """
-    from leafcut.read.nest_list import read_wanted
-
     if output and Path(output).suffix.lower() != ".dxf":
         raise OptionError(f"--output: nested sheets are written as DXF; name a .dxf, not '{Path(output).name}'")
-    wanted = read_wanted(words)
-    used = [*inputs, *(word.rpartition(":")[0] or word for word in words), *words, *(w.file for w in wanted)]
-    check_output(output, used)
     parts: list[NestPart] = []
     issues: list[Issue] = []
     for one in wanted:
@@ -124,10 +121,7 @@ def nest_drawings(
         issues += said
     outcome = nest(parts, settings.nest, settings.solve, progress=progress, cancelled=cancelled)
     files, texts = _drawn(outcome, Path(output), settings) if output else ((), {})
-    for name in texts:
-        check_output(name, used)
-    write_together(texts)
-    return replace(outcome, files=files, issues=(*dict.fromkeys(issues), *outcome.issues))
+    return replace(outcome, files=files, issues=(*dict.fromkeys(issues), *outcome.issues)), texts
 
 
 def _read(
