@@ -154,7 +154,7 @@ def test_one_thread_and_several_are_compared_on_every_board(data: Path, tmp_path
 
 
 def test_routes_of_sheets_are_beside_the_published_ones(data: Path, tmp_path: Path) -> None:
-    """The published tour is counted again, and of the sheet whose tour breaks inner before outer both rules are shown."""
+    """The published tour is counted again; of the sheet whose tour breaks inner before outer both rules are shown."""
     options = "--only", "routes", "--sheets", "8877,E1X_6", "--limit", "0.3"
     _, (head, _, *rows) = run(data, tmp_path / "b.md", "sheets", *options)
     assert head[:5] == ["sheet", "contours", "places", "published, mm", "leafcut, mm"]
@@ -165,7 +165,7 @@ def test_routes_of_sheets_are_beside_the_published_ones(data: Path, tmp_path: Pa
 
 
 def test_the_judge_of_sheets_refuses_an_outer_contour_before_its_inner_one(benchmark: Any) -> None:
-    """The judge shares nothing with the solver: 1 lies in 2, which lies in 3; by the looser rule only 3-1 is refused."""
+    """It shares nothing with the solver: 1 lies in 2, which lies in 3; by the looser rule only 3-1 is refused."""
     places = benchmark("sheets").Places([(0, 0), (3, 4), (3, 0), (0, 4)], [0, 1, 2, 3], [(1, 2), (2, 3)])
     assert places.judged([0, 1, 2, 3], loose=False) == 5 + 4 + 5 + 4
     assert places.judged([2, 3, 0, 1], loose=False) == 18
