@@ -173,8 +173,8 @@ def route_rows(names: Sequence[str], limit: float) -> Iterator[list[str]]:
 # -- machine time ----------------------------------------------------------------------------------------------------
 
 MACHINES: dict[str, dict[str, Any]] = {
-    "Sirius": {"machine": HERE / "sirius_table.toml", "cut_speed": "10 mm/s", "pierce_delay": "7 s"},
-    "plasma 6 mm": {"machine": HERE / "sirius_table.toml"},
+    "Sirius": {"machine": str(HERE / "sirius_table.toml"), "cut_speed": "10 mm/s", "pierce_delay": "7 s"},
+    "plasma 6 mm": {"machine": str(HERE / "sirius_table.toml")},
 }
 
 
@@ -240,7 +240,7 @@ def nest_rows(sizes: Sequence[int], limit: float) -> Iterator[list[str]]:
             drawing = Path(folder) / f"nest_{size:03d}.dxf"
             found = make(size)
             drawing.write_text(write_layout(found, found.layouts[0]), encoding="utf-8")
-            done = cut(drawing, limit, machine=HERE / "sirius_table.toml", objective="distance")
+            done = cut(drawing, limit, machine=str(HERE / "sirius_table.toml"), objective="distance")
             nearest, ours = done.norms[1], done.norms[2]
             if nearest is None or ours is None:
                 sys.exit(f"{drawing.name}: no nearest neighbour")

@@ -305,10 +305,12 @@ class _Laid:
 def _laid(job: _Job, order: list[CutStart]) -> _Laid:
     from leafcut.plan.cut_norm import cut_norm
     from leafcut.plan.cut_toolpath import TORCH_ON, lay_cuts
+    from leafcut.plan.leads_apart import leads_apart
     from leafcut.timing.toolpath import measure
 
     machine, settings, torch = job.run.machine, job.run.settings, job.words.torch
     _check_precedence(job.cutting, order)
+    order = leads_apart(job.cutting, order, job.travel(), job.start, job.end)
     cuts = tuple(job.cutting.cut(s) for s in order)
     path, rows = lay_cuts(
         cuts,
