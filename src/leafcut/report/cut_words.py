@@ -22,7 +22,7 @@ def clock(seconds: float) -> str:
 def cut_counts(plan: CutPlan) -> dict[str, int]:
     """Return how many parts, contours, marks and pierces a plan has."""
     return {
-        "parts": len({c.part for c in plan.cuts if c.kind == "cut" and c.part}),
+        "parts": len({plan.sheet.contours[i].part for c in plan.cuts if c.kind == "cut" for i in c.contours} - {0}),
         "contours": sum(len(c.contours) for c in plan.cuts if c.kind == "cut"),
         "marks": sum(c.kind == "mark" for c in plan.cuts),
         "pierces": plan.measures.sheet.pierces,

@@ -72,6 +72,7 @@ def cut(run: Run, source: str | Path) -> Outcome:
     """
     from leafcut.plan.cutting import drawing_order, in_bands
     from leafcut.plan.following import plan_order
+    from leafcut.runs.chaining import chained
     from leafcut.solve.compiling import announced
     from leafcut.verify.envelope import check_envelope
 
@@ -83,10 +84,12 @@ def cut(run: Run, source: str | Path) -> Outcome:
         # What no order changes is known before any is sought.
         refuse(check_envelope(drawn_laid.path, run.machine))
         nearest = _nearest(job)
-        found, solutions = _ordered(job, drawn)
+        cutting, spent = chained(run, job.cutting, job.overhead)
+        joined = replace(job, cutting=cutting)
+        found, solutions = _ordered(joined, drawn if cutting is job.cutting else None, spent)
     planned = _as_planned(job)
     first = drawn_laid if planned is None else _laid(job, planned)
-    third = _laid(job, found)
+    third = _laid(joined, found)
     bound = run.settings.cut.heat_distance > 0.0 or (run.settings.cut.sweep != "free" and planned is not None)
     if run.settings.resequence.keep_order or (third.score(run) > first.score(run) and not bound):
         third = first
@@ -201,16 +204,20 @@ def _as_planned(job: _Job) -> list[CutStart] | None:
         return None
 
 
-def _ordered(job: _Job, before: list[CutStart]) -> tuple[list[CutStart], list[Solution]]:
-    """Return the best order found, its starts slid to where they are best, and the solutions it came from."""
-    from leafcut.plan.cutting import bands
+def _ordered(job: _Job, before: list[CutStart] | None, spent: float = 0.0) -> tuple[list[CutStart], list[Solution]]:
+    """Return the best order found, its starts slid to where they are best, and the solutions it came from.
+
+    `before` is a known order, None for the drawing's; `spent` are seconds of the time limit that are gone.
+    """
+    from leafcut.plan.cutting import bands, drawing_order, in_bands
     from leafcut.plan.heat import HeatRule, spread_starts
     from leafcut.plan.sliding import slide_starts
 
     run, options = job.run, job.run.settings
+    before = in_bands(job.cutting, drawing_order(job.cutting), options.cut) if before is None else before
     if options.resequence.keep_order:
         return before, []
-    order, solutions = _solve_bands(job, options.solve, before)
+    order, solutions = _solve_bands(job, options.solve, before, spent)
     if options.solve.algorithm == "none":
         return order, solutions
     run.tell("sliding the starts")
@@ -232,15 +239,15 @@ def _nearest(job: _Job) -> list[CutStart] | None:
 
 
 def _solve_bands(
-    job: _Job, options: SolveOptions, before: list[CutStart] | None
+    job: _Job, options: SolveOptions, before: list[CutStart] | None, spent: float = 0.0
 ) -> tuple[list[CutStart], list[Solution]]:
-    """Order band after band, each beginning where the one before ended."""
+    """Order band after band, each beginning where the one before ended; `spent` seconds of the limit are gone."""
     from leafcut.plan.cutting import bands, build_problem
     from leafcut.solve.solve import keep_better, solve
 
     cutting, run = job.cutting, job.run
     groups = bands(cutting, run.settings.cut)
-    total = left = len(cutting.contours)
+    total = left = sum(map(len, groups))
     place, solutions = job.start, list[Solution]()
     order: list[CutStart] = []
     for number, members in enumerate(groups, 1):
@@ -248,7 +255,7 @@ def _solve_bands(
         problem, starts = build_problem(cutting, members, job.metric, job.overhead, place, end)
         name = "ordering the cuts" if len(groups) == 1 else f"ordering band {number}"
         tell = passing_on(run.progress, name, left / total, len(members) / total)
-        budget = share(options, sum(s.seconds for s in solutions), left, problem)
+        budget = share(options, spent + sum(s.seconds for s in solutions), left, problem)
         found = solve(problem, budget, run.settings.aco, progress=tell, cancelled=run.cancelled)
         if before is not None and options.algorithm != "nn":
             node_of = {int(n): k for k, n in enumerate(starts)}
@@ -266,8 +273,9 @@ def _solve_bands(
 
 def _check_precedence(cutting: Cutting, order: Sequence[CutStart]) -> None:
     """Refuse an order that cuts a part loose before what is inside it: nothing later would see it."""
-    at = {s.contour: k for k, s in enumerate(order)}
-    if len(at) != len(cutting.contours) or len(order) != len(at):
+    cut = [k for s in order for k in s.contours]
+    at = {k: place for place, k in enumerate(cut)}
+    if len(at) != len(cutting.contours) or len(cut) != len(at):
         raise PlanError("the order does not cut every contour once; this is a fault of the algorithm, choose another")
     for a, b in cutting.pairs:
         if at[a] > at[b]:
@@ -297,10 +305,12 @@ class _Laid:
 def _laid(job: _Job, order: list[CutStart]) -> _Laid:
     from leafcut.plan.cut_norm import cut_norm
     from leafcut.plan.cut_toolpath import TORCH_ON, lay_cuts
+    from leafcut.plan.leads_apart import leads_apart
     from leafcut.timing.toolpath import measure
 
     machine, settings, torch = job.run.machine, job.run.settings, job.words.torch
     _check_precedence(job.cutting, order)
+    order = leads_apart(job.cutting, order, job.travel(), job.start, job.end)
     cuts = tuple(job.cutting.cut(s) for s in order)
     path, rows = lay_cuts(
         cuts,
