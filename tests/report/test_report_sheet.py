@@ -226,7 +226,9 @@ def test_the_kerf_is_as_wide_as_it_is_where_that_can_be_seen(sheet_outcome):
 
 def test_a_run_over_several_contours_is_one_cut_with_one_dot(sheet_outcome):
     path = joined(HOLE.path, Polyline.of_points([HOLE.path.end, SQUARE.path.start]), SQUARE.path)
-    plan = plan_of([cut_of([1, 3], path, 3.0)], 1.0)
+    over = (HOLE.path.length, path.length - SQUARE.path.length)
+    plan = plan_of([cut_of([1, 3], path, 3.0, bridges=(over,))], 1.0)
+    assert [k for k, _, _ in stretches(plan.cuts[0])] == ["lead", "kerf", "bridge", "kerf", "lead"]
     svg = path_svg(sheet_outcome(cut_plans=(plan, None, plan)), "after")
     assert svg.count('class="begin pierce"') == 1
     assert contour_words(plan, plan.cuts[0]) == "hole, outline"

@@ -127,12 +127,17 @@ def contour_words(plan: CutPlan, cut: Cut) -> str:
     return ", ".join(name if number == 1 else count(number, name) for name, number in names.items())
 
 
+def cut_name(plan: CutPlan, cut: Cut) -> str:
+    """Return ``part 3, hole``; of a chain ``parts 1, 2, hole, outline``."""
+    parts = list(dict.fromkeys(plan.sheet.contours[i].part for i in cut.contours))
+    of_part = f"{'part' if len(parts) == 1 else 'parts'} {', '.join(map(str, parts))}, " if any(parts) else ""
+    return of_part + contour_words(plan, cut)
+
+
 def cut_title(plan: CutPlan, number: int) -> str:
     """Return what one cut is: ``12: part 3, hole · 120.5 mm · cutting 2.4 s, piercing 0.7 s``."""
     cut = plan.cuts[number]
-    parts = list(dict.fromkeys(plan.sheet.contours[i].part for i in cut.contours))
-    of_part = f"{'part' if len(parts) == 1 else 'parts'} {', '.join(map(str, parts))}, " if any(parts) else ""
-    words = [f"{number + 1}: {of_part}{contour_words(plan, cut)}", length_words(cut.path.length)]
+    words = [f"{number + 1}: {cut_name(plan, cut)}", length_words(cut.path.length)]
     if number < len(plan.measures.cuts):
         times = plan.measures.cuts[number]
         pierce = f", piercing {time_words(times.pierce_s)}" if times.pierce_s > 0.0 else ""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.sheet import Sheet
-from leafcut.report.cut_words import contour_words
+from leafcut.report.cut_words import cut_name
 from leafcut.report.marks import head
 from leafcut.report.sheet_drawing import dot_class, stretches
 from leafcut.report.svg import STEPS, element, in_steps, lines_data, nice_step, text, tick_words, title
@@ -95,7 +95,7 @@ def detail(plan: CutPlan, number: int) -> dict[str, str]:
         *(_kerf(look, c, plan.data.kerf) for c in (*near, cut)),
         _begin(look, plan, cut),
     )
-    words = f"Cut {number + 1}: {_names(plan, cut)}"
+    words = f"Cut {number + 1}: {cut_name(plan, cut)}"
     svg = element(
         "svg",
         title(words),
@@ -108,10 +108,6 @@ def detail(plan: CutPlan, number: int) -> dict[str, str]:
         role="img",
     )
     return {"svg": svg, "caption": words, "words": _lead_words(cut)}
-
-
-def _names(plan: CutPlan, cut: Cut) -> str:
-    return f"part {cut.part}, {contour_words(plan, cut)}" if cut.part else contour_words(plan, cut)
 
 
 def _lead_words(cut: Cut) -> str:
@@ -139,7 +135,7 @@ def _kerf(look: Look, cut: Cut, kerf: float) -> str:
     lines = []
     for kind, low, high in stretches(cut):
         data = look.line(cut.path.piece(low, high))
-        if kind in ("kerf", "lead"):
+        if kind in ("kerf", "lead", "bridge"):
             lines.append(element("path", d=data, class_=f"{kind} band", stroke_width=kerf * look.scale * STEPS))
         lines.append(element("path", d=data, class_=kind, stroke_width=1.2 * STEPS))
     return in_steps(*lines)

@@ -22,7 +22,7 @@ from leafcut.report.svg import STEPS, element, in_steps, lines_data, short, text
 Points = NDArray[np.float64]
 
 #: What a stretch of a cut is drawn as.
-STRETCHES = ("kerf", "lead", "dark", "mark")
+STRETCHES = ("kerf", "lead", "bridge", "dark", "mark")
 
 #: How far chords leave arcs, user units.
 _CHORDS = 0.06
@@ -199,11 +199,11 @@ def stretches(cut: Cut) -> list[tuple[str, float, float]]:
     """Return what of a cut's path is what: (one of `STRETCHES`, from, to), mm along it, in order.
 
     What the torch does while it is off is ``dark``: micro-joints, and overcut without the arc. Loops round corners lie
-    in the scrap as leads do.
+    in the scrap as leads do; bridges are ways through it from one contour of a chain to the next.
     """
     whole = cut.path.length
     places = {0.0, cut.lead_in, cut.lead_out, cut.torch_off_at, whole}
-    places |= {at for span in (*cut.joints, *cut.loops) for at in span}
+    places |= {at for span in (*cut.joints, *cut.loops, *cut.bridges) for at in span}
     edges = sorted(at for at in places if 0.0 <= at <= whole)
     found: list[tuple[str, float, float]] = []
     for low, high in itertools.pairwise(edges):
@@ -218,6 +218,8 @@ def _kind_at(cut: Cut, at: float) -> str:
         return "dark"
     if cut.kind == "mark":
         return "mark"
+    if any(a < at < b for a, b in cut.bridges):
+        return "bridge"
     if at < cut.lead_in or at > cut.lead_out or any(a < at < b for a, b in cut.loops):
         return "lead"
     return "kerf"

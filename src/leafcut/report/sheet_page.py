@@ -158,6 +158,7 @@ def _norm_rows(outcome: Outcome) -> list[Row]:
             "name": name,
             "bar": chart.stacked_bar({"feed": t.cut_s, "dwell": t.pierce_s, "rapid": t.rapid_s}, longest),
             **_time_cells(t),
+            "pierces": f"{t.pierces:,}",
             "way": length_words(t.rapid_mm),
             "route": length_words(t.length_mm),
         }
