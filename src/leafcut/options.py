@@ -374,6 +374,22 @@ class CutOptions(OptionGroup):
         "whole", 0, "places where an outline stays uncut, so that the part hangs on", minimum=0, maximum=100
     )
     joint_width: float = option("quantity", 0.5, "width of a micro-joint", unit="mm", minimum=0.01, maximum=50)
+    chains: bool = option(
+        "flag",
+        False,
+        "cut neighbouring outlines with one pierce: with the torch on from one to the next, through the scrap, where "
+        "that is quicker than a new pierce",
+    )
+    chain_contours: int = option("whole", 12, "contours in one chain at most", minimum=2, maximum=1000)
+    chain_bridge: float | None = option(
+        "quantity",
+        None,
+        "longest way through the scrap from one outline of a chain to the next",
+        unit="mm",
+        minimum=0.1,
+        maximum=1000,
+        default_words="as long as it is quicker than a pierce",
+    )
     pierce_pitch: float | None = option(
         "quantity",
         None,
