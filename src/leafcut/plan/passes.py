@@ -50,9 +50,11 @@ def passes_in_order(
     (lines, owner), (other_lines, other_owner) = pieces
     one, other = _Shapes(program, rows, ones), _Shapes(program, rows, others)
     tree = shapely.STRtree(lines)
+    depths = np.concatenate([one.bottom, other.bottom])
+    levels = bool(np.fmax.reduce(depths) - np.fmin.reduce(depths) > _LEVEL)
     for begin in range(0, len(other_lines), _CHUNK):
         some = slice(begin, begin + _CHUNK)
-        for reach in (SUPPOSED_WIDTH, _ALLOWANCE):
+        for reach in (SUPPOSED_WIDTH, _ALLOWANCE) if levels else (_ALLOWANCE,):
             found = tree.query(other_lines[some], predicate="dwithin", distance=reach)
             pairs = np.unique(np.stack([owner[found[1]], other_owner[some][found[0]]], axis=1), axis=0)
             a, b = pairs.T
