@@ -34,7 +34,7 @@ DONE, REFUSED, USAGE = 0, 1, 2
 #: New objects between two looks for garbage: what is imported and compiled stays, and looking takes a tenth of a start.
 LITTER = 100_000
 
-#: So many warnings are said when there is no summary.
+#: So many warnings are said where they are not asked for.
 MOST_WARNINGS = 10
 
 #: The switch that every command which answers has.
@@ -328,8 +328,10 @@ def _simulate(
     print("  ".join(f"{kind} {format_time(s)}" for kind, s in answer["by_kind"].items()))
     for axis, (low, high) in answer["extents"].items():
         print(f"{axis.upper()} {low:.3f} to {high:.3f} mm")
-    for issue in answer["issues"]:
+    for issue in answer["issues"][:MOST_WARNINGS]:
         print(f"warning: {issue}")
+    if len(answer["issues"]) > MOST_WARNINGS:
+        print("warning: and more; --json lists them")
     return DONE
 
 
