@@ -217,11 +217,13 @@ def simulate(program: str | Path, *, dialect: str | None = None, **options: Any)
     from leafcut.verify.envelope import check_envelope
 
     machine = machine_of(Settings.collect(options))
-    read = _interpret(program, dialect or machine.controller)
-    path = read.path
+    name = dialect or machine.controller
+    path = _interpret(program, name).path
     result = measure(path, machine)
     low, high = path.extents
-    dangers = (*check_envelope(path, machine), *check_clearance(path, safe_z=machine.safe_z or 0.0))
+    dangers = check_envelope(path, machine)
+    if _moves_z(name):
+        dangers = [*dangers, *check_clearance(path, safe_z=machine.safe_z or 0.0)]
     return {
         "program": str(program),
         "machine": machine.name,
@@ -255,6 +257,14 @@ def verify_programs(
     for row, difference in zip(answer["differences"], found.differences, strict=True):
         row["words"] = str(difference)
     return answer
+
+
+def _moves_z(dialect_name: str) -> bool:
+    """Return whether programs of a dialect say heights; a torch may be kept at its height by its controller."""
+    from leafcut.gcode.dialects import dialect
+
+    torch = dialect(dialect_name).torch
+    return torch is None or torch.heights == "program"
 
 
 def _interpret(program: str | Path, dialect_name: str) -> Program:

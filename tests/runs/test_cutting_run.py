@@ -99,6 +99,19 @@ def test_linuxcnc_takes_the_program(outcome, moving_z, rs274: str, tmp_path: Pat
         assert canon.count("DWELL(0.58") == dwells
 
 
+@pytest.mark.external
+def test_a_kerf_that_the_controller_compensates_goes_to_linuxcnc_with_its_slow_holes(
+    drawing: Path, rs274: str, tmp_path: Path
+) -> None:
+    """The holes of 12 mm are cut slower (M67), and that is said before G41.1, under which LinuxCNC takes no M67."""
+    found = api.optimize(drawing, compensation="controller", **FAST)
+    assert found.verified
+    assert "M67 E3 Q60" in found.text
+    assert found.text.count("G41.1 D1.5") == found.text.count("G40\n") == 12
+    status, said = run_rs274(rs274, found.text, tmp_path)
+    assert status == 0, said
+
+
 def test_the_same_seed_gives_the_same_program(drawing: Path, outcome) -> None:
     assert api.optimize(drawing, **FAST).text == outcome.text
 

@@ -7,7 +7,7 @@ The same rows as any toolpath's, in the words of the dialect's table ``[torch]``
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import Dialect, Torch
@@ -62,6 +62,7 @@ class _TorchWriter(Writer):
         self.lit: Motion | None = None
         self.compensating = False
         self.percent = 100.0
+        self.compensated = _first_compensated(self.path)
         # Z is the controller's: the program may go anywhere from its first block.
         self.safe = torch.heights != "program"
         if options.material_number is not None and not torch.material:
@@ -177,11 +178,13 @@ class _TorchWriter(Writer):
 
     def _compensation(self, row: Motion) -> None:
         words = self.torch.compensation
+        if row.ref != 40 and not self.compensating:
+            self._lower(next(self.compensated))  # nothing can be said of it later
         self.compensating = row.ref != 40
         if not self.compensating:
             self.out.say("G40")
         elif not words:
-            raise PostError(f"{self.dialect.name} does not compensate the kerf (G41, G42); use --kerf geometry")
+            raise PostError(f"{self.dialect.name} does not compensate the kerf (G41, G42); use --compensation geometry")
         else:
             by_width = words.endswith(".1")
             register = self.numbers.length(row.value) if by_width else f"{row.value:.0f}"
@@ -191,3 +194,14 @@ class _TorchWriter(Writer):
         for block in self.torch.finish:
             self.out.say(block)
         super()._end(row)
+
+
+def _first_compensated(path: Toolpath) -> Iterator[Motion]:
+    """Yield the first cutting move of every stretch in which the controller compensates the kerf."""
+    waiting, on = False, False
+    for row in path:
+        if row.kind is Kind.RADIUS:
+            waiting, on = (waiting or not on) and row.ref != 40, row.ref != 40
+        elif waiting and row.kind in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW):
+            waiting = False
+            yield row

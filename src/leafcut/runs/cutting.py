@@ -70,6 +70,7 @@ def cut(run: Run, source: str | Path) -> Outcome:
     ReadError, OptionError, PlanError, SolveError, PostError, VerifyError
         One line that says what was found and what to do.
     """
+    from leafcut.plan.clear_pierces import clear_pierces
     from leafcut.plan.cutting import drawing_order, in_bands
     from leafcut.plan.following import plan_order
     from leafcut.runs.chaining import chained
@@ -79,7 +80,7 @@ def cut(run: Run, source: str | Path) -> Outcome:
     job, issues = _prepared(run, source)
     with announced(lambda: run.tell("compiling (first run on this machine)")):
         drawn = plan_order(job.cutting, job.plan) if job.plan else drawing_order(job.cutting)
-        drawn = in_bands(job.cutting, drawn, run.settings.cut)
+        drawn = clear_pierces(job.cutting, in_bands(job.cutting, drawn, run.settings.cut), job.travel(), None, None)
         drawn_laid = _laid(job, drawn)
         # What no order changes is known before any is sought.
         refuse(check_envelope(drawn_laid.path, run.machine))
@@ -212,6 +213,7 @@ def _ordered(job: _Job, before: list[CutStart] | None, spent: float = 0.0) -> tu
 
     `before` is a known order, None for the drawing's; `spent` are seconds of the time limit that are gone.
     """
+    from leafcut.plan.clear_pierces import clear_pierces
     from leafcut.plan.cutting import bands, drawing_order, in_bands
     from leafcut.plan.heat import HeatRule, spread_starts
     from leafcut.plan.sliding import slide_starts
@@ -221,15 +223,15 @@ def _ordered(job: _Job, before: list[CutStart] | None, spent: float = 0.0) -> tu
     if options.resequence.keep_order:
         return before, []
     order, solutions = _solve_bands(job, options.solve, before, spent)
-    if options.solve.algorithm == "none":
-        return order, solutions
-    run.tell("sliding the starts")
     travel = job.travel()
+    if options.solve.algorithm == "none":
+        return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
+    run.tell("sliding the starts")
     order = slide_starts(job.cutting, order, travel, job.start, job.end)
     if options.cut.heat_distance > 0.0:
         rule = HeatRule(options.cut.heat_distance, options.cut.heat_time)
         order = spread_starts(job.cutting, order, rule, travel, job.start, bands(job.cutting, options.cut))
-    return order, solutions
+    return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
 
 
 def _nearest(job: _Job) -> list[CutStart] | None:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from typing import TYPE_CHECKING
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, Placement
 from leafcut.model.sheet import Sheet
+
+if TYPE_CHECKING:
+    from shapely import Polygon
 
 #: Chords leave the arcs of an outline by at most this; two outlines with arcs must be that much further apart, mm.
 CHORD = 0.005
@@ -74,16 +78,19 @@ def _apart(nest: Nest, layout: Layout, spacing: float) -> list[str]:
 
     placements = layout.placements
     regions = [_region(nest, p) for p in placements]
-    slack = [CHORD * any(path.bulges.any() for path in _paths(nest, p)) for p in placements]
+    shells = [shapely.Polygon(region.exterior) for region in regions]
+    rounds = [_round(nest, p) for p in placements]
+    round_shell, round_hole = [CHORD * shell for shell, _ in rounds], [CHORD * hole for _, hole in rounds]
     tree = shapely.STRtree(regions)
     found = []
     for i, j in sorted(zip(*tree.query(regions, "dwithin", spacing + 2.0 * CHORD), strict=True)):
         if i >= j:
             continue
         distance = regions[i].distance(regions[j])
-        if distance < spacing + slack[i] + slack[j] - ROUNDING or (
-            distance == 0.0 and regions[i].intersects(regions[j])
-        ):
+        # One in a hole of the other is measured from the edge of the hole.
+        slack = (round_hole if shells[i].contains(shells[j]) else round_shell)[i]
+        slack += (round_hole if shells[j].contains(shells[i]) else round_shell)[j]
+        if distance < spacing + slack - ROUNDING or (distance == 0.0 and regions[i].intersects(regions[j])):
             names = f"{nest.parts[placements[i].part].name} and {nest.parts[placements[j].part].name}"
             x, y = regions[j].representative_point().coords[0]
             found.append(f"{names} are {distance:.3f} mm apart near ({x:.1f}, {y:.1f}), {spacing:g} expected")
@@ -95,12 +102,18 @@ def _paths(nest: Nest, placement: Placement) -> list[Polyline]:
     return [placement.placed(path) for path in (part.outline, *part.holes)]
 
 
-def _region(nest: Nest, placement: Placement) -> object:
+def _round(nest: Nest, placement: Placement) -> tuple[bool, bool]:
+    """Return whether a part's outline has arcs, and whether one of its holes has."""
+    outline, *holes = _paths(nest, placement)
+    return bool(outline.bulges.any()), any(hole.bulges.any() for hole in holes)
+
+
+def _region(nest: Nest, placement: Placement) -> Polygon:
     """Return what a part covers of the sheet: its outline less its holes."""
-    from shapely import Polygon
+    import shapely
 
     outline, *holes = (path.flattened(CHORD) for path in _paths(nest, placement))
-    return Polygon(outline, holes)
+    return shapely.Polygon(outline, holes)
 
 
 def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:

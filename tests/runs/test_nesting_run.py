@@ -1,0 +1,117 @@
+"""Drawings and quantities in, nested sheets out; overlaps are sought with shapely, apart from the program's check."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from pathlib import Path
+from typing import Any
+
+import ezdxf
+import pytest
+import shapely
+
+from leafcut import api
+from leafcut.cli import run
+from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError
+from leafcut.options import ReadOptions, SheetOptions
+from leafcut.plan.sheet import prepare_sheet
+from leafcut.read import read_contours
+
+SMALL: dict[str, Any] = {"sheet": "300x200", "kerf": 2, "gap": 3, "margin": 8, "variants": 2, "iterations": 20}
+
+
+@pytest.fixture(scope="module")
+def drawings(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An L of 60 × 60 with a hole, a plate of 50 × 20, and a contour that is open."""
+    folder = tmp_path_factory.mktemp("parts")
+    corners = [(0, 0), (60, 0), (60, 20), (20, 20), (20, 60), (0, 60)]
+    for name, points, closed in (
+        ("angle", corners, True),
+        ("plate", [(0, 0), (50, 0), (50, 20), (0, 20)], True),
+        ("open", [(0, 0), (50, 0), (50, 20)], False),
+    ):
+        document = ezdxf.new(units=4)
+        document.modelspace().add_lwpolyline(points, close=closed)
+        if name == "angle":
+            document.modelspace().add_circle((10, 10), 5)
+        document.saveas(folder / f"{name}.dxf")
+    return folder
+
+
+def outlines(file: Path) -> list[shapely.Polygon]:
+    sheet = prepare_sheet(read_contours(file, ReadOptions()), SheetOptions())
+    return [shapely.Polygon(c.contour.path.flattened(0.01)) for c in sheet.contours if not c.is_hole]
+
+
+@pytest.mark.parametrize("nester", ["shapes", "rectangles"])
+def test_the_written_sheet_has_every_part_apart_from_all_others_and_inside_the_margin(
+    nester: str, drawings: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "nested.dxf"
+    found = api.nest([f"{drawings}/angle.dxf:4", f"{drawings}/plate.dxf:3"], out, nester=nester, **SMALL)
+    assert found.files[0] == (str(out),)
+    shapes = outlines(out)
+    assert sorted(round(s.area) for s in shapes) == [1000] * 3 + [2000] * 4
+    assert min(a.distance(b) for a, b in itertools.combinations(shapes, 2)) >= 5.0 - 0.01
+    assert all(shapely.box(8, 8, 292, 192).buffer(0.01).contains(s) for s in shapes)
+
+
+def test_the_same_seed_gives_the_same_nest(drawings: Path) -> None:
+    one, other = (api.nest([f"{drawings}/angle.dxf:3"], seed=5, **SMALL) for _ in range(2))
+    assert [n.layouts for n in one.nests] == [n.layouts for n in other.nests]
+    assert all(n.repeatable for n in one.nests)
+
+
+def test_what_one_sheet_does_not_hold_goes_to_more_sheets(drawings: Path, tmp_path: Path) -> None:
+    """Twelve angles of 60 × 60 lie on no sheet of 150 × 150: nine squares of that size would be its whole area."""
+    out = tmp_path / "many.dxf"
+    options = {**SMALL, "sheet": "150x150", "variants": 1}
+    found = api.nest([f"{drawings}/angle.dxf:12"], out, **options)
+    layouts = found.nests[0].layouts
+    assert len(found.files[0]) == len(layouts)
+    assert sum(len(outlines(Path(f))) * one.count for f, one in zip(found.files[0], layouts, strict=True)) == 12
+
+
+def test_a_nested_sheet_is_cut(drawings: Path, tmp_path: Path) -> None:
+    out = tmp_path / "nested.dxf"
+    api.nest([f"{drawings}/angle.dxf:2"], out, **{**SMALL, "gap": 10})
+    assert api.optimize(out, process="cut", thickness=6, iterations=5, threads=1).verified
+
+
+@pytest.mark.parametrize(
+    ("parts", "options", "error", "words"),
+    [
+        ([], {}, OptionError, "no parts"),
+        (["angle.dxf:0"], {}, OptionError, "quantity"),
+        (["angle.dxf:-3"], {}, OptionError, "quantity"),
+        (["missing.dxf:2"], {}, ReadError, "missing.dxf"),
+        (["open.dxf:2"], {}, LeafcutError, "open"),
+        (["angle.dxf:2"], {"sheet": "50x50"}, PlanError, "sheet"),
+        (["angle.dxf:2"], {"sheet": "big"}, OptionError, "--sheet"),
+        (["angle.dxf:2"], {"rotations": "up"}, OptionError, "rotations"),
+    ],
+    ids=str,
+)
+def test_what_cannot_be_nested_is_refused_in_one_line(
+    parts: list[str], options: dict[str, Any], error: type[Exception], words: str, drawings: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out.dxf"
+    with pytest.raises(error, match=words) as caught:
+        api.nest([f"{drawings}/{name}" for name in parts], out, **{**SMALL, **options})
+    assert "\n" not in str(caught.value)
+    assert not out.exists()
+
+
+def test_a_drawing_is_never_written_over(drawings: Path) -> None:
+    before = (drawings / "angle.dxf").read_bytes()
+    with pytest.raises(LeafcutError, match="never overwritten"):
+        api.nest([f"{drawings}/angle.dxf:2"], drawings / "angle.dxf", **SMALL)
+    assert (drawings / "angle.dxf").read_bytes() == before
+
+
+def test_the_command_line_answers_in_json(drawings: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["nest", f"{drawings}/plate.dxf:6", "--sheet", "300x200", "--nester", "rectangles", "--json"]
+    assert run(words) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["variants"]
