@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 #: Where two bridges meet on a contour they are this far apart at least, rad: the sliver between them must not melt.
 LEAST_ANGLE = math.radians(40.0)
+#: Contours of one search at most.
+BLOCK = 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +57,9 @@ def chain_problem(
     options: CutOptions,
     overhead: float,
     rapid: float,
-    bands: Sequence[Sequence[int]],
-    taken: Sequence[Chain] = (),
+    members: Sequence[int],
 ) -> ChainProblem | None:
-    """Return the problem of which contours to chain; None where no bridge would save time.
+    """Return the problem of which contours of a block (`chain_blocks`) to chain; None where no bridge would save time.
 
     Parameters
     ----------
@@ -66,37 +67,40 @@ def chain_problem(
         What each cut takes to come down and to rise, s.
     rapid
         Velocity of rapids, mm/s.
-    bands
-        Contours that are cut before others (`cutting.bands`): a chain stays within one.
-    taken
-        Chains that there are already.
     """
     feed = cutting.rules.data.feed
     single = pierce_seconds(cutting, overhead)
     # A bridge of length d costs d / feed, a pierce the rapid of about d besides.
     reach = single / max(1.0 / feed - 1.0 / rapid, 1e-9)
     reach = min(reach, options.chain_bridge or math.inf)
-    found = find_bridges(cutting.contours, _members(cutting, taken), cutting.scrap, reach)
-    band = {k: number for number, members in enumerate(bands) for k in members}
-    of = found.places.contour
+    found = find_bridges(cutting.contours, members, cutting.scrap, reach)
     saving = {
         (a, b): single + length / rapid - length / feed
         for a, b, length in zip(found.begin.tolist(), found.end.tolist(), found.length.tolist(), strict=True)
-        if band.get(int(of[a])) == band.get(int(of[b]))
     }
     saving = {pair: s for pair, s in saving.items() if s > 0.0}
     return None if not saving else ChainProblem(_routing(found, saving, single, rapid), found, saving)
 
 
-def _members(cutting: Cutting, taken: Sequence[Chain]) -> list[int]:
-    """Return the contours that can be in a chain: closed, no small holes, and nothing that a plan file fixes."""
+def chain_blocks(cutting: Cutting, bands: Sequence[Sequence[int]], taken: Sequence[Chain] = ()) -> list[list[int]]:
+    """Return the contours that can be in a chain, in blocks of neighbours that are not too many for one search.
+
+    They are closed, no small holes, in no chain of `taken`, and nothing that a plan file fixes. A block is in one of
+    `bands` (`cutting.bands`), since a chain stays within one.
+    """
     held = {k for pair in cutting.order for k in pair} | set(cutting.fixed)
     held |= {link.contour for chain in taken for link in chain}
-    return [
-        k
-        for k, c in enumerate(cutting.contours)
-        if c.has_leads and not c.is_small(cutting.rules) and k not in held and cutting.by_contour[k]
-    ]
+    blocks: list[list[int]] = []
+    for band in bands:
+        own = [
+            k
+            for k in band
+            if k not in held and cutting.contours[k].has_leads and not cutting.contours[k].is_small(cutting.rules)
+        ]
+        own.sort(key=lambda k: cutting.contours[k].path.extents[0])
+        count = max(math.ceil(len(own) / BLOCK), 1)
+        blocks += [own[len(own) * n // count : len(own) * (n + 1) // count] for n in range(count)]
+    return [block for block in blocks if len(block) > 1]
 
 
 def _routing(found: Bridges, saving: dict[tuple[int, int], float], single: float, rapid: float) -> RoutingProblem:
