@@ -256,12 +256,13 @@ def leaves_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> F
     """
     import shapely
 
-    length = np.hypot(*(lines[:, 1] - lines[:, 0]).T)
-    pieces = int(min(max(np.ceil(length.max(initial=0.0) / (0.25 * kerf)), 4), 512)) if kerf > 0.0 else 4
-    share = np.linspace(0.0, 1.0, pieces + 1)
-    points = lines[:, None, 0] + share[None, :, None] * (lines[:, 1] - lines[:, 0])[:, None]
-    apart = shapely.distance(shapely.points(points), kerf_line) >= kerf - ROUNDING
-    first = np.argmax(apart, axis=1)
-    stays: Flags = (apart | ~np.maximum.accumulate(apart, axis=1)).all(axis=1) & apart[:, -1]
-    stays &= share[first] * length <= LEAVES_WITHIN * kerf + 0.25 * kerf
+    step = lines[:, 1] - lines[:, 0]
+    length = np.hypot(*step.T)
+    share = np.minimum(LEAVES_WITHIN * kerf / np.maximum(length, 1e-9), 1.0)
+    rest = np.stack([lines[:, 0] + share[:, None] * step, lines[:, 1]], axis=1)
+    away: NDArray[np.float64] = shapely.distance(as_lines(rest), kerf_line)
+    # A rest without length is no line to GEOS, and near to nothing.
+    short = share >= 1.0
+    away[short] = shapely.distance(shapely.points(lines[short, 1]), kerf_line)
+    stays: Flags = away >= kerf - ROUNDING
     return stays
