@@ -295,47 +295,52 @@ NEST_HEAD = (
 )  # fmt: skip
 
 
-def sections(given: argparse.Namespace) -> Iterator[str]:
-    """Yield the parts of the section as they are done."""
-    names = given.sheets.split(",")
+ROUTE_TEXT = """## Sheets: routes
+
+Routes between the cuts of three real sheets, closed, counted as published. The tour published for 8877 was made under a
+looser rule (from no contour straight to one inside it) and cuts four contours before what is inside them; so that sheet
+has two lines.
+"""
+TIME_TEXT = """## Sheets: machine time
+
+Machine time of the verified programs of the same sheets, 6 mm mild steel, kerf and leads included: each contour with a
+pierce of its own, in the best order found, and with chains (`--chains`). *edges* is what cutting the drawn contours
+takes at their speed; no order and no chain changes it, so that even without any pierce or move the whole time could not
+come below it. The last columns leave it out: what pierces, leads, bridges and moves take.
+"""
+NEST_TEXT = """## Sheets: ants and nearest neighbour
+
+Nests made by `benchmarks/nests.py`: nearest neighbour (same places to begin, inner before outer) beside the ants
+(`--objective distance`). *route* is the published measure: the perimeters and the moves in between.
+"""
+
+
+def parts(given: argparse.Namespace) -> Iterator[tuple[str, str]]:
+    """Yield the name of each part of the page, and its text, as they are done."""
+    names, sizes = given.sheets.split(","), [int(size) for size in given.sizes.split(",")]
     only = given.only.split(",")
     if "routes" in only:
-        yield "Routes between the cuts of three real sheets, closed, counted as published:\n\n" + table(
-            ROUTE_HEAD, route_rows(names, given.limit)
-        )
+        yield "sheets: routes", f"{ROUTE_TEXT}\n{table(ROUTE_HEAD, route_rows(names, given.limit))}"
     if "times" in only:
-        yield (
-            "Machine time of the verified programs of the same sheets, 6 mm mild steel, kerf and leads included: each "
-            "contour with a pierce of its own, in the best order found, and with chains (`--chains`). *edges* is what "
-            "cutting the drawn contours takes at their speed; no order and no chain changes it. The last columns leave "
-            "it out: what pierces, leads, bridges and moves take.\n\n"
-        ) + table(TIME_HEAD, time_rows(names, given.limit))
+        yield "sheets: time", f"{TIME_TEXT}\n{table(TIME_HEAD, time_rows(names, given.limit))}"
     if "nests" in only:
-        yield (
-            "Nests made by `benchmarks/nests.py`: nearest neighbour (same places to begin, inner before outer) "
-            "beside the ants (`--objective distance`). *route* is the published measure: the perimeters and the moves "
-            "in between.\n\n"
-        ) + table(NEST_HEAD, nest_rows([int(s) for s in given.sizes.split(",")], given.limit))
+        yield "sheets: nests", f"{NEST_TEXT}\n{table(NEST_HEAD, nest_rows(sizes, given.limit))}"
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Measure, print, and write the section of the page."""
+    """Measure, print, and write the sections of the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sheets", default=",".join(SHEETS), help="names of sheets")
     parser.add_argument("--sizes", default=",".join(str(n) for n in SIZES), help="numbers of parts of the nests")
     parser.add_argument("--only", default="routes,times,nests", help="what to measure")
     parser.add_argument("--limit", type=float, default=10.0, help="time limit of a search, s")
-    parser.add_argument("--write", type=Path, help="page whose section is replaced")
+    parser.add_argument("--write", type=Path, help="page whose sections are replaced")
     given = parser.parse_args(arguments)
-    texts = ["## Sheets"]
-    for text in sections(given):
-        texts.append(text)
-        print(text, flush=True)
-    texts.append(facts("sheets", arguments, ("numpy", "numba", "shapely")))
-    whole = "\n\n".join(texts)
-    if given.write:
-        write_section(given.write, "sheets", whole)
-    print(texts[-1])
+    for name, text in parts(given):
+        whole = f"{text}\n\n{facts('sheets', arguments, ('numpy', 'numba', 'shapely'))}"
+        if given.write:
+            write_section(given.write, name, whole)
+        print(whole, flush=True)
 
 
 if __name__ == "__main__":
