@@ -155,6 +155,15 @@ def test_a_plan_is_saved_and_kept_with_its_fixed_choices(drawing: Path, tmp_path
     assert load_plan(plan).cuts
 
 
+@pytest.mark.external
+def test_linuxcnc_takes_a_program_with_chains(drawing: Path, rs274: str, tmp_path: Path) -> None:
+    joined = api.optimize(drawing, chains=True, **{**FAST, "pierce_delay": "3 s"})
+    status, canon = run_rs274(rs274, joined.text, tmp_path)
+    assert status == 0, canon
+    marks = sum(c.kind == "mark" for c in joined.cut_plan.cuts)
+    assert canon.count("START_SPINDLE_CLOCKWISE") == joined.cut_plan.measures.sheet.pierces + marks < 16
+
+
 def test_a_plan_with_bridges_is_kept_as_a_whole_or_only_where_they_are_fixed(drawing: Path, tmp_path: Path) -> None:
     plan = tmp_path / "plan.json"
     slow = {**FAST, "pierce_delay": "3 s"}
