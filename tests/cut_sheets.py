@@ -14,7 +14,8 @@ from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutData
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.options import CutOptions, SolveOptions
-from leafcut.plan.chaining import chain_problem, chains_of, with_chains
+from leafcut.plan.chain_starts import Chain
+from leafcut.plan.chaining import chain_blocks, chain_problem, chains_of, with_chains
 from leafcut.plan.cut_rules import CutRules, resolve_rules
 from leafcut.plan.cutting import Cutting, bands, prepare_cutting
 from leafcut.solve.solve import solve
@@ -153,11 +154,13 @@ def runs_clockwise(cut: Cut) -> bool:
 def chained(cutting: Cutting, overhead: float = 0.5, rapid: float = 250.0, **options: Any) -> Cutting:
     """Return a cutting with the chains that a short search finds."""
     given = CutOptions(chains=True, **options)
-    found = chain_problem(cutting, given, overhead, rapid, bands(cutting, given))
-    if found is None:
-        return cutting
-    solution = solve(found.problem, SolveOptions(iterations=30, threads=1, bound=False))
-    return with_chains(cutting, chains_of(cutting, found, [int(n) for n in solution.nodes], given))
+    chains: list[Chain] = []
+    for block in chain_blocks(cutting, bands(cutting, given)):
+        found = chain_problem(cutting, given, overhead, rapid, block)
+        if found is not None:
+            solution = solve(found.problem, SolveOptions(iterations=30, threads=1, bound=False))
+            chains += chains_of(cutting, found, [int(n) for n in solution.nodes], given, chains)
+    return with_chains(cutting, chains)
 
 
 def bridges_of(cut: Cut) -> list[Any]:

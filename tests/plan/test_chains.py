@@ -30,6 +30,7 @@ from cut_sheets import (
 from leafcut.errors import OptionError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Cut
+from leafcut.plan import chaining
 from leafcut.plan.cutting import Cutting, drawing_order
 
 KERF = PLASMA.kerf
@@ -190,3 +191,15 @@ def test_chains_of_any_grid_touch_no_part_and_cut_every_contour_once(columns, ro
     assert sorted(k for cut in cuts for k in cut.contours) == list(range(len(cells)))
     assert_nothing_is_gouged(sheet, cuts, KERF)
     assert_bridges_in_scrap(sheet, cuts, KERF)
+
+
+def test_blocks_hold_every_contour_that_can_be_chained_once_and_are_not_too_large(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Five squares in bands of three and two; with two in a block at most, one is left alone, with none to join."""
+    monkeypatch.setattr(chaining, "BLOCK", 2)
+    sheet = sheet_of(*((square(20 + 60 * k, 20, 40), 0, -1, k + 1) for k in range(5)))
+    blocks = chaining.chain_blocks(cutting_of(sheet), [[4, 3, 2], [1, 0]])
+    assert blocks == [[3, 4], [0, 1]]
+    monkeypatch.setattr(chaining, "BLOCK", 400)
+    assert chaining.chain_blocks(cutting_of(sheet), [[4, 3, 2], [1, 0]]) == [[2, 3, 4], [0, 1]]

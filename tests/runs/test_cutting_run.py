@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -152,6 +153,39 @@ def test_a_plan_is_saved_and_kept_with_its_fixed_choices(drawing: Path, tmp_path
     assert choice.start == pytest.approx((80.0, 19.23), abs=0.01)
     assert choice.fixed == ("start",)
     assert load_plan(plan).cuts
+
+
+@pytest.mark.external
+def test_linuxcnc_takes_a_program_with_chains(drawing: Path, rs274: str, tmp_path: Path) -> None:
+    joined = api.optimize(drawing, chains=True, **{**FAST, "pierce_delay": "3 s"})
+    status, canon = run_rs274(rs274, joined.text, tmp_path)
+    assert status == 0, canon
+    marks = sum(c.kind == "mark" for c in joined.cut_plan.cuts)
+    assert canon.count("START_SPINDLE_CLOCKWISE") == joined.cut_plan.measures.sheet.pierces + marks < 16
+
+
+def test_a_plan_with_bridges_is_kept_as_a_whole_or_only_where_they_are_fixed(drawing: Path, tmp_path: Path) -> None:
+    plan = tmp_path / "plan.json"
+    slow = {**FAST, "pierce_delay": "3 s"}
+    first = api.optimize(drawing, save_plan=plan, chains=True, **slow)
+    data = json.loads(plan.read_text())
+    bridged = [k for k, c in enumerate(data["cuts"]) if c.get("bridge")]
+    assert len(bridged) == 12 - first.cut_plan.measures.sheet.pierces > 0
+    again = api.optimize(drawing, plan=plan, keep_order=True, **slow)
+    assert [c.contours for c in again.cut_plan.cuts] == [c.contours for c in first.cut_plan.cuts]
+    assert again.after.time_s == pytest.approx(first.after.time_s, rel=1e-3)
+    data["cuts"][bridged[0]]["fixed"] = ["bridge"]
+    joined = [data["cuts"][k]["contours"][0] - 1 for k in (bridged[0] - 1, bridged[0])]
+    plan.write_text(json.dumps(data))
+    third = api.optimize(drawing, plan=plan, **{**slow, "iterations": 1})
+    assert any(list(c.contours) == joined for c in third.cut_plan.cuts) or third.after.time_s <= first.after.time_s
+    corners = [(x + dx, y + dy) for x in (20, 170) for y in (20, 170) for dx in (0, 120) for dy in (0, 120)]
+    own, other = (data["cuts"][k]["start"] for k in (bridged[0], bridged[0] - 1))
+    near = [c for c in corners if math.dist(c, own) < 175.0]
+    data["cuts"][bridged[0]]["start"] = max(near, key=lambda c: math.dist(c, other))
+    plan.write_text(json.dumps(data))
+    with pytest.raises(PlanError, match="no way through the scrap"):
+        api.optimize(drawing, plan=plan, **slow)
 
 
 def test_an_unchanged_plan_never_makes_the_sheet_slower(drawing: Path, tmp_path: Path) -> None:

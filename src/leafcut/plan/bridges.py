@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from leafcut.geometry.polyline import Points
 from leafcut.plan.cut_contours import ROUNDING, CutContour
 from leafcut.plan.cut_rules import CutRules
-from leafcut.plan.cut_starts import directions_of, end_of, in_loop
+from leafcut.plan.cut_starts import closing_joint, directions_of, in_loop
 from leafcut.plan.leads import Flags, Scrap, as_lines
 
 Ints = NDArray[np.int64]
@@ -153,7 +153,7 @@ def _laid_out(contours: list[CutContour], rows: Sequence[tuple[int, float]], rul
     for k, at in rows:
         contour = contours[k]
         arrive.append(contour.path.point_at(at))
-        leave.append(contour.path.point_at(_end(contour, at, rules)))
+        leave.append(contour.path.point_at(left_at(contour, at, clockwise_of(contour, rules), rules)))
     return Places(
         np.array([k for k, _ in rows], dtype=np.int64),
         np.array([at for _, at in rows], dtype=np.float64),
@@ -162,9 +162,25 @@ def _laid_out(contours: list[CutContour], rows: Sequence[tuple[int, float]], rul
     )
 
 
-def _end(contour: CutContour, at: float, rules: CutRules) -> float:
-    """Return where a contour in the middle of a chain is left: where it began, or a joint before that."""
-    return end_of(contour, at, clockwise_of(contour, rules), rules) if rules.joints else at
+def left_at(contour: CutContour, at: float, clockwise: bool, rules: CutRules) -> float:
+    """Return where along its path a contour in the middle of a chain is left: where it began, or a joint before."""
+    return at + (closing_joint(contour, rules) if clockwise else -closing_joint(contour, rules))
+
+
+def joins(
+    contours: list[CutContour],
+    pair: tuple[int, int],
+    ends: tuple[tuple[float, float], tuple[float, float]],
+    scrap: Scrap,
+) -> bool:
+    """Return whether two contours border on the same scrap and there is room for a bridge between `ends`."""
+    one, other = (contours[k] for k in pair)
+    if one.hole or pair[0] == pair[1] or scrap_of(one) != scrap_of(other):
+        return False
+    lines = np.array([ends])
+    kerf = scrap.rules.kerf
+    apart = leaves_at_once(lines, one.line, kerf)[0] and leaves_at_once(lines[:, ::-1], other.line, kerf)[0]
+    return bool(apart and scrap.free(as_lines(lines), one, other)[0])
 
 
 def _samples(contour: CutContour) -> NDArray[np.float64]:
@@ -240,12 +256,13 @@ def leaves_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> F
     """
     import shapely
 
-    length = np.hypot(*(lines[:, 1] - lines[:, 0]).T)
-    pieces = int(min(max(np.ceil(length.max(initial=0.0) / (0.25 * kerf)), 4), 512)) if kerf > 0.0 else 4
-    share = np.linspace(0.0, 1.0, pieces + 1)
-    points = lines[:, None, 0] + share[None, :, None] * (lines[:, 1] - lines[:, 0])[:, None]
-    apart = shapely.distance(shapely.points(points), kerf_line) >= kerf - ROUNDING
-    first = np.argmax(apart, axis=1)
-    stays: Flags = (apart | ~np.maximum.accumulate(apart, axis=1)).all(axis=1) & apart[:, -1]
-    stays &= share[first] * length <= LEAVES_WITHIN * kerf + 0.25 * kerf
+    step = lines[:, 1] - lines[:, 0]
+    length = np.hypot(*step.T)
+    share = np.minimum(LEAVES_WITHIN * kerf / np.maximum(length, 1e-9), 1.0)
+    rest = np.stack([lines[:, 0] + share[:, None] * step, lines[:, 1]], axis=1)
+    away: NDArray[np.float64] = shapely.distance(as_lines(rest), kerf_line)
+    # A rest without length is no line to GEOS, and near to nothing.
+    short = share >= 1.0
+    away[short] = shapely.distance(shapely.points(lines[short, 1]), kerf_line)
+    stays: Flags = away >= kerf - ROUNDING
     return stays

@@ -79,7 +79,8 @@ def _lead(contour: CutContour, step: CutStart, rules: CutRules, past: float | No
 
 
 def _linked(contour: CutContour, step: CutStart, fixed: dict[int, tuple[str, ...]]) -> CutChoice:
-    return replace(choice_of(contour, step, fixed.get(step.contour, ())), bridge=True)
+    choice = choice_of(contour, step, fixed.get(step.contour, ()))
+    return replace(choice, lead_in=None, lead_out=None, bridge=True)
 
 
 def chain_length(contours: list[CutContour], start: CutStart, rules: CutRules) -> float:

@@ -12,7 +12,6 @@ import numpy as np
 
 from leafcut.geometry.polyline import Points
 from leafcut.model.cutting import Lead
-from leafcut.plan.bridges import clockwise_of
 from leafcut.plan.cut_contours import ROUNDING, CutContour
 from leafcut.plan.cut_rules import CutRules
 from leafcut.plan.cut_starts import (
@@ -33,6 +32,8 @@ from leafcut.plan.leads import Scrap, lead_shape, placed
 if TYPE_CHECKING:
     from leafcut.plan.cutting import Cutting
 
+#: Places along a contour that differ by less are one, mm.
+SAME = 0.01
 #: So many ways to begin a chain are offered to the search.
 MOST_STARTS = 4
 #: Where the room of a contour has changed, so many places are tried.
@@ -41,12 +42,13 @@ PLACES = 16
 
 @dataclass(frozen=True)
 class Link:
-    """A place of a chain: the contour (position in `Cutting.contours`), along its path, and arrival and leave, mm."""
+    """A place of a chain: the contour (position in `Cutting.contours`), along its path, arrival and leave, mm."""
 
     contour: int
     at: float
     arrive: tuple[float, float]
     leave: tuple[float, float]
+    clockwise: bool = True
 
 
 Chain = tuple[Link, ...]
@@ -58,13 +60,15 @@ def chain_starts(cutting: Cutting, chain: Chain, scrap: Scrap) -> list[CutStart]
 
     rules, contours = cutting.rules, cutting.contours
     ways = [shapely.LineString([a.leave, b.arrive]) for a, b in itertools.pairwise(chain)]
-    rest = [
-        CutStart(link.contour, link.at, clockwise_of(contours[link.contour], rules), link.arrive, link.leave)
-        for link in chain
-    ]
+    rest = [CutStart(link.contour, link.at, link.clockwise, link.arrive, link.leave) for link in chain]
     last = _ended(contours[chain[-1].contour], rest[-1], scrap, rules, ways[-1])
     found = []
-    for first in _begun(contours[chain[0].contour], rest[0], scrap, rules):
+    own = [cutting.starts[n] for n in cutting.by_contour[chain[0].contour]]
+    fixed = chain[0].contour in cutting.fixed
+    begun = own if fixed else _begun(contours[chain[0].contour], rest[0], scrap, rules)
+    for first in begun:
+        if abs(first.at - rest[0].at) > SAME or first.clockwise != rest[0].clockwise:
+            continue
         lead = _lead_points(contours[first.contour], first, first.lead_in)
         if len(lead) < 2 or not first.pierce or clear_of(lead[::-1], ways[0], rules.kerf):
             found.append(replace(first, exit=last.exit, lead_out=NO_LEAD, then=(*rest[1:-1], last)))

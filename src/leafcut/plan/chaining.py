@@ -17,12 +17,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.errors import PlanError
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.plan.bridges import Bridges, Places, find_bridges
+from leafcut.plan.bridges import Bridges, Places, clockwise_of, find_bridges, joins, left_at
 from leafcut.plan.chain_starts import Chain, Link, chain_starts, starts_beside
 from leafcut.plan.cut_contours import ROUNDING
 
 if TYPE_CHECKING:
+    from leafcut.model.cutting import CutChoice, PlanFile
     from leafcut.options import CutOptions
     from leafcut.plan.cut_starts import CutStart
     from leafcut.plan.cutting import Cutting
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
 
 #: Where two bridges meet on a contour they are this far apart at least, rad: the sliver between them must not melt.
 LEAST_ANGLE = math.radians(40.0)
+#: Contours of one search at most.
+BLOCK = 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +53,13 @@ def pierce_seconds(cutting: Cutting, overhead: float) -> float:
 
 
 def chain_problem(
-    cutting: Cutting, options: CutOptions, overhead: float, rapid: float, bands: Sequence[Sequence[int]]
+    cutting: Cutting,
+    options: CutOptions,
+    overhead: float,
+    rapid: float,
+    members: Sequence[int],
 ) -> ChainProblem | None:
-    """Return the problem of which contours to chain; None where no bridge would save time.
+    """Return the problem of which contours of a block (`chain_blocks`) to chain; None where no bridge would save time.
 
     Parameters
     ----------
@@ -59,34 +67,40 @@ def chain_problem(
         What each cut takes to come down and to rise, s.
     rapid
         Velocity of rapids, mm/s.
-    bands
-        Contours that are cut before others (`cutting.bands`): a chain stays within one.
     """
     feed = cutting.rules.data.feed
     single = pierce_seconds(cutting, overhead)
     # A bridge of length d costs d / feed, a pierce the rapid of about d besides.
     reach = single / max(1.0 / feed - 1.0 / rapid, 1e-9)
     reach = min(reach, options.chain_bridge or math.inf)
-    found = find_bridges(cutting.contours, _members(cutting), cutting.scrap, reach)
-    band = {k: number for number, members in enumerate(bands) for k in members}
-    of = found.places.contour
+    found = find_bridges(cutting.contours, members, cutting.scrap, reach)
     saving = {
         (a, b): single + length / rapid - length / feed
         for a, b, length in zip(found.begin.tolist(), found.end.tolist(), found.length.tolist(), strict=True)
-        if band.get(int(of[a])) == band.get(int(of[b]))
     }
     saving = {pair: s for pair, s in saving.items() if s > 0.0}
     return None if not saving else ChainProblem(_routing(found, saving, single, rapid), found, saving)
 
 
-def _members(cutting: Cutting) -> list[int]:
-    """Return the contours that can be in a chain: closed, no small holes, and nothing that a plan file fixes."""
+def chain_blocks(cutting: Cutting, bands: Sequence[Sequence[int]], taken: Sequence[Chain] = ()) -> list[list[int]]:
+    """Return the contours that can be in a chain, in blocks of neighbours that are not too many for one search.
+
+    They are closed, no small holes, in no chain of `taken`, and nothing that a plan file fixes. A block is in one of
+    `bands` (`cutting.bands`), since a chain stays within one.
+    """
     held = {k for pair in cutting.order for k in pair} | set(cutting.fixed)
-    return [
-        k
-        for k, c in enumerate(cutting.contours)
-        if c.has_leads and not c.is_small(cutting.rules) and k not in held and cutting.by_contour[k]
-    ]
+    held |= {link.contour for chain in taken for link in chain}
+    blocks: list[list[int]] = []
+    for band in bands:
+        own = [
+            k
+            for k in band
+            if k not in held and cutting.contours[k].has_leads and not cutting.contours[k].is_small(cutting.rules)
+        ]
+        own.sort(key=lambda k: cutting.contours[k].path.extents[0])
+        count = max(math.ceil(len(own) / BLOCK), 1)
+        blocks += [own[len(own) * n // count : len(own) * (n + 1) // count] for n in range(count)]
+    return [block for block in blocks if len(block) > 1]
 
 
 def _routing(found: Bridges, saving: dict[tuple[int, int], float], single: float, rapid: float) -> RoutingProblem:
@@ -102,18 +116,22 @@ def _routing(found: Bridges, saving: dict[tuple[int, int], float], single: float
     )
 
 
-def chains_of(cutting: Cutting, of: ChainProblem, nodes: Sequence[int], options: CutOptions) -> list[Chain]:
-    """Return the chains in a solution, without the bridges that cannot be made beside the others."""
+def chains_of(
+    cutting: Cutting, of: ChainProblem, nodes: Sequence[int], options: CutOptions, before: Sequence[Chain] = ()
+) -> list[Chain]:
+    """Return the chains in a solution, without the bridges that cannot be made beside the others.
+
+    `before` are chains that there are already.
+    """
     places = of.bridges.places
     nodes = _best_places(of, [int(places.contour[n]) for n in nodes])
     taken = [(a, b) for a, b in itertools.pairwise(nodes) if (a, b) in of.saving]
-    link = {
-        n: Link(int(places.contour[n]), float(places.at[n]), _xy(places.arrive[n]), _xy(places.leave[n])) for n in nodes
-    }
+    link = {n: link_at(cutting, int(places.contour[n]), float(places.at[n])) for n in nodes}
     kept: list[tuple[int, int]] = []
+    planned = [(a.leave, b.arrive) for chain in before for a, b in itertools.pairwise(chain)]
     for pair in sorted(taken, key=lambda p: (-of.saving[p], p)):
         bridge = (link[pair[0]].leave, link[pair[1]].arrive)
-        others = [(link[a].leave, link[b].arrive) for a, b in kept]
+        others = [*planned, *((link[a].leave, link[b].arrive) for a, b in kept)]
         if all(_go_together(bridge, other, cutting.rules.kerf) for other in others):
             kept.append(pair)
     return [
@@ -122,6 +140,53 @@ def chains_of(cutting: Cutting, of: ChainProblem, nodes: Sequence[int], options:
         for run in _short_enough(whole, options.chain_contours)
         if len(run) > 1
     ]
+
+
+def link_at(cutting: Cutting, contour: int, at: float, clockwise: bool | None = None) -> Link:
+    """Return a place of a chain; None: the contour runs in the direction that the rules ask for."""
+    c, rules = cutting.contours[contour], cutting.rules
+    way = clockwise_of(c, rules) if clockwise is None else clockwise
+    return Link(contour, at, c.path.point_at(at), c.path.point_at(left_at(c, at, way, rules)), way)
+
+
+def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> list[Chain]:
+    """Return the chains of a plan file: those it fixes, or `everything`: all.
+
+    Raises
+    ------
+    PlanError
+        A bridge of the plan cannot be made: says to which cut.
+    """
+    position = {c.index: k for k, c in enumerate(cutting.contours)}
+    chains: list[list[Link]] = []
+    for number, (before, choice) in enumerate(itertools.pairwise(plan.cuts), 2):
+        if not choice.bridge or not (everything or "bridge" in choice.fixed):
+            continue
+        ends = [_planned_link(cutting, position, c) for c in (before, choice)]
+        a, b = ends
+        if (
+            a is None
+            or b is None
+            or not joins(cutting.contours, (a.contour, b.contour), (a.leave, b.arrive), cutting.scrap)
+        ):
+            raise PlanError(f"{plan.source}: cut {number}: there is no way through the scrap from the cut before it")
+        if chains and chains[-1][-1].contour == a.contour:
+            chains[-1].append(b)
+        else:
+            chains.append([a, b])
+    return [tuple(chain) for chain in chains]
+
+
+def _planned_link(cutting: Cutting, position: dict[int, int], choice: CutChoice) -> Link | None:
+    import shapely
+
+    k = position.get(choice.contours[0], -1)
+    if k < 0 or choice.start is None or not cutting.contours[k].has_leads:
+        return None
+    contour = cutting.contours[k]
+    share = float(shapely.line_locate_point(contour.line, shapely.Point(*choice.start), normalized=True))
+    way = {"clockwise": True, "counter-clockwise": False}.get(choice.direction)
+    return link_at(cutting, k, share * contour.path.length, way)
 
 
 def _best_places(of: ChainProblem, order: Sequence[int]) -> list[int]:
@@ -226,7 +291,7 @@ def with_chains(cutting: Cutting, chains: Sequence[Chain]) -> Cutting:
             stuck = _singles(cutting, scrap, members, starts)
             if stuck is None:
                 rows = [s for k in sorted(starts) for s in starts[k]]
-                return replace(cutting, scrap=scrap, starts=rows, plain=cutting)
+                return replace(cutting, scrap=scrap, starts=rows)
             chains = _without_nearest(cutting, chains, stuck)
     return cutting
 

@@ -42,11 +42,9 @@ class Cutting:
     Attributes
     ----------
     starts
-        Contour by contour.
+        Contour by contour. Those of a chain are its first contour's; its others have none.
     order
         Pairs (before, after) of contours that a plan file holds in their order, besides those of the process.
-    plain
-        With chains: the same without them. The starts of a chain are those of its first contour; its others have none.
     """
 
     sheet: Sheet
@@ -57,7 +55,6 @@ class Cutting:
     issues: tuple[Issue, ...] = ()
     order: tuple[tuple[int, int], ...] = ()
     fixed: dict[int, tuple[str, ...]] = field(default_factory=dict)
-    plain: Cutting | None = None
 
     @cached_property
     def heads(self) -> list[int]:

@@ -124,11 +124,11 @@ def plan_order(cutting: Cutting, plan: PlanFile) -> list[CutStart]:
     """Return the first start of every contour in the order of the plan; what it does not name comes where it must."""
     rank = {c.contours[0]: number for number, c in enumerate(plan.cuts)}
     last = len(plan.cuts)
-    by_rank = sorted(range(len(cutting.contours)), key=lambda k: (rank.get(cutting.contours[k].index, last), k))
+    by_rank = sorted(cutting.heads, key=lambda k: (rank.get(cutting.contours[k].index, last), k))
     placed: set[int] = set()
     order: list[int] = []
     before: dict[int, list[int]] = {}
-    for a, b in cutting.pairs:
+    for a, b in cutting.head_pairs:
         before.setdefault(b, []).append(a)
     waiting = list(reversed(by_rank))
     while waiting:

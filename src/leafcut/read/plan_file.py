@@ -4,7 +4,8 @@
       {"contours": [2], "start": [41.2, 80.5], "direction": "counter-clockwise",
        "lead_in": {"style": "arc", "length": 6, "angle": 90}, "lead_out": {"style": "none"}, "fixed": ["start"]}]}
 
-Contours are counted from 1 in the order of the drawing; lengths in mm, angles in degrees. The cuts are in their order.
+Contours are counted from 1 in the order of the drawing; lengths in mm, angles in degrees. The cuts are in their order;
+one with ``"bridge": true`` begins without a pierce: the torch comes burning from the cut before.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from leafcut.read.format import load, shown
 #: The version of the format; another one is refused.
 VERSION = 1
 _LEAD_KEYS = ("style", "length", "angle", "run_in")
-_CUT_KEYS = ("contours", "start", "direction", "lead_in", "lead_out", "fixed")
+_CUT_KEYS = ("contours", "start", "direction", "lead_in", "lead_out", "bridge", "fixed")
 
 
 def plan_text(plan: PlanFile) -> str:
@@ -43,6 +44,7 @@ def plan_text(plan: PlanFile) -> str:
             **({"start": list(c.start)} if c.start is not None else {}),
             **({"direction": c.direction} if c.direction else {}),
             **{key: _lead(lead) for key, lead in (("lead_in", c.lead_in), ("lead_out", c.lead_out)) if lead},
+            **({"bridge": True} if c.bridge else {}),
             "fixed": list(c.fixed),
         }
         for c in plan.cuts
@@ -130,6 +132,11 @@ class _Reader:
             raise self.refuse(what, f"{shown(json.dumps(value))} is not a number that can be meant")
         return float(value)
 
+    def flag(self, value: Any, what: str) -> bool:
+        if not isinstance(value, bool):
+            raise self.refuse(what, f"{shown(json.dumps(value))} is not true or false")
+        return value
+
     def point(self, value: Any, what: str) -> tuple[float, float]:
         if not isinstance(value, list) or len(value) != 2:
             raise self.refuse(what, "a place [x, y] was expected")
@@ -173,8 +180,14 @@ class _Reader:
             lead_in=self.lead(data["lead_in"], f"{what}: 'lead_in'") if "lead_in" in data else None,
             lead_out=self.lead(data["lead_out"], f"{what}: 'lead_out'") if "lead_out" in data else None,
             fixed=fixed,
+            bridge=self.flag(data.get("bridge", False), f"{what}: 'bridge'"),
         )
-        for name, there in (("start", choice.start), ("direction", choice.direction), ("lead", choice.lead_in)):
+        for name, there in (
+            ("start", choice.start),
+            ("direction", choice.direction),
+            ("lead", choice.lead_in),
+            ("bridge", choice.bridge),
+        ):
             if name in fixed and not there:
                 raise self.refuse(what, f"'{name}' is fixed, but not said")
         return choice

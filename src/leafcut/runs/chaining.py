@@ -2,40 +2,65 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from leafcut.runs.run import Run, passing_on
 
 if TYPE_CHECKING:
+    from leafcut.model.cutting import PlanFile
+    from leafcut.plan.chain_starts import Chain
     from leafcut.plan.cutting import Cutting
 
 #: The part of a time limit that is spent on chains; the rest is for the order of all cuts.
 SHARE = 0.4
 
 
-def chained(run: Run, cutting: Cutting, overhead: float) -> tuple[Cutting, float]:
+def chained(run: Run, cutting: Cutting, overhead: float, plan: PlanFile | None = None) -> tuple[Cutting, float]:
     """Return the cutting with chains where they save time, and the seconds of the time limit that it took.
 
-    `overhead` is what each cut takes to come down and to rise, s.
+    `overhead` is what each cut takes to come down and to rise, s. The bridges that a plan file fixes are kept; with
+    ``keep_order`` all that it has.
+
+    Raises
+    ------
+    PlanError
+        A bridge of the plan cannot be made.
     """
-    from leafcut.plan.chaining import chain_problem, chains_of, with_chains
+    from leafcut.plan.chaining import chain_blocks, planned_chains, with_chains
     from leafcut.plan.cutting import bands
+
+    settings = run.settings
+    keep = settings.resequence.keep_order
+    planned = [] if plan is None else planned_chains(cutting, plan, everything=keep)
+    if not settings.cut.chains or settings.resequence.keep_order or settings.solve.algorithm == "none":
+        return with_chains(cutting, planned), 0.0
+    blocks = chain_blocks(cutting, bands(cutting, settings.cut), planned)
+    seconds, total = 0.0, sum(map(len, blocks))
+    chains = planned
+    for block in blocks:
+        run.tell("looking for bridges")
+        more, spent = _search(run, cutting, overhead, block, chains, len(block) / total)
+        chains, seconds = [*chains, *more], seconds + spent
+    return with_chains(cutting, chains), seconds
+
+
+def _search(
+    run: Run, cutting: Cutting, overhead: float, block: list[int], before: Sequence[Chain], part: float
+) -> tuple[list[Chain], float]:
+    """Return the chains of one block, and the seconds that it took; `part` of the time is for it."""
+    from leafcut.plan.chaining import chain_problem, chains_of
     from leafcut.solve.solve import solve
 
     settings = run.settings
-    if not settings.cut.chains or settings.resequence.keep_order or settings.solve.algorithm == "none":
-        return cutting, 0.0
-    run.tell("looking for bridges")
-    rapid = min(run.machine.rapid_velocity[:2])
-    found = chain_problem(cutting, settings.cut, overhead, rapid, bands(cutting, settings.cut))
+    found = chain_problem(cutting, settings.cut, overhead, min(run.machine.rapid_velocity[:2]), block)
     if found is None:
-        return cutting, 0.0
+        return [], 0.0
     limit = settings.solve.time_limit
     options = replace(
-        settings.solve, bound=False, algorithm="auto", time_limit=None if limit is None else SHARE * limit
+        settings.solve, bound=False, algorithm="auto", time_limit=None if limit is None else SHARE * part * limit
     )
     tell = passing_on(run.progress, "joining cuts", 0.0, 1.0)
     solution = solve(found.problem, options, settings.aco, progress=tell, cancelled=run.cancelled)
-    chains = chains_of(cutting, found, [int(n) for n in solution.nodes], settings.cut)
-    return with_chains(cutting, chains), solution.seconds
+    return chains_of(cutting, found, [int(n) for n in solution.nodes], settings.cut, before), solution.seconds

@@ -85,11 +85,11 @@ def cut(run: Run, source: str | Path) -> Outcome:
         # What no order changes is known before any is sought.
         refuse(check_envelope(drawn_laid.path, run.machine))
         nearest = _nearest(job)
-        cutting, spent = chained(run, job.cutting, job.overhead)
+        cutting, spent = chained(run, job.cutting, job.overhead, job.plan)
         joined = replace(job, cutting=cutting)
         found, solutions = _ordered(joined, drawn if cutting is job.cutting else None, spent)
     planned = _as_planned(job)
-    first = drawn_laid if planned is None else _laid(job, planned)
+    first = drawn_laid if planned is None else _laid(*planned)
     third = _laid(joined, found)
     bound = run.settings.cut.heat_distance > 0.0 or (run.settings.cut.sweep != "free" and planned is not None)
     if run.settings.resequence.keep_order or (third.score(run) > first.score(run) and not bound):
@@ -193,14 +193,17 @@ def _xy(point: tuple[float, ...] | None) -> Point | None:
 # -- orders ----------------------------------------------------------------------------------------------------------
 
 
-def _as_planned(job: _Job) -> list[CutStart] | None:
+def _as_planned(job: _Job) -> tuple[_Job, list[CutStart]] | None:
     """Return the plan file's own order with all its choices; None without a plan, or where they do not fit any more."""
+    from leafcut.plan.chaining import planned_chains, with_chains
     from leafcut.plan.following import follow_plan, plan_order
 
     if job.plan is None:
         return None
     try:
-        return plan_order(follow_plan(job.cutting, job.plan, everything=True), job.plan)
+        cutting = follow_plan(job.cutting, job.plan, everything=True)
+        cutting = with_chains(cutting, planned_chains(cutting, job.plan, everything=True))
+        return replace(job, cutting=cutting), plan_order(cutting, job.plan)
     except PlanError:
         return None
 
