@@ -95,7 +95,9 @@ def main() -> None:
         if arguments.names and not any(part in name for part in arguments.names):
             continue
         text = text_of()
-        truth, ours = simulated_seconds(text, slow=name == SLOW), estimated_seconds(text)
+        # What else a host does can only lengthen the many standstills of a sheet: of two runs the shorter counts.
+        runs = [simulated_seconds(text, slow=name == SLOW) for _ in range(2 if arguments.sheets else 1)]
+        truth, ours = min(runs), estimated_seconds(text)
         off.append(abs(ours / truth - 1.0))
         rows.append([name, f"{truth:.3f}", f"{ours:.3f}", f"{ours / truth:.4f}"])
         print("  ".join(rows[-1]), file=sys.stderr, flush=True)
@@ -130,7 +132,8 @@ def words_of_sheets() -> str:
 
 The same comparison for programs that leafcut wrote itself, drawing in, program out (`--process cut --dialect plasma`,
 mild steel by plasma, G64 P0.1): at every cut down to the pierce height, torch on, pierce delay, down to the cut height,
-leads, the contour, small holes slower, torch off and up."""
+leads, the contour, small holes slower, torch off and up. Of two runs of the simulation the shorter counts: when its
+host is busy it stands longer at M words and dwells."""
 
 
 if __name__ == "__main__":
