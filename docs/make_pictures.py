@@ -1,8 +1,11 @@
-"""Makes the pictures of the README: the path of a plate before and after."""
+"""Makes the pictures of the README and of the page on sheets: a plate and a sheet, before and after."""
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
+
+import ezdxf
 
 import leafcut
 from leafcut.report.page import path_svg
@@ -11,10 +14,33 @@ HERE = Path(__file__).parent
 
 
 def main() -> None:
-    """Write docs/pictures/before.svg and after.svg."""
-    outcome = leafcut.optimize("example:plate-70", thickness="0.25in")
-    for which in ("before", "after"):
-        (HERE / "pictures" / f"{which}.svg").write_text(path_svg(outcome, which), encoding="utf-8")
+    """Write docs/pictures/before.svg and after.svg, sheet_before.svg and sheet_after.svg."""
+    plate = leafcut.optimize("example:plate-70", thickness="0.25in")
+    with tempfile.TemporaryDirectory() as folder:
+        drawing = draw_sheet(Path(folder) / "brackets.dxf")
+        sheet = leafcut.optimize(drawing, process="cut", machine="plasma-table", thickness="6mm", threads=1)
+    for prefix, outcome in (("", plate), ("sheet_", sheet)):
+        for which in ("before", "after"):
+            (HERE / "pictures" / f"{prefix}{which}.svg").write_text(path_svg(outcome, which), encoding="utf-8")
+
+
+def draw_sheet(file: Path) -> Path:
+    """Draw eight angles with three holes each and two flanges on a sheet of 1000 × 500 mm, outlines first."""
+    document = ezdxf.new(units=4)
+    space = document.modelspace()
+    corners = [(0, 0), (180, 0), (180, 60), (60, 60), (60, 180), (0, 180)]
+    for x in (20, 230, 440, 650):
+        for y, turn in ((20, 1), (480, -1)):
+            space.add_lwpolyline([(x + u, y + turn * v) for u, v in corners], close=True, dxfattribs={"layer": "CUT"})
+            for u, v in ((150, 30), (30, 30), (30, 150)):
+                space.add_circle((x + u, y + turn * v), 14, dxfattribs={"layer": "CUT"})
+    for y in (130, 370):
+        space.add_circle((905, y), 75, dxfattribs={"layer": "CUT"})
+        space.add_circle((905, y), 40, dxfattribs={"layer": "CUT"})
+    edge = [(0, 0), (1000, 0), (1000, 500), (0, 500)]
+    space.add_lwpolyline(edge, close=True, dxfattribs={"layer": "SHEET"})
+    document.saveas(file)
+    return file
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,9 +13,11 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutData
 from leafcut.model.sheet import Sheet, SheetContour
-from leafcut.options import CutOptions
+from leafcut.options import CutOptions, SolveOptions
+from leafcut.plan.chaining import chain_problem, chains_of, with_chains
 from leafcut.plan.cut_rules import CutRules, resolve_rules
-from leafcut.plan.cutting import Cutting, prepare_cutting
+from leafcut.plan.cutting import Cutting, bands, prepare_cutting
+from leafcut.solve.solve import solve
 
 PLASMA = CutData("plasma", "mild_steel", 6.0, 20.0, 1.5, 45.0, 3.8, 0.5, 1.5)
 LASER = CutData("laser_fiber_3kW", "mild_steel", 3.0, 100.0, 0.2, None, 1.0, 0.3, 1.0)
@@ -145,3 +148,34 @@ def signed_area(points: np.ndarray) -> float:
 
 def runs_clockwise(cut: Cut) -> bool:
     return signed_area(cut.path.piece(cut.lead_in, cut.lead_out).flattened(FINE)) < 0.0
+
+
+def chained(cutting: Cutting, overhead: float = 0.5, rapid: float = 250.0, **options: Any) -> Cutting:
+    """Return a cutting with the chains that a short search finds."""
+    given = CutOptions(chains=True, **options)
+    found = chain_problem(cutting, given, overhead, rapid, bands(cutting, given))
+    if found is None:
+        return cutting
+    solution = solve(found.problem, SolveOptions(iterations=30, threads=1, bound=False))
+    return with_chains(cutting, chains_of(cutting, found, [int(n) for n in solution.nodes], given))
+
+
+def bridges_of(cut: Cut) -> list[Any]:
+    """Return the bridges of a chain as shapely lines."""
+    return [shapely.LineString(cut.path.piece(low, high).flattened(FINE)) for low, high in cut.bridges]
+
+
+def assert_bridges_in_scrap(sheet: Sheet, cuts: Sequence[Cut], kerf: float) -> None:
+    """The kerf of a bridge is outside every part and apart from all other kerfs, but for the two contours it joins."""
+    parts = materials(sheet)
+    for number, cut in enumerate(cuts):
+        for (one, other), bridge in zip(itertools.pairwise(cut.contours), bridges_of(cut), strict=True):
+            assert not any(bridge.buffer(0.5 * kerf - ROOM).intersects(part) for part in parts.values())
+            for k, c in enumerate(sheet.contours):
+                if k not in (one, other) and c.contour.kind == "cut":
+                    edge = shapely.LineString(c.contour.path.flattened(FINE))
+                    assert bridge.distance(edge) >= 1.5 * kerf - ROOM
+            for k, another in enumerate(cuts):
+                if k != number:
+                    line = shapely.LineString(another.path.flattened(FINE))
+                    assert bridge.distance(line) >= kerf - ROOM

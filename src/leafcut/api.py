@@ -20,7 +20,6 @@ from leafcut.files import check_output, read_program, write_together, write_whol
 from leafcut.model.nest import NestOutcome
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
-from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import Settings
 from leafcut.runs.run import Progress, Run, for_cutting, machine_of, passing_on
@@ -184,18 +183,21 @@ def solve_part(
 ) -> Solution:
     """Return a closed tour through the points of a map, by TSPLIB's rule of distance where the file has one.
 
+    Where the map has sets of points, the tour visits one point of each, and keeps what must come before what.
     `progress`, `cancelled` and `options` are those of `optimize`.
     """
+    from leafcut.plan.maps import check_allowed, problem_of_map
     from leafcut.solve.compiling import announced
     from leafcut.solve.solve import solve
 
-    settings = Settings.collect(options)
-    metric = Metric(part.edge_weight_type or "euclidean", matrix=part.matrix)
-    problem = RoutingProblem.of_points(part.hole_xy, metric, closed=True, name=part.name)
-
+    settings, problem = Settings.collect(options), problem_of_map(part)
     tell = passing_on(progress, f"solving {part.name}")
     with announced(lambda: progress("compiling (first run on this machine)", None, 0.0, None) if progress else None):
-        return solve(problem, settings.solve, settings.aco, progress=tell, cancelled=cancelled)
+        solution = solve(
+            problem, settings.solve, settings.aco, firefly=settings.firefly, progress=tell, cancelled=cancelled
+        )
+    check_allowed(part, solution.nodes)
+    return solution
 
 
 def solve_file(

@@ -20,6 +20,7 @@ from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
 from leafcut.options import (
     GROUPS,
     AcoOptions,
+    FireflyOptions,
     MachineOptions,
     NestOptions,
     ReadOptions,
@@ -33,7 +34,7 @@ DONE, REFUSED, USAGE = 0, 1, 2
 #: New objects between two looks for garbage: what is imported and compiled stays, and looking takes a tenth of a start.
 LITTER = 100_000
 
-#: So many warnings are said when there is no summary.
+#: So many warnings are said where they are not asked for.
 MOST_WARNINGS = 10
 
 #: The switch that every command which answers has.
@@ -49,6 +50,7 @@ _TITLES = {
     "resequence": "Programs of other CAMs",
     "solve": "Search",
     "aco": "Ants",
+    "firefly": "Fireflies",
     "post": "Program",
 }
 
@@ -121,7 +123,7 @@ def app() -> App:
         result_action="return_value",
         suppress_keyboard_interrupt=False,
     )
-    solving = (SolveOptions, AcoOptions)
+    solving = (SolveOptions, AcoOptions, FireflyOptions)
     made.command(_command(_optimize, [g for g in GROUPS if g is not NestOptions]), name="optimize")
     made.command(_command(_solve, (ReadOptions, *solving)), name="solve")
     made.command(_command(_nest, (ReadOptions, SheetOptions, NestOptions, SolveOptions), _OF_NESTING), name="nest")
@@ -245,7 +247,7 @@ def _solve(
     ] = False,
     options: dict[str, Any],
 ) -> int:
-    """Find a short closed tour through the points of a map, to study the algorithms."""
+    """Find a short closed tour through the points of a map, or through sets of them, to study the algorithms."""
     from leafcut import api
     from leafcut.read.tsplib import write_tour
     from leafcut.report.wording import count, gap_lines
@@ -257,11 +259,12 @@ def _solve(
     with Reporter() as reporter:
         answer, nodes = api.solve_file(instance, progress=reporter, **_given(options))
     if tour:
-        write_tour(tour, answer["instance"], nodes)
+        write_tour(tour, answer["instance"], nodes, every="clusters" not in answer)
     if as_json:
         _print_json(answer)
         return DONE
-    print(f"{answer['instance']}: {count(answer['n'], 'point')}, {answer['algorithm']}, seed {answer['seed']}")
+    sets = f" in {count(answer['clusters'], 'set')}" if "clusters" in answer else ""
+    print(f"{answer['instance']}: {count(answer['n'], 'point')}{sets}, {answer['algorithm']}, seed {answer['seed']}")
     steps = count(answer["iterations"], "iteration")
     print(f"length {answer['length']:,.10g}, {steps} in {answer['seconds']:.2f} s")
     if answer["stopped_early"] and options["time_limit"] is None:
@@ -325,8 +328,10 @@ def _simulate(
     print("  ".join(f"{kind} {format_time(s)}" for kind, s in answer["by_kind"].items()))
     for axis, (low, high) in answer["extents"].items():
         print(f"{axis.upper()} {low:.3f} to {high:.3f} mm")
-    for issue in answer["issues"]:
+    for issue in answer["issues"][:MOST_WARNINGS]:
         print(f"warning: {issue}")
+    if len(answer["issues"]) > MOST_WARNINGS:
+        print("warning: and more; --json lists them")
     return DONE
 
 

@@ -56,7 +56,9 @@ def check_output(target: str | Path | None, inputs: Iterable[str | Path | None])
         raise OutputError(f"{path}: may not be written; choose another place")
     for other in inputs:
         if other is not None and _same_file(path, Path(other)):
-            raise OutputError(f"{path}: is an input of this run and is never overwritten; choose another name")
+            raise OutputError(
+                f"{path}: is an input or another output of this run and is never overwritten; choose another name"
+            )
 
 
 def _same_file(a: Path, b: Path) -> bool:

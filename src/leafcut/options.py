@@ -27,6 +27,7 @@ ALGORITHM_TITLES = {
     "asrank": "rank-based Ant System",
     "mmas": "MAX–MIN Ant System",
     "acs": "Ant Colony System",
+    "firefly": "discrete firefly algorithm: orders fly towards shorter ones",
     "kicks": "one tour, kicked at one place at a time and mended by exchanges of up to five edges (Lin–Kernighan)",
     "2opt": "nearest neighbour, improved by 2-opt and Or-opt",
     "nn": "nearest neighbour",
@@ -373,6 +374,22 @@ class CutOptions(OptionGroup):
         "whole", 0, "places where an outline stays uncut, so that the part hangs on", minimum=0, maximum=100
     )
     joint_width: float = option("quantity", 0.5, "width of a micro-joint", unit="mm", minimum=0.01, maximum=50)
+    chains: bool = option(
+        "flag",
+        False,
+        "cut neighbouring outlines with one pierce: with the torch on from one to the next, through the scrap, where "
+        "that is quicker than a new pierce",
+    )
+    chain_contours: int = option("whole", 12, "contours in one chain at most", minimum=2, maximum=1000)
+    chain_bridge: float | None = option(
+        "quantity",
+        None,
+        "longest way through the scrap from one outline of a chain to the next",
+        unit="mm",
+        minimum=0.1,
+        maximum=1000,
+        default_words="as long as it is quicker than a pierce",
+    )
     pierce_pitch: float | None = option(
         "quantity",
         None,
@@ -654,6 +671,28 @@ class AcoOptions(OptionGroup):
 
 
 @dataclass(frozen=True)
+class FireflyOptions(OptionGroup):
+    """The parameters of the fireflies."""
+
+    section: ClassVar[str] = "firefly"
+
+    n_fireflies: int = option("whole", 20, "fireflies in the swarm", minimum=1, maximum=10_000)
+    attractiveness: float = option(
+        "number", 1.0, "share of its steps that a brighter order gives one beside it (β0)", minimum=0, maximum=1
+    )
+    absorption: float = option(
+        "number",
+        0.05,
+        "how fast that falls with the distance of two orders (γ): ten when no step is the same",
+        minimum=0,
+        maximum=100,
+    )
+    random_moves: int = option(
+        "whole", 2, "clusters that move at random after every flight (α)", minimum=0, maximum=1000
+    )
+
+
+@dataclass(frozen=True)
 class PostOptions(OptionGroup):
     """How the program is written."""
 
@@ -699,6 +738,7 @@ GROUPS: tuple[type[OptionGroup], ...] = (
     ResequenceOptions,
     SolveOptions,
     AcoOptions,
+    FireflyOptions,
     PostOptions,
 )
 
@@ -716,6 +756,7 @@ class Settings:
     resequence: ResequenceOptions = field(default_factory=ResequenceOptions)
     solve: SolveOptions = field(default_factory=SolveOptions)
     aco: AcoOptions = field(default_factory=AcoOptions)
+    firefly: FireflyOptions = field(default_factory=FireflyOptions)
     post: PostOptions = field(default_factory=PostOptions)
 
     @classmethod

@@ -181,3 +181,25 @@ def test_the_judge_of_nests_refuses_what_overlaps_is_missing_or_leaves_the_strip
     for places in (((0.0, 0.0), (0.9 * side, 0.0)), ((0.0, 0.0),), ((0.0, 0.0), (side + 1.0, 2.0))):
         with pytest.raises(SystemExit, match="two: "):
             judged(*places)
+
+
+def test_routes_of_sheets_are_beside_the_published_ones(data: Path, tmp_path: Path) -> None:
+    """The published tour is counted again; of the sheet whose tour breaks inner before outer both rules are shown."""
+    options = "--only", "routes", "--sheets", "8877,E1X_6", "--limit", "0.3"
+    _, (head, _, *rows) = run(data, tmp_path / "b.md", "sheets", *options)
+    assert head[:5] == ["sheet", "contours", "places", "published, mm", "leafcut, mm"]
+    assert [row[0] for row in rows] == ["8877, looser rule", "8877", "E1X_6"]
+    assert rows[0][3] == "7,631 (PCGLNS)"
+    assert rows[2][1:3] == ["16", "180"]
+    assert int(rows[2][4].replace(",", "")) >= 1513
+
+
+def test_the_judge_of_sheets_refuses_an_outer_contour_before_its_inner_one(benchmark: Any) -> None:
+    """It shares nothing with the solver: 1 lies in 2, which lies in 3; by the looser rule only 3-1 is refused."""
+    places = benchmark("sheets").Places([(0, 0), (3, 4), (3, 0), (0, 4)], [0, 1, 2, 3], [(1, 2), (2, 3)])
+    assert places.judged([0, 1, 2, 3], loose=False) == 5 + 4 + 5 + 4
+    assert places.judged([2, 3, 0, 1], loose=False) == 18
+    with pytest.raises(SystemExit):
+        places.judged([0, 1, 3, 2], loose=False)
+    with pytest.raises(SystemExit):
+        places.judged([0, 3, 1, 2], loose=True)

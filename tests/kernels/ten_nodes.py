@@ -8,18 +8,22 @@ import sys
 import numpy as np
 
 from leafcut.kernels import (
+    annealing,
     candidates,
     chords,
     construct,
     cost,
     directed,
     greedy,
+    insertion,
     kicks,
+    layers,
     lin_kernighan,
     local_search,
     long_edges,
     neighbours,
     one_tree,
+    ordering,
     pheromone,
     random,
     route,
@@ -27,8 +31,9 @@ from leafcut.kernels import (
     spanning_tree,
 )
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.options import AcoOptions, SolveOptions
+from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.solve import spanning_tree as patched
+from leafcut.solve.annealing import Forgetting
 from leafcut.solve.bound import lower_bound
 from leafcut.solve.construction import greedy as greedy_tour
 from leafcut.solve.directed import build_directed
@@ -99,14 +104,23 @@ def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
     cluster = np.tile(np.arange(12, dtype=np.int32), ways)
     pairs = np.array([[1, 0], [2, 0], [7, 9]], dtype=np.int32)
     chains = RoutingProblem(entry, entry[::-1].copy(), cluster, np.ones(len(entry)), precedence=pairs, closed=closed)
-    found = solve(chains, SolveOptions(iterations=4, bound=False))
-    return [found.nodes.tolist(), found.cost, build_directed(chains, 6).rules.onward.near.tolist()]
+    found = solve(chains, SolveOptions(algorithm="colony", iterations=4, bound=False))
+    directed = build_directed(chains, 6)
+    ant = Forgetting(directed, np.array([7], dtype=np.uint64))
+    orders = [
+        solve(chains, SolveOptions(algorithm=name, iterations=2, bound=False), AcoOptions(n_ants=2),
+              firefly=FireflyOptions(n_fireflies=3)).nodes.tolist()
+        for name in ("acs", "firefly", "nn")
+    ]  # fmt: skip
+    forgotten = ant.cool_down(found.nodes, 20.0, 30, 1e-9, lambda _: True)
+    return [found.nodes.tolist(), found.cost, directed.rules.onward.near.tolist(), forgotten.tolist(), orders]
 
 
 def unused() -> tuple[object, ...]:
     """Name the kernel modules, so that a new one is not forgotten here."""
-    few = (candidates, chords, construct, cost, directed, greedy, kicks, lin_kernighan, local_search, neighbours)
-    return (*few, long_edges, one_tree, pheromone, random, route, sequential, spanning_tree)
+    first = (annealing, candidates, chords, construct, cost, directed, greedy, insertion, kicks, layers, lin_kernighan)
+    rest = (local_search, long_edges, neighbours, one_tree, ordering, pheromone, random, route, sequential)
+    return (*first, *rest, spanning_tree)
 
 
 if __name__ == "__main__":

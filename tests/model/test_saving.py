@@ -16,6 +16,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Hole, Machine, Metric, Part, RoutingProblem, Slot, Tool, ToolKind, ToolLibrary
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import Outcome
+from leafcut.model.part import Grouping
 from leafcut.model.saving import from_json, to_json
 from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.model.tool import Recipe
@@ -68,6 +69,7 @@ NOUNS = [
         np.array([[0.0, 2.0], [2.0, 0.0]]),
         4.0,
         (Contour(Polyline.circle(1.0, 2.0, 3.0), "mark", "SCRIBE", "B2", 4),),
+        Grouping(np.array([0, 1], dtype=np.int32), np.array([[1, 0]], dtype=np.int32), 1),
     ),
     Tool(7, 6.0, ToolKind.TAP, "M6 – ½", math.pi, 8.0, 500.0, "G84", None, 0.2, 1.0, 20.0),
     ToolLibrary((Tool(1, 5.0), Tool(2, 6.0)), (Recipe(6.0, (1, 2), "TAP*"),), "shop.toml"),

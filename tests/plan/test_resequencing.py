@@ -262,3 +262,18 @@ def test_the_problem_of_a_section_has_a_cluster_a_piece() -> None:
     assert problem.precedence.tolist() == [[0, 1]]
     assert problem.start == (1.0, 2.0)
     assert problem.end is None
+
+
+def test_what_stays_is_said_with_the_line_that_it_is_about() -> None:
+    holes = "G99 G81 X0 Y0 Z-1 R1 F100 / X5 / X9 / G80"
+    first = f"G21 G90 / T1 M6 / S1000 M3 / G0 X0 Y0 / G43 Z5 H1 / {holes}"
+    second = f"M5 / T2 M6 / S900 M3 / G0 G43 Z5 H2 / {holes} / M2"
+    found = [(i.message, i.place) for i in find_sequence(program_of(f"{first} / {second}")).issues]
+    unknown = "stays in its place: from how high the tool comes to it is not known"
+    assert (unknown, "line 6") in found
+    assert ("stays in its place: a change of tool", "line 11") in found
+
+
+def test_full_circles_of_a_mill_are_cuts_and_no_holes() -> None:
+    section = sequence_of("G0 X0 Y0 / G1 Z-1 F50 / G2 I3 / G0 Z5 / X20 / G1 Z-1 / G2 I3 / G0 Z5").sections[0]
+    assert [c.kind for c in section.chains] == ["cut", "cut"]

@@ -46,6 +46,12 @@ def test_a_format_is_chosen_by_content_and_extension(text_file, name, text, expe
     assert part.source == name
 
 
+@pytest.mark.parametrize("line", ["G1 X100 F1000 " * 300_000, "G1 X1000Y2000" * 20 + "?", "N10 G1 X[1]Y[2]" * 50])
+def test_a_program_is_known_by_its_look_at_once_whatever_its_lines_are_like(line):
+    data = f"G21 G90\n{line}\n".encode()
+    assert registry.choose(formats(), Source("long.nc", data)).name == "gcode"
+
+
 def test_an_unknown_kind_of_file_is_told_what_there_is(text_file):
     with pytest.raises(ReadError, match=r"unknown kind of file.*dxf.*excellon.*xml.*csv.*tsplib"):
         read(text_file("letter.txt", "Dear machine,\nplease drill holes.\n"))
@@ -85,7 +91,7 @@ def test_a_file_over_the_limit_is_refused_before_it_is_read(tmp_path, monkeypatc
 
 def test_every_format_has_a_name_and_one_line_of_help():
     known = formats()
-    names = ["dxf", "svg", "sirius", "excellon", "xml", "csv", "tsplib", "gcode", "example"]
+    names = ["dxf", "svg", "sirius", "excellon", "xml", "csv", "tsplib", "gtsp", "gcode", "example"]
     assert [f.name for f in known[: len(names)]] == names
     assert all(f.help and "\n" not in f.help for f in known)
     extensions = [e for f in known for e in f.extensions]

@@ -115,6 +115,20 @@ def test_the_same_seed_gives_the_same_program(drawing: Path, outcome) -> None:
     assert api.optimize(drawing, **FAST).text == outcome.text
 
 
+def test_chains_save_pierces_and_time_and_are_proved(drawing: Path, outcome) -> None:
+    """Holes keep their pierces; the four outlines share fewer than four. A slow pierce makes it worth while."""
+    slow = {**FAST, "pierce_delay": "3 s"}
+    plain, joined = api.optimize(drawing, **slow), api.optimize(drawing, chains=True, **slow)
+    assert joined.verified
+    one, other = plain.cut_plan.measures, joined.cut_plan.measures
+    assert other.sheet.pierces < one.sheet.pierces == 12
+    assert joined.after.time_s < plain.after.time_s
+    assert {p.part for p in other.parts} == {p.part for p in one.parts}
+    assert sum(p.times.pierces for p in other.parts) == other.sheet.pierces
+    assert sum(p.times.perimeter_mm for p in other.parts) == pytest.approx(one.sheet.perimeter_mm)
+    assert_nothing_is_gouged(joined.cut_plan.sheet, joined.cut_plan.cuts, joined.cut_plan.data.kerf)
+
+
 def test_keep_order_writes_the_order_of_the_drawing(drawing: Path) -> None:
     kept = api.optimize(drawing, keep_order=True, **FAST)
     assert kept.after.time_s == kept.before.time_s

@@ -12,7 +12,8 @@ import numpy as np
 import leafcut.kernels
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import AcoOptions, SolveOptions
-from leafcut.solve.solve import solve, warm_up, warm_up_in_order
+from leafcut.solve.in_order import warm_up_in_order
+from leafcut.solve.solve import solve, warm_up
 
 
 def signatures() -> dict[str, int]:

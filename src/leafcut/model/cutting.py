@@ -106,6 +106,8 @@ class CutChoice:
     fixed
         What must stay as it is, of `FIXABLE`: its ``order`` (it comes after the cuts before it in the plan whose order
         is fixed, too), where it begins (``start``), its ``direction``, its ``lead``.
+    bridge
+        True: the torch comes from the cut before through the scrap, burning, without a pierce.
     """
 
     contours: tuple[int, ...]
@@ -114,6 +116,7 @@ class CutChoice:
     lead_in: Lead | None = None
     lead_out: Lead | None = None
     fixed: tuple[str, ...] = ()
+    bridge: bool = False
 
 
 @dataclass(frozen=True)
@@ -173,7 +176,11 @@ class Cut:
     small_hole
         True: cut by the rules of small holes (slower, height control off).
     choice
-        What was chosen, as a plan file has it.
+        What was chosen, as a plan file has it; of a chain, for its first contour.
+    bridges
+        (from, to) in mm along the path: ways through the scrap from one contour of a chain to the next.
+    chained
+        What was chosen for the other contours of a chain, in order.
     """
 
     contours: tuple[int, ...]
@@ -190,6 +197,13 @@ class Cut:
     part: int = 0
     compensation: int = 40
     small_hole: bool = False
+    bridges: tuple[tuple[float, float], ...] = ()
+    chained: tuple[CutChoice, ...] = ()
+
+    @property
+    def choices(self) -> tuple[CutChoice, ...]:
+        """What was chosen for every contour, in order."""
+        return (self.choice, *self.chained)
 
     @cached_property
     def seconds(self) -> float:
@@ -267,6 +281,8 @@ class CutMeasures:
         Of one sheet, and of `quantity` sheets.
     parts
         In the order of their numbers.
+    cuts
+        Of every cut, in the order of the plan, with the way to it.
     utilisation
         Area of the parts by the area of the sheet, 0 … 1; None when the sheet's size is not known.
     cost, batch_cost
@@ -280,6 +296,7 @@ class CutMeasures:
     utilisation: float | None = None
     cost: float = 0.0
     batch_cost: float = 0.0
+    cuts: tuple[CutTimes, ...] = ()
 
 
 @dataclass(frozen=True)

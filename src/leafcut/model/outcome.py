@@ -64,10 +64,9 @@ class Outcome:
     certificate
         Of a program that came from elsewhere: the proof that the new one does the same work (`verify.certificate`), as
         plain values, and what was counted. None for drawings.
-    cut_plan
-        Of a sheet: its cuts in order, with the time norm and the cost.
-    norms
-        Of a sheet: the same measures of the three orders, before, nearest neighbour (None where there is none), after.
+    cut_plans
+        Of a sheet: its cuts in the three orders, before, nearest neighbour (None where there is none) and as written,
+        each with its time norm and its cost. Empty for all else.
     barriers
         How many pieces of a program stay where they are, and nothing is carried past them.
     encoding
@@ -94,14 +93,23 @@ class Outcome:
     issues: tuple[Issue, ...] = ()
     certificate: dict[str, Any] | None = None
     barriers: int = 0
-    cut_plan: CutPlan | None = None
-    norms: tuple[CutMeasures | None, ...] = ()
+    cut_plans: tuple[CutPlan | None, ...] = ()
     encoding: str = "utf-8"
     output: str = ""
     report: str = ""
     options: dict[str, str] = field(default_factory=dict)
     version: str = ""
     seconds: float = 0.0
+
+    @property
+    def cut_plan(self) -> CutPlan | None:
+        """Of a sheet: its cuts in order as written, with the time norm and the cost; None for all else."""
+        return self.cut_plans[-1] if self.cut_plans else None
+
+    @property
+    def norms(self) -> tuple[CutMeasures | None, ...]:
+        """Of a sheet: the measures of `cut_plans`."""
+        return tuple(None if plan is None else plan.measures for plan in self.cut_plans)
 
     @property
     def saved_percent(self) -> float:

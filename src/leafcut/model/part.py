@@ -37,6 +37,25 @@ class Slot:
 
 
 @dataclass(frozen=True)
+class Grouping:
+    """Which of the points of a map stand for each other: a tour visits one of every cluster.
+
+    Attributes
+    ----------
+    cluster
+        int32[n]: the cluster of each point, numbered from 0 without gaps.
+    precedence
+        int32[k, 2]: pairs (before, after) of clusters.
+    first
+        The cluster with which the closed tour begins, -1 for any.
+    """
+
+    cluster: NDArray[np.int32]
+    precedence: NDArray[np.int32]
+    first: int = -1
+
+
+@dataclass(frozen=True)
 class Part:
     """Holes, slots and contours in the drawing's order, in mm.
 
@@ -51,12 +70,14 @@ class Part:
     edge_weight_type
         TSPLIB's rule of distance when the file gives one ("EUC_2D"), else empty.
     matrix
-        float64[n, n], the distances of a TSPLIB file of explicit weights, else None.
+        float64[n, n], the distances of a TSPLIB file of explicit weights, else None; -1 for a way not allowed.
     optimum
         Length of the best known tour when the file says it, else None.
     contours
         What is to be cut from sheet or marked on it, in the order of the drawing; a drawing is read either for its
         holes and slots or for its contours.
+    grouping
+        The sets of a generalised travelling salesman problem, else None.
     """
 
     name: str
@@ -70,6 +91,7 @@ class Part:
     matrix: NDArray[np.float64] | None = None
     optimum: float | None = None
     contours: tuple[Contour, ...] = ()
+    grouping: Grouping | None = None
 
     @property
     def hole_xy(self) -> NDArray[np.float64]:

@@ -29,12 +29,12 @@ def cut_norm(
     one = _sum(each)
     one = replace(one, rapid_s=one.rapid_s + whole - one.total_s)
     areas = part_areas(sheet)
-    numbers = sorted({c.part for c in cuts})
+    numbers = sorted({sheet.contours[i].part for c in cuts for i in c.contours})
     parts = []
     for number in numbers:
-        own = _sum([t for t, c in zip(each, cuts, strict=True) if c.part == number])
+        own = _sum([t for times, c in zip(each, cuts, strict=True) for t in _shares(sheet, c, times, number)])
         parts.append(PartTimes(number, areas.get(number, 0.0), own, cost_of(own, options)))
-    cut_parts = {c.part for c in cuts if c.kind == "cut"}
+    cut_parts = {sheet.contours[i].part for c in cuts if c.kind == "cut" for i in c.contours}
     used = sum(area for number, area in areas.items() if number in cut_parts)
     cost = cost_of(one, options)
     return CutMeasures(
@@ -45,6 +45,7 @@ def cut_norm(
         utilisation=used / abs(sheet.outline.area) if sheet.outline is not None else None,
         cost=cost,
         batch_cost=cost * options.quantity,
+        cuts=tuple(each),
     )
 
 
@@ -53,6 +54,28 @@ def _times(sheet: Sheet, cuts: Sequence[Cut], k: int, seconds: tuple[float, floa
     way = math.dist(cuts[k - 1].path.end, cut.path.start) if k else 0.0
     drawn = sum(sheet.contours[i].contour.path.length for i in cut.contours)
     return CutTimes(*seconds, cut.path.length, way, drawn, 0.0, int(cut.pierce))
+
+
+def _shares(sheet: Sheet, cut: Cut, times: CutTimes, part: int) -> list[CutTimes]:
+    """Return a part's share of a cut, by the lengths of its contours; a chain's pierce counts for its first part."""
+    if len(cut.contours) == 1:
+        return [times] if cut.part == part else []
+    own = sum(sheet.contours[i].contour.path.length for i in cut.contours if sheet.contours[i].part == part)
+    share = own / max(times.perimeter_mm, 1e-9)
+    if not own:
+        return []
+    return [
+        CutTimes(
+            times.cut_s * share,
+            times.pierce_s * share,
+            times.rapid_s * share,
+            times.cut_mm * share,
+            times.rapid_mm * share,
+            own,
+            times.common_mm * share,
+            times.pierces if cut.part == part else 0,
+        )
+    ]
 
 
 def _sum(times: Sequence[CutTimes]) -> CutTimes:

@@ -20,7 +20,7 @@ def make_cut(contour: CutContour, start: CutStart, rules: CutRules, *, fixed: tu
     """Return the run of the torch that begins at a start."""
     if rules.compensation == "controller" and contour.has_leads:
         return _programmed(contour, start, rules, fixed)
-    body, past = _body(contour, start, rules)
+    body, past = body_of(contour, start, rules)
     left = scrap_left(contour, start.clockwise)
     path, end = contour.path, start.at - past if start.clockwise else start.at + past
     closed = contour.path.closed
@@ -34,7 +34,7 @@ def make_cut(contour: CutContour, start: CutStart, rules: CutRules, *, fixed: tu
         if closed
         else None
     )
-    whole = joined(*(_snapped(p) for p in (lead_in, body, out) if p is not None))
+    whole = joined(*(snapped(p) for p in (lead_in, body, out) if p is not None))
     begin = lead_in.length if lead_in is not None else 0.0
     leave = begin + body.length
     overcut = max(past, 0.0)
@@ -48,8 +48,8 @@ def make_cut(contour: CutContour, start: CutStart, rules: CutRules, *, fixed: tu
         torch_off_at=off_at,
         speeds=((0.0, rules.small_hole_feed if small else rules.data.feed),),
         choice=choice_of(contour, start, fixed),
-        joints=_joints(contour, start, rules, begin),
-        loops=_loops(contour, start, begin),
+        joints=joints_of(contour, start, rules, begin),
+        loops=loops_of(contour, start, begin),
         pierce=start.pierce and contour.kind == "cut",
         kind=contour.kind,
         part=contour.source.part,
@@ -76,19 +76,22 @@ def _programmed(contour: CutContour, start: CutStart, rules: CutRules, fixed: tu
     )
 
 
-def _body(contour: CutContour, start: CutStart, rules: CutRules) -> tuple[Polyline, float]:
-    """Return the contour from its start on, in its direction, with what it is cut past its beginning (mm)."""
+def body_of(contour: CutContour, start: CutStart, rules: CutRules, *, overcut: bool = True) -> tuple[Polyline, float]:
+    """Return the contour from its start on, in its direction, with what it is cut past its beginning (mm).
+
+    `overcut`: with the overcut that the rules ask for.
+    """
     path = contour.path
     if not path.closed:
         return (path.reversed() if start.clockwise else path), 0.0
-    past = overcut_of(contour, rules) - closing_joint(contour, rules)
+    past = (overcut_of(contour, rules) if overcut else 0.0) - closing_joint(contour, rules)
     length = path.length + past
     if start.clockwise:
         return path.reversed().piece(path.length - start.at, path.length - start.at + length), past
     return path.piece(start.at, start.at + length), past
 
 
-def _snapped(piece: Polyline) -> Polyline:
+def snapped(piece: Polyline) -> Polyline:
     """Return an open path without pieces so short that only rounding made them."""
     rows = piece.vertices
     step = np.hypot(*np.diff(rows[:, :2], axis=0).T)
@@ -116,7 +119,8 @@ def _along(contour: CutContour, start: CutStart, at: float) -> float:
     return (start.at - at if start.clockwise else at - start.at) % contour.path.length
 
 
-def _loops(contour: CutContour, start: CutStart, begin: float) -> tuple[tuple[float, float], ...]:
+def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[tuple[float, float], ...]:
+    """Return where along a cut whose contour begins at `begin` the loops round corners are, mm."""
     spans = []
     for low, high in contour.loops:
         first = _along(contour, start, high if start.clockwise else low)
@@ -124,14 +128,14 @@ def _loops(contour: CutContour, start: CutStart, begin: float) -> tuple[tuple[fl
     return tuple(sorted(spans))
 
 
-def _joints(contour: CutContour, start: CutStart, rules: CutRules, begin: float) -> tuple[tuple[float, float], ...]:
+def joints_of(contour: CutContour, start: CutStart, rules: CutRules, begin: float) -> tuple[tuple[float, float], ...]:
     """Return the micro-joints of a laser: evenly between starts, with the beam off for a joint and a kerf."""
     if not contour.has_leads or contour.hole or rules.kind != "laser" or not rules.joints:
         return ()
     length = contour.path.length
     off = rules.joint_width + rules.kerf
     count = min(rules.joints, int(length / (4.0 * off)))
-    loops = _loops(contour, start, begin)
+    loops = loops_of(contour, start, begin)
     spans = []
     for k in range(count):
         low = begin + length * (k + 0.5) / count - 0.5 * off

@@ -153,7 +153,17 @@ def _check(kind: str, options: CutOptions, data: CutData) -> None:
             f"--micro-joints {options.micro_joints}: only a laser goes off and on while it moves; a {kind} cut can "
             "have one joint, at its end: --micro-joints 1"
         )
+    if options.chains and options.heat_distance > 0.0:
+        raise OptionError(
+            "--chains: the next contour of a chain begins beside the one before it, in hot metal; leave out "
+            "--heat-distance, or --chains"
+        )
     if options.compensation == "controller":
+        if options.chains:
+            raise OptionError(
+                "--chains: a way from contour to contour cannot be compensated by the controller; use --compensation "
+                "geometry"
+            )
         if options.corner_loops or options.micro_joints:
             raise OptionError(
                 "--compensation controller: corner loops and micro-joints need a path that the program compensates; "

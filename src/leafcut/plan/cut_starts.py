@@ -43,6 +43,8 @@ class CutStart:
         Where the torch goes on, and where the next rapid begins.
     pierce
         False: it starts in the air, beyond the sheet's edge.
+    then
+        The other contours of its chain, in order, each begun and left on its own path.
     """
 
     contour: int
@@ -53,6 +55,12 @@ class CutStart:
     lead_in: Lead = NO_LEAD
     lead_out: Lead = NO_LEAD
     pierce: bool = True
+    then: tuple[CutStart, ...] = ()
+
+    @property
+    def contours(self) -> tuple[int, ...]:
+        """Positions of all the contours that are cut in this run, in order."""
+        return (self.contour, *(s.contour for s in self.then))
 
 
 def overcut_of(contour: CutContour, rules: CutRules) -> float:

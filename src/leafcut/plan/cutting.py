@@ -24,6 +24,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.options import CutOptions
+from leafcut.plan.chain_path import chain_length, make_chain
 from leafcut.plan.compensated import check_hollows
 from leafcut.plan.cut_contours import CutContour, prepare_contours
 from leafcut.plan.cut_path import make_cut
@@ -44,6 +45,8 @@ class Cutting:
         Contour by contour.
     order
         Pairs (before, after) of contours that a plan file holds in their order, besides those of the process.
+    plain
+        With chains: the same without them. The starts of a chain are those of its first contour; its others have none.
     """
 
     sheet: Sheet
@@ -54,6 +57,18 @@ class Cutting:
     issues: tuple[Issue, ...] = ()
     order: tuple[tuple[int, int], ...] = ()
     fixed: dict[int, tuple[str, ...]] = field(default_factory=dict)
+    plain: Cutting | None = None
+
+    @cached_property
+    def heads(self) -> list[int]:
+        """Positions of the contours with which a cut can begin: all but the others of chains."""
+        return [k for k, own in enumerate(self.by_contour) if own]
+
+    @cached_property
+    def head_pairs(self) -> list[tuple[int, int]]:
+        """Pairs (before, after) of cuts, as positions of their first contours."""
+        head = {k: s.contour for s in self.starts for k in s.contours}
+        return sorted({(head[a], head[b]) for a, b in self.pairs if head[a] != head[b]})
 
     @cached_property
     def pairs(self) -> list[tuple[int, int]]:
@@ -71,11 +86,16 @@ class Cutting:
     def cut(self, start: CutStart) -> Cut:
         """Return the run of the torch that begins at a start."""
         contour = self.contours[start.contour]
+        if start.then:
+            return make_chain(self.contours, start, self.rules, self.fixed)
         return make_cut(contour, start, self.rules, fixed=self.fixed.get(start.contour, ()))
 
     def seconds(self, start: CutStart) -> float:
         """Return what a cut takes without the ways to it and from it: the pierce, and its path at its speed, s."""
         contour, rules = self.contours[start.contour], self.rules
+        if start.then:
+            length = chain_length(self.contours, start, rules)
+            return length / rules.data.feed + (rules.data.pierce_delay if start.pierce else 0.0)
         length = contour.path.length + start.lead_in.length + start.lead_out.length + overcut_of(contour, rules)
         feed = rules.small_hole_feed if contour.is_small(rules) else rules.data.feed
         return length / feed + (rules.data.pierce_delay if start.pierce and contour.kind == "cut" else 0.0)
@@ -198,7 +218,7 @@ def build_problem(
     nodes = [cutting.starts[number] for number in starts.tolist()]
     cluster_of = {k: c for c, k in enumerate(members)}
     timed = metric.unit == "s"
-    pairs = [(cluster_of[a], cluster_of[b]) for a, b in cutting.pairs if a in cluster_of and b in cluster_of]
+    pairs = [(cluster_of[a], cluster_of[b]) for a, b in cutting.head_pairs if a in cluster_of and b in cluster_of]
     return RoutingProblem(
         entry=np.array([n.entry for n in nodes], dtype=np.float64).reshape(-1, 2),
         exit=np.array([n.exit for n in nodes], dtype=np.float64).reshape(-1, 2),
@@ -214,7 +234,7 @@ def build_problem(
 
 def check_order(cutting: Cutting) -> None:
     """Refuse a precedence that cannot be kept; only the fixed order of a plan file can make one."""
-    if len(_sorted(cutting)) < len(cutting.contours):
+    if len(_sorted(cutting)) < len(cutting.heads):
         raise PlanError("the fixed order of the plan file contradicts inner before outer; take 'order' out of a cut")
 
 
@@ -222,10 +242,10 @@ def _sorted(cutting: Cutting) -> list[int]:
     """Return the contours in the order of the drawing, but each after those that must come before it."""
     after: dict[int, list[int]] = {}
     missing = [0] * len(cutting.contours)
-    for a, b in cutting.pairs:
+    for a, b in cutting.head_pairs:
         after.setdefault(a, []).append(b)
         missing[b] += 1
-    free = [k for k, count in enumerate(missing) if not count]
+    free = [k for k in cutting.heads if not missing[k]]
     heapq.heapify(free)
     order = []
     while free:
@@ -247,12 +267,12 @@ def drawing_order(cutting: Cutting) -> list[CutStart]:
 def bands(cutting: Cutting, options: CutOptions) -> list[list[int]]:
     """Return the contours in bands along the axis of the sweep, each cut before the next; one band when it is free.
 
-    A part is in the band of its outline's middle, with all that lies in it. The first band is the one at the start
-    corner.
+    Of a chain its first contour. A part is in the band of its outline's middle, with all that lies in it. The first
+    band is the one at the start corner.
     """
-    everything = list(range(len(cutting.contours)))
     if options.sweep == "free":
-        return [everything]
+        return [cutting.heads]
+    everything = list(range(len(cutting.contours)))
     axis = 0 if options.sweep == "x" else 1
     position = {c.index: k for k, c in enumerate(cutting.contours)}
     outlines = {c.source.part: k for k, c in enumerate(cutting.contours) if c.has_leads and not c.hole}
@@ -265,7 +285,8 @@ def bands(cutting: Cutting, options: CutOptions) -> list[list[int]]:
     for k, root in enumerate(roots):
         middle = 0.5 * (spans[root][axis] + spans[root][axis + 2])
         place = int((high - middle if backward else middle - low) / width)
-        found.setdefault(place, []).append(k)
+        if cutting.by_contour[k]:
+            found.setdefault(place, []).append(k)
     return [found[place] for place in sorted(found)]
 
 

@@ -18,6 +18,9 @@ from leafcut.plan.endings import follows_compensation, stays_last, stops_before_
 from leafcut.plan.heights import group_by_height
 from leafcut.plan.precedence import find_precedence
 
+#: Why the first hole after a change of length offset stays.
+FROM_UNKNOWN = "from how high the tool comes to it is not known"
+
 _MOTIONS = frozenset(int(k) for k in MOTIONS)
 
 
@@ -263,7 +266,9 @@ class Finder:
             cycles = path.ref[rows][self.rows.cut[rows]][drills]
             depths = depths.copy()
             depths[drills] = [path.cycles[c].bottom for c in cycles.tolist()]
-        upright = not (self.rows.cut[rows] & self.rows.sideways[rows] & (path.kind[rows] != Kind.DRILL)).any()
+        # A full circle ends where it begins, and goes sideways all the same.
+        aside = self.rows.sideways[rows] | np.isin(path.kind[rows], [Kind.ARC_CW, Kind.ARC_CCW])
+        upright = not (self.rows.cut[rows] & aside & (path.kind[rows] != Kind.DRILL)).any()
         drill = path.kind[start.row] == Kind.DRILL
         return Chain(
             start.block,
@@ -367,9 +372,26 @@ class Finder:
         reasons = dict.fromkeys(self.barriers[b] for b in range(begin, end) if b in self.barriers and self._amid(b))
         if works and any(b in self.entries for b in range(begin, end)):
             reasons["one piece of work alone"] = None
+        elif works and self._comes_from_unknown(begin, end):
+            reasons[FROM_UNKNOWN] = None
         elif works:
             reasons["the tool does not rise to a height at which it goes across"] = None
         return Kept(begin, end, "; ".join(reasons))
+
+    def _comes_from_unknown(self, begin: int, end: int) -> bool:
+        """Return whether nobody knows at what height the tool goes to the first work among some blocks."""
+        low, high = np.searchsorted(self.travels, [begin, end])
+        work = int(np.argmax(self.rows.cut[self.first[begin] :])) + int(self.first[begin])
+        ways = [int(b) for b in self.travels[low:high] if self.first[b] <= work]
+        return bool(ways) and (ways[-1] in self.blind or math.isnan(self.rows.before[self._start(ways[-1]).row, 2]))
+
+    def line_of(self, kept: Kept, reason: str) -> int:
+        """Return the line that a reason is about: of the block that stays for it, else where its work begins."""
+        blocks = range(kept.begin, kept.end)
+        block = next((b for b in blocks if self.barriers.get(b) == reason), None)
+        if block is None:
+            block = next((b for b in blocks if self.cuts[self.first[b + 1]] > self.cuts[self.first[b]]), kept.begin)
+        return int(self.program.line[block])
 
     def _amid(self, block: int) -> bool:
         """Return whether there is work both before and behind a block."""

@@ -39,7 +39,7 @@ def plan_file(sheet: Sheet, data: CutData, cuts: tuple[Cut, ...]) -> PlanFile:
     return PlanFile(
         sheet=sheet.name,
         contours=tuple(print_of(c) for c in sheet.contours),
-        cuts=tuple(c.choice for c in cuts),
+        cuts=tuple(choice for c in cuts for choice in c.choices),
         process=data.process,
         material=data.material,
         thickness=data.thickness,

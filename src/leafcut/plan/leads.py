@@ -7,6 +7,7 @@ Seen from where a lead meets its contour, travel is along +u and the scrap on th
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -121,26 +122,43 @@ class Scrap:
         self.inner = None if outline is None else outline.buffer(-(self._half + rules.margin - ROUNDING))
         if self.inner is not None:
             shapely.prepare(self.inner)
+        self.bridge_owners = np.zeros((0, 2), dtype=np.int64)
+        self._bridge_tree: Any = None
+
+    def with_bridges(self, lines: Any, owners: NDArray[np.int64]) -> Scrap:
+        """Return the same scrap with bridges in it (shapely lines): others keep away from them.
+
+        `owners` is int64[n, 2]: the contours (indices in `Sheet.contours`) that each joins.
+        """
+        import shapely
+
+        other = copy(self)
+        other.bridge_owners = np.asarray(owners, dtype=np.int64).reshape(-1, 2)
+        other._bridge_tree = shapely.STRtree(lines)
+        return other
 
     @property
     def _half(self) -> float:
         """Half a kerf: what a lead sweeps to each side, whoever compensates."""
         return 0.5 * self.rules.kerf
 
-    def free(self, lines: Any, owner: CutContour, *, leaves_sheet: bool = False) -> Flags:
-        """Return which lines (shapely, n of them) the torch may follow on behalf of a contour, bool[n].
+    def free(self, lines: Any, *owners: CutContour, leaves_sheet: bool = False) -> Flags:
+        """Return which lines (shapely, n of them) the torch may follow on behalf of a contour, or of two, bool[n].
 
-        The kerf of a line touches no part, no clamp and no other kerf, stays on the sheet, and does not come back to
-        the kerf of its own contour once it has left it.
+        The kerf of a line touches no part, no clamp, no kerf of other contours and no bridge between those, and stays
+        on the sheet.
         """
+        own = [c.index for c in owners]
         lines = np.asarray(lines, dtype=object)
         ok = np.ones(len(lines), dtype=bool)
         # Where nobody compensates, a lead ends on the part's edge itself.
         reach = self._half if self.rules.half > 0.0 else 0.0
         ok[self._near(self._part_tree, lines, reach)] = False
         pairs = self._line_tree.query(lines, predicate="dwithin", distance=2.0 * self._half - ROUNDING)
-        others = self._line_owner[pairs[1]] != owner.index
-        ok[pairs[0][others]] = False
+        ok[pairs[0][~np.isin(self._line_owner[pairs[1]], own)]] = False
+        if len(self.bridge_owners):
+            pairs = self._bridge_tree.query(lines, predicate="dwithin", distance=2.0 * self._half - ROUNDING)
+            ok[pairs[0][~np.isin(self.bridge_owners[pairs[1]], own).any(axis=1)]] = False
         ok[self._near(self._zone_tree, lines, self._half)] = False
         if self.inner is not None and not leaves_sheet:
             import shapely

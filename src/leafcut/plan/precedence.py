@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
@@ -15,8 +14,9 @@ from leafcut.gcode.program import Program
 from leafcut.model.sequence import Chain
 from leafcut.model.toolpath import Kind, arc_extremes, arc_sweep
 from leafcut.plan.chains import BEAMS, TOLERANCE, Rows, works_with_beam
-from leafcut.plan.outlines import TOUCHING, closed_together
-from leafcut.units import MM_PER_INCH
+from leafcut.plan.outlines import BEAM_TAB, MILL_TAB, TOUCHING, closed_together
+from leafcut.plan.passes import passes_in_order, rows_in_order
+from leafcut.plan.widths import tool_width
 
 #: How far a chord may lie from its arc, mm.
 _SAGITTA = 0.02
@@ -24,13 +24,6 @@ _SAGITTA = 0.02
 _PIECE = 32
 #: A path of more points is not made into an area; the hull of its points stands for it.
 _MOST_POINTS = 20_000
-#: Lines above a section in which its tool may be described.
-_FARTHEST_COMMENT = 2000
-_DIAMETER = re.compile(
-    r"(?:diameter|\bdia\b\.?|drill size|bit size|\bD\s*=|Ø)\s*[:=]?\s*([0-9]*\.?[0-9]+)\s*(mm|inch|in\b|\")?",
-    re.IGNORECASE,
-)
-
 #: The number of a chain, and float64[n, 2]: a line along which it cuts.
 _Path = tuple[int, NDArray[np.float64]]
 
@@ -55,36 +48,26 @@ def related(
     """Return int64[k, 2], pairs of a chain of `ones` and one of `others` whose order has meaning, in that order."""
     import shapely
 
-    reach = TOUCHING + 2 * _SAGITTA + max(tool_width(program, ones[0].begin), tool_width(program, others[0].begin))
+    widths = tool_width(program, ones[0].begin), tool_width(program, others[0].begin)
+    reach = TOUCHING + 2 * _SAGITTA + max(widths)
     first = _paths(program, rows, ones)
     second = first if others is ones else _paths(program, rows, others)
     lines, owner = _pieces(shapely, first)
     other_lines, other_owner = (lines, owner) if others is ones else _pieces(shapely, second)
     found = shapely.STRtree(lines).query(other_lines, predicate="dwithin", distance=reach)
     pairs = [np.stack([owner[found[1]], other_owner[found[0]]], axis=1)]
+    if process not in BEAMS and not all(widths):
+        pieces = [(lines, owner), (other_lines, other_owner)]
+        pairs += passes_in_order(shapely, program, rows, ones, others, pieces)
+        if others is ones:
+            pairs.append(rows_in_order(first, ones))
     # Inside something that came before it, work is free again, unless a mill goes round.
-    pairs.append(_inside(shapely, first, second))
+    tab = BEAM_TAB if process in BEAMS else MILL_TAB
+    pairs.append(_inside(shapely, first, second, tab))
     if process not in BEAMS or not works_with_beam(program, rows):
-        pairs.append(_inside(shapely, second, first)[:, ::-1])
+        pairs.append(_inside(shapely, second, first, tab)[:, ::-1])
     every = np.concatenate(pairs)
     return np.unique(every, axis=0) if len(every) else every
-
-
-def tool_width(program: Program, block: int) -> float:
-    """Return the diameter, mm, that the last comment before a block gives for a tool, or 0."""
-    line = int(program.line[block]) - 1
-    unit = program.modal(block).unit or 1.0
-    changes = np.flatnonzero(program.path.kind == Kind.TOOL)
-    at = program.path.line[changes]
-    last = int(at[at <= line].max()) if (at <= line).any() else 1
-    for number in range(line, max(last - 20, line - _FARTHEST_COMMENT, 0) - 1, -1):
-        text = program.lines[number]
-        match = _DIAMETER.search(text) if "(" in text or ";" in text else None
-        if match:
-            said = (match.group(2) or "").lower()
-            scale = 1.0 if said == "mm" else MM_PER_INCH if said else unit
-            return float(match.group(1)) * scale
-    return 0.0
 
 
 def _paths(program: Program, rows: Rows, chains: Sequence[Chain]) -> list[_Path]:
@@ -163,7 +146,7 @@ def _pieces(shapely: Any, paths: list[_Path]) -> tuple[NDArray[np.object_], NDAr
     return lines, np.array(owner, dtype=np.int64)
 
 
-def _inside(shapely: Any, inner: list[_Path], outer: list[_Path]) -> NDArray[np.int64]:
+def _inside(shapely: Any, inner: list[_Path], outer: list[_Path], tab: float) -> NDArray[np.int64]:
     """Return int64[k, 2], pairs of a chain of `inner` that begins inside an outline of `outer`, and one that cuts it.
 
     An outline that several chains cut together is closed by the last of them, whichever that will be: what is inside
@@ -179,7 +162,7 @@ def _inside(shapely: Any, inner: list[_Path], outer: list[_Path]) -> NDArray[np.
             owners.append([number])
         elif (path != path[0]).any():
             open_.append((number, path))
-    for area, numbers in closed_together(shapely, open_):
+    for area, numbers in closed_together(shapely, open_, tab):
         areas.append(area)
         owners.append(numbers)
     if not areas or not inner:

@@ -49,7 +49,7 @@ def find_sequence(
     found = known_process(program) if process == "auto" else process
     finder = Finder(program, found)
     items = finder.items()
-    sequence = Sequence(tuple(items), found, (), tuple(_issues(program, items)))
+    sequence = Sequence(tuple(items), found, (), tuple(_issues(finder, items)))
     if merge_tools:
         from leafcut.plan.merging import merge_sections
 
@@ -96,16 +96,16 @@ def _reversible(section: Section) -> NDArray[np.int32]:
     return np.array([k for k, c in enumerate(section.chains) if c.reversible], dtype=np.int32)
 
 
-def _issues(program: Program, items: list[Kept | Section]) -> list[Issue]:
+def _issues(finder: Finder, items: list[Kept | Section]) -> list[Issue]:
     """Return one note for every reason for which work stays, or one that says why all of it does."""
     where: dict[str, list[int]] = {}
     for item in items:
         if isinstance(item, Kept) and item.reason:
             for reason in item.reason.split("; "):
-                where.setdefault(reason, []).append(int(program.line[item.begin]))
+                where.setdefault(reason, []).append(finder.line_of(item, reason))
     issues = []
     if not any(isinstance(item, Section) for item in items):
-        why = "" if where else ": " + next(iter(program.fixed.values()), "there is no work in it")
+        why = "" if where else ": " + next(iter(finder.program.fixed.values()), "there is no work in it")
         issues.append(Issue("L502", f"nothing in the program may change places{why}", severity=Severity.NOTE))
     for reason, lines in where.items():
         times = f", here and {len(lines) - 1} times more" if len(lines) > 1 else ""

@@ -71,7 +71,7 @@ def _slid(
 ) -> tuple[CutStart, float]:
     """Return a start moved to where the ways to it and from it are cheapest, and what that gained."""
     contour = cutting.contours[start.contour]
-    if not contour.path.closed or not start.pierce or "start" in cutting.fixed.get(start.contour, ()):
+    if start.then or not contour.path.closed or not start.pierce or "start" in cutting.fixed.get(start.contour, ()):
         return start, 0.0
 
     def cost(s: CutStart) -> float:

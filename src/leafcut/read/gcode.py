@@ -15,8 +15,9 @@ EXTENSIONS = (".nc", ".ngc", ".gcode", ".gc", ".tap", ".cnc", ".min", ".eia", ".
 _LINES, _SHARE = 60, 0.8
 
 # A block: marks, then words of a letter and a number; or a comment, a percent sign, an O-word, an assignment.
+# What has matched is not tried in another way: that would take for ever where a long line is cut off.
 _BLOCK = re.compile(
-    rb"\s*(%.*|[(;].*|[oO]\s*(\d+|<).*|#.*|/?\s*([A-Za-z]\s*[+-]?(\d+\.?\d*|\.\d+|[\[#].*)\s*)+(\s*[(;].*)?|)\s*"
+    rb"\s*(%.*|[(;].*|[oO]\s*(\d+|<).*|#.*|/?\s*+([A-Za-z]\s*+[+-]?(\d++\.?\d*+|\.\d++|[\[#].*)\s*+)++([(;].*)?|)\s*"
 )
 _CODE = re.compile(rb"\b[GgMm]\s*0*\d{1,3}(?!\d)")
 

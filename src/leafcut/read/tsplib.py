@@ -46,6 +46,8 @@ _KEY = re.compile(r"\s*([A-Za-z][A-Za-z_0-9]*)\s*(?::\s*(.*?))?\s*\Z")
 def sniff(head: bytes) -> Match:
     """Say whether a file begins with the keys of TSPLIB."""
     text = head[:4096].decode("latin-1").upper()
+    if re.search(r"^\s*GTSP_SETS\b", text, re.MULTILINE):
+        return Match.NO
     keys = re.findall(r"^\s*(NAME|TYPE|COMMENT|DIMENSION|EDGE_WEIGHT_TYPE|NODE_COORD_SECTION)\b", text, re.MULTILINE)
     return Match.YES if len(set(keys)) >= 2 and "DIMENSION" in keys else Match.NO
 
@@ -60,20 +62,13 @@ def read_tsp(source: Source, options: ReadOptions) -> Part:
     ReadError
         A key, section or number is missing, wrong, or of a kind that leafcut does not solve.
     """
-    keys, sections = _split(source)
+    keys, sections = split(source)
     weight = keys.get("EDGE_WEIGHT_TYPE", ("EUC_2D", 0))[0].upper()
-    _check_kind(source.path, keys, weight)
-    n = _dimension(source.path, keys)
+    check_kind(source.path, keys, weight, ("TSP",))
+    n = dimension(source.path, keys)
     issues: list[Issue] = []
-    matrix = _matrix(source.path, keys, sections, n) if weight == "EXPLICIT" else None
-    if "NODE_COORD_SECTION" in sections:
-        points = _coordinates(source.path, sections["NODE_COORD_SECTION"], n, issues)
-    elif matrix is None:
-        raise ReadError(source.path, "there is no NODE_COORD_SECTION")
-    elif "DISPLAY_DATA_SECTION" in sections:
-        points = _coordinates(source.path, sections["DISPLAY_DATA_SECTION"], n, issues)
-    else:
-        points = _on_circle(n)
+    costs = matrix(source.path, keys, sections, n) if weight == "EXPLICIT" else None
+    points = places(source.path, sections, n, costs is not None, issues)
     name = shown(keys.get("NAME", ("", 0))[0]) or source.name
     return Part(
         name=name,
@@ -82,18 +77,21 @@ def read_tsp(source: Source, options: ReadOptions) -> Part:
         source=source.file_name,
         format="tsplib",
         edge_weight_type=weight,
-        matrix=matrix,
+        matrix=costs,
         optimum=_optimum(source, name, n),
     )
 
 
-_Section = tuple[int, list[str]]
+#: The line of a section's first text, and its texts; sections by their names; keys with their values and lines.
+Section = tuple[int, list[str]]
+Sections = dict[str, Section]
+Keys = dict[str, tuple[str, int]]
 
 
-def _split(source: Source) -> tuple[dict[str, tuple[str, int]], dict[str, _Section]]:
-    """Return the keys with their values and lines, and the sections with their first lines and their texts."""
-    keys: dict[str, tuple[str, int]] = {}
-    sections: dict[str, _Section] = {}
+def split(source: Source) -> tuple[Keys, Sections]:
+    """Return the keys and the sections of a file."""
+    keys: Keys = {}
+    sections: Sections = {}
     current: list[str] | None = None
     for number, line in enumerate(source.text().splitlines(), 1):
         if current is not None and not line.lstrip()[:1].isalpha():
@@ -107,7 +105,7 @@ def _split(source: Source) -> tuple[dict[str, tuple[str, int]], dict[str, _Secti
         key = match.group(1).upper()
         if key == "EOF":
             break
-        if key.endswith("_SECTION"):
+        if key.endswith("_SECTION") or key == "GTSP_SET_ORDERING":
             current = []
             sections[key] = (number + 1, current)
         else:
@@ -116,16 +114,19 @@ def _split(source: Source) -> tuple[dict[str, tuple[str, int]], dict[str, _Secti
     return keys, sections
 
 
-def _check_kind(path: str, keys: dict[str, tuple[str, int]], weight: str) -> None:
-    kind, line = keys.get("TYPE", ("TSP", 0))
-    if kind.upper().split()[:1] != ["TSP"]:
-        raise ReadError(path, f"TYPE '{shown(kind)}' is not solved; expected TSP (symmetric)", line)
+def check_kind(path: str, keys: Keys, weight: str, kinds: Sequence[str]) -> None:
+    """Raise if the problem is of none of these kinds, or its rule of distance is not known."""
+    kind, line = keys.get("TYPE", (kinds[0], 0))
+    if (kind.upper().split() or [""])[0] not in kinds:
+        expected = "TSP (symmetric)" if kinds == ("TSP",) else ", ".join(kinds)
+        raise ReadError(path, f"TYPE '{shown(kind)}' is not solved; expected {expected}", line)
     if weight not in WEIGHT_TYPES:
         line = keys["EDGE_WEIGHT_TYPE"][1]
         raise ReadError(path, f"EDGE_WEIGHT_TYPE '{shown(weight)}' is not known{nearest(weight, WEIGHT_TYPES)}", line)
 
 
-def _dimension(path: str, keys: dict[str, tuple[str, int]]) -> int:
+def dimension(path: str, keys: Keys) -> int:
+    """Return the number of nodes."""
     if "DIMENSION" not in keys:
         raise ReadError(path, "there is no DIMENSION")
     text, line = keys["DIMENSION"]
@@ -136,15 +137,15 @@ def _dimension(path: str, keys: dict[str, tuple[str, int]]) -> int:
     return int(text)
 
 
-def _numbers(path: str, section: _Section) -> NDArray[np.float64]:
+def numbers(path: str, section: Section) -> NDArray[np.float64]:
     """Return all numbers of a section, float64, or raise at the first line that has something else."""
     first, lines = section
     try:
-        numbers = np.array(list(map(float, " ".join(lines).split())), dtype=np.float64)
+        values = np.array(list(map(float, " ".join(lines).split())), dtype=np.float64)
     except ValueError:
-        numbers = np.array([math.nan])
-    if np.isfinite(numbers).all():
-        return numbers
+        values = np.array([math.nan])
+    if np.isfinite(values).all():
+        return values
     for offset, line in enumerate(lines):
         for word in line.split():
             try:
@@ -153,16 +154,27 @@ def _numbers(path: str, section: _Section) -> NDArray[np.float64]:
                 good = False
             if not good:
                 raise ReadError(path, f"'{shown(word, 30)}' is no number", first + offset)
-    return numbers
+    return values
 
 
-def _coordinates(path: str, section: _Section, n: int, issues: list[Issue]) -> NDArray[np.float64]:
+def places(path: str, sections: Sections, n: int, explicit: bool, issues: list[Issue]) -> NDArray[np.float64]:
+    """Return where the nodes are, float64[n, 2]; where `explicit` costs are all that is said, on a circle."""
+    if "NODE_COORD_SECTION" in sections:
+        return _coordinates(path, sections["NODE_COORD_SECTION"], n, issues)
+    if not explicit:
+        raise ReadError(path, "there is no NODE_COORD_SECTION")
+    if "DISPLAY_DATA_SECTION" in sections:
+        return _coordinates(path, sections["DISPLAY_DATA_SECTION"], n, issues)
+    return _on_circle(n)
+
+
+def _coordinates(path: str, section: Section, n: int, issues: list[Issue]) -> NDArray[np.float64]:
     """Return the coordinates in the order of the node numbers, float64[n, 2]."""
-    numbers = _numbers(path, section)
+    values = numbers(path, section)
     last = section[0] + len(section[1]) - 1
-    if len(numbers) != 3 * n:
-        raise ReadError(path, f"DIMENSION says {n} nodes, the section has {len(numbers) / 3:g} (number, x, y)", last)
-    table = numbers.reshape(n, 3)
+    if len(values) != 3 * n:
+        raise ReadError(path, f"DIMENSION says {n} nodes, the section has {len(values) / 3:g} (number, x, y)", last)
+    table = values.reshape(n, 3)
     ids = table[:, 0]
     order = np.argsort(ids, kind="stable")
     if np.array_equal(ids[order], np.arange(1, n + 1)):
@@ -175,8 +187,8 @@ def _coordinates(path: str, section: _Section, n: int, issues: list[Issue]) -> N
     return np.ascontiguousarray(table[:, 1:])
 
 
-def _matrix(path: str, keys: dict[str, tuple[str, int]], sections: dict[str, _Section], n: int) -> NDArray[np.float64]:
-    """Return the distances of an EXPLICIT problem, float64[n, n], symmetric."""
+def matrix(path: str, keys: Keys, sections: Sections, n: int, symmetric: bool = True) -> NDArray[np.float64]:
+    """Return the distances of an EXPLICIT problem, float64[n, n]; only a full matrix may be not symmetric."""
     form, line = keys.get("EDGE_WEIGHT_FORMAT", ("", 0))
     form = SAME_FORMAT.get(form.upper(), form.upper())
     if form not in MATRIX_FORMATS:
@@ -185,23 +197,23 @@ def _matrix(path: str, keys: dict[str, tuple[str, int]], sections: dict[str, _Se
     if "EDGE_WEIGHT_SECTION" not in sections:
         raise ReadError(path, "there is no EDGE_WEIGHT_SECTION")
     section = sections["EDGE_WEIGHT_SECTION"]
-    numbers = _numbers(path, section)
-    if len(numbers) != MATRIX_FORMATS[form](n):
+    values = numbers(path, section)
+    if len(values) != MATRIX_FORMATS[form](n):
         last = section[0] + len(section[1]) - 1
         wanted = MATRIX_FORMATS[form](n)
-        raise ReadError(path, f"{form} of {n} nodes needs {wanted} numbers, the section has {len(numbers)}", last)
+        raise ReadError(path, f"{form} of {n} nodes needs {wanted} numbers, the section has {len(values)}", last)
     if form == "FULL_MATRIX":
-        full = numbers.reshape(n, n)
-        if not np.array_equal(full, full.T):
+        full = values.reshape(n, n)
+        if symmetric and not np.array_equal(full, full.T):
             raise ReadError(path, "the matrix is not symmetric; leafcut solves symmetric problems")
         return full
-    matrix = np.zeros((n, n))
+    half = np.zeros((n, n))
     offset = 0 if "DIAG" in form else 1
     # Both walk the triangle row by row, as the file does.
     where = np.triu_indices(n, offset) if form.startswith("UPPER") else np.tril_indices(n, -offset)
-    matrix[where] = numbers
-    symmetric: NDArray[np.float64] = matrix + matrix.T - np.diag(np.diag(matrix))
-    return symmetric
+    half[where] = values
+    both: NDArray[np.float64] = half + half.T - np.diag(np.diag(half))
+    return both
 
 
 def _on_circle(n: int) -> NDArray[np.float64]:
@@ -221,16 +233,18 @@ def _optimum(source: Source, name: str, n: int) -> float | None:
     return None
 
 
-def write_tour(path: str | Path, name: str, order: Sequence[int] | NDArray[np.integer]) -> None:
+def write_tour(path: str | Path, name: str, order: Sequence[int] | NDArray[np.integer], every: bool = True) -> None:
     """Write a tour (node numbers from 0 in visiting order) as a TSPLIB ``.tour`` file, whole or not at all.
+
+    `every`: it must visit every node; a tour through sets of nodes does not.
 
     Raises
     ------
     LeafcutError
-        The order is not a permutation, or the file cannot be written.
+        The order is not a permutation, or has a node twice, or the file cannot be written.
     """
     nodes = [int(i) for i in order]
-    if sorted(nodes) != list(range(len(nodes))):
+    if sorted(nodes) != list(range(len(nodes))) if every else len(set(nodes)) < len(nodes):
         raise LeafcutError(f"{path}: a tour visits every node once; this order does not")
     lines = [f"NAME : {shown(name)}", "TYPE : TOUR", f"DIMENSION : {len(nodes)}", "TOUR_SECTION"]
     text = "\n".join([*lines, *(str(i + 1) for i in nodes), "-1", "EOF", ""])
@@ -246,13 +260,13 @@ def read_tour(path: str | Path) -> NDArray[np.int64]:
         It is no tour, or does not visit every node once.
     """
     source = load(path)
-    keys, sections = _split(source)
+    keys, sections = split(source)
     if "TOUR_SECTION" not in sections:
         raise ReadError(path, "there is no TOUR_SECTION")
-    numbers = _numbers(source.path, sections["TOUR_SECTION"])
-    ends = np.flatnonzero(numbers == -1)
-    order = (numbers[: ends[0]] if len(ends) else numbers) - 1
-    if "DIMENSION" in keys and _dimension(source.path, keys) != len(order):
+    values = numbers(source.path, sections["TOUR_SECTION"])
+    ends = np.flatnonzero(values == -1)
+    order = (values[: ends[0]] if len(ends) else values) - 1
+    if "DIMENSION" in keys and dimension(source.path, keys) != len(order):
         raise ReadError(path, f"DIMENSION says {keys['DIMENSION'][0]} nodes, the tour has {len(order)}")
     if not len(order) or not np.array_equal(np.sort(order), np.arange(len(order))):
         raise ReadError(path, f"the tour does not visit each of its {len(order)} nodes once")

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from typing import Any
 
-from leafcut.model.cutting import CutMeasures, CutPlan, CutTimes
+from leafcut.model.cutting import Cut, CutMeasures, CutPlan, CutTimes
 from leafcut.model.outcome import Outcome
-from leafcut.report.wording import count, length_words, percent_words, plain_number
+from leafcut.report.wording import count, length_words, percent_words, plain_number, time_words
 from leafcut.units import SECONDS_PER_MINUTE
 
 
@@ -20,7 +22,7 @@ def clock(seconds: float) -> str:
 def cut_counts(plan: CutPlan) -> dict[str, int]:
     """Return how many parts, contours, marks and pierces a plan has."""
     return {
-        "parts": len({c.part for c in plan.cuts if c.kind == "cut" and c.part}),
+        "parts": len({plan.sheet.contours[i].part for c in plan.cuts if c.kind == "cut" for i in c.contours} - {0}),
         "contours": sum(len(c.contours) for c in plan.cuts if c.kind == "cut"),
         "marks": sum(c.kind == "mark" for c in plan.cuts),
         "pierces": plan.measures.sheet.pierces,
@@ -47,7 +49,11 @@ def cutting_as_json(outcome: Outcome) -> dict[str, Any]:
             "speed_mm_min": data.feed * SECONDS_PER_MINUTE,
             "kerf_mm": data.kerf,
             "pierce_delay_s": data.pierce_delay,
+            "pierce_height_mm": data.pierce_height,
+            "cut_height_mm": data.cut_height,
+            "volts": data.volts,
             "source": data.source,
+            "confidence": data.confidence,
             "sheet": _times(norm.sheet),
             "quantity": norm.quantity,
             "batch": _times(norm.batch),
@@ -55,7 +61,13 @@ def cutting_as_json(outcome: Outcome) -> dict[str, Any]:
             "cost": norm.cost,
             "batch_cost": norm.batch_cost,
             "parts": [
-                {"part": p.part, "area_mm2": plain_number(p.area), **_times(p.times), "cost": p.cost}
+                {
+                    "part": p.part,
+                    "area_mm2": plain_number(p.area),
+                    "contours": part_kinds(plan, p.part).count("cut"),
+                    **_times(p.times),
+                    "cost": p.cost,
+                }
                 for p in norm.parts
             ],
             "before": _order(outcome, 0),
@@ -85,6 +97,67 @@ def _times(times: CutTimes) -> dict[str, Any]:
     }
 
 
+def size_words(mm: float) -> str:
+    """Return a kerf or a thickness with the digits that a gauge shows: ``0.237``, ``6``, ``25.4``."""
+    return f"{mm:.3g}" if mm < 100.0 else f"{mm:.0f}"
+
+
+def name_words(name: str) -> str:
+    """Return a name of the cut chart as a person writes it: ``mild steel``, ``laser fiber 3 kW``."""
+    return re.sub(r"(\d)kw\b", r"\1 kW", name.replace("_", " "), flags=re.IGNORECASE)
+
+
+def money_words(cost: float) -> str:
+    """Return a cost in the unit of the rates: ``12.40``, a small one with three decimals."""
+    return cost_figure(cost, 2 if cost >= 0.995 else 3)
+
+
+def cost_figure(cost: float, places: int) -> str:
+    """Return a cost with so many decimals."""
+    return f"{cost:,.{places}f}"
+
+
+def contour_words(plan: CutPlan, cut: Cut) -> str:
+    """Return what a cut cuts: ``hole``, ``outline``, ``mark``, ``cut``; of several ``4 holes, outline``."""
+    names: Counter[str] = Counter()
+    for number in cut.contours:
+        contour = plan.sheet.contours[number]
+        open_or_outline = "outline" if contour.contour.path.closed else "open cut"
+        names["mark" if contour.contour.kind == "mark" else "hole" if contour.is_hole else open_or_outline] += 1
+    return ", ".join(name if number == 1 else count(number, name) for name, number in names.items())
+
+
+def cut_name(plan: CutPlan, cut: Cut) -> str:
+    """Return ``part 3, hole``; of a chain ``parts 1, 2, hole, outline``."""
+    parts = list(dict.fromkeys(plan.sheet.contours[i].part for i in cut.contours))
+    of_part = f"{'part' if len(parts) == 1 else 'parts'} {', '.join(map(str, parts))}, " if any(parts) else ""
+    return of_part + contour_words(plan, cut)
+
+
+def cut_title(plan: CutPlan, number: int) -> str:
+    """Return what one cut is: ``12: part 3, hole · 120.5 mm · cutting 2.4 s, piercing 0.7 s``."""
+    cut = plan.cuts[number]
+    words = [f"{number + 1}: {cut_name(plan, cut)}", length_words(cut.path.length)]
+    if number < len(plan.measures.cuts):
+        times = plan.measures.cuts[number]
+        pierce = f", piercing {time_words(times.pierce_s)}" if times.pierce_s > 0.0 else ""
+        words.append(f"{'marking' if cut.kind == 'mark' else 'cutting'} {time_words(times.cut_s)}{pierce}")
+    return " · ".join(words)
+
+
+def part_kinds(plan: CutPlan, part: int) -> list[str]:
+    """Return what is cut and marked of a part, contour by contour: ``cut`` or ``mark``."""
+    contours = (plan.sheet.contours[i] for cut in plan.cuts for i in cut.contours)
+    return [c.contour.kind for c in contours if c.part == part]
+
+
+def part_title(plan: CutPlan, part: int) -> str:
+    """Return what one part is: ``part 3 · 5 contours · 0:00:31``."""
+    words = [f"part {part}", count(part_kinds(plan, part).count("cut"), "contour")]
+    words += [clock(p.times.total_s) for p in plan.measures.parts if p.part == part]
+    return " · ".join(words)
+
+
 def norm_facts(plan: CutPlan) -> list[tuple[str, str]]:
     """Return the lines of the summary: (name, words)."""
     data, norm = plan.data, plan.measures
@@ -92,8 +165,8 @@ def norm_facts(plan: CutPlan) -> list[tuple[str, str]]:
     facts = [
         (
             "cut with",
-            f"{how}, {data.material} {data.thickness:g} mm, {data.feed * SECONDS_PER_MINUTE:.0f} mm/min, "
-            f"kerf {data.kerf:g} mm, pierce {data.pierce_delay:g} s",
+            f"{how}, {data.material} {size_words(data.thickness)} mm, {data.feed * SECONDS_PER_MINUTE:.0f} mm/min, "
+            f"kerf {size_words(data.kerf)} mm, pierce {data.pierce_delay:.3g} s",
         ),
         ("sheet", _norm_words(norm.sheet)),
         ("route", f"{length_words(norm.sheet.perimeter_mm)} of contours, {length_words(norm.sheet.rapid_mm)} between"),
@@ -115,5 +188,5 @@ def _norm_words(times: CutTimes) -> str:
 
 
 def _cost_words(norm: CutMeasures) -> str:
-    batch = f", {norm.batch_cost:.2f} for the batch" if norm.quantity > 1 else ""
-    return f"{norm.cost:.2f} a sheet{batch}"
+    batch = f", {money_words(norm.batch_cost)} for the batch" if norm.quantity > 1 else ""
+    return f"{money_words(norm.cost)} a sheet{batch}"

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from leafcut.model.outcome import Outcome
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, place_labels
+from leafcut.report.marks import arrow_heads, end_marks
 from leafcut.report.svg import STEPS, dots_data, element, in_steps, lines_data, short, text, title
 from leafcut.report.trace import Trace, trace
 from leafcut.report.wording import BEAMS
@@ -35,12 +36,6 @@ _UNSIZED_PART = 0.3
 _LARGEST_UNSIZED = 5.0
 _RING = 1.1
 _MOST_GROUPS = 64
-_MOST_ARROWS = 28
-_SHORTEST_ARROWED = 22.0
-_ARROW = 4.2
-#: Heads of arrows are no nearer to each other than this.
-_ARROWS_APART = 13.0
-_GOLDEN = 0.618034
 #: Stops of cuts carry numbers if they are so few, or where there is so much room from one to the next, user units.
 _FEW_NUMBERS = 24
 _ROOM_FOR_NUMBERS = 20.0
@@ -183,7 +178,7 @@ def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bo
     drawn = element("use", href=holes) if holes.startswith("#") else _holes(scene, holes.removeprefix("="))
     window = f"window-{which}"
     edge = element("rect", x=0.0, y=0.0, width=frame.width, height=frame.height)
-    ways = (_rapids(scene, path), _cuts(scene, path), _arrows(frame.place(path.rapids)))
+    ways = (_rapids(scene, path), _cuts(scene, path), arrow_heads(frame.place(path.rapids)))
     inside = (drawn, element("g", *ways, clip_path=f"url(#{window})"), *_ends(scene, path))
     return element(
         "svg",
@@ -258,32 +253,6 @@ def _cuts(scene: Scene, path: Trace) -> str:
     return in_steps(*lines)
 
 
-def _arrows(segments: NDArray[np.float64]) -> str:
-    """Return arrow heads in the middle of some of the longer rapids, spread evenly over the path."""
-    along = segments[:, 1] - segments[:, 0]
-    length = np.hypot(along[:, 0], along[:, 1])
-    long = np.flatnonzero(length >= min(_SHORTEST_ARROWED, length.max(initial=0.0) * 0.9))
-    if not len(long):
-        return ""
-    if len(long) > _MOST_ARROWS:
-        # One from each stretch, not always at the same place of it: rows of a grid would put them all in one column.
-        spread = np.arange(_MOST_ARROWS) + np.arange(_MOST_ARROWS) * _GOLDEN % 1.0
-        long = long[(spread * len(long) / _MOST_ARROWS).astype(np.int64)]
-    heads: list[str] = []
-    middles: list[tuple[float, float]] = []
-    for row in long[length[long] > 2 * _ARROW].tolist():
-        (dx, dy), (mx, my) = (along[row] / length[row]).tolist(), segments[row].mean(axis=0).tolist()
-        if any(math.hypot(mx - x, my - y) < _ARROWS_APART for x, y in middles):
-            continue
-        middles.append((mx, my))
-        tip = (mx + dx * _ARROW, my + dy * _ARROW)
-        wings = [
-            (mx + s * dy * _ARROW * 0.62 - dx * _ARROW, my - s * dx * _ARROW * 0.62 - dy * _ARROW) for s in (1, -1)
-        ]
-        heads.append("M" + "L".join(f"{short(px)} {short(py)}" for px, py in (wings[0], tip, wings[1])) + "z")
-    return element("path", d="".join(heads), class_="arrow")
-
-
 def _ends(scene: Scene, path: Trace) -> list[str]:
     """Return the marks of the first and the last stop, and numbers where there are few enough of them."""
     if not len(path.stops):
@@ -341,24 +310,5 @@ def _marks(scene: Scene, places: NDArray[np.float64], radii: NDArray[np.float64]
     (x0, y0), (x1, y1) = places[[0, last]].tolist()
     half = max(radii[last] + 3.0, 4.5)
     radii[last] = 1.35 * half
-    square = f"M{short(x1 - half)} {short(y1 - half)}h{short(2 * half)}v{short(2 * half)}h{short(-2 * half)}z"
-    shapes = (element("circle", cx=x0, cy=y0, r=ring), element("path", d=square))
-    marks = [element("g", *shapes, class_="halo"), element("g", *shapes, class_="end")]
-    if not scene.numbered:
-        wide, high = scene.frame.width, scene.frame.height
-        marks += [_word("start", x0, y0, ring, wide, high), _word("end", x1, y1, half, wide, high)]
-    return marks
-
-
-def _word(word: str, x: float, y: float, reach: float, width: float, height: float) -> str:
-    """Return a word beside a mark, on the side where there is room."""
-    left = x > width - 50
-    y = min(max(y, 8.0), height - 8.0)
-    return text(
-        word,
-        x + (-1 if left else 1) * (reach + 4),
-        y,
-        dy="0.35em",
-        text_anchor="end" if left else "start",
-        class_="mark",
-    )
+    words = () if scene.numbered else (scene.frame.width, scene.frame.height)
+    return end_marks((x0, y0, ring), (x1, y1, half), words)

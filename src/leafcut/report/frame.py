@@ -39,8 +39,11 @@ class Frame:
     height: float
 
     @classmethod
-    def around(cls, low: tuple[float, float], high: tuple[float, float]) -> Frame:
-        """Return the frame that shows everything between two corners, with a margin."""
+    def around(cls, low: tuple[float, float], high: tuple[float, float], wide_from: float = _WIDE_FROM) -> Frame:
+        """Return the frame that shows everything between two corners, with a margin.
+
+        What is more than `wide_from` times as wide as high takes both columns.
+        """
         span = max(high[0] - low[0], high[1] - low[1])
         margin = _MARGIN * span if span > 0 else 10.0
         spans = [high[i] - low[i] + 2 * margin for i in range(2)]
@@ -48,7 +51,7 @@ class Frame:
         step = nice_step(max(spans), 6)
         numbers = (tick_words(middle[1] + s * spans[1] / 2, step) for s in (-1, 1))
         left = min(28.0 + _CHARACTER * max(len(n) for n in numbers), _WIDEST_NUMBERS)
-        width = (WIDE if spans[0] > _WIDE_FROM * spans[1] else WIDTH) - left - _RIGHT
+        width = (WIDE if spans[0] > wide_from * spans[1] else WIDTH) - left - _RIGHT
         height = min(max(width * spans[1] / spans[0], _SMALLEST_HEIGHT), _LARGEST_HEIGHT)
         scale = min(width / spans[0], height / spans[1])
         # The window is filled to its edges: what the part does not need is empty plate around it.

@@ -54,9 +54,11 @@ def solution_as_json(part: Part, solution: Solution) -> dict[str, Any]:
     The gap is against the best known length where the map has one, else against the lower bound.
     """
     gap = solution.cost / part.optimum - 1.0 if part.optimum else solution.gap
+    grouped = {} if part.grouping is None else {"clusters": int(part.grouping.cluster.max()) + 1}
     return {
         "instance": part.name,
         "n": len(part.holes),
+        **grouped,
         "algorithm": solution.algorithm,
         "seed": solution.seed,
         "length": solution.cost,

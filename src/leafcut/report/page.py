@@ -6,10 +6,14 @@ import base64
 import hashlib
 from typing import Any
 
+from leafcut.model.cutting import CutPlan
 from leafcut.model.outcome import Measure, Outcome
-from leafcut.report import views
+from leafcut.report import sheet_page, views
 from leafcut.report.colours import drawing_css, style_sheet
+from leafcut.report.cut_words import cut_counts_words
 from leafcut.report.drawing import RAMP, Scene, Which, build_scene, cut_tools, drawing, tool_class
+from leafcut.report.sheet_drawing import build_sheet_scene, sheet_drawing
+from leafcut.report.sheet_page import plan_words, sheet_size
 from leafcut.report.svg import element
 from leafcut.report.trace import Trace
 from leafcut.report.wording import algorithm_words, clean, counts_words, length_words, order_words, time_words
@@ -23,8 +27,8 @@ def write_page(outcome: Outcome) -> str:
     from jinja2 import Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
 
-    scene = build_scene(outcome)
-    css = drawing_css() + style_sheet("page.css")
+    plan = outcome.cut_plan
+    css = drawing_css() + style_sheet("page.css") + (style_sheet("sheet.css") if plan is not None else "")
     environment = Environment(
         loader=PackageLoader("leafcut.report", ""),
         autoescape=True,
@@ -35,15 +39,19 @@ def write_page(outcome: Outcome) -> str:
     # What our own functions drew is escaped already; the mark of it is given here, once, and nowhere else.
     environment.filters["drawn"] = Markup
     page = environment.get_template("page.html.jinja")
-    return page.render(css=css, css_hash=_hash(css), **_content(outcome, scene))
+    return page.render(css=css, css_hash=_hash(css), **_content(outcome), **_work(outcome, plan))
 
 
 def path_svg(outcome: Outcome, which: Which) -> str:
-    """Return the path ``before`` or ``after`` over the holes as a stand-alone SVG file."""
-    scene = build_scene(outcome)
-    words = _path_words(outcome, which)
-    svg = drawing(scene, which, words, size=True)
-    style = element("style", drawing_css())
+    """Return the path ``before`` or ``after`` over the holes, or over the sheet, as a stand-alone SVG file."""
+    plan = outcome.cut_plans[0 if which == "before" else -1] if outcome.cut_plans else None
+    if plan is not None:
+        known = [p for p in outcome.cut_plans if p is not None]
+        words = plan_words(outcome, 0 if which == "before" else 2)
+        svg, css = sheet_drawing(build_sheet_scene(known), plan, which, words, size=True), style_sheet("sheet.css")
+    else:
+        svg, css = drawing(build_scene(outcome), which, _path_words(outcome, which), size=True), ""
+    style = element("style", drawing_css() + css)
     head, title, rest = svg.partition("</title>")
     return f"{head}{title}{style}{rest}\n"
 
@@ -57,13 +65,13 @@ def _path_words(outcome: Outcome, which: Which) -> str:
     return f"Path of {clean(outcome.part.name)} in {order}"
 
 
-def _content(outcome: Outcome, scene: Scene) -> dict[str, Any]:
+def _content(outcome: Outcome) -> dict[str, Any]:
+    """Return what the page says of any work."""
     return {
         "name": clean(outcome.part.name),
         "came_in": order_words(outcome),
         "source": clean(outcome.part.source),
         "output": clean(outcome.output),
-        "counts": counts_words(outcome),
         "machine": clean(outcome.machine.name),
         "machine_words": clean(outcome.machine.description),
         "dialect": clean(outcome.dialect),
@@ -74,6 +82,31 @@ def _content(outcome: Outcome, scene: Scene) -> dict[str, Any]:
         "seconds": time_words(outcome.seconds),
         "verified": outcome.verified,
         "options": [(clean(flag), clean(value)) for flag, value in outcome.options.items()],
+        "searches": views.searches(outcome),
+        "left_out": max(0, len(outcome.operations) - views.MOST_SEARCHES),
+        "sections": any(o.lines for o in outcome.operations),
+        "workers": views.workers(outcome),
+        "issues": views.issues(outcome),
+        "program": views.program(outcome),
+    }
+
+
+def _work(outcome: Outcome, plan: CutPlan | None) -> dict[str, Any]:
+    """Return what the page says of cuts in a sheet, or of holes and the paths of a program."""
+    if plan is not None:
+        return {
+            "counts": cut_counts_words(plan),
+            "size": sheet_size(plan),
+            "saved": sheet_page.saved(outcome, plan),
+            "orders": sheet_page.cards(outcome),
+            "way": "Between cuts",
+            "sheet": sheet_page.sheet_content(outcome, plan),
+        }
+    scene = build_scene(outcome)
+    return {
+        "sheet": None,
+        "way": "Travel",
+        "counts": counts_words(outcome),
         "size": _size(outcome, scene),
         "drawn": bool(outcome.part.holes or outcome.part.slots or len(scene.after.points)),
         "saved": views.saved(outcome),
@@ -84,15 +117,9 @@ def _content(outcome: Outcome, scene: Scene) -> dict[str, Any]:
         "wide": scene.frame.wide,
         "travel": [_travel_words(m, t) for m, t in ((outcome.before, scene.before), (outcome.after, scene.after))],
         "legend": _legend(outcome, scene),
-        "searches": views.searches(outcome),
-        "left_out": max(0, len(outcome.operations) - views.MOST_SEARCHES),
-        "sections": any(o.lines for o in outcome.operations),
-        "workers": views.workers(outcome),
         "tools": views.tools(outcome, scene),
         "tools_say": views.tools_say(outcome),
         "tools_left_out": max(0, len(outcome.operations) - views.MOST_TOOL_ROWS),
-        "issues": views.issues(outcome),
-        "program": views.program(outcome),
     }
 
 

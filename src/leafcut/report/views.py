@@ -183,7 +183,7 @@ def searches(outcome: Outcome) -> list[Row]:
             facts.append(at_most_words(solution.gap, solution.unit))
         if solution.stopped_early and (solution.gap is None or solution.gap > 1e-4):
             facts.append("stopped early")
-        words = operation_words(operation)
+        words = operation_words(operation) if not outcome.cut_plans else _band_words(outcome, number)
         rows.append(
             {
                 "name": words,
@@ -195,13 +195,20 @@ def searches(outcome: Outcome) -> list[Row]:
     return rows
 
 
+def _band_words(outcome: Outcome, number: int) -> str:
+    """Return what of a sheet is ordered at once: all of its cuts, or a band of it."""
+    cuts = count(outcome.operations[number].cuts, "cut")
+    return cuts if len(outcome.operations) == 1 else f"band {number + 1}, {cuts}"
+
+
 def nearest_cost(outcome: Outcome) -> float | None:
     """Return what the nearest neighbour order costs in the solver's unit, or None where that is not known.
 
     Two orders of the same work differ by their travel alone, so the difference of the measures is the difference of
-    the costs. With several operations the measures say nothing about one of them.
+    the costs. With several operations the measures say nothing about one of them; nor do they where starts slide along
+    their contours once the order is found.
     """
-    if len(outcome.operations) != 1 or outcome.nearest is None:
+    if len(outcome.operations) != 1 or outcome.nearest is None or outcome.cut_plans:
         return None
     solution = outcome.operations[0].solution
     if solution.unit == "s":

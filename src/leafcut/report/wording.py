@@ -86,13 +86,18 @@ def at_most_words(fraction: float, unit: str) -> str:
 def bound_words(outcome: Outcome) -> str:
     """Return what is certain of the orders: ``travel time at most 1.24 % above the least possible``; empty for nothing.
 
-    With several tools it says that each tool's path was taken from where the tool before it ended.
+    With several tools it says that each tool's path was taken from where the tool before it ended. The cost of a sheet
+    is of its cuts and the ways between them, and the least is that of the starts that were tried.
     """
     if outcome.gap is None:
         return ""
     unit = outcome.operations[0].solution.unit
+    several = len(outcome.operations) > 1
+    if outcome.cut_plans:
+        words = f"{'time' if unit == 's' else 'way'} {at_most_words(outcome.gap, unit)} with the starts that were tried"
+        return words + (", each band from where the one before it ended" if several else "")
     words = f"{'travel time' if unit == 's' else 'travel'} {at_most_words(outcome.gap, unit)}"
-    return words + (", each tool from where the one before it ended" if len(outcome.operations) > 1 else "")
+    return words + (", each tool from where the one before it ended" if several else "")
 
 
 def gap_lines(length: float, optimum: float | None, bound: float | None) -> list[str]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut import __version__
-from leafcut.errors import OptionError, PlanError, SolveError
+from leafcut.errors import OptionError, PlanError
 from leafcut.model.cutting import CutData, CutPlan, PlanFile
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import Measure, OperationOutcome, Outcome
@@ -73,6 +73,7 @@ def cut(run: Run, source: str | Path) -> Outcome:
     from leafcut.plan.clear_pierces import clear_pierces
     from leafcut.plan.cutting import drawing_order, in_bands
     from leafcut.plan.following import plan_order
+    from leafcut.runs.chaining import chained
     from leafcut.solve.compiling import announced
     from leafcut.verify.envelope import check_envelope
 
@@ -84,14 +85,16 @@ def cut(run: Run, source: str | Path) -> Outcome:
         # What no order changes is known before any is sought.
         refuse(check_envelope(drawn_laid.path, run.machine))
         nearest = _nearest(job)
-        found, solutions = _ordered(job, drawn)
+        cutting, spent = chained(run, job.cutting, job.overhead)
+        joined = replace(job, cutting=cutting)
+        found, solutions = _ordered(joined, drawn if cutting is job.cutting else None, spent)
     planned = _as_planned(job)
     first = drawn_laid if planned is None else _laid(job, planned)
-    third = _laid(job, found)
+    third = _laid(joined, found)
     bound = run.settings.cut.heat_distance > 0.0 or (run.settings.cut.sweep != "free" and planned is not None)
     if run.settings.resequence.keep_order or (third.score(run) > first.score(run) and not bound):
         third = first
-    return _outcome(job, issues, solutions, first, None if nearest is None else _laid(job, nearest), third)
+    return _outcome(job, issues, solutions, first, _laid(job, nearest), third)
 
 
 def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
@@ -205,17 +208,21 @@ def _as_planned(job: _Job) -> list[CutStart] | None:
         return None
 
 
-def _ordered(job: _Job, before: list[CutStart]) -> tuple[list[CutStart], list[Solution]]:
-    """Return the best order found, its starts slid to where they are best, and the solutions it came from."""
+def _ordered(job: _Job, before: list[CutStart] | None, spent: float = 0.0) -> tuple[list[CutStart], list[Solution]]:
+    """Return the best order found, its starts slid to where they are best, and the solutions it came from.
+
+    `before` is a known order, None for the drawing's; `spent` are seconds of the time limit that are gone.
+    """
     from leafcut.plan.clear_pierces import clear_pierces
-    from leafcut.plan.cutting import bands
+    from leafcut.plan.cutting import bands, drawing_order, in_bands
     from leafcut.plan.heat import HeatRule, spread_starts
     from leafcut.plan.sliding import slide_starts
 
     run, options = job.run, job.run.settings
+    before = in_bands(job.cutting, drawing_order(job.cutting), options.cut) if before is None else before
     if options.resequence.keep_order:
         return before, []
-    order, solutions = _solve_bands(job, options.solve, before)
+    order, solutions = _solve_bands(job, options.solve, before, spent)
     travel = job.travel()
     if options.solve.algorithm == "none":
         return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
@@ -227,25 +234,25 @@ def _ordered(job: _Job, before: list[CutStart]) -> tuple[list[CutStart], list[So
     return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
 
 
-def _nearest(job: _Job) -> list[CutStart] | None:
-    """Return the nearest-neighbour order, or None where that algorithm cannot keep what must come first."""
+def _nearest(job: _Job) -> list[CutStart]:
+    """Return the nearest-neighbour order."""
+    from leafcut.plan.clear_pierces import clear_pierces
+
     quiet = replace(job, run=replace(job.run, progress=None))
-    try:
-        return _solve_bands(quiet, SolveOptions(algorithm="nn", bound=False, threads=1), None)[0]
-    except SolveError:
-        return None
+    order = _solve_bands(quiet, SolveOptions(algorithm="nn", bound=False, threads=1), None)[0]
+    return clear_pierces(job.cutting, order, job.travel(), job.start, job.end)
 
 
 def _solve_bands(
-    job: _Job, options: SolveOptions, before: list[CutStart] | None
+    job: _Job, options: SolveOptions, before: list[CutStart] | None, spent: float = 0.0
 ) -> tuple[list[CutStart], list[Solution]]:
-    """Order band after band, each beginning where the one before ended."""
+    """Order band after band, each beginning where the one before ended; `spent` seconds of the limit are gone."""
     from leafcut.plan.cutting import bands, build_problem
     from leafcut.solve.solve import keep_better, solve
 
     cutting, run = job.cutting, job.run
     groups = bands(cutting, run.settings.cut)
-    total = left = len(cutting.contours)
+    total = left = sum(map(len, groups))
     place, solutions = job.start, list[Solution]()
     order: list[CutStart] = []
     for number, members in enumerate(groups, 1):
@@ -253,7 +260,7 @@ def _solve_bands(
         problem, starts = build_problem(cutting, members, job.metric, job.overhead, place, end)
         name = "ordering the cuts" if len(groups) == 1 else f"ordering band {number}"
         tell = passing_on(run.progress, name, left / total, len(members) / total)
-        budget = share(options, sum(s.seconds for s in solutions), left, problem)
+        budget = share(options, spent + sum(s.seconds for s in solutions), left, problem)
         found = solve(problem, budget, run.settings.aco, progress=tell, cancelled=run.cancelled)
         if before is not None and options.algorithm != "nn":
             node_of = {int(n): k for k, n in enumerate(starts)}
@@ -271,8 +278,9 @@ def _solve_bands(
 
 def _check_precedence(cutting: Cutting, order: Sequence[CutStart]) -> None:
     """Refuse an order that cuts a part loose before what is inside it: nothing later would see it."""
-    at = {s.contour: k for k, s in enumerate(order)}
-    if len(at) != len(cutting.contours) or len(order) != len(at):
+    cut = [k for s in order for k in s.contours]
+    at = {k: place for place, k in enumerate(cut)}
+    if len(at) != len(cutting.contours) or len(cut) != len(at):
         raise PlanError("the order does not cut every contour once; this is a fault of the algorithm, choose another")
     for a, b in cutting.pairs:
         if at[a] > at[b]:
@@ -302,10 +310,12 @@ class _Laid:
 def _laid(job: _Job, order: list[CutStart]) -> _Laid:
     from leafcut.plan.cut_norm import cut_norm
     from leafcut.plan.cut_toolpath import TORCH_ON, lay_cuts
+    from leafcut.plan.leads_apart import leads_apart
     from leafcut.timing.toolpath import measure
 
     machine, settings, torch = job.run.machine, job.run.settings, job.words.torch
     _check_precedence(job.cutting, order)
+    order = leads_apart(job.cutting, order, job.travel(), job.start, job.end)
     cuts = tuple(job.cutting.cut(s) for s in order)
     path, rows = lay_cuts(
         cuts,
@@ -365,8 +375,7 @@ def _outcome(
         issues=(*issues, *_heat_issues(job, after), *machine_issues(run.machine)),
         options=settings.changed(),
         version=__version__,
-        cut_plan=after.plan,
-        norms=tuple(None if x is None else x.plan.measures for x in (before, nearest, after)),
+        cut_plans=tuple(None if x is None else x.plan for x in (before, nearest, after)),
     )
 
 

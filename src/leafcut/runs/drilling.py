@@ -123,7 +123,9 @@ def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions) -> list[
         problem = replace(endless, start=place)
         tell = passing_on(run.progress, f"ordering {operation.tool.label}", left / total, problem.n_clusters / total)
         budget = share(options, sum(s.seconds for s in solutions), left, problem)
-        found = solve(problem, budget, run.settings.aco, progress=tell, cancelled=run.cancelled)
+        found = solve(
+            problem, budget, run.settings.aco, firefly=run.settings.firefly, progress=tell, cancelled=run.cancelled
+        )
         if options.algorithm != "nn":
             found = keep_better(problem, found, drawing_order(operation))
         solutions.append(found)

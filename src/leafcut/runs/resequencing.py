@@ -136,7 +136,9 @@ def _solve_sections(run: Run, sequence: Sequence) -> list[Solution | None]:
             tell = passing_on(run.progress, f"ordering section {number}", left / total, chains / total)
             used = sum(s.seconds for s in solutions if s is not None)
             budget = share(run.settings.solve, used, left, problem)
-            found = solve(problem, budget, run.settings.aco, progress=tell, cancelled=run.cancelled)
+            found = solve(
+                problem, budget, run.settings.aco, firefly=run.settings.firefly, progress=tell, cancelled=run.cancelled
+            )
             found = keep_better(problem, found, nodes)
             solutions.append(found)
             nodes = found.nodes

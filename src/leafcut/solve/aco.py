@@ -96,20 +96,18 @@ class Parameters:
         )
 
 
-class Colony:
-    """The state of a colony: pheromone on the candidate edges, and how the five algorithms change it."""
+class Trails:
+    """Pheromone on the candidate edges, and how the five algorithms change it."""
 
-    def __init__(self, instance: Instance, parameters: Parameters, c_nn: float) -> None:
-        """Lay equal trails; `c_nn` is the cost of the nearest-neighbour tour."""
-        self.instance, self.parameters = instance, parameters
-        shape = instance.candidates.shape
-        self.initial = _initial_pheromone(parameters, instance.n, c_nn)
+    def __init__(self, lists: NDArray[np.int32], parameters: Parameters, c_nn: float) -> None:
+        """Lay equal trails on `lists` int32[n, k]; `c_nn` is the cost of the nearest-neighbour tour."""
+        self.lists, self.parameters = lists, parameters
+        self.initial = _initial_pheromone(parameters, len(lists), c_nn)
         self.highest, self.lowest = math.inf, 0.0
-        self.pheromone = np.full(shape, self.initial)
-        self.nearness, self.weights = np.zeros(shape), np.zeros(shape)
+        self.pheromone = np.full(lists.shape, self.initial)
+        self.nearness, self.weights = np.zeros(lists.shape), np.zeros(lists.shape)
         # A thousandth of the mean edge: nodes on one place are near, not infinitely near.
-        offset = max(1e-12, 1e-3 * c_nn / instance.n)
-        trails.fill_nearness(instance.cost, instance.candidates, parameters.beta, offset, self.nearness)
+        self.offset = max(1e-12, 1e-3 * c_nn / len(lists))
         self.restarted_at = 0
         self._learn: Callable[[int, NDArray[np.int32], NDArray[np.float64], Best], None] = {
             "as": self._ant_system,
@@ -118,18 +116,18 @@ class Colony:
             "mmas": self._max_min,
             "acs": self._colony_system,
         }[parameters.algorithm]
-        self._weigh()
 
     def reinforce(self, iteration: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
         """Evaporate and deposit as the algorithm says."""
         self._learn(iteration, tours, costs, best)
-        self._weigh()
+        self.weigh()
 
-    def _weigh(self) -> None:
+    def weigh(self) -> None:
+        """Bring the weights that ants choose by up to date."""
         trails.fill_weights(self.pheromone, self.nearness, self.parameters.alpha, self.weights)
 
     def _deposit(self, tour: NDArray[np.int32], amount: float) -> None:
-        trails.deposit(self.instance.candidates, tour, amount, self.highest, self.pheromone)
+        trails.deposit(self.lists, tour, amount, self.highest, self.pheromone)
 
     def _ant_system(self, _: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
         """All ants deposit 1/C (equations 3.2 to 3.4)."""
@@ -156,7 +154,7 @@ class Colony:
         """One ant deposits, within trail limits; equal trails again when they have converged (section 3.3.4)."""
         p = self.parameters
         self.highest = 1.0 / (p.rate * best.cost)
-        self.lowest = self.highest * _lowest_share(p, self.instance)
+        self.lowest = self.highest * _lowest_share(p, *self.lists.shape)
         since = iteration - self.restarted_at
         stuck = since >= RESTART_AFTER and iteration - best.iteration >= RESTART_AFTER
         if stuck and iteration % 100 == 0 and self._converged():
@@ -172,13 +170,22 @@ class Colony:
 
     def _colony_system(self, _: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
         """Only the edges of the best tour so far change (equation 3.11)."""
-        lists, rate = self.instance.candidates, self.parameters.rate
-        trails.reinforce_and_decay(lists, best.tour, rate, 1.0 / best.cost, self.pheromone)
+        trails.reinforce_and_decay(self.lists, best.tour, self.parameters.rate, 1.0 / best.cost, self.pheromone)
 
     def _converged(self) -> bool:
-        factor = trails.branching(self.instance.candidates, self.pheromone, BRANCHING_SHARE)
+        factor = trails.branching(self.lists, self.pheromone, BRANCHING_SHARE)
         # An edge in both lists counts at both its nodes; a converged tour keeps two edges per node.
         return bool(factor <= 2.0 * CONVERGED_BRANCHING)
+
+
+class Colony(Trails):
+    """The trails of a colony on an instance."""
+
+    def __init__(self, instance: Instance, parameters: Parameters, c_nn: float) -> None:
+        super().__init__(instance.candidates, parameters, c_nn)
+        self.instance = instance
+        trails.fill_nearness(instance.cost, instance.candidates, parameters.beta, self.offset, self.nearness)
+        self.weigh()
 
 
 def _initial_pheromone(p: Parameters, n: int, c_nn: float) -> float:
@@ -194,9 +201,8 @@ def _initial_pheromone(p: Parameters, n: int, c_nn: float) -> float:
     return 1.0 / (n * c_nn)
 
 
-def _lowest_share(p: Parameters, instance: Instance) -> float:
+def _lowest_share(p: Parameters, n: int, k: int) -> float:
     """Return τ_min / τ_max: 1/2n with local search (ACOTSP), else by p_best (the book, section 3.3.4, equation 3.9)."""
-    n, k = instance.candidates.shape
     if p.local_search:
         return float(1.0 / (2.0 * n))
     root = float(p.best_probability ** (1.0 / n))

@@ -30,6 +30,10 @@ from leafcut.solve.precedence import CLOSURE_LIMIT, checked_pairs, consequences,
 #: Up to this many nodes of clusters with several, the costs of all pairs are looked at for candidates: n² memory.
 DENSE_LIMIT = 3000
 
+#: Up to so many clusters, the anchor included, and nodes in all, searches may look at all of them again and again and
+#: keep the costs of all ways, which is n² memory.
+FEW_CLUSTERS, FEW_NODES = 500, 2500
+
 Ints = NDArray[np.int32]
 #: Nodes int32[n, k], cheapest first, and what they cost float64[n, k].
 Listed = tuple[Ints, NDArray[np.float64]]

@@ -57,20 +57,26 @@ def rows(pairs: Pairs, n: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     return begin, np.ascontiguousarray(ordered[:, 1])
 
 
+def followers(pairs: Pairs, n: int) -> NDArray[np.bool_]:
+    """Return bool[n, n]: whether i must come before j, also by way of others."""
+    later = np.zeros((n, n), dtype=np.bool_)
+    begin, after = rows(pairs, n)
+    for v in reversed(_sorted(pairs, n)):
+        straight = after[begin[v] : begin[v + 1]]
+        later[v] = later[straight].any(axis=0)
+        later[v, straight] = True
+    return later
+
+
 def consequences(pairs: Pairs, n: int) -> tuple[NDArray[np.bool_], Pairs]:
     """Return what no path can do, bool[n, n], and the pairs that say all the others.
 
     No path goes straight from i to j when j must come before i, or something between them.
     """
-    later = np.zeros((n, n), dtype=np.bool_)
-    between = np.zeros((n, n), dtype=np.bool_)
+    later, between = followers(pairs, n), np.zeros((n, n), dtype=np.bool_)
     begin, after = rows(pairs, n)
-    for v in reversed(_sorted(pairs, n)):
-        followers = after[begin[v] : begin[v + 1]]
-        for w in followers:
-            between[v] |= later[w]
-        later[v] = between[v]
-        later[v, followers] = True
+    for v in range(n):
+        between[v] = later[after[begin[v] : begin[v + 1]]].any(axis=0)
     return later.T | between, pairs[~between[pairs[:, 0], pairs[:, 1]]]
 
 

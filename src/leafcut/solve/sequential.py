@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels.directed import lay_route
+from leafcut.kernels.layers import Layers
 from leafcut.kernels.route import BLOCK, RING, TWISTED, Route, begin_bias
 from leafcut.kernels.sequential import improve_route, kick_route
+from leafcut.solve.annealing import Forgetting, is_small
 from leafcut.solve.construction import random_words
 from leafcut.solve.directed import DirectedInstance
 from leafcut.solve.kicks import LONGEST_REWRITE, OFFER_EVERY, kicks_per_iteration
@@ -44,6 +46,12 @@ LEAST = 1e-8
 
 #: A turn has as many kicks as if there were so many nodes at least.
 FEWEST_KICKS = 50
+
+#: Kicks per node before pieces of the path are forgotten for the first time.
+PHASE = 50
+
+#: How much longer a greedy path is than one that was improved, at most: what it has more are ways not allowed.
+GREEDY = 1.5
 
 #: Exchanges looked for between two looks at the clock in the first improvement: some ten milliseconds.
 LOOKS = 5000
@@ -106,36 +114,75 @@ class Search:
     `iteration` counts runs of up to `kicks_per_iteration` kicks, `kicks` all of them.
     """
 
-    def __init__(self, instance: DirectedInstance, seed: int, best: Best) -> None:
-        self.instance, self.stop, self.best = instance, best.stop, best
-        self.words = random_words(seed, 0, count=1)
+    def __init__(
+        self, instance: DirectedInstance, seed: int, best: Best, number: int = 0, layers: Layers | None = None
+    ) -> None:
+        """Begin; of several searches that share `best` and `layers`, each has a number."""
+        self.instance, self.stop, self.best, self.layers = instance, best.stop, best, layers
+        self.words, self.number = random_words(seed, number, count=1), number
         self.breadth = np.array(BREADTH, dtype=np.int64)
         self.iteration = self.kicks = 0
+        self.shortest = math.inf
 
-    def run(self, most: float) -> int:
+    def run(self, most: float, phase: float = PHASE) -> int:
         """Improve the greedy path to a local optimum and then kick by kick, until `stop` or `most` kicks.
 
-        Return the iterations made. What comes out depends on the seed and on their number only.
+        Where the problem is small, by turns: kick by kick, and forgetting pieces of the path while cooling down; first
+        with `phase` kicks per node, then twice as many each time. Return the iterations made. What comes out depends on
+        the seed and on their number only.
         """
-        instance, stop = self.instance, self.stop
+        instance = self.instance
         start = greedy_path(instance)
         self.route = route_of(instance, start.node, start.enter, log=3 * instance.n + 1000)
         self._offer()
-        self.mean = self.cost / instance.n
+        self.mean = self._mean_way()
         self.least = LEAST * self.mean
         self._descend()
-        away = 0
-        for heat, kicks in _turns(max(instance.n, FEWEST_KICKS)):
+        self.mean = min(self.mean, self._mean_way() * GREEDY)
+        forgetting = Forgetting(instance, self.words, self.layers) if is_small(instance) else None
+        kicks = phase * max(instance.n, FEWEST_KICKS) if forgetting else math.inf
+        while True:
+            self._kick_by_turns(min(kicks, most - self.kicks))
+            if forgetting is None or self._is_over(most):
+                return self.iteration
+            self._forget(forgetting, int(min(kicks, most - self.kicks)))
+            if self._is_over(most):
+                return self.iteration
+            kicks *= 2
+
+    def _is_over(self, most: float) -> bool:
+        return self.kicks >= most or self.stop.reached(self.iteration, self.iteration - self.best.iteration)
+
+    def _mean_way(self) -> float:
+        """Return what going from one node to the next costs in the mean, without the work itself."""
+        rules, route = self.instance.rules, self.route
+        return max(self.cost - float(rules.service[route.enter].sum()), 0.0) / self.instance.n
+
+    def _kick_by_turns(self, most: float) -> None:
+        """Kick by turns so that the path may get longer or not, until `stop` or `most` kicks more."""
+        away, most = 0, most + self.kicks
+        for heat, kicks in _turns(max(self.instance.n, FEWEST_KICKS)):
             before = self.best.cost
             self._kick(heat, min(kicks, most - self.kicks))
-            if self.kicks >= most or stop.reached(self.iteration, self.iteration - self.best.iteration):
-                break
+            if self._is_over(most):
+                return
             if heat == 0.0:
                 away = 0 if self.best.cost < before else away + 1
                 if away >= TURNS_AWAY:
-                    self._go_back()
+                    self._take_up(self.best.tour)
                     away = 0
-        return self.iteration
+
+    def _forget(self, forgetting: Forgetting, steps: int) -> None:
+        """Cool down from the best path in so many steps, and take up what comes out; a step counts as a kick."""
+
+        def go_on(made: int) -> bool:
+            self.iteration, self.kicks = self.iteration + 1, self.kicks + made
+            self._tell(self.iteration)
+            return not self.stop.reached(self.iteration, self.iteration - self.best.iteration)
+
+        found = forgetting.cool_down(self.best.tour, self.mean, steps, self.least, go_on)
+        self._take_up(found)
+        self._offer()
 
     def _descend(self) -> None:
         """Improve the path until no exchange helps: first by those that write little, which most do."""
@@ -150,7 +197,7 @@ class Search:
                 self.cost -= improve_route(instance.cost, working, instance.rules, self.breadth, self.least, LOOKS)
                 if self.stop.elapsed() > offered + OFFER_EVERY:
                     self._offer()
-                    self.best.tell(0)
+                    self._tell(0)
                     offered = self.stop.elapsed()
         route.queued[:], route.counts[:] = 0, 0
         self._offer()
@@ -175,21 +222,27 @@ class Search:
             self.iteration, self.kicks, kicks = self.iteration + 1, self.kicks + count, kicks - count
             if self.cost < best.cost - self.least:
                 self._offer()
-            best.tell(self.iteration)
+            self._tell(self.iteration)
+
+    def _tell(self, iteration: int) -> None:
+        """Report how far the search is, for the first of several."""
+        if self.number == 0:
+            self.best.tell(iteration)
 
     def _offer(self) -> None:
         """Add the path up, and offer it."""
         route, instance = self.route, self.instance
         self.cost = instance.length(route.node, route.enter, route.leave)
+        self.shortest = min(self.shortest, self.cost)
         self.best.offer(instance.nodes(route.node, route.enter), self.cost, self.iteration)
 
-    def _go_back(self) -> None:
-        """Take up the best path again."""
+    def _take_up(self, nodes: Ints) -> None:
+        """Go on with a path given by the problem's nodes int32[clusters]."""
         route, instance = self.route, self.instance
-        again = route_of(instance, *instance.path_of(self.best.tour))
+        again = route_of(instance, *instance.path_of(nodes))
         for name in ("node", "place", "enter", "leave"):
             getattr(route, name)[:] = getattr(again, name)
-        self.cost = self.best.cost
+        self.cost = instance.length(route.node, route.enter, route.leave)
 
 
 def _turns(n: int) -> Iterator[tuple[float, int]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -33,13 +34,15 @@ class Best:
     cost: float = math.inf
     iteration: int = 0
     history: list[tuple[float, float]] = field(default_factory=list)
+    lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
 
     def offer(self, tour: NDArray[np.int32], cost: float, iteration: int) -> bool:
         """Keep the tour if it is better; return whether it was."""
-        if not cost < self.cost:
-            return False
-        self.tour, self.cost, self.iteration = tour.copy(), float(cost), iteration
-        self.history.append((self.stop.elapsed(), float(cost)))
+        with self.lock:
+            if not cost < self.cost:
+                return False
+            self.tour, self.cost, self.iteration = tour.copy(), float(cost), iteration
+            self.history.append((self.stop.elapsed(), float(cost)))
         if cost <= self.stop.target:
             self.stop.satisfied = True
         return True

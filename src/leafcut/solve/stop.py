@@ -10,6 +10,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 
+def clock() -> float:
+    """Return seconds from any beginning: what time limits and histories are measured in."""
+    return time.perf_counter()
+
+
 @dataclass
 class Stop:
     """All reasons to stop in one place.
@@ -37,11 +42,11 @@ class Stop:
     target: float = -math.inf
     satisfied: bool = False
     cancelled: threading.Event = field(default_factory=threading.Event)
-    began: float = field(default_factory=time.perf_counter)
+    began: float = field(default_factory=lambda: clock())  # noqa: PLW0108  # whichever clock there is then
 
     def elapsed(self) -> float:
         """Return the seconds since the beginning."""
-        return time.perf_counter() - self.began
+        return clock() - self.began
 
     def now(self, spare: float = 0.0) -> bool:
         """Return whether to stop at once, with what there is, when `spare` seconds are still needed afterwards."""
@@ -50,11 +55,11 @@ class Stop:
     @contextmanager
     def paused(self) -> Iterator[None]:
         """Do something that is not the search, such as seeking a lower bound, with the clock stopped."""
-        began = time.perf_counter()
+        began = clock()
         try:
             yield
         finally:
-            self.began += time.perf_counter() - began
+            self.began += clock() - began
 
     def reached(self, iteration: int, since_better: int) -> bool:
         """Return whether to stop before `iteration` (counted from 0), `since_better` iterations after the last gain."""

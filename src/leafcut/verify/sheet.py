@@ -18,6 +18,7 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.model.cutting import CutPlan
 from leafcut.model.machine import Machine
 from leafcut.model.sheet import Sheet
+from leafcut.verify.bridged import Followed, check_bridges
 from leafcut.verify.cut_motion import read_back
 from leafcut.verify.difference import Difference, place, shorten
 from leafcut.verify.envelope import check_envelope
@@ -58,7 +59,8 @@ def check_sheet(
     3. What lies inside is cut before what is around it; marks come before the outline around them.
     4. Every pierce is in scrap that is still there.
     5. The torch is off in rapids, which are high; it pierces as the chart says; feeds and directions are as planned.
-    6. The machine can reach and do all of it.
+    6. A run that cuts several contours goes from one to the next through scrap that holds, and into no other kerf.
+    7. The machine can reach and do all of it.
 
     Raises
     ------
@@ -72,7 +74,7 @@ def check_sheet(
     shapes = shapes_of(sheet, asked.half)
     laid = _Laid(runs, plan, shapes, dialect, asked)
     found += [*laid.missing(), *laid.repeated(), *laid.gouges(), *laid.strays(), *laid.misplaced()]
-    found += [*laid.disordered(), *laid.in_the_air(), *laid.turned()]
+    found += [*laid.disordered(), *laid.in_the_air(), *laid.turned(), *laid.chained()]
     return shorten([*found, *check_envelope(path, machine)])
 
 
@@ -329,14 +331,26 @@ class _Laid:
             if claim.run >= len(self.plan.cuts) or claim.target.shape is None:
                 continue
             cut = self.plan.cuts[claim.run]
-            asked = cut.choice.direction
-            if cut.contours != (claim.target.index,) or asked not in ("clockwise", "counter-clockwise"):
+            asked = next((c.direction for c in cut.choices if c.contours == (claim.target.index,)), "")
+            if asked not in ("clockwise", "counter-clockwise"):
                 continue
             if (asked == "clockwise") != claim.clockwise:
                 way = "clockwise" if claim.clockwise else "counter-clockwise"
                 text = f"{claim.target.name} is cut {way}, not {asked}"
                 found.append(self._wrong("direction", text, self.runs[claim.run].line))
         return found
+
+    def chained(self) -> list[Difference]:
+        """Return what is wrong with the runs that cut several contours."""
+        import shapely
+
+        followed: list[list[Followed]] = [[] for _ in self.runs]
+        for c in self.claims:
+            if c.followed > MOST * c.target.way.length:
+                followed[c.run].append(Followed(c.target.index, c.first, c.last, c.target.shape))
+        kerf = 2.0 * self.asked.half if self.asked.half > 0.0 else self.plan.data.kerf
+        burnt = np.where(self.marks, shapely.MultiLineString(), self.lines)
+        return check_bridges(self.runs, followed, self.plan, burnt, kerf)
 
     # -- words -------------------------------------------------------------------------------------------------------
 

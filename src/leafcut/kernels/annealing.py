@@ -1,0 +1,141 @@
+"""One ant's work on its path of clusters: forget a few of them, find new places for them, choose the nodes there again.
+
+What makes the path longer is kept now and then, less often as the ant cools down.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numpy.typing import NDArray
+
+from leafcut.kernels import kernel, part
+from leafcut.kernels.insertion import Walk, close_path, put_back, take_piece
+from leafcut.kernels.layers import Layers, choose_between, ring_length
+from leafcut.kernels.random import below, uniform
+
+#: Entries of `Walk.costs`.
+PATH, BEST = 0, 1
+
+#: How many clusters are forgotten at most, and how many of them stand in a row.
+MOST, LONGEST = 10, 6
+
+#: The chance that a cluster near the first one is left where it is, and that a gap is overlooked.
+SPARED, BLINK = 0.3, 0.01
+
+#: How many places beside those that changed have their nodes chosen again.
+REACH = 2
+
+
+@part
+def forget(layers: Layers, walk: Walk, words: NDArray, k: int) -> int:
+    """Take some clusters out that are near each other, in pieces of the path; return how many.
+
+    Changes: place, out, words[k].
+    """
+    m = len(walk.trial)
+    want = 1 + below(words, k, MOST)
+    seed = below(words, k, m)
+    have = take_piece(layers, walk, seed, 1 + below(words, k, min(LONGEST, want)), 0, words, k)
+    for i in range(layers.near.shape[1]):
+        if have >= want:
+            break
+        c = layers.near[seed, i]
+        if walk.place[c] >= 0 and uniform(words, k) >= SPARED:
+            have = take_piece(layers, walk, c, 1 + below(words, k, min(LONGEST, want - have)), have, words, k)
+    return have
+
+
+@part
+def find_places(layers: Layers, walk: Walk, have: int, out: int, words: NDArray, k: int) -> None:
+    """Put the clusters that are out back, in an order drawn at random. Changes: trial, place, dirty, out, words[k]."""
+    for i in range(out - 1, 0, -1):
+        j = below(words, k, i + 1)
+        walk.out[i], walk.out[j] = walk.out[j], walk.out[i]
+    for i in range(out):
+        put_back(layers, walk, walk.out[i], have + i, BLINK, words, k)
+
+
+@part
+def spread_dirty(walk: Walk) -> None:
+    """Mark the places beside those that are marked, `REACH` times. Changes: dirty."""
+    m, dirty = len(walk.trial), walk.dirty
+    for _ in range(REACH):
+        first, previous = dirty[0], dirty[m - 1]
+        for at in range(m):
+            here = dirty[at]
+            following = dirty[at + 1] if at + 1 < m else first
+            if previous == 1 or following == 1:
+                dirty[at] = 1
+            previous = here
+
+
+@part
+def choose_dirty(layers: Layers, walk: Walk, words: NDArray, k: int) -> None:
+    """Choose the nodes at all marked places again; where all are marked, one drawn at random stays.
+
+    Changes: trial, dirty, sums, links, words[k].
+    """
+    m, dirty = len(walk.trial), walk.dirty
+    clean = 0
+    while clean < m and dirty[clean] == 1:
+        clean += 1
+    if clean == m:
+        clean = below(words, k, m)
+        dirty[clean] = 0
+    at, end = clean + 1, clean + m
+    while at < end:
+        if dirty[at if at < m else at - m] == 0:
+            at += 1
+            continue
+        first = at
+        while at < end and dirty[at if at < m else at - m] == 1:
+            at += 1
+        shift = m if first >= m else 0
+        choose_between(layers, walk.trial, first - shift, at - 1 - shift, walk.sums, walk.links)
+
+
+@part
+def copy_path(path: NDArray, to: NDArray) -> None:
+    """Copy a path int32[m]: a loop needs no memory of its own. Changes: to."""
+    for at in range(len(path)):
+        to[at] = path[at]
+
+
+@part
+def begin_trial(layers: Layers, walk: Walk) -> None:
+    """Begin a trial with the path as it is. Changes: trial, place, dirty."""
+    for at in range(len(walk.path)):
+        walk.trial[at] = walk.path[at]
+        walk.place[layers.owner[walk.path[at]]] = at
+        walk.dirty[at] = 0
+
+
+@kernel
+def anneal(
+    layers: Layers, walk: Walk, words: NDArray, k: int, heat: float, cooling: float, steps: int, least: float
+) -> float:
+    """Forget and find again `steps` times; a path longer by x is kept with the probability exp(-x / heat).
+
+    `heat` is multiplied by `cooling` at every step; returned is what it is then. The best path changes by gains of more
+    than `least` only.
+
+    Changes: walk, words[k].
+    """
+    costs = walk.costs
+    costs[PATH] = ring_length(layers, walk.path)
+    for _ in range(steps):
+        begin_trial(layers, walk)
+        out = forget(layers, walk, words, k)
+        find_places(layers, walk, close_path(layers, walk), out, words, k)
+        spread_dirty(walk)
+        choose_dirty(layers, walk, words, k)
+        length = ring_length(layers, walk.trial)
+        if length < costs[PATH] - heat * math.log(1.0 - uniform(words, k)):
+            copy_path(walk.trial, walk.path)
+            costs[PATH] = length
+            if length < costs[BEST] - least:
+                copy_path(walk.trial, walk.best)
+                costs[BEST] = length
+        heat *= cooling
+    return heat

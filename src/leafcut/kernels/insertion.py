@@ -1,0 +1,134 @@
+"""Taking clusters out of a path and putting them back where that is cheapest.
+
+Source: G. Schrimpf et al., J. Computational Physics 159 (2000) (ruin and recreate); J. Christiaens and G. Vanden
+Berghe, Transportation Science 54 (2020) (pieces of the path near a place taken out, blinks when putting back);
+S. L. Smith and F. Imeson, Computers & Operations Research 87 (2017) (GLNS: sets taken out and inserted).
+Differs: precedence bounds the places of a cluster; gaps are passed over by what the clusters beside them cost at least.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.kernels import part
+from leafcut.kernels.layers import Layers
+from leafcut.kernels.random import below, uniform
+
+
+class Walk(NamedTuple):
+    """The path of one ant, the one it tries, and the best it has had; one object per ant.
+
+    ======= ============== ===========================================================================
+    path    int32[m]       the path: nodes in the order of their visit
+    trial   int32[m]       the path being tried
+    best    int32[m]       the best path so far
+    place   int32[m]       where each cluster stands in `trial`, -1 for one that was taken out
+    out     int32[m]       clusters that were taken out
+    dirty   uint8[m]       1 for places of `trial` whose nodes are to be chosen again
+    costs   float64[2]     what path and best cost
+    sums    float64[2, w]  w is the most nodes that a cluster has
+    links   int32[m, w]
+    ======= ============== ===========================================================================
+    """
+
+    path: NDArray[np.int32]
+    trial: NDArray[np.int32]
+    best: NDArray[np.int32]
+    place: NDArray[np.int32]
+    out: NDArray[np.int32]
+    dirty: NDArray[np.uint8]
+    costs: NDArray[np.float64]
+    sums: NDArray[np.float64]
+    links: NDArray[np.int32]
+
+
+@part
+def take_piece(layers: Layers, walk: Walk, c: int, length: int, have: int, words: NDArray, k: int) -> int:
+    """Take a piece of the path out that has cluster c in it; return how many are out then.
+
+    Changes: place (only marked, the path is closed by `close_path`), out, words[k].
+    """
+    m, place = len(walk.trial), walk.place
+    at = place[c] - below(words, k, length)
+    for i in range(length):
+        p = (at + i + m) % m
+        v = layers.owner[walk.trial[p]]
+        if place[v] >= 0 and (p > 0 or layers.anchored[0] == 0) and have < m - 2:
+            place[v] = -1
+            walk.out[have] = v
+            have += 1
+    return have
+
+
+@part
+def close_path(layers: Layers, walk: Walk) -> int:
+    """Close the gaps of the clusters that were taken out; return how many places are left.
+
+    Changes: trial, place, dirty.
+    """
+    kept, trial, place = 0, walk.trial, walk.place
+    gap = False
+    for at in range(len(trial)):
+        c = layers.owner[trial[at]]
+        if place[c] < 0:
+            gap = True
+            if kept > 0:
+                walk.dirty[kept - 1] = 1
+            continue
+        trial[kept] = trial[at]
+        place[c] = kept
+        walk.dirty[kept] = gap
+        gap = False
+        kept += 1
+    if gap:
+        walk.dirty[0] = 1
+    return kept
+
+
+@part
+def find_gap(layers: Layers, walk: Walk, c: int, have: int, blink: float, words: NDArray, k: int) -> tuple[int, int]:
+    """Return the place among `have` where cluster c is put in most cheaply, and the node of it.
+
+    Of the gaps that precedence leaves, each is overlooked with the chance `blink`. Changes: words[k].
+    """
+    trial, place, owner, table, back = walk.trial, walk.place, layers.owner, layers.table, layers.back
+    first, last = layers.anchored[0], have
+    for e in range(layers.before_begin[c], layers.before_begin[c + 1]):
+        first = max(first, place[layers.before[e]] + 1)
+    for e in range(layers.after_begin[c], layers.after_begin[c + 1]):
+        p = place[layers.after[e]]
+        if p >= 0:
+            last = min(last, p)
+    best, spot, node = math.inf, last, layers.begin[c]
+    x = trial[first - 1] if first > 0 else trial[have - 1]
+    for p in range(first, last + 1):
+        y = trial[p if p < have else 0]
+        now = table[x, y]
+        if layers.least_back[c, owner[x]] + layers.least[c, owner[y]] - now < best and uniform(words, k) >= blink:
+            for w in range(layers.begin[c], layers.begin[c + 1]):
+                worse = table[x, w] + back[y, w] - now
+                if worse < best:
+                    best, spot, node = worse, p, w
+        x = y
+    return spot, node
+
+
+@part
+def put_back(layers: Layers, walk: Walk, c: int, have: int, blink: float, words: NDArray, k: int) -> None:
+    """Put cluster c into the path of `have` places where that is cheapest. Changes: trial, place, dirty, words[k]."""
+    trial, place, dirty = walk.trial, walk.place, walk.dirty
+    spot, node = find_gap(layers, walk, c, have, blink, words, k)
+    for at in range(have, spot, -1):
+        v = trial[at - 1]
+        trial[at] = v
+        place[layers.owner[v]] = at
+        dirty[at] = dirty[at - 1]
+    trial[spot] = node
+    place[c] = spot
+    dirty[spot] = 1
+    dirty[spot - 1 if spot > 0 else have] = 1
+    dirty[spot + 1 if spot < have else 0] = 1

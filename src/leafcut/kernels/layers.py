@@ -1,0 +1,124 @@
+"""An order of clusters, and which of its nodes each is visited through: the ground of `insertion` and `annealing`.
+
+A path is an array of nodes, one per cluster; which cluster a node belongs to is known, so that the array is the order
+of the clusters as well. It is a ring: behind the last place comes the first. An open path has a cluster more, its
+anchor, which stays at place 0; leaving it costs what the way from the start does, coming back to it what the way to the
+end does.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.kernels import kernel, part
+from leafcut.kernels.cost import CostModel, travel
+
+
+class Layers(NamedTuple):
+    """Clusters of nodes and what precedes what; nothing of it changes while paths are sought.
+
+    The nodes of a cluster have consecutive numbers. What working a node costs is in the ways to it.
+
+    ============ ============== =====================================================================================
+    begin        int32[m + 1]   the nodes of cluster c are begin[c] … begin[c + 1] - 1
+    owner        int32[n]       the cluster of each node
+    table        float64[n, n]  what it costs to go from u to v and work v
+    back         float64[n, n]  the same, from v to u: the columns of `table` as rows
+    least        float64[m, m]  the least that going from one cluster to another can cost
+    least_back   float64[m, m]  the same, from the second to the first
+    near         int32[m, k]    other clusters, those that are cheap to go to or to come from first
+    after_begin  int32[m + 1]   the clusters that must come after c, also by way of others, are
+    after        int32[k]       after[after_begin[c] … after_begin[c + 1] - 1]
+    before_begin int32[m + 1]   likewise those that must come before
+    before       int32[k]
+    anchored     int64[1]       1: the cluster at place 0 stays there
+    ============ ============== =====================================================================================
+    """
+
+    begin: NDArray[np.int32]
+    owner: NDArray[np.int32]
+    table: NDArray[np.float64]
+    back: NDArray[np.float64]
+    least: NDArray[np.float64]
+    least_back: NDArray[np.float64]
+    near: NDArray[np.int32]
+    after_begin: NDArray[np.int32]
+    after: NDArray[np.int32]
+    before_begin: NDArray[np.int32]
+    before: NDArray[np.int32]
+    anchored: NDArray[np.int64]
+
+
+@kernel
+def fill_table(
+    cost: CostModel, leave: NDArray, enter: NDArray, service: NDArray, owner: NDArray, table: NDArray, least: NDArray
+) -> None:
+    """Fill in what it costs to go from every node to every other, and the least of it between clusters.
+
+    Symbols: leave, enter int32[n], rows of the cost model; service float64[n]; owner int32[n].
+    Changes: table float64[n, n], least float64[m, m] (infinite from a cluster to itself).
+    """
+    n = len(owner)
+    least[:] = math.inf
+    for u in range(n):
+        c = owner[u]
+        for v in range(n):
+            way = travel(cost, leave[u], enter[v]) + service[v]
+            table[u, v] = way
+            if c != owner[v] and way < least[c, owner[v]]:
+                least[c, owner[v]] = way
+
+
+@part
+def ring_length(layers: Layers, path: NDArray) -> float:
+    """Return the length of a path int32[m], taken as a ring."""
+    total = 0.0
+    for at in range(len(path)):
+        total += layers.table[path[at - 1], path[at]]
+    return total
+
+
+@part
+def choose_between(layers: Layers, path: NDArray, first: int, last: int, sums: NDArray, links: NDArray) -> None:
+    """Choose the nodes of the clusters at the places first … last again, so that the way through them is shortest.
+
+    The nodes before and behind stay; places may go beyond the end of the array, where the ring begins again. By
+    dynamic programming, layer by layer.
+
+    Changes: path; sums float64[2, w] and links int32[m, w], where w is the most nodes that a cluster has.
+    Source: M. Fischetti, J. J. Salazar González and P. Toth, Operations Research 45 (1997), section 3.
+    """
+    m, table = len(path), layers.table
+    before, c = path[first - 1], layers.owner[path[first]]
+    b, count = layers.begin[c], layers.begin[c + 1] - layers.begin[c]
+    for i in range(count):
+        sums[0, i] = table[before, b + i]
+    now = 0
+    for at in range(first + 1, last + 1):
+        d = layers.owner[path[at if at < m else at - m]]
+        e, more = layers.begin[d], layers.begin[d + 1] - layers.begin[d]
+        row = at - first
+        for j in range(more):
+            sums[1 - now, j] = math.inf
+            links[row, j] = 0
+        for i in range(count):
+            so_far = sums[now, i]
+            for j in range(more):
+                total = so_far + table[b + i, e + j]
+                if total < sums[1 - now, j]:
+                    sums[1 - now, j], links[row, j] = total, i
+        now, b, count = 1 - now, e, more
+    behind = path[last + 1 if last + 1 < m else last + 1 - m]
+    best, least = 0, math.inf
+    for i in range(count):
+        total = sums[now, i] + table[b + i, behind]
+        if total < least:
+            best, least = i, total
+    for at in range(last, first - 1, -1):
+        place = at if at < m else at - m
+        path[place] = layers.begin[layers.owner[path[place]]] + best
+        best = links[at - first, best]

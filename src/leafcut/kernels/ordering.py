@@ -1,0 +1,180 @@
+"""Orders of clusters: what an ant lays along trails, what becomes of a firefly that flies, and the choice of nodes.
+
+An order is an array of clusters; precedence is always kept. `Layers` has what there is to know of the clusters.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numpy.typing import NDArray
+
+from leafcut.kernels import kernel, part
+from leafcut.kernels.layers import Layers, choose_between, ring_length
+from leafcut.kernels.random import below, uniform
+
+
+@part
+def draw_next(weights: NDArray, missing: NDArray, last: int, greedy_probability: float, words: NDArray, k: int) -> int:
+    """Return the cluster to go to: the best with `greedy_probability`, else drawn by weight. Changes: words[k].
+
+    Symbols: weights float64[m, m]; missing int32[m], 0 for clusters that may come next; last, where the ant is, or -1.
+    Source: Dorigo and Stützle 2004, equations 3.2 and 3.10.
+    """
+    m, best, total, free = len(missing), -1, 0.0, 0
+    for c in range(m):
+        if missing[c] == 0:
+            free += 1
+            if last >= 0:
+                total += weights[last, c]
+                if best < 0 or weights[last, c] > weights[last, best]:
+                    best = c
+    if last >= 0 and 0.0 < total < math.inf:
+        if uniform(words, k) < greedy_probability:
+            return best
+        rest = uniform(words, k) * total
+        for c in range(m):
+            if missing[c] == 0:
+                rest -= weights[last, c]
+                if rest <= 0.0:
+                    return c
+        return best
+    rank = below(words, k, free)
+    for c in range(m):
+        if missing[c] == 0:
+            rank -= 1
+            if rank < 0:
+                return c
+    return best
+
+
+@kernel
+def lay_order(
+    layers: Layers,
+    pheromone: NDArray,
+    nearness: NDArray,
+    weights: NDArray,
+    pheromone_weight: float,
+    greedy_probability: float,
+    local_rate: float,
+    initial: float,
+    words: NDArray,
+    k: int,
+    missing: NDArray,
+    order: NDArray,
+) -> None:
+    """Lay one order along the trails; with `local_rate` above 0, the trail of every step taken goes towards `initial`.
+
+    Symbols: pheromone, nearness (η^β), weights (τ^α·η^β) float64[m, m]; missing int32[m] is scratch.
+    Changes: order int32[m], missing, words[k]; pheromone and weights if `local_rate` > 0.
+    Source: Dorigo and Stützle 2004, equations 3.2, 3.10 and 3.12. Differs: clusters whose predecessors are not all in
+    the order are not drawn.
+    """
+    m, last = len(order), -1
+    for c in range(m):
+        missing[c] = layers.before_begin[c + 1] - layers.before_begin[c]
+    for at in range(m):
+        c = (
+            m - 1
+            if at == 0 and layers.anchored[0] == 1
+            else draw_next(weights, missing, last, greedy_probability, words, k)
+        )
+        order[at] = c
+        missing[c] = -1
+        for e in range(layers.after_begin[c], layers.after_begin[c + 1]):
+            missing[layers.after[e]] -= 1
+        if local_rate > 0.0 and last >= 0:
+            trail = (1.0 - local_rate) * pheromone[last, c] + local_rate * initial
+            pheromone[last, c] = trail
+            weights[last, c] = trail**pheromone_weight * nearness[last, c]
+        last = c
+
+
+@kernel
+def choose_all(layers: Layers, order: NDArray, path: NDArray, trial: NDArray, sums: NDArray, links: NDArray) -> float:
+    """Choose the best node of every cluster of an order int32[m]; return the length of the ring.
+
+    Exact: the ring is cut at its smallest cluster, and every node of that is tried.
+    Changes: path, trial int32[m]; sums and links as in `choose_between`.
+    """
+    m, cut = len(order), 0
+    for at in range(m):
+        c, d = order[at], order[cut]
+        if layers.begin[c + 1] - layers.begin[c] < layers.begin[d + 1] - layers.begin[d]:
+            cut = at
+    best = math.inf
+    for v in range(layers.begin[order[cut]], layers.begin[order[cut] + 1]):
+        for at in range(m):
+            trial[at] = layers.begin[order[at]]
+        trial[cut] = v
+        if m > 1:
+            first = cut + 1 if cut + 1 < m else 0
+            choose_between(layers, trial, first, first + m - 2, sums, links)
+        length = ring_length(layers, trial)
+        if length < best:
+            best = length
+            for at in range(m):
+                path[at] = trial[at]
+    return best
+
+
+@part
+def move_behind(layers: Layers, order: NDArray, place: NDArray, c: int, d: int) -> bool:
+    """Move cluster d to the place behind cluster c if precedence lets it; return whether. Changes: order, place."""
+    p, q = place[d], place[c]
+    if c == d or p == q + 1 or (layers.anchored[0] == 1 and p == 0):
+        return False
+    if p < q:
+        for e in range(layers.after_begin[d], layers.after_begin[d + 1]):
+            if place[layers.after[e]] <= q:
+                return False
+        for at in range(p, q):
+            order[at] = order[at + 1]
+            place[order[at]] = at
+        order[q] = d
+        place[d] = q
+        return True
+    for e in range(layers.before_begin[d], layers.before_begin[d + 1]):
+        if place[layers.before[e]] > q:
+            return False
+    for at in range(p, q + 1, -1):
+        order[at] = order[at - 1]
+        place[order[at]] = at
+    order[q + 1] = d
+    place[d] = q + 1
+    return True
+
+
+@kernel
+def fly(
+    layers: Layers,
+    order: NDArray,
+    place: NDArray,
+    brighter: NDArray,
+    attraction: float,
+    moves: int,
+    words: NDArray,
+    k: int,
+) -> None:
+    """Let a firefly fly towards a brighter one: take each step of its order with the probability `attraction`.
+
+    A step (c, d) is taken by moving d behind c. Then `moves` clusters are moved at random.
+    Changes: order, place int32[m], words[k].
+    """
+    m = len(order)
+    for at in range(1, m):
+        c, d = brighter[at - 1], brighter[at]
+        if place[d] != place[c] + 1 and uniform(words, k) < attraction:
+            move_behind(layers, order, place, c, d)
+    for _ in range(moves):
+        move_behind(layers, order, place, below(words, k, m), below(words, k, m))
+
+
+@kernel
+def steps_apart(order: NDArray, place: NDArray) -> int:
+    """Return how many steps of an order int32[m] are not steps of another one, whose places int32[m] are given."""
+    apart = 0
+    for at in range(1, len(order)):
+        if place[order[at]] != place[order[at - 1]] + 1:
+            apart += 1
+    return apart

@@ -1,0 +1,106 @@
+"""Leads of different cuts kept apart: where two would cross, one of the cuts begins elsewhere.
+
+The places where cuts may begin were found without knowing where the others begin. A pierce in the kerf of another
+lead has no metal under it, and an arc that comes into a kerf goes out.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from leafcut.plan.chain_starts import lead_lines
+from leafcut.plan.cut_contours import ROUNDING
+from leafcut.plan.cut_starts import CutStart
+from leafcut.plan.cutting import Cutting
+
+Point = tuple[float, float]
+Travel = Callable[[Point, Point], float]
+
+#: Passes over all cuts whose leads are too near.
+PASSES = 4
+
+
+def leads_apart(
+    cutting: Cutting, order: Sequence[CutStart], travel: Travel, start: Point | None, end: Point | None
+) -> list[CutStart]:
+    """Return the same order, begun at other places where the leads of two cuts would come into each other's kerf.
+
+    Of the places where that does not happen the one with the cheapest ways by `travel` is taken; where there is none,
+    or a plan file fixes the place, the cut stays as it is.
+    """
+    order = list(order)
+    for _ in range(PASSES):
+        near = _too_near(cutting, order)
+        moved = False
+        for k in sorted({max(pair) for pair in near}) + sorted({min(pair) for pair in near}):
+            better = _elsewhere(cutting, order, k, travel, start, end)
+            if better is not None:
+                order[k], moved = better, True
+        if not moved:
+            break
+    return order
+
+
+def _extras(cutting: Cutting, s: CutStart) -> list[Any]:
+    """Return what a cut burns besides its contours: leads and bridges, as shapely lines."""
+    import shapely
+
+    if not s.then:
+        return lead_lines(cutting.contours[s.contour], s, cutting.rules)
+    steps = [s, *s.then]
+    leads = lead_lines(cutting.contours[s.contour], s, cutting.rules)
+    last = lead_lines(cutting.contours[steps[-1].contour], steps[-1], cutting.rules)
+    between = [
+        shapely.LineString([_left(cutting, a), cutting.contours[b.contour].path.point_at(b.at)])
+        for a, b in itertools.pairwise(steps)
+    ]
+    return [*leads, *between, *last]
+
+
+def _left(cutting: Cutting, s: CutStart) -> Point:
+    return s.exit if not s.then else cutting.contours[s.contour].path.point_at(s.at)
+
+
+def _too_near(cutting: Cutting, order: Sequence[CutStart]) -> set[tuple[int, int]]:
+    """Return pairs of places in the order whose leads come into each other's kerf."""
+    import shapely
+
+    lines, owner = [], []
+    for k, s in enumerate(order):
+        own = _extras(cutting, s)
+        lines += own
+        owner += [k] * len(own)
+    if not lines:
+        return set()
+    pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=cutting.rules.kerf - ROUNDING)
+    return {(owner[a], owner[b]) for a, b in pairs.T.tolist() if owner[a] < owner[b]}
+
+
+def _elsewhere(
+    cutting: Cutting, order: Sequence[CutStart], k: int, travel: Travel, start: Point | None, end: Point | None
+) -> CutStart | None:
+    """Return the cheapest start of a cut whose leads keep away from all others; None where it must stay, or may."""
+    import shapely
+
+    own = order[k]
+    if "start" in cutting.fixed.get(own.contour, ()):
+        return None
+    tree = shapely.STRtree([line for i, s in enumerate(order) if i != k for line in _extras(cutting, s)])
+    reach = cutting.rules.kerf - ROUNDING
+
+    def clear(s: CutStart) -> bool:
+        return all(not len(tree.query(line, predicate="dwithin", distance=reach)) for line in _extras(cutting, s))
+
+    if clear(own):
+        return None  # the other one has moved already
+    before = order[k - 1].exit if k else start
+    after = order[k + 1].entry if k + 1 < len(order) else end
+
+    def cost(s: CutStart) -> float:
+        come = travel(before, s.entry) if before is not None else 0.0
+        return come + (travel(s.exit, after) if after is not None else 0.0)
+
+    others = [cutting.starts[n] for n in cutting.by_contour[own.contour]]
+    return next((s for s in sorted(others, key=cost) if s.pierce == own.pierce and clear(s)), None)

@@ -1,0 +1,62 @@
+"""A map to study the solver with, as a routing problem: a closed tour through its points or its sets of points."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+from leafcut.model.part import Part
+from leafcut.model.problem import Metric, RoutingProblem
+
+
+def problem_of_map(part: Part) -> RoutingProblem:
+    """Return the closed tour through the points of a map, by TSPLIB's rule of distance where the file has one.
+
+    A way that is not allowed costs more than all others of a tour together.
+
+    Raises
+    ------
+    PlanError
+        The cluster with which the tour begins must come after another one.
+    """
+    metric = Metric(part.edge_weight_type or "euclidean", matrix=part.matrix)
+    problem = RoutingProblem.of_points(part.hole_xy, metric, closed=True, name=part.name)
+    grouping = part.grouping
+    if grouping is None:
+        return problem
+    pairs, count = grouping.precedence, int(grouping.cluster.max()) + 1
+    if grouping.first >= 0:
+        before = pairs[pairs[:, 1] == grouping.first, 0]
+        if len(before):
+            raise PlanError(
+                f"{part.source or part.name}: the tour begins with set {grouping.first + 1}, "
+                f"and set {before[0] + 1} must come before it; change one of the two"
+            )
+        others = np.delete(np.arange(count, dtype=np.int32), grouping.first)
+        starts = np.column_stack([np.full_like(others, grouping.first), others])
+        pairs = np.concatenate([pairs, starts])
+    if part.matrix is not None:
+        barred = part.matrix < 0
+        metric = replace(metric, matrix=np.where(barred, _too_much(part.matrix, count), part.matrix))
+    return replace(problem, cluster=grouping.cluster, precedence=pairs, metric=metric)
+
+
+def check_allowed(part: Part, nodes: NDArray[np.int32]) -> None:
+    """Raise `PlanError` if a closed tour through `nodes` takes a way that the map does not allow."""
+    if part.matrix is None or len(nodes) < 2:
+        return
+    behind = np.roll(nodes, -1)
+    wrong = np.flatnonzero(part.matrix[nodes, behind] < 0)
+    if len(wrong):
+        raise PlanError(
+            f"{part.source or part.name}: no tour was found without ways that the file does not allow; the best one "
+            f"goes from node {nodes[wrong[0]] + 1} to {behind[wrong[0]] + 1} (-1 in the matrix); "
+            "give more time, or allow more ways"
+        )
+
+
+def _too_much(matrix: NDArray[np.float64], count: int) -> float:
+    return float((matrix.max(initial=0.0) + 1.0) * (count + 1))

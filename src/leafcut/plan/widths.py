@@ -1,0 +1,73 @@
+"""How wide a tool is, as the comments of a program tell."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from leafcut.gcode.program import Program
+from leafcut.model.toolpath import Kind
+from leafcut.units import MM_PER_INCH
+
+#: Lines above a section in which its tool may be described, and before the change to it.
+_FARTHEST_COMMENT, _BEFORE_CHANGE = 2000, 20
+#: Lines at the top of a program among which a list of tools may stand.
+_TOP = 200
+_NUMBER = r"([0-9]{1,3}\s?/\s?[0-9]{1,3}|[0-9]{0,4}\.?[0-9]{1,6})\.?"
+_UNIT = r"\s?(mm|inch|in\b|\")?"
+_MILL = r"(?:end\s?-?mill|face\s?-?mill|slot\s?-?mill|ball\s?-?nose|bull\s?-?nose|v-?bit|router\s?bit|cutter)"
+_NO_COUNT = r"(?!\s*-?\s*(?:flutes?|fl\b|teeth|tooth|inserts?|deg|°))"
+_DIAMETERS = (
+    # D=6., diameter 6 mm.
+    re.compile(
+        rf"(?:diameter|\bdia\b\.?|drill size|bit size|\bD\s?=|Ø)\s?[:=]?\s?{_NUMBER}{_UNIT}",
+        re.IGNORECASE,
+    ),
+    # End Mill {6 mm}
+    re.compile(rf"{_MILL}\s?\{{\s?{_NUMBER}{_UNIT}\s?\}}", re.IGNORECASE),
+    # 1/2 FLAT ENDMILL
+    re.compile(
+        rf"(?<![\w./#-]){_NUMBER}{_NO_COUNT}{_UNIT}[\s-]?(?:[a-z]{{1,20}}[\s-]{{1,3}}){{0,2}}?{_MILL}", re.IGNORECASE
+    ),
+)
+#: A comment that says which tool it is about: T5, 5 = …
+_NAMED = re.compile(r"\bT\s?([0-9]{1,9})\b|^[\s(;]*([0-9]{1,9})\s?=", re.IGNORECASE)
+
+
+def tool_width(program: Program, block: int) -> float:
+    """Return the diameter, mm, that the last comment before a block gives for its tool, or 0.
+
+    A comment that names another tool says nothing of this one; one in a list at the top, with its number, does.
+    """
+    line = int(program.line[block]) - 1
+    modal = program.modal(block)
+    unit, tool = modal.unit or 1.0, modal.tool
+    changes = np.flatnonzero(program.path.kind == Kind.TOOL)
+    at = program.path.line[changes]
+    last = int(at[at <= line].max()) if (at <= line).any() else 1
+    for number in range(line, max(last - _BEFORE_CHANGE, 0, line - _FARTHEST_COMMENT) - 1, -1):
+        said = _said(program.lines[number], unit)
+        if said and (tool is None or said[1] in (None, tool)):
+            return said[0]
+    for text in program.lines[: min(line, _TOP)]:
+        said = _said(text, unit)
+        if said and tool is not None and said[1] == tool:
+            return said[0]
+    return 0.0
+
+
+def _said(text: str, unit: float) -> tuple[float, int | None] | None:
+    """Return the diameter that a comment gives, mm, and the number of the tool if it names one."""
+    if "(" not in text and ";" not in text:
+        return None
+    match = next((m for pattern in _DIAMETERS if (m := pattern.search(text))), None)
+    if match is None:
+        return None
+    whole, _, part = match.group(1).partition("/")
+    value = float(whole) / (float(part) or 1.0) if part else float(whole)
+    named = (match.group(2) or "").lower()
+    scale = 1.0 if named == "mm" else MM_PER_INCH if named else unit
+    comment = text[min((k for k in (text.find("("), text.find(";")) if k >= 0), default=0) :]
+    tool = _NAMED.search(comment)
+    return value * scale, int(tool.group(1) or tool.group(2)) if tool else None

@@ -1,0 +1,162 @@
+"""Generalised travelling salesman problems: ``.gtsp`` of GTSPLIB and ``.pcglns`` with precedence, into a `Part`.
+
+The keys and sections of TSPLIB, and besides:
+
+* ``GTSP_SETS``: number of sets; ``GTSP_SET_SECTION``: lines of set, nodes, -1. A tour visits one node of every set.
+* ``GTSP_SET_ORDERING``: lines ``a b c -1``: set a is visited before b and before c.
+* ``START_GROUP_SECTION``: the set with which the closed tour begins.
+* In a full matrix -1 says that a way is not allowed; it need not be symmetric.
+
+Source: the instances of S. L. Smith and F. Imeson (GLNS, 2017) and of R. Salman, F. Ekstedt and P. Damaschke (2020).
+"""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import ReadError
+from leafcut.model import Hole, Issue, Part
+from leafcut.model.part import Grouping
+from leafcut.options import ReadOptions
+from leafcut.read import tsplib
+from leafcut.read.format import Format, Match, Source, shown
+from leafcut.read.tsplib import Section, Sections
+
+KINDS = ("GTSP", "AGTSP", "PCGTSP", "PCGLNS")
+
+Ints = NDArray[np.int32]
+
+
+def sniff(head: bytes) -> Match:
+    """Say whether a file has the keys of TSPLIB, and that of its sets."""
+    text = head[:4096].decode("latin-1").upper()
+    return Match.YES if re.search(r"^\s*GTSP_SETS\b", text, re.MULTILINE) else Match.NO
+
+
+def read_gtsp(source: Source, options: ReadOptions) -> Part:
+    """Return the nodes as holes of diameter 0, with the rule of distance and their `Grouping`.
+
+    Nodes that have distances only are on a circle: the places are for pictures.
+
+    Raises
+    ------
+    ReadError
+        A key, section or number is missing, wrong, or of a kind that leafcut does not solve.
+    """
+    path = source.path
+    keys, sections = tsplib.split(source)
+    weight = keys.get("EDGE_WEIGHT_TYPE", ("EUC_2D", 0))[0].upper()
+    tsplib.check_kind(path, keys, weight, KINDS)
+    n = tsplib.dimension(path, keys)
+    issues: list[Issue] = []
+    matrix = tsplib.matrix(path, keys, sections, n, symmetric=False) if weight == "EXPLICIT" else None
+    if matrix is not None:
+        _check_costs(path, sections["EDGE_WEIGHT_SECTION"], matrix)
+    points = tsplib.places(path, sections, n, matrix is not None, issues)
+    grouping = _grouping(path, keys, sections, n)
+    return Part(
+        name=shown(keys.get("NAME", ("", 0))[0]).removesuffix(".pcglns") or source.name,
+        holes=tuple([Hole(x, y, 0.0) for x, y in points.tolist()]),
+        issues=tuple(issues),
+        source=source.file_name,
+        format="gtsp",
+        edge_weight_type=weight,
+        matrix=matrix,
+        grouping=grouping,
+    )
+
+
+def _check_costs(path: str, section: Section, matrix: NDArray[np.float64]) -> None:
+    """Raise if a cost is negative and not the -1 of a way that is not allowed."""
+    wrong = np.argwhere((matrix < 0) & (matrix != -1))
+    if len(wrong):
+        i, j = wrong[0].tolist()
+        raise ReadError(
+            path, f"the way from node {i + 1} to {j + 1} costs {matrix[i, j]:g}; only -1 (not allowed) may be negative",
+            section[0],
+        )  # fmt: skip
+
+
+def _grouping(path: str, keys: tsplib.Keys, sections: Sections, n: int) -> Grouping:
+    if "GTSP_SET_SECTION" not in sections:
+        raise ReadError(path, "there is no GTSP_SET_SECTION")
+    number: dict[int, int] = {}
+    cluster = np.full(n, -1, dtype=np.int32)
+    for line, (name, *nodes) in _runs(path, sections["GTSP_SET_SECTION"]):
+        if name in number:
+            raise ReadError(path, f"set {name} occurs twice", line)
+        if not nodes:
+            raise ReadError(path, f"set {name} has no nodes", line)
+        number[name] = len(number)
+        for node in nodes:
+            if not 1 <= node <= n:
+                raise ReadError(path, f"set {name} has node {node}; nodes are numbered 1 to {n}", line)
+            if cluster[node - 1] >= 0:
+                raise ReadError(path, f"node {node} occurs twice in the sets; it may be in one only", line)
+            cluster[node - 1] = number[name]
+    alone = np.flatnonzero(cluster < 0)
+    if len(alone):
+        raise ReadError(path, f"node {alone[0] + 1} is in no set", sections["GTSP_SET_SECTION"][0])
+    text, line = keys.get("GTSP_SETS", ("", 0))
+    if text and text != str(len(number)):
+        raise ReadError(path, f"GTSP_SETS says {shown(text)}, the section has {len(number)}", line)
+    first = _start(path, sections, number)
+    return Grouping(cluster, _ordering(path, sections, number), first)
+
+
+def _ordering(path: str, sections: Sections, number: dict[int, int]) -> Ints:
+    """Return the pairs (before, after) of clusters, int32[k, 2]."""
+    pairs = [
+        (_known(path, line, number, before), _known(path, line, number, after))
+        for line, (before, *rest) in _runs(path, sections.get("GTSP_SET_ORDERING", (0, [])))
+        for after in rest
+    ]
+    return np.array(pairs, dtype=np.int32).reshape(-1, 2)
+
+
+def _start(path: str, sections: Sections, number: dict[int, int]) -> int:
+    """Return the cluster with which the tour begins, or -1."""
+    if "START_GROUP_SECTION" not in sections:
+        return -1
+    section = sections["START_GROUP_SECTION"]
+    found = tsplib.numbers(path, section)
+    if not len(found) or (found[0] != int(found[0])):
+        raise ReadError(path, "START_GROUP_SECTION does not say a set", section[0])
+    return _known(path, section[0], number, int(found[0]))
+
+
+def _known(path: str, line: int, number: dict[int, int], name: int) -> int:
+    if name not in number:
+        raise ReadError(path, f"there is no set {name}", line)
+    return number[name]
+
+
+def _runs(path: str, section: Section) -> list[tuple[int, list[int]]]:
+    """Return the runs of whole numbers that end with -1, each with its line."""
+    values = tsplib.numbers(path, section)
+    if not len(values):
+        return []
+    lines = np.repeat(
+        np.arange(section[0], section[0] + len(section[1])), [len(line.split()) for line in section[1]]
+    )  # fmt: skip
+    wrong = np.flatnonzero((values != np.floor(values)) | (np.abs(values) > 2**31))
+    if len(wrong):
+        raise ReadError(path, f"{values[wrong[0]]:g} is no number of a node or a set", int(lines[wrong[0]]))
+    ends = [-1, *np.flatnonzero(values == -1).tolist()]
+    if ends[-1] != len(values) - 1:
+        raise ReadError(path, "the last line does not end with -1", int(lines[-1]))
+    whole = values.astype(np.int64)
+    runs = [(int(lines[a + 1]), whole[a + 1 : b].tolist()) for a, b in pairwise(ends)]
+    empty = next((line for line, run in runs if not run), None)
+    if empty is not None:
+        raise ReadError(path, "a line has nothing before its -1", empty)
+    return runs
+
+
+FORMAT = Format(
+    "gtsp", (".gtsp", ".pcglns"), "sets of nodes, one of each visited, with or without order", read_gtsp, sniff
+)

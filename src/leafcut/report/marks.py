@@ -1,0 +1,87 @@
+"""Marks over the paths of a drawing: heads of arrows, the first place and the last one."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.report.svg import element, short, text
+
+_MOST_ARROWS = 28
+_SHORTEST_ARROWED = 22.0
+_ARROW = 4.2
+#: Heads of arrows are no nearer to each other than this.
+_ARROWS_APART = 13.0
+_GOLDEN = 0.618034
+#: Room for a word beside a mark; nearer to the right edge it stands on the left.
+_WORD = 50.0
+
+
+def arrow_heads(segments: NDArray[np.float64], reach: float = _ARROW) -> str:
+    """Return arrow heads in the middle of some of the longer rapids, spread evenly over the path.
+
+    `reach` is half the length of a head, user units.
+    """
+    along = segments[:, 1] - segments[:, 0]
+    length = np.hypot(along[:, 0], along[:, 1])
+    long = np.flatnonzero(length >= min(_SHORTEST_ARROWED, length.max(initial=0.0) * 0.9))
+    if not len(long):
+        return ""
+    if len(long) > _MOST_ARROWS:
+        # One from each stretch, not always at the same place of it: rows of a grid would put them all in one column.
+        spread = np.arange(_MOST_ARROWS) + np.arange(_MOST_ARROWS) * _GOLDEN % 1.0
+        long = long[(spread * len(long) / _MOST_ARROWS).astype(np.int64)]
+    heads: list[str] = []
+    middles: list[tuple[float, float]] = []
+    for row in long[length[long] > 2 * reach].tolist():
+        (dx, dy), (mx, my) = (along[row] / length[row]).tolist(), segments[row].mean(axis=0).tolist()
+        if any(math.hypot(mx - x, my - y) < _ARROWS_APART for x, y in middles):
+            continue
+        middles.append((mx, my))
+        heads.append(head((mx, my), (dx, dy), reach))
+    return element("path", d="".join(heads), class_="arrow")
+
+
+def head(middle: tuple[float, float], along: tuple[float, float], reach: float) -> str:
+    """Return path data of the head of an arrow: its middle, its direction as a unit vector, and half its length."""
+    (mx, my), (dx, dy) = middle, along
+    wings = [(mx + s * dy * reach * 0.62 - dx * reach, my - s * dx * reach * 0.62 - dy * reach) for s in (1, -1)]
+    tip = (mx + dx * reach, my + dy * reach)
+    return "M" + "L".join(f"{short(px)} {short(py)}" for px, py in (wings[0], tip, wings[1])) + "z"
+
+
+def end_marks(
+    first: tuple[float, float, float], last: tuple[float, float, float], size: tuple[float, ...]
+) -> list[str]:
+    """Return a ring round the first place and a square round the last one, each x, y and how far from it, user units.
+
+    `size` are width and height of the drawing if the words "start" and "end" are to stand beside them, else nothing.
+    """
+    (x0, y0, ring), (x1, y1, half) = first, last
+    square = f"M{short(x1 - half)} {short(y1 - half)}h{short(2 * half)}v{short(2 * half)}h{short(-2 * half)}z"
+    shapes = (element("circle", cx=x0, cy=y0, r=ring), element("path", d=square))
+    marks = [element("g", *shapes, class_="halo"), element("g", *shapes, class_="end")]
+    if size:
+        marks += [_word("start", x0, y0, ring, *size), _word("end", x1, y1, half, *size)]
+    return marks
+
+
+def word_side(x: float, width: float) -> float:
+    """Return on which side of a mark at x its word stands: 1 on the right, -1 on the left."""
+    return -1.0 if x > width - _WORD else 1.0
+
+
+def _word(word: str, x: float, y: float, reach: float, width: float, height: float) -> str:
+    """Return a word beside a mark, on the side where there is room."""
+    side = word_side(x, width)
+    y = min(max(y, 8.0), height - 8.0)
+    return text(
+        word,
+        x + side * (reach + 4),
+        y,
+        dy="0.35em",
+        text_anchor="end" if side < 0 else "start",
+        class_="mark",
+    )

@@ -1,0 +1,90 @@
+"""Running the searches for paths with a direction: costs by direction, several nodes per cluster, precedence."""
+
+from __future__ import annotations
+
+import math
+import os
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from leafcut.model.problem import RoutingProblem
+from leafcut.model.solution import WorkerFigures
+from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
+from leafcut.solve import ordering, sequential
+from leafcut.solve.annealing import is_small, layers_of
+from leafcut.solve.directed import DirectedInstance, build_directed, is_directed
+from leafcut.solve.instance import path_cost
+from leafcut.solve.running import PRESETS, Found, set_budget, until_interrupted
+from leafcut.solve.statistics import Best
+from leafcut.solve.stop import Stop
+
+
+def run_in_order(
+    instance: DirectedInstance, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions, best: Best
+) -> Found:
+    """Run the algorithm of `options` on a path with a direction; the tour found is an order of clusters."""
+    stop = best.stop
+    if options.algorithm == "colony":
+        if options.iterations is not None:
+            stop.iterations = options.iterations
+        limited = options.iterations is not None or options.time_limit is not None
+        kicks = math.inf if limited else sequential.budget(options.preset, instance.problem.n_clusters)
+        only_time = options.iterations is None and options.time_limit is not None
+        threads = (options.threads or os.cpu_count() or 1) if only_time else 1
+        return _search_together(instance, options.seed, best, kicks, threads)
+    if options.algorithm == "nn":
+        path = sequential.greedy_path(instance)
+        best.offer(path.node, instance.length(path.node, path.enter, path.leave), 0)
+        return Found(instance.problem.cluster[instance.nodes(path.node, path.enter)].astype(np.int32))
+    swarm = ordering.Swarm(ordering.Ordering(instance, options.local_search, stop), options, aco, firefly, best)
+    visits, patience = PRESETS[options.preset]
+    set_budget(stop, options, visits / swarm.visits, patience)
+    iterations = until_interrupted(swarm.run, best)
+    figures = WorkerFigures(0, iterations * swarm.size, stop.elapsed(), best.cost)
+    return Found(swarm.clusters(best.tour), iterations, (figures,))
+
+
+def _search_together(instance: DirectedInstance, seed: int, best: Best, kicks: float, threads: int) -> Found:
+    """Run as many searches as threads; each goes back to the best path of all now and then.
+
+    With a budget there is one, as what several find depends on who is first.
+    """
+    layers = layers_of(instance) if is_small(instance) else None
+    searches = [sequential.Search(instance, seed, best, number, layers) for number in range(threads)]
+
+    def run() -> int:
+        if threads == 1:
+            return searches[0].run(kicks)
+        with ThreadPoolExecutor(threads, thread_name_prefix="ants") as executor:
+            jobs = [executor.submit(search.run, kicks) for search in searches]
+            try:
+                return sum(job.result() for job in jobs)
+            except BaseException:
+                best.stop.cancelled.set()  # else the pool waits for the clock
+                raise
+
+    iterations = until_interrupted(run, best)
+    seconds = best.stop.elapsed()
+    figures = tuple(WorkerFigures(s.number, s.kicks, seconds, s.shortest) for s in searches)
+    return Found(instance.problem.cluster[best.tour].astype(np.int32), iterations, figures)
+
+
+def warm_up_in_order(problem: RoutingProblem, algorithm: str = "colony") -> None:
+    """As `warm_up`, for a search for paths with a direction: what it needs for a problem of this kind."""
+    rng = np.random.default_rng(1)
+    entry, several = rng.uniform(0.0, 100.0, (40, 2)), problem.n_nodes > problem.n_clusters
+    small = RoutingProblem(
+        entry=entry,
+        exit=rng.uniform(0.0, 100.0, (40, 2)) if is_directed(problem) and not several else entry,
+        cluster=np.arange(40, dtype=np.int32),
+        service=np.zeros(40),
+        precedence=np.array([[0, 1]], dtype=np.int32),
+    )
+    instance, best = build_directed(small, sequential.CANDIDATES), Best(Stop(iterations=3))
+    if algorithm == "colony":
+        sequential.Search(instance, 1, best).run(math.inf, phase=1)
+    else:
+        once = SolveOptions(algorithm=algorithm, iterations=2)
+        run_in_order(instance, once, AcoOptions(n_ants=1), FireflyOptions(n_fireflies=2), best)
+    path_cost(small, np.arange(40, dtype=np.int32))

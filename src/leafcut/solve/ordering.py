@@ -1,0 +1,218 @@
+"""Ants and fireflies that order clusters: trails and distances are between clusters, their nodes are chosen exactly.
+
+An order may have a direction and keeps the precedence. Which node of every cluster is taken comes from dynamic
+programming along each order; with local search the path is then improved by the exchanges of `solve.sequential`.
+
+Source: of the ants, `solve.aco`; of the fireflies, G. K. Jati and Suyanto, ICAIS 2011, LNCS 6943 (evolutionary discrete
+firefly algorithm for the TSP: the distance of two orders is the share of their steps that differ, times ten). Differs:
+a firefly takes over steps of the brighter one by moving clusters, instead of turning pieces of random length, so that
+it comes nearer to it and precedence can be kept.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.kernels.ordering import choose_all, fly, lay_order, steps_apart
+from leafcut.kernels.route import begin_bias
+from leafcut.kernels.sequential import improve_route
+from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
+from leafcut.solve.aco import Parameters, Trails
+from leafcut.solve.annealing import layers_of
+from leafcut.solve.construction import random_words
+from leafcut.solve.directed import DirectedInstance
+from leafcut.solve.loop import Propose, Reinforce, search
+from leafcut.solve.sequential import BREADTH, LEAST, LOOKS, greedy_path, route_of
+from leafcut.solve.statistics import Best
+from leafcut.solve.stop import Stop
+
+Ints = NDArray[np.int32]
+Orders = tuple[Ints, NDArray[np.float64]]
+
+
+class Ordering:
+    """What all searches for an order need: the clusters, the exact choice of nodes, and the local search."""
+
+    def __init__(self, instance: DirectedInstance, local_search: bool, stop: Stop) -> None:
+        self.instance, self.local_search, self.stop = instance, local_search, stop
+        self.layers = layers_of(instance)
+        m, widest = instance.n, int(np.diff(self.layers.begin).max())
+        self.path, self.trial, self.missing = (np.zeros(m, dtype=np.int32) for _ in range(3))
+        self.sums, self.links = np.zeros((2, widest)), np.zeros((m, widest), dtype=np.int32)
+        self.breadth = np.array(BREADTH, dtype=np.int64)
+
+    def nearest_neighbour(self) -> tuple[Ints, float]:
+        """Return the order int32[m] that always goes on to the cheapest cluster that may come next, and its length."""
+        order = greedy_path(self.instance).node
+        return order, self.length(order)
+
+    def length(self, order: Ints) -> float:
+        """Return the length of the best path of an order; its nodes are in `path` then."""
+        return float(choose_all(self.layers, order, self.path, self.trial, self.sums, self.links))
+
+    def nodes(self) -> Ints:
+        """Return the problem's nodes int32[clusters] of the path that `length` left."""
+        instance = self.instance
+        chosen = self.path[1:] if instance.anchored else self.path
+        enter = instance.enter.copy()
+        enter[self.layers.owner[chosen]] = instance.rules.way[chosen]
+        return instance.nodes(self.layers.owner[self.path], enter)
+
+    def improve(self, order: Ints) -> float:
+        """Choose the nodes of an order int32[m], improve both if that is wanted, and return the length.
+
+        Changes: order.
+        """
+        length = self.length(order)
+        if not self.local_search or self.instance.n < 5:
+            return length
+        instance = self.instance
+        route = route_of(instance, *instance.path_of(self.nodes()))
+        route.queue[:], route.queued[:] = route.node, 1
+        route.counts[1] = instance.n
+        begin_bias(instance.cost, route)
+        least = LEAST * max(length, 0.0) / instance.n
+        while route.counts[1] > 0 and not self.stop.now():
+            improve_route(instance.cost, route, instance.rules, self.breadth, least, LOOKS)
+        order[:] = route.node
+        return self.length(order)
+
+
+class OrderTrails(Trails):
+    """Pheromone between all pairs of clusters; on both directions of a step where they cost the same."""
+
+    def __init__(self, ordering: Ordering, parameters: Parameters, c_nn: float) -> None:
+        m = ordering.instance.n
+        lists = np.tile(np.arange(m, dtype=np.int32), (m, 1))
+        super().__init__(lists, parameters, c_nn)
+        self.one_way = ordering.instance.twisted or len(ordering.instance.pairs) > 0
+        near = ordering.layers.least.copy()
+        np.fill_diagonal(near, np.inf)
+        self.nearness[:] = (1.0 / (near + self.offset)) ** parameters.beta
+        self.weigh()
+
+    def _steps(self, tour: Ints) -> tuple[Ints, Ints]:
+        here, there = np.roll(tour, 1), tour
+        if self.one_way:
+            return here, there
+        return np.concatenate([here, there]), np.concatenate([there, here])
+
+    def _deposit(self, tour: Ints, amount: float) -> None:
+        steps = self._steps(tour)
+        self.pheromone[steps] = np.minimum(self.highest, self.pheromone[steps] + amount)
+
+    def _colony_system(self, _: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
+        steps, rate = self._steps(best.tour), self.parameters.rate
+        self.pheromone[steps] = (1.0 - rate) * self.pheromone[steps] + rate / best.cost
+
+
+class OrderAnts:
+    """Lays the orders of one iteration, one ant after another."""
+
+    def __init__(self, ordering: Ordering, trails: OrderTrails, seed: int) -> None:
+        self.ordering, self.trails, self.seed = ordering, trails, seed
+        self.orders = np.zeros((trails.parameters.ants, ordering.instance.n), dtype=np.int32)
+
+    def propose(self, iteration: int) -> Orders:
+        """Return the orders int32[ants, m] and their lengths (inf: there was no time)."""
+        trails, ordering, p = self.trails, self.ordering, self.trails.parameters
+        words = random_words(self.seed, iteration, count=p.ants)
+        lengths = np.full(p.ants, math.inf)
+        for ant in range(p.ants):
+            if ant and ordering.stop.now():
+                break
+            lay_order(
+                ordering.layers, trails.pheromone, trails.nearness, trails.weights, p.alpha, p.greedy_probability,
+                p.local_rate if p.algorithm == "acs" else 0.0, trails.initial, words, ant, ordering.missing,
+                self.orders[ant],
+            )  # fmt: skip
+            lengths[ant] = ordering.improve(self.orders[ant])
+        return self.orders, lengths
+
+
+class Fireflies:
+    """A swarm of orders: every one flies towards all that are brighter (shorter), the brightest about at random."""
+
+    def __init__(self, ordering: Ordering, options: FireflyOptions, seed: int, first: Ints) -> None:
+        self.ordering, self.options, self.seed = ordering, options, seed
+        count, m = options.n_fireflies, ordering.instance.n
+        self.orders, self.lengths = np.zeros((count, m), dtype=np.int32), np.full(count, math.inf)
+        self.place, self.moved = np.zeros(m, dtype=np.int32), np.zeros(m, dtype=np.int32)
+        even, words = np.ones((m, m)), random_words(seed, 0, count=count)
+        for f in range(count):
+            lay_order(ordering.layers, even, even, even, 1.0, 0.0, 0.0, 1.0, words, f, ordering.missing, self.orders[f])
+        self.orders[0] = first
+
+    def propose(self, iteration: int) -> Orders:
+        """Return the swarm after every firefly has flown once; one that did not get brighter stays where it was."""
+        words = random_words(self.seed, iteration + 1, count=len(self.orders))
+        if iteration == 0:
+            for f in range(len(self.orders)):
+                if f == 0 or not self.ordering.stop.now():
+                    self.lengths[f] = self.ordering.improve(self.orders[f])
+            return self.orders, self.lengths
+        for f in np.argsort(self.lengths, kind="stable"):
+            if self.ordering.stop.now():
+                break
+            brighter = np.flatnonzero(self.lengths < self.lengths[f])
+            for other in brighter if len(brighter) else [f]:
+                self._fly(int(f), int(other), words)
+        return self.orders, self.lengths
+
+    def _fly(self, f: int, other: int, words: NDArray[np.uint64]) -> None:
+        m, options = len(self.moved), self.options
+        self.moved[:] = self.orders[f]
+        self.place[self.moved] = np.arange(m, dtype=np.int32)
+        apart = 10.0 * steps_apart(self.orders[other], self.place) / m
+        attraction = options.attractiveness * math.exp(-options.absorption * apart * apart)
+        fly(
+            self.ordering.layers, self.moved, self.place, self.orders[other], attraction, options.random_moves, words, f
+        )
+        length = self.ordering.improve(self.moved)
+        if length < self.lengths[f]:
+            self.orders[f], self.lengths[f] = self.moved, length
+
+
+class Swarm:
+    """Ants or fireflies, as the options say, from the nearest-neighbour order on.
+
+    Attributes
+    ----------
+    size
+        Orders of one iteration; `visits`, clusters that are visited to make them.
+    """
+
+    def __init__(
+        self, ordering: Ordering, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions, best: Best
+    ) -> None:
+        self.ordering, self.best, m = ordering, best, ordering.instance.n
+        first, length = ordering.nearest_neighbour()
+        best.offer(first, length, 0)
+        self.reinforce: Reinforce = _learn_nothing
+        if options.algorithm == "firefly":
+            self.propose: Propose = Fireflies(ordering, firefly, options.seed, first).propose
+            self.size, self.visits = firefly.n_fireflies, m * firefly.n_fireflies**2 / 2.0
+            return
+        parameters = Parameters.of(options.algorithm, aco, m, options.local_search)
+        trails = OrderTrails(ordering, parameters, max(length, 1e-9))
+        self.propose, self.reinforce = OrderAnts(ordering, trails, options.seed).propose, trails.reinforce
+        self.size, self.visits = parameters.ants, float(m * parameters.ants)
+
+    def run(self) -> int:
+        """Run until `stop`; return the iterations that were finished."""
+        if self.ordering.stop.reached(0, 0) or self.best.cost <= 0.0:
+            return 0
+        return search(self.propose, self.reinforce, self.ordering.stop, self.best)
+
+    def clusters(self, order: Ints) -> Ints:
+        """Return the problem's clusters int32[clusters] of an order int32[m], from its start to its end."""
+        self.ordering.length(order)
+        clusters: Ints = self.ordering.instance.problem.cluster[self.ordering.nodes()].astype(np.int32)
+        return clusters
+
+
+def _learn_nothing(iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
+    """Leave everything as it is: fireflies learn by flying."""

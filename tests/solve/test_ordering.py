@@ -1,0 +1,108 @@
+"""Ants and fireflies that order clusters: whole orders, kept precedence, true costs, and optima of few clusters."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from test_sequential import ENDS, KINDS, check, least, random_problem
+
+from leafcut.errors import SolveError
+from leafcut.kernels.ordering import fly, steps_apart
+from leafcut.model.problem import RoutingProblem
+from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
+from leafcut.solve.clusters import choose_nodes
+from leafcut.solve.directed import build_directed
+from leafcut.solve.instance import path_cost
+from leafcut.solve.ordering import Ordering
+from leafcut.solve.solve import ORDERING, solve
+from leafcut.solve.stop import Stop
+
+
+@pytest.mark.parametrize("algorithm", [*ORDERING, "nn"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_order_is_whole_keeps_precedence_and_states_its_cost(algorithm: str, kind: str) -> None:
+    for seed in range(5):
+        problem = random_problem(seed, 12, kind, ENDS[seed], pairs=6)
+        options = SolveOptions(algorithm=algorithm, iterations=2, local_search=seed % 2 == 0, bound=False)
+        found = solve(problem, options, AcoOptions(n_ants=3), firefly=FireflyOptions(n_fireflies=4))
+        check(problem, found.nodes, found.cost)
+        assert found.algorithm == algorithm
+        assert found.history[-1][1] == pytest.approx(found.cost)
+
+
+@pytest.mark.parametrize("algorithm", ["mmas", "acs", "firefly"])
+def test_without_local_search_the_optimum_of_six_clusters_is_found(algorithm: str) -> None:
+    """Ten problems, by dynamic programming over all sets; one may be missed."""
+    missed = 0
+    for seed in range(10):
+        problem = random_problem(seed, 6, KINDS[seed % len(KINDS)], ENDS[seed % 5], pairs=3)
+        options = SolveOptions(algorithm=algorithm, iterations=60, local_search=False, bound=False)
+        found = solve(
+            problem, options, AcoOptions(n_ants=10, greedy_probability=0.3), firefly=FireflyOptions(n_fireflies=10)
+        )
+        missed += found.cost > least(problem) * (1 + 1e-9)
+    assert missed <= 1
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_nodes_of_an_order_are_the_best_of_all(kind: str) -> None:
+    """The kernel's choice costs what the plain one by NumPy does."""
+    for seed in range(10):
+        problem = random_problem(seed, 8, kind, ENDS[seed % 5], pairs=0)
+        ordering = Ordering(build_directed(problem, 6), False, Stop())
+        order, length = ordering.nearest_neighbour()
+        nodes = ordering.nodes()
+        assert path_cost(problem, nodes) == pytest.approx(length)
+        assert path_cost(problem, choose_nodes(problem, problem.cluster[nodes])) == pytest.approx(length)
+        assert len(order) == ordering.instance.n
+
+
+def test_a_firefly_that_is_fully_attracted_becomes_the_brighter_one_where_nothing_forbids_it() -> None:
+    problem = random_problem(2, 9, "ways", (None, None), pairs=0)
+    ordering = Ordering(build_directed(problem, 6), False, Stop())
+    rng, m = np.random.default_rng(3), ordering.instance.n
+    for _ in range(10):
+        mine, other = (np.append(m - 1, rng.permutation(m - 1)).astype(np.int32) for _ in range(2))
+        place = np.argsort(mine).astype(np.int32)
+        fly(ordering.layers, mine, place, other, 1.0, 0, np.array([9], dtype=np.uint64), 0)
+        assert mine.tolist() == other.tolist()
+        assert place.tolist() == np.argsort(mine).tolist()
+        assert steps_apart(other, place) == 0
+
+
+def test_a_firefly_never_breaks_precedence() -> None:
+    for seed in range(10):
+        problem = random_problem(seed, 9, "holes", "closed", pairs=6)
+        ordering = Ordering(build_directed(problem, 6), False, Stop())
+        order, _ = ordering.nearest_neighbour()
+        other = np.random.default_rng(seed).permutation(len(order)).astype(np.int32)
+        place = np.argsort(order).astype(np.int32)
+        fly(ordering.layers, order, place, other, 0.8, 20, np.array([9], dtype=np.uint64), 0)
+        assert sorted(order.tolist()) == list(range(len(order)))
+        assert all(place[a] < place[b] for a, b in problem.precedence.tolist())
+
+
+def test_steps_apart_are_counted_as_by_hand() -> None:
+    place = np.argsort([0, 1, 2, 3, 4]).astype(np.int32)
+    assert steps_apart(np.array([2, 3, 4, 0, 1], dtype=np.int32), place) == 1
+    assert steps_apart(np.array([4, 3, 2, 1, 0], dtype=np.int32), place) == 4
+
+
+def test_the_same_seed_gives_the_same_answer_and_another_one_another_search() -> None:
+    problem = random_problem(1, 30, "ways", (None, None), pairs=9)
+    for algorithm in ORDERING:
+        options = [SolveOptions(algorithm=algorithm, iterations=2, local_search=False, seed=s) for s in (1, 1, 2)]
+        aco, fireflies = AcoOptions(n_ants=5), FireflyOptions(n_fireflies=5)
+        one, again, other = (solve(problem, o, aco, firefly=fireflies) for o in options)
+        assert one.nodes.tolist() == again.nodes.tolist()
+        assert one.nodes.tolist() != other.nodes.tolist()
+
+
+def test_too_many_clusters_for_ants_that_order_them_are_refused_in_one_line() -> None:
+    problem = random_problem(1, 600, "holes", pairs=3)
+    for algorithm, (a, b) in itertools.product(("acs", "firefly"), [(0, 1)]):
+        ordered = RoutingProblem.of_points(problem.entry, precedence=np.array([[a, b]], dtype=np.int32))
+        with pytest.raises(SolveError, match=f"'{algorithm}' orders fewer than 500 clusters"):
+            solve(ordered, SolveOptions(algorithm=algorithm))
