@@ -13,7 +13,7 @@ import pytest
 from cut_sheets import assert_leads_in_scrap, assert_nothing_is_gouged
 from leafcut import api
 from leafcut.cli import run
-from leafcut.errors import OptionError, PlanError, VerifyError
+from leafcut.errors import OptionError, PlanError, PostError, VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.model.toolpath import Kind
@@ -236,6 +236,23 @@ def test_what_cannot_be_cut_is_refused_in_one_line(drawing: Path, options, error
     with pytest.raises(error, match=words) as caught:
         api.optimize(drawing, **{**FAST, **options})
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"dialect": "plasma"}, "marking"),
+        ({"dialect": "grbl-laser", "compensation": "controller"}, "G41"),
+        ({"dialect": "plasma", "ignore_layers": "MARK", "material_number": 3}, "--material-number"),
+    ],
+    ids=str,
+)
+def test_what_the_controller_has_no_words_for_is_refused_before_the_search(
+    drawing: Path, monkeypatch: pytest.MonkeyPatch, options, words: str
+) -> None:
+    monkeypatch.setattr("leafcut.plan.cutting.prepare_cutting", lambda *_: pytest.fail("it was planned"))
+    with pytest.raises(PostError, match=words):
+        api.optimize(drawing, **{**FAST, **options})
 
 
 def test_the_command_line_answers_with_the_norm(drawing: Path, tmp_path: Path, capsys) -> None:
