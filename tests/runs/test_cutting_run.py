@@ -65,6 +65,17 @@ def test_holes_and_marks_of_a_part_come_before_its_outline(outcome) -> None:
     assert {tuple(words) for words in seen.values()} == {("mark", "hole", "hole", "outline")}
 
 
+def test_a_hole_into_which_the_kerf_does_not_go_is_told_and_the_rest_is_cut(tmp_path: Path) -> None:
+    document = ezdxf.new(units=4)
+    document.modelspace().add_lwpolyline([(0, 0), (60, 0), (60, 60), (0, 60)], close=True)
+    document.modelspace().add_circle((30, 30), 0.4)
+    document.saveas(tmp_path / "narrow.dxf")
+    outcome = api.optimize(tmp_path / "narrow.dxf", **FAST)
+    assert outcome.verified
+    assert [cut.contours for cut in outcome.cut_plan.cuts] == [(0,)]
+    assert [i.code for i in outcome.issues].count("L611") == 1
+
+
 def test_the_time_norm_adds_up_to_the_machine_time(outcome) -> None:
     norm = outcome.cut_plan.measures
     assert norm.sheet.total_s == pytest.approx(outcome.after.time_s)
