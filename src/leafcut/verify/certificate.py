@@ -26,6 +26,7 @@ from leafcut.verify.passes import misordered, told_width
 from leafcut.verify.rapids import compare_rapids, gaps_of, heights_of
 from leafcut.verify.same_work import list_changes, only_moves
 from leafcut.verify.stages import Grouping, compare_walls, misplaced
+from leafcut.verify.tabbed import BEAM_TAB, MILL_TAB, freed
 from leafcut.verify.traces import traces_of
 from leafcut.verify.turning import as_it_is, one_way, runs_turned
 from leafcut.verify.work import STILL, Work, cuts_with_beam, read_work
@@ -35,7 +36,7 @@ COMPARED = (
     "barriers: pauses, tool changes, work offsets, machine moves and blocks that are not understood, in order",
     "holes, cuts and dwells between two barriers: place, depth, cycle, peck, dwell, feed, speed and direction, tool, "
     "length offset, work offset, coolant, radius compensation, feed mode, blending, plane",
-    "order of cuts that touch each other, and of closed cuts and what lies inside them",
+    "order of cuts that touch each other, and of closed cuts and outlines with tabs and what lies inside them",
     "order of a mill's passes near each other: levels, side by side, rows",
     "rapids: heights at every place and across, no cut torn apart",
     "envelope",
@@ -135,10 +136,10 @@ def certify(
     - Barriers are the same, in the same order, and the tool is not lower there; where a block is not understood, it
       begins at the same place. Only whole tool changes may be missing (`leafcut.verify.stages`).
     - Between two barriers there are the same holes, cuts and dwells, in any order (`leafcut.verify.matching`); but
-    - those that touch each other have kept theirs, and what lies inside a closed cut stays before or after it (with a
-      laser or torch, only before)
-      (`leafcut.verify.order`, `leafcut.verify.inside`). Passes of a mill at two levels or side by side, and rows,
-      have kept theirs, too (`leafcut.verify.passes`).
+    - those that touch each other have kept theirs, and what lies inside a closed cut, or an outline with tabs, stays
+      before or after it (with a laser or torch, only before) (`leafcut.verify.order`, `leafcut.verify.inside`,
+      `leafcut.verify.tabbed`). Passes of a mill at two levels or side by side, and rows, have kept theirs, too
+      (`leafcut.verify.passes`).
     - Rapids leave, cross and arrive nowhere lower than they did at that place (`leafcut.verify.rapids`).
     - The new program reaches no farther than the original and, where the machine's work offset is known, stays in its
       travel.
@@ -239,6 +240,13 @@ def _disordered(before: Work, after: Work, new_of: Ints, tolerance: float, flat:
     for inner, outer in exchanged(traces, places, chain - chain[0], new_of, inner_may_come_first=flat):
         was, now = ("before", "after") if inner < outer else ("after", "before")
         text = f"{{}} lies inside a closed cut that ends at {{}}, and was made {was} it; now it is made {now} it"
+        yield _both(before, after, new_of, inner, outer, f"inner {now} outer", text)
+    tab = BEAM_TAB if flat else MILL_TAB
+    for inner, outer in freed(traces, chain - chain[0], new_of, tab, inner_may_come_first=flat):
+        was, now = ("before", "after") if inner < outer else ("after", "before")
+        text = (
+            f"{{}} lies inside an outline with tabs that ends at {{}}, and was made {was} it; now it is made {now} it"
+        )
         yield _both(before, after, new_of, inner, outer, f"inner {now} outer", text)
 
 
