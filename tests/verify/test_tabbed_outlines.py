@@ -90,7 +90,7 @@ def test_every_order_that_keeps_what_the_planner_keeps_is_the_same_work(seed: in
     rng = random.Random(seed)
     cuts = [f"G0 X{rng.uniform(0, 90):.1f} Y{rng.uniform(0, 60):.1f} / G1 Z-9 F100 / G0 Z5" for _ in range(12)]
     for x, y in ((0, 0), (45, 0), (10, 10), (0, 45)):
-        size, gap = rng.choice((10, 25, 40)), rng.choice((0, 2, 5, 11, 14))
+        size, gap = rng.choice((10, 25, 40)), rng.choice((0.04, 2, 5, 11, 14))
         corners = [(x, y), (x + size, y), (x + size, y + size), (x, y + size), (x, y)]
         for (x0, y0), (x1, y1) in pairwise(corners):
             part = gap / 2 / size
@@ -101,3 +101,11 @@ def test_every_order_that_keeps_what_the_planner_keeps_is_the_same_work(seed: in
     section = find_sequence(program_of(MILL + " / ".join(cuts) + FOOT), process="mill").sections[0]
     assert len(section.chains) == len(cuts)
     assert differences(cuts, some_order(section, rng).tolist()) == []
+
+
+@pytest.mark.parametrize(("number", "found"), [(10, ["inner after outer"]), (80, [])])
+def test_many_strokes_that_hang_together_with_an_outline_are_a_filling(number: int, found: list[str]) -> None:
+    strokes = [cut([(5, -0.02), (5, -12)])]
+    strokes += [cut([(5 + k / 10, -12), (5.07 + k / 10, -12)]) for k in range(number)]
+    cuts = [HOLE, *strokes, *square(8)]
+    assert differences(cuts, [*range(1, len(cuts)), 0]) == found

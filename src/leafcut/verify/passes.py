@@ -179,8 +179,8 @@ def _near(visits: _Visits, traces: Traces, visit: Ints, width: float) -> Iterato
     owner = visit[traces.feature]
     depths = visits.bottom[np.unique(owner)]
     levels = bool(depths.max() - depths.min() > _LEVEL)
-    lines, owner_of = _lines(shapely, traces, owner, _PIECE)
-    whole, number = _lines(shapely, traces, owner, len(traces.feature) << _HALVINGS)
+    lines, owner_of = ways_of(shapely, traces, owner, _PIECE)
+    whole, number = ways_of(shapely, traces, owner, len(traces.feature) << _HALVINGS)
     shapely.prepare(whole)
     tree = shapely.STRtree(lines)
     found: dict[tuple[int, int], str] = {}
@@ -206,7 +206,7 @@ def _near(visits: _Visits, traces: Traces, visit: Ints, width: float) -> Iterato
         yield _said(visits, one_, other_, text)
 
 
-def _lines(shapely: Any, traces: Traces, owner: Ints, most: int) -> tuple[NDArray[np.object_], Ints]:
+def ways_of(shapely: Any, traces: Traces, owner: Ints, most: int) -> tuple[NDArray[np.object_], Ints]:
     """Return the ways of visits as lines of at most so many parts, and the visit that each is of."""
     for _ in range(_HALVINGS):
         twice = np.repeat(traces.arc >= 0, 2)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from leafcut.verify.difference import MOST_LISTED
 from leafcut.verify.features import Floats, Ints
 from leafcut.verify.inside import loops_in, outline_of, within_loop
+from leafcut.verify.passes import ways_of
 from leafcut.verify.traces import Traces
 
 #: Two ends that are nearest to each other may have a tab between them: of a mill, with its width, or of a beam, mm.
@@ -24,6 +26,8 @@ _CLOSED = 0.01
 _LEAST_PIECES = 3
 #: An outline has no more cuts than this; what has more is a filling.
 _MOST_CUTS = 64
+#: Who else is no farther away than so many times the nearest one might be the nearest as well.
+_CLEARLY = 1.02
 #: Lines at two depths are one if their middles and lengths differ by no more, mm.
 _SAME_LINE = 0.05
 
@@ -74,7 +78,7 @@ def freed(traces: Traces, chain: Ints, rank: Ints, tab: float, *, inner_may_come
     cuts = _cuts(traces, chain, rank)
     number = np.arange(len(cuts.first))
     found: list[tuple[int, int]] = []
-    for loop in _outlines(cuts, tab):
+    for loop in _outlines(traces, cuts, tab):
         outer = np.array(sorted({cut for line, _ in loop for cut in line.cuts}))
         if (cuts.begins[outer] < 0).any():
             continue
@@ -123,8 +127,10 @@ def _cuts(traces: Traces, chain: Ints, rank: Ints) -> _Cuts:
     )
 
 
-def _outlines(cuts: _Cuts, tab: float) -> Iterator[list[tuple[_Line, bool]]]:
+def _outlines(traces: Traces, cuts: _Cuts, tab: float) -> Iterator[list[tuple[_Line, bool]]]:
     """Yield the lines around every outline in several parts, and whether each of them goes the way that it is cut."""
+    import shapely
+
     gap = np.hypot(*(cuts.tips[:, 1] - cuts.tips[:, 0]).T)
     chosen = np.flatnonzero((cuts.length > _ONE_PLACE) & (gap > _CLOSED))
     if not len(chosen):
@@ -134,6 +140,13 @@ def _outlines(cuts: _Cuts, tab: float) -> Iterator[list[tuple[_Line, bool]]]:
     for number, line in enumerate(lines):
         for joint in line.joints:
             around.setdefault(joint, []).append(number)
+    first = np.array([line.cuts[0] for line in lines])
+    owner = np.searchsorted(cuts.stop, np.arange(len(traces.feature)), side="right")
+    order = np.argsort(first)
+    mine = np.flatnonzero(np.isin(owner, first))
+    ways = np.empty(len(lines), dtype=object)
+    ways[order] = ways_of(shapely, traces.pick(mine), owner[mine], len(traces.feature) << 2)[0]
+    tree = shapely.STRtree(ways)
     done: set[int] = set()
     for number in range(len(lines)):
         loop = _walk(lines, number, around) if number not in done else []
@@ -143,8 +156,21 @@ def _outlines(cuts: _Cuts, tab: float) -> Iterator[list[tuple[_Line, bool]]]:
             gap[cut] > _OPEN_PART * cuts.length[cut] or cuts.stop[cut] - cuts.at[cut] < _LEAST_PIECES
         ):
             continue
-        if loop:
+        if loop and not _in_a_net(tree, ways, lines, around, number):
             yield [(lines[k], forward) for k, forward in loop]
+
+
+def _in_a_net(
+    tree: Any, ways: NDArray[np.object_], lines: Sequence[_Line], around: dict[int, list[int]], number: int
+) -> bool:
+    """Return whether so many lines hang together with one that they are a filling, and no outline."""
+    known, new = {number}, [number]
+    while new and len(known) <= _MOST_CUTS:
+        reached = set(tree.query(ways[new], predicate="dwithin", distance=_ONE_PLACE)[1].tolist())
+        reached.update(k for line in new for joint in lines[line].joints for k in around[joint])
+        new = list(reached - known)
+        known |= reached
+    return len(known) > _MOST_CUTS
 
 
 def _walk(lines: Sequence[_Line], number: int, around: dict[int, list[int]]) -> list[tuple[int, bool]]:
@@ -179,8 +205,13 @@ def _joints(tips: Floats, tab: float) -> Ints:
     spots = np.unique(joint)
     near = np.full(len(places), -1)
     tree = shapely.STRtree(points[spots])
-    here, there = tree.query_nearest(points[spots], max_distance=tab, exclusive=True, all_matches=False)
-    near[spots[here]] = spots[there]
+    (here, there), apart = tree.query_nearest(
+        points[spots], max_distance=tab, exclusive=True, all_matches=False, return_distance=True
+    )
+    # Between more than two ends it is not clear which of them a tab parts.
+    around, _ = tree.query(points[spots[here]], predicate="dwithin", distance=_CLEARLY * apart)
+    clear = np.bincount(around, minlength=len(here)) == 2
+    near[spots[here[clear]]] = spots[there[clear]]
     mutual = spots[(near[spots] > spots) & (near[near[spots]] == spots)]
     joined = np.arange(len(places))
     joined[near[mutual]] = mutual
