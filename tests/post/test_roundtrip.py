@@ -42,7 +42,7 @@ def test_a_program_reads_back_as_its_toolpath(
 
 
 @pytest.mark.parametrize("name", dialects(torch=False))
-def test_a_hole_where_the_tool_stands_already_reads_back_with_all_its_steps(name: str) -> None:
+def test_a_hole_where_the_tool_stands_already_reads_back(name: str) -> None:
     b = ToolpathBuilder()
     b.rapid(z=3.0)
     b.tool(1)
