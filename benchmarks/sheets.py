@@ -1,4 +1,4 @@
-"""Sheets cut: the route beside the published one, machine time with chains, ants beside nearest neighbour.
+"""Sheets cut: routes beside published ones, machine time with chains and common lines, ants and nearest neighbour.
 
     python benchmarks/sheets.py --limit 10 --write docs/benchmarks.md
     python benchmarks/sheets.py --only routes --sheets E1X_6
@@ -285,9 +285,9 @@ def nest_rows(sizes: Sequence[int], limit: float) -> Iterator[list[str]]:
 
 # -- common lines ----------------------------------------------------------------------------------------------------
 
-#: Plates of 150 × 100 mm with a hole: rows and columns, by the torch. A plasma cuts two rows with common lines.
+#: Rows and columns of plates, by the torch: a plasma cuts two rows with common lines.
 GRIDS = {"plasma 6 mm": (2, 8), "Sirius": (2, 8), "laser 6 mm": (5, 8)}
-#: What stays between parts that are cut one by one, mm, besides the kerf.
+#: Between parts that are cut one by one, mm, besides the kerf.
 APART = 10.0
 
 
@@ -332,8 +332,6 @@ TIME_HEAD = (
 NEST_HEAD = (
     "parts", "pierces", "moves, nearest, mm", "leafcut, mm", "saved, %", "route, nearest, mm", "leafcut, mm", "saved, %"
 )  # fmt: skip
-
-
 COMMON_HEAD = (
     "machine", "plates", "kerf, mm", "cut, mm", "with common lines", "cut once, mm", "pierces", "with common lines",
     "time, s", "with common lines", "saved, %",
@@ -362,8 +360,8 @@ Nests made by `benchmarks/nests.py`: nearest neighbour (same places to begin, in
 COMMON_TEXT = f"""## Sheets: common lines
 
 Plates of 150 × 100 mm with a hole of 40 mm, laid in rows by leafcut's nester: {APART:g} mm and a kerf apart, and cut
-one by one; and one kerf apart, with `--common-lines`. *cut* is all that the torch goes while it burns, leads included, *cut
-once* what of it lies between two plates. Machine time is that of the whole verified program.
+one by one; and one kerf apart, with `--common-lines`. *cut* is all that the torch goes while it burns, leads included,
+*cut once* what of it lies between two plates. Machine time is that of the whole verified program.
 """
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 import shapely
 
-from cut_sheets import FINE, LASER, PLASMA, materials, sheet_of, swept
+from cut_sheets import FINE, LASER, PLASMA, materials, rectangle, sheet_of, split_rectangle, swept
 from cut_sheets import cutting_of as every_cutting_of
 from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.polyline import Polyline
@@ -21,10 +23,6 @@ from leafcut.plan.cutting import Cutting, drawing_order
 HALF = 0.5 * PLASMA.kerf
 #: Ends of lines may be short of the middle of a kerf by so much, mm.
 END = 0.03
-
-
-def rectangle(x: float, y: float, width: float, height: float) -> Polyline:
-    return Polyline.of_points([(x, y), (x + width, y), (x + width, y + height), (x, y + height)], closed=True)
 
 
 def outlines(*boxes: tuple[float, float, float, float]) -> Sheet:
@@ -227,3 +225,19 @@ def test_scrap_that_a_group_encloses_makes_no_group_of_all() -> None:
 def test_what_common_lines_do_not_go_with_is_refused(options: dict[str, Any]) -> None:
     with pytest.raises(OptionError, match=r"--common-lines does not go with"):
         cutting_of(grid(2, 1, PLASMA.kerf), **options)
+
+
+@pytest.mark.parametrize("process", ["laser_fiber_3kW", "plasma"])
+@pytest.mark.parametrize("seed", range(10))
+def test_whatever_a_rectangle_is_split_into_is_cut_out_or_refused(process: str, seed: int) -> None:
+    boxes = split_rectangle(seed, LASER.kerf)
+    try:
+        cutting = cutting_of(outlines(*boxes), replace(LASER, process=process), lead_in_length=2.0)
+    except PlanError as refused:
+        assert "no lead fits into the scrap" in str(refused)
+        return
+    cuts = cuts_of(cutting)
+    assert_parts_are_cut_out(cutting, cuts)
+    twice = [line_of(c).buffer(0.02) for c in cuts if c.common]
+    for a, b in itertools.combinations(twice, 2):
+        assert a.intersection(b).area < 0.01

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
 from proved_sheets import CLEARANCE, STEEL, laid, machine_for
 
-from cut_sheets import sheet_of, square
+from cut_sheets import rectangle, sheet_of, split_rectangle, square
+from leafcut.errors import PlanError
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.sheet import Sheet
 from leafcut.options import CutOptions, PostOptions
+from leafcut.plan.clear_pierces import clear_pierces
 from leafcut.plan.cut_rules import CutRules, resolve_rules
 from leafcut.plan.cutting import drawing_order, prepare_cutting
+from leafcut.plan.leads_apart import leads_apart
 from leafcut.post.cutting import write_cut_program
 from leafcut.verify.difference import Difference
 from leafcut.verify.sheet import Asked, check_sheet
@@ -37,8 +41,8 @@ def planned() -> tuple[Cuts, CutRules]:
     return tuple(cutting.cut(s) for s in drawing_order(cutting)), rules
 
 
-def wrong(cuts: Cuts, rules: CutRules) -> list[Difference]:
-    plan = CutPlan(four(), STEEL, cuts)
+def wrong(cuts: Cuts, rules: CutRules, sheet: Sheet | None = None) -> list[Difference]:
+    plan = CutPlan(sheet or four(), STEEL, cuts)
     text = write_cut_program(plan, laid(cuts), dialect("qtplasmac"), PostOptions(), ["four"])
     asked = Asked(rules.half, safe_height=CLEARANCE)
     return check_sheet(plan.sheet, plan, text, dialect("qtplasmac"), machine_for("qtplasmac"), asked)
@@ -123,3 +127,20 @@ def test_a_kerf_along_the_edge_of_a_part_does_not_let_the_part_go() -> None:
     assert "out of order" not in found
     found = {d.what for d in wrong(tuple(by_contour[k] for k in (3, 1, 0, 4, 2)), rules)}
     assert "out of order" in found
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_whatever_a_rectangle_is_split_into_is_proved_or_refused(seed: int) -> None:
+    """Also where not all parts are in one group: what is around one follows edges of another, a kerf away."""
+    rules = resolve_rules(STEEL, CutOptions(common_lines=True), switches=True)
+    boxes = split_rectangle(seed, STEEL.kerf)
+    sheet = sheet_of(*((rectangle(*box), 0, -1, n) for n, box in enumerate(boxes, 1)), size=500)
+    try:
+        cutting = prepare_cutting(sheet, rules)
+    except PlanError as refused:
+        assert "no lead fits into the scrap" in str(refused)
+        return
+    order = clear_pierces(cutting, drawing_order(cutting), math.dist, None, None)
+    cuts = tuple(cutting.cut(s) for s in leads_apart(cutting, order, math.dist, None, None))
+    assert any(c.common for c in cuts) or len(boxes) == 1
+    assert wrong(cuts, rules, sheet) == []

@@ -185,7 +185,7 @@ class _Laid:
         found = []
         for claims in self.of_target.values():
             target = claims[0].target
-            whole = [c for c in claims if c.followed > MOST * target.way.length]
+            whole = [c for c in claims if c.followed > MOST * target.way.length and not self._passes(c)]
             if len(whole) > 1 or any(c.followed > TWICE * target.way.length for c in whole):
                 lines = ", ".join(str(self.runs[c.run].line) for c in whole)
                 text = f"{target.name} is gone round more than once, from line {lines}"
@@ -290,8 +290,13 @@ class _Laid:
 
     def _frees(self, claim: _Claim) -> bool:
         """Return whether a run is one that cuts a contour loose; that of a part a kerf away only follows an edge."""
-        whole = claim.followed > MOST * claim.target.way.length
+        whole = claim.followed > MOST * claim.target.way.length and not self._passes(claim)
         return whole or (claim.run < len(self.plan.cuts) and claim.target.index in self.plan.cuts[claim.run].contours)
+
+    def _passes(self, claim: _Claim) -> bool:
+        """Return whether a run around other parts with common lines follows a contour only as it lies a kerf away."""
+        cut = self.plan.cuts[claim.run] if claim.run < len(self.plan.cuts) else None
+        return cut is not None and cut.group > 0 and claim.target.index not in cut.contours
 
     def misplaced(self) -> list[Difference]:
         """Return the cuts that are not the plan's, in number or in what they cut."""
