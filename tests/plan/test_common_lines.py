@@ -141,6 +141,18 @@ def test_edges_that_face_only_in_part_share_that_part() -> None:
     assert_parts_are_cut_out(cutting, [line, around])
 
 
+def test_slanting_edges_share_what_faces() -> None:
+    """At 45 degrees and a kerf apart the ends of 60√2 mm are moved along by a kerf."""
+    aside = PLASMA.kerf * math.sqrt(2)
+    left = Polyline.of_points([(40, 40), (100, 40), (160, 100), (40, 100)], closed=True)
+    right = Polyline.of_points([(100 + aside, 40), (220, 40), (220, 100), (160 + aside, 100)], closed=True)
+    cutting = cutting_of(sheet_of((left, 0, -1, 1), (right, 0, -1, 2), size=500))
+    line, around = cuts_of(cutting)
+    assert line.common == pytest.approx(60 * math.sqrt(2) - PLASMA.kerf, abs=1e-6)
+    assert max(s.radius for s in around.path.segments() if s.is_arc) < 1e5
+    assert_parts_are_cut_out(cutting, [line, around])
+
+
 def test_round_corners_stay_arcs_around_a_group() -> None:
     rows = [(0, 0, 0), (50, 0, math.tan(math.pi / 8)), (60, 10, 0), (60, 60, 0), (0, 60, 0)]
     left = Polyline(np.array([(100 - x, 40 + y, -b) for x, y, b in rows]), closed=True).reversed()

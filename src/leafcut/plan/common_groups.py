@@ -28,6 +28,8 @@ REACH = 6.0
 CROSSABLE = ("laser", "waterjet")
 #: Lines are on one line when they turn by less than this, rad.
 STRAIGHT = 1e-3
+#: A fitted arc of a larger radius is a line, mm.
+ROUNDEST = 1e5
 #: Lead-ins are tried with these parts of their length, and at these angles to the line, rad.
 SHARES = (1.0, 0.7, 0.45, 0.3)
 ANGLES = tuple(math.radians(a) for a in (0.0, 45.0, -45.0, 30.0, -30.0, 60.0, -60.0))
@@ -137,7 +139,7 @@ class Grouper:
             return None
         if len(rings) != 1:
             return None
-        return rings[0] if rings[0].area > 0.0 else rings[0].reversed()
+        return _straightened(rings[0] if rings[0].area > 0.0 else rings[0].reversed())
 
     def _covers(self, lines: Any, members: frozenset[int]) -> bool:
         """Return whether all of every part's path is cut but arcs round corners, and nothing nearer to a part."""
@@ -264,6 +266,15 @@ class Grouper:
         # From the path around the group on it only comes farther away, until the kerfs are apart.
         leaves = np.all((np.diff(apart) > 0.0) | (apart[1:] >= kerf)) and apart[-1] >= 0.5 * kerf
         return bool(leaves) and bool(self.scrap.clear(lead[:1], splash)[0])
+
+
+def _straightened(path: Polyline) -> Polyline:
+    """Return a path whose arcs that are straight but for rounding are lines: no controller takes their radius."""
+    rows = path.vertices.copy()
+    chords = np.hypot(*(np.roll(rows, -1, axis=0) - rows)[:, :2].T)
+    bulge = np.abs(rows[:, 2])
+    rows[(0.5 * bulge * chords < OFFSET_TOLERANCE) & (chords > 4.0 * ROUNDEST * bulge), 2] = 0.0
+    return Polyline(rows, closed=True)
 
 
 def _room(slot: Slot) -> Any:
