@@ -6,9 +6,18 @@ import math
 import os
 import random
 import re
+import tempfile
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+
+from nests import make, rounded
+
+from leafcut.api import optimize
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.contour import Contour
+from leafcut.model.nest import Layout, Nest, NestPart, Placement
+from leafcut.post.nest_dxf import write_layout
 
 HEAD = "G21 G90 G17 G40 G49 G80 G94 {mode}\nF600\nG0 Z5\nG0 X0 Y0\n"
 
@@ -137,6 +146,46 @@ def relief(feed: int, mode: str, lines: int = 8) -> str:
     return HEAD.format(mode=mode) + "\n".join(out) + "\nG0 Z20\nM2\n"
 
 
+#: The simulated machine as a table for plasma: the file of its profile says the rest.
+TABLE = Path(__file__).parents[1] / "src" / "leafcut" / "machines" / "linuxcnc-sim.toml"
+
+
+def nested(n_parts: int, thickness: float) -> str:
+    """Return leafcut's own program, heights and all, for a nest of its own: arcs, holes, slots and windows."""
+    return cut_program(make(n_parts), thickness)
+
+
+def perforated(thickness: float, columns: int = 4, rows: int = 3, holes: int = 9) -> str:
+    """Return leafcut's own program for plates in a grid, each with small holes of four sizes in rows."""
+    width, height = 120.0, 90.0
+    outline = rounded([(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)], 6.0)
+    places = [(20.0 + 40.0 * (k % 3), 15.0 + 30.0 * (k // 3), 3.0 + k % 4) for k in range(holes)]
+    paths = [outline, *(Polyline.circle(*place) for place in places)]
+    plate = NestPart("plate", tuple(Contour(path) for path in paths), columns * rows)
+    placements = [Placement(0, 0.0, 15.0 + 140.0 * i, 15.0 + 110.0 * j) for j in range(rows) for i in range(columns)]
+    length, sheet_width = 10.0 + 140.0 * columns, 10.0 + 110.0 * rows
+    return cut_program(Nest((plate,), length, sheet_width, (Layout(tuple(placements)),), (0,)), thickness)
+
+
+def cut_program(sheet: Nest, thickness: float) -> str:
+    """Return the program of a nested sheet as `leafcut optimize --process cut` writes it for a plasma table with Z."""
+    with tempfile.TemporaryDirectory() as folder:
+        drawing, table = Path(folder) / "sheet.dxf", Path(folder) / "table.toml"
+        drawing.write_text(write_layout(sheet, sheet.layouts[0]), encoding="utf-8")
+        profile = TABLE.read_text(encoding="utf-8")
+        table.write_text(profile.replace('process = "spindle"', 'process = "torch"'), encoding="utf-8")
+        return optimize(
+            drawing,
+            process="cut",
+            machine=str(table),
+            dialect="plasma",
+            thickness=thickness,
+            ignore_layers="MARK*",
+            preset="fast",
+            bound=False,
+        ).text
+
+
 def programs() -> dict[str, Callable[[], str]]:
     """Return name → what makes the text of a program."""
     made: dict[str, Callable[[], str]] = {
@@ -164,6 +213,14 @@ def programs() -> dict[str, Callable[[], str]]:
     if DATA.is_dir():
         made.update({name: partial(real_program, name) for name in FILES})
     return made
+
+
+def sheets() -> dict[str, Callable[[], str]]:
+    """Return name → what makes the program of a sheet of mild steel, as leafcut cuts it."""
+    return {
+        "nest of 18 parts with arcs, holes and slots, 2 mm": partial(nested, 18, 2.0),
+        "12 plates with 108 small holes, 2 mm": partial(perforated, 2.0),
+    }
 
 
 def real_program(name: str) -> str:

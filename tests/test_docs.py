@@ -5,11 +5,13 @@ from __future__ import annotations
 import importlib
 import re
 import runpy
+import shlex
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import ezdxf
 import pytest
 
 from leafcut.cli import run
@@ -76,6 +78,28 @@ def test_the_names_in_a_page_exist(page: str) -> None:
         found += 1
         assert exists(name), name
     assert found
+
+
+def test_the_commands_of_the_page_on_sheets_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A drawing with two plates, a hole and a mark stands for the reader's; every program is verified and written."""
+    text = (ROOT / "docs" / "sheets.md").read_text(encoding="utf-8")
+    commands = re.findall(r"^    leafcut (optimize sheet\.dxf .+)$", text, flags=re.MULTILINE)
+    assert len(commands) >= 6
+    document = ezdxf.new(units=4)
+    space = document.modelspace()
+    for x in (20, 150):
+        corners = [(x, 20), (x + 100, 20), (x + 100, 100), (x, 100)]
+        space.add_lwpolyline(corners, close=True)
+    space.add_circle((60, 60), 20)
+    space.add_line((160, 40), (200, 40), dxfattribs={"layer": "MARKS"})
+    document.saveas(tmp_path / "sheet.dxf")
+    monkeypatch.chdir(tmp_path)
+    for command in commands:
+        words = shlex.split(command)
+        output = Path(words[words.index("-o") + 1])
+        output.unlink(missing_ok=True)
+        assert run([*words, "--preset", "fast"]) == 0, command
+        assert output.read_text().count("M3") >= 3
 
 
 def exists(name: str) -> bool:

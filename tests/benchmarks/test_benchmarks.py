@@ -153,6 +153,36 @@ def test_one_thread_and_several_are_compared_on_every_board(data: Path, tmp_path
     assert row[5] in ("0 of 2", "1 of 2", "2 of 2")
 
 
+def test_nests_stand_beside_the_best_known_with_the_density_of_their_length(data: Path, tmp_path: Path) -> None:
+    """The pieces of fu cover 1083 of a strip 38.0038 wide; sparrow's record is 30.843 long, 92.39 %."""
+    _, (head, _, row) = run(data, tmp_path / "b.md", "nesting", "fu", "--time", "1")
+    assert head[:7] == ["instance", "pieces", "length", "best known", "density, %", "best known, %", "points"]
+    assert row[:2] == ["fu", "12"]
+    assert float(row[4]) == pytest.approx(100.0 * 1083.0 / (38.0038 * float(row[2])), abs=0.02)
+    assert (row[3], row[5]) == ("30.843", "92.39")
+    assert float(row[6]) == pytest.approx(float(row[4]) - 92.39, abs=0.011)
+
+
+def test_the_judge_of_nests_refuses_what_overlaps_is_missing_or_leaves_the_strip(benchmark: Any) -> None:
+    """Two unit squares in a strip of width 1: side by side they fill a length of 2 and the gap between them."""
+    from leafcut.model.nest import Layout, Nest, Placement
+
+    nesting = benchmark("nesting")
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]])
+    strip = nesting.Strip("two", 1.0, ((square, 2, (0.0,)),), 2.0, 100.0)
+    side, (length, width) = strip.scale, strip.options().size
+
+    def judged(*places: tuple[float, float]) -> tuple[float, float]:
+        laid = tuple(Placement(0, 0.0, x, y) for x, y in places)
+        parts = tuple(strip.parts())
+        return strip.judged(Nest(parts, length, width, (Layout(laid),), (2 - len(laid),)))
+
+    assert judged((0.0, 0.0), (side + 0.1, 0.0)) == pytest.approx((2.0 + 0.1 / side, 100.0), rel=1e-4)
+    for places in (((0.0, 0.0), (0.9 * side, 0.0)), ((0.0, 0.0),), ((0.0, 0.0), (side + 1.0, 2.0))):
+        with pytest.raises(SystemExit, match="two: "):
+            judged(*places)
+
+
 def test_routes_of_sheets_are_beside_the_published_ones(data: Path, tmp_path: Path) -> None:
     """The published tour is counted again; of the sheet whose tour breaks inner before outer both rules are shown."""
     options = "--only", "routes", "--sheets", "8877,E1X_6", "--limit", "0.3"

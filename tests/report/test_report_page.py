@@ -11,6 +11,8 @@ import pytest
 from page_parser import Page
 
 from leafcut.model import Issue, Severity
+from leafcut.model.solution import WorkerFigures
+from leafcut.report import views
 from leafcut.report.colours import drawing_css, ramp_css
 from leafcut.report.page import write_page
 from leafcut.report.views import HEAD_LINES, MOST_ISSUE_ROWS, WHOLE_PROGRAM_LINES, nearest_cost
@@ -166,3 +168,13 @@ def test_columns_that_say_nothing_and_words_of_other_processes_are_left_out(outc
     assert "Cycle" not in words
     assert "feed moves" in words
     assert "beam on, off" in words
+
+
+def test_workers_that_had_nothing_to_search_have_no_row(outcome_of):
+    """Where the best order of all was found at once, or another worker did it all, there are no ants to show."""
+    idle, busy = WorkerFigures(0, 0, 0.0, float("inf")), WorkerFigures(1, 90, 0.1, 42.0)
+    points = [(0.0, 0.0), (10.0, 0.0)]
+    for algorithm, workers, rows in (("colony", (idle, busy), [1]), ("colony", (idle,), []), ("exact", (busy,), [])):
+        outcome = outcome_of(points, solution={"algorithm": algorithm, "workers": workers})
+        assert [row["worker"] for row in views.workers(outcome)["rows"]] == rows
+        assert ("Workers" in Page(write_page(outcome)).words) is bool(rows)

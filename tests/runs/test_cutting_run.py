@@ -13,7 +13,7 @@ import pytest
 from cut_sheets import assert_leads_in_scrap, assert_nothing_is_gouged
 from leafcut import api
 from leafcut.cli import run
-from leafcut.errors import OptionError, PlanError, VerifyError
+from leafcut.errors import OptionError, PlanError, PostError, VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.model.toolpath import Kind
@@ -63,6 +63,17 @@ def test_holes_and_marks_of_a_part_come_before_its_outline(outcome) -> None:
         contour = outcome.cut_plan.sheet.contours[cut.contours[0]]
         seen.setdefault(cut.part, []).append("mark" if cut.kind == "mark" else "hole" if contour.is_hole else "outline")
     assert {tuple(words) for words in seen.values()} == {("mark", "hole", "hole", "outline")}
+
+
+def test_a_hole_into_which_the_kerf_does_not_go_is_told_and_the_rest_is_cut(tmp_path: Path) -> None:
+    document = ezdxf.new(units=4)
+    document.modelspace().add_lwpolyline([(0, 0), (60, 0), (60, 60), (0, 60)], close=True)
+    document.modelspace().add_circle((30, 30), 0.4)
+    document.saveas(tmp_path / "narrow.dxf")
+    outcome = api.optimize(tmp_path / "narrow.dxf", **FAST)
+    assert outcome.verified
+    assert [cut.contours for cut in outcome.cut_plan.cuts] == [(0,)]
+    assert [i.code for i in outcome.issues].count("L611") == 1
 
 
 def test_the_time_norm_adds_up_to_the_machine_time(outcome) -> None:
@@ -236,6 +247,23 @@ def test_what_cannot_be_cut_is_refused_in_one_line(drawing: Path, options, error
     with pytest.raises(error, match=words) as caught:
         api.optimize(drawing, **{**FAST, **options})
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"dialect": "plasma"}, "marking"),
+        ({"dialect": "grbl-laser", "compensation": "controller"}, "G41"),
+        ({"dialect": "plasma", "ignore_layers": "MARK", "material_number": 3}, "--material-number"),
+    ],
+    ids=str,
+)
+def test_what_the_controller_has_no_words_for_is_refused_before_the_search(
+    drawing: Path, monkeypatch: pytest.MonkeyPatch, options, words: str
+) -> None:
+    monkeypatch.setattr("leafcut.plan.cutting.prepare_cutting", lambda *_: pytest.fail("it was planned"))
+    with pytest.raises(PostError, match=words):
+        api.optimize(drawing, **{**FAST, **options})
 
 
 def test_the_command_line_answers_with_the_norm(drawing: Path, tmp_path: Path, capsys) -> None:

@@ -87,6 +87,19 @@ def test_the_spindle_costs_at_every_start_or_change_and_covers_the_dwell_after_i
     assert found["dwell"] == pytest.approx(0.25)
 
 
+def test_dwells_that_all_wait_for_a_beam_leave_no_other_dwell() -> None:
+    """Ten pierces of 0.1 s, which add up to 0.9999999999999999 s in one order and to 1 s in another."""
+    builder = ToolpathBuilder()
+    for _ in range(10):
+        builder.spindle(1000)
+        builder.dwell(0.1)
+        builder.spindle(0)
+    found = measure(builder.build(), replace(MILL, spindle_start_s=0.0)).by_kind
+    assert found["dwell"] == 0.0
+    assert math.copysign(1.0, found["dwell"]) == 1.0
+    assert found["spindle"] == pytest.approx(1.0)
+
+
 def test_an_arc_by_hand() -> None:
     """Half a circle of r = 10: 31.416 mm. The axes could run it at 100 mm/s, so half of 500 mm/s² is left along it: at
     20 mm/s 31.416/20 + 20/250. At 79 mm/s √(√3/2 · 500 · 10) = 65.8 rules. Other controls: √(a r) = 70.7, all of a."""

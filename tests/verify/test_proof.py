@@ -242,7 +242,7 @@ def test_what_lies_beside_a_loop_is_not_inside_it() -> None:
 
 def test_an_open_cut_encloses_nothing() -> None:
     head = "G21 G90\nM3 S1\n"
-    inner, hook = "G0 X5 Y5\nG1 X6 F100\n", "G0 X0 Y0\nG1 X10 F100\nY10\nX0\nY0.5\n"
+    inner, hook = "G0 X5 Y5\nG1 X6 F100\n", "G0 X0 Y0\nG1 X10 F100\nY10\nX0\nY5\n"
     assert certified(head + inner + hook, head + hook + inner).same
 
 

@@ -14,7 +14,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from leafcut.gcode.words import MAX_NUMBER, Block, BlockError, Word, refuse_rest, split_line, tokenise, words_of
+from leafcut.gcode.words import MAX_NUMBER, Block, BlockError, Word, absurd, refuse_rest, split_line, tokenise, words_of
 
 #: LinuxCNC takes two numbers for equal when they are nearer than this.
 EQUAL = 1e-5
@@ -150,7 +150,7 @@ class Scanner:
             refuse_rest(self.text, start)
         value = float(plain) if plain is not None else self.value()
         if not -MAX_NUMBER < value < MAX_NUMBER:
-            raise BlockError(f"the number of {letter.upper()} is absurd")
+            raise BlockError(absurd(letter))
         return Word(letter.upper(), value, plain if plain is not None else _shown(value))
 
     def setting(self) -> Setting:

@@ -23,6 +23,13 @@ MAX_NUMBER = 1e9
 _WORD = re.compile(r"[ \t]*([A-Za-z$])[ \t]*([+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++))")
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
 
+#: Conditions, loops and jumps as Fanuc, Haas and Fagor write them without an O-word.
+_MACRO = re.compile(r"(?:IF|WHILE)[ \t]*\[|GOTO|DO[ \t]*[0-9#]|END[ \t]*[0-9]|THEN\b|ELSE\b", re.IGNORECASE)
+_NO_MACROS = (
+    "macro control of Fanuc is not understood (IF … GOTO, WHILE … DO … END); "
+    "let the CAM write plain moves, or write out by hand what it does"
+)
+
 
 class BlockError(LeafcutError):
     """A block cannot be understood; the interpreter adds file and line.
@@ -127,10 +134,16 @@ def words_of(body: str) -> tuple[Word, ...]:
         letter, text = found.groups()
         value = float(text)
         if not -MAX_NUMBER < value < MAX_NUMBER:
-            raise BlockError(f"the number of {letter} is absurd")
+            raise BlockError(absurd(letter))
         words.append(Word(letter.upper(), value, text))
         position = found.end()
     return tuple(words)
+
+
+def absurd(letter: str) -> str:
+    """Return what to say of a number that no machine understands."""
+    what = f"the number of {letter.upper()} is absurd: {MAX_NUMBER:,.0f} or more"
+    return f"{what}; correct or delete that word, or make the program anew"
 
 
 def refuse_rest(body: str, position: int) -> NoReturn:
@@ -139,6 +152,8 @@ def refuse_rest(body: str, position: int) -> NoReturn:
     first = rest[:1]
     if first in "#[]=<>*":
         raise BlockError(f"'{first}': parameters and expressions are not understood")
+    if _MACRO.match(rest):
+        raise BlockError(_NO_MACROS)
     if first.isascii() and first.isalpha():
         raise BlockError(f"'{_shown(rest)}' is a letter without a number")
     if first in "0123456789.+-" and first:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.plan.cut_contours import FLATNESS
@@ -15,7 +18,9 @@ Point = tuple[float, float]
 Travel = Callable[[Point, Point], float]
 
 #: Passes over all pierces: one that moves away may come near another.
-PASSES = 4
+PASSES = 8
+#: Where more pierces than this are wrong, all move by what was there before the pass; else each by what is there then.
+MOST_IN_TURN = 30
 #: A pierce this much farther away than half a kerf is out of it, mm.
 ROOM = 0.05
 
@@ -25,7 +30,6 @@ class _Laid:
     """The ways of the cuts in their order, and where they pierce; those that burn nothing through are far away."""
 
     lines: list[Any]
-    points: list[Any]
     tree: Any
     pierces: Any
 
@@ -38,36 +42,48 @@ def clear_pierces(
     A pierce keeps a kerf from the middle of every earlier cut where one of its contour's starts does, half a kerf else,
     and at what costs least by `travel`. What a plan file fixes stays where it is.
     """
-    order = list(order)
+    order, drawn = list(order), _Drawn(cutting)
     for _ in range(PASSES):
-        laid = _lay(cutting, order)
+        laid = _lay(drawn, order)
         wrong = [k for k in range(len(order)) if any(_bad(cutting, laid, k, order[k]))]
         moved = False
         for k in wrong:
-            better = _elsewhere(cutting, laid, order, k, travel, start, end)
+            better = _elsewhere(drawn, laid, order, k, travel, start, end)
             if better is not None:
                 order[k], moved = better, True
-                laid = _lay(cutting, order)
+                laid = _lay(drawn, order) if len(wrong) <= MOST_IN_TURN else laid
         if not moved:
             break
     return order
 
 
-def _lay(cutting: Cutting, order: list[CutStart]) -> _Laid:
+class _Drawn:
+    """The lines of cuts, each made once: of thousands of cuts few begin elsewhere from one look to the next."""
+
+    def __init__(self, cutting: Cutting) -> None:
+        self.cutting = cutting
+        # With the start itself, so that no other one can have its id.
+        self._lines: dict[int, tuple[CutStart, Any]] = {}
+
+    def line(self, start: CutStart) -> Any:
+        """Return the way of the torch from a start on, as a shapely line."""
+        import shapely
+
+        if id(start) not in self._lines:
+            path: Polyline = self.cutting.cut(start).path
+            self._lines[id(start)] = start, shapely.LineString(path.flattened(FLATNESS))
+        return self._lines[id(start)][1]
+
+
+def _lay(drawn: _Drawn, order: list[CutStart]) -> _Laid:
     import shapely
 
-    nothing, nowhere = shapely.LineString(), shapely.Point()
-    burns = [cutting.contours[s.contour].kind == "cut" for s in order]
-    lines = [_line(cutting, s) if b else nothing for s, b in zip(order, burns, strict=True)]
-    points = [shapely.Point(*s.entry) if b and s.pierce else nowhere for s, b in zip(order, burns, strict=True)]
-    return _Laid(lines, points, shapely.STRtree(lines), shapely.STRtree(points))
-
-
-def _line(cutting: Cutting, start: CutStart) -> Any:
-    import shapely
-
-    path: Polyline = cutting.cut(start).path
-    return shapely.LineString(path.flattened(FLATNESS))
+    nothing = shapely.LineString()
+    burns = [drawn.cutting.contours[s.contour].kind == "cut" for s in order]
+    lines = [drawn.line(s) if b else nothing for s, b in zip(order, burns, strict=True)]
+    places = [s.entry if b and s.pierce else (math.nan, math.nan) for s, b in zip(order, burns, strict=True)]
+    points = shapely.points(np.array(places, dtype=np.float64).reshape(-1, 2), handle_nan="skip")
+    return _Laid(lines, shapely.STRtree(lines), shapely.STRtree(points))
 
 
 def _bad(cutting: Cutting, laid: _Laid, k: int, start: CutStart, line: Any = None) -> tuple[int, int]:
@@ -92,7 +108,7 @@ def _bad(cutting: Cutting, laid: _Laid, k: int, start: CutStart, line: Any = Non
 
 
 def _elsewhere(
-    cutting: Cutting,
+    drawn: _Drawn,
     laid: _Laid,
     order: list[CutStart],
     k: int,
@@ -101,7 +117,7 @@ def _elsewhere(
     end: Point | None,
 ) -> CutStart | None:
     """Return the start of the same contour that is clear at the least cost; None where none is better than its own."""
-    own = order[k]
+    own, cutting = order[k], drawn.cutting
     before = order[k - 1].exit if k else start
     after = order[k + 1].entry if k + 1 < len(order) else end
 
@@ -112,7 +128,7 @@ def _elsewhere(
     best = None
     least = (*_bad(cutting, laid, k, own, laid.lines[k]), 0.0)
     for other in (cutting.starts[n] for n in cutting.by_contour[own.contour]):
-        rank = (*_bad(cutting, laid, k, other, _line(cutting, other)), cost(other))
+        rank = (*_bad(cutting, laid, k, other, drawn.line(other)), cost(other))
         if rank[:2] < least[:2] or (best is not None and rank < least):
             least, best = rank, other
     return best

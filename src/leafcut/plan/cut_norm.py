@@ -29,10 +29,13 @@ def cut_norm(
     one = _sum(each)
     one = replace(one, rapid_s=one.rapid_s + whole - one.total_s)
     areas = part_areas(sheet)
-    numbers = sorted({sheet.contours[i].part for c in cuts for i in c.contours})
+    shares: dict[int, list[CutTimes]] = {}
+    for times, cut in zip(each, cuts, strict=True):
+        for number in {sheet.contours[i].part for i in cut.contours}:
+            shares.setdefault(number, []).extend(_shares(sheet, cut, times, number))
     parts = []
-    for number in numbers:
-        own = _sum([t for times, c in zip(each, cuts, strict=True) for t in _shares(sheet, c, times, number)])
+    for number in sorted(shares):
+        own = _sum(shares[number])
         parts.append(PartTimes(number, areas.get(number, 0.0), own, cost_of(own, options)))
     cut_parts = {sheet.contours[i].part for c in cuts if c.kind == "cut" for i in c.contours}
     used = sum(area for number, area in areas.items() if number in cut_parts)

@@ -32,12 +32,13 @@ def leads_apart(
     """
     order = list(order)
     for _ in range(PASSES):
-        near = _too_near(cutting, order)
+        extras = [_extras(cutting, s) for s in order]
+        near = _too_near(extras, cutting.rules.kerf)
         moved = False
         for k in sorted({max(pair) for pair in near}) + sorted({min(pair) for pair in near}):
-            better = _elsewhere(cutting, order, k, travel, start, end)
+            better = _elsewhere(cutting, order, extras, k, travel, start, end)
             if better is not None:
-                order[k], moved = better, True
+                order[k], extras[k], moved = better, _extras(cutting, better), True
         if not moved:
             break
     return order
@@ -63,31 +64,29 @@ def _left(cutting: Cutting, s: CutStart) -> Point:
     return s.exit if not s.then else cutting.contours[s.contour].path.point_at(s.at)
 
 
-def _too_near(cutting: Cutting, order: Sequence[CutStart]) -> set[tuple[int, int]]:
-    """Return pairs of places in the order whose leads come into each other's kerf."""
+def _too_near(extras: Sequence[list[Any]], kerf: float) -> set[tuple[int, int]]:
+    """Return pairs of places in the order whose leads (`_extras` of each) come into each other's kerf."""
     import shapely
 
-    lines, owner = [], []
-    for k, s in enumerate(order):
-        own = _extras(cutting, s)
-        lines += own
-        owner += [k] * len(own)
+    lines = [line for own in extras for line in own]
+    owner = [k for k, own in enumerate(extras) for _ in own]
     if not lines:
         return set()
-    pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=cutting.rules.kerf - ROUNDING)
+    pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=kerf - ROUNDING)
     return {(owner[a], owner[b]) for a, b in pairs.T.tolist() if owner[a] < owner[b]}
 
 
 def _elsewhere(
-    cutting: Cutting, order: Sequence[CutStart], k: int, travel: Travel, start: Point | None, end: Point | None
-) -> CutStart | None:
+    cutting: Cutting, order: Sequence[CutStart], extras: Sequence[list[Any]], k: int, travel: Travel,
+    start: Point | None, end: Point | None,
+) -> CutStart | None:  # fmt: skip
     """Return the cheapest start of a cut whose leads keep away from all others; None where it must stay, or may."""
     import shapely
 
     own = order[k]
     if "start" in cutting.fixed.get(own.contour, ()):
         return None
-    tree = shapely.STRtree([line for i, s in enumerate(order) if i != k for line in _extras(cutting, s)])
+    tree = shapely.STRtree([line for i, own_lines in enumerate(extras) if i != k for line in own_lines])
     reach = cutting.rules.kerf - ROUNDING
 
     def clear(s: CutStart) -> bool:

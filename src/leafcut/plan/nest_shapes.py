@@ -18,6 +18,8 @@ from leafcut.plan.nest_strip import Budget, Strip, StripItem, pack_strip, requir
 ROUNDING, ROUNDING_SHARE = 0.01, 1e-6
 #: Outlines are given in fewer points, that leave them by this share of their size, between these bounds in mm.
 COARSE, FINEST, COARSEST = 0.001, 0.02, 0.5
+#: Outlines of no more points than these are given as they are.
+FEW_POINTS = 16
 #: Corners grow by at most this many times the spacing.
 MITRE = 2.0
 #: So many pieces at once are as many as the nester packs in reasonable time.
@@ -159,7 +161,8 @@ class ShapePacker:
         """Return the points of an outline grown by half the spacing and more, about its middle; the middle; its area.
 
         It encloses all that is nearer than half the spacing: where it has fewer points than the outline it is grown
-        by what they lose, and sharp corners are cut off no nearer than a round one would be.
+        by what they lose, and sharp corners are cut off no nearer than a round one would be. Few points stay as they
+        are: parts whose sides add up to the sheet's width fit beside each other.
         """
         from shapely import Polygon
 
@@ -167,9 +170,12 @@ class ShapePacker:
         x0, y0, x1, y1 = piece.path.extents
         coarse = min(max(COARSE * math.hypot(x1 - x0, y1 - y0), FINEST), COARSEST)
         rounding = max(ROUNDING, ROUNDING_SHARE * max(self.length, self.width))
-        grow = 0.5 * self.spacing + piece.slack + coarse + rounding
+        exact = len(piece.polygon.exterior.coords) <= FEW_POINTS
+        grow = 0.5 * self.spacing + piece.slack + rounding + (0.0 if exact else coarse)
         grown = piece.polygon.buffer(grow, join_style="mitre", mitre_limit=MITRE)
-        rough = Polygon(Polygon(grown.exterior).simplify(coarse).exterior)
+        rough = Polygon(grown.exterior)
+        if not exact:
+            rough = Polygon(rough.simplify(coarse).exterior)
         middle = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
         points = [(x - middle[0], y - middle[1]) for x, y in rough.exterior.coords[:-1]]
         return points, middle, float(rough.area)

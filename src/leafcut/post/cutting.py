@@ -46,11 +46,36 @@ def write_cut_program(
         The toolpath needs a word that the controller does not have.
     """
     lines = header if options.header else ()
+    marks = bool(((path.kind == Kind.SPINDLE) & (path.value != 0.0) & (path.ref != 0)).any())
+    compensates = bool(((path.kind == Kind.RADIUS) & (path.ref != 40)).any())
+    check_words(dialect, options, marks=marks, compensates=compensates)
     if dialect.torch is None:
-        if any(cut.kind == "mark" for cut in plan.cuts):
-            raise PostError(f"{dialect.name} has no words for marking; leave the marks out (--ignore-layers)")
         return Writer(path, dialect, options, {}, 0.0).program(lines)
     return _TorchWriter(plan, path, dialect, dialect.torch, options).program(lines)
+
+
+def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensates: bool) -> None:
+    """Refuse what a controller has no words for; asked before an order is sought, too.
+
+    Parameters
+    ----------
+    marks, compensates
+        Whether anything is marked, and whether the controller is to compensate the kerf.
+
+    Raises
+    ------
+    PostError
+        Says what is missing, and what to do without it.
+    """
+    torch, name = dialect.torch, dialect.name
+    if marks and (torch is None or not torch.mark_on):
+        raise PostError(
+            f"{name} has no words for marking; leave the marks out (--ignore-layers), or choose another dialect"
+        )
+    if compensates and (torch is None or not torch.compensation):
+        raise PostError(f"{name} does not compensate the kerf (G41, G42); use --compensation geometry")
+    if options.material_number is not None and (torch is None or not torch.material):
+        raise PostError(f"{name} has no table of materials; leave out --material-number")
 
 
 class _TorchWriter(Writer):
@@ -65,8 +90,6 @@ class _TorchWriter(Writer):
         self.compensated = _first_compensated(self.path)
         # Z is the controller's: the program may go anywhere from its first block.
         self.safe = torch.heights != "program"
-        if options.material_number is not None and not torch.material:
-            raise PostError(f"{dialect.name} has no table of materials; leave out --material-number")
 
     def _writing(self) -> dict[Kind, Callable[[Motion], None]]:
         more: dict[Kind, Callable[[Motion], None]] = {
@@ -183,8 +206,6 @@ class _TorchWriter(Writer):
         self.compensating = row.ref != 40
         if not self.compensating:
             self.out.say("G40")
-        elif not words:
-            raise PostError(f"{self.dialect.name} does not compensate the kerf (G41, G42); use --compensation geometry")
         else:
             by_width = words.endswith(".1")
             register = self.numbers.length(row.value) if by_width else f"{row.value:.0f}"

@@ -1,4 +1,4 @@
-"""How this controller says dwells and canned cycles; the only place where dialects differ in kind."""
+"""How this controller says dwells, coolants and canned cycles; the only place where dialects differ in kind."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.numbers import NumberFormat, format_number
 from leafcut.model.cycles import peck_depths
 from leafcut.model.toolpath import DrillCycle
+
+_COOLANT_WORDS = {1: "M7", 2: "M8"}
 
 
 def dwell_word(seconds: float, dialect: Dialect) -> str:
@@ -19,6 +21,30 @@ def dwell_word(seconds: float, dialect: Dialect) -> str:
     else:
         number = format_number(seconds, 3, point=unit == "point")
     return dialect.dwell_letter + number
+
+
+def coolant_words(mode: int, before: int, dialect: Dialect) -> list[str]:
+    """Return the words that change the coolants: bits of `mode` and of what was on `before`, 1 mist, 2 flood.
+
+    Raises
+    ------
+    PostError
+        The controller cannot do that.
+    """
+    if mode == 0:
+        return ["M9"]
+    if before & ~mode:
+        raise PostError("one of two coolants cannot be switched off alone; switch off both first")
+    words = [word for bit, word in _COOLANT_WORDS.items() if mode & bit]
+    for word in words:
+        if int(word[1:]) not in dialect.m_codes:
+            raise PostError(f"{dialect.name} has no {word} (mist)")
+    return words
+
+
+def said_with(cycle: DrillCycle) -> tuple[str, float, float, float, float]:
+    """Return what is said with a cycle's word; G98 and G99 are words of their own."""
+    return cycle.name, cycle.r_plane, cycle.bottom, cycle.peck, cycle.dwell
 
 
 def has_cycle(cycle: DrillCycle, dialect: Dialect) -> bool:

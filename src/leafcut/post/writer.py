@@ -22,10 +22,9 @@ from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath, plane_axe
 from leafcut.options import PostOptions
 from leafcut.post.blocks import Blocks
 from leafcut.post.comments import plain_text
-from leafcut.post.words import cycle_words, dwell_word, has_cycle
+from leafcut.post.words import coolant_words, cycle_words, dwell_word, has_cycle, said_with
 
 _NO_NAMES: Mapping[int, str] = MappingProxyType({})
-_COOLANT_WORDS = {1: "M7", 2: "M8"}
 
 
 def write_program(
@@ -268,7 +267,7 @@ class Writer:
         if not has_cycle(cycle, self.dialect) or not self._can_return(cycle, row.end[2]):
             self._expand(row, cycle)
             return
-        same = self.cycle is not None and _words_of(self.cycle) == _words_of(cycle)
+        same = self.cycle is not None and said_with(self.cycle) == said_with(cycle)
         if not same or self.cycle is None:
             self.out.forget(["motion", "retract", *"XY"])
         plane = self.out.modal("plane", "G17")
@@ -297,7 +296,7 @@ class Writer:
         """
         if self.cycle is not None:
             returns = self._returns(cycle, self.initial, height)
-            restarts = self.dialect.cycle_words == "fagor" and _words_of(self.cycle) != _words_of(cycle)
+            restarts = self.dialect.cycle_words == "fagor" and said_with(self.cycle) != said_with(cycle)
             level = max(self.initial, cycle.r_plane) if cycle.to_initial else cycle.r_plane
             height_now = self.position[2]
             slants = height_now < level or self.initial < cycle.r_plane < height_now
@@ -380,18 +379,8 @@ class Writer:
         self.spinning = True
 
     def _coolant(self, row: Motion) -> None:
-        mode, before = row.ref, self.coolant_mode
-        self.coolant_mode = mode
-        if mode == 0:
-            self.out.say("M9")
-            return
-        if before & ~mode:
-            raise PostError("one of two coolants cannot be switched off alone; switch off both first")
-        words = [word for bit, word in _COOLANT_WORDS.items() if mode & bit]
-        for word in words:
-            if int(word[1:]) not in self.dialect.m_codes:
-                raise PostError(f"{self.dialect.name} has no {word} (mist)")
-        self.out.say(*words)
+        self.out.say(*coolant_words(row.ref, self.coolant_mode, self.dialect))
+        self.coolant_mode = row.ref
 
     def _pause(self, row: Motion) -> None:
         self.out.say("M1" if row.ref else "M0")
@@ -399,8 +388,3 @@ class Writer:
     def _end(self, row: Motion) -> None:
         self.out.say(self.dialect.end_word)
         self.ended = True
-
-
-def _words_of(cycle: DrillCycle) -> tuple[str, float, float, float, float]:
-    """Return what is said with the cycle's word; G98 and G99 are words of their own."""
-    return cycle.name, cycle.r_plane, cycle.bottom, cycle.peck, cycle.dwell

@@ -217,8 +217,13 @@ def nearest_cost(outcome: Outcome) -> float | None:
 
 
 def workers(outcome: Outcome) -> Row:
-    """Return one row per worker and operation, with bars of ants and seconds, and how many rows were left out."""
-    every = [(o, w) for o in outcome.operations for w in o.solution.workers]
+    """Return one row per worker and operation, with bars of ants and seconds, and how many rows were left out.
+
+    A worker without an ant has none: where the best order of all was found at once, there was nothing left to search.
+    """
+    every = [
+        (o, w) for o in outcome.operations if o.solution.algorithm != "exact" for w in o.solution.workers if w.ants > 0
+    ]
     most_ants = max((w.ants for _, w in every), default=0)
     most_seconds = max((w.seconds for _, w in every), default=0.0)
     several = len({id(o) for o, _ in every}) > 1

@@ -104,6 +104,7 @@ def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
     from leafcut.plan.cutting import corner_point, prepare_cutting, with_options
     from leafcut.plan.drilling import parse_zones
     from leafcut.plan.following import follow_plan
+    from leafcut.post.cutting import check_words
     from leafcut.read.plan_file import load_plan
     from leafcut.timing.travel import travel_metric
 
@@ -114,6 +115,8 @@ def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
     rules = resolve_rules(data, settings.cut, switches=_switches(words))
     part, sheet = _sheet(run, source)
     sheet = with_options(sheet, settings.cut, parse_zones(settings.drill.keep_out))
+    marks = any(c.contour.kind == "mark" for c in sheet.contours)
+    check_words(words, settings.post, marks=marks, compensates=settings.cut.compensation == "controller")
     plan = load_plan(settings.cut.plan) if settings.cut.plan else None
     run.tell("looking for places to pierce")
     cutting = prepare_cutting(sheet, rules)

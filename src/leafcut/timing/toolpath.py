@@ -53,11 +53,11 @@ def measure(path: Toolpath, machine: Machine) -> Measure:
     """
     path, delta, turns, moves, each = _timed(path, machine)
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE)
-    waited, spindle_s = _spindle(path, machine)
+    waiting, spindle_s = _spindle(path, machine)
     seconds = {
         "rapid": float(each[moves.rapid].sum()),
         "feed": float(each[~moves.rapid].sum()),
-        "dwell": _known_sum(path.value[path.kind == Kind.DWELL]) - waited,
+        "dwell": _known_sum(path.value[(path.kind == Kind.DWELL) & ~waiting]),
         "tool_change": _tool_changes(path) * machine.tool_change_s,
         "spindle": spindle_s,
     }
@@ -159,27 +159,28 @@ def _tool_changes(path: Toolpath) -> int:
     return int(len(tools) and 1 + np.count_nonzero(np.diff(tools)))
 
 
-def _spindle(path: Toolpath, machine: Machine) -> tuple[float, float]:
-    """Return the dwells that only wait for the spindle, and the seconds that its starts take with them.
+def _spindle(path: Toolpath, machine: Machine) -> tuple[NDArray[np.bool_], float]:
+    """Return the dwells that only wait for the spindle, bool[n], and the seconds that its starts take with them.
 
     A tool change stops the spindle (as M6 does on LinuxCNC and Haas), so the next speed is a start again.
     """
-    turning, waited, seconds = 0.0, 0.0, 0.0
+    waiting = np.zeros(len(path), dtype=bool)
+    turning, seconds = 0.0, 0.0
     for row in np.flatnonzero((path.kind == Kind.SPINDLE) | (path.kind == Kind.TOOL)).tolist():
         speed = 0.0 if path.kind[row] == Kind.TOOL else float(path.value[row])
         if speed not in (0.0, turning):
             dwell = _dwell_after(path, row)
-            waited += dwell
-            seconds += max(dwell, machine.spindle_start_s)
+            waiting[dwell] = True
+            seconds += max(_known_sum(path.value[dwell]), machine.spindle_start_s)
         turning = speed
-    return waited, seconds
+    return waiting, seconds
 
 
-def _dwell_after(path: Toolpath, row: int) -> float:
-    """Return the seconds of the dwell that follows a row, with nothing but coolant and length offset in between."""
+def _dwell_after(path: Toolpath, row: int) -> slice:
+    """Return the row of the dwell that follows a row with nothing but coolant and length offset in between, if any."""
     for after in range(row + 1, len(path)):
         if path.kind[after] == Kind.DWELL:
-            return _known_sum(path.value[after : after + 1])
+            return slice(after, after + 1)
         if path.kind[after] not in (Kind.COOLANT, Kind.OFFSET):
             break
-    return 0.0
+    return slice(0, 0)

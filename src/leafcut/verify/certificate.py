@@ -22,9 +22,11 @@ from leafcut.verify.features import FIRST_CYCLE, Ints
 from leafcut.verify.inside import exchanged
 from leafcut.verify.matching import Room, pair
 from leafcut.verify.order import inverted
+from leafcut.verify.passes import misordered, told_width
 from leafcut.verify.rapids import compare_rapids, gaps_of, heights_of
 from leafcut.verify.same_work import list_changes, only_moves
 from leafcut.verify.stages import Grouping, compare_walls, misplaced
+from leafcut.verify.tabbed import BEAM_TAB, MILL_TAB, freed
 from leafcut.verify.traces import traces_of
 from leafcut.verify.turning import as_it_is, one_way, runs_turned
 from leafcut.verify.work import STILL, Work, cuts_with_beam, read_work
@@ -34,7 +36,8 @@ COMPARED = (
     "barriers: pauses, tool changes, work offsets, machine moves and blocks that are not understood, in order",
     "holes, cuts and dwells between two barriers: place, depth, cycle, peck, dwell, feed, speed and direction, tool, "
     "length offset, work offset, coolant, radius compensation, feed mode, blending, plane",
-    "order of cuts that touch each other, and of closed cuts and what lies inside them",
+    "order of cuts that touch each other, and of closed cuts and outlines with tabs and what lies inside them",
+    "order of a mill's passes near each other: levels, side by side, rows",
     "rapids: heights at every place and across, no cut torn apart",
     "envelope",
 )
@@ -133,9 +136,10 @@ def certify(
     - Barriers are the same, in the same order, and the tool is not lower there; where a block is not understood, it
       begins at the same place. Only whole tool changes may be missing (`leafcut.verify.stages`).
     - Between two barriers there are the same holes, cuts and dwells, in any order (`leafcut.verify.matching`); but
-    - those that touch each other have kept theirs, and what lies inside a closed cut stays before or after it (with a
-      laser or torch, only before)
-      (`leafcut.verify.order`, `leafcut.verify.inside`).
+    - those that touch each other have kept theirs, and what lies inside a closed cut, or an outline with tabs, stays
+      before or after it (with a laser or torch, only before) (`leafcut.verify.order`, `leafcut.verify.inside`,
+      `leafcut.verify.tabbed`). Passes of a mill at two levels or side by side, and rows, have kept theirs, too
+      (`leafcut.verify.passes`).
     - Rapids leave, cross and arrive nowhere lower than they did at that place (`leafcut.verify.rapids`).
     - The new program reaches no farther than the original and, where the machine's work offset is known, stays in its
       travel.
@@ -156,7 +160,7 @@ def certify(
     found = _Found()
     found.add(grouping.differences)
     found.add(misplaced(before.marks, grouping.mark_of, tolerance_mm))
-    turned = _compare_work(before, after, grouping, tolerance_mm, beam, allow_reverse, found)
+    turned = _compare_work(before, after, grouping, tolerance_mm, beam, allow_reverse, told_width(original), found)
     found.add(_larger(before.path, after.path, tolerance_mm))
     found.add(_outside(new.path, machine))
     digest = hashlib.sha256("".join(original.lines).encode("utf-8", "surrogatepass")).hexdigest()
@@ -180,7 +184,14 @@ class _Found:
 
 
 def _compare_work(
-    before: Work, after: Work, grouping: Grouping, tolerance: float, beam: bool, either_way: bool, found: _Found
+    before: Work,
+    after: Work,
+    grouping: Grouping,
+    tolerance: float,
+    beam: bool,
+    either_way: bool,
+    width: float,
+    found: _Found,
 ) -> int:
     """Add the differences of the work between the barriers; return how many cuts are made from their other end."""
     both = [one_way(work) if either_way else as_it_is(work) for work in (before, after)]
@@ -197,7 +208,10 @@ def _compare_work(
     found.add(*list_changes(pairing, room))
     turned = runs_turned(both[0], both[1], pairing.new_of)
     found.add(*compare_rapids(before, after, pairing.new_of, turned, grouping.mark_of, tolerance, beam))
-    found.add(_disordered(before, after, pairing.new_of, tolerance, beam or _is_flat(before.path)))
+    no_mill = beam or _is_flat(before.path)
+    found.add(_disordered(before, after, pairing.new_of, tolerance, no_mill))
+    if not no_mill:
+        found.add(_passes(before, after, pairing.new_of, width))
     return len(np.unique(turned[turned >= 0]))
 
 
@@ -227,6 +241,24 @@ def _disordered(before: Work, after: Work, new_of: Ints, tolerance: float, flat:
         was, now = ("before", "after") if inner < outer else ("after", "before")
         text = f"{{}} lies inside a closed cut that ends at {{}}, and was made {was} it; now it is made {now} it"
         yield _both(before, after, new_of, inner, outer, f"inner {now} outer", text)
+    tab = BEAM_TAB if flat else MILL_TAB
+    for inner, outer in freed(traces, chain - chain[0], new_of, tab, inner_may_come_first=flat):
+        was, now = ("before", "after") if inner < outer else ("after", "before")
+        text = (
+            f"{{}} lies inside an outline with tabs that ends at {{}}, and was made {was} it; now it is made {now} it"
+        )
+        yield _both(before, after, new_of, inner, outer, f"inner {now} outer", text)
+
+
+def _passes(before: Work, after: Work, new_of: Ints, width: float) -> Iterator[Difference]:
+    """Yield the passes of a mill, of tools so wide, that touch nowhere, but have an order, and have left it."""
+    features, gaps = before.features, gaps_of(before)
+    if (np.diff(new_of[new_of >= 0]) > 0).all():
+        return
+    first = ~gaps.opened_by_feature[gaps.gap_of]
+    visit = np.cumsum(gaps.across[gaps.gap_of] | first, dtype=np.int64)
+    for one, other, text in misordered(features, traces_of(features), visit, gaps.cross[gaps.gap_of], new_of, width):
+        yield _both(before, after, new_of, one, other, "order", text)
 
 
 def _overtaken(rank: Ints, which: Ints) -> list[int]:

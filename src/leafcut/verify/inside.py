@@ -70,8 +70,8 @@ def exchanged(
 def _enclosed(spots: Floats, traces: Traces) -> Mask:
     """Return which places lie inside any loop of a chain."""
     inside = np.zeros(len(spots), dtype=bool)
-    for loop in _loops(outline_of(traces)):
-        inside |= _inside(spots, loop)
+    for loop in loops_in(outline_of(traces)):
+        inside |= within_loop(spots, loop)
     return inside
 
 
@@ -88,7 +88,7 @@ def _needed(traces: Traces) -> Ints:
     return np.flatnonzero(both | (np.arange(len(both)) % 2 == 0))
 
 
-def _loops(outline: Floats) -> Iterator[Floats]:
+def loops_in(outline: Floats) -> Iterator[Floats]:
     """Yield the closed parts of a line, float64[k, 2]: where it meets an earlier corner, else where it meets itself."""
     closed = False
     stack: list[int] = []
@@ -143,7 +143,7 @@ def _crossing(begin: Floats, end: Floats, other_begin: Floats, other_end: Floats
     return met
 
 
-def _inside(spots: Floats, loop: Floats) -> Mask:
+def within_loop(spots: Floats, loop: Floats) -> Mask:
     """Return which places lie inside a closed line, by how often a ray to the right crosses it."""
     inside = np.zeros(len(spots), dtype=bool)
     begin, end = loop, np.roll(loop, -1, axis=0)

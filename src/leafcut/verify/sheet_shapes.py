@@ -120,7 +120,7 @@ def _target(index: int, source: SheetContour, half: float) -> Target | None:
     shape = shapely.Polygon(points)
     grown = shape.buffer(-half if source.is_hole else half, quad_segs=QUARTER)
     rings = [ring for polygon in shapely.get_parts(grown) for ring in (polygon.exterior, *polygon.interiors)]
-    if len(rings) != 1:
+    if grown.is_empty or len(rings) != 1:
         return None
     return Target(index, source, shape, edge, shapely.LineString(rings[0].coords), _corners(source.contour.path))
 
