@@ -13,7 +13,7 @@ from leafcut.gcode.dialects import dialect, dialects
 from leafcut.gcode.interpreter import interpret
 from leafcut.gcode.numbers import NumberFormat
 from leafcut.model.cycles import expand
-from leafcut.model.toolpath import Toolpath
+from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.writer import write_program
 from rs274_moves import assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
@@ -39,6 +39,23 @@ def test_a_program_reads_back_as_its_toolpath(
     assert max(len(line) for line in text.splitlines()) <= profile.max_line
     if set(CYCLES) <= set(profile.cycles) and not any(c.to_initial for c in path.cycles):
         assert_same_rows(read, path, numbers.resolution, dwell_step=dwell_step)
+
+
+@pytest.mark.parametrize("name", dialects(torch=False))
+def test_a_hole_where_the_tool_stands_already_reads_back_with_all_its_steps(name: str) -> None:
+    b = ToolpathBuilder()
+    b.rapid(z=3.0)
+    b.tool(1)
+    b.spindle(50.0)
+    b.rapid(z=3.0)
+    b.rapid(0.0, 0.0)
+    b.drill(0.0, 0.0, DrillCycle("G81", 0.5, -1.5), feed=1.0)
+    b.rapid(z=60.0)
+    b.spindle(0.0)
+    b.end()
+    path = b.build()
+    read = interpret(write_program(path, dialect(name), PostOptions(), ["any"]), dialect(name))
+    assert_same_rows(expand(read), expand(path), 0.001)
 
 
 @pytest.mark.external

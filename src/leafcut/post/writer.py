@@ -322,8 +322,6 @@ class Writer:
                 x, y, z = step.end
                 here = self.position
                 end = (here[0] if math.isnan(x) else x, here[1] if math.isnan(y) else y, z)
-                if step.kind is Kind.RAPID and end == tuple(here):
-                    continue
                 (self._rapid if step.kind is Kind.RAPID else self._feed)(step._replace(end=end))
 
     def _leave_cycle(self) -> None:
