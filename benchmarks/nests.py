@@ -169,6 +169,15 @@ def make(n_parts: int) -> Nest:
     return nest(parts, options, SolveOptions(preset="fast", bound=False)).nests[0]
 
 
+def plates(rows: int, columns: int, kerf: float, gap: float) -> Nest:
+    """Return a nest of plates of 150 × 100 mm with a hole, in rows and columns `gap` mm and a kerf apart."""
+    outline = Polyline.of_points([(0, 0), (150, 0), (150, 100), (0, 100)], closed=True)
+    plate = NestPart("plate", (Contour(outline), Contour(Polyline.circle(50, 50, 20, clockwise=True))), rows * columns)
+    sheet = f"{math.ceil(40 + columns * (150 + kerf + gap))}x{math.ceil(40 + rows * (100 + kerf + gap))}"
+    options = NestOptions(sheet=sheet, kerf=kerf, gap=gap, margin=20.0, nester="rectangles", variants=1)
+    return nest([plate], options, SolveOptions(preset="fast", bound=False)).nests[0]
+
+
 def main(arguments: Sequence[str]) -> None:
     """Write the ten nests into a folder."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)

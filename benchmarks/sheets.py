@@ -1,4 +1,4 @@
-"""Sheets cut: the route beside the published one, machine time with chains, ants beside nearest neighbour.
+"""Sheets cut: routes beside published ones, machine time with chains and common lines, ants and nearest neighbour.
 
     python benchmarks/sheets.py --limit 10 --write docs/benchmarks.md
     python benchmarks/sheets.py --only routes --sheets E1X_6
@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from nests import SIZES, make
+from nests import SIZES, make, plates
 from page import facts, table, write_section
 
 from leafcut import api
@@ -283,6 +283,45 @@ def nest_rows(sizes: Sequence[int], limit: float) -> Iterator[list[str]]:
             ]
 
 
+# -- common lines ----------------------------------------------------------------------------------------------------
+
+#: Rows and columns of plates, by the torch: a plasma cuts two rows with common lines.
+GRIDS = {"plasma 6 mm": (2, 8), "Sirius": (2, 8), "laser 6 mm": (5, 8)}
+#: Between parts that are cut one by one, mm, besides the kerf.
+APART = 10.0
+
+
+def common_rows(limit: float) -> Iterator[list[str]]:
+    """Yield a row per torch: plates with a gap cut one by one, and plates a kerf apart cut with common lines."""
+    for name, (rows, columns) in GRIDS.items():
+        options = {"machine": "laser-table"} if name.startswith("laser") else MACHINES[name]
+        process = "laser_fiber_3kW" if name.startswith("laser") else "plasma"
+        kerf = find_cut_data(load_chart(None), process, "mild_steel", 6.0, None)[0].kerf
+        times = []
+        for gap in (APART, 0.0):
+            found = plates(rows, columns, kerf, gap)
+            if len(found.layouts) != 1 or found.n_placed != rows * columns:
+                sys.exit(f"{name}: the plates are not on one sheet")
+            with tempfile.TemporaryDirectory() as folder:
+                drawing = Path(folder) / "grid.dxf"
+                drawing.write_text(write_layout(found, found.layouts[0]), encoding="utf-8")
+                times.append(times_of(cut(drawing, limit, cut_process=process, common_lines=gap == 0.0, **options)))
+        one, other = times
+        yield [
+            name,
+            str(rows * columns),
+            f"{kerf:g}",
+            f"{one.cut_mm:,.0f}",
+            f"{other.cut_mm:,.0f}",
+            f"{other.common_mm:,.0f}",
+            f"{one.pierces}",
+            f"{other.pierces}",
+            f"{one.total_s:.0f}",
+            f"{other.total_s:.0f}",
+            f"{100.0 * (1.0 - other.total_s / one.total_s):.1f}",
+        ]
+
+
 # -- the page --------------------------------------------------------------------------------------------------------
 
 ROUTE_HEAD = ("sheet", "contours", "places", "published, mm", "leafcut, mm", "gap, %", "clock, s", "processor, s")
@@ -293,7 +332,10 @@ TIME_HEAD = (
 NEST_HEAD = (
     "parts", "pierces", "moves, nearest, mm", "leafcut, mm", "saved, %", "route, nearest, mm", "leafcut, mm", "saved, %"
 )  # fmt: skip
-
+COMMON_HEAD = (
+    "machine", "plates", "kerf, mm", "cut, mm", "with common lines", "cut once, mm", "pierces", "with common lines",
+    "time, s", "with common lines", "saved, %",
+)  # fmt: skip
 
 ROUTE_TEXT = """## Sheets: routes
 
@@ -315,6 +357,14 @@ Nests made by `benchmarks/nests.py`: nearest neighbour (same places to begin, in
 """
 
 
+COMMON_TEXT = f"""## Sheets: common lines
+
+Plates of 150 × 100 mm with a hole of 40 mm, laid in rows by leafcut's nester: {APART:g} mm and a kerf apart, and cut
+one by one; and one kerf apart, with `--common-lines`. *cut* is all that the torch goes while it burns, leads included,
+*cut once* what of it lies between two plates. Machine time is that of the whole verified program.
+"""
+
+
 def parts(given: argparse.Namespace) -> Iterator[tuple[str, str]]:
     """Yield the name of each part of the page, and its text, as they are done."""
     names, sizes = given.sheets.split(","), [int(size) for size in given.sizes.split(",")]
@@ -325,6 +375,8 @@ def parts(given: argparse.Namespace) -> Iterator[tuple[str, str]]:
         yield "sheets: time", f"{TIME_TEXT}\n{table(TIME_HEAD, time_rows(names, given.limit))}"
     if "nests" in only:
         yield "sheets: nests", f"{NEST_TEXT}\n{table(NEST_HEAD, nest_rows(sizes, given.limit))}"
+    if "common" in only:
+        yield "sheets: common lines", f"{COMMON_TEXT}\n{table(COMMON_HEAD, common_rows(given.limit))}"
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -332,7 +384,7 @@ def main(arguments: Sequence[str]) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sheets", default=",".join(SHEETS), help="names of sheets")
     parser.add_argument("--sizes", default=",".join(str(n) for n in SIZES), help="numbers of parts of the nests")
-    parser.add_argument("--only", default="routes,times,nests", help="what to measure")
+    parser.add_argument("--only", default="routes,times,nests,common", help="what to measure")
     parser.add_argument("--limit", type=float, default=10.0, help="time limit of a search, s")
     parser.add_argument("--write", type=Path, help="page whose sections are replaced")
     given = parser.parse_args(arguments)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import random
 from collections.abc import Sequence
 from typing import Any
 
@@ -28,6 +29,29 @@ FINE, ROOM = 0.002, 0.04
 
 def square(x: float, y: float, side: float) -> Polyline:
     return Polyline.of_points([(x, y), (x + side, y), (x + side, y + side), (x, y + side)], closed=True)
+
+
+def rectangle(x: float, y: float, width: float, height: float) -> Polyline:
+    return Polyline.of_points([(x, y), (x + width, y), (x + width, y + height), (x, y + height)], closed=True)
+
+
+def split_rectangle(seed: int, kerf: float) -> list[tuple[float, float, float, float]]:
+    """Return (x, y, width, height) of what is left of a rectangle split by chance, each time by a kerf; one may go."""
+    chance = random.Random(seed)
+    boxes = [(40.0, 40.0, 300.0, 200.0)]
+    for _ in range(chance.randint(1, 6)):
+        k = chance.randrange(len(boxes))
+        x, y, width, height = boxes[k]
+        share = chance.choice((0.3, 0.5, 0.62))
+        if chance.random() < 0.5 and width > 60:
+            low = round(share * width, 1)
+            boxes[k : k + 1] = [(x, y, low, height), (x + low + kerf, y, width - low - kerf, height)]
+        elif height > 60:
+            low = round(share * height, 1)
+            boxes[k : k + 1] = [(x, y, width, low), (x, y + low + kerf, width, height - low - kerf)]
+    if len(boxes) > 3 and chance.random() < 0.4:
+        boxes.pop(chance.randrange(len(boxes)))
+    return boxes
 
 
 def sheet_of(

@@ -390,6 +390,11 @@ class CutOptions(OptionGroup):
         maximum=1000,
         default_words="as long as it is quicker than a pierce",
     )
+    common_lines: bool = option(
+        "flag",
+        False,
+        "cut the edges of parts that lie one kerf apart once for both parts, before what is around them",
+    )
     pierce_pitch: float | None = option(
         "quantity",
         None,

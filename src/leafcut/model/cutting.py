@@ -182,6 +182,11 @@ class Cut:
         (from, to) in mm along the path: ways through the scrap from one contour of a chain to the next.
     chained
         What was chosen for the other contours of a chain, in order.
+    group
+        Number of the group of parts with common lines to which it belongs, from 1; 0 for none. The cut around a group
+        has all outlines of it as `contours`, a common line those beside it.
+    common
+        Of a common line: how much of it is an edge of two parts, mm; 0 for all else.
     """
 
     contours: tuple[int, ...]
@@ -200,6 +205,8 @@ class Cut:
     small_hole: bool = False
     bridges: tuple[tuple[float, float], ...] = ()
     chained: tuple[CutChoice, ...] = ()
+    group: int = 0
+    common: float = 0.0
 
     @property
     def choices(self) -> tuple[CutChoice, ...]:

@@ -65,6 +65,8 @@ CODES: dict[str, str] = {
     "L613": "a lead is less than was asked for",
     "L614": "whether cuts start near a hot one",
     "L615": "a hole is too small for its thickness to come out well",
+    "L616": "how much is cut once for two parts",
+    "L617": "edges a kerf apart are cut for each part",
 }
 
 

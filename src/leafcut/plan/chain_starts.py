@@ -12,10 +12,9 @@ import numpy as np
 
 from leafcut.geometry.polyline import Points
 from leafcut.model.cutting import Lead
-from leafcut.plan.cut_contours import ROUNDING, CutContour
+from leafcut.plan.cut_contours import NO_LEAD, ROUNDING, CutContour
 from leafcut.plan.cut_rules import CutRules
 from leafcut.plan.cut_starts import (
-    NO_LEAD,
     CutStart,
     end_of,
     fitting_lead_out,
@@ -142,6 +141,8 @@ def lead_lines(contour: CutContour, start: CutStart, rules: CutRules) -> list[An
     """Return the leads of a start that is in no chain, as shapely lines."""
     import shapely
 
+    if not contour.path.closed and start.lead_in.length:
+        return [shapely.LineString(_lead_points(contour, start, start.lead_in))]
     if not contour.has_leads:
         return []
     leads: Sequence[Points] = (

@@ -11,6 +11,7 @@ import numpy as np
 from leafcut.errors import PlanError
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Points, Polyline
+from leafcut.model.cutting import Lead
 from leafcut.model.issue import Issue
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.plan.cut_rules import NARROWEST_HOLE, CutRules
@@ -20,6 +21,7 @@ OFFSET_TOLERANCE = 0.01
 FLATNESS = 0.005
 #: What is nearer than it may be by less than this is rounding, mm.
 ROUNDING = 0.03
+NO_LEAD = Lead()
 #: A drawn corner turns by more than this, rad.
 CORNER = math.radians(30.0)
 
@@ -46,6 +48,14 @@ class CutContour:
         Where along the path the drawn corners are, mm.
     loops
         (from, to) along the path: loops round corners.
+    covers
+        Indices of the outlines that it cuts, or a part of each, where parts have common lines; empty for its own.
+    group
+        Number of its group of parts with common lines, from 1; 0 for none.
+    common
+        Of a common line: how much of it is an edge of two parts, mm; 0 for all else.
+    inlets
+        Of an open cut: its lead-in at either end; None where it cannot begin there.
     """
 
     index: int
@@ -56,6 +66,15 @@ class CutContour:
     diameter: float
     corners: tuple[float, ...] = ()
     loops: tuple[tuple[float, float], ...] = ()
+    covers: tuple[int, ...] = ()
+    group: int = 0
+    common: float = 0.0
+    inlets: tuple[Lead | None, Lead | None] = (NO_LEAD, NO_LEAD)
+
+    @property
+    def indices(self) -> tuple[int, ...]:
+        """In `Sheet.contours`, of all that it cuts."""
+        return self.covers or (self.index,)
 
     @property
     def kind(self) -> str:
@@ -74,6 +93,8 @@ class CutContour:
     def name(self) -> str:
         """Return what a person calls it."""
         x, y = self.source.contour.path.start
+        if self.common:
+            return f"common line of part {self.source.part} from ({x:.4g}, {y:.4g})"
         what = "mark" if self.kind == "mark" else "hole" if self.hole else "outline" if self.path.closed else "cut"
         part = f"part {self.source.part}: " if self.source.part else ""
         return f"{part}{what} at ({x:.4g}, {y:.4g})"

@@ -55,16 +55,18 @@ def cut_norm(
 def _times(sheet: Sheet, cuts: Sequence[Cut], k: int, seconds: tuple[float, float, float]) -> CutTimes:
     cut = cuts[k]
     way = math.dist(cuts[k - 1].path.end, cut.path.start) if k else 0.0
-    drawn = sum(sheet.contours[i].contour.path.length for i in cut.contours)
-    return CutTimes(*seconds, cut.path.length, way, drawn, 0.0, int(cut.pierce))
+    # The edges along a common line count with the cut around its parts.
+    drawn = 0.0 if cut.common else sum(sheet.contours[i].contour.path.length for i in cut.contours)
+    return CutTimes(*seconds, cut.path.length, way, drawn, cut.common, int(cut.pierce))
 
 
 def _shares(sheet: Sheet, cut: Cut, times: CutTimes, part: int) -> list[CutTimes]:
     """Return a part's share of a cut, by the lengths of its contours; a chain's pierce counts for its first part."""
     if len(cut.contours) == 1:
         return [times] if cut.part == part else []
-    own = sum(sheet.contours[i].contour.path.length for i in cut.contours if sheet.contours[i].part == part)
-    share = own / max(times.perimeter_mm, 1e-9)
+    lengths = {i: sheet.contours[i].contour.path.length for i in cut.contours}
+    own = sum(length for i, length in lengths.items() if sheet.contours[i].part == part)
+    share = own / max(sum(lengths.values()), 1e-9)
     if not own:
         return []
     return [
@@ -74,7 +76,7 @@ def _shares(sheet: Sheet, cut: Cut, times: CutTimes, part: int) -> list[CutTimes
             times.rapid_s * share,
             times.cut_mm * share,
             times.rapid_mm * share,
-            own,
+            0.0 if cut.common else own,
             times.common_mm * share,
             times.pierces if cut.part == part else 0,
         )

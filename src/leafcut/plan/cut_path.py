@@ -26,7 +26,7 @@ def make_cut(contour: CutContour, start: CutStart, rules: CutRules, *, fixed: tu
     closed = contour.path.closed
     lead_in = (
         lead_path(start.lead_in, path.point_at(start.at), travel_at(path, start.at, start.clockwise), left)
-        if closed
+        if closed or start.lead_in.length
         else None
     )
     out = (
@@ -41,7 +41,7 @@ def make_cut(contour: CutContour, start: CutStart, rules: CutRules, *, fixed: tu
     off_at = leave - overcut if rules.torch_off_in_overcut and overcut > 0.0 else whole.length
     small = contour.is_small(rules)
     return Cut(
-        contours=(contour.index,),
+        contours=contour.indices,
         path=whole,
         lead_in=begin,
         lead_out=leave - overcut,
@@ -54,6 +54,8 @@ def make_cut(contour: CutContour, start: CutStart, rules: CutRules, *, fixed: tu
         kind=contour.kind,
         part=contour.source.part,
         small_hole=small,
+        group=contour.group,
+        common=contour.common,
     )
 
 
@@ -105,7 +107,7 @@ def choice_of(contour: CutContour, start: CutStart, fixed: tuple[str, ...] = ())
     closed = contour.path.closed
     words = ("clockwise", "counter-clockwise") if closed else ("backward", "forward")
     return CutChoice(
-        contours=(contour.index,),
+        contours=contour.indices,
         start=(round(x, 4), round(y, 4)),
         direction=words[0] if start.clockwise else words[1],
         lead_in=start.lead_in,

@@ -73,6 +73,7 @@ class CutRules:
     splash: float
     margin: float
     compensation: str
+    common_lines: bool = False
 
     @property
     def kerf(self) -> float:
@@ -138,6 +139,7 @@ def resolve_rules(data: CutData, options: CutOptions, *, switches: bool = False)
         splash=data.kerf if options.splash is None else options.splash,
         margin=options.sheet_margin,
         compensation=options.compensation,
+        common_lines=options.common_lines,
     )
 
 
@@ -158,6 +160,8 @@ def _check(kind: str, options: CutOptions, data: CutData) -> None:
             "--chains: the next contour of a chain begins beside the one before it, in hot metal; leave out "
             "--heat-distance, or --chains"
         )
+    if options.common_lines:
+        _check_common_lines(options, data)
     if options.compensation == "controller":
         if options.chains:
             raise OptionError(
@@ -173,3 +177,21 @@ def _check(kind: str, options: CutOptions, data: CutData) -> None:
             raise OptionError("--compensation controller: G41 and G42 are taken up on a lead-in; give --lead-in line")
         if options.edge_start == "always" or (options.edge_start == "auto" and not data.can_pierce):
             raise OptionError("--compensation controller: starts at the edge need --compensation geometry")
+
+
+def _check_common_lines(options: CutOptions, data: CutData) -> None:
+    """Refuse what a cut for two parts cannot have."""
+    edge = options.edge_start == "always" or (options.edge_start == "auto" and not data.can_pierce)
+    given = {
+        "--chains": options.chains,
+        "--plan": bool(options.plan),
+        "--save-plan": bool(options.save_plan),
+        "--corner-loops": options.corner_loops,
+        "--micro-joints": options.micro_joints > 0,
+        "--heat-distance": options.heat_distance > 0.0,
+        "--compensation controller": options.compensation == "controller",
+        "starts at the sheet's edge": edge,
+    }
+    wrong = [name for name, is_given in given.items() if is_given]
+    if wrong:
+        raise OptionError(f"--common-lines does not go with {' and '.join(wrong)}; leave out one of them")

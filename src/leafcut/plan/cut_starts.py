@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Points, Polyline
 from leafcut.model.cutting import Lead
-from leafcut.plan.cut_contours import CutContour
+from leafcut.plan.cut_contours import NO_LEAD, CutContour
 from leafcut.plan.cut_rules import CutRules
 from leafcut.plan.leads import Scrap, as_lines, lead_shape, placed, ways_to_lead
 
@@ -24,7 +25,6 @@ MOST_NODES = 20_000
 ENOUGH, ENOUGH_SHARE = 8, 0.25
 #: Directions at a place are the mean of those so far before and behind it, mm: at a corner, half-way.
 AROUND = 0.01
-NO_LEAD = Lead()
 
 
 @dataclass(frozen=True)
@@ -163,12 +163,21 @@ def _plain_starts(number: int, contour: CutContour, rules: CutRules, most: int) 
     """Return the starts of a mark or of an open cut, which have no leads."""
     path = contour.path
     if not path.closed:
-        return [
-            CutStart(number, 0.0, False, path.start, path.end),
-            CutStart(number, path.length, True, path.end, path.start),
-        ]
+        return list(_open_starts(number, contour))
     places = start_places(contour, rules, most)
     return [CutStart(number, at, False, path.point_at(at), path.point_at(at)) for at in places]
+
+
+def _open_starts(number: int, contour: CutContour) -> Iterator[CutStart]:
+    """Yield the starts of an open cut, from either end where it can begin there."""
+    path = contour.path
+    ends = ((0.0, False, path.start, path.end), (path.length, True, path.end, path.start))
+    for (at, backward, here, there), lead in zip(ends, contour.inlets, strict=True):
+        if lead is not None:
+            travel = np.array([travel_at(path, at, backward)])
+            left = scrap_left(contour, backward)
+            x, y = placed(lead_shape(lead), np.array([here]), travel, left)[0, 0].tolist()
+            yield CutStart(number, at, backward, (x, y), there, lead)
 
 
 def start_places(contour: CutContour, rules: CutRules, most: int) -> list[float]:

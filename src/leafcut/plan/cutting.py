@@ -116,8 +116,15 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
 
         contours = with_loops(contours, scrap, rules)
         scrap = Scrap(sheet, contours, rules)
+    order: list[tuple[int, int]] = []
+    if rules.common_lines:
+        from leafcut.plan.common_lines import beside_leads, with_common_lines
+
+        contours, order, found = with_common_lines(contours, scrap, rules)
+        scrap, issues = beside_leads(Scrap(sheet, contours, rules), contours), [*issues, *found]
     starts = find_starts(contours, scrap, rules)
-    return Cutting(sheet, rules, contours, scrap, starts, (*issues, *_lead_issues(contours, starts, rules)))
+    issues = [*issues, *_lead_issues(contours, starts, rules)]
+    return Cutting(sheet, rules, contours, scrap, starts, tuple(issues), tuple(order))
 
 
 def check_room(contours: list[CutContour], scrap: Scrap) -> None:
@@ -177,7 +184,7 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
 
 def _process_pairs(contours: Sequence[CutContour]) -> Iterable[tuple[int, int]]:
     """Yield (before, after): what lies inside before what is around it, marks of a part before its cuts."""
-    position = {c.index: k for k, c in enumerate(contours)}
+    position = {i: k for k, c in enumerate(contours) if not c.common for i in c.indices}
     marks: dict[int, list[int]] = {}
     for k, contour in enumerate(contours):
         around = position.get(contour.source.parent)
@@ -271,7 +278,7 @@ def bands(cutting: Cutting, options: CutOptions) -> list[list[int]]:
         return [cutting.heads]
     everything = list(range(len(cutting.contours)))
     axis = 0 if options.sweep == "x" else 1
-    position = {c.index: k for k, c in enumerate(cutting.contours)}
+    position = {i: k for k, c in enumerate(cutting.contours) if not c.common for i in c.indices}
     outlines = {c.source.part: k for k, c in enumerate(cutting.contours) if c.has_leads and not c.hole}
     roots = [_root(cutting, k, position, outlines) for k in everything]
     spans = {k: cutting.contours[k].path.extents for k in set(roots)}

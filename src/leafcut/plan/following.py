@@ -8,10 +8,9 @@ from dataclasses import replace
 from leafcut.errors import PlanError
 from leafcut.model.cutting import ContourPrint, Cut, CutChoice, CutData, PlanFile
 from leafcut.model.sheet import Sheet, SheetContour
-from leafcut.plan.cut_contours import CutContour
+from leafcut.plan.cut_contours import NO_LEAD, CutContour
 from leafcut.plan.cut_rules import CutRules
 from leafcut.plan.cut_starts import (
-    NO_LEAD,
     CutStart,
     directions_of,
     end_of,

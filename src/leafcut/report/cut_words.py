@@ -23,7 +23,7 @@ def cut_counts(plan: CutPlan) -> dict[str, int]:
     """Return how many parts, contours, marks and pierces a plan has."""
     return {
         "parts": len({plan.sheet.contours[i].part for c in plan.cuts if c.kind == "cut" for i in c.contours} - {0}),
-        "contours": sum(len(c.contours) for c in plan.cuts if c.kind == "cut"),
+        "contours": len({i for c in plan.cuts if c.kind == "cut" for i in c.contours}),
         "marks": sum(c.kind == "mark" for c in plan.cuts),
         "pierces": plan.measures.sheet.pierces,
     }
@@ -119,6 +119,8 @@ def cost_figure(cost: float, places: int) -> str:
 
 def contour_words(plan: CutPlan, cut: Cut) -> str:
     """Return what a cut cuts: ``hole``, ``outline``, ``mark``, ``cut``; of several ``4 holes, outline``."""
+    if cut.common:
+        return "common line"
     names: Counter[str] = Counter()
     for number in cut.contours:
         contour = plan.sheet.contours[number]
@@ -147,7 +149,7 @@ def cut_title(plan: CutPlan, number: int) -> str:
 
 def part_kinds(plan: CutPlan, part: int) -> list[str]:
     """Return what is cut and marked of a part, contour by contour: ``cut`` or ``mark``."""
-    contours = (plan.sheet.contours[i] for cut in plan.cuts for i in cut.contours)
+    contours = (plan.sheet.contours[i] for cut in plan.cuts if not cut.common for i in cut.contours)
     return [c.contour.kind for c in contours if c.part == part]
 
 

@@ -57,7 +57,7 @@ def check_bridges(
     found: list[Difference] = []
     tree = shapely.STRtree(lines)
     for number, own in enumerate(followed):
-        planned = plan.cuts[number].contours if number < len(plan.cuts) else ()
+        planned = plan.cuts[number].contours if number < len(plan.cuts) and not plan.cuts[number].group else ()
         if len(own) < 2 and len(planned) < 2:
             continue
         steps = sorted(own, key=lambda f: f.first)

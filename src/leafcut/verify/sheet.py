@@ -19,12 +19,13 @@ from leafcut.model.cutting import CutPlan
 from leafcut.model.machine import Machine
 from leafcut.model.sheet import Sheet
 from leafcut.verify.bridged import Followed, check_bridges
+from leafcut.verify.common import check_common_lines
 from leafcut.verify.cut_motion import read_back
 from leafcut.verify.difference import Difference, place, shorten
 from leafcut.verify.envelope import check_envelope
 from leafcut.verify.sheet_shapes import TOLERANCE, Shapes, Target, shapes_of
 from leafcut.verify.torch import check_torch
-from leafcut.verify.torch_runs import TorchRun, torch_runs
+from leafcut.verify.torch_runs import TorchRun, pieces_of, torch_runs
 
 #: Chords are looked at in pieces no longer than this, mm.
 PIECE = 1.0
@@ -60,7 +61,8 @@ def check_sheet(
     4. Every pierce is in scrap that is still there.
     5. The torch is off in rapids, which are high; it pierces as the chart says; feeds and directions are as planned.
     6. A run that cuts several contours goes from one to the next through scrap that holds, and into no other kerf.
-    7. The machine can reach and do all of it.
+    7. Edges that are cut once for two parts are cut before what is around the parts, and by no other run.
+    8. The machine can reach and do all of it.
 
     Raises
     ------
@@ -111,7 +113,7 @@ class _Laid:
         import shapely
 
         run = self.runs[number]
-        middles, lengths, along = _pieces(run)
+        middles, lengths, along = pieces_of(run, PIECE)
         near = shapely.dwithin(target.way, shapely.points(middles), TOLERANCE)
         if not near.any():
             return None
@@ -183,7 +185,7 @@ class _Laid:
         found = []
         for claims in self.of_target.values():
             target = claims[0].target
-            whole = [c for c in claims if c.followed > MOST * target.way.length]
+            whole = [c for c in claims if c.followed > MOST * target.way.length and not self._passes(c)]
             if len(whole) > 1 or any(c.followed > TWICE * target.way.length for c in whole):
                 lines = ", ".join(str(self.runs[c.run].line) for c in whole)
                 text = f"{target.name} is gone round more than once, from line {lines}"
@@ -245,7 +247,7 @@ class _Laid:
         """Return the places off the sheet where a run may not be; a lead of an edge start may come from there."""
         import shapely
 
-        middles, _, along = _pieces(self.runs[number])
+        middles, _, along = pieces_of(self.runs[number], PIECE)
         out = ~shapely.contains(inside, shapely.points(middles))
         if not self._pierces(number):
             out &= along >= min((c.first for c in self.claims if c.run == number), default=0.0)
@@ -283,8 +285,18 @@ class _Laid:
         if not one or not other:
             return None
         last = max(one, key=lambda c: (c.run, c.last))
-        first = min(other, key=lambda c: (c.run, c.first))
+        first = min((c for c in other if self._frees(c)), key=lambda c: (c.run, c.first), default=other[0])
         return last.run if (last.run, last.last) > (first.run, first.first + TOLERANCE) else None
+
+    def _frees(self, claim: _Claim) -> bool:
+        """Return whether a run is one that cuts a contour loose; that of a part a kerf away only follows an edge."""
+        whole = claim.followed > MOST * claim.target.way.length and not self._passes(claim)
+        return whole or (claim.run < len(self.plan.cuts) and claim.target.index in self.plan.cuts[claim.run].contours)
+
+    def _passes(self, claim: _Claim) -> bool:
+        """Return whether a run around other parts with common lines follows a contour only as it lies a kerf away."""
+        cut = self.plan.cuts[claim.run] if claim.run < len(self.plan.cuts) else None
+        return cut is not None and cut.group > 0 and claim.target.index not in cut.contours
 
     def misplaced(self) -> list[Difference]:
         """Return the cuts that are not the plan's, in number or in what they cut."""
@@ -313,7 +325,7 @@ class _Laid:
                     text = f"the torch is lit at {place(*self.runs[later].start)}, in the kerf of an earlier cut"
                     found.append(self._wrong("pierces in the air", text, self.runs[later].line))
         for claim in self.claims:
-            if claim.target.shape is None:
+            if claim.target.shape is None or not self._frees(claim):
                 continue
             for later in tree.query(claim.target.shape, predicate="contains").tolist():
                 if later > claim.run and all(c.run != later for c in self.of_target[claim.target.index]):
@@ -345,12 +357,16 @@ class _Laid:
         import shapely
 
         followed: list[list[Followed]] = [[] for _ in self.runs]
+        in_group = {k for k, cut in enumerate(self.plan.cuts) if cut.group}
         for c in self.claims:
-            if c.followed > MOST * c.target.way.length:
+            if c.followed > MOST * c.target.way.length and c.run not in in_group:
                 followed[c.run].append(Followed(c.target.index, c.first, c.last, c.target.shape))
         kerf = 2.0 * self.asked.half if self.asked.half > 0.0 else self.plan.data.kerf
         burnt = np.where(self.marks, shapely.MultiLineString(), self.lines)
-        return check_bridges(self.runs, followed, self.plan, burnt, kerf)
+        return [
+            *check_bridges(self.runs, followed, self.plan, burnt, kerf),
+            *check_common_lines(self.runs, self.plan, burnt, kerf),
+        ]
 
     # -- words -------------------------------------------------------------------------------------------------------
 
@@ -375,21 +391,6 @@ def _marking(runs: list[TorchRun], dialect: Dialect) -> list[bool]:
         bool(run.lightings) and all(light.spindle != 0 or (by_power and light.power < most) for light in run.lightings)
         for run in runs
     ]
-
-
-def _pieces(run: TorchRun) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return middles (float64[k, 2]), lengths and distances along the run of short pieces of its burning chords."""
-    begin, end = run.points[:-1][run.burning], run.points[1:][run.burning]
-    at, length = run.along[:-1][run.burning], np.hypot(*(end - begin).T)
-    count = np.maximum(np.ceil(length / PIECE), 1.0).astype(np.int64)
-    which = np.repeat(np.arange(len(count)), count)
-    place_in = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
-    share = (place_in + 0.5) / count[which]
-    return (
-        begin[which] + (end - begin)[which] * share[:, None],
-        (length / count)[which],
-        at[which] + share * length[which],
-    )
 
 
 def _line_of(runs: list[TorchRun], claims: list[_Claim]) -> int:

@@ -170,6 +170,21 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
     return found.runs
 
 
+def pieces_of(run: TorchRun, longest: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return middles (float64[k, 2]), lengths and distances along a run of pieces of what it burns, mm."""
+    begin, end = run.points[:-1][run.burning], run.points[1:][run.burning]
+    at, length = run.along[:-1][run.burning], np.hypot(*(end - begin).T)
+    count = np.maximum(np.ceil(length / longest), 1.0).astype(np.int64)
+    which = np.repeat(np.arange(len(count)), count)
+    place_in = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    share = (place_in + 0.5) / count[which]
+    return (
+        begin[which] + (end - begin)[which] * share[:, None],
+        (length / count)[which],
+        at[which] + share * length[which],
+    )
+
+
 def compensated(
     points: NDArray[np.float64], side: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
