@@ -12,6 +12,7 @@ import pytest
 
 from leafcut import api
 from leafcut.errors import LeafcutError
+from leafcut.report.cut_words import cut_counts, norm_facts
 
 KERF = 1.5
 FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "kerf_width": "1.5", "iterations": 10, "threads": 1}
@@ -64,6 +65,12 @@ def test_the_parts_share_what_their_lines_take(outcome) -> None:
     assert sum(p.times.common_mm for p in norm.parts) == pytest.approx(240.0)
     assert sum(p.times.cut_s for p in norm.parts) == pytest.approx(norm.sheet.cut_s)
     assert sum(p.times.pierces for p in norm.parts) == 8
+
+
+def test_the_summary_says_what_is_cut_once(outcome) -> None:
+    words = dict(norm_facts(outcome.cut_plan))["route"]
+    assert "of contours − 240" in words
+    assert cut_counts(outcome.cut_plan)["contours"] == 8
 
 
 def test_marks_and_holes_come_first_and_what_is_around_last(outcome) -> None:

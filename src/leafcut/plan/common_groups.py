@@ -262,7 +262,11 @@ class Grouper:
             return False
         count = max(math.ceil(math.dist(*lead) / (0.25 * kerf)), 2)
         shares = np.linspace(0.0, 1.0, count + 1)[:, None]
-        apart = shapely.distance(shapely.points(lead[1] + shares * (lead[0] - lead[1])), around)
+        places = lead[1] + shares * (lead[0] - lead[1])
+        # Room is found for parts a rounding smaller than they are; along a part that would be too near.
+        if not self.scrap.clear(places, self.rules.half + 2.0 * ROUNDING - 1.5 * MEET).all():
+            return False
+        apart = shapely.distance(shapely.points(places), around)
         # From the path around the group on it only comes farther away, until the kerfs are apart.
         leaves = np.all((np.diff(apart) > 0.0) | (apart[1:] >= kerf)) and apart[-1] >= 0.5 * kerf
         return bool(leaves) and bool(self.scrap.clear(lead[:1], splash)[0])

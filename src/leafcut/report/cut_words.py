@@ -164,6 +164,8 @@ def norm_facts(plan: CutPlan) -> list[tuple[str, str]]:
     """Return the lines of the summary: (name, words)."""
     data, norm = plan.data, plan.measures
     how = f"{data.process}{f' {data.amps:g} A' if data.amps is not None else ''}"
+    once = f" − {length_words(norm.sheet.common_mm)} cut once for two parts" if norm.sheet.common_mm > 0.0 else ""
+    between = length_words(norm.sheet.rapid_mm)
     facts = [
         (
             "cut with",
@@ -171,7 +173,7 @@ def norm_facts(plan: CutPlan) -> list[tuple[str, str]]:
             f"kerf {size_words(data.kerf)} mm, pierce {data.pierce_delay:.3g} s",
         ),
         ("sheet", _norm_words(norm.sheet)),
-        ("route", f"{length_words(norm.sheet.perimeter_mm)} of contours, {length_words(norm.sheet.rapid_mm)} between"),
+        ("route", f"{length_words(norm.sheet.perimeter_mm)} of contours{once}, {between} between"),
     ]
     if norm.quantity > 1:
         facts.append(("batch", f"{count(norm.quantity, 'sheet')}, {clock(norm.batch.total_s)}"))
