@@ -58,3 +58,18 @@ def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArr
         found.append(np.stack([i, j])[:, i < j])
     first, second = np.concatenate(found, axis=1)
     return first, second, np.hypot(*(points[first] - points[second]).T)
+
+
+def linked(n: int, first: Indices, second: Indices) -> Indices:
+    """Return a number for each of 0 … n - 1, int64[n], equal for those that pairs (first, second) link, however far."""
+    parent = list(range(n))
+
+    def root(k: int) -> int:
+        while parent[k] != k:
+            parent[k] = parent[parent[k]]
+            k = parent[k]
+        return k
+
+    for a, b in zip(first.tolist(), second.tolist(), strict=True):
+        parent[root(b)] = root(a)
+    return np.array([root(k) for k in range(n)], dtype=np.int64)

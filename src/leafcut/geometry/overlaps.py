@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.cleaning import ends_of
-from leafcut.geometry.index import near_pairs, query_pairs
+from leafcut.geometry.index import linked, near_pairs, query_pairs
 from leafcut.geometry.polyline import Points, Polyline
 
 #: Lines this near to each other are drawn in one place, mm.
@@ -246,14 +246,4 @@ def _missed(pieces: list[tuple[Polyline, int]], extra: list[int], others: list[P
 def _nodes(ends: Points, same: float) -> Indices:
     """Return a number for every end, equal for ends that are within `same` of each other or linked by such."""
     first, second, _ = near_pairs(ends, same)
-    parent = list(range(len(ends)))
-
-    def root(k: int) -> int:
-        while parent[k] != k:
-            parent[k] = parent[parent[k]]
-            k = parent[k]
-        return k
-
-    for a, b in zip(first.tolist(), second.tolist(), strict=True):
-        parent[root(b)] = root(a)
-    return np.array([root(k) for k in range(len(ends))], dtype=np.int64)
+    return linked(len(ends), first, second)

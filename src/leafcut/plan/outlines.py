@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.index import linked
+
 #: Cuts closer than this are at the same place, mm.
 TOUCHING = 0.05
 #: Two ends that are nearer to each other than to all others may have a tab between them: so wide for a mill, whose own
@@ -76,19 +78,9 @@ def _tabs(
 
 def _hanging_together(n: int, one: NDArray[np.int64], other: NDArray[np.int64]) -> list[list[int]]:
     """Return the numbers 0 … n - 1 in groups joined by pairs, without those that stand alone."""
-    root = list(range(n))
-
-    def find(k: int) -> int:
-        while root[k] != k:
-            root[k] = root[root[k]]
-            k = root[k]
-        return k
-
-    for a, b in zip(one.tolist(), other.tolist(), strict=True):
-        root[find(a)] = find(b)
     groups: dict[int, list[int]] = {}
-    for k in range(n):
-        groups.setdefault(find(k), []).append(k)
+    for k, group in enumerate(linked(n, one, other).tolist()):
+        groups.setdefault(group, []).append(k)
     return [group for group in groups.values() if len(group) > 1]
 
 

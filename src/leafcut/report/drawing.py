@@ -13,7 +13,7 @@ from leafcut.model.outcome import Outcome
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, place_labels
 from leafcut.report.marks import arrow_heads, end_marks
-from leafcut.report.svg import STEPS, dots_data, element, in_steps, lines_data, short, text, title
+from leafcut.report.svg import STEPS, dots_data, element, in_steps, lines_data, text
 from leafcut.report.trace import Trace, trace
 from leafcut.report.wording import BEAMS
 
@@ -173,26 +173,11 @@ def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bo
     the page if it is ``"#name"``, so that a page holds a hundred thousand holes once. `size` states width and height.
     """
     frame, path = scene.frame, scene.before if which == "before" else scene.after
-    width, height = frame.size
-    x, y = frame.origin
     drawn = element("use", href=holes) if holes.startswith("#") else _holes(scene, holes.removeprefix("="))
     window = f"window-{which}"
-    edge = element("rect", x=0.0, y=0.0, width=frame.width, height=frame.height)
     ways = (_rapids(scene, path), _cuts(scene, path), arrow_heads(frame.place(path.rapids)))
     inside = (drawn, element("g", *ways, clip_path=f"url(#{window})"), *_ends(scene, path))
-    return element(
-        "svg",
-        title(words),
-        element("clipPath", edge, id=window),
-        frame.axes(),
-        element("g", *inside, transform=f"translate({short(x)} {short(y)})"),
-        viewBox=f"0 0 {short(width)} {short(height)}",
-        width=width if size else None,
-        height=height if size else None,
-        class_="drawing" if scene.numbered else "drawing ramped",
-        role="img",
-        xmlns="http://www.w3.org/2000/svg" if size else None,
-    )
+    return frame.drawing(words, window, inside, "drawing" if scene.numbered else "drawing ramped", size)
 
 
 def _holes(scene: Scene, name: str) -> str:

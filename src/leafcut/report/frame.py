@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks
+from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks, title
 
 #: Width of a drawing in user units; about the width of a column on a desk's screen, in pixels. A part that is much
 #: wider than high takes both columns.
@@ -80,6 +80,36 @@ class Frame:
     def origin(self) -> tuple[float, float]:
         """Upper left corner of the window in the drawing."""
         return (self.left, _TOP)
+
+    def drawing(self, words: str, window: str, inside: tuple[str, ...], kind: str, size: bool) -> str:
+        """Return the SVG element of a drawing: its axes, and `inside` in user units from the frame's corner.
+
+        Parameters
+        ----------
+        words
+            Its title.
+        window
+            A name for the area of the frame, to which what lies inside may be clipped.
+        kind
+            Its classes.
+        size
+            Whether it stands alone, and has to say how large it is.
+        """
+        (width, height), (x, y) = self.size, self.origin
+        edge = element("rect", x=0.0, y=0.0, width=self.width, height=self.height)
+        return element(
+            "svg",
+            title(words),
+            element("clipPath", edge, id=window),
+            self.axes(),
+            element("g", *inside, transform=f"translate({short(x)} {short(y)})"),
+            viewBox=f"0 0 {short(width)} {short(height)}",
+            width=width if size else None,
+            height=height if size else None,
+            class_=kind,
+            role="img",
+            xmlns="http://www.w3.org/2000/svg" if size else None,
+        )
 
     def axes(self) -> str:
         """Return the frame's edge with ticks in mm on the left and below, and a scale bar."""

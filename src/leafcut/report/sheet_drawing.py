@@ -98,30 +98,16 @@ def sheet_drawing(
     the page if it is ``"#name"``. `name` tells the drawings of a page apart, `size` states width and height.
     """
     frame = scene.frame
-    (width, height), (x, y) = frame.size, frame.origin
     drawn = element("use", href=parts) if parts.startswith("#") else _stock(scene, plan, parts.removeprefix("="))
     ways, arrow = _ways(frame, plan), _RAPID_ARROW_OF_MANY if scene.many else _RAPID_ARROW
     window = f"window-{name}"
-    edge = element("rect", x=0.0, y=0.0, width=frame.width, height=frame.height)
     moving = (_rapids(scene, ways), *(_cut(scene, plan, k) for k in range(len(plan.cuts))), _kerf_arrows(scene, plan))
     inside = (
         drawn,
         element("g", *moving, arrow_heads(ways, arrow), clip_path=f"url(#{window})"),
         *_order(scene, plan, ways),
     )
-    return element(
-        "svg",
-        title(words),
-        element("clipPath", edge, id=window),
-        frame.axes(),
-        element("g", *inside, transform=f"translate({short(x)} {short(y)})"),
-        viewBox=f"0 0 {short(width)} {short(height)}",
-        width=width if size else None,
-        height=height if size else None,
-        class_="drawing sheet ramped" if scene.many else "drawing sheet",
-        role="img",
-        xmlns="http://www.w3.org/2000/svg" if size else None,
-    )
+    return frame.drawing(words, window, inside, "drawing sheet ramped" if scene.many else "drawing sheet", size)
 
 
 # -- the sheet and its parts -----------------------------------------------------------------------------------------

@@ -352,7 +352,7 @@ def _cut_seconds(path: Toolpath, rows: list[LaidCut], machine: Machine) -> list[
 
 
 def _outcome(
-    job: _Job, issues: list[Issue], solutions: list[Solution], before: _Laid, nearest: _Laid | None, after: _Laid
+    job: _Job, issues: list[Issue], solutions: list[Solution], before: _Laid, nearest: _Laid, after: _Laid
 ) -> Outcome:
     run, settings = job.run, job.run.settings
     text = _write(job, before, after)
@@ -367,7 +367,7 @@ def _outcome(
             for s in (solutions if after is not before else [])
         ),
         before=before.measure,
-        nearest=None if nearest is None else nearest.measure,
+        nearest=nearest.measure,
         after=after.measure,
         path_before=before.path,
         path_after=after.path,
@@ -378,7 +378,7 @@ def _outcome(
         issues=(*issues, *_heat_issues(job, after), *machine_issues(run.machine)),
         options=settings.changed(),
         version=__version__,
-        cut_plans=tuple(None if x is None else x.plan for x in (before, nearest, after)),
+        cut_plans=(before.plan, nearest.plan, after.plan),
     )
 
 
