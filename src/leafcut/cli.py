@@ -46,6 +46,7 @@ _TITLES = {
     "machine": "Machine",
     "drill": "Drilling",
     "cut": "Cutting",
+    "pocket": "Pockets",
     "nest": "Nesting",
     "resequence": "Programs of other CAMs",
     "solve": "Search",

@@ -14,7 +14,7 @@ class Severity(StrEnum):
 
 
 #: Every code, with what it means. The number's hundred tells the kind: 1 read, 2 skipped, 3 repaired, 4 assumed,
-#: 5 the order of a program, 6 how a sheet is cut.
+#: 5 the order of a program, 6 how a sheet is cut, 7 how a pocket is cleared.
 CODES: dict[str, str] = {
     "L101": "the file was damaged and could be repaired",
     "L102": "the file does not say its units",
@@ -67,6 +67,7 @@ CODES: dict[str, str] = {
     "L615": "a hole is too small for its thickness to come out well",
     "L616": "how much is cut once for two parts",
     "L617": "edges a kerf apart are cut for each part",
+    "L701": "a place of a pocket cannot be reached by the tool",
 }
 
 

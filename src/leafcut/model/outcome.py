@@ -9,6 +9,7 @@ from leafcut.model.cutting import CutMeasures, CutPlan
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.part import Part
+from leafcut.model.pocket import PocketPlan
 from leafcut.model.solution import Solution, gap
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
@@ -54,7 +55,7 @@ class Outcome:
     part
         What was read; of a program, its holes.
     process
-        ``drill``; ``cut`` for a sheet; of a program ``drill``, ``mill``, ``laser`` or ``plasma``.
+        ``drill``; ``cut`` for a sheet; ``pocket``; of a program ``drill``, ``mill``, ``laser`` or ``plasma``.
     before, nearest, after
         The same work in the order it came in, by nearest neighbour (None for programs), and as written.
     path_before, path_after
@@ -67,6 +68,8 @@ class Outcome:
     cut_plans
         Of a sheet: its cuts in the three orders, before, nearest neighbour (None where there is none) and as written,
         each with its time norm and its cost. Empty for all else.
+    pocket_plans
+        How every pocket is cleared, with all strategies that were tried; empty for all else.
     barriers
         How many pieces of a program stay where they are, and nothing is carried past them.
     encoding
@@ -94,6 +97,7 @@ class Outcome:
     certificate: dict[str, Any] | None = None
     barriers: int = 0
     cut_plans: tuple[CutPlan | None, ...] = ()
+    pocket_plans: tuple[PocketPlan, ...] = ()
     encoding: str = "utf-8"
     output: str = ""
     report: str = ""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue
+from leafcut.model.pocket import Pocket
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +76,11 @@ class Part:
         Length of the best known tour when the file says it, else None.
     contours
         What is to be cut from sheet or marked on it, in the order of the drawing; a drawing is read either for its
-        holes and slots or for its contours.
+        holes and slots, for its contours, or for its pockets.
     grouping
         The sets of a generalised travelling salesman problem, else None.
+    pockets
+        What is to be cleared, in the order of the drawing.
     """
 
     name: str
@@ -92,6 +95,7 @@ class Part:
     optimum: float | None = None
     contours: tuple[Contour, ...] = ()
     grouping: Grouping | None = None
+    pockets: tuple[Pocket, ...] = ()
 
     @property
     def hole_xy(self) -> NDArray[np.float64]:
@@ -105,9 +109,10 @@ class Part:
 
     @property
     def extents(self) -> tuple[float, float, float, float]:
-        """Smallest x and y, largest x and y of all centres, slot ends and contours, mm; zeros for an empty part."""
+        """Smallest x and y, largest x and y of all that is there, mm; zeros for an empty part."""
         points = [(h.x, h.y) for h in self.holes] + [p for s in self.slots for p in (s.start, s.end)]
         points += [p for c in self.contours for p in (c.path.extents[:2], c.path.extents[2:])]
+        points += [p for c in self.pockets for p in (c.outline.extents[:2], c.outline.extents[2:])]
         if not points:
             return (0.0, 0.0, 0.0, 0.0)
         low, high = np.min(points, axis=0), np.max(points, axis=0)

@@ -1,0 +1,64 @@
+"""Regions of the plane as shapely polygons: made of paths, shrunk and grown so that no chord comes too near."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from leafcut.errors import PlanError
+from leafcut.geometry.polyline import Polyline
+
+#: Chords of walls and offsets leave the exact edge by this share of the tolerance at most.
+FINE = 0.125
+
+
+def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float = 0.01, name: str = "region") -> Any:
+    """Return what lies inside an outline and outside islands as a valid shapely Polygon, counter-clockwise outside.
+
+    Its chords leave the arcs of the paths by at most an eighth of the tolerance.
+
+    Raises
+    ------
+    PlanError
+        A path crosses itself, or an island touches the outline or another island; `name` says whose.
+    """
+    import shapely
+
+    fine = FINE * tolerance
+    shape = shapely.Polygon(outline.flattened(fine), [island.flattened(fine) for island in islands])
+    if not shape.is_valid:
+        words, _, place = shapely.is_valid_reason(shape).partition("[")
+        where = f" at ({place.rstrip(']').replace(' ', ', ')})" if place else ""
+        raise PlanError(f"{name}: {words.strip().lower()}{where}; outlines must not cross or touch")
+    return shapely.geometry.polygon.orient(shape)
+
+
+def shrunk(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
+    """Return a polygon shrunk by a distance, mm: every point of the answer is at least that far from its edge."""
+    fine = FINE * tolerance
+    # A buffer's arcs are chords that come nearer to the edge than the distance by the height of a chord.
+    return shape.buffer(-(distance + fine), quad_segs=quarter(distance, fine))
+
+
+def swept(shape: Any, radius: float, tolerance: float = 0.01) -> Any:
+    """Return what a disc of a radius sweeps whose centre visits a shape (lines or polygons), inside by a chord."""
+    return shape.buffer(radius, quad_segs=quarter(radius, FINE * tolerance))
+
+
+def quarter(radius: float, fine: float) -> int:
+    """Return how many chords a quarter circle needs to be true within `fine` mm."""
+    step = 2.0 * math.acos(max(1.0 - fine / max(radius, fine), 0.0))
+    return min(max(math.ceil(0.5 * math.pi / step), 4), 256)
+
+
+def polygons(shape: Any) -> list[Any]:
+    """Return the polygons that a shapely geometry is made of."""
+    return [p for p in getattr(shape, "geoms", [shape]) if p.geom_type == "Polygon" and not p.is_empty]
+
+
+def as_polyline(points: Any, closed: bool = False) -> Polyline:
+    """Return straight lines through points, float64[n, 2] or coordinates of shapely."""
+    return Polyline.of_points(np.asarray(points, dtype=np.float64)[:, :2], closed)

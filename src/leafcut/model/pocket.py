@@ -1,0 +1,201 @@
+"""`Pocket`: a region to be cleared to a depth, the rules for clearing it, and the paths that do."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from leafcut.geometry.polyline import Polyline
+
+#: How pockets are cleared.
+STRATEGIES = ("best", "zigzag", "contour", "firefly", "ants", "adaptive")
+
+#: What a piece of a path is for.
+PIECE_KINDS = ("rough", "link", "finish")
+
+#: Two places nearer than this are the same: the tool goes on without being lifted, mm.
+SAME_PLACE = 1e-6
+
+
+@dataclass(frozen=True)
+class Pocket:
+    """A closed region with islands, as it is drawn: the walls of the finished part, not the way of the tool.
+
+    Attributes
+    ----------
+    outline
+        Closed, counter-clockwise, mm.
+    islands
+        Closed, clockwise, inside the outline, clear of it and of each other.
+    name
+        For people: a number, a layer or the drawing's own name.
+    layer, handle
+        The drawing's layer and entity handle of the outline; empty for pictures.
+    """
+
+    outline: Polyline
+    islands: tuple[Polyline, ...] = ()
+    name: str = ""
+    layer: str = ""
+    handle: str = ""
+
+    @property
+    def area(self) -> float:
+        """Area inside the outline and outside the islands, mm²."""
+        return abs(self.outline.area) - sum(abs(island.area) for island in self.islands)
+
+
+@dataclass(frozen=True)
+class PocketRules:
+    """How one tool clears a pocket in the plane.
+
+    Attributes
+    ----------
+    tool_diameter
+        Of a flat end mill, mm.
+    step_over
+        Largest distance between neighbouring passes, mm.
+    stock
+        What roughing leaves on the walls for the finishing pass, mm.
+    climb
+        True: the material is on the right of the tool's way (spindle clockwise), walls are passed accordingly.
+    tolerance
+        How far a path may leave the exact one, mm.
+    max_engagement
+        Largest angle of the tool's edge in the material, rad; None: not limited.
+    pitch
+        Distance between the points of a grid, mm; None: the step-over.
+    """
+
+    tool_diameter: float
+    step_over: float
+    stock: float = 0.0
+    climb: bool = True
+    tolerance: float = 0.01
+    max_engagement: float | None = None
+    pitch: float | None = None
+
+    @property
+    def radius(self) -> float:
+        """Of the tool, mm."""
+        return 0.5 * self.tool_diameter
+
+
+@dataclass(frozen=True)
+class PocketPiece:
+    """A stretch of the way of the tool's centre at feed, open, in the plane.
+
+    `kind` is ``rough``, ``finish`` (along a wall), or ``link``: through what is cut already.
+    """
+
+    path: Polyline
+    kind: str = "rough"
+
+
+@dataclass(frozen=True)
+class PocketPath:
+    """The way of the tool's centre over one level of a pocket, without approach and departure.
+
+    Where a piece begins at the end of the one before (within `SAME_PLACE`) the tool goes on at depth; everywhere else
+    it is lifted, moved by a rapid in a straight line and let down again.
+    """
+
+    strategy: str
+    pieces: tuple[PocketPiece, ...]
+
+    @property
+    def gaps(self) -> tuple[float, ...]:
+        """Distance from the end of every piece to the start of the next, mm; 0 where the tool goes on."""
+        ways = (math.dist(a.path.end, b.path.start) for a, b in zip(self.pieces, self.pieces[1:], strict=False))
+        return tuple(0.0 if way <= SAME_PLACE else way for way in ways)
+
+    @property
+    def feed_mm(self) -> float:
+        """Length of all pieces, mm."""
+        return sum(piece.path.length for piece in self.pieces)
+
+    @property
+    def rapid_mm(self) -> float:
+        """Length of the rapids from piece to piece, mm."""
+        return sum(self.gaps)
+
+    @property
+    def retracts(self) -> int:
+        """How often the tool is lifted from piece to piece."""
+        return sum(gap > 0.0 for gap in self.gaps)
+
+
+@dataclass(frozen=True)
+class PocketMeasures:
+    """What a path over one level does, found by simulating it (`verify.removal`).
+
+    Attributes
+    ----------
+    feed_mm, rapid_mm, retracts
+        Of the path, without approach and departure.
+    gouge_mm2
+        Area beyond the walls that the tool cuts, more than the tolerance deep.
+    reachable_mm2
+        Area that a tool of this diameter can clear at all.
+    uncovered_mm2
+        Area of it that stays uncut.
+    max_step_over
+        Largest distance between neighbouring passes, mm.
+    max_engagement, mean_engagement
+        Angle of the tool's edge in material: the largest, and the mean over the length of the feed, rad.
+    air_mm
+        Length of the feed on which nothing is cut, mm.
+    floor_mm
+        Area of the allowed tool centres divided by the step-over: no path of constant pitch is much shorter.
+    time_s
+        At feed and rapid under the machine's acceleration, s; 0 where no machine is known.
+    """
+
+    feed_mm: float
+    rapid_mm: float
+    retracts: int
+    gouge_mm2: float = 0.0
+    reachable_mm2: float = 0.0
+    uncovered_mm2: float = 0.0
+    max_step_over: float = 0.0
+    max_engagement: float = 0.0
+    mean_engagement: float = 0.0
+    air_mm: float = 0.0
+    floor_mm: float = 0.0
+    time_s: float = 0.0
+
+    @property
+    def uncovered_percent(self) -> float:
+        """Share of the reachable area that stays uncut, percent."""
+        return 100.0 * self.uncovered_mm2 / self.reachable_mm2 if self.reachable_mm2 > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class PocketResult:
+    """One strategy on one pocket: its path and what it does; or why it has none."""
+
+    strategy: str
+    path: PocketPath | None = None
+    measures: PocketMeasures | None = None
+    refused: str = ""
+
+
+@dataclass(frozen=True)
+class PocketPlan:
+    """A pocket and how it is cleared.
+
+    Attributes
+    ----------
+    levels
+        Z of every level from the top, mm, negative.
+    chosen
+        Index in `results` of the strategy that is written.
+    results
+        The strategies that were tried.
+    """
+
+    pocket: Pocket
+    rules: PocketRules
+    levels: tuple[float, ...]
+    results: tuple[PocketResult, ...] = field(default=())
+    chosen: int = 0
