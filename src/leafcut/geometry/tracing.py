@@ -10,9 +10,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.best_fit import best_fit
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Points, Polyline
 
+#: A level line that crosses this near to the middle of two pixels, pixels, crosses from plain dark to plain bright.
+PLAIN = 0.1
+#: How far the wall is from there, standard deviation, pixels: it is anywhere on the way of one pixel; with shades
+#: between, about that of an anti-aliased edge.
+NOISE_OF_STEPS, NOISE_OF_SHADES = 0.29, 0.1
+#: Lines and arcs that leave the level line by more than this are not taken, pixels.
+FARTHEST = 1.0
+#: And no more than this share of its points by more than so many times their noise.
+FEW, MANY = 0.03, 3.0
+#: Then arcs are laid along the smoothed line within this, pixels.
+FIT = 0.15
 #: Rounds of smoothing, and its two weights: Taubin, "A signal processing approach to fair surface design", SIGGRAPH
 #: 1995, section 3: forth and a little more back, so that stairs go and circles keep their size.
 ROUNDS = 40
@@ -21,17 +33,16 @@ FORTH, BACK = 0.5, -0.53
 HALF = 0.5
 
 
-def level_lines(grey: NDArray[np.float32], level: float, outside: float) -> list[Points]:
-    """Return the closed lines between what is darker than a level and what is not, float64[n, 2], first not repeated.
+def level_lines(height: NDArray[np.float32]) -> list[Points]:
+    """Return the closed lines between what is below 0 and what is not, float64[n, 2], the first not repeated.
 
-    Coordinates are pixels from the upper left corner of the picture, x right and y down; beyond its edge all is
-    `outside`.
+    Coordinates are pixels from the upper left corner of the picture, x right and y down; beyond its edge all is 1.
     """
     import contourpy
 
-    padded = np.pad(grey.astype(np.float64), 1, constant_values=outside)
+    padded = np.pad(height.astype(np.float64), 1, constant_values=1.0)
     lines = contourpy.contour_generator(z=padded, name="serial", line_type=contourpy.LineType.ChunkCombinedOffset)
-    points, offsets = lines.lines(level)
+    points, offsets = lines.lines(0.0)
     found = []
     for chunk, starts in zip(points, offsets, strict=True):
         if chunk is None or starts is None:
@@ -42,9 +53,23 @@ def level_lines(grey: NDArray[np.float32], level: float, outside: float) -> list
     return found
 
 
-def fitted_outline(line: Points, tolerance: float) -> Polyline:
-    """Return lines and arcs along a level line; all lengths in pixels."""
-    return fit_arcs(_smoothed(line), tolerance, closed=True)
+def fitted_outline(line: Points) -> Polyline:
+    """Return lines and arcs along a level line, within `FARTHEST` of it; all lengths in pixels."""
+    import shapely
+
+    middle = line - 0.5
+    # A place in the middle between two pixels tells only that the wall is somewhere between them.
+    shift = np.abs(np.abs(middle - np.round(middle)) - 0.5).min(axis=1)
+    noise = np.where(shift < PLAIN, NOISE_OF_STEPS, NOISE_OF_SHADES)
+    path = best_fit(line, noise)
+    if path is not None:
+        ring = shapely.LinearRing(path.flattened(0.01)) if path.n_segments > 1 else None
+        if ring is not None and ring.is_simple:
+            off = shapely.distance(shapely.points(line), ring)
+            # Near corners a level line is rounder than the wall.
+            if off.max() <= FARTHEST and float((off > MANY * noise).mean()) <= FEW:
+                return path
+    return fit_arcs(_smoothed(line), FIT, closed=True)
 
 
 def _smoothed(line: Points) -> Points:

@@ -30,8 +30,6 @@ MAX_STEPS = 1_000_000
 MAX_OUTLINES = 5_000
 #: Dark and bright must differ by this share of the whole range.
 LEAST_CONTRAST = 0.1
-#: Lines and arcs leave the smoothed outline by at most this, pixels.
-FIT = 0.15
 
 Grey = NDArray[np.float32]
 
@@ -89,18 +87,19 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketOptions,
         raise ReadError(source.path, f"with pixels of {size:g} mm the picture is {max(image.size) * size:g} mm long")
     grey = _brightness(source, image, options.invert)
     level = _level(source, grey, options)
-    steps = _steps(grey < level)
+    grey = _from_level(grey, level)
+    steps = _steps(grey < 0.0)
     if steps > MAX_STEPS:
         raise ReadError(
             source.path, f"{steps:,} steps between dark and bright: this is noise, no outline; blur or scale it down"
         )
     issues: list[Issue] = []
     height = grey.shape[0]
-    lines = _without_dirt(source, level_lines(grey, level, 1.0), options.speckle / size, (size, height), issues)
-    _look_at_edge(grey < level, issues)
+    lines = _without_dirt(source, level_lines(grey), options.speckle / size, (size, height), issues)
+    _look_at_edge(grey < 0.0, issues)
     part = Part(source.name, source=source.file_name, format="picture", issues=tuple(issues))
     try:
-        return _pockets(part, [fitted_outline(line, FIT) for line in lines], (size, height), joining, source)
+        return _pockets(part, [fitted_outline(line) for line in lines], (size, height), joining, source)
     except ReadError:
         # Walls a pixel apart may meet when they are smoothed: as they are in the picture they do not.
         return _pockets(
@@ -210,6 +209,18 @@ def _level(source: Source, grey: Grey, options: PocketOptions) -> float:
             "rest; say --threshold",
         )
     return 0.5 * (dark + bright)
+
+
+def _from_level(grey: Grey, level: float) -> Grey:
+    """Return the brightness from the level: 0 there, −1 and less where it is plainly dark, 1 where plainly bright.
+
+    So a wall between plain pixels lies in the middle between them, whatever the threshold.
+    """
+    dark, bright = grey < level, grey >= level
+    below = max(level - float(np.median(grey[dark])), 1e-6) if dark.any() else 1.0
+    above = max(float(np.median(grey[bright])) - level, 1e-6) if bright.any() else 1.0
+    moved = grey - np.float32(level)
+    return np.clip(np.where(dark, moved / below, moved / above), -1.0, 1.0).astype(np.float32)
 
 
 def otsu(grey: Grey) -> float:
