@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from leafcut.geometry.fitting import fit_arcs
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.polyline import Points, Polyline, joined
 from leafcut.model.pocket import PocketPath
 
 #: Part of the tolerance that fitting may take: the rest is for the chords of walls and for rounded numbers.
@@ -21,15 +21,26 @@ LARGEST_RADIUS = 5000.0
 def fitted(path: PocketPath, tolerance: float) -> PocketPath:
     """Return the path with arcs where it bends evenly; no place of it moves by more than half of `tolerance`, mm.
 
-    Pieces that have arcs already stay as they are; every piece keeps its ends.
+    What is an arc already stays as it is; every piece keeps its ends.
     """
     return replace(path, pieces=tuple(replace(p, path=_fitted(p.path, tolerance)) for p in path.pieces))
 
 
 def _fitted(path: Polyline, tolerance: float) -> Polyline:
-    if path.bulges.any():
-        return path
-    points = _apart(path.vertices[:, :2])
+    """Return a polyline whose stretches of lines are fitted; its arcs are kept."""
+    arcs = [i for i in range(path.n_segments) if path.bulges[i] != 0.0]
+    pieces, at = [], 0
+    for i in [*arcs, path.n_segments]:
+        if i > at:
+            pieces.append(_lines(path.vertices[at : i + 1, :2], tolerance))
+        if i < path.n_segments:
+            pieces.append(Polyline(np.array([path.vertices[i], [*path.vertices[i + 1, :2], 0.0]])))
+        at = i + 1
+    return joined(*pieces) if pieces else path
+
+
+def _lines(points: Points, tolerance: float) -> Polyline:
+    points = _apart(points)
     if len(points) < 3:
         return Polyline.of_points(points)
     return _without_huge_arcs(fit_arcs(points, FITTED_PART * tolerance), FITTED_PART * tolerance)

@@ -23,6 +23,8 @@ MOST_LEGS = 24
 #: What is shorter is written as a line, mm: no arc so short can be told from its opposite.
 SHORTEST_ARC = 0.01
 SHORTEST = 1e-6
+#: What is tried where a way down is asked for.
+_IN_PLACE_OF = {"ramp": ("ramp", "helix"), "helix": ("helix", "ramp"), "plunge": (), "predrilled": ()}
 #: Chords of a region and of a circle differ by less than they keep away from the wall besides, mm.
 TOUCH = 1e-6
 
@@ -57,19 +59,14 @@ def come_down(
     high = min(builder.position[2], top + ABOVE) if builder.position[2] > top else builder.position[2]
     if builder.position[2] > high + SHORTEST:
         builder.feed(z=high, feed=data.tool.feed)
-    kind = asked
-    radius = 0.0
-    centre: Point | None = None
-    if asked == "helix":
-        centre, radius = _helix_place(start, 0.5 * data.tool.diameter, allowed)
-        kind = "helix" if centre is not None else "ramp"
+    circle = _helix_place(start, 0.5 * data.tool.diameter, allowed) if asked in ("ramp", "helix") else None
     legs = _legs(way, high - bottom, data.entry_angle)
-    if kind == "ramp" and not legs:
-        kind = "plunge"
+    possible = {"ramp": legs is not None, "helix": circle is not None}
+    kind = next((k for k in _IN_PLACE_OF[asked] if possible[k]), "plunge" if asked in possible else asked)
     feed = min(data.tool.feed, data.plunge_feed / math.sin(data.entry_angle))
-    if kind == "helix" and centre is not None:
-        _helix(builder, start, centre, radius, (high, bottom), data.entry_angle, feed, climb)
-    elif kind == "ramp":
+    if kind == "helix" and circle is not None:
+        _helix(builder, start, circle, (high, bottom), data.entry_angle, feed, climb)
+    elif kind == "ramp" and legs is not None:
         _ramp(builder, way, legs, (high, bottom), feed)
     else:
         builder.feed(z=bottom, feed=data.plunge_feed)
@@ -89,14 +86,8 @@ def _legs(way: Polyline, drop: float, angle: float) -> tuple[int, float] | None:
 
 
 def _ramp(
-    builder: ToolpathBuilder,
-    way: Polyline,
-    legs: tuple[int, float] | None,
-    heights: tuple[float, float],
-    feed: float,
+    builder: ToolpathBuilder, way: Polyline, legs: tuple[int, float], heights: tuple[float, float], feed: float
 ) -> None:
-    if legs is None:
-        return
     count, length = legs
     forth = way.piece(0.0, length)
     back = forth.reversed()
@@ -109,8 +100,8 @@ def _ramp(
 # -- helix -----------------------------------------------------------------------------------------------------------
 
 
-def _helix_place(start: Point, tool_radius: float, allowed: Any) -> tuple[Point | None, float]:
-    """Return the centre and the radius of the widest circle through `start` that lies in the allowed region."""
+def _helix_place(start: Point, tool_radius: float, allowed: Any) -> tuple[Point, float] | None:
+    """Return centre and radius of the widest circle through `start` that lies in the allowed region, or None."""
     import shapely
 
     room = allowed.buffer(TOUCH)
@@ -122,21 +113,20 @@ def _helix_place(start: Point, tool_radius: float, allowed: Any) -> tuple[Point 
             centre = (start[0] + radius * math.cos(angle), start[1] + radius * math.sin(angle))
             if room.covers(shapely.Point(centre).buffer(radius, quad_segs=64)):
                 return centre, radius
-    return None, 0.0
+    return None
 
 
 def _helix(
     builder: ToolpathBuilder,
     start: Point,
-    centre: Point,
-    radius: float,
+    circle: tuple[Point, float],
     heights: tuple[float, float],
     angle: float,
     feed: float,
     climb: bool,
 ) -> None:
     """Turn down in half circles; counter-clockwise, the material is on the right of a tool inside a hole."""
-    high, low = heights
+    (high, low), (centre, radius) = heights, circle
     halves = 2 * max(math.ceil((high - low) / (2.0 * math.pi * radius * math.tan(angle)) - 1e-9), 1)
     across = (2.0 * centre[0] - start[0], 2.0 * centre[1] - start[1])
     for half in range(halves):

@@ -17,7 +17,7 @@ from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import SAME_PLACE, PocketPath
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.plan.pocket_entries import TOUCH, Descent, come_down, follow
+from leafcut.plan.pocket_entries import ABOVE, TOUCH, Descent, come_down, follow
 from leafcut.plan.pocket_region import CentreRegion
 from leafcut.plan.pocket_rules import MillingData, finishing_levels
 
@@ -200,7 +200,9 @@ class _Layer:
         builder, data = self.builder, self.data
         if builder.position[2] > z:
             if top is None:
-                builder.feed(z=z, feed=data.plunge_feed if walls else data.tool.feed)
+                if builder.position[2] > z + ABOVE:
+                    builder.feed(z=z + ABOVE, feed=data.tool.feed)
+                builder.feed(z=z, feed=data.plunge_feed)
             else:
                 allowed = clearing.region.polygon if walls else clearing.allowed
                 climb = clearing.region.rules.climb

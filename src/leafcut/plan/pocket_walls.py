@@ -15,8 +15,8 @@ from leafcut.plan.pocket_region import CentreRegion
 LEADS = (0.8, 0.5, 0.3, 0.15)
 #: Places of a wall where a lead is tried.
 MOST_PLACES = 60
-#: Room for chords beside chords, mm.
-TOUCH = 1e-6
+#: Room for a lead beside the chords of a wall, part of the tolerance.
+TOUCH = 0.1
 
 
 def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
@@ -35,7 +35,7 @@ def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
     import shapely
 
     shapely.prepare(roughed)
-    room = region.polygon.buffer(TOUCH)
+    room = region.polygon.buffer(TOUCH * region.rules.tolerance)
     shapely.prepare(room)
     # The region lies left of its rings, so the wall is on the right of the tool: climb.
     rings = [ring if region.rules.climb else ring[::-1] for ring in region.rings]
@@ -105,12 +105,11 @@ def _places(ring: Points) -> list[int]:
 def _leads(ring: Points, start: int, side: float, radius: float) -> tuple[Polyline, Polyline]:
     """Return the quarter circles that come to a corner of a ring and leave it, on the side where the region lies."""
     ahead, behind = ring[(start + 1) % len(ring)] - ring[start], ring[start] - ring[start - 1]
+    tangent = ahead / math.hypot(*ahead) + behind / math.hypot(*behind)
+    tangent /= math.hypot(*tangent)
+    normal = side * np.array([-tangent[1], tangent[0]])
+    ends = [ring[start] + radius * (normal + sign * tangent) for sign in (-1.0, 1.0)]
     bulge = side * math.tan(math.pi / 8.0)
-    come, leave = (v / math.hypot(*v) for v in (ahead, behind))
-    ends = []
-    for tangent, sign in ((come, -1.0), (leave, 1.0)):
-        normal = side * np.array([-tangent[1], tangent[0]])
-        ends.append(ring[start] + radius * (normal + sign * tangent))
     first = np.array([[*ends[0], bulge], [*ring[start], 0.0]])
     last = np.array([[*ring[start], bulge], [*ends[1], 0.0]])
     return Polyline(first), Polyline(last)
