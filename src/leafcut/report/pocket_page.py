@@ -69,6 +69,17 @@ def pocket_content(outcome: Outcome) -> Row:
     }
 
 
+def pocket_svg(outcome: Outcome, which: str) -> str:
+    """Return the way over one level as a stand-alone drawing: the usual one ``before``, what is written ``after``."""
+    plans = outcome.pocket_plans
+    chosen = [plan.usual if which == "before" else plan.result for plan in plans]
+    paths = [result.path for result in chosen if result.path is not None]
+    by = usual_words(outcome) if which == "before" else chosen_words(outcome)
+    words = f"Way of the tool over one level of {clean(outcome.part.name)}, {by}"
+    diameter = plans[0].rules.tool_diameter
+    return pocket_drawing(build_pocket_scene(plans), paths, which, words, tool_diameter=diameter, size=True)
+
+
 def cards(outcome: Outcome) -> list[Row]:
     """Return the usual way and leafcut's as the cards at the head show them."""
     longest = max(outcome.before.time_s, outcome.after.time_s)
