@@ -69,6 +69,11 @@ def fitted_outline(line: Points) -> Polyline:
             # Near corners a level line is rounder than the wall.
             if off.max() <= FARTHEST and float((off > MANY * noise).mean()) <= FEW:
                 return path
+    return smoothed_outline(line)
+
+
+def smoothed_outline(line: Points) -> Polyline:
+    """Return arcs along a level line after its stairs are smoothed away; quicker, and rounder at corners."""
     return fit_arcs(_smoothed(line), FIT, closed=True)
 
 
