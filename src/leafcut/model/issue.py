@@ -70,6 +70,9 @@ CODES: dict[str, str] = {
     "L616": "how much is cut once for two parts",
     "L617": "edges a kerf apart are cut for each part",
     "L701": "a place of a pocket cannot be reached by the tool",
+    "L702": "the tool comes down in another way than was asked for",
+    "L703": "holes have to be there before a program runs",
+    "L711": "a path leaves ground uncut that the tool could reach",
 }
 
 
