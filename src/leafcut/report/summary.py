@@ -102,7 +102,7 @@ def _strategies(outcome: Outcome) -> Table:
         if row.measures is None:
             continue
         style = "bold green" if row.chosen else ""
-        table.add_row(Text(row.name, style), *(Text(cell, style) for cell in strategy_cells(row.measures)))
+        table.add_row(Text(row.name, style), *(Text(cell, style) for cell in strategy_cells(row)))
     return table
 
 

@@ -22,6 +22,12 @@ def _contour(region: CentreRegion, run: Run) -> PocketPath:
     return contour(region)
 
 
+def _connected(region: CentreRegion, run: Run) -> PocketPath:
+    from leafcut.plan.pocket_best import best
+
+    return best(region)
+
+
 @dataclass(frozen=True)
 class Way:
     """A strategy and what it is called in words."""
@@ -32,4 +38,7 @@ class Way:
 
 
 #: Every strategy, in the order in which they are told.
-WAYS = (Way("contour", _contour, "rings, linked from the inside out"),)
+WAYS = (
+    Way("contour", _contour, "rings, linked from the inside out"),
+    Way("connected", _connected, "one connected way, never lifted"),
+)

@@ -13,7 +13,7 @@ from leafcut import __version__
 from leafcut.errors import OptionError, PlanError, SolveError
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import OperationOutcome, Outcome
-from leafcut.model.pocket import USUAL, Pocket, PocketMeasures, PocketPath, PocketPlan, PocketResult
+from leafcut.model.pocket import USUAL, Pocket, PocketPath, PocketPlan, PocketResult
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
@@ -31,6 +31,9 @@ Point = tuple[float, float]
 
 #: An engagement may be measured so much above its limit, rad: the steps of the simulation (one degree).
 ENGAGEMENT_ROOM = 0.0175
+#: Of ways that cost little more than the best, the one that is lifted least: every way down wears the tool and marks
+#: the floor.
+NEARLY = 1.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +154,7 @@ def _tried(
     path = PocketPath(way.name, tuple(piece for c in clearings for piece in c.path.pieces))
     lift = job.heights.retract - job.heights.levels[0]
     found = measure_path(one, path, job.exact, job.run.machine, feed=job.data.tool.feed, lift=lift)
-    return PocketResult(way.name, path, found), clearings
+    return PocketResult(way.name, path, found, program_s=_laid(job, clearings).measure.time_s), clearings
 
 
 def _clearing(job: PocketJob, way: Way, region: CentreRegion, roughed: list[CentreRegion]) -> Clearing:
@@ -188,22 +191,22 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
         if results[index].path is None:
             raise PlanError(f"{name}: --strategy {options.strategy} is not possible: {results[index].refused}")
         return index
-    sound = [(k, r.measures) for k, r in enumerate(results) if r.measures is not None and not r.measures.gouge_mm2]
+    sound = [(k, r, r.measures) for k, r in enumerate(results) if r.measures is not None and not r.measures.gouge_mm2]
     limit = options.max_engagement
     if limit is not None:
-        sound = [(k, m) for k, m in sound if m.max_engagement <= limit + ENGAGEMENT_ROOM]
+        sound = [row for row in sound if row[2].max_engagement <= limit + ENGAGEMENT_ROOM]
     if not sound:
         refused = "; ".join(f"{r.strategy}: {r.refused or 'gouges, or engages more'}" for r in results)
         raise PlanError(f"{name}: no strategy is possible ({refused})")
-    whole = [(k, m) for k, m in sound if m.uncovered_percent <= options.uncovered_tolerance]
+    whole = [row for row in sound if row[2].uncovered_percent <= options.uncovered_tolerance]
     if not whole:
-        return min(sound, key=lambda row: row[1].uncovered_percent)[0]
-    return min(whole, key=lambda row: _score(job, row[1]))[0]
-
-
-def _score(job: PocketJob, measures: PocketMeasures) -> float:
+        return min(sound, key=lambda row: row[2].uncovered_percent)[0]
     timed = job.run.settings.solve.objective == "time"
-    return measures.time_s if timed else measures.feed_mm + measures.rapid_mm
+    costs = [(row[1].program_s if timed else row[2].feed_mm + row[2].rapid_mm) for row in whole]
+    near = [
+        (row[2].retracts, cost, row[0]) for row, cost in zip(whole, costs, strict=True) if cost <= NEARLY * min(costs)
+    ]
+    return min(near)[2]
 
 
 # -- order and toolpath ----------------------------------------------------------------------------------------------
