@@ -103,28 +103,21 @@ def test_the_commands_of_the_page_on_sheets_run(tmp_path: Path, monkeypatch: pyt
 
 
 def test_the_commands_of_the_page_on_pockets_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A small pocket with an island, as drawing and as picture, stands for the reader's; every program is verified."""
-    from PIL import Image, ImageDraw
+    """With one strategy, as the others have tests of their own; every program is verified and written."""
+    from leafcut.runs import pocket_strategies
 
+    few = tuple(way for way in pocket_strategies.WAYS if way.name == "contour")
+    monkeypatch.setattr(pocket_strategies, "WAYS", few)
     text = (ROOT / "docs" / "pockets.md").read_text(encoding="utf-8")
-    commands = re.findall(r"^    leafcut (optimize pocket\..+)$", text, flags=re.MULTILINE)
-    assert len(commands) >= 4
-    document = ezdxf.new(units=4)
-    space = document.modelspace()
-    space.add_lwpolyline([(0, 0), (60, 0), (60, 45), (0, 45)], close=True, dxfattribs={"layer": "POCKET"})
-    space.add_circle((30, 22), 6, dxfattribs={"layer": "ISLAND"})
-    document.saveas(tmp_path / "pocket.dxf")
-    picture = Image.new("L", (160, 130), 255)
-    draw = ImageDraw.Draw(picture)
-    draw.rounded_rectangle((20, 20, 140, 110), 14, fill=0)
-    draw.ellipse((68, 52, 92, 76), fill=255)
-    picture.save(tmp_path / "pocket.png")
+    commands = re.findall(r"^    leafcut (optimize examples/pocket\..+)$", text, flags=re.MULTILINE)
+    assert len(commands) >= 5
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
     monkeypatch.chdir(tmp_path)
     for command in commands:
         words = shlex.split(command)
         output = Path(words[words.index("-o") + 1])
         output.unlink(missing_ok=True)
-        assert run([*words, "--iterations", "5"]) == 0, command
+        assert run(words) == 0, command
         assert "G1" in output.read_text()
 
 

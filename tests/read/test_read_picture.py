@@ -106,6 +106,14 @@ def test_the_picture_of_a_pocket_is_its_region_within_half_a_pixel(name: str, da
     assert pocket.outline.n_segments + sum(i.n_segments for i in pocket.islands) < 80
 
 
+def test_the_example_picture_is_the_example_drawing(examples: Path) -> None:
+    (drawing,), (picture,) = (pockets(examples / f"pocket.{kind}", pixel_size=0.25).pockets for kind in ("dxf", "png"))
+    first = region(drawing.outline, drawing.islands)
+    second = translate(region(picture.outline, picture.islands), -5.0, -5.0)
+    assert len(first.interiors) == 2
+    assert first.boundary.hausdorff_distance(second.boundary) <= 0.02
+
+
 @pytest.mark.parametrize(("shades", "off"), [(1, 0.06), (4, 0.02)])
 def test_a_disc_is_a_circle_with_its_radius(shades: int, off: float, save: Save) -> None:
     (pocket,) = pockets(save(drawn(DISC, shades))).pockets
