@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 from dataclasses import replace
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+from rich.console import Console
 
 from leafcut import api
 from leafcut.cli import run
@@ -19,6 +21,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.model.pocket import PocketPath
 from leafcut.model.toolpath import Kind, positions_before
+from leafcut.report.summary import print_summary
 from leafcut.runs import pocket_strategies as room
 from rs274_moves import run_rs274
 
@@ -32,8 +35,8 @@ FAST: dict[str, Any] = {
     "threads": 1,
     "date": False,
 }
-#: A round-cornered pocket of 80 × 60 mm with an island; every place of it is within reach of a tool of 10 mm.
-POCKET = shapely.box(7, 7, 73, 53).buffer(7, quad_segs=64) - shapely.Point(40, 30).buffer(9, quad_segs=64)
+#: A round-cornered pocket of 60 × 46 mm with an island; every place of it is within reach of a tool of 10 mm.
+POCKET = shapely.box(7, 7, 53, 39).buffer(7, quad_segs=64) - shapely.Point(30, 23).buffer(5, quad_segs=64)
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +95,7 @@ def test_every_level_of_the_program_clears_the_pocket_and_stays_inside_it(outcom
 def test_the_strategies_are_told_beside_each_other(outcome) -> None:
     [plan] = outcome.pocket_plans
     known = {r.strategy: r for r in plan.results}
-    assert {"contour", "connected"} <= set(known)
+    assert {"contour", "connected", "firefly", "ants"} <= set(known)
     possible = [r for r in plan.results if r.measures is not None]
     assert all(r.path is not None and not r.refused for r in possible)
     assert all(r.refused for r in plan.results if r.measures is None)
@@ -103,8 +106,9 @@ def test_the_strategies_are_told_beside_each_other(outcome) -> None:
     assert plan.result.measures.retracts == min(r.measures.retracts for r in near)
 
 
-def test_the_strategy_that_is_asked_for_is_written(drawing: Path) -> None:
-    for name in ("contour", "connected"):
+def test_the_strategy_that_is_asked_for_is_written(drawing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(room, "WAYS", tuple(w for w in room.WAYS if w.name in ("contour", "ants")))
+    for name in ("contour", "ants"):
         outcome = api.optimize(drawing, strategy=name, **FAST)
         assert outcome.pocket_plans[0].result.strategy == name
         assert outcome.verified
@@ -153,10 +157,11 @@ def test_a_passage_too_narrow_for_the_tool_gives_two_regions_and_both_are_cleare
     assert any("near (50.00, 20.00)" in words for words in told)
 
 
-def test_json_says_the_way_over_one_level_and_every_strategy(
+@pytest.mark.usefixtures("contour_only")
+def test_json_on_the_command_line_says_the_way_over_one_level(
     drawing: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    flags = ["--tool-diameter", "10", "--depth", "4", "--iterations", "5", "--json"]
+    flags = ["--tool-diameter", "10", "--depth", "4", "--json"]
     assert run(["optimize", str(drawing), *flags, "-o", str(tmp_path / "p.ngc")]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["process"] == "pocket" and answer["verified"]
@@ -168,14 +173,12 @@ def test_json_says_the_way_over_one_level_and_every_strategy(
     assert (tmp_path / "p.ngc").read_text().count("\n") > 20
 
 
-def test_the_summary_fits_a_terminal_and_names_the_strategies(
-    drawing: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("COLUMNS", "80")
-    assert run(["optimize", str(drawing), *["--tool-diameter", "10", "--depth", "4", "--iterations", "5"]]) == 0
-    said = capsys.readouterr().out
+def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
+    out = io.StringIO()
+    print_summary(outcome, Console(file=out, width=80, color_system=None))
+    said = out.getvalue()
     assert all(len(line) <= 80 for line in said.splitlines())
-    assert all(name in said for name in ("contour", "connected", "retracts", "uncut", "verified"))
+    assert all(name in said for name in ("contour", "connected", "firefly", "ants", "retracts", "uncut", "verified"))
 
 
 # -- bad input -------------------------------------------------------------------------------------------------------
@@ -199,7 +202,7 @@ def test_the_summary_fits_a_terminal_and_names_the_strategies(
         ({"machine": "plasma-table"}, PlanError, "cannot mill"),
         ({"retract_height": 20}, PlanError, "R plane"),
         ({"milling_feed": "100m/min"}, PlanError, "feeds at most"),
-        ({"keep_out": "30 0 50 10"}, VerifyError, "zone"),
+        ({"keep_out": "20 0 40 10"}, VerifyError, "zone"),
         ({"start_point": "1,2,3"}, OptionError, "two numbers"),
     ],
 )

@@ -31,6 +31,8 @@ Point = tuple[float, float]
 
 #: An engagement may be measured so much above its limit, rad: the steps of the simulation (one degree).
 ENGAGEMENT_ROOM = 0.0175
+#: So many strategies search for an order: fireflies and ants.
+SEARCHES = 2
 #: Of ways that cost little more than the best, the one that is lifted least: every way down wears the tool and marks
 #: the floor.
 NEARLY = 1.05
@@ -128,6 +130,7 @@ def _cleared(job: PocketJob, one: Pocket, number: int) -> tuple[_Cleared, list[I
     roughed = centre_regions(one, job.rules)[0] if job.rules.stock > 0.0 else regions
     results: list[PocketResult] = []
     ways: dict[str, list[Clearing]] = {}
+    job = _with_share(job, len(regions))
     several = f"pocket {number + 1}: " if len(job.part.pockets) > 1 else ""
     for place, way in enumerate(WAYS):
         job.run.tell(f"{several}{way.name}", None, (number + place / len(WAYS)) / len(job.part.pockets))
@@ -137,6 +140,17 @@ def _cleared(job: PocketJob, one: Pocket, number: int) -> tuple[_Cleared, list[I
             ways[way.name] = clearings
     chosen = _chosen(job, one, results)
     return _Cleared(PocketPlan(one, job.rules, job.heights.levels, tuple(results), chosen), ways), issues
+
+
+def _with_share(job: PocketJob, regions: int) -> PocketJob:
+    """Return the job with that part of a time limit that one search for one region may take."""
+    solve = job.run.settings.solve
+    if solve.time_limit is None:
+        return job
+    limit = max(solve.time_limit / (SEARCHES * regions * len(job.part.pockets)), 0.001)
+    return replace(
+        job, run=replace(job.run, settings=replace(job.run.settings, solve=replace(solve, time_limit=limit)))
+    )
 
 
 def _tried(
