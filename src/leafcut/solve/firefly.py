@@ -64,7 +64,7 @@ PATIENCE = 20
 FLIGHTS, FLIGHTS_MENDED = 1.0, 0.05
 
 #: Inversions that a preset has time for, and moves that are mended.
-PRESETS = {"fast": (2e7, 2e4), "default": (4e8, 4e5), "thorough": (1e10, 1e7)}
+PRESETS = {"fast": (2e7, 2e4), "default": (4e8, 2e5), "thorough": (1e10, 1e7)}
 
 #: Most nodes of a short inversion: as a share of all, and where it is mended.
 SHORT_SHARE, SHORT_MENDED = 0.25, 50
