@@ -38,11 +38,14 @@ def _grid(name: str) -> Strategy:
 
         settings = run.settings
         problem, context = grid_problem(region, finish=settings.pocket.finishing_pass)
-        wanted = settings.solve.algorithm
-        ants = wanted if wanted in ANTS else "auto"
+        options = replace(settings.solve, bound=False, target_gap=None)
+        if settings.pocket.strategy != name:
+            # To stand beside the others a short search will do: it is within a few thousandths of a long one.
+            options = replace(options, preset="fast")
+        ants = options.algorithm if options.algorithm in ANTS else "auto"
         found = solve(
             problem,
-            replace(settings.solve, algorithm=ants if name == "ants" else name, bound=False, target_gap=None),
+            replace(options, algorithm=ants if name == "ants" else name),
             settings.aco,
             firefly=settings.firefly,
             progress=passing_on(run.progress, f"{name}: ordering the points of a grid"),
