@@ -19,6 +19,13 @@ ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
 Strategy = Callable[["CentreRegion", Run], PocketPath]
 
 
+def _zigzag(region: CentreRegion, run: Run) -> PocketPath:
+    from leafcut.plan.pocket_zigzag import zigzag
+
+    options = run.settings.pocket
+    return zigzag(region, options.zigzag_angle, options.finishing_pass)
+
+
 def _contour(region: CentreRegion, run: Run) -> PocketPath:
     from leafcut.plan.pocket_rings import contour
 
@@ -67,6 +74,7 @@ class Way:
 
 #: Every strategy, in the order in which they are told.
 WAYS = (
+    Way("zigzag", _zigzag, "lines to and fro, then along the walls"),
     Way("contour", _contour, "rings, linked from the inside out"),
     Way("connected", _connected, "one connected way, never lifted"),
     Way("firefly", _grid("firefly"), "a grid of points ordered by fireflies, then along the walls"),
