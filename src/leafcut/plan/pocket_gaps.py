@@ -18,7 +18,9 @@ SLACK = 0.006
 #: A pass that turns by more at one place has a corner there, rad.
 SQUARE = math.radians(10.0)
 #: Places on passes are so many step-overs apart.
-SITE_STEP = 0.1
+SITE_STEP = 0.12
+#: Passes further than this from a gap, in step-overs, have nothing to do with it.
+NEARBY = 1.0
 #: Distances that differ by less than this share are equal.
 EQUAL = 1e-3
 #: Gaps shorter than this, in step-overs, are let be.
@@ -31,8 +33,11 @@ SIDE_BY_SIDE = math.radians(30.0)
 
 def uncut(ground: Any, passes: list[Any], rules: PocketRules) -> list[Points]:
     """Return lines along the middle of what passes (shapely lines) leave uncut of a polygon, float64[m, 2] each."""
+    import shapely
+
     places = _beyond(ground, passes, rules.radius, rules)
-    return [middle_of(place) for place in places if place.area > SPECK * math.pi * rules.radius**2]
+    lines = [middle_of(place) for place in places if place.area > SPECK * math.pi * rules.radius**2]
+    return [line for line in lines if ground.covers(shapely.LineString(line))]
 
 
 def wide_gaps(ground: Any, passes: list[Any], rules: PocketRules) -> list[Points]:
@@ -45,11 +50,18 @@ def wide_gaps(ground: Any, passes: list[Any], rules: PocketRules) -> list[Points
     """
     import shapely
 
+    places = _beyond(ground, passes, 0.5 * rules.step_over * (1.0 + SLACK), rules)
+    places = [place for place in places if place.area > SPECK * rules.step_over**2]
+    if not places:
+        return []
     sites, square = _sites(passes, SITE_STEP * rules.step_over)
+    beside = shapely.STRtree(places).query(shapely.points(sites), "dwithin", distance=NEARBY * rules.step_over)[0]
+    sites, square = sites[np.unique(beside)], square[np.unique(beside)]
     edges = shapely.get_parts(shapely.voronoi_polygons(shapely.multipoints(sites), only_edges=True))
-    edges = shapely.linestrings(np.concatenate([_steps(edge) for edge in edges]))
+    corners, owner = shapely.get_coordinates(edges, return_index=True)
+    edges = shapely.linestrings(np.stack([corners[:-1], corners[1:]], axis=1)[owner[1:] == owner[:-1]])
     middle = 0.5 * shapely.get_coordinates(edges).reshape(-1, 2, 2).sum(axis=1)
-    inside = np.flatnonzero(shapely.contains_xy(ground, middle[:, 0], middle[:, 1]))
+    inside = np.unique(shapely.STRtree(places).query(shapely.points(middle), predicate="intersects")[0])
     wide = inside[_wide(middle[inside], sites, square, rules)]
     merged = shapely.line_merge(shapely.multilinestrings(edges[wide]))
     lines = [line for line in shapely.get_parts(merged) if line.length > SHORT * rules.step_over]
@@ -62,11 +74,12 @@ def _sites(passes: list[Any], step: float) -> tuple[Points, Any]:
 
     places, smooth = [], []
     for line in shapely.segmentize(np.array(passes), step):
-        points = np.asarray(line.coords)[:-1]
-        ahead = np.roll(points, -1, axis=0) - points
+        points = np.asarray(line.coords)
+        ahead = np.diff(points, axis=0)
         angle = np.arctan2(ahead[:, 1], ahead[:, 0])
-        turn = np.abs((angle - np.roll(angle, 1) + math.pi) % (2.0 * math.pi) - math.pi)
-        places.append(points)
+        before = np.concatenate([angle[-1:] if line.is_closed else angle[:1] + 0.5 * math.pi, angle[:-1]])
+        turn = np.abs((angle - before + math.pi) % (2.0 * math.pi) - math.pi)
+        places.append(points[:-1])
         smooth.append(turn < SQUARE)
     sites, first = np.unique(np.round(np.vstack(places), 9), axis=0, return_index=True)
     return sites, np.concatenate(smooth)[first]
@@ -101,12 +114,6 @@ def _beyond(ground: Any, passes: list[Any], reach: float, rules: PocketRules) ->
     quarters = quarter(reach, FINE * rules.tolerance)
     near = shapely.union_all([line.buffer(reach, quad_segs=quarters) for line in passes])
     return polygons(ground.difference(near))
-
-
-def _steps(line: Any) -> Points:
-    points = np.asarray(line.coords)
-    steps: Points = np.stack([points[:-1], points[1:]], axis=1)
-    return steps
 
 
 def middle_of(place: Any) -> Points:

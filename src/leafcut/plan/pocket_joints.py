@@ -17,6 +17,8 @@ STATION_STEP = 0.25
 LONG = 0.3
 #: So many chains of rings are tried.
 MOST_CHAINS = 12
+#: A joint that makes a gap between passes is not tried again within so many step-overs.
+CLOSED = 1.0
 #: A joint may leave out this share of a small ring.
 SMALL_GAP = 0.3
 #: What a joint between two rings along walls costs more, in step-overs: finished walls are left as seldom as possible.
@@ -129,10 +131,12 @@ def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
 class Layout:
     """Where the joints are: stretches of rings that are taken, and the way that goes through all of them."""
 
-    def __init__(self, region: CentreRegion, cut: list[Ring]) -> None:
+    def __init__(self, region: CentreRegion, cut: list[Ring], closed: list[Points] | None = None) -> None:
         import shapely
 
         self.region, self.cut = region, cut
+        self.closed = np.array(closed).reshape(-1, 2) if closed else np.zeros((0, 2))
+        self.links: list[Points] = []
         self.edges = tree_of(cut, region.rules.step_over)
         self.step = region.rules.step_over
         self.taken: list[list[tuple[float, float]]] = [[] for _ in cut]
@@ -155,6 +159,8 @@ class Layout:
         for ring in chain:
             self._place_children(ring)
         ways = [np.vstack([self._around(ring, *span) for ring, span in zip(chain, spans, strict=True)])]
+        for one, after, (_, end), (start, _) in zip(chain, chain[1:], spans, spans[1:], strict=False):
+            self.links += [self.cut[one].at(end), self.cut[after].at(start)]
         return ways + [self._around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
 
     def _best_chain(self) -> tuple[list[int], list[tuple[float, float]]]:
@@ -215,6 +221,7 @@ class Layout:
                 self.apart.append(child)
             else:
                 self.joints[ring].append(joint)
+                self.links.append(self.cut[child].at(joint.child_station))
                 self._take(ring, joint.parent_station, joint.parent_gap)
                 self._take(child, joint.child_station, joint.child_gap)
             self._place_children(child)
@@ -256,7 +263,7 @@ class Layout:
         leave, back = a.at(joint.parent_station - ha), a.at(joint.parent_station + ha)
         enter, out = b.at(joint.child_station + hb), b.at(joint.child_station - hb)
         cost = math.dist(leave, enter) + math.dist(out, back) - 2.0 * (ha + hb)
-        if cost >= bound:
+        if cost >= bound or (ha + hb > 0.0 and self._is_closed(b.at(joint.child_station))):
             return math.inf
         turn = _turn(a, joint.parent_station - ha, 2 * ha) + _turn(b, joint.child_station - hb, 2 * hb)
         cost += TURN_PENALTY * self.step * turn
@@ -266,6 +273,10 @@ class Layout:
         if cost >= bound or not free:
             return math.inf
         return cost + self._link(leave, enter) + self._link(out, back) - math.dist(leave, enter) - math.dist(out, back)
+
+    def _is_closed(self, place: Points) -> bool:
+        """Return whether a joint at a place may leave out nothing: it made a gap there before."""
+        return len(self.closed) > 0 and bool((np.hypot(*(self.closed - place).T) < CLOSED * self.step).any())
 
     def _is_free(self, ring: int, station: float, half: float) -> bool:
         """Return whether a stretch of a ring is taken by no other joint."""

@@ -115,15 +115,15 @@ def spaced_rings(region: CentreRegion) -> list[Ring]:
     return found
 
 
-def filled(region: CentreRegion, cut: list[Ring]) -> list[Ring]:
-    """Return lines, there and back, through what rings leave uncut."""
-    rules, found = region.rules, list(cut)
+def filled(region: CentreRegion, passes: list[Any]) -> list[Ring]:
+    """Return lines, there and back, through what passes (shapely lines) leave uncut."""
+    found: list[Ring] = []
     for _ in range(ROUNDS):
-        lines = uncut(region.polygon, [ring.line for ring in found], rules)
+        lines = uncut(region.polygon, [*passes, *(ring.line for ring in found)], region.rules)
         if not lines:
             break
         found += [Ring(np.vstack([line, line[-2:0:-1]]), LINE) for line in lines]
-    return found[len(cut) :]
+    return found
 
 
 def _offsets(region: CentreRegion) -> list[Any]:
@@ -191,7 +191,7 @@ def contour(region: CentreRegion) -> PocketPath:
 
     rules = region.rules
     cut = rings(region)
-    cut += filled(region, cut)
+    cut = _with_detours(cut, filled(region, [ring.line for ring in cut]))
     inner: dict[int, set[int]] = {a: set() for a in range(len(cut))}
     for a, b in neighbours(cut, rules.step_over):
         inner[a].add(b)
@@ -211,6 +211,21 @@ def contour(region: CentreRegion) -> PocketPath:
         tool = way[-1]
         left.remove(a)
     return PocketPath("contour", tuple(pieces))
+
+
+def _with_detours(cut: list[Ring], lines: list[Ring]) -> list[Ring]:
+    """Return rings that are left for lines beside them and gone on with where they were left."""
+    import shapely
+
+    for line in lines:
+        lead = [ring.line.distance(line.line) for ring in cut]
+        # Of rings as near the outermost: what is inside it is cut already.
+        k = min(range(len(cut)), key=lambda i: (round(lead[i], 3), cut[i].level))
+        near = shapely.get_coordinates(shapely.shortest_line(cut[k].line, line.line))
+        start, place = line.station_of(near[1]), cut[k].station_of(near[0])
+        around = cut[k].stretch(place, place + cut[k].length)
+        cut[k] = Ring(np.vstack([around, line.stretch(start, start + line.length)]), cut[k].level)
+    return cut
 
 
 def kind_of(ring: Ring, rules: PocketRules) -> str:
