@@ -8,7 +8,10 @@ from dataclasses import dataclass, field
 from leafcut.geometry.polyline import Polyline
 
 #: How pockets are cleared.
-STRATEGIES = ("best", "zigzag", "contour", "firefly", "ants", "adaptive")
+STRATEGIES = ("best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive")
+
+#: What most shops run, in this order: what a pocket's program is measured against.
+USUAL = ("zigzag", "contour")
 
 #: What a piece of a path is for.
 PIECE_KINDS = ("entry", "rough", "link", "finish")
@@ -173,12 +176,16 @@ class PocketMeasures:
 
 @dataclass(frozen=True)
 class PocketResult:
-    """One strategy on one pocket: its path and what it does; or why it has none."""
+    """One strategy on one pocket: its path and what it does; or why it has none.
+
+    `program_s` is the time of a program of this pocket alone: all levels, with every way down and up.
+    """
 
     strategy: str
     path: PocketPath | None = None
     measures: PocketMeasures | None = None
     refused: str = ""
+    program_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -200,3 +207,14 @@ class PocketPlan:
     levels: tuple[float, ...]
     results: tuple[PocketResult, ...] = field(default=())
     chosen: int = 0
+
+    @property
+    def result(self) -> PocketResult:
+        """The strategy that is written."""
+        return self.results[self.chosen]
+
+    @property
+    def usual(self) -> PocketResult:
+        """What the program is measured against: the first strategy of `USUAL` that is possible, else the chosen one."""
+        possible = {r.strategy: r for r in self.results if r.path is not None}
+        return next((possible[name] for name in USUAL if name in possible), self.result)
