@@ -39,6 +39,8 @@ HELIX = 0.9
 CUSP, CUSP_SHARE = 0.05, 0.25
 #: A cut thinner than this share of what may be bitten off is left for the next one.
 THIN = 0.03
+#: A film of this share of the tolerance may stay in the tip of a corner for the pass along the wall.
+FILM = 0.6
 #: Halvings between a disc that is near enough and one that is too far.
 _HALVINGS = 5
 #: A disc that is no further on than this cannot be cleared within the limit, mm.
@@ -61,7 +63,7 @@ def adaptive(region: CentreRegion) -> PocketPath:
     edge = region.polygon.boundary
     shapely.prepare(edge)
     work = _Work(region.rules, min(limit, math.pi - 0.1) - MARGIN, edge)
-    axis = middle_axis(region.polygon, min(0.05 * region.rules.tool_diameter, work.bite), work.fine)
+    axis = middle_axis(region.polygon, min(0.05 * region.rules.tool_diameter, work.bite), FILM * region.rules.tolerance)
     work.open(axis)
     work.grow(axis)
     work.along_walls(region.rings)
@@ -167,7 +169,7 @@ class _Work:
             cleared = self._clear(at, spot)
             if cleared.disc == spot.disc and float(np.hypot(*(at - spot.at))) < _STUCK:
                 x, y = end.tolist()
-                if self.fronts.holds(x, y, self._radius(end), 0.6 * self.rules.tolerance):
+                if self.fronts.holds(x, y, self._radius(end), FILM * self.rules.tolerance):
                     return cleared  # the tip of a corner: the film that is left is the wall's pass to take
                 raise PlanError(
                     f"the engagement cannot be kept near ({x:.2f}, {y:.2f}), where the tool has hardly room to turn; "

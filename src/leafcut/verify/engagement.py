@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from leafcut.model.pocket import PocketRules
 from leafcut.verify.tool_way import Floats, ToolWay
 
-#: Pairs of places that are looked at together: bounds the memory, some 200 MB.
-_PAIRS = 2_000_000
+#: Pairs of places that are looked at together: few, so that what is reckoned stays in the cache.
+_PAIRS = 120_000
 #: Places that are looked at before those that removed nothing are forgotten.
-_BLOCK = 2048
+_BLOCK = 1024
 #: Angles of one place lie within −π … π; this keeps those of different places apart when they are sorted together.
 _APART = 16.0
 _HALF = 0.5 * math.pi
@@ -87,8 +87,8 @@ def _engaged(
 
 def _angle(vector: Floats, ahead: Floats) -> Floats:
     """Return the angles of vectors against the way ahead, counter-clockwise, rad."""
-    cross = ahead[:, 0] * vector[:, 1] - ahead[:, 1] * vector[:, 0]
-    angle: Floats = np.arctan2(cross, (ahead * vector).sum(axis=1))
+    (x, y), (ahead_x, ahead_y) = vector.T, ahead.T
+    angle: Floats = np.arctan2(ahead_x * y - ahead_y * x, ahead_x * x + ahead_y * y)
     return angle
 
 
@@ -120,17 +120,16 @@ def _pairs(
     A disc at the distance d, an angle a off the way ahead, covers its edge up to acos(d / 2r) from a on both sides: a
     place ahead only where cos a > −√(1 − (d / 2r)²).
     """
+    (x, y), (ahead_x, ahead_y) = np.ascontiguousarray(way.xy.T), np.ascontiguousarray(way.ahead.T)
     for stretch, one, other in near_pairs(way.xy[block], way.xy[known], reach):
         who, whom = block[one], known[other]
-        earlier = whom < who
-        who, whom = who[earlier], whom[earlier]
-        to = way.xy[whom] - way.xy[who]
-        square = (to * to).sum(axis=1)
-        side = (to * way.ahead[who]).sum(axis=1)
+        dx, dy = x[whom] - x[who], y[whom] - y[who]
+        square = dx * dx + dy * dy
+        keep = np.flatnonzero((square < reach * reach) & (whom < who))
+        who, whom, square = who[keep], whom[keep], square[keep]
+        side = dx[keep] * ahead_x[who] + dy[keep] * ahead_y[who]
         # With some room for the discs that are looked at a tolerance inside their edge.
-        ahead = (square < reach * reach) & (
-            (side > -0.1 * reach) | (side * side < 1.1 * square * (1.0 - square / reach**2))
-        )
+        ahead = (side > -0.1 * reach) | (side * side < 1.1 * square * (1.0 - square / reach**2))
         yield block[stretch], who[ahead], whom[ahead]
 
 

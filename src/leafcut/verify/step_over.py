@@ -147,8 +147,8 @@ def _neighbours(xy: Floats, normal: Floats, others: Floats, rules: PocketRules) 
 
 def _touching(p: Floats, normal: Floats, q: Floats) -> tuple[Floats, Floats]:
     """Return the radius of the disc through q that touches the tangent at p from its side, and q's height over it."""
-    gap = q - p
-    height = (gap * normal).sum(axis=1)
+    dx, dy = q[:, 0] - p[:, 0], q[:, 1] - p[:, 1]
+    height = dx * normal[:, 0] + dy * normal[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):
-        radius = np.where(height > 0.0, (gap * gap).sum(axis=1) / (2.0 * height), np.inf)
+        radius = np.where(height > 0.0, (dx * dx + dy * dy) / (2.0 * height), np.inf)
     return radius, height
