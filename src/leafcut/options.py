@@ -281,6 +281,22 @@ class CutOptions(OptionGroup):
         maximum=100,
         default_words="the chart's",
     )
+    probe: str = option(
+        "text",
+        "auto",
+        "find the sheet with the torch before every pierce (G38.2), where the program moves Z",
+        choices=("auto", "on", "off"),
+        default_words="auto: where the machine's profile has a probe",
+    )
+    switch_offset: float | None = option(
+        "quantity",
+        None,
+        "how far Z goes on after the torch has touched the sheet, until the switch of the probe trips",
+        unit="mm",
+        minimum=0,
+        maximum=50,
+        default_words="the machine's",
+    )
     compensation: str = option(
         "text",
         "geometry",

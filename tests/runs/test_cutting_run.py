@@ -101,13 +101,31 @@ def test_the_program_pierces_as_often_as_there_are_cuts(outcome, moving_z) -> No
         assert (path.kind == Kind.DWELL).sum() == dwells
 
 
+def test_the_sheet_is_found_before_every_pierce_where_the_machine_can(drawing: Path, outcome, moving_z) -> None:
+    """12 pierces: from 10 mm to the sheet at 2000 mm/min takes 0.3 s each, instead of a part of the way at rapid."""
+    assert "G38.2" not in outcome.text  # QtPlasmaC does that itself
+    assert moving_z.text.count("\nG38.2 Z-20") == moving_z.text.count("\nG92 Z0") == 12
+    assert moving_z.text.endswith("M5\nG0 Z10\nG92.1\nM2\n")
+    assert [i.code for i in moving_z.issues].count("L618") == 1
+    plain = api.optimize(drawing, dialect="plasma", ignore_layers="MARK", probe="off", **FAST)
+    assert plain.verified
+    assert "G38.2" not in plain.text
+    assert 12 * 0.2 < moving_z.after.time_s - plain.after.time_s < 12 * 0.5
+    norm, other = moving_z.cut_plan.measures.sheet, plain.cut_plan.measures.sheet
+    assert norm.cut_s == pytest.approx(other.cut_s, abs=0.01)
+    assert norm.pierce_s > other.pierce_s
+    floating = api.optimize(drawing, dialect="plasma", ignore_layers="MARK", switch_offset="3.5", **FAST)
+    assert floating.verified
+    assert floating.text.count("\nG92 Z-3.5\nG0 Z3.8\n") == 12
+
+
 @pytest.mark.external
 def test_linuxcnc_takes_the_program(outcome, moving_z, rs274: str, tmp_path: Path) -> None:
     for found, runs, dwells in ((outcome, 16, 0), (moving_z, 12, 12)):
         status, canon = run_rs274(rs274, found.text, tmp_path)
         assert status == 0, canon
         assert canon.count("START_SPINDLE_CLOCKWISE") == runs
-        assert canon.count("DWELL(0.58") == dwells
+        assert canon.count("DWELL(0.58") == canon.count("STRAIGHT_PROBE") == dwells
 
 
 @pytest.mark.external
@@ -240,6 +258,10 @@ def test_a_laser_table_cuts_by_the_lasers_rules(drawing: Path) -> None:
         ({"machine": "plasma-table", "work_offset": "2400,0,0"}, VerifyError, "not written"),
         ({"start_point": "1,2,3"}, OptionError, "--start-point"),
         ({"clearance_height": "3"}, PlanError, "--clearance-height"),
+        ({"probe": "on"}, OptionError, "have no probe"),
+        ({"probe": "on", "machine": "laser-table", "dialect": "plasma"}, OptionError, "table \\[probe\\]"),
+        ({"probe": "off", "switch_offset": "3"}, OptionError, "--switch-offset"),
+        ({"dialect": "plasma", "switch_offset": "30"}, OptionError, "20 mm below Z0"),
     ],
     ids=str,
 )

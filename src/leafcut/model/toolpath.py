@@ -46,9 +46,10 @@ class Kind(IntEnum):
     SHIFT      where the tool is then                       –                    origin moved (G52, G92 …), counted
     RADIUS     –                                            D, as it is written  40, 41 or 42
     BLENDING   x: how far short moves may be joined, mm     tolerance, mm        610, 611 or 640 (G61, G61.1, G64)
-    FOREIGN    where the tool is then                       –                    a block that is not understood
+    FOREIGN    where the tool is then                       of a probe, mm/s     a block that is not understood
     TORCH      –                                            1 on, 0 off          – (while it moves on)
     HEIGHT     –                                            1 on, 0 off          – (control of the torch's height)
+    PROBE      the farthest it may go                       feed, mm/s           – (until a probe trips)
     ========== ============================================ ==================== ===========================
 
     A torch goes on and off by SPINDLE, as M3 and M5 have it; TORCH and HEIGHT act with the next motion, without a stop.
@@ -75,10 +76,11 @@ class Kind(IntEnum):
     FOREIGN = 17
     TORCH = 18
     HEIGHT = 19
+    PROBE = 20
 
 
 #: Kinds whose `end` is a place in program coordinates.
-MOTIONS = (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL)
+MOTIONS = (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL, Kind.PROBE)
 #: Kinds whose `end` says where the tool is in program coordinates after them.
 PLACES = (*MOTIONS, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)
 
@@ -248,7 +250,9 @@ def position_before(path: Toolpath, row: int) -> NDArray[np.float64]:
     """Return where the tool is before `row`, float64[3], NaN for what is not known."""
     for before in range(row - 1, -1, -1):
         if path.kind[before] in PLACES:
-            place: NDArray[np.float64] = path.end[before]
+            place: NDArray[np.float64] = path.end[before].copy()
+            if path.kind[before] == Kind.PROBE:
+                place[2] = UNKNOWN
             return place
     return np.full(3, UNKNOWN)
 
@@ -256,7 +260,8 @@ def position_before(path: Toolpath, row: int) -> NDArray[np.float64]:
 def positions_before(path: Toolpath) -> NDArray[np.float64]:
     """Return where the tool is before every row, float64[n, 3], NaN for what is not known; all rows at once.
 
-    After a move in machine coordinates (`Kind.MACHINE`) an axis that moved is not known until it is programmed again.
+    After a move in machine coordinates (`Kind.MACHINE`) an axis that moved is not known until it is programmed again,
+    nor is the height after a probe.
     """
     n = len(path)
     moving = np.isin(path.kind, [int(k) for k in PLACES])
@@ -265,9 +270,10 @@ def positions_before(path: Toolpath) -> NDArray[np.float64]:
     before = np.full((n, 3), UNKNOWN)
     for axis in range(3):
         sets = moving | (machine & np.isfinite(path.end[:, axis]))
+        lost = machine | ((path.kind == Kind.PROBE) & (axis == 2))
         last = np.maximum.accumulate(np.where(sets, rows, -1)) if n else rows
         known = last[:-1] >= 0
-        before[1:][known, axis] = np.where(machine, UNKNOWN, path.end[:, axis])[last[:-1][known]]
+        before[1:][known, axis] = np.where(lost, UNKNOWN, path.end[:, axis])[last[:-1][known]]
     return before
 
 
@@ -360,6 +366,11 @@ class ToolpathBuilder:
         """Let the torch follow the sheet's height, or keep its own."""
         self._command(Kind.HEIGHT, float(on), 0, line)
 
+    def probe(self, z: float, *, feed: float, line: int = 0) -> None:
+        """Go down at `feed` mm/s until a probe trips, to `z` at most; where that was, a SHIFT after it may say."""
+        self._move(Kind.PROBE, None, None, z, feed, 0, line)
+        self.position[2] = UNKNOWN
+
     def blending(self, mode: int, tolerance: float = 0.0, joining: float | None = None, line: int = 0) -> None:
         """Choose how corners are passed: 610, 611 or 640, and how far from them, and from short moves, the path may be.
 
@@ -368,9 +379,11 @@ class ToolpathBuilder:
         x = tolerance if joining is None else joining
         self._rows.extend((int(Kind.BLENDING), x, UNKNOWN, UNKNOWN, tolerance, mode, line))
 
-    def set_place(self, kind: Kind, place: tuple[float, float, float], ref: int, line: int = 0) -> None:
+    def set_place(
+        self, kind: Kind, place: tuple[float, float, float], ref: int, line: int = 0, value: float = 0.0
+    ) -> None:
         """Add a row of FRAME, SHIFT or FOREIGN, after which the tool is at `place`."""
-        self._rows.extend((int(kind), *place, 0.0, ref, line))
+        self._rows.extend((int(kind), *place, value, ref, line))
         if kind is not Kind.FOREIGN:
             self.initial_plane = None
         self.position = list(place)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.cutting import Cut, CutData
-from leafcut.model.machine import Machine
-from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
+from leafcut.model.machine import Machine, Probe
+from leafcut.model.toolpath import UNKNOWN, Arc, Kind, Toolpath, ToolpathBuilder
 
 Point = tuple[float, float]
 
@@ -39,13 +39,15 @@ def lay_cuts(
     power: float = TORCH_ON,
     mark_power: float = TORCH_ON,
     tolerance: float = 0.0,
+    probe: Probe | None = None,
 ) -> tuple[Toolpath, list[LaidCut]]:
     """Return the motions of the whole program, and which rows are whose.
 
     Between cuts the torch rises to `clearance` (mm over the sheet, which is Z0). A cut begins at the pierce height: on,
     pierce delay, down to the cut height. `switches`: the controller can put the torch off, and hold its height, while
     it moves; else it stops for what must be cut off in between. `power` and `mark_power` are those of a beam; what
-    marks is spindle 1. `tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not.
+    marks is spindle 1. `tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not. `probe`: how the
+    torch finds the sheet before every pierce; None: Z0 is the sheet's top as it is.
 
     Raises
     ------
@@ -67,7 +69,7 @@ def lay_cuts(
     rows = []
     for number, cut in enumerate(cuts):
         first = len(builder)
-        torch = _Torch(data, switches, *((power, 0) if cut.kind == "cut" else (mark_power, 1)))
+        torch = _Torch(data, switches, probe, *((power, 0) if cut.kind == "cut" else (mark_power, 1)))
         _lay(builder, cut, torch, clearance, descend=number == 0 and machine.safe_z is not None)
         rows.append(LaidCut(first, len(builder)))
     if end is not None:
@@ -75,16 +77,19 @@ def lay_cuts(
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
     builder.spindle(0.0)
+    if probe is not None:
+        builder.set_place(Kind.SHIFT, (UNKNOWN, UNKNOWN, UNKNOWN), 0)
     builder.end()
     return builder.build(), rows
 
 
 @dataclass(frozen=True)
 class _Torch:
-    """What lights one cut: the chart's data, whether it can go dark while it moves, its power, and which it is."""
+    """What lights one cut: the chart's data, whether it can go dark while it moves, probe, power, and which it is."""
 
     data: CutData
     switches: bool
+    probe: Probe | None
     power: float
     spindle: int
 
@@ -95,6 +100,9 @@ def _lay(builder: ToolpathBuilder, cut: Cut, torch: _Torch, clearance: float, *,
     if descend:
         builder.rapid(z=clearance)
     pierces = cut.pierce and cut.kind == "cut"
+    if pierces and torch.probe is not None:
+        builder.probe(-torch.probe.depth, feed=torch.probe.feed)
+        builder.set_place(Kind.SHIFT, (x, y, -torch.probe.switch_offset), 0)
     hold = torch.switches and cut.small_hole
     _light(builder, torch, torch.data.pierce_delay if pierces else 0.0, cut.speeds[0][1], pierces)
     if hold:

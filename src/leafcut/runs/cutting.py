@@ -18,12 +18,12 @@ from leafcut.model.problem import Metric
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.options import SolveOptions
+from leafcut.options import CutOptions, SolveOptions
 from leafcut.runs.run import Run, machine_issues, passing_on, refuse, share
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
-    from leafcut.model.machine import Machine
+    from leafcut.model.machine import Machine, Probe
     from leafcut.model.part import Part
     from leafcut.model.sheet import Sheet
     from leafcut.plan.cut_starts import CutStart
@@ -49,6 +49,7 @@ class _Job:
     end: Point | None
     words: Dialect
     plan: PlanFile | None
+    probe: Probe | None
 
     @property
     def switches(self) -> bool:
@@ -112,6 +113,7 @@ def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
     run.tell("reading")
     data, issues = _cut_data(run)
     words = dialect(settings.post.dialect or run.machine.controller)
+    probe = probe_for(run.machine, words, settings.cut)
     rules = resolve_rules(data, settings.cut, switches=_switches(words))
     part, sheet = _sheet(run, source)
     sheet = with_options(sheet, settings.cut, parse_zones(settings.drill.keep_out))
@@ -129,13 +131,14 @@ def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
         cutting=cutting,
         data=data,
         metric=travel_metric(run.machine, settings.solve.objective),
-        overhead=_overhead(run, data),
+        overhead=_overhead(run, data, probe),
         start=start,
         end=_xy(settings.drill.end_point),
         words=words,
         plan=plan,
+        probe=probe,
     )
-    return job, [*sheet.issues, *issues, *cutting.issues]
+    return job, [*sheet.issues, *issues, *cutting.issues, *_probe_issues(probe)]
 
 
 def _switches(words: Dialect) -> bool:
@@ -177,14 +180,57 @@ def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
     )
 
 
-def _overhead(run: Run, data: CutData) -> float:
-    """Return what each cut takes to come down and to rise, s."""
+def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | None:
+    """Return how the program finds the sheet before every pierce, or None where it does not.
+
+    Raises
+    ------
+    OptionError
+        It is asked for, and the machine or its controller cannot do it.
+    """
+    able = words.torch is not None and bool(words.torch.probe)
+    probe, offset = machine.probe, options.switch_offset
+    if options.probe == "off" or (options.probe == "auto" and (probe is None or not able)):
+        if offset is not None and (options.probe == "off" or probe is None):
+            raise OptionError("--switch-offset is for a probe; leave it out, or say --probe on")
+        return None
+    if not able:
+        raise OptionError(f"programs for {words.name} have no probe; leave out --probe on, or choose another --dialect")
+    if probe is None:
+        raise OptionError(
+            f"{machine.name} has no probe; give a profile of your own (--machine my.toml) with a table [probe]"
+        )
+    probe = probe if offset is None else replace(probe, switch_offset=offset)
+    if probe.switch_offset >= probe.depth:
+        raise OptionError(
+            f"the probe of {machine.name} goes to {probe.depth:g} mm below Z0 at most; a --switch-offset of "
+            f"{probe.switch_offset:g} mm is not within"
+        )
+    return probe
+
+
+def _probe_issues(probe: Probe | None) -> list[Issue]:
+    if probe is None:
+        return []
+    words = (
+        f"the torch finds the sheet before every pierce; its switch is taken to trip {probe.switch_offset:g} mm after "
+        "the touch: measure yours (--switch-offset)"
+    )
+    return [Issue("L618", words, "", Severity.NOTE)]
+
+
+def _overhead(run: Run, data: CutData, probe: Probe | None) -> float:
+    """Return what each cut takes to come down, to find the sheet, and to rise, s."""
     from leafcut.timing.profile import trapezoid_time
 
     machine, clearance = run.machine, run.settings.drill.clearance_height
     velocity, acceleration = machine.rapid_velocity[2], machine.acceleration[2] * machine.acceleration_factor
-    ways = (clearance - data.pierce_height, clearance - data.cut_height)
-    return sum(trapezoid_time(max(way, 0.0), velocity, acceleration) for way in ways)
+    ways = [clearance - data.pierce_height, clearance - data.cut_height]
+    finding = 0.0
+    if probe is not None:
+        finding = trapezoid_time(clearance + probe.switch_offset, probe.feed, acceleration)
+        ways[0] = data.pierce_height + probe.switch_offset
+    return finding + sum(trapezoid_time(max(way, 0.0), velocity, acceleration) for way in ways)
 
 
 def _xy(point: tuple[float, ...] | None) -> Point | None:
@@ -330,6 +376,7 @@ def _laid(job: _Job, order: list[CutStart]) -> _Laid:
         power=settings.post.beam_power if torch is not None and torch.power else TORCH_ON,
         mark_power=settings.post.mark_power if torch is not None and torch.power else TORCH_ON,
         tolerance=settings.post.path_tolerance if torch is not None else 0.0,
+        probe=job.probe,
     )
     whole = measure(path, machine)
     seconds = _cut_seconds(path, rows, machine)
@@ -343,8 +390,9 @@ def _cut_seconds(path: Toolpath, rows: list[LaidCut], machine: Machine) -> list[
 
     moving = seconds_by_row(path, machine)
     rapid = path.kind == Kind.RAPID
-    waiting = np.where(path.kind == Kind.DWELL, path.value, 0.0)
-    columns = (np.where(rapid, 0.0, moving), waiting, np.where(rapid, moving, 0.0))
+    finding = path.kind == Kind.PROBE
+    waiting = np.where(path.kind == Kind.DWELL, path.value, np.where(finding, moving, 0.0))
+    columns = (np.where(rapid | finding, 0.0, moving), waiting, np.where(rapid, moving, 0.0))
     return [
         (float(columns[0][r].sum()), float(columns[1][r].sum()), float(columns[2][r].sum()))
         for r in (slice(row.first, row.last) for row in rows)
@@ -437,6 +485,7 @@ def _verify(job: _Job, laid: _Laid, text: str) -> bool:
         joints=settings.cut.micro_joints,
         joint_width=settings.cut.joint_width,
         safe_height=settings.drill.clearance_height,
+        probe=job.probe,
     )
     refuse(check_sheet(job.cutting.sheet, laid.plan, text, job.words, machine, asked))
     return True
