@@ -20,6 +20,7 @@ from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
 from leafcut.options import (
     GROUPS,
     AcoOptions,
+    DrillOptions,
     FireflyOptions,
     MachineOptions,
     NestOptions,
@@ -60,6 +61,8 @@ _OF_NESTING = {
     "read": ("units", "layers", "strict"),
     "solve": ("preset", "time_limit", "iterations", "seed", "threads"),
 }
+#: A torch whose controller moves Z travels at a height that no program says.
+_OF_SIMULATING = {"drill": ("clearance_height",)}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -128,7 +131,7 @@ def app() -> App:
     made.command(_command(_optimize, [g for g in GROUPS if g is not NestOptions]), name="optimize")
     made.command(_command(_solve, (ReadOptions, *solving)), name="solve")
     made.command(_command(_nest, (ReadOptions, SheetOptions, NestOptions, SolveOptions), _OF_NESTING), name="nest")
-    made.command(_command(_simulate, (MachineOptions,)), name="simulate")
+    made.command(_command(_simulate, (MachineOptions, DrillOptions), _OF_SIMULATING), name="simulate")
     made.command(_command(_verify, (MachineOptions,)), name="verify")
     made.command(_machines, name="machines")
     made.command(_algorithms, name="algorithms")

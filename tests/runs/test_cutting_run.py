@@ -141,6 +141,41 @@ def test_a_kerf_that_the_controller_compensates_goes_to_linuxcnc_with_its_slow_h
     assert status == 0, said
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"output_units": "inch", "small_hole": "0"},
+        {"chains": True, "pierce_delay": "3 s"},
+        {"compensation": "controller"},
+        {"path_tolerance": "0"},
+        {"dialect": "plasma", "ignore_layers": "MARK"},
+        {"machine": "laser-table", "thickness": "3", "micro_joints": 2},
+        {"machine": "laser-table", "dialect": "grbl-laser", "thickness": "3"},
+    ],
+    ids=str,
+)
+def test_the_time_of_the_report_is_that_of_the_written_program(drawing: Path, tmp_path: Path, options) -> None:
+    """Also where the controller waits for the pierce and moves Z itself, or nobody does."""
+    found = api.optimize(drawing, tmp_path / "out.ngc", **{**FAST, "iterations": 1, **options})
+    answer = api.simulate(tmp_path / "out.ngc", machine=found.machine.name, dialect=found.dialect)
+    assert answer["time_s"] == pytest.approx(found.after.time_s, rel=0.01)
+    assert answer["issues"] == []
+
+
+def test_a_material_that_the_program_does_not_tell_is_said_to_be_missing(drawing: Path, tmp_path: Path) -> None:
+    file = tmp_path / "out.ngc"
+    file.write_text("".join(t for t in api.optimize(drawing, **FAST).text.splitlines(True) if not t.startswith("(o=0")))
+    assert "12 cuts are of a material" in api.simulate(file, machine="plasma-table")["issues"][0]
+
+
+def test_a_beam_that_does_not_wait_has_no_pierce_delay(drawing: Path) -> None:
+    words: dict[str, Any] = {**FAST, "machine": "laser-table", "dialect": "grbl-laser", "thickness": "3"}
+    assert api.optimize(drawing, **words).cut_plan.measures.sheet.pierce_s == 0.0
+    with pytest.raises(OptionError, match="--pierce-delay"):
+        api.optimize(drawing, pierce_delay="1 s", **words)
+
+
 def test_the_same_seed_gives_the_same_program(drawing: Path, outcome) -> None:
     assert api.optimize(drawing, **FAST).text == outcome.text
 

@@ -107,6 +107,8 @@ class _TorchWriter(Writer):
 
     def _begin(self, header: Sequence[str]) -> None:
         super()._begin(header)
+        if {610, 640} <= self.dialect.g_codes and not (self.path.kind == Kind.BLENDING).any():
+            self.out.say("G61")  # a controller that was just switched on, or left so, may round its corners
         number = self.options.material_number
         if number is not None:
             for block in self.torch.material:

@@ -114,6 +114,10 @@ def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
     data, issues = _cut_data(run)
     words = dialect(settings.post.dialect or run.machine.controller)
     probe = probe_for(run.machine, words, settings.cut)
+    if words.torch is not None and not words.torch.waits and not _moves_z(words):
+        if settings.cut.pierce_delay:
+            raise OptionError(f"{words.name} has no wait for the pierce; leave out --pierce-delay")
+        data = replace(data, pierce_delay=0.0)  # a beam that is dark while the machine stands pierces as it goes
     rules = resolve_rules(data, settings.cut, switches=_switches(words))
     part, sheet = _sheet(run, source)
     sheet = with_options(sheet, settings.cut, parse_zones(settings.drill.keep_out))
@@ -131,7 +135,7 @@ def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
         cutting=cutting,
         data=data,
         metric=travel_metric(run.machine, settings.solve.objective),
-        overhead=_overhead(run, data, probe),
+        overhead=_overhead(run, data, probe) if _moves_z(words) else 0.0,
         start=start,
         end=_xy(settings.drill.end_point),
         words=words,
@@ -139,6 +143,11 @@ def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
         probe=probe,
     )
     return job, [*sheet.issues, *issues, *cutting.issues, *_probe_issues(probe)]
+
+
+def _moves_z(words: Dialect) -> bool:
+    """Return whether anybody moves Z: the program, or the controller itself."""
+    return words.torch is None or words.torch.heights != "none"
 
 
 def _switches(words: Dialect) -> bool:
@@ -377,6 +386,7 @@ def _laid(job: _Job, order: list[CutStart]) -> _Laid:
         mark_power=settings.post.mark_power if torch is not None and torch.power else TORCH_ON,
         tolerance=settings.post.path_tolerance if torch is not None else 0.0,
         probe=job.probe,
+        moves_z=_moves_z(job.words),
     )
     whole = measure(path, machine)
     seconds = _cut_seconds(path, rows, machine)
