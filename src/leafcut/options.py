@@ -389,6 +389,9 @@ class CutOptions(OptionGroup):
     micro_joints: int = option(
         "whole", 0, "places where an outline stays uncut, so that the part hangs on", minimum=0, maximum=100
     )
+    joint_holes: bool = option(
+        "flag", False, "holes have micro-joints like outlines, so that what falls out of them hangs on; not small holes"
+    )
     joint_width: float = option("quantity", 0.5, "width of a micro-joint", unit="mm", minimum=0.01, maximum=50)
     chains: bool = option(
         "flag",

@@ -96,5 +96,5 @@ def checked(
     text: str, plan: CutPlan, rules: CutRules, words: str = "qtplasmac", probe: Probe | None = None
 ) -> list[Difference]:
     """What is wrong with a text that should be this plan's."""
-    asked = Asked(rules.half, rules.joints, rules.joint_width, CLEARANCE, probe)
+    asked = Asked(rules.half, rules.joints, rules.joint_width, rules.joint_holes, CLEARANCE, probe)
     return check_sheet(plan.sheet, plan, text, dialect(words), machine_for(words), asked)

@@ -65,16 +65,23 @@ class CutStart:
 
 def overcut_of(contour: CutContour, rules: CutRules) -> float:
     """Return how far a contour is cut past its beginning, mm."""
-    if not contour.has_leads:
+    if not contour.has_leads or (joints_wanted(contour, rules) and rules.kind != "laser"):
         return 0.0
     return rules.hole_overcut if contour.hole else rules.overcut
+
+
+def joints_wanted(contour: CutContour, rules: CutRules) -> int:
+    """Return how many micro-joints a contour is to have."""
+    if not contour.has_leads or (contour.hole and not rules.joint_holes) or contour.is_small(rules):
+        return 0
+    return rules.joints
 
 
 def lead_out_of(contour: CutContour, rules: CutRules) -> Lead:
     """Return the lead-out that a contour should have."""
     ends_on_contour = rules.torch_off_in_overcut and overcut_of(contour, rules) > 0.0
-    closing_joint = rules.joints and rules.kind != "laser" and not contour.hole
-    if ends_on_contour or closing_joint or contour.is_small(rules) or (contour.hole and not rules.hole_lead_out):
+    ends_at_joint = joints_wanted(contour, rules) and rules.kind != "laser"
+    if ends_on_contour or ends_at_joint or contour.is_small(rules) or (contour.hole and not rules.hole_lead_out):
         return NO_LEAD
     return rules.lead_out
 
@@ -231,7 +238,7 @@ def end_of(contour: CutContour, at: float, clockwise: bool, rules: CutRules) -> 
 
 def closing_joint(contour: CutContour, rules: CutRules) -> float:
     """Return how much of the path stays uncut at the end of a cut, mm; the kerf's round ends take half a kerf each."""
-    if not contour.has_leads or contour.hole or not rules.joints or rules.kind == "laser":
+    if not joints_wanted(contour, rules) or rules.kind == "laser":
         return 0.0
     return min(rules.joint_width + rules.kerf, 0.25 * contour.path.length)
 

@@ -494,6 +494,7 @@ def _verify(job: _Job, laid: _Laid, text: str) -> bool:
         half=job.cutting.rules.half,
         joints=settings.cut.micro_joints,
         joint_width=settings.cut.joint_width,
+        joint_holes=settings.cut.joint_holes,
         safe_height=settings.drill.clearance_height,
         probe=job.probe,
     )

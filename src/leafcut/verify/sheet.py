@@ -41,13 +41,14 @@ SHORT = 0.1
 class Asked:
     """What was asked for besides the plan: half of the kerf that is compensated, mm, and how parts may hang on.
 
-    `joints` micro-joints of a contour at most, each no wider than `joint_width` mm; `safe_height` of rapids, mm;
-    `probe`: how the sheet is found before every pierce.
+    `joints` micro-joints of a contour at most, each no wider than `joint_width` mm, `joint_holes` too;
+    `safe_height` of rapids, mm; `probe`: how the sheet is found before every pierce.
     """
 
     half: float
     joints: int = 0
     joint_width: float = 0.0
+    joint_holes: bool = False
     safe_height: float | None = None
     probe: Probe | None = None
 
@@ -147,7 +148,7 @@ class _Laid:
             if sum(g.length for g in gaps) > MOST * target.way.length:
                 found.append(self._wrong(f"not {what}", f"{target.name} is not {what}", _line_of(self.runs, claims)))
                 continue
-            joints = 0 if target.marks or target.source.is_hole else self.asked.joints
+            joints = 0 if target.marks or (target.source.is_hole and not self.asked.joint_holes) else self.asked.joints
             widest = self.asked.joint_width + 2.0 * self.asked.half + 2.0 * TOLERANCE
             wrong = gaps if len(gaps) > joints else [g for g in gaps if g.length > widest]
             if wrong:
