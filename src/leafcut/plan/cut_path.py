@@ -140,7 +140,7 @@ def joints_of(contour: CutContour, start: CutStart, rules: CutRules, begin: floa
     count = min(wanted, int(length / (4.0 * off)))
     room = 0.5 * off + rules.kerf
     taken = [(at - room, at + room) for at in (0.0, length, *(_along(contour, start, c) for c in contour.corners))]
-    taken += [(low - 0.5 * off, high + 0.5 * off) for low, high in loops_of(contour, start, 0.0)]
+    taken += [(low - room, high + room) for low, high in loops_of(contour, start, 0.0)]
     spans = []
     for k in range(count):
         middle, reach = length * (k + 0.5) / count, 0.5 * (length / count - off)
