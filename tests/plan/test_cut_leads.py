@@ -250,6 +250,10 @@ def test_a_laser_leaves_joints_evenly_and_a_plasma_cut_one_at_its_end() -> None:
         rules_of(micro_joints=2)
 
 
+def test_no_lead_is_not_a_lead_without_room() -> None:
+    assert not [i for i in cutting_of(part_in_hole(), lead_in="none", lead_out="none").issues if i.code == "L613"]
+
+
 @pytest.mark.parametrize("loops", [False, True])
 def test_no_joint_lies_in_a_corner_or_where_the_cut_begins(loops: bool) -> None:
     """Four joints of a square that is begun in the middle of a side would lie in its corners."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -250,6 +251,31 @@ def test_a_plan_with_bridges_is_kept_as_a_whole_or_only_where_they_are_fixed(dra
     plan.write_text(json.dumps(data))
     with pytest.raises(PlanError, match="no way through the scrap"):
         api.optimize(drawing, plan=plan, **slow)
+
+
+@pytest.mark.parametrize("keep_order", [False, True])
+def test_an_order_that_cuts_a_part_loose_before_its_holes_is_refused(
+    drawing: Path, tmp_path: Path, keep_order: bool
+) -> None:
+    plan = tmp_path / "plan.json"
+    api.optimize(drawing, save_plan=plan, **FAST)
+    data = json.loads(plan.read_text())
+    data["cuts"].reverse()
+    for cut in data["cuts"]:
+        cut["fixed"] = ["order"]
+    plan.write_text(json.dumps(data))
+    with pytest.raises(PlanError, match=r"the fixed order has part \d: outline .* before part \d: .*must be cut first"):
+        api.optimize(drawing, plan=plan, keep_order=keep_order, **FAST)
+
+
+def test_a_sheet_that_the_machine_cannot_reach_is_refused_before_it_is_planned(
+    drawing: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("leafcut.plan.cutting.prepare_cutting", lambda *_: pytest.fail("it was planned"))
+    profile = Path(str(files("leafcut.machines") / "plasma-table.toml")).read_text()
+    (tmp_path / "small.toml").write_text(profile.replace('"2505 mm"', '"200 mm"'))
+    with pytest.raises(VerifyError, match=r"X goes from 20\.000 to 290\.000 mm"):
+        api.optimize(drawing, machine=str(tmp_path / "small.toml"), **FAST)
 
 
 def test_an_unchanged_plan_never_makes_the_sheet_slower(drawing: Path, tmp_path: Path) -> None:

@@ -127,8 +127,10 @@ def find_starts(contours: list[CutContour], scrap: Scrap, rules: CutRules) -> li
     if stuck:
         names = "; ".join(c.name() for c in stuck[:3]) + (f" and {len(stuck) - 3} more" if len(stuck) > 3 else "")
         if rules.edge_start:
+            too_thick = "the sheet is above the pierce capacity: cuts begin at its edge"
+            why = "cuts are to begin at the sheet's edge (--edge-start)" if rules.data.can_pierce else too_thick
             raise PlanError(
-                f"the sheet is above the pierce capacity, and no cut from its edge reaches {names}; drill a hole there "
+                f"{why}, and no cut from there reaches {names}; drill a hole there "
                 "first and give --edge-start never with --pierce-delay, or nest it nearer to the edge"
             )
         raise PlanError(

@@ -17,7 +17,7 @@ from leafcut.model.outcome import Measure, OperationOutcome, Outcome
 from leafcut.model.problem import Metric
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
-from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.model.toolpath import Kind, Toolpath, ToolpathBuilder
 from leafcut.options import CutOptions, SolveOptions
 from leafcut.runs.run import Run, machine_issues, passing_on, refuse, share
 
@@ -108,6 +108,7 @@ def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
     from leafcut.post.cutting import check_words
     from leafcut.read.plan_file import load_plan
     from leafcut.timing.travel import travel_metric
+    from leafcut.verify.envelope import check_envelope
 
     settings = run.settings
     run.tell("reading")
@@ -121,6 +122,7 @@ def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
     rules = resolve_rules(data, settings.cut, switches=_switches(words))
     part, sheet = _sheet(run, source)
     sheet = with_options(sheet, settings.cut, parse_zones(settings.drill.keep_out))
+    refuse(check_envelope(_bounds(sheet), run.machine))
     marks = any(c.contour.kind == "mark" for c in sheet.contours)
     check_words(words, settings.post, marks=marks, compensates=settings.cut.compensation == "controller")
     plan = load_plan(settings.cut.plan) if settings.cut.plan else None
@@ -143,6 +145,15 @@ def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
         probe=probe,
     )
     return job, [*sheet.issues, *issues, *cutting.issues, *_probe_issues(probe)]
+
+
+def _bounds(sheet: Sheet) -> Toolpath:
+    """Return a way between the lowest and the highest corner of what is cut: where the machine must reach at least."""
+    builder = ToolpathBuilder()
+    boxes = np.array([c.contour.path.extents for c in sheet.contours])
+    builder.rapid(*boxes[:, :2].min(axis=0).tolist())
+    builder.rapid(*boxes[:, 2:].max(axis=0).tolist())
+    return builder.build()
 
 
 def _moves_z(words: Dialect) -> bool:
@@ -450,7 +461,8 @@ def _heat_issues(job: _Job, laid: _Laid) -> list[Issue]:
     if not left:
         return [Issue("L614", f"no cut starts within {options.heat_distance:g} mm of a hot one", "", Severity.NOTE)]
     x, y = laid.order[left[0][1]].entry
-    words = f"{len(left)} cuts start within {options.heat_distance:g} mm of one just made: no order avoids them"
+    starts = "1 cut starts" if len(left) == 1 else f"{len(left)} cuts start"
+    words = f"{starts} within {options.heat_distance:g} mm of a hot one: no small change of the order avoids that"
     return [Issue("L614", words, f"the first at ({x:.4g}, {y:.4g})")]
 
 
