@@ -257,7 +257,7 @@ def test_a_fixed_order_is_kept_and_one_that_cuts_a_part_loose_first_is_refused(t
     inner = cutting_of(part_in_hole())
     wrong = list(reversed(drawing_order(inner)))
     plan = saved(inner, wrong, tmp_path, edit)
-    with pytest.raises(PlanError, match="has part 1: outline .* before part 1: hole .*, which must be cut first"):
+    with pytest.raises(PlanError, match=r"has part 1: outline .* before part 1: hole .*, which must be cut first"):
         follow_plan(cutting_of(part_in_hole()), plan)
 
 
