@@ -30,7 +30,7 @@ def draw(plate: Plate) -> ezdxf.document.Drawing:
 
 
 def sheet() -> ezdxf.document.Drawing:
-    """Return a nested sheet in mm: brackets, flanges with a washer inside each, and gussets; the edge on layer SHEET."""
+    """Return a nested sheet in mm: brackets, gussets, slots, flanges with a washer inside; its edge on layer SHEET."""
     drawing = ezdxf.new("R2000", units=InsertUnits.Millimeters)
     for layer, color in (("CUT", 7), ("SHEET", 8)):
         drawing.layers.add(layer, color=color)
