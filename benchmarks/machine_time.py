@@ -3,6 +3,7 @@
     python benchmarks/machine_time.py --write docs/benchmarks.md
     python benchmarks/machine_time.py plasma relief
     python benchmarks/machine_time.py --sheets --write docs/benchmarks.md
+    python benchmarks/machine_time.py --pockets --write docs/benchmarks.md
 
 LinuxCNC's time is counted in its own servo cycles, so it does not depend on the host. The simulation (``simrun.py``) is
 looked for in LEAFCUT_LINUXCNC, or in ../shared/linuxcnc.
@@ -24,7 +25,7 @@ from typing import Any
 
 import numpy as np
 from page import facts, table, write_section
-from timed_programs import SLOW, programs, sheets
+from timed_programs import SLOW, pockets, programs, sheets
 
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.foreign import interpret_program
@@ -40,8 +41,8 @@ PYTHON = "/usr/bin/python3"
 #: How many times faster than life the simulated machine runs; M words and dwells stretch when it is faster.
 SPEED, SPEED_WITH_DWELLS = 20, 5
 
-#: No program may be farther off, and none that leafcut has written for a sheet.
-WORST, WORST_SHEET = 0.05, 0.02
+#: No program may be farther off, and none that leafcut has written itself.
+WORST, WORST_OWN = 0.05, 0.02
 
 
 def simulated_seconds(text: str, slow: bool = False) -> float:
@@ -87,16 +88,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("names", nargs="*", help="only programs with one of these in their name")
     parser.add_argument("--sheets", action="store_true", help="sheets that leafcut cuts, in a section of their own")
+    parser.add_argument("--pockets", action="store_true", help="pockets that leafcut clears, in a section of their own")
     parser.add_argument("--write", type=Path, help="page whose section is to be renewed")
     arguments = parser.parse_args()
-    made, worst = (sheets(), WORST_SHEET) if arguments.sheets else (programs(), WORST)
+    own = arguments.sheets or arguments.pockets
+    made = sheets() if arguments.sheets else pockets() if arguments.pockets else programs()
+    worst = WORST_OWN if own else WORST
     rows, off = [], []
     for name, text_of in made.items():
         if arguments.names and not any(part in name for part in arguments.names):
             continue
         text = text_of()
         # What else a host does can only lengthen the many standstills of a sheet: of two runs the shorter counts.
-        runs = [simulated_seconds(text, slow=name == SLOW) for _ in range(2 if arguments.sheets else 1)]
+        runs = [simulated_seconds(text, slow=name == SLOW) for _ in range(2 if own else 1)]
         truth, ours = min(runs), estimated_seconds(text)
         off.append(abs(ours / truth - 1.0))
         rows.append([name, f"{truth:.3f}", f"{ours:.3f}", f"{ours / truth:.4f}"])
@@ -104,14 +108,18 @@ def main() -> None:
         assert off[-1] <= worst, f"{name}: {100 * off[-1]:.1f} % off"
     if not rows:
         parser.error("no program has such a name")
-    text = f"""{words_of_sheets() if arguments.sheets else words_of_programs(off)}
+    said = (
+        words_of_sheets() if arguments.sheets else words_of_pockets() if arguments.pockets else words_of_programs(off)
+    )
+    text = f"""{said}
 
 {facts("machine_time", sys.argv[1:], ["leafcut", "numpy", "numba"])}
 
 {table(["program", "LinuxCNC, s", "leafcut, s", "ratio"], rows)}"""
     print(text)
     if arguments.write:
-        write_section(arguments.write, "machine_time_sheets" if arguments.sheets else "machine_time", text)
+        kind = "_sheets" if arguments.sheets else "_pockets" if arguments.pockets else ""
+        write_section(arguments.write, f"machine_time{kind}", text)
 
 
 def words_of_programs(off: list[float]) -> str:
@@ -134,6 +142,14 @@ The same comparison for programs that leafcut wrote itself, drawing in, program 
 mild steel by plasma, G64 P0.1): at every cut down to the pierce height, torch on, pierce delay, down to the cut height,
 leads, the contour, small holes slower, torch off and up. Of two runs of the simulation the shorter counts: when its
 host is busy it stands longer at M words and dwells."""
+
+
+def words_of_pockets() -> str:
+    """Return what stands over the table of pockets."""
+    return """### Pockets beside LinuxCNC
+
+The same comparison for programs that leafcut wrote itself for pockets (`--process pocket`, a mill of 10 mm at
+1200 mm/min): levels, ramps, helices, arcs, finished walls."""
 
 
 if __name__ == "__main__":

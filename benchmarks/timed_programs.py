@@ -223,6 +223,36 @@ def sheets() -> dict[str, Callable[[], str]]:
     }
 
 
+def milled(text: str, **options: object) -> str:
+    """Return the program of a pocket, as well-known text, that leafcut writes for the simulated machine."""
+    with tempfile.TemporaryDirectory() as folder:
+        drawing = Path(folder) / "pocket.wkt"
+        drawing.write_text(text, encoding="utf-8")
+        return optimize(
+            drawing,
+            machine="linuxcnc-sim",
+            tool_diameter=10,
+            milling_feed="1200mm/min",
+            spindle_speed=6000,
+            preset="fast",
+            **options,
+        ).text
+
+
+def pockets() -> dict[str, Callable[[], str]]:
+    """Return name → what makes the program of a pocket, as leafcut clears it with a mill of 10 mm."""
+    import shapely
+
+    plate = shapely.box(12, 12, 108, 68).buffer(12, quad_segs=64)
+    plate -= shapely.Point(40, 40).buffer(10, quad_segs=64).union(shapely.box(72, 30, 92, 50))
+    disc = shapely.Point(40, 40).buffer(35, quad_segs=64)
+    return {
+        "pocket with two islands, two levels, ramps": partial(milled, plate.wkt, depth=4, step_down=2),
+        "the same by zigzag": partial(milled, plate.wkt, depth=2, strategy="zigzag"),
+        "round pocket, a helix, walls finished": partial(milled, disc.wkt, depth=3, entry="helix", stock=0.3),
+    }
+
+
 def real_program(name: str) -> str:
     """Return the text of a real file, with G64 in front where it says nothing about corners.
 

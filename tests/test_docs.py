@@ -66,7 +66,7 @@ def test_the_flags_that_the_readme_shows_exist(capsys: pytest.CaptureFixture[str
     assert all(flag in known for flag in set(re.findall(r"--[a-z][a-z-]+", README)) - {"--help"})
 
 
-@pytest.mark.parametrize("page", ["walk.md", "machine_time.md", "colony.md", "sheets.md"])
+@pytest.mark.parametrize("page", ["walk.md", "machine_time.md", "colony.md", "sheets.md", "pockets.md"])
 def test_the_names_in_a_page_exist(page: str) -> None:
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")
     rooms = {p.name.removesuffix(".py") for p in (ROOT / "src" / "leafcut").iterdir()}
@@ -109,6 +109,25 @@ def test_the_sheet_that_the_readme_cuts_is_cut(tmp_path: Path, monkeypatch: pyte
     assert run([*shlex.split(command), "--preset", "fast", "-q"]) == 0
     assert (tmp_path / "sheet.ngc").read_text().count("M3 $0") == 31
     assert (tmp_path / "sheet.html").stat().st_size > 10_000
+
+
+def test_the_commands_of_the_page_on_pockets_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With one strategy, as the others have tests of their own; every program is verified and written."""
+    from leafcut.runs import pocket_strategies
+
+    few = tuple(way for way in pocket_strategies.WAYS if way.name == "contour")
+    monkeypatch.setattr(pocket_strategies, "WAYS", few)
+    text = (ROOT / "docs" / "pockets.md").read_text(encoding="utf-8")
+    commands = re.findall(r"^    leafcut (optimize examples/pocket\..+)$", text, flags=re.MULTILINE)
+    assert len(commands) >= 5
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    for command in commands:
+        words = shlex.split(command)
+        output = Path(words[words.index("-o") + 1])
+        output.unlink(missing_ok=True)
+        assert run(words) == 0, command
+        assert "G1" in output.read_text()
 
 
 def exists(name: str) -> bool:

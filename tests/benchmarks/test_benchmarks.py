@@ -203,3 +203,15 @@ def test_the_judge_of_sheets_refuses_an_outer_contour_before_its_inner_one(bench
         places.judged([0, 1, 3, 2], loose=False)
     with pytest.raises(SystemExit):
         places.judged([0, 3, 1, 2], loose=True)
+
+
+def test_fireflies_are_judged_on_cities_and_on_grids(data: Path, tmp_path: Path) -> None:
+    """No gap is below the bound beside it; with local search the small circle's grid is ordered as well as can be."""
+    options = "--pockets", "p2_circle", "--times", "0.5,0.5", "--seeds", "1"
+    text, rows = run(data, tmp_path / "b.md", "firefly", "kroA100", *options)
+    (_, _, city), (head, _, grid) = rows[:3], rows[3:]
+    assert city[:2] == ["kroA100", "100"] and float(city[4]) == 0.0 <= float(city[2])
+    assert head[:4] == ["instance", "N", "bound, %", "LKH, %"]
+    assert grid[:2] == ["p2_circle", "261"]
+    assert float(grid[2]) - 0.01 <= float(grid[6]) <= 0.5 and float(grid[6]) <= float(grid[4]) < 5.0
+    assert "The mean with local search is 0.000 %." in text

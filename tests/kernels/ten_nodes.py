@@ -14,6 +14,7 @@ from leafcut.kernels import (
     construct,
     cost,
     directed,
+    firefly,
     greedy,
     insertion,
     kicks,
@@ -74,6 +75,10 @@ def results() -> dict[str, object]:
             out[f"bound {all_pairs} {start} {end}"] = lower_bound(build_instance(few, 6), 9.0)
         kicked = solve(problem, SolveOptions(algorithm="kicks", iterations=1))
         out[f"kicks {start} {end}"] = [kicked.nodes.tolist(), kicked.cost]
+        for local in (False, True):
+            options = SolveOptions(algorithm="firefly", iterations=2, threads=1, local_search=local, bound=False)
+            found = solve(few, options, firefly=FireflyOptions(n_fireflies=3))
+            out[f"firefly {local} {start} {end}"] = [found.nodes.tolist(), found.cost]
         for algorithm in ("as", "eas", "asrank", "mmas", "acs"):
             for local in (False, True):
                 options = SolveOptions(algorithm=algorithm, iterations=3, threads=1, local_search=local, candidates=6)
@@ -118,8 +123,19 @@ def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
 
 def unused() -> tuple[object, ...]:
     """Name the kernel modules, so that a new one is not forgotten here."""
-    first = (annealing, candidates, chords, construct, cost, directed, greedy, insertion, kicks, layers, lin_kernighan)
-    rest = (local_search, long_edges, neighbours, one_tree, ordering, pheromone, random, route, sequential)
+    first = (annealing, candidates, chords, construct, cost, directed, firefly, greedy, insertion, kicks, layers)
+    rest = (
+        lin_kernighan,
+        local_search,
+        long_edges,
+        neighbours,
+        one_tree,
+        ordering,
+        pheromone,
+        random,
+        route,
+        sequential,
+    )
     return (*first, *rest, spanning_tree)
 
 

@@ -148,3 +148,15 @@ def test_the_nearest_neighbours_of_a_matrix_are_the_cheapest() -> None:
     )
     problem = RoutingProblem.of_points(np.zeros((5, 2)), Metric("EXPLICIT", matrix=matrix), closed=True)
     assert nearest_neighbour(build_instance(problem, 3)).tolist() == [0, 2, 4, 3, 1]
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_the_nearest_neighbour_of_a_table_always_goes_to_the_cheapest_that_is_left(closed: bool) -> None:
+    """The free end of an open path has no row in the table."""
+    xy = np.random.default_rng(4).uniform(0.0, 90.0, (30, 2))
+    matrix = np.hypot(*(xy[:, None] - xy).transpose(2, 0, 1))
+    instance = build_instance(RoutingProblem.of_points(xy, Metric("EXPLICIT", matrix=matrix), closed=closed), 6)
+    path = [node for node in instance.label[nearest_neighbour(instance)].tolist() if node < 30]
+    assert sorted(path) == list(range(30))
+    for k in range(29):
+        assert matrix[path[k], path[k + 1]] == min(matrix[path[k], later] for later in path[k + 1 :])

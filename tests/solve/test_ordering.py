@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 from test_sequential import ENDS, KINDS, check, least, random_problem
 
 from leafcut.errors import SolveError
-from leafcut.kernels.ordering import fly, steps_apart
+from leafcut.kernels.ordering import invert_runs, steps_apart
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.solve.clusters import choose_nodes
@@ -59,27 +57,33 @@ def test_the_nodes_of_an_order_are_the_best_of_all(kind: str) -> None:
         assert len(order) == ordering.instance.n
 
 
-def test_a_firefly_that_is_fully_attracted_becomes_the_brighter_one_where_nothing_forbids_it() -> None:
+def test_an_inversion_turns_one_run_round_and_leaves_the_rest() -> None:
+    """Without precedence an order is two pieces of the old one and a third, turned, in between."""
     problem = random_problem(2, 9, "ways", (None, None), pairs=0)
     ordering = Ordering(build_directed(problem, 6), False, Stop())
-    rng, m = np.random.default_rng(3), ordering.instance.n
-    for _ in range(10):
-        mine, other = (np.append(m - 1, rng.permutation(m - 1)).astype(np.int32) for _ in range(2))
-        place = np.argsort(mine).astype(np.int32)
-        fly(ordering.layers, mine, place, other, 1.0, 0, np.array([9], dtype=np.uint64), 0)
-        assert mine.tolist() == other.tolist()
-        assert place.tolist() == np.argsort(mine).tolist()
-        assert steps_apart(other, place) == 0
+    words, m = np.array([9], dtype=np.uint64), ordering.instance.n
+    turned = set()
+    for _ in range(60):
+        order = np.append(m - 1, np.arange(m - 1)).astype(np.int32)
+        before, place = order.copy(), np.argsort(order).astype(np.int32)
+        invert_runs(ordering.layers, order, place, 1, 4, words, 0)
+        assert place.tolist() == np.argsort(order).tolist()
+        changed = np.flatnonzero(order != before)
+        run = slice(changed[0], changed[-1] + 1)
+        assert order[run].tolist() == before[run][::-1].tolist()
+        turned.add(run.stop - run.start)
+    assert turned == {2, 3, 4}
 
 
 def test_a_firefly_never_breaks_precedence() -> None:
+    words = np.array([9], dtype=np.uint64)
     for seed in range(10):
         problem = random_problem(seed, 9, "holes", "closed", pairs=6)
         ordering = Ordering(build_directed(problem, 6), False, Stop())
         order, _ = ordering.nearest_neighbour()
-        other = np.random.default_rng(seed).permutation(len(order)).astype(np.int32)
-        place = np.argsort(order).astype(np.int32)
-        fly(ordering.layers, order, place, other, 0.8, 20, np.array([9], dtype=np.uint64), 0)
+        before, place = order.copy(), np.argsort(order).astype(np.int32)
+        invert_runs(ordering.layers, order, place, 200, 5, words, 0)
+        assert order.tolist() != before.tolist()
         assert sorted(order.tolist()) == list(range(len(order)))
         assert all(place[a] < place[b] for a, b in problem.precedence.tolist())
 
@@ -102,7 +106,7 @@ def test_the_same_seed_gives_the_same_answer_and_another_one_another_search() ->
 
 def test_too_many_clusters_for_ants_that_order_them_are_refused_in_one_line() -> None:
     problem = random_problem(1, 600, "holes", pairs=3)
-    for algorithm, (a, b) in itertools.product(("acs", "firefly"), [(0, 1)]):
-        ordered = RoutingProblem.of_points(problem.entry, precedence=np.array([[a, b]], dtype=np.int32))
+    for algorithm in ("acs", "firefly"):
+        ordered = RoutingProblem.of_points(problem.entry, precedence=np.array([[0, 1]], dtype=np.int32))
         with pytest.raises(SolveError, match=f"'{algorithm}' orders fewer than 500 clusters"):
             solve(ordered, SolveOptions(algorithm=algorithm))

@@ -67,7 +67,7 @@ def test_every_algorithm_visits_each_node_once_and_states_the_true_cost(algorith
         assert costs[-1] == pytest.approx(found.cost)
 
 
-@pytest.mark.parametrize("algorithm", [*ANTS, "colony"])
+@pytest.mark.parametrize("algorithm", [*ANTS, "colony", "firefly"])
 def test_the_answer_does_not_depend_on_the_number_of_threads(algorithm: str) -> None:
     problem = problem_of(np.random.default_rng(4).uniform(0, 40, (60, 2)), METRICS[0], "closed")
     answers = [solve(problem, SolveOptions(algorithm=algorithm, iterations=8, threads=t, seed=9)) for t in (1, 2, 3)]

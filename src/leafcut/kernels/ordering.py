@@ -1,4 +1,4 @@
-"""Orders of clusters: what an ant lays along trails, what becomes of a firefly that flies, and the choice of nodes.
+"""Orders of clusters: what an ant lays along trails, the inversions of fireflies, and the choice of nodes.
 
 An order is an array of clusters; precedence is always kept. `Layers` has what there is to know of the clusters.
 """
@@ -119,55 +119,38 @@ def choose_all(layers: Layers, order: NDArray, path: NDArray, trial: NDArray, su
 
 
 @part
-def move_behind(layers: Layers, order: NDArray, place: NDArray, c: int, d: int) -> bool:
-    """Move cluster d to the place behind cluster c if precedence lets it; return whether. Changes: order, place."""
-    p, q = place[d], place[c]
-    if c == d or p == q + 1 or (layers.anchored[0] == 1 and p == 0):
-        return False
-    if p < q:
-        for e in range(layers.after_begin[d], layers.after_begin[d + 1]):
-            if place[layers.after[e]] <= q:
+def may_invert(layers: Layers, order: NDArray, place: NDArray, first: int, last: int) -> bool:
+    """Return whether precedence lets the places first … last of an order be inverted: no pair of it is in there."""
+    for at in range(first, last):
+        c = order[at]
+        for e in range(layers.after_begin[c], layers.after_begin[c + 1]):
+            if place[layers.after[e]] <= last:
                 return False
-        for at in range(p, q):
-            order[at] = order[at + 1]
-            place[order[at]] = at
-        order[q] = d
-        place[d] = q
-        return True
-    for e in range(layers.before_begin[d], layers.before_begin[d + 1]):
-        if place[layers.before[e]] > q:
-            return False
-    for at in range(p, q + 1, -1):
-        order[at] = order[at - 1]
-        place[order[at]] = at
-    order[q + 1] = d
-    place[d] = q + 1
     return True
 
 
 @kernel
-def fly(
-    layers: Layers,
-    order: NDArray,
-    place: NDArray,
-    brighter: NDArray,
-    attraction: float,
-    moves: int,
-    words: NDArray,
-    k: int,
+def invert_runs(
+    layers: Layers, order: NDArray, place: NDArray, runs: int, longest: int, words: NDArray, k: int
 ) -> None:
-    """Let a firefly fly towards a brighter one: take each step of its order with the probability `attraction`.
+    """Invert `runs` runs of 2 … `longest` clusters near each other at a random place, as far as precedence lets.
 
-    A step (c, d) is taken by moving d behind c. Then `moves` clusters are moved at random.
+    What comes after the end of an order is not in a run, nor is the cluster that all orders begin with, if any.
     Changes: order, place int32[m], words[k].
     """
-    m = len(order)
-    for at in range(1, m):
-        c, d = brighter[at - 1], brighter[at]
-        if place[d] != place[c] + 1 and uniform(words, k) < attraction:
-            move_behind(layers, order, place, c, d)
-    for _ in range(moves):
-        move_behind(layers, order, place, below(words, k, m), below(words, k, m))
+    m, fixed = len(order), int(layers.anchored[0])
+    near = fixed + below(words, k, m - fixed)
+    for _ in range(runs):
+        first = near + below(words, k, longest)
+        if first > m - 2:
+            first = fixed + below(words, k, m - 1 - fixed)
+        last = min(m - 1, first + 1 + below(words, k, longest - 1))
+        if not may_invert(layers, order, place, first, last):
+            continue
+        while first < last:
+            order[first], order[last] = order[last], order[first]
+            place[order[first]], place[order[last]] = first, last
+            first, last = first + 1, last - 1
 
 
 @kernel

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from leafcut.geometry.polyline import Polyline
 
 #: How pockets are cleared.
-STRATEGIES = ("best", "zigzag", "contour", "firefly", "ants", "adaptive")
+STRATEGIES = ("best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive")
 
 #: What most shops run, in this order: what a pocket's program is measured against.
 USUAL = ("zigzag", "contour")
@@ -175,12 +175,16 @@ class PocketMeasures:
 
 @dataclass(frozen=True)
 class PocketResult:
-    """One strategy on one pocket: its path and what it does; or why it has none."""
+    """One strategy on one pocket: its path and what it does; or why it has none.
+
+    `program_s` is the time of a program of this pocket alone: all levels, with every way down and up.
+    """
 
     strategy: str
     path: PocketPath | None = None
     measures: PocketMeasures | None = None
     refused: str = ""
+    program_s: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ class PocketOptions(OptionGroup):
         "text",
         "best",
         "how the pocket is cleared; all others that are possible are measured beside it",
-        choices=("best", "zigzag", "contour", "firefly", "ants", "adaptive"),
+        choices=("best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive"),
     )
     tool_diameter: float | None = option(
         "quantity", None, "diameter of the flat end mill", unit="mm", minimum=0.01, maximum=200, default_words="needed"

@@ -17,7 +17,7 @@ ALGORITHM_TITLES = {
     "asrank": "rank-based Ant System",
     "mmas": "MAX–MIN Ant System",
     "acs": "Ant Colony System",
-    "firefly": "discrete firefly algorithm: orders fly towards shorter ones",
+    "firefly": "discrete firefly algorithm: tours fly towards shorter ones by inversions",
     "kicks": "one tour, kicked at one place at a time and mended by exchanges of up to five edges (Lin–Kernighan)",
     "2opt": "nearest neighbour, improved by 2-opt and Or-opt",
     "nn": "nearest neighbour",
@@ -81,7 +81,7 @@ class SolveOptions(OptionGroup):
         maximum=1000,
         default_words="8 for colony and kicks, else 16",
     )
-    local_search: bool = option("flag", True, "improve every ant's tour by 2-opt and Or-opt")
+    local_search: bool = option("flag", True, "improve the tour of every ant or firefly by exchanges of edges")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -132,21 +132,64 @@ class AcoOptions(OptionGroup):
 
 @dataclass(frozen=True)
 class FireflyOptions(OptionGroup):
-    """The parameters of the fireflies."""
+    """The parameters of the fireflies; defaults are those published for pockets (`solve.firefly.MODES`)."""
 
     section: ClassVar[str] = "firefly"
 
-    n_fireflies: int = option("whole", 20, "fireflies in the swarm", minimum=1, maximum=10_000)
-    attractiveness: float = option(
-        "number", 1.0, "share of its steps that a brighter order gives one beside it (β0)", minimum=0, maximum=1
+    firefly_mode: str = option(
+        "text",
+        "simple",
+        "which of the published settings stand for what is not given: those for simple or for complex pockets",
+        choices=("simple", "complex"),
+    )
+    n_fireflies: int | None = option(
+        "whole",
+        None,
+        "fireflies in the swarm (n)",
+        minimum=1,
+        maximum=10_000,
+        default_words="11 in simple mode, 10 in complex",
+    )
+    attractiveness: float | None = option(
+        "number",
+        None,
+        "inversions of one flight towards a tour close by (β0)",
+        minimum=0,
+        maximum=1000,
+        default_words="20 in simple mode, 15 in complex",
     )
     absorption: float = option(
         "number",
-        0.05,
-        "how fast that falls with the distance of two orders (γ): ten when no step is the same",
+        0.015,
+        "how fast they become fewer with the distance of two tours (γ): 10 when no edge is the same",
         minimum=0,
         maximum=100,
     )
-    random_moves: int = option(
-        "whole", 2, "clusters that move at random after every flight (α)", minimum=0, maximum=1000
+    switch_at: float | None = option(
+        "percent",
+        None,
+        "share of the iterations, or of the time limit, after which inversions are short",
+        minimum=0,
+        maximum=100,
+        default_words="27 in simple mode, 37 in complex",
+    )
+    short_inversion: int | None = option(
+        "whole",
+        None,
+        "nodes of the longest of the short inversions; long ones have as many as two tours have different edges",
+        minimum=2,
+        default_words="a quarter of all; 50 with local search",
+    )
+    firefly_patience: int | None = option(
+        "whole",
+        None,
+        "iterations without a shorter tour after which the search ends",
+        minimum=1,
+        default_words="20; with --time-limit none",
+    )
+    firefly_start: str = option(
+        "text",
+        "greedy",
+        "what fireflies begin with: greedy tours, each with edges changed a little, or tours at random",
+        choices=("greedy", "random"),
     )

@@ -44,12 +44,14 @@ def write_page(outcome: Outcome) -> str:
 
 
 def path_svg(outcome: Outcome, which: Which) -> str:
-    """Return the path ``before`` or ``after`` over the holes, or over the sheet, as a stand-alone SVG file."""
+    """Return the path ``before`` or ``after`` over the holes, the sheet or the pockets, as a stand-alone SVG file."""
     plan = outcome.cut_plans[0 if which == "before" else -1] if outcome.cut_plans else None
     if plan is not None:
         known = [p for p in outcome.cut_plans if p is not None]
         words = plan_words(outcome, 0 if which == "before" else 2)
         svg, css = sheet_drawing(build_sheet_scene(known), plan, which, words, size=True), style_sheet("sheet.css")
+    elif outcome.pocket_plans:
+        svg, css = pocket_page.pocket_svg(outcome, which), style_sheet("pocket.css")
     else:
         svg, css = drawing(build_scene(outcome), which, _path_words(outcome, which), size=True), ""
     style = element("style", drawing_css() + css)
@@ -84,7 +86,8 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "machine_words": clean(outcome.machine.description),
         "dialect": clean(outcome.dialect),
         "process": clean(outcome.process),
-        "algorithm": clean(algorithm_words(outcome)),
+        "algorithm": "" if _no_choice(outcome) else clean(algorithm_words(outcome)),
+        "proof": "read back and simulated" if outcome.pocket_plans else "read back, same work",
         "seed": outcome.seed,
         "version": clean(outcome.version),
         "seconds": time_words(outcome.seconds),

@@ -9,6 +9,8 @@ from leafcut.model.pocket import PocketPath
 from leafcut.report import chart, views
 from leafcut.report.pocket_drawing import build_pocket_scene, pocket_drawing, shapes_of, small_drawing
 from leafcut.report.pocket_words import (
+    StrategyFigures,
+    added,
     angle_words,
     chosen_words,
     figures,
@@ -69,6 +71,17 @@ def pocket_content(outcome: Outcome) -> Row:
     }
 
 
+def pocket_svg(outcome: Outcome, which: str) -> str:
+    """Return the way over one level as a stand-alone drawing: the usual one ``before``, what is written ``after``."""
+    plans = outcome.pocket_plans
+    chosen = [plan.usual if which == "before" else plan.result for plan in plans]
+    paths = [result.path for result in chosen if result.path is not None]
+    by = usual_words(outcome) if which == "before" else chosen_words(outcome)
+    words = f"Way of the tool over one level of {clean(outcome.part.name)}, {by}"
+    diameter = plans[0].rules.tool_diameter
+    return pocket_drawing(build_pocket_scene(plans), paths, which, words, tool_diameter=diameter, size=True)
+
+
 def cards(outcome: Outcome) -> list[Row]:
     """Return the usual way and leafcut's as the cards at the head show them."""
     longest = max(outcome.before.time_s, outcome.after.time_s)
@@ -107,17 +120,11 @@ def saved(outcome: Outcome) -> Row:
 def _shorter(outcome: Outcome) -> str:
     """Return how much shorter the way over one level is than the usual one."""
     usual = [plan.usual.measures for plan in outcome.pocket_plans if plan.usual.measures is not None]
-    length, beside = (m.feed_mm + m.rapid_mm for m in (written(outcome.pocket_plans), _sum(usual)))
+    length, beside = (m.feed_mm + m.rapid_mm for m in (written(outcome.pocket_plans), added(usual)))
     if not beside > 0.0:
         return ""
     percent = 100.0 * (1.0 - length / beside)
     return f"The way over a level is {percent_words(abs(percent))} {'shorter' if percent >= 0.0 else 'longer'}."
-
-
-def _sum(measures: list[Any]) -> Any:
-    from leafcut.report.pocket_words import added
-
-    return added(measures)
 
 
 def _facts(outcome: Outcome) -> list[tuple[str, str, str]]:
@@ -147,22 +154,25 @@ def _facts(outcome: Outcome) -> list[tuple[str, str, str]]:
 
 def _strategies(outcome: Outcome) -> list[Row]:
     rows = figures(outcome.pocket_plans)
-    longest = max((r.measures.time_s for r in rows if r.measures is not None), default=0.0)
+    longest = max((r.program_s for r in rows), default=0.0)
     return [
         {
             "name": row.name,
             "chosen": row.chosen,
             "refused": clean(row.refused),
-            "cells": () if row.measures is None else _cells(row.measures),
+            "cells": () if row.measures is None else _cells(row),
             "bar": ""
             if row.measures is None
-            else chart.bar(row.measures.time_s / longest if longest > 0 else 0.0, "ours" if row.chosen else "plain"),
+            else chart.bar(row.program_s / longest if longest > 0 else 0.0, "ours" if row.chosen else "plain"),
         }
         for row in rows
     ]
 
 
-def _cells(m: Any) -> tuple[str, ...]:
+def _cells(row: StrategyFigures) -> tuple[str, ...]:
+    m = row.measures
+    if m is None:
+        return ()
     return (
         length_words(m.feed_mm),
         length_words(m.rapid_mm) if m.retracts else NO_VALUE,
@@ -173,6 +183,7 @@ def _cells(m: Any) -> tuple[str, ...]:
         angle_words(m.mean_engagement),
         length_words(m.air_mm),
         time_words(m.time_s),
+        time_words(row.program_s),
     )
 
 

@@ -27,13 +27,14 @@ from leafcut.report.wording import (
 class StrategyFigures:
     """One strategy over all pockets of a drawing: sums and the largest, of one level each; None where it is refused.
 
-    `mean_engagement` is over the length of the feed.
+    `mean_engagement` is over the length of the feed, `program_s` the time of programs of each pocket alone, added.
     """
 
     name: str
     chosen: bool
     measures: PocketMeasures | None
     refused: str = ""
+    program_s: float = 0.0
 
 
 def figures(plans: Sequence[PocketPlan]) -> list[StrategyFigures]:
@@ -44,7 +45,9 @@ def figures(plans: Sequence[PocketPlan]) -> list[StrategyFigures]:
         chosen = any(plan.result.strategy == name for plan in plans)
         refused = next((r.refused for r in mine if r.measures is None), "")
         known = [r.measures for r in mine if r.measures is not None]
-        rows.append(StrategyFigures(name, chosen, None if refused else added(known), refused))
+        rows.append(
+            StrategyFigures(name, chosen, None if refused else added(known), refused, sum(r.program_s for r in mine))
+        )
     return rows
 
 
@@ -99,7 +102,7 @@ def pockets_as_json(outcome: Outcome) -> dict[str, Any]:
             {
                 "strategy": row.name,
                 "chosen": row.chosen,
-                **({} if row.measures is None else _plain(row.measures)),
+                **({} if row.measures is None else {**_plain(row.measures), "program_s": plain_number(row.program_s)}),
                 **({"refused": clean(row.refused)} if row.measures is None else {}),
             }
             for row in figures(plans)
@@ -165,8 +168,11 @@ def chosen_words(outcome: Outcome) -> str:
     return " and ".join(dict.fromkeys(plan.result.strategy for plan in outcome.pocket_plans))
 
 
-def strategy_cells(m: PocketMeasures) -> tuple[str, ...]:
+def strategy_cells(row: StrategyFigures) -> tuple[str, ...]:
     """Return the figures of a strategy: feed, rapid, retracts, uncut, engagement at most and on average, time."""
+    m = row.measures
+    if m is None:
+        return ()
     return (
         length_words(m.feed_mm),
         length_words(m.rapid_mm) if m.retracts else NO_VALUE,
@@ -174,12 +180,12 @@ def strategy_cells(m: PocketMeasures) -> tuple[str, ...]:
         uncut_words(m.uncovered_percent),
         angle_words(m.max_engagement),
         angle_words(m.mean_engagement),
-        time_words(m.time_s),
+        time_words(row.program_s),
     )
 
 
 #: What `strategy_cells` says.
-STRATEGY_TITLES = ("feed", "rapid", "retracts", "uncut", "engaged", "mean", "time")
+STRATEGY_TITLES = ("feed", "rapid", "retracts", "uncut", "engaged", "mean", "program")
 
 
 def facts(outcome: Outcome) -> list[tuple[str, str]]:

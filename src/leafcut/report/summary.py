@@ -102,7 +102,7 @@ def _strategies(outcome: Outcome) -> Table:
         if row.measures is None:
             continue
         style = "bold green" if row.chosen else ""
-        table.add_row(Text(row.name, style), *(Text(cell, style) for cell in strategy_cells(row.measures)))
+        table.add_row(Text(row.name, style), *(Text(cell, style) for cell in strategy_cells(row)))
     return table
 
 
@@ -111,7 +111,7 @@ def _facts(outcome: Outcome) -> Table:
     from rich.text import Text
 
     work = "the work that was planned" if outcome.certificate is None else "the same work as the original"
-    verified = Text(f"yes, read back: it does {work}", "green")
+    verified = Text(f"yes, read back{' and simulated' if outcome.pocket_plans else ''}: it does {work}", "green")
     facts: list[tuple[str, Text]] = [
         ("verified", verified if outcome.verified else Text("no", "bold red")),
     ]

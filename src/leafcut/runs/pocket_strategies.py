@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from leafcut.model.pocket import PocketPath
-from leafcut.runs.run import Run
+from leafcut.runs.run import Run, passing_on
 
 if TYPE_CHECKING:
     from leafcut.plan.pocket_region import CentreRegion
+
+#: Ants that may be asked for by --algorithm; all else is left to leafcut's own.
+ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
 
 #: Makes the path of the tool's centre over one level of one region.
 Strategy = Callable[["CentreRegion", Run], PocketPath]
@@ -20,6 +23,34 @@ def _contour(region: CentreRegion, run: Run) -> PocketPath:
     from leafcut.plan.pocket_rings import contour
 
     return contour(region)
+
+
+def _connected(region: CentreRegion, run: Run) -> PocketPath:
+    from leafcut.plan.pocket_best import best
+
+    return best(region)
+
+
+def _grid(name: str) -> Strategy:
+    def path(region: CentreRegion, run: Run) -> PocketPath:
+        from leafcut.plan.pocket_grid import grid_problem, lay_grid
+        from leafcut.solve.solve import solve
+
+        settings = run.settings
+        problem, context = grid_problem(region, finish=settings.pocket.finishing_pass)
+        wanted = settings.solve.algorithm
+        ants = wanted if wanted in ANTS else "auto"
+        found = solve(
+            problem,
+            replace(settings.solve, algorithm=ants if name == "ants" else name, bound=False, target_gap=None),
+            settings.aco,
+            firefly=settings.firefly,
+            progress=passing_on(run.progress, f"{name}: ordering the points of a grid"),
+            cancelled=run.cancelled,
+        )
+        return lay_grid(context, found.nodes, name)
+
+    return path
 
 
 @dataclass(frozen=True)
@@ -32,4 +63,9 @@ class Way:
 
 
 #: Every strategy, in the order in which they are told.
-WAYS = (Way("contour", _contour, "rings, linked from the inside out"),)
+WAYS = (
+    Way("contour", _contour, "rings, linked from the inside out"),
+    Way("connected", _connected, "one connected way, never lifted"),
+    Way("firefly", _grid("firefly"), "a grid of points ordered by fireflies, then along the walls"),
+    Way("ants", _grid("ants"), "a grid of points ordered by ants, then along the walls"),
+)

@@ -13,7 +13,7 @@ from leafcut import __version__
 from leafcut.errors import OptionError, PlanError, SolveError
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import OperationOutcome, Outcome
-from leafcut.model.pocket import USUAL, Pocket, PocketMeasures, PocketPath, PocketPlan, PocketResult
+from leafcut.model.pocket import USUAL, Pocket, PocketPath, PocketPlan, PocketResult
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
@@ -31,6 +31,11 @@ Point = tuple[float, float]
 
 #: An engagement may be measured so much above its limit, rad: the steps of the simulation (one degree).
 ENGAGEMENT_ROOM = 0.0175
+#: So many strategies search for an order: fireflies and ants.
+SEARCHES = 2
+#: Of ways that cost little more than the best, the one that is lifted least: every way down wears the tool and marks
+#: the floor.
+NEARLY = 1.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +130,7 @@ def _cleared(job: PocketJob, one: Pocket, number: int) -> tuple[_Cleared, list[I
     roughed = centre_regions(one, job.rules)[0] if job.rules.stock > 0.0 else regions
     results: list[PocketResult] = []
     ways: dict[str, list[Clearing]] = {}
+    job = _with_share(job, len(regions))
     several = f"pocket {number + 1}: " if len(job.part.pockets) > 1 else ""
     for place, way in enumerate(WAYS):
         job.run.tell(f"{several}{way.name}", None, (number + place / len(WAYS)) / len(job.part.pockets))
@@ -134,6 +140,17 @@ def _cleared(job: PocketJob, one: Pocket, number: int) -> tuple[_Cleared, list[I
             ways[way.name] = clearings
     chosen = _chosen(job, one, results)
     return _Cleared(PocketPlan(one, job.rules, job.heights.levels, tuple(results), chosen), ways), issues
+
+
+def _with_share(job: PocketJob, regions: int) -> PocketJob:
+    """Return the job with that part of a time limit that one search for one region may take."""
+    solve = job.run.settings.solve
+    if solve.time_limit is None:
+        return job
+    limit = max(solve.time_limit / (SEARCHES * regions * len(job.part.pockets)), 0.001)
+    return replace(
+        job, run=replace(job.run, settings=replace(job.run.settings, solve=replace(solve, time_limit=limit)))
+    )
 
 
 def _tried(
@@ -151,7 +168,7 @@ def _tried(
     path = PocketPath(way.name, tuple(piece for c in clearings for piece in c.path.pieces))
     lift = job.heights.retract - job.heights.levels[0]
     found = measure_path(one, path, job.exact, job.run.machine, feed=job.data.tool.feed, lift=lift)
-    return PocketResult(way.name, path, found), clearings
+    return PocketResult(way.name, path, found, program_s=_laid(job, clearings).measure.time_s), clearings
 
 
 def _clearing(job: PocketJob, way: Way, region: CentreRegion, roughed: list[CentreRegion]) -> Clearing:
@@ -188,22 +205,22 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
         if results[index].path is None:
             raise PlanError(f"{name}: --strategy {options.strategy} is not possible: {results[index].refused}")
         return index
-    sound = [(k, r.measures) for k, r in enumerate(results) if r.measures is not None and not r.measures.gouge_mm2]
+    sound = [(k, r, r.measures) for k, r in enumerate(results) if r.measures is not None and not r.measures.gouge_mm2]
     limit = options.max_engagement
     if limit is not None:
-        sound = [(k, m) for k, m in sound if m.max_engagement <= limit + ENGAGEMENT_ROOM]
+        sound = [row for row in sound if row[2].max_engagement <= limit + ENGAGEMENT_ROOM]
     if not sound:
         refused = "; ".join(f"{r.strategy}: {r.refused or 'gouges, or engages more'}" for r in results)
         raise PlanError(f"{name}: no strategy is possible ({refused})")
-    whole = [(k, m) for k, m in sound if m.uncovered_percent <= options.uncovered_tolerance]
+    whole = [row for row in sound if row[2].uncovered_percent <= options.uncovered_tolerance]
     if not whole:
-        return min(sound, key=lambda row: row[1].uncovered_percent)[0]
-    return min(whole, key=lambda row: _score(job, row[1]))[0]
-
-
-def _score(job: PocketJob, measures: PocketMeasures) -> float:
+        return min(sound, key=lambda row: row[2].uncovered_percent)[0]
     timed = job.run.settings.solve.objective == "time"
-    return measures.time_s if timed else measures.feed_mm + measures.rapid_mm
+    costs = [(row[1].program_s if timed else row[2].feed_mm + row[2].rapid_mm) for row in whole]
+    near = [
+        (row[2].retracts, cost, row[0]) for row, cost in zip(whole, costs, strict=True) if cost <= NEARLY * min(costs)
+    ]
+    return min(near)[2]
 
 
 # -- order and toolpath ----------------------------------------------------------------------------------------------

@@ -75,7 +75,8 @@ def _nearest_of_few(instance: Instance) -> NDArray[np.int32]:
         if last == cost.free:
             away = far
         elif explicit:
-            away = far + cost.matrix[last]
+            away = far.copy()
+            away[: len(cost.matrix)] += cost.matrix[last]  # the free node has no row
         else:
             away = far + ((cost.xy - cost.xy[last]) ** 2).sum(axis=1)
         tour.append(int(np.argmin(away)))

@@ -40,6 +40,8 @@ def run_in_order(
     swarm = ordering.Swarm(ordering.Ordering(instance, options.local_search, stop), options, aco, firefly, best)
     visits, patience = PRESETS[options.preset]
     set_budget(stop, options, visits / swarm.visits, patience)
+    if swarm.patience is not None:
+        stop.patience = swarm.patience
     iterations = until_interrupted(swarm.run, best)
     figures = WorkerFigures(0, iterations * swarm.size, stop.elapsed(), best.cost)
     return Found(swarm.clusters(best.tour), iterations, (figures,))

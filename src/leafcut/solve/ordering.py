@@ -3,10 +3,9 @@
 An order may have a direction and keeps the precedence. Which node of every cluster is taken comes from dynamic
 programming along each order; with local search the path is then improved by the exchanges of `solve.sequential`.
 
-Source: of the ants, `solve.aco`; of the fireflies, G. K. Jati and Suyanto, ICAIS 2011, LNCS 6943 (evolutionary discrete
-firefly algorithm for the TSP: the distance of two orders is the share of their steps that differ, times ten). Differs:
-a firefly takes over steps of the brighter one by moving clusters, instead of turning pieces of random length, so that
-it comes nearer to it and precedence can be kept.
+Source: of the ants, `solve.aco`; of the fireflies, `solve.firefly`. Differs from there: the distance of two orders
+counts steps, which have a direction; runs that precedence holds are not inverted; an iteration is one flight of every
+firefly, since every inversion is followed by the choice of all nodes.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels.ordering import choose_all, fly, lay_order, steps_apart
+from leafcut.kernels.ordering import choose_all, invert_runs, lay_order, steps_apart
 from leafcut.kernels.route import begin_bias
 from leafcut.kernels.sequential import improve_route
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
@@ -24,6 +23,7 @@ from leafcut.solve.aco import Parameters, Trails
 from leafcut.solve.annealing import layers_of
 from leafcut.solve.construction import random_words
 from leafcut.solve.directed import DirectedInstance
+from leafcut.solve.firefly import SHORT_MENDED, SHORT_SHARE, Flight, learn_nothing, share_done
 from leafcut.solve.loop import Propose, Reinforce, search
 from leafcut.solve.sequential import BREADTH, LEAST, LOOKS, greedy_path, route_of
 from leafcut.solve.statistics import Best
@@ -134,11 +134,11 @@ class OrderAnts:
 
 
 class Fireflies:
-    """A swarm of orders: every one flies towards all that are brighter (shorter), the brightest about at random."""
+    """A swarm of orders: every one flies towards the most attractive of the shorter ones, the shortest at random."""
 
-    def __init__(self, ordering: Ordering, options: FireflyOptions, seed: int, first: Ints) -> None:
-        self.ordering, self.options, self.seed = ordering, options, seed
-        count, m = options.n_fireflies, ordering.instance.n
+    def __init__(self, ordering: Ordering, flight: Flight, seed: int, first: Ints) -> None:
+        self.ordering, self.flight, self.seed = ordering, flight, seed
+        count, m = flight.fireflies, ordering.instance.n
         self.orders, self.lengths = np.zeros((count, m), dtype=np.int32), np.full(count, math.inf)
         self.place, self.moved = np.zeros(m, dtype=np.int32), np.zeros(m, dtype=np.int32)
         even, words = np.ones((m, m)), random_words(seed, 0, count=count)
@@ -147,33 +147,41 @@ class Fireflies:
         self.orders[0] = first
 
     def propose(self, iteration: int) -> Orders:
-        """Return the swarm after every firefly has flown once; one that did not get brighter stays where it was."""
+        """Return the swarm after every firefly has flown once."""
         words = random_words(self.seed, iteration + 1, count=len(self.orders))
         if iteration == 0:
             for f in range(len(self.orders)):
                 if f == 0 or not self.ordering.stop.now():
                     self.lengths[f] = self.ordering.improve(self.orders[f])
             return self.orders, self.lengths
+        done = share_done(self.ordering.stop, iteration)
         for f in np.argsort(self.lengths, kind="stable"):
             if self.ordering.stop.now():
                 break
-            brighter = np.flatnonzero(self.lengths < self.lengths[f])
-            for other in brighter if len(brighter) else [f]:
-                self._fly(int(f), int(other), words)
+            self._fly(int(f), done, words)
         return self.orders, self.lengths
 
-    def _fly(self, f: int, other: int, words: NDArray[np.uint64]) -> None:
-        m, options = len(self.moved), self.options
-        self.moved[:] = self.orders[f]
-        self.place[self.moved] = np.arange(m, dtype=np.int32)
-        apart = 10.0 * steps_apart(self.orders[other], self.place) / m
-        attraction = options.attractiveness * math.exp(-options.absorption * apart * apart)
-        fly(
-            self.ordering.layers, self.moved, self.place, self.orders[other], attraction, options.random_moves, words, f
-        )
-        length = self.ordering.improve(self.moved)
-        if length < self.lengths[f]:
-            self.orders[f], self.lengths[f] = self.moved, length
+    def _fly(self, f: int, done: float, words: NDArray[np.uint64]) -> None:
+        """Make the moves of one flight: each is kept unless it makes the order longer."""
+        m, flight, mended = len(self.moved), self.flight, self.ordering.local_search
+        if m < 4:
+            return
+        self.place[self.orders[f]] = np.arange(m, dtype=np.int32)
+        brighter = np.flatnonzero(self.lengths < self.lengths[f])
+        apart = {int(j): int(steps_apart(self.orders[j], self.place)) for j in brighter}
+        away = apart[flight.target(self.lengths, f, apart, m)] if apart else m
+        attraction = flight.attraction(away, m) if apart else flight.attractiveness
+        short = flight.short or (SHORT_MENDED if mended else math.ceil(SHORT_SHARE * m))
+        longest = flight.longest(away, m, done, short)
+        for _ in range(max(1, round(attraction))):
+            self.moved[:] = self.orders[f]
+            self.place[self.moved] = np.arange(m, dtype=np.int32)
+            invert_runs(self.ordering.layers, self.moved, self.place, 2 if mended else 1, longest, words, f)
+            length = self.ordering.improve(self.moved)
+            if length <= self.lengths[f]:
+                self.orders[f], self.lengths[f] = self.moved, length
+            if self.ordering.stop.now():
+                return
 
 
 class Swarm:
@@ -183,23 +191,28 @@ class Swarm:
     ----------
     size
         Orders of one iteration; `visits`, clusters that are visited to make them.
+    patience
+        Iterations without a shorter order after which the search ends; None: as the preset says.
     """
 
     def __init__(
         self, ordering: Ordering, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions, best: Best
     ) -> None:
         self.ordering, self.best, m = ordering, best, ordering.instance.n
+        self.patience: float | None
         first, length = ordering.nearest_neighbour()
         best.offer(first, length, 0)
-        self.reinforce: Reinforce = _learn_nothing
+        self.reinforce: Reinforce = learn_nothing
         if options.algorithm == "firefly":
-            self.propose: Propose = Fireflies(ordering, firefly, options.seed, first).propose
-            self.size, self.visits = firefly.n_fireflies, m * firefly.n_fireflies**2 / 2.0
+            flight = Flight.of(firefly, limited=options.time_limit is not None)
+            self.propose: Propose = Fireflies(ordering, flight, options.seed, first).propose
+            self.size, self.patience = flight.fireflies, flight.patience
+            self.visits = m * flight.fireflies * max(1.0, flight.attractiveness)
             return
         parameters = Parameters.of(options.algorithm, aco, m, options.local_search)
         trails = OrderTrails(ordering, parameters, max(length, 1e-9))
         self.propose, self.reinforce = OrderAnts(ordering, trails, options.seed).propose, trails.reinforce
-        self.size, self.visits = parameters.ants, float(m * parameters.ants)
+        self.size, self.visits, self.patience = parameters.ants, float(m * parameters.ants), None
 
     def run(self) -> int:
         """Run until `stop`; return the iterations that were finished."""
@@ -212,7 +225,3 @@ class Swarm:
         self.ordering.length(order)
         clusters: Ints = self.ordering.instance.problem.cluster[self.ordering.nodes()].astype(np.int32)
         return clusters
-
-
-def _learn_nothing(iteration: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-    """Leave everything as it is: fireflies learn by flying."""

@@ -119,7 +119,7 @@ def solve(
         return _in_order(problem, options, aco, firefly or FireflyOptions(), best)
     instance = build_instance(problem, _candidates(options))
     aim(options, instance, best)
-    found = _run(instance, options, aco, stop, best)
+    found = _run(instance, options, aco, firefly or FireflyOptions(), stop, best)
     solution = _solution(problem, instance.path(found.tour), options, found, best)
     return certify(problem, solution, best.bound, stop.cancelled, instance) if options.bound else solution
 
@@ -155,9 +155,9 @@ def _goes_in_order(problem: RoutingProblem, options: SolveOptions) -> bool:
     if name in ("colony", "nn", "none"):
         return wanted and name != "none"
     small = problem.n_clusters < FEW_CLUSTERS and problem.n_nodes <= FEW_NODES
-    if (wanted or name == "firefly") and small and name in ORDERING:
+    if wanted and small and name in ORDERING:
         return True
-    if name in ORDERING and (len(problem.precedence) or name == "firefly"):
+    if name in ORDERING and len(problem.precedence):
         raise SolveError(
             f"algorithm '{name}' orders fewer than {FEW_CLUSTERS} clusters with {FEW_NODES} nodes in all; there are "
             f"{problem.n_clusters} with {problem.n_nodes}; use --algorithm auto"
@@ -213,18 +213,28 @@ def warm_up(options: SolveOptions, aco: AcoOptions, n: int = 0) -> None:
     """
     options = _decided(options)
     small = RoutingProblem.of_points(np.random.default_rng(1).uniform(0.0, 100.0, (40, 2)))
-    once = replace(options, iterations=1, threads=1)
+    # Fireflies fly from the second iteration on.
+    once = replace(options, iterations=2 if options.algorithm == "firefly" else 1, threads=1, preset="fast")
     build_instance(small, 0)
     instance = build_instance(small, CANDIDATES)
     for name in ["colony", "kicks"] if options.algorithm == "colony" else [options.algorithm]:
         stop = Stop()
-        found = _run(instance, replace(once, algorithm=name), replace(aco, n_ants=1), stop, Best(stop))
+        found = _run(
+            instance,
+            replace(once, algorithm=name),
+            replace(aco, n_ants=1),
+            FireflyOptions(n_fireflies=2),
+            stop,
+            Best(stop),
+        )
     if n >= MANY and options.algorithm in ("colony", "kicks"):
         shorten_long_edges(instance, work_tour(found.tour))
     path_cost(small, instance.path(found.tour))
 
 
-def _run(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop, best: Best) -> Found:
+def _run(
+    instance: Instance, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions, stop: Stop, best: Best
+) -> Found:
     """Run the algorithm of `options`, which is not `auto` any more."""
     algorithm = options.algorithm
     if algorithm == "nn":
@@ -239,7 +249,28 @@ def _run(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop,
         iterations = until_interrupted(lambda: improve_by_kicks(instance, options.seed, stop, best), best)
         kicks = iterations * kicks_per_iteration(instance.n)
         return Found(best.tour, iterations, (WorkerFigures(0, kicks, stop.elapsed(), best.cost),))
+    if algorithm == "firefly":
+        return _fireflies(instance, options, firefly, stop, best)
     return _ants(instance, options, aco, stop, best)
+
+
+def _fireflies(instance: Instance, options: SolveOptions, firefly: FireflyOptions, stop: Stop, best: Best) -> Found:
+    """Run the swarm."""
+    from leafcut.solve import firefly as room
+    from leafcut.solve.loop import search
+
+    flight = room.Flight.of(firefly, limited=options.time_limit is not None)
+    threads = min(options.threads or os.cpu_count() or 1, flight.fireflies)
+    with _pool(threads) as executor:
+        swarm = room.Fireflies(instance, flight, options.local_search, options.seed, stop, executor, threads)
+        moves = flight.fireflies * swarm.moves_of(flight.attractiveness)
+        set_budget(stop, options, room.PRESETS[options.preset][options.local_search] / moves)
+        stop.patience = flight.patience
+        room.first_tour(swarm, best)
+        if best.cost <= 0.0:
+            return Found(best.tour)  # all nodes on one place: nothing to gain
+        iterations = until_interrupted(lambda: search(swarm.propose, room.learn_nothing, stop, best), best)
+    return Found(best.tour, iterations, swarm.log.figures())
 
 
 def _ants(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop, best: Best) -> Found:

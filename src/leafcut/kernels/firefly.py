@@ -1,0 +1,140 @@
+"""Fireflies as closed tours: how far they are apart, and the inversions by which they fly.
+
+Source: G. K. Jati and Suyanto, Evolutionary discrete firefly algorithm for travelling salesman problem, ICAIS 2011,
+LNAI 6943, 393–403: the distance of two tours by their different edges, and inversions of random runs as moves.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.kernels import EPSILON, kernel, part
+from leafcut.kernels.cost import CostModel, travel
+from leafcut.kernels.lin_kernighan import ENDS, Tour, improve_queued, is_one_tour, make_move, pop, push, take_back
+from leafcut.kernels.local_search import reverse
+from leafcut.kernels.random import below
+
+_A, _B, _C = np.uint64(13), np.uint64(7), np.uint64(17)
+_HALF, _LOW = np.uint64(32), np.uint64(0xFFFFFFFF)
+
+#: Runs that are inverted, one inside reach of the other, before local search mends. One alone it would turn back.
+INVERSIONS = 2
+
+
+@kernel
+def edges_apart(tour: NDArray, other: NDArray, place: NDArray) -> int:
+    """Return how many edges of a closed tour int32[h] are not in `other`, whose inverse is `place`, int32[h] each."""
+    h, apart = len(tour), 0
+    for k in range(h):
+        at, before = place[tour[k]], tour[k - 1]
+        if other[at - 1] != before and other[at + 1 if at + 1 < h else 0] != before:
+            apart += 1
+    return apart
+
+
+@part
+def longest_edge(costs: NDArray, tour: NDArray) -> float:
+    """Return the cost of the longest edge of a closed tour int32[h]."""
+    longest = np.float64(costs[tour[0], tour[-1]])
+    for k in range(1, len(tour)):
+        longest = max(longest, np.float64(costs[tour[k], tour[k - 1]]))
+    return float(longest)
+
+
+@kernel
+def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int, words: NDArray, k: int) -> float:
+    """Try `moves` inversions of random runs, one after the other; keep those that make the tour no longer.
+
+    Return what was gained. An inversion costs four looks at the table, and one where its first new edge alone is
+    longer than the two that go: that is most of them. Tours that are as long are taken, or nothing would move on grids.
+
+    ======= ============= ==================================================================
+    costs   float32[h, h] of all edges: half the memory, twice as many inversions in a second
+    tour    int32[h]      `place` int32[h] is its inverse
+    longest int           nodes of the longest run, 2 … h - 2; lengths from 2 on are equally likely
+    ======= ============= ==================================================================
+
+    Changes: tour, place, words[k] (a step of `random.uniform` an inversion: its halves are the place and the length).
+    """
+    h, total, word = len(tour), 0.0, words[k]
+    places, lengths = np.uint64(h), np.uint64(longest - 1)
+    reach = 2.0 * longest_edge(costs, tour)
+    for _ in range(moves):
+        word ^= word << _A
+        word ^= word >> _B
+        word ^= word << _C
+        first = np.int64(((word >> _HALF) * places) >> _HALF)
+        last = first + 1 + np.int64(((word & _LOW) * lengths) >> _HALF)
+        if last >= h:
+            last -= h
+        a, c = tour[first - 1], tour[last]
+        ac = np.float64(costs[a, c])
+        if ac > reach:
+            continue
+        b, d = tour[first], tour[last + 1 if last + 1 < h else 0]
+        bd = np.float64(costs[b, d])
+        # The same two lengths in another order have the same sum: no rounding stands in the way of a tie.
+        gain = (np.float64(costs[a, b]) + np.float64(costs[c, d])) - (ac + bd)
+        if gain >= 0.0:
+            reverse(tour, place, int(first), int(last))
+            total += gain
+            reach = max(reach, 2.0 * ac, 2.0 * bd)
+    words[k] = word
+    return total
+
+
+@part
+def invert(cost: CostModel, tour: Tour, first: int, length: int) -> float:
+    """Invert the run of `length` places from `first` on, to be mended or taken back; return what that costs.
+
+    Changes: tour.
+    """
+    h = len(tour.node)
+    last = (first + length - 1) % h
+    a, b = tour.node[first - 1], tour.node[first]
+    c, d = tour.node[last], tour.node[last + 1 if last + 1 < h else 0]
+    move = tour.move
+    move[ENDS, 0], move[ENDS, 1], move[ENDS, 2], move[ENDS, 3] = a, b, d, c
+    added = travel(cost, a, c) + travel(cost, b, d) - travel(cost, a, b) - travel(cost, c, d)
+    if not is_one_tour(tour.place, move, 2) or not make_move(tour, 2):
+        return 0.0
+    for i in range(4):
+        push(tour, move[ENDS, i])
+    return added
+
+
+@kernel
+def fly_and_mend(
+    cost: CostModel,
+    tour: Tour,
+    candidates: NDArray,
+    lengths: NDArray,
+    breadth: NDArray,
+    moves: int,
+    longest: int,
+    words: NDArray,
+    k: int,
+) -> float:
+    """Make `moves` moves, each of them `INVERSIONS` near each other with local search at what they touched.
+
+    A move that makes the tour longer is taken back. Return what was gained. Symbols: candidates, lengths, breadth as
+    in `lin_kernighan.find_move`; longest as in `fly`.
+    Changes: tour, words[k].
+    """
+    h, total = len(tour.node), 0.0
+    for _ in range(moves):
+        tour.counts[2] = 0
+        tour.counts[3] = 0
+        near, worse = below(words, k, h), 0.0
+        for _ in range(INVERSIONS):
+            first = (near + below(words, k, longest)) % h
+            worse += invert(cost, tour, first, 2 + below(words, k, longest - 1))
+        gained = improve_queued(cost, tour, candidates, lengths, breadth, 1_000_000) - worse
+        if tour.counts[3] == 1 or gained < -EPSILON:
+            while tour.counts[1] > 0:
+                pop(tour)
+            take_back(tour)
+        else:
+            total += gained
+    return total

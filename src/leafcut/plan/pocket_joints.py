@@ -1,0 +1,313 @@
+"""Rings joined to one way: which ring is left for which, and where, so that the tool is never lifted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from leafcut.geometry.polyline import Points
+from leafcut.plan.pocket_region import CentreRegion
+from leafcut.plan.pocket_rings import LINE, Ring
+
+#: Places tried for a joint are so many step-overs apart.
+STATION_STEP = 0.25
+#: Rings are side by side where this share of the smaller one is near the other.
+LONG = 0.3
+#: So many chains of rings are tried.
+MOST_CHAINS = 12
+#: A joint that makes a gap between passes is not tried again within so many step-overs.
+CLOSED = 1.0
+#: A joint may leave out this share of a small ring.
+SMALL_GAP = 0.3
+#: What a joint between two rings along walls costs more, in step-overs: finished walls are left as seldom as possible.
+WALL_PENALTY = 1.0
+#: A joint at a place whose gap turns costs more by this many step-overs per radian: corners are cut in one go.
+TURN_PENALTY = 0.3
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A ring (`child`) that is visited in passing from another (`parent`).
+
+    The parent is left `parent_gap`/2 before its station and gone on with as much behind it; so is the child.
+    """
+
+    parent: int
+    child: int
+    parent_station: float
+    child_station: float
+    parent_gap: float
+    child_gap: float
+
+
+def _beside(a: Ring, b: Ring, step_over: float) -> bool:
+    """Return whether two rings run side by side for long: one may be gone on from to the other anywhere."""
+    import shapely
+
+    small, large = (a, b) if a.length <= b.length else (b, a)
+    if LINE in (a.level, b.level) or a.level == b.level:
+        return False
+    n = max(math.ceil(small.length / (STATION_STEP * step_over)), 8)
+    places = shapely.line_interpolate_point(small.line, np.arange(n) * small.length / n)
+    return bool((shapely.distance(places, large.line) <= 1.05 * step_over).mean() >= LONG)
+
+
+def chains(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
+    """Return the ways through the tree along which rings may be cut one after the other, the most promising first.
+
+    Each goes from an inner ring to outer ones, side by side; also with a line that is gone over only once before it.
+    """
+    inner: dict[int, list[int]] = {}
+    for a, b in edges:
+        if _beside(cut[a], cut[b], step_over):
+            low, high = (a, b) if cut[a].level < cut[b].level else (b, a)
+            inner.setdefault(low, []).append(high)
+    found: list[list[int]] = []
+
+    def deeper(way: list[int]) -> None:
+        found.append(way[::-1])
+        for ring in inner.get(way[-1], ()):
+            deeper([*way, ring])
+
+    for ring in range(len(cut)):
+        if cut[ring].level != LINE:
+            deeper([ring])
+    found.sort(key=lambda way: (-len(way), way[-1]))
+    longest = [way for way in found if len(way) >= len(found[0]) - 2][:MOST_CHAINS]
+    lines = {(a, b) for edge in edges for a, b in (edge, edge[::-1]) if cut[a].level == LINE and cut[b].level != LINE}
+    return longest + [[line, *way] for way in longest for line, ring in sorted(lines) if ring == way[0]]
+
+
+def children_of(chain: list[int], edges: list[tuple[int, int]], n: int) -> dict[int, list[int]]:
+    """Return which rings are visited in passing from each ring: the tree beside the chain."""
+    beside: list[list[int]] = [[] for _ in range(n)]
+    for i, j in edges:
+        beside[i].append(j)
+        beside[j].append(i)
+    children: dict[int, list[int]] = {i: [] for i in range(n)}
+    seen, queue = set(chain), list(chain)
+    for i in queue:
+        for j in beside[i]:
+            if j not in seen:
+                seen.add(j)
+                children[i].append(j)
+                queue.append(j)
+    return children
+
+
+def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
+    """Return the pairs of rings that are joined: the tree of the shortest joints (Kruskal 1956).
+
+    The straight way between the nearest points of two parts of a region that hang together by no ring is free: what
+    bars it would be a wall, along which there is a ring that is nearer.
+    """
+    import shapely
+
+    lines = np.array([ring.line for ring in cut])
+    a, b = np.triu_indices(len(cut), 1)
+    near = shapely.distance(lines[a], lines[b])
+    levels = np.array([ring.level for ring in cut])
+    both_walls = (levels[a] == 0) & (levels[b] == 0)
+    weight = near + np.where(levels[a] == levels[b], 0.5 * step_over, 0.0) + np.where(both_walls, step_over, 0.0)
+    group = list(range(len(cut)))
+
+    def top(i: int) -> int:
+        while group[i] != i:
+            group[i] = group[group[i]]
+            i = group[i]
+        return i
+
+    tree = []
+    for k in np.lexsort((near, weight)):
+        i, j = top(int(a[k])), top(int(b[k]))
+        if i != j:
+            group[i] = j
+            tree.append((int(a[k]), int(b[k])))
+    return tree
+
+
+class Layout:
+    """Where the joints are: stretches of rings that are taken, and the way that goes through all of them."""
+
+    def __init__(self, region: CentreRegion, cut: list[Ring], closed: list[Points] | None = None) -> None:
+        import shapely
+
+        self.region, self.cut = region, cut
+        self.closed = np.array(closed).reshape(-1, 2) if closed else np.zeros((0, 2))
+        self.links: list[Points] = []
+        self.edges = tree_of(cut, region.rules.step_over)
+        self.step = region.rules.step_over
+        self.taken: list[list[tuple[float, float]]] = [[] for _ in cut]
+        self.joints: dict[int, list[Joint]] = {i: [] for i in range(len(cut))}
+        self.apart: list[int] = []
+        self.allowed = region.polygon.buffer(1e-6)
+        shapely.prepare(self.allowed)
+
+    def gap(self, ring: int) -> float:
+        """Return how much of a ring a joint may leave out: nothing of a wall or of a line."""
+        here = self.cut[ring]
+        return 0.0 if here.level in (0, LINE) else min(self.step, SMALL_GAP * here.length)
+
+    def ways(self) -> list[Points]:
+        """Return the way through all rings, float64[n, 2]; what no free straight line leads to is a way of its own."""
+        chain, spans = self._best_chain()
+        self.children = children_of(chain, self.edges, len(self.cut))
+        for ring, (start, end) in zip(chain, spans, strict=True):
+            self.taken[ring].append((end, start + self.cut[ring].length))
+        for ring in chain:
+            self._place_children(ring)
+        ways = [np.vstack([self._around(ring, *span) for ring, span in zip(chain, spans, strict=True)])]
+        for one, after, (_, end), (start, _) in zip(chain, chain[1:], spans, spans[1:], strict=False):
+            self.links += [self.cut[one].at(end), self.cut[after].at(start)]
+        return ways + [self._around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
+
+    def _best_chain(self) -> tuple[list[int], list[tuple[float, float]]]:
+        """Return the chain that spares most, and where each ring of it is entered and left."""
+        best: tuple[float, list[int], list[tuple[float, float]]] | None = None
+        for chain in chains(self.cut, self.edges, self.step):
+            first = self.cut[chain[0]]
+            n = max(min(math.ceil(first.length / self.step), 24), 4)
+            starts = [0.0, 0.5 * first.length] if first.level == LINE else list(np.arange(n) * first.length / n)
+            # A joint that is gone over once instead of twice, and a line, spare about so much.
+            spared = self.step * len(chain) + (0.5 * first.length if first.level == LINE else 0.0)
+            spared += self.step * (self.cut[chain[-1]].level == 0)
+            for start in starts:
+                cost, spans = self._chain_from(chain, float(start))
+                if best is None or cost - spared < best[0] - 1e-9:
+                    best = (cost - spared, chain, spans)
+        assert best is not None
+        return best[1:]
+
+    def _chain_from(self, chain: list[int], start: float) -> tuple[float, list[tuple[float, float]]]:
+        cost, spans = 0.0, []
+        for k, ring in enumerate(chain):
+            here, last = self.cut[ring], k + 1 == len(chain)
+            end = start + (0.5 * here.length if here.level == LINE else here.length - (0.0 if last else self.gap(ring)))
+            spans.append((start, end))
+            if not last:
+                more, start = self._entry(ring, end, chain[k + 1])
+                cost += more
+        return cost, spans
+
+    def _entry(self, ring: int, end: float, after: int) -> tuple[float, float]:
+        """Return the cost of going on from the end of a ring to the next of the chain, and where that is entered."""
+        place, to = self.cut[ring].at(end), self.cut[after]
+        if to.level == LINE:
+            options = [0.0, 0.5 * to.length]
+        else:
+            nearest = to.station_of(place)
+            options = [nearest + share * self.step for share in (0.0, 0.5, 1.0, 1.5)]
+        costs = [
+            self._link(place, to.at(s)) + TURN_PENALTY * self.step * _turn(to, s - self.gap(after), self.gap(after))
+            for s in options
+        ]
+        best = int(np.argmin(costs))
+        return costs[best] - self.gap(ring), options[best]
+
+    def _link(self, a: Points, b: Points) -> float:
+        """Return the length of the straight way, infinite where it is not free."""
+        import shapely
+
+        line = shapely.LineString([a, b])
+        return float(line.length) if self.allowed.covers(line) else math.inf
+
+    def _place_children(self, ring: int) -> None:
+        """Find the best place of every ring that is visited in passing, and those of its own children."""
+        for child in self.children[ring]:
+            joint = self._best_joint(ring, child)
+            if joint is None:
+                self.apart.append(child)
+            else:
+                self.joints[ring].append(joint)
+                self.links.append(self.cut[child].at(joint.child_station))
+                self._take(ring, joint.parent_station, joint.parent_gap)
+                self._take(child, joint.child_station, joint.child_gap)
+            self._place_children(child)
+
+    def _take(self, ring: int, station: float, gap: float) -> None:
+        self.taken[ring].append((station - 0.5 * gap, station + 0.5 * gap))
+
+    def _best_joint(self, parent: int, child: int) -> Joint | None:
+        best: tuple[float, Joint | None] = (math.inf, None)
+        for sa, sb in self._stations(parent, child):
+            for share in (1.0, 0.5, 0.0):
+                joint = Joint(parent, child, sa, sb, share * self.gap(parent), share * self.gap(child))
+                cost = self._cost(joint, best[0])
+                if cost < best[0] - 1e-9:
+                    best = (cost, joint)
+        return best[1]
+
+    def _stations(self, parent: int, child: int) -> list[tuple[float, float]]:
+        """Return pairs of places where two rings are near, the nearest first."""
+        import shapely
+
+        a, b = self.cut[parent], self.cut[child]
+        pairs = []
+        for ring, other, swap in ((b, a, False), (a, b, True)):
+            n = max(math.ceil(ring.length / (STATION_STEP * self.step)), 8)
+            stations = np.concatenate([np.arange(n) * ring.length / n, ring.stations[:-1]])
+            places = shapely.line_interpolate_point(ring.line, stations)
+            away = shapely.distance(places, other.line)
+            keep = np.flatnonzero(away <= away.min() + self.step)
+            located = shapely.line_locate_point(other.line, places[keep])
+            for near, station, there in zip(away[keep], stations[keep], located, strict=True):
+                pair = (float(station), float(there)) if swap else (float(there), float(station))
+                pairs.append((float(near), pair))
+        return [pair for _, pair in sorted(pairs)]
+
+    def _cost(self, joint: Joint, bound: float) -> float:
+        a, b = self.cut[joint.parent], self.cut[joint.child]
+        ha, hb = 0.5 * joint.parent_gap, 0.5 * joint.child_gap
+        leave, back = a.at(joint.parent_station - ha), a.at(joint.parent_station + ha)
+        enter, out = b.at(joint.child_station + hb), b.at(joint.child_station - hb)
+        cost = math.dist(leave, enter) + math.dist(out, back) - 2.0 * (ha + hb)
+        if cost >= bound or (ha + hb > 0.0 and self._is_closed(b.at(joint.child_station))):
+            return math.inf
+        turn = _turn(a, joint.parent_station - ha, 2 * ha) + _turn(b, joint.child_station - hb, 2 * hb)
+        cost += TURN_PENALTY * self.step * turn
+        free = self._is_free(joint.parent, joint.parent_station, ha) and self._is_free(
+            joint.child, joint.child_station, hb
+        )
+        if cost >= bound or not free:
+            return math.inf
+        return cost + self._link(leave, enter) + self._link(out, back) - math.dist(leave, enter) - math.dist(out, back)
+
+    def _is_closed(self, place: Points) -> bool:
+        """Return whether a joint at a place may leave out nothing: it made a gap there before."""
+        return len(self.closed) > 0 and bool((np.hypot(*(self.closed - place).T) < CLOSED * self.step).any())
+
+    def _is_free(self, ring: int, station: float, half: float) -> bool:
+        """Return whether a stretch of a ring is taken by no other joint."""
+        length = self.cut[ring].length
+        for start, end in self.taken[ring]:
+            middle, reach = 0.5 * (start + end), 0.5 * (end - start) + half - 1e-9
+            if abs((station - middle + 0.5 * length) % length - 0.5 * length) < reach:
+                return False
+        return True
+
+    def _around(self, ring: int, start: float, end: float) -> Points:
+        """Return the way along a ring from one station on to another, through all that is visited in passing."""
+        here = self.cut[ring]
+        stops = [((joint.parent_station - 1e-9 - start) % here.length + start, joint) for joint in self.joints[ring]]
+        # What lies on the way back of a line that is gone over once is at the same place on the way there.
+        stops = [
+            (station if station <= end else 2.0 * start + here.length - station, joint) for station, joint in stops
+        ]
+        parts, at = [], start
+        for station, joint in sorted(stops, key=lambda stop: stop[0]):
+            parts.append(here.stretch(at, max(station - 0.5 * joint.parent_gap, at)))
+            first = joint.child_station + 0.5 * joint.child_gap
+            parts.append(self._around(joint.child, first, first + self.cut[joint.child].length - joint.child_gap))
+            at = station + 0.5 * joint.parent_gap
+        parts.append(here.stretch(at, max(end, at)))
+        return np.vstack(parts)
+
+
+def _turn(ring: Ring, start: float, length: float) -> float:
+    """Return by how much a ring turns over a stretch, rad."""
+    way = ring.stretch(start, start + max(length, 1e-3))
+    steps = np.diff(way, axis=0)
+    angles = np.arctan2(steps[:, 1], steps[:, 0])
+    return float(np.abs((np.diff(angles) + math.pi) % (2.0 * math.pi) - math.pi).sum())

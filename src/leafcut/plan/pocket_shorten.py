@@ -1,0 +1,276 @@
+"""A way over a pocket made shorter where the ground it clears is cleared by its other passes too."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.polyline import Points
+from leafcut.model.pocket import PocketRules
+from leafcut.plan.pocket_gaps import SIDE_BY_SIDE, wide_gaps
+from leafcut.plan.pocket_region import CentreRegion
+
+Rows = NDArray[np.int64]
+#: A stretch, from a point of the way to another, and what replaces it.
+Edit = tuple[int, int, Points]
+
+#: Points of the ground are so many tool radii apart.
+GROUND_PITCH = 0.11
+#: Pieces of the way are no longer than this, in tool radii.
+PIECE = 0.2
+#: Stretches that may be replaced, in tool radii to either side of a bend.
+REACHES = (5.0, 4.0, 3.2, 2.4, 1.8, 1.4, 1.0, 0.7, 0.5, 0.3, 0.2)
+#: Corners are cut off by so many tool radii to either side.
+CHAMFERS = (0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
+#: How often all bends are looked at.
+PASSES = 6
+#: A turn by less than this over a tool radius is no bend, rad.
+BEND = 0.2
+#: A stretch is replaced where that spares so much, in tool radii.
+WORTH = 0.01
+#: Chords of a curve that replaces a stretch.
+CURVE = 8
+
+
+class Ground:
+    """Points of the ground, float64[n, 2], and how far from each the way may pass at most, float64[n], mm."""
+
+    def __init__(self, points: Points, limits: Points) -> None:
+        import shapely
+
+        self.points, self.limits = points, limits
+        self.geoms = shapely.points(points)
+        self.tree = shapely.STRtree(self.geoms)
+        self.longest = float(limits.max(initial=0.0))
+
+    def __len__(self) -> int:
+        return len(self.limits)
+
+    def near(self, lines: Any) -> tuple[Rows, Rows]:
+        """Return the pairs (line, point) where a line is near enough to a point, sorted by line."""
+        import shapely
+
+        point, line = shapely.STRtree(lines).query(self.geoms, predicate="dwithin", distance=self.limits)
+        order = np.argsort(line, kind="stable")
+        return line[order], point[order]
+
+    def near_one(self, line: Any) -> Rows:
+        """Return the points that a line is near enough to."""
+        import shapely
+
+        who = self.tree.query(line, predicate="dwithin", distance=self.longest)
+        found: Rows = who[shapely.distance(line, self.geoms[who]) <= self.limits[who]]
+        return found
+
+
+def fine(way: Points, longest: float) -> Points:
+    """Return the way with points on its chords so that none is longer than `longest`, float64[n, 2]."""
+    step = np.hypot(*np.diff(way, axis=0).T)
+    way = way[np.concatenate([[True], step > 1e-9])]
+    step = np.hypot(*np.diff(way, axis=0).T)
+    counts = np.maximum(np.ceil(step / longest).astype(int), 1)
+    station = np.concatenate([[0.0], np.cumsum(step)])
+    at = np.concatenate([station[i] + step[i] * np.arange(n) / n for i, n in enumerate(counts)] + [station[-1:]])
+    return np.column_stack([np.interp(at, station, way[:, 0]), np.interp(at, station, way[:, 1])])
+
+
+def shorten(way: Points, ground: Ground, region: CentreRegion, allowed: Any) -> Points:
+    """Return a way that is as near to all points of the ground as they ask, and no longer."""
+    radius = region.rules.radius
+    for _ in range(PASSES):
+        bends = _Bends(fine(way, PIECE * radius), ground, region.rules, allowed)
+        bends.trim()
+        bends.look()
+        shorter = bends.rebuilt(bends.edits)
+        spared = _length(way) - _length(shorter)
+        way = shorter
+        if spared < WORTH * radius:
+            break
+    return way
+
+
+def chamfer(way: Points, ground: Ground, region: CentreRegion, allowed: Any, links: Points) -> Points:
+    """Return a way whose sharp corners are cut off by straight lines where the ground is still near enough.
+
+    Corners beside the places `links` are left as they are; what makes a gap between passes side by side wider than
+    the step-over is taken back.
+    """
+    import shapely
+
+    rules = region.rules
+    corners = _Corners(fine(way, PIECE * rules.radius), ground, rules, allowed)
+    before = shapely.MultiLineString(wide_gaps(region.polygon, [shapely.LineString(way)], rules))
+    if len(links):
+        away = shapely.distance(shapely.multipoints(links), shapely.points(corners.way))
+        corners.done |= away[:-1] < rules.radius
+    corners.look()
+    edits = corners.edits
+    while True:
+        way = corners.rebuilt(edits)
+        gaps = [shapely.LineString(gap) for gap in wide_gaps(region.polygon, [shapely.LineString(way)], rules)]
+        new = shapely.union_all([gap for gap in gaps if gap.distance(before) > 0.1 * rules.step_over])
+        kept = (
+            [edit for edit in edits if shapely.LineString(edit[2]).distance(new) > rules.step_over]
+            if not new.is_empty
+            else edits
+        )
+        if len(kept) == len(edits):
+            return way
+        edits = kept
+
+
+def _length(way: Points) -> float:
+    return float(np.hypot(*np.diff(way, axis=0).T).sum())
+
+
+class _Bends:
+    """One look at every bend of a way."""
+
+    reaches: tuple[float, ...] = REACHES
+    least = BEND
+
+    def __init__(self, way: Points, ground: Ground, rules: PocketRules, allowed: Any) -> None:
+        import shapely
+
+        self.way, self.ground, self.allowed = way, ground, allowed
+        self.radius, self.step = rules.radius, rules.step_over
+        self.station = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
+        lines = shapely.linestrings(np.stack([way[:-1], way[1:]], axis=1))
+        piece, point = ground.near(lines)
+        self.first = np.searchsorted(piece, np.arange(len(way)))
+        self.point = point
+        self.count = np.bincount(point, minlength=len(ground))
+        # Along walls nothing is left out.
+        middle = shapely.points(0.5 * (way[:-1] + way[1:]))
+        self.fixed = shapely.distance(allowed.boundary, middle) < 1e-5
+        self.walls = np.concatenate([[0], np.cumsum(self.fixed)])
+        self.done = np.zeros(len(way) - 1, dtype=bool)
+        self.edits: list[Edit] = []
+
+    def look(self) -> None:
+        """Replace what can be spared around every bend."""
+        for i in self._bends(self.least):
+            self._try(i)
+
+    def trim(self) -> None:
+        """Leave out what is not needed at both ends."""
+        n = len(self.way) - 1
+        j = 0
+        while j < n - 1 and not self.fixed[j] and self._covered(j, j + 1, None):
+            self._remove(j, j + 1)
+            j += 1
+        if j:
+            self.edits.append((0, j, self.way[j : j + 1]))
+            self.done[:j] = True
+        k = n
+        while k > j + 1 and not self.fixed[k - 1] and self._covered(k - 1, k, None):
+            self._remove(k - 1, k)
+            k -= 1
+        if k < n:
+            self.edits.append((k, n, self.way[k : k + 1]))
+            self.done[k:] = True
+
+    def _bends(self, least: float) -> list[int]:
+        """Return the points where the way turns, the sharpest first."""
+        step = np.diff(self.way, axis=0)
+        angle = np.arctan2(step[:, 1], step[:, 0])
+        turn = np.zeros(len(self.way))
+        turn[1:-1] = np.abs((np.diff(angle) + math.pi) % (2.0 * math.pi) - math.pi)
+        found = np.flatnonzero(turn > least)
+        return [int(i) for i in found[np.argsort(-turn[found], kind="stable")]]
+
+    def _try(self, i: int) -> None:
+        """Replace the longest stretch around a bend that can be spared."""
+        for reach in self.reaches:
+            a = int(np.searchsorted(self.station, self.station[i] - reach * self.radius))
+            b = int(np.searchsorted(self.station, self.station[i] + reach * self.radius, side="right")) - 1
+            a, b = max(a, 0), min(b, len(self.way) - 1)
+            if not a < i < b or self.walls[b] - self.walls[a] or self.done[a:b].any():
+                continue
+            curve = self._curve(a, i, b)
+            if curve is None or self.station[b] - self.station[a] - _length(curve) < WORTH * self.radius:
+                continue
+            if self._covered(a, b, curve) and self._inside(curve):
+                self._remove(a, b)
+                self._add(curve)
+                self.done[a:b] = True
+                self.edits.append((a, b, curve))
+                return
+
+    def _curve(self, a: int, i: int, b: int) -> Points | None:
+        """Return what may replace a stretch: a parabola that begins and ends towards the bend."""
+        t = np.linspace(0.0, 1.0, CURVE + 1)[:, None]
+        p, q, r = self.way[a], self.way[i], self.way[b]
+        curve: Points = (1.0 - t) ** 2 * p + 2.0 * t * (1.0 - t) * q + t * t * r
+        return curve
+
+    def _inside(self, curve: Points) -> bool:
+        import shapely
+
+        return bool(self.allowed.covers(shapely.LineString(curve)))
+
+    def _points_of(self, a: int, b: int) -> Rows:
+        return self.point[self.first[a] : self.first[b]]
+
+    def _covered(self, a: int, b: int, curve: Points | None) -> bool:
+        """Return whether all ground is still near the way when a stretch is replaced by a curve."""
+        import shapely
+
+        who, times = np.unique(self._points_of(a, b), return_counts=True)
+        lost = who[self.count[who] <= times]
+        if not len(lost):
+            return True
+        if curve is None:
+            return False
+        away = shapely.distance(shapely.LineString(curve), self.ground.geoms[lost])
+        return bool((away <= self.ground.limits[lost]).all())
+
+    def _remove(self, a: int, b: int) -> None:
+        np.subtract.at(self.count, self._points_of(a, b), 1)
+
+    def _add(self, curve: Points) -> None:
+        import shapely
+
+        self.count[self.ground.near_one(shapely.LineString(curve))] += 1
+
+    def rebuilt(self, edits: list[Edit]) -> Points:
+        """Return the way with stretches replaced."""
+        parts, at = [], 0
+        for a, b, curve in sorted(edits, key=lambda e: e[0]):
+            parts += [self.way[at : a + 1], curve]
+            at = b
+        if not parts:
+            return self.way
+        return np.vstack([*parts, self.way[at:]])
+
+
+def _angle(a: Points, b: Points) -> float:
+    """Return the angle from one direction to another, rad, 0 to π."""
+    return abs(math.atan2(a[0] * b[1] - a[1] * b[0], a @ b))
+
+
+class _Corners(_Bends):
+    """One look at every sharp corner of a way: straight lines that part from both sides by more than a corner's angle.
+
+    Passes that part so are not side by side; what is between them is a corner and needs to be cleared, no more.
+    """
+
+    reaches, least = CHAMFERS, 2.0 * SIDE_BY_SIDE
+
+    def _curve(self, a: int, i: int, b: int) -> Points | None:
+        p, q, r = self.way[a], self.way[i], self.way[b]
+        before, after = q - p, r - q
+        # Half the angle inside the corner; the chords of neighbouring corners are 2 sin⁻¹ of it times further apart
+        # than their sides, and side by side, unless the sides are nearer to their middle than they are.
+        half = max(0.5 * (math.pi - _angle(before, after)), 0.05)
+        most = 0.5 * self.step * (1.0 / math.sin(half) - 1.0) / (math.sin(half) * math.cos(half))
+        chord = r - p
+        if max(math.hypot(*before), math.hypot(*after)) > most:
+            return None
+        for side in (self.way[a + 1] - p, q - p, r - q, r - self.way[b - 1]):
+            if side @ chord > math.cos(SIDE_BY_SIDE) * math.hypot(*side) * math.hypot(*chord):
+                return None
+        return np.array([p, r])

@@ -1,0 +1,127 @@
+"""Direction-parallel clearing: lines to and fro at the best of several angles, then a pass along all walls."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from leafcut.geometry.polyline import Points
+from leafcut.geometry.regions import as_polyline, polygons, shrunk
+from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
+from leafcut.plan.pocket_region import CentreRegion
+from leafcut.plan.pocket_rings import LINK_STEPS, filled, free, kind_of, rings
+
+#: Angles tried where none is given.
+ANGLES = 12
+#: Lines end so many step-overs before the finishing pass.
+MARGIN = 0.5
+
+
+def zigzag(region: CentreRegion, angle: float | None = None, finishing_pass: bool = True) -> PocketPath:
+    """Return lines to and fro at an angle (rad; None: the best of twelve), linked along their ends, and the walls.
+
+    Neighbouring lines hang together as long as the straight way between their ends is free; where a run of lines ends
+    the nearest end of the rest follows. What lines and walls leave uncut gets lines of its own.
+    """
+    angles = [math.pi * k / ANGLES for k in range(ANGLES)] if angle is None else [angle]
+    paths = [_at(region, turn, finishing_pass) for turn in angles]
+    return min(paths, key=lambda path: path.feed_mm + path.rapid_mm)
+
+
+def _at(region: CentreRegion, angle: float, finishing_pass: bool) -> PocketPath:
+    """Return the path of lines at one angle."""
+    rules = region.rules
+    margin = MARGIN * rules.step_over if finishing_pass else 0.0
+    inner = shrunk(region.polygon, margin, rules.tolerance) if margin else region.polygon
+    runs = [run for part in polygons(inner) for run in _runs(region, part, angle, rules)]
+    walls = [ring for ring in rings(region) if ring.level == 0] if finishing_pass else []
+    path = _Path(region)
+    while runs:
+        way = path.nearest([way for run in runs for way in (run, run[::-1])])
+        runs = [run for run in runs if run is not way and not np.array_equal(run[::-1], way)]
+        path.go(way, "rough")
+    for ring in filled(region, [*(ring.line for ring in walls), *path.passes()]):
+        path.go(ring.points[: len(ring.points) // 2 + 1], "rough")
+    while walls:
+        starts = [ring.station_of(path.end) for ring in walls]
+        ways = [ring.stretch(s, s + ring.length) for ring, s in zip(walls, starts, strict=True)]
+        k = min(range(len(ways)), key=lambda i: math.dist(path.end, ways[i][0]))
+        path.go(ways[k], kind_of(walls.pop(k), rules))
+    return PocketPath("zigzag", tuple(path.pieces))
+
+
+def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) -> list[Points]:
+    """Return the lines of a polygon joined to and fro, each run float64[n, 2]."""
+    import shapely
+    from shapely.affinity import rotate
+
+    level = rotate(inner, -angle, origin=(0.0, 0.0), use_radians=True)
+    x0, y0, x1, y1 = level.bounds
+    n = max(math.ceil((y1 - y0) / rules.step_over - 1e-9), 1)
+    rim = 1e-3 * rules.step_over
+    rows: list[list[Points]] = []
+    for y in np.linspace(y0 + rim, y1 - rim, n + 1):
+        cut = shapely.intersection(level, shapely.LineString([(x0 - 1.0, y), (x1 + 1.0, y)]))
+        lines = [np.asarray(part.coords) for part in shapely.get_parts(cut) if part.geom_type == "LineString"]
+        rows.append([line[np.argsort(line[:, 0])] for line in lines])
+    turned = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+    runs = []
+    while any(rows):
+        first = next(k for k, row in enumerate(rows) if row)
+        runs.append(_run(region, rows, first, turned))
+    return runs
+
+
+def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Points) -> Points:
+    """Take lines from the rows, one from each, as long as a free straight way leads to the next; join them."""
+    import shapely
+
+    way = [rows[row].pop(0)]
+    while row + 1 < len(rows):
+        row += 1
+        at = way[-1][-1]
+        options = [(math.dist(at, end[0]), k, end) for k, line in enumerate(rows[row]) for end in (line, line[::-1])]
+        options = [o for o in options if o[0] <= LINK_STEPS * region.rules.step_over]
+        options = [o for o in options if free(region, shapely.LineString(np.vstack([at, o[2][0]]) @ turned))]
+        if not options:
+            break
+        _, k, line = min(options, key=lambda o: o[0])
+        rows[row].pop(k)
+        way.append(line)
+    joined: Points = np.vstack(way) @ turned
+    return joined
+
+
+class _Path:
+    """Pieces one after the other, linked at depth where the straight way is short and free."""
+
+    def __init__(self, region: CentreRegion) -> None:
+        self.region = region
+        self.pieces: list[PocketPiece] = []
+
+    @property
+    def end(self) -> Points:
+        """Where the tool is: at the end of the last piece."""
+        return np.array(self.pieces[-1].path.end) if self.pieces else self.region.rings[0][0]
+
+    def nearest(self, ways: list[Points]) -> Points:
+        """Return the way that begins nearest to the tool."""
+        return min(ways, key=lambda way: math.dist(self.end, way[0])) if self.pieces else ways[0]
+
+    def go(self, way: Points, kind: str) -> None:
+        """Go on along a way."""
+        import shapely
+
+        if self.pieces:
+            link = shapely.LineString([self.end, way[0]])
+            if 0.0 < link.length <= LINK_STEPS * self.region.rules.step_over and free(self.region, link):
+                self.pieces.append(PocketPiece(as_polyline(link.coords), "link"))
+        self.pieces.append(PocketPiece(as_polyline(way), kind))
+
+    def passes(self) -> list[Any]:
+        """Return all there is as lines of shapely."""
+        import shapely
+
+        return [shapely.LineString(piece.path.vertices[:, :2]) for piece in self.pieces]
