@@ -27,6 +27,7 @@ from leafcut.runs.run import Progress, Run, for_cutting, machine_of, passing_on
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.model.cutting import CutPlan
+    from leafcut.model.toolpath import Toolpath
 
 #: What `optimize` can be told to make of its input.
 PROCESSES = ("auto", "drill", "cut", "pocket", "mill", "laser", "plasma")
@@ -225,10 +226,13 @@ def simulate(program: str | Path, *, dialect: str | None = None, **options: Any)
     from leafcut.verify.clearance import check_clearance
     from leafcut.verify.envelope import check_envelope
 
-    machine = machine_of(Settings.collect(options))
+    settings = Settings.collect(options)
+    machine = machine_of(settings)
     name = dialect or machine.controller
-    path = _interpret(program, name).path
-    result = measure(path, machine)
+    read = _interpret(program, name)
+    path = read.path
+    run, unknown = _as_run(read, name, settings.drill.clearance_height)
+    result = measure(run, machine)
     low, high = path.extents
     dangers = check_envelope(path, machine)
     if _moves_z(name):
@@ -241,8 +245,21 @@ def simulate(program: str | Path, *, dialect: str | None = None, **options: Any)
         "feed_mm": result.cut_mm,
         "by_kind": result.by_kind,
         "extents": {axis: [low[k], high[k]] for k, axis in enumerate("xyz")},
-        "issues": [str(d) for d in dangers],
+        "issues": [*(str(d) for d in dangers), *unknown],
     }
+
+
+def _as_run(program: Program, dialect_name: str, clearance: float) -> tuple[Toolpath, list[str]]:
+    """Return what a program does with what its controller adds at every cut, and what of that is not known."""
+    from leafcut.gcode.dialects import dialect
+    from leafcut.gcode.material import as_run
+
+    torch = dialect(dialect_name).torch
+    if torch is None or not torch.material_comment:
+        return program.path, []
+    path, unknown = as_run(program.path, program.lines, clearance)
+    words = f"{unknown} cuts are of a material that the program does not tell, (o=0, …): their pierces are not counted"
+    return path, [words] if unknown else []
 
 
 def verify_programs(

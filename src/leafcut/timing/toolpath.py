@@ -84,17 +84,36 @@ def _timed(path: Toolpath, machine: Machine) -> tuple[Toolpath, Floats, Turns, M
     """Return the path with its cycles written out, how far its rows move, its arcs, its moves and their seconds."""
     style = machine.corners or _STYLES.get(machine.controller, "round")
     path, mode, tolerance, joining = _expanded(path, style)
+    path, touching = _touched(path)
     delta, estimate = _displacements(path, machine)
     turns = turns_of(path)
     cycle_s = CYCLE if style == "linuxcnc" else 0.0
     moves = moves_of(path, machine, delta + estimate, turns, mode, tolerance, joining, cycle_s)
-    estimated = np.asarray(estimate[moves.row].any(axis=1))
+    estimated = np.asarray(estimate[moves.row].any(axis=1)) | touching[moves.row]
     for at_rest in (estimated, np.append(estimated[1:], False)[: len(moves)]):
         moves.mode[at_rest], moves.flushed[at_rest] = REST, True
     each = move_seconds(moves, machine, style)
     if machine.rapid_style == "dogleg":
         each[moves.rapid] = move_time((delta + estimate)[moves.row[moves.rapid]], machine)
     return path, delta, turns, moves, each
+
+
+def _touched(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
+    """Return the path with its probes as feeds to where they trip, and which rows these are, bool[n].
+
+    That is taken to be where the program has its surface: the height that the SHIFT (G92) behind a probe says. One that
+    none follows costs nothing, since nobody knows how far it goes. Of programs that other CAMs wrote a probe is a
+    FOREIGN row with a feed.
+    """
+    probes = (path.kind == Kind.PROBE) | ((path.kind == Kind.FOREIGN) & (path.value > 0.0))
+    if not probes.any():
+        return path, probes
+    kind, end = path.kind.copy(), path.end.copy()
+    rows = np.flatnonzero(probes)
+    after = np.minimum(rows + 1, len(path) - 1)
+    tripped = np.where(path.kind[after] == Kind.SHIFT, path.end[after, 2], np.nan)
+    kind[rows], end[rows, 2] = Kind.FEED, tripped
+    return replace(path, kind=kind, end=end), probes
 
 
 def _expanded(
