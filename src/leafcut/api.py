@@ -261,6 +261,13 @@ def verify_programs(
     return answer
 
 
+def program_extension(dialect_name: str) -> str:
+    """Return what the names of a dialect's programs end in, with the dot."""
+    from leafcut.gcode.dialects import dialect
+
+    return dialect(dialect_name).extension
+
+
 def _moves_z(dialect_name: str) -> bool:
     """Return whether programs of a dialect say heights; a torch may be kept at its height by its controller."""
     from leafcut.gcode.dialects import dialect
