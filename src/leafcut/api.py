@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -259,6 +259,13 @@ def verify_programs(
     for row, difference in zip(answer["differences"], found.differences, strict=True):
         row["words"] = str(difference)
     return answer
+
+
+def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:
+    """Return the dialect in which `optimize` would write with these options."""
+    settings = Settings.collect(options)
+    settings = for_cutting(settings) if process == "cut" else settings
+    return settings.post.dialect or machine_of(settings).controller
 
 
 def program_extension(dialect_name: str) -> str:

@@ -104,6 +104,7 @@ def make_api(studio: Studio) -> FastAPI:
         lifespan=lifespan,
     )
     made.include_router(routes.router(studio))
+    routes.add_static(made)
     made.add_exception_handler(LeafcutError, routes.refuse)
     made.add_exception_handler(Exception, routes.refuse)
     made.add_exception_handler(HTTPException, routes.refuse_http)

@@ -7,12 +7,14 @@ Documented by ``/api/openapi.json``. Other programs send the token that the stud
 from __future__ import annotations
 
 import json
+import re
 from typing import TYPE_CHECKING, Annotated, Any
 from urllib.parse import quote
 
 from fastapi import APIRouter, File, Form, HTTPException, Path, Query, Request, UploadFile
 from fastapi.responses import JSONResponse, Response
 from starlette.concurrency import run_in_threadpool
+from starlette.staticfiles import StaticFiles
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.option_spec import flag_name
@@ -24,6 +26,8 @@ from leafcut.studio.safety import STILL_POLICY
 from leafcut.studio.task import Task
 
 if TYPE_CHECKING:
+    from fastapi import FastAPI
+
     from leafcut.studio.app import Studio
 
 #: Where an artefact may be shown in a page of its own.
@@ -33,6 +37,29 @@ Job = Annotated[str, Path(pattern="^[A-Za-z0-9_-]{12}$", description="a job's id
 Upload = Annotated[UploadFile | None, File(description="a file that leafcut reads")]
 Named = Annotated[str, Form(description="in place of a file: example:plate-70, random:200:7")]
 Options = Annotated[str, Form(description='a JSON object of options: {"machine": "haas-vf2", "thickness": "3mm"}')]
+
+
+def add_static(app: FastAPI) -> None:
+    """Add the files that the page is made of, and the colours, which are those of leafcut's reports."""
+    css = colours_css()
+
+    @app.get("/static/colours.css", include_in_schema=False)
+    def colours() -> Response:
+        return Response(css, media_type="text/css")
+
+    app.mount("/static", StaticFiles(packages=[("leafcut.studio", "static")]))
+
+
+def colours_css() -> str:
+    """Return the report's colours for a page that can be told to be light or dark, beside the system's own way."""
+    from leafcut.report.colours import style_sheet
+
+    light, dark = re.findall(r":root \{(.*?)\}", style_sheet("drawing.css"), flags=re.DOTALL)[:2]
+    return (
+        f":root {{ color-scheme: light; {light} }}\n"
+        f"@media (prefers-color-scheme: dark) {{ :root:not([data-theme=light]) {{ color-scheme: dark; {dark} }} }}\n"
+        f":root[data-theme=dark] {{ color-scheme: dark; {dark} }}\n"
+    )
 
 
 def router(studio: Studio) -> APIRouter:
