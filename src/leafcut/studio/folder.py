@@ -21,7 +21,8 @@ _ID = re.compile(r"[A-Za-z0-9_-]{16}")
 _OWN = re.compile(r"[a-z0-9][a-z0-9_-]{0,60}")
 #: Words before the name of what is the studio's own, and of what is built in and is no file.
 OWN, BUILT_IN = "mine:", ("example:", "random:")
-_LONGEST_NAME = 120
+#: In bytes; file systems take 255.
+_LONGEST_NAME = 160
 #: Uploads that no job ever used go after so many seconds.
 _UNUSED_SECONDS = 24 * 3600.0
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\.|\Z)")
@@ -40,10 +41,11 @@ def safe_name(name: str) -> str:
     """Return a file's name as it may stand in a folder, on a command line and in a program's comment."""
     last = re.split(r"[/\\]", unicodedata.normalize("NFC", name))[-1]
     kept = "".join(c for c in last if c.isprintable() and c not in '<>:"|?*').strip(" .")
-    stem, dot, extension = kept.rpartition(".")
-    if len(kept) > _LONGEST_NAME:
-        kept = f"{stem[: _LONGEST_NAME - len(extension) - 1]}.{extension}" if dot and len(extension) < 10 else kept
-        kept = kept[:_LONGEST_NAME]
+    extension = Path(kept).suffix if len(Path(kept).suffix) < 20 else ""
+    stem = kept.removesuffix(extension)
+    while len((stem + extension).encode()) > _LONGEST_NAME:
+        stem = stem[:-1]
+    kept = stem + extension
     if kept.startswith("-") or _RESERVED.match(kept):
         kept = "_" + kept.lstrip("-")
     return kept or "file"

@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 import traceback
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 
 from leafcut.errors import LeafcutError
@@ -150,8 +150,8 @@ class Jobs:
     def wait(self, job: str, seconds: float | None = None) -> State:
         """Return the state of a job when it is over, or after `seconds`."""
         live = self._live.get(job)
-        if live is not None and live.future is not None and not live.future.cancelled():
-            live.future.result(seconds)
+        if live is not None and live.future is not None:
+            wait([live.future], seconds)
         record = self.history.get(job)
         return record.state if record else State.CANCELLED
 

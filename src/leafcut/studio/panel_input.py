@@ -11,6 +11,7 @@ from leafcut.studio import forms
 from leafcut.studio.elements import Form, Opener, box, button, text
 from leafcut.studio.folder import BUILT_IN
 from leafcut.studio.jobs import line_of
+from leafcut.studio.preview import Seen
 from leafcut.studio.safety import LARGEST_UPLOAD
 from leafcut.studio.task import Task
 from leafcut.studio.view import View
@@ -110,7 +111,7 @@ class InputPanel:
         view = self.view
         self.page.say(view.words("open.reading", name=view.name))
         try:
-            view.seen = await run.io_bound(view.look, work)
+            seen: Seen = await run.io_bound(view.look, work)
         except Exception as problem:
             view.seen = None
             self.page.say(line_of(problem), True)
@@ -118,7 +119,8 @@ class InputPanel:
                 view.source = view.name = ""
         else:
             self.page.say("")
-            view.work = work or (view.work if view.work in view.seen.works else view.seen.works[0])
+            view.seen = seen
+            view.work = work or (view.work if view.work in seen.works else seen.works[0])
         self.draw()
         self.page.run.draw()
         self.page.result.draw()

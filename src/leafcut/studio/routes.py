@@ -256,9 +256,10 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
 def _add_lists(made: APIRouter) -> None:
     @made.get("/machines", summary="The machines that leafcut knows")
     def machines() -> list[dict[str, str]]:
-        from leafcut.read.machine import machine_descriptions
+        from leafcut.read.machine import load_machine, machine_names
 
-        return [{"name": name, "description": words} for name, words in machine_descriptions().items()]
+        known = [load_machine(name) for name in machine_names()]
+        return [{"name": m.name, "description": f"{m.description} ({m.controller})"} for m in known]
 
     @made.get("/algorithms", summary="The algorithms that order the work")
     def algorithms() -> list[dict[str, str]]:

@@ -12,6 +12,7 @@ page evaluates, therefore ``unsafe-eval``; that text comes over the guarded conn
 from __future__ import annotations
 
 import hmac
+import json
 import re
 import secrets
 from collections.abc import Awaitable, Callable, Iterable, MutableMapping
@@ -103,11 +104,13 @@ class Guard:
                 await self.app(scope, receive, send)
             return
         if refusal:
-            await _answer(send, 403, refusal)
+            await _answer(asked, send, 403, refusal)
         elif asked.method == "GET" and asked.path == "/" and asked.token is not None:
             await self._enter(asked, send)
         elif not self._known(asked):
-            await _answer(send, 401, "Open the address that leafcut studio printed: it holds the key to this page.")
+            await _answer(
+                asked, send, 401, "Open the address that leafcut studio printed: it holds the key to this page."
+            )
         else:
             await self._pass(asked, scope, receive, send)
 
@@ -135,22 +138,24 @@ class Guard:
     async def _enter(self, asked: _Asked, send: Send) -> None:
         """Take the token out of the address: a cookie that scripts cannot read has its place."""
         if not hmac.compare_digest((asked.token or "").encode(), self.token.encode()):
-            await _answer(send, 401, "This address is of a studio that ended: open the one that it printed last.")
+            await _answer(
+                asked, send, 401, "This address is of a studio that ended: open the one that it printed last."
+            )
             return
         cookie = f"{self.cookie}={self.session}; Path=/; HttpOnly; SameSite=Strict"
-        await _answer(send, 303, "", (("location", "/"), ("set-cookie", cookie)))
+        await _answer(asked, send, 303, "", (("location", "/"), ("set-cookie", cookie)))
 
     async def _pass(self, asked: _Asked, scope: Scope, receive: Receive, send: Send) -> None:
         most = self.largest if asked.path.startswith(UPLOADS) else min(self.largest, LARGEST_REQUEST)
         line = f"This is larger than {most >> 20} MiB, the most that the studio takes."
         if asked.length > most:
-            await _answer(send, 413, line)
+            await _answer(asked, send, 413, line)
             return
         exchange = _Exchange(receive, send, asked, most)
         with suppress(TooLarge):
             await self.app(scope, exchange.receive, exchange.send)
         if exchange.too_large and not exchange.begun:
-            await _answer(send, 413, line)
+            await _answer(asked, send, 413, line)
 
 
 class _Asked:
@@ -245,12 +250,13 @@ class _Exchange:
         return [(k.encode(), v.encode()) for k, v in more.items() if k not in headers]
 
 
-async def _answer(send: Send, status: int, line: str, more: Iterable[tuple[str, str]] = ()) -> None:
-    """Send an answer of the guard's own: one line of text."""
-    body = line.encode()
+async def _answer(asked: _Asked, send: Send, status: int, line: str, more: Iterable[tuple[str, str]] = ()) -> None:
+    """Send an answer of the guard's own: one line, in the form that errors of the API have where it was asked."""
+    api = asked.path.startswith(UPLOADS)
+    body = (json.dumps({"error": line}) if api else line).encode()
     headers = {
         **_FIXED,
-        "content-type": "text/plain; charset=utf-8",
+        "content-type": "application/json" if api else "text/plain; charset=utf-8",
         "content-length": str(len(body)),
         "content-security-policy": "default-src 'none'; frame-ancestors 'none'",
         "cache-control": "no-store",

@@ -13,7 +13,7 @@ LANGUAGES = {"en": "English", "es": "Español"}
 
 
 class Words:
-    """The words of one language: ``words("run.begin")``, ``words("open.size", mib=64)``."""
+    """The words of one language: ``words("run.begin")``, ``words("open.large", mib=64)``."""
 
     def __init__(self, language: str, table: Mapping[str, str]) -> None:
         self.language = language
