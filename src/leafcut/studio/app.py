@@ -140,14 +140,14 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
         add_pages(app, studio)
         config = uvicorn.Config(
             guarded(studio, app),
-            log_level="error",
+            log_level="critical",
             access_log=False,
             proxy_headers=False,
             server_header=False,
             timeout_graceful_shutdown=_PATIENCE,
             ws_max_size=1 << 20,
         )
-        server = uvicorn.Server(config)
+        server = _server(config, studio)
         print(f"leafcut studio: {studio.address}", flush=True)
         print("leafcut: Ctrl-C ends it", file=sys.stderr, flush=True)
         if open_page:
@@ -158,6 +158,18 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
             pass
         finally:
             studio.jobs.close()
+
+
+def _server(config: Any, studio: Studio) -> Any:
+    """Return a server that ends the runs before it waits for connections: some of them wait for a run."""
+    import uvicorn
+
+    class Server(uvicorn.Server):
+        async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+            await asyncio.to_thread(studio.jobs.close)
+            await super().shutdown(sockets)
+
+    return Server(config)
 
 
 def _listen(port: int | None) -> socket.socket:

@@ -11,7 +11,6 @@ from leafcut.studio import forms
 from leafcut.studio.elements import Form, Opener, box, button, text
 from leafcut.studio.folder import BUILT_IN
 from leafcut.studio.jobs import line_of
-from leafcut.studio.preview import Seen
 from leafcut.studio.safety import LARGEST_UPLOAD
 from leafcut.studio.task import Task
 from leafcut.studio.view import View
@@ -111,7 +110,7 @@ class InputPanel:
         view = self.view
         self.page.say(view.words("open.reading", name=view.name))
         try:
-            seen: Seen = await run.io_bound(view.look, work)
+            seen = await run.io_bound(view.look, work)
         except Exception as problem:
             view.seen = None
             self.page.say(line_of(problem), True)
@@ -120,7 +119,8 @@ class InputPanel:
         else:
             self.page.say("")
             view.seen = seen
-            view.work = work or (view.work if view.work in seen.works else seen.works[0])
+            if seen is not None:  # None: the studio is ending
+                view.work = work or (view.work if view.work in seen.works else seen.works[0])
         self.draw()
         self.page.run.draw()
         self.page.result.draw()
@@ -227,7 +227,7 @@ class InputPanel:
         line = view.command_line()
         self.command.set_text(line or view.words("command.none"))
         self.copy.set_visibility(bool(line))
-        self.ready(bool(view.source) and not view.errors and bool(view.work != "verify" or view.second))
+        self.ready(bool(view.source) and bool(view.work != "verify" or view.second))
 
     def ready(self, ready: bool) -> None:
         """Let the run be begun, or not."""

@@ -70,7 +70,7 @@ class JobsPanel:
             return f"{found['length']:,.8g}"
         if "same" in found:
             return w("result.same" if found["same"] else "result.differs")
-        return format_time(found["time_s"]) if "time_s" in found else record.line[:80]
+        return format_time(found["time_s"]) if "time_s" in found else record.line
 
     async def _again(self, record: Record) -> None:
         try:

@@ -99,7 +99,7 @@ export default {
       ]);
     },
     field(field) {
-      const id = `o-${field.name}`;
+      const id = `o${this.$.uid}-${field.name}`; // two forms of a page may have a field of one name
       const error = this.errors[field.name];
       const given = this.values[field.name];
       return h("div", { class: ["field", field.kind, given !== undefined && given !== "" && "given"], key: field.name }, [
