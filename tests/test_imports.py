@@ -33,6 +33,7 @@ MAY_IMPORT = {
     "verify": STAGE | {"timing"},
     "report": STAGE | {"timing"},
     "progress": set(),
+    "studio": MODEL | {"api", "option_spec", "options", "files", "progress", "read", "report"},
 }
 STAGES = {"read", "plan", "timing", "solve", "post", "verify", "report"}
 MAY_IMPORT["runs"] = STAGE | STAGES

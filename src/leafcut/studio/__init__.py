@@ -1,0 +1,1 @@
+"""The studio: a web page on this machine that shows the work, runs it and hands out the program."""
