@@ -1,0 +1,34 @@
+// The colours of the drawing, as the style sheet has them now.
+
+const NAMES = [
+  "page", "card", "ink", "ink-2", "line", "line-2", "accent", "accent-soft", "warn", "bad", "rapid", "cut", "change", "hole",
+  "hole-rim", "idle", "grid", "grid-2", "before", "t0", "t1", "t2", "t3", "t4", "t5", "t6", "t7",
+];
+
+/** Return the values of the custom properties that the drawing uses. */
+export function coloursOf(element) {
+  const style = getComputedStyle(element), colours = {};
+  for (const name of NAMES) colours[name] = style.getPropertyValue(`--${name}`).trim() || "#888";
+  return colours;
+}
+
+/** Call `changed` whenever the page may have gone from light to dark or back; return a function that ends this. */
+export function watchTheme(changed) {
+  const media = matchMedia("(prefers-color-scheme: dark)");
+  media.addEventListener("change", changed);
+  const observer = new MutationObserver(changed);
+  for (const element of [document.documentElement, document.body]) {
+    observer.observe(element, { attributes: true, attributeFilter: ["class", "data-theme"] });
+  }
+  return () => {
+    media.removeEventListener("change", changed);
+    observer.disconnect();
+  };
+}
+
+/** Return the colour of a tool: neutral when there is only one, as in the report. */
+export function toolColour(colours, tools, tool) {
+  if (tools.length < 2) return colours["hole-rim"];
+  const index = tools.indexOf(tool);
+  return index < 0 ? colours.idle : colours[`t${index % 8}`];
+}
