@@ -39,22 +39,21 @@ export class Drawing {
     this.view.addEventListener("change", () => this._wake());
     this.player.addEventListener("play", () => this._wake());
     this.player.addEventListener("time", (event) => this._time(event.detail));
-    this._endTheme = watchTheme(() => {
-      this.panes.forEach((pane) => pane.restyle());
-      this._wake();
-    });
+    this._endTheme = watchTheme(() => this._restyle());
     this._observer = new ResizeObserver(() => this._resize());
     this._observer.observe(this.stage);
+    this._restyle();
     this._arrange();
   }
 
   _build(host) {
     const { words } = this;
     this.root = make("div", "lc-drawing");
+    this.bar = make("div", "lc-bar");
     this.stage = make("div", "lc-stage");
     this.readout = make("div", "lc-readout", { role: "status", "aria-live": "polite" });
     this.empty = make("div", "lc-empty", {}, words.empty);
-    this.root.append(this.stage);
+    this.root.append(this.bar, this.stage);
     host.append(this.root);
     this.panes = ["before", "after"].map((which) => {
       const box = make("div", "lc-pane"), pane = new Pane(box, this, `${words.drawing}: ${words[which]}`);
@@ -65,7 +64,7 @@ export class Drawing {
       return pane;
     });
     this.stage.append(this.empty, this.readout);
-    this.toolbar = new Toolbar(this.stage, this);
+    this.toolbar = new Toolbar(this.bar, this);
     this.player = new Player(this.root, words);
   }
 
@@ -94,7 +93,7 @@ export class Drawing {
       scene.header.which = layer;
       this.tracks[layer] = new Track(scene);
       this.selected = null;
-      if (!this.tracks[this.mode]) this.mode = layer;
+      if (layer === "after" || !this.tracks[this.mode]) this.mode = this._chosen ?? layer;
     }
     this._arrange();
     if (first || this.view.fitted) this.fit();
@@ -108,6 +107,7 @@ export class Drawing {
       if (name === "part") this.partPaths = null;
     }
     this.selected = null;
+    if (!layer) this._chosen = null;
     this._arrange();
   }
 
@@ -115,7 +115,7 @@ export class Drawing {
 
   setMode(mode) {
     if (!MODES.includes(mode) || !this._modes().includes(mode)) return;
-    this.mode = mode;
+    this.mode = this._chosen = mode;
     this._arrange();
     if (this.view.fitted) this.fit();
     this.emit("mode", { mode });
@@ -266,6 +266,7 @@ export class Drawing {
       pane.setPheromone(this.scenes.pheromone);
       pane.caption.hidden = !side;
     }
+    this._say([]);
     [before, after].forEach((track) => { if (track) track.pale = false; });
     left.setTracks(side ? [before] : [], side ? before : null);
     const { main } = this;
@@ -287,13 +288,18 @@ export class Drawing {
     return [0, 1, 2, 3].map((k) => (k < 2 ? Math.min : Math.max)(...every.map((e) => e[k])));
   }
 
-  /** Return the room at the edges that rulers, toolbar and readout take, pixels. */
-  _insets() { return this.layers.grid ? [46, 44, 8, 30] : [8, 44, 8, 8]; }
+  /** Return the room that rulers take at the left, top, right and bottom, pixels. */
+  _insets() { return this.layers.grid ? [46, 0, 0, 22] : [0, 0, 0, 0]; }
 
   _resize() {
     const shown = this.panes.filter((pane) => !pane.host.hidden);
     const sizes = shown.map((pane) => pane.resize());
     this.view.resize(...sizes[sizes.length - 1]);
+    this._wake();
+  }
+
+  _restyle() {
+    this.panes.forEach((pane) => pane.restyle());
     this._wake();
   }
 

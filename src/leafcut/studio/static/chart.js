@@ -100,7 +100,7 @@ export class Convergence {
       const y = this.y(this.bound);
       this.svg.append(
         draw("line", { class: "lc-bound", x1: LEFT, x2: width - RIGHT, y1: y, y2: y }),
-        draw("text", { class: "lc-note", x: width - RIGHT, y: y - 6, "text-anchor": "end" }, `${this.words.bound} ${words(this.bound, 0.01)}`),
+        draw("text", { class: "lc-note", x: LEFT + 8, y: y - 6 }, `${this.words.bound} ${words(this.bound, 0.01)}`),
       );
     }
     const best = this.history.at(-1)[1], x = this.x(last), y = this.y(best);

@@ -11,8 +11,8 @@ const RAPID_WIDTH = 1.15, CUT_WIDTH = 1.9, RIM = 1.2;
 export function* paintGround(ctx, frame, pane) {
   const { layers, colours, pheromone, part, partPaths } = pane;
   if (layers.pheromone && pheromone) yield* paintPheromone(ctx, frame, pheromone, colours);
-  if (layers.kerf) for (const track of pane.tracks) yield* paintKerf(ctx, frame, track, colours);
   if (part && partPaths && layers.holes) yield* paintPart(ctx, frame, part, partPaths, colours);
+  if (layers.kerf) for (const track of pane.tracks) yield* paintKerf(ctx, frame, track, colours);
 }
 
 function* paintPheromone(ctx, frame, scene, colours) {
@@ -61,7 +61,7 @@ function* paintPart(ctx, frame, part, paths, colours) {
   frame.inMm(ctx, part.origin);
   const px = 1 / frame.scale;
   ctx.lineJoin = "round";
-  const fills = { sheet: colours.card, pocket: colours.hole };
+  const fills = { pocket: colours.hole };
   const strokes = { sheet: colours["line-2"], cut: colours["hole-rim"], mark: colours.idle, pocket: colours["hole-rim"] };
   for (const kind of ["sheet", "pocket", "cut", "mark"]) {
     const path = paths.outlines[kind];
@@ -191,10 +191,40 @@ export function* paintDone(ctx, frame, pane) {
       yield (drawn.count ?? end - piece.first) / 2 + 1;
     }
   }
+  if (pane.layers.cuts) paintDrilled(ctx, frame, pane, 0, end);
+  yield 10;
+}
+
+/** Paint a dot at every hole that was drilled with the rows from `first` to before `end`. */
+function paintDrilled(ctx, frame, pane, first, end) {
+  const { scene } = pane.main, { stop, origin } = scene, seen = frame.seen, path = new Path2D();
+  const radius = Math.min(Math.max(pane.main.drillRadius * frame.scale, 1.2), 3.4);
+  frame.inPixels(ctx);
+  for (let k = firstAtLeast(stop, first); k < stop.length && stop[k] < end; k++) {
+    if (scene.moves(stop[k])) continue;
+    const [sx, sy] = scene.stopPlace(k), x = sx + origin[0], y = sy + origin[1];
+    if (!(x >= seen[0] && x <= seen[2] && y >= seen[1] && y <= seen[3])) continue;
+    const px = frame.toX(x), py = frame.toY(y);
+    path.moveTo(px + radius, py);
+    path.arc(px, py, radius, 0, 2 * Math.PI);
+  }
+  ctx.globalAlpha = 1;
+  ctx.fillStyle = pane.colours.cut;
+  ctx.fill(path);
+}
+
+function firstAtLeast(sorted, value) {
+  let low = 0, high = sorted.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (sorted[middle] < value) low = middle + 1; else high = middle;
+  }
+  return low;
 }
 
 /** Paint some rows more onto what is done. */
 export function paintMore(ctx, frame, pane, first, end) {
+  if (pane.layers.cuts) paintDrilled(ctx, frame, pane, first, end);
   const { scene } = pane.main, drawn = pathsOfRows(scene, first, end), style = styleOf(pane, { scene }, frame);
   for (const what of ["rapid", "cut"]) {
     if (!pane.layers[what === "rapid" ? "rapids" : "cuts"]) continue;

@@ -19,6 +19,9 @@ export class Track {
     this.numbers = numberOrder(scene.stop.length);
     this.pale = false;
     this._grid = null;
+    const e = scene.extents ?? [0, 0, 1, 1];
+    /** How large a dot may be so that two do not touch as a rule, mm. */
+    this.drillRadius = 0.2 * Math.sqrt(((e[2] - e[0]) * (e[3] - e[1])) / Math.max(scene.stop.length, 1));
   }
 
   get grid() { return (this._grid ??= gridOfMoves(this.scene)); }
@@ -51,9 +54,10 @@ export class Pane extends EventTarget {
       done: new Buffer((ctx, frame) => paintDone(ctx, frame, this)),
       marks: new Buffer((ctx, frame) => paintMarks(ctx, frame, this)),
     };
-    this.restyle();
+    this.colours = {};
   }
 
+  /** Read the colours anew; the pane must be on the page by then. */
   restyle() {
     this.colours = coloursOf(this.host);
     this.invalidate();

@@ -16,16 +16,16 @@ export class Toolbar {
       this.modes.append(button);
     }
     this.modes.addEventListener("keydown", (event) => this._arrow(event));
-    this.menu = this._layers(words);
+    this.menu = this._layers(drawing);
     const zoom = (name, factor) => iconButton(name, words[name], () => drawing.view.zoom(factor));
     const group = make(
       "div", "lc-group", {}, zoom("zoomOut", 1 / 1.4), zoom("zoomIn", 1.4), iconButton("fit", words.fit, () => drawing.fit()),
     );
-    host.append(make("div", "lc-toolbar", {}, this.modes, this.menu, group));
+    host.append(this.modes, make("span", "lc-room"), this.menu, group);
     this.update();
   }
 
-  _layers(words) {
+  _layers({ words, stage }) {
     const box = make("div", "lc-layers", { role: "group", "aria-label": words.layers });
     this.boxes = {};
     for (const layer of LAYERS) {
@@ -43,6 +43,7 @@ export class Toolbar {
       button.focus();
       event.stopPropagation();
     });
+    stage.addEventListener("pointerdown", () => { menu.open = false; }, true);
     menu.addEventListener("focusout", (event) => { if (event.relatedTarget && !menu.contains(event.relatedTarget)) menu.open = false; });
     return menu;
   }
