@@ -1,23 +1,31 @@
 // Pictures that are drawn over several frames: until a new one is ready, the last one is shown, moved and scaled.
 
-/** Segments that are drawn before the screen is shown again; it follows the time that frames take. */
+const SLICE = 9; // milliseconds of drawing before the screen is shown again
+
+/** How many segments can be drawn in a slice of time, learnt from what drawing takes. */
 class Budget {
   constructor() {
-    this.segments = 12000;
-    this.last = 0;
+    this.perMs = 400;
   }
 
-  /** Learn from the time between two frames in which something was drawn. */
-  frame(now, drew) {
-    const took = now - this.last;
-    this.last = now;
-    if (!drew || took > 500) return;
-    if (took > 45) this.segments = Math.max(this.segments * 0.7, 1500);
-    else if (took < 28) this.segments = Math.min(this.segments * 1.25, 400000);
+  get segments() { return Math.max(SLICE * this.perMs, 600); }
+
+  /** Learn that so many segments took so many milliseconds. */
+  learn(segments, ms) {
+    if (segments < 200) return;
+    const now = segments / Math.max(ms, 0.2);
+    const share = now < this.perMs ? 0.7 : 0.12; // quick to slow down, slow to believe that all is easy
+    this.perMs = Math.min(Math.max(this.perMs + share * (now - this.perMs), 30), 50000);
   }
 }
 
 export const budget = new Budget();
+
+const scratch = document.createElement("canvas");
+scratch.width = scratch.height = 1;
+
+/** Have drawn what was only noted down: browsers put off drawing on a canvas until somebody looks at it. */
+function flush(canvas) { scratch.getContext("2d").drawImage(canvas, 0, 0, 1, 1); }
 
 /** One picture. `paint(ctx, view)` is a generator that draws and yields what each step cost, in segments. */
 export class Buffer {
@@ -43,17 +51,19 @@ export class Buffer {
   /** Draw on, at most for `segments`; return what it cost. */
   step(view, ratio, segments) {
     if (this.ready(view)) return 0;
+    const began = performance.now();
     if (!this.job) this._begin(view, ratio);
-    let spent = 0;
-    while (spent < segments) {
+    let spent = 0, finished = false;
+    while (spent < segments && !finished) {
       const { value, done } = this.job.steps.next();
-      if (done) {
-        this._finish();
-        break;
-      }
+      finished = done;
+      if (done) break;
       spent += value;
       this.job.drew ||= value > 0;
     }
+    if (spent) flush(this.back);
+    budget.learn(spent, performance.now() - began);
+    if (finished) this._finish();
     return Math.max(spent, 1);
   }
 

@@ -6,7 +6,6 @@
 //
 // Layers of `show`: part, before, after, pheromone. Events of `on`: hover, select, time, drag, mode, layers.
 
-import { budget } from "./buffer.js";
 import { describe, mm } from "./describe.js";
 import { Input } from "./input.js";
 import { Pane, Track } from "./pane.js";
@@ -328,13 +327,8 @@ export class Drawing {
       const { pane, px, py } = this._pointing;
       this.hover(pane, pane.pick(px, py), px, py);
     }
-    let more = this.player.tick(now), drew = false;
-    for (const pane of this.panes) {
-      if (pane.host.hidden) continue;
-      more = pane.frame() || more;
-      drew ||= pane.drew;
-    }
-    budget.frame(now, drew);
+    let more = this.player.tick(now);
+    for (const pane of this.panes) if (!pane.host.hidden) more = pane.frame() || more;
     if (more) this._wake();
     else this.emit("settled", {});
   }

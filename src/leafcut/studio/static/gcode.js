@@ -10,6 +10,7 @@ import { WORDS } from "./words.js";
 const HEIGHT = 20; // pixels of a line, as in the style sheet
 const TALLEST = 8e6; // pixels: browsers draw no taller element exactly
 const LONGEST = 2000; // characters shown of a line
+const FOLLOW = 90; // milliseconds between two lines that are marked as run
 
 export class GcodeList {
   constructor(host, { words = {} } = {}) {
@@ -19,7 +20,7 @@ export class GcodeList {
     this.count = 0;
     this.top = 0; // first line seen, counted from 0, with a fraction
     this.selected = 0; // line, from 1; 0: none
-    this.running = 0;
+    this.running = this.next = this.ran = 0;
     this.decoder = new TextDecoder();
     this._listeners = [];
     this.id = `lc-gcode-${(GcodeList.made = (GcodeList.made ?? 0) + 1)}`;
@@ -47,7 +48,7 @@ export class GcodeList {
     this.starts[count] = bytes.length;
     this.bytes = bytes;
     this.count = count;
-    this.selected = this.running = this.top = 0;
+    this.selected = this.running = this.next = this.top = 0;
     this.spacer.style.height = `${Math.min(count * HEIGHT, TALLEST)}px`;
     this.box.scrollTop = 0;
     this.digits = String(count).length;
@@ -67,11 +68,20 @@ export class GcodeList {
     this._draw();
   }
 
-  /** Mark the line that is being run. */
+  /** Mark the line that is being run; no more often than eyes can follow. */
   run(line) {
-    if (line === this.running) return;
-    this.running = line;
-    if (line) this.show(line);
+    if (line === this.next) return;
+    this.next = line;
+    const wait = FOLLOW - (performance.now() - this.ran);
+    clearTimeout(this._timer);
+    if (wait <= 0) this._run();
+    else this._timer = setTimeout(() => this._run(), wait);
+  }
+
+  _run() {
+    this.ran = performance.now();
+    this.running = this.next;
+    if (this.running) this.show(this.running);
     this._draw();
   }
 
@@ -83,6 +93,7 @@ export class GcodeList {
 
   destroy() {
     this._observer.disconnect();
+    clearTimeout(this._timer);
     this.box.remove();
   }
 

@@ -50,9 +50,9 @@ function* paintKerf(ctx, frame, { scene, paths }, colours) {
   ctx.lineCap = ctx.lineJoin = "round";
   ctx.globalAlpha = 0.22;
   for (const piece of paths.visible(frame.seen)) {
-    const { cut, count } = paths.paths(piece, level);
+    const { cut, costs } = paths.paths(piece, level);
     ctx.stroke(cut);
-    yield 2 * count;
+    yield 2 * costs.cut;
   }
   ctx.globalAlpha = 1;
 }
@@ -127,7 +127,7 @@ export function* paintPaths(ctx, frame, pane) {
       for (const piece of track.paths.visible(frame.seen)) {
         const paths = track.paths.paths(piece, level);
         ctx.stroke(paths[what]);
-        yield paths.count / 2 + 1;
+        yield paths.costs[what] + 1;
       }
     }
     if (pane.layers.cuts) paintLeads(ctx, frame, track.scene, style);
@@ -188,7 +188,7 @@ export function* paintDone(ctx, frame, pane) {
       if (piece.first >= end) break;
       const drawn = piece.end <= end ? paths.paths(index, level) : pathsOfRows(scene, piece.first, end);
       ctx.stroke(drawn[what]);
-      yield (drawn.count ?? end - piece.first) / 2 + 1;
+      yield drawn.costs?.[what] ?? end - piece.first + 1;
     }
   }
   if (pane.layers.cuts) paintDrilled(ctx, frame, pane, 0, end);

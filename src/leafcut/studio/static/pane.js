@@ -130,7 +130,6 @@ export class Pane extends EventTarget {
     this.buffers.marks.blit(ctx, view, ratio, this.time === null ? 1 : 0.75);
     this._overlay(ctx, ratio);
     this.dirty = names.some((name) => !this.buffers[name].ready(view));
-    this.drew = waiting.length > 0;
     return this.dirty;
   }
 

@@ -27,7 +27,7 @@ export class ToolpathPaths {
     return Math.min(1 + Math.floor(Math.log(allowed) / Math.log(LEVEL_STEP)), MOST_LEVELS);
   }
 
-  /** Yield every piece that is seen: [piece index, its cost in segments]. `seen` is in mm with the origin. */
+  /** Yield the index of every piece that is seen; `seen` is in mm with the origin. */
   *visible(seen) {
     const [ox, oy] = this.scene.origin;
     for (let k = 0; k < this.pieces.length; k++) {
@@ -36,7 +36,7 @@ export class ToolpathPaths {
     }
   }
 
-  /** Return { rapid, cut, count } of a piece: two Path2D and how many segments they have. */
+  /** Return { rapid, cut, costs } of a piece: two Path2D and what each costs to draw, in thin segments. */
   paths(index, level) {
     const piece = this.pieces[index];
     piece.levels[level] ??= tracePiece(this.scene, piece, level ? this.tolerance * LEVEL_STEP ** (level - 1) : 0);
@@ -121,7 +121,7 @@ function tracePiece(scene, piece, tolerance) {
   traceRows(scene, piece.first, piece.end, pens);
   pens.rapid.finish();
   pens.cut.finish();
-  return { rapid: pens.rapid.path, cut: pens.cut.path, count: pens.rapid.count + pens.cut.count };
+  return { rapid: pens.rapid.path, cut: pens.cut.path, costs: { rapid: pens.rapid.count, cut: 2 * pens.cut.count } };
 }
 
 function traceRows(scene, first, end, pens) {
