@@ -54,18 +54,22 @@ FRAMES = """async ([act, frames]) => {
   }
   return times;
 }"""
-SUM = "() => { let s = 0; for (let r = 0; r < drawing.main.scene.rows; r++) s += drawing.main.scene.lengthOf(r); return s; }"
+SUM = """() => {
+  let sum = 0;
+  for (let row = 0; row < drawing.main.scene.rows; row++) sum += drawing.main.scene.lengthOf(row);
+  return sum;
+}"""
 INK = """() => {
-  const pane = drawing.panes[1], { scene } = pane.main, data = pane.ctx.getImageData(0, 0, pane.canvas.width, pane.canvas.height).data;
+  const pane = drawing.panes[1], { scene } = pane.main, { view } = drawing, { width, height } = pane.canvas;
+  const { data } = pane.ctx.getImageData(0, 0, width, height);
   let inked = 0, probed = 0;
   for (let row = 1; row < scene.rows; row += 97) {
     if (!scene.moves(row)) continue;
     const [x, y] = scene.along(row, 0.5);
-    const px = Math.round(drawing.view.toX(x + scene.origin[0])), py = Math.round(drawing.view.toY(y + scene.origin[1]));
-    if (px < 60 || py < 10 || px > drawing.view.width - 10 || py > drawing.view.height - 60) continue;
+    const px = Math.round(view.toX(x + scene.origin[0])), py = Math.round(view.toY(y + scene.origin[1]));
+    if (px < 60 || py < 10 || px > view.width - 10 || py > view.height - 60) continue;
     probed++;
-    const at = 4 * (py * pane.canvas.width + px);
-    if (data[at + 3] > 60) inked++;
+    if (data[4 * (py * width + px) + 3] > 60) inked++;
   }
   return [inked, probed];
 }"""

@@ -17,8 +17,6 @@ async function load(name, layers = ["part", "before", "after"]) {
     const bytes = await (await fetch(`/scene/${name}.${layer}`)).arrayBuffer();
     drawing.show(bytes, layer);
   }
-  const text = drawing.main?.scene.text;
-  if (text) list.setText(text);
 }
 
 /** Wait until the drawing has nothing left to draw. */

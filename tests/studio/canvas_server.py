@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
+
+from leafcut.report.colours import style_sheet
 
 HERE = Path(__file__).parent
 STATIC = HERE.parents[1] / "src" / "leafcut" / "studio" / "static"
@@ -45,9 +48,21 @@ def _answer(path: str, scenes: Mapping[str, bytes]) -> tuple[bytes | None, str]:
     folder, _, name = path.lstrip("/").rpartition("/")
     if folder == "scene":
         return scenes.get(name), "application/octet-stream"
+    if name == "colours.css":
+        return colours().encode(), "text/css"
     page = {"": "canvas_page.html", "page.js": "canvas_page.js"}
     file = STATIC / Path(name).name if folder == "static" else HERE / page.get(name, "none")
     return (file.read_bytes() if file.is_file() else None), _TYPES.get(file.suffix, "text/plain")
+
+
+def colours() -> str:
+    """Return the report's colours for a page: as the system has it, or as the page says."""
+    light, dark = re.findall(r":root \{(.*?)\}", style_sheet("drawing.css"), flags=re.DOTALL)[:2]
+    return (
+        f":root {{ color-scheme: light; {light} }}\n"
+        f"@media (prefers-color-scheme: dark) {{ :root:not([data-theme=light]) {{ color-scheme: dark; {dark} }} }}\n"
+        f":root[data-theme=dark] {{ color-scheme: dark; {dark} }}\n"
+    )
 
 
 @contextmanager

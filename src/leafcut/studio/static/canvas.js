@@ -4,7 +4,8 @@
 //   drawing.show(await (await fetch(url)).arrayBuffer(), "after");
 //   drawing.on("select", ({ row, line, hole }) => …);
 //
-// Layers of `show`: part, before, after, pheromone. Events of `on`: hover, select, time, drag, mode, layers.
+// Layers of `show`: part, before, after, pheromone. Events of `on`: hover, select, time, drag,
+// mode, layers, and main when there is another toolpath to select in.
 
 import { describe, mm } from "./describe.js";
 import { Input } from "./input.js";
@@ -67,7 +68,7 @@ export class Drawing {
     this.player = new Player(this.root, words);
   }
 
-  /** Call `act` with every event of a name: hover, select, time, drag, mode, layers. */
+  /** Call `act` with every event of a name. */
   on(name, act) {
     if (!this._listeners.has(name)) this._listeners.set(name, []);
     this._listeners.get(name).push(act);
@@ -275,6 +276,8 @@ export class Drawing {
     } else right.setTracks(main ? [main] : [], main ?? null);
     const durations = [main, side ? before : null].map((track) => track?.scene.duration ?? 0);
     this.player.setScene(main?.scene ?? null, Math.max(...durations));
+    if (main !== this._told) this.emit("main", {});
+    this._told = main;
     this.empty.hidden = Object.values(this.scenes).some(Boolean);
     this.toolbar.update();
     this._resize();

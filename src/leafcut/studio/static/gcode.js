@@ -187,8 +187,12 @@ export function coloured(text) {
   return pieces;
 }
 
-/** Link a drawing and a list: what is selected in one is selected in the other, and playing moves both. */
+/** Link a drawing and a list: the list has the drawing's program, what is selected in one is selected in both, and
+ * playing moves both. */
 export function link(drawing, list) {
+  const take = () => list.setText(drawing.main?.scene.text ?? new Uint8Array(0));
+  drawing.on("main", take);
+  take();
   list.onSelect((line) => drawing.selectLine(line));
   drawing.on("select", (what) => {
     const line = what?.line ?? 0;
