@@ -27,6 +27,8 @@ from leafcut.runs.run import Progress, Run, for_cutting, machine_of, passing_on
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.model.cutting import CutPlan
+    from leafcut.model.machine import Machine
+    from leafcut.model.toolpath import Toolpath
 
 #: What `optimize` can be told to make of its input.
 PROCESSES = ("auto", "drill", "cut", "pocket", "mill", "laser", "plasma")
@@ -221,20 +223,29 @@ def solve_file(
 
 def simulate(program: str | Path, *, dialect: str | None = None, **options: Any) -> dict[str, Any]:
     """Return what a program costs on a machine: seconds and lengths by kind of motion, extents, and dangers in it."""
+    path, machine, name = toolpath_of(program, dialect=dialect, **options)
+    return {"program": str(program), **cost_of(path, machine, name)}
+
+
+def toolpath_of(program: str | Path, *, dialect: str | None = None, **options: Any) -> tuple[Toolpath, Machine, str]:
+    """Return what a program does, the machine that the options name, and the dialect it was read in."""
+    machine = machine_of(Settings.collect(options))
+    name = dialect or machine.controller
+    return _interpret(program, name).path, machine, name
+
+
+def cost_of(path: Toolpath, machine: Machine, dialect: str) -> dict[str, Any]:
+    """Return what `simulate` tells of a program, from what it does."""
     from leafcut.timing.toolpath import measure
     from leafcut.verify.clearance import check_clearance
     from leafcut.verify.envelope import check_envelope
 
-    machine = machine_of(Settings.collect(options))
-    name = dialect or machine.controller
-    path = _interpret(program, name).path
     result = measure(path, machine)
     low, high = path.extents
     dangers = check_envelope(path, machine)
-    if _moves_z(name):
+    if _moves_z(dialect):
         dangers = [*dangers, *check_clearance(path, safe_z=machine.safe_z or 0.0)]
     return {
-        "program": str(program),
         "machine": machine.name,
         "time_s": result.time_s,
         "rapid_mm": result.travel_mm,

@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
 import shapely
-from numpy.typing import NDArray
 from PIL import Image
 from shapely.affinity import translate
 
-from leafcut.errors import OptionError, ReadError
 from leafcut.geometry.regions import region
-from leafcut.model import Part
 from leafcut.options import PocketOptions
 from leafcut.read import read_pockets
 

@@ -22,7 +22,7 @@ from leafcut.studio.wording import words
 ROOT = Path(__file__).parents[2]
 EN = words("en")
 #: Done by the studio itself, or of kinds of work that the page does not offer.
-NOT_OFFERED = {"save_plan"} | {name for group, name, _ in all_options() if group.section in ("nest", "pocket")}
+NOT_OFFERED = {"save_plan"} | {name for group, name, _ in all_options() if group.section == "nest"}
 
 
 def made(work: str, **values: Any) -> list[dict[str, Any]]:
@@ -45,7 +45,7 @@ def test_no_option_is_twice_in_a_form_and_the_important_ones_are_open(work: str)
     groups = made(work)
     names = [field["name"] for group in groups for field in group["fields"]]
     assert len(set(names)) == len(names)
-    assert sum(len(group["fields"]) for group in groups if not group["folded"]) <= 10
+    assert sum(len(group["fields"]) for group in groups if not group["folded"]) <= 11
     assert groups[0]["folded"] is False
 
 
@@ -208,7 +208,8 @@ def test_both_languages_have_the_same_words_and_none_is_unused() -> None:
     code = "".join(p.read_text(encoding="utf-8") for p in (ROOT / "src" / "leafcut" / "studio").glob("*.py"))
     written = set(re.findall(r'"([a-z]+\.[a-z_-]+)"', code))
     stems = set(re.findall(r'f"([a-z]+\.)\{', code))
-    unused = [k for k in keys if k not in written and not any(k.startswith(s) for s in (*stems, "option."))]
+    sections = {f"{name}." for name in re.findall(r'\bsection\("([a-z]+)"\)', code)}
+    unused = [k for k in keys if k not in written and not k.startswith((*stems, *sections, "option."))]
     assert unused == []
     groups = {f"group.{key}" for work in forms.WORKS.values() for key, _ in work.groups} | {
         "group.aco",
@@ -221,5 +222,7 @@ def test_both_languages_have_the_same_words_and_none_is_unused() -> None:
         ("process.", {f"process.{process}" for process in forms.PROGRAM_PROCESSES}),
     ):
         assert {k for k in keys if k.startswith(stem)} == wanted
-    sections = "|".join(sorted({k.partition(".")[0] for k in keys}))
-    assert set(re.findall(rf'\b(?:w|words)\(\s*"((?:{sections})\.[^"]+)"', code)) <= keys
+    every = "|".join(sorted({k.partition(".")[0] for k in keys}))
+    assert set(re.findall(rf'\b(?:w|words)\(\s*"((?:{every})\.[^"]+)"', code)) <= keys
+    drawing = (ROOT / "src" / "leafcut" / "studio" / "static" / "words.js").read_text(encoding="utf-8")
+    assert dict(re.findall(r'^  (\w+): "(.*)",$', drawing, flags=re.MULTILINE)) == words("en").section("canvas")

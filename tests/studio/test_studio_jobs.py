@@ -41,7 +41,12 @@ def test_a_job_gives_what_the_call_gives(studio: Studio) -> None:
     answer = studio.history.answer(job)
     assert answer is not None
     assert answer["verified"] is True
-    assert set(studio.history.artefacts(job)) == {"program", "report", "picture-before", "picture-after"}
+    offered = {name for name, file in studio.history.artefacts(job).items() if file}
+    assert offered == {"program", "report", "picture-before", "picture-after"}
+    for layer in ("part", "before", "after"):
+        scene = studio.history.artefact(job, f"scene-{layer}")
+        assert scene is not None
+        assert scene.data.startswith(b"LCSCENE1")
 
 
 def test_stopping_keeps_the_best_and_cancelling_keeps_nothing(studio: Studio) -> None:

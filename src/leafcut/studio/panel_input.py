@@ -13,7 +13,7 @@ from leafcut.studio.folder import BUILT_IN
 from leafcut.studio.jobs import line_of
 from leafcut.studio.safety import LARGEST_UPLOAD
 from leafcut.studio.task import Task
-from leafcut.studio.view import View
+from leafcut.studio.view import OF_READING, View
 
 if TYPE_CHECKING:
     from leafcut.studio.pages import Page
@@ -117,8 +117,8 @@ class InputPanel:
             if not work:
                 view.source = view.name = ""
         else:
-            self.page.say("")
             view.seen = seen
+            self.page.say(seen.error if seen is not None else "", True)
             if seen is not None:  # None: the studio is ending
                 view.work = work or (view.work if view.work in seen.works else seen.works[0])
         self.draw()
@@ -136,9 +136,12 @@ class InputPanel:
             await self.read(value)
         self.draw()
 
-    def _put(self, name: str, value: Any, shown: str) -> None:
-        self.view.put(name, value, shown)
+    async def _put(self, name: str, value: Any, shown: str) -> None:
+        view = self.view
+        view.put(name, value, shown)
         self._show_values()
+        if name in OF_READING and view.source and name not in view.errors:
+            await self.read(view.work)
 
     def _show_values(self) -> None:
         view = self.view
@@ -258,8 +261,8 @@ def _work_of(task: Task, name: str) -> str:
     """Return the kind of work that a task is."""
     if task.command != "optimize":
         return task.command
-    if task.process == "cut":
-        return "cut"
+    if task.process in ("cut", "pocket"):
+        return task.process
     from leafcut.read.registry import BUILT_IN as FORMATS
 
     programs = next(f.extensions for f in FORMATS if f.name == "gcode")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
+from leafcut.studio.canvas import Bars, Convergence, Program
 from leafcut.studio.elements import box, button, link, table, text
 from leafcut.studio.history import Record
 from leafcut.studio.view import View
@@ -12,10 +14,10 @@ from leafcut.units import format_length, format_time
 if TYPE_CHECKING:
     from leafcut.studio.pages import Page
 
-_TABS = ("summary", "issues", "program", "messages")
+_TABS = ("summary", "issues", "program", "search")
 _NUMBER = "n"
 #: So much of a program is shown here; all of it is in the file.
-_MOST_LINES, _MOST_ISSUES = 2000, 200
+_MOST_LINES, _MOST_ISSUES, _MOST_WORKERS = 2000, 200, 64
 #: Files in the order in which they are offered.
 _FILES = ("program", "tour", "report", "plan", "picture-before", "picture-after")
 
@@ -179,7 +181,10 @@ class ResultPanel:
 
     def _program(self, record: Record, answer: dict[str, Any]) -> None:
         w = self.view.words
-        made = self.view.studio.history.artefact(record.id, "program" if record.task.command == "optimize" else "tour")
+        if record.task.command == "optimize":
+            Program(self.page.run.canvas, words=w.section("canvas")).classes("code")
+            return
+        made = self.view.studio.history.artefact(record.id, "tour")
         if made is None:
             text("p", w("result.no_program"), "quiet")
             return
@@ -188,13 +193,41 @@ class ResultPanel:
         if len(lines) > _MOST_LINES:
             text("p", w("open.more", number=len(lines) - _MOST_LINES), "quiet")
 
-    def _messages(self, record: Record, answer: dict[str, Any]) -> None:
+    def _search(self, record: Record, answer: dict[str, Any]) -> None:
+        w = self.view.words
+        kept = self.view.studio.history.artefact(record.id, "search")
+        for search in json.loads(kept.data) if kept is not None else []:
+            text("h3", search["name"])
+            chart = Convergence(words=w.section("canvas"))
+            chart.classes("chart tall")
+            chart.set(search["history"], search["bound"], search["unit"])
+        self._workers(answer)
         live = self.view.studio.jobs.live(record.id)
         messages = list(live.messages) if live is not None else []
-        if not messages:
-            text("p", self.view.words("result.no_messages"), "quiet")
+        text("h3", w("result.messages"))
+        if messages:
+            table([("s", _NUMBER), ("", "")], [[f"{seconds:.2f}", line] for seconds, line in messages], "")
+        else:
+            text("p", w("result.no_messages"), "quiet")
+
+    def _workers(self, answer: dict[str, Any]) -> None:
+        w = self.view.words
+        workers = [row for row in answer.get("workers", []) if row["ants"]][:_MOST_WORKERS]
+        if not workers:
             return
-        table([("s", _NUMBER), ("", "")], [[f"{seconds:.2f}", line] for seconds, line in messages], "")
+        best = min(row["best"] for row in workers)
+        text("h3", w("result.workers"))
+        Bars().set(
+            [
+                {
+                    "name": f"{w('canvas.worker')} {row['worker']}",
+                    "value": row["seconds"],
+                    "note": w("result.ants", number=f"{row['ants']:,}", seconds=f"{row['seconds']:.2f}"),
+                    "best": row["best"] <= best,
+                }
+                for row in workers
+            ]
+        )
 
     def _files(self, record: Record) -> None:
         w = self.view.words

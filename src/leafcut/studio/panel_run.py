@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from leafcut.errors import OptionError
+from leafcut.option_spec import flag_name
+from leafcut.studio.canvas import LAYERS, Canvas, Convergence
 from leafcut.studio.elements import box, button, text
 from leafcut.studio.history import State
 from leafcut.studio.jobs import line_of
@@ -12,6 +15,9 @@ from leafcut.units import format_time
 
 if TYPE_CHECKING:
     from leafcut.studio.pages import Page
+
+#: Most points of the convergence that are sent at once.
+_MOST_POINTS = 300
 
 
 class RunPanel:
@@ -22,22 +28,24 @@ class RunPanel:
         w = view.words
         self.watching = False
         self._shown: tuple[object, ...] = ()
-        with box("div", "drawing-bar", role="toolbar", aria_label=w("drawing.bar")) as self.bar:
-            self.before = button(w("drawing.before"), lambda: self.choose("before"), "tab")
-            self.after = button(w("drawing.after"), lambda: self.choose("after"), "tab")
-        with box("div", "frame") as self.frame:
-            pass
+        with box("div", "frame"):
+            self.canvas = Canvas(words=w.section("canvas"))
+            with box("div", "empty") as self.empty:
+                text("h2", w("empty.title"))
+                text("p", w("empty.text"), "quiet")
         with box("div", "progress", aria_label=w("run.progress")) as self.progress:
             with box("div", "line"):
                 self.what = text("span", "", "what")
                 self.cost = text("b", "", "figure")
                 self.gap = text("span", "", "quiet figure")
                 self.time = text("span", "", "quiet figure")
+            self.chart = Convergence(words=w.section("canvas"))
+            self.chart.classes("chart")
             self.track = box("progress", "", max="1", value="0", aria_label=w("run.progress"))
             with box("div", "ends"):
                 button(w("run.stop"), self.stop, "", data_key="s")
                 button(w("run.cancel"), self.cancel, "plain", data_key="esc")
-        self.which = "after"
+        self._drawn: object = None
         self.progress.set_visibility(False)
         self.draw()
 
@@ -47,6 +55,9 @@ class RunPanel:
         if view.job is not None and view.job in view.studio.jobs.running():
             return
         try:
+            if view.errors:
+                name, line = next(iter(view.errors.items()))
+                raise OptionError(f"{flag_name(name)}: {line}")
             view.job = view.studio.jobs.start(view.task())
         except Exception as problem:
             self.page.say(line_of(problem), True)
@@ -100,6 +111,13 @@ class RunPanel:
         self.gap.set_text("" if latest.gap is None else w("run.gap", percent=f"{100 * latest.gap:.2f}"))
         self.time.set_text(format_time(latest.seconds) if latest.seconds >= 1 else "")
         self.track.props(f"value={latest.share:.4f}")
+        points = [(seconds, cost) for seconds, cost, what in live.points if what == latest.what]
+        self.chart.set_visibility(len(points) > 1)
+        if len(points) > 1:
+            began = points[0][0]
+            bound = None if latest.gap is None or latest.cost is None else latest.cost / (1.0 + latest.gap)
+            shown = [(seconds - began, cost) for seconds, cost in points[:: len(points) // _MOST_POINTS + 1]]
+            self.chart.set([*shown, (points[-1][0] - began, points[-1][1])], bound, "", latest.seconds - began)
 
     def _tell_end(self) -> None:
         record = self.view.studio.jobs.record(self.view.job or "")
@@ -115,25 +133,27 @@ class RunPanel:
         else:
             self.page.say(w(f"state.{record.state.value}"))
 
-    def choose(self, which: str) -> None:
-        """Show the path before or after."""
-        self.which = which
-        self.draw()
-
     def draw(self) -> None:
-        """Draw what there is."""
-        view, w = self.view, self.view.words
-        files = view.studio.history.artefacts(view.job) if view.job else {}
-        pictures = f"picture-{self.which}" in files
-        self.bar.set_visibility(pictures)
-        for which, tab in (("before", self.before), ("after", self.after)):
-            tab.props(f'aria-pressed="{"true" if which == self.which else "false"}"')
-        self.frame.clear()
-        with self.frame:
-            if pictures:
-                address = f"/api/jobs/{view.job}/files/picture-{self.which}?show=true"
-                box("img", "picture", src=address, alt=w(f"drawing.{self.which}"))
-            elif not view.source:
-                with box("div", "empty"):
-                    text("h2", w("empty.title"))
-                    text("p", w("empty.text"), "quiet")
+        """Draw the outcome of the job, else what was opened."""
+        view = self.view
+        scenes = self._scenes()
+        now = view.job if view.job and scenes else view.seen
+        if now is self._drawn and scenes:
+            return
+        self._drawn = now
+        self.empty.set_visibility(not scenes)
+        self.canvas.set_visibility(bool(scenes))
+        for layer in LAYERS:
+            if layer in scenes:
+                self.canvas.show(scenes[layer], layer)
+            else:
+                self.canvas.hide(layer)
+
+    def _scenes(self) -> dict[str, bytes]:
+        view = self.view
+        history = view.studio.history
+        names = history.artefacts(view.job) if view.job else {}
+        if "scene-after" in names:
+            kept = {layer: history.artefact(view.job or "", f"scene-{layer}") for layer in LAYERS}
+            return {layer: found.data for layer, found in kept.items() if found is not None}
+        return view.seen.scenes if view.seen is not None else {}

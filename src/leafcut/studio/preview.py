@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from leafcut import api
@@ -10,15 +10,10 @@ from leafcut.errors import LeafcutError
 from leafcut.model.part import Part
 from leafcut.options import Settings
 
-#: What a file of a format is good for, the likeliest first; drawings with contours come besides.
-_WORKS = {
-    "gcode": ("program", "simulate", "verify"),
-    "tsplib": ("solve",),
-    "gtsp": ("solve",),
-    "xml": ("drill", "solve"),
-    "csv": ("drill", "solve"),
-    "example": ("drill", "solve"),
-}
+#: Of a map, the tour through it is studied; of some that is all that they are for.
+_PROGRAM = ("program", "simulate", "verify")
+_MAPS = {"tsplib": ("solve",), "gtsp": ("solve",), "xml": ("drill", "solve"), "csv": ("drill", "solve")}
+_EXAMPLE = ("drill", "solve")
 
 
 @dataclass(frozen=True)
@@ -33,45 +28,58 @@ class Seen:
         (key of its words, value) in the order in which they are told.
     issues
         As the JSON answers have them.
-    part
-        What was read; None of a program.
+    scenes
+        What the drawing shows of it: layer → scene.
+    error
+        Why it cannot be read in this way; another kind of work, or other options, may be able to.
     """
 
     format: str
     works: tuple[str, ...]
-    facts: tuple[tuple[str, str], ...]
-    issues: tuple[dict[str, str], ...]
-    part: Part | None
+    facts: tuple[tuple[str, str], ...] = ()
+    issues: tuple[dict[str, str], ...] = ()
+    scenes: dict[str, bytes] = field(default_factory=dict)
+    error: str = ""
 
 
 def look(source: str, work: str = "", options: dict[str, Any] | None = None) -> Seen:
-    """Return what is in an input; `work` says how to see a drawing that can be drilled or cut.
+    """Return what is in an input; `work` says how to see a drawing that is good for several kinds of work.
 
     Raises
     ------
     LeafcutError
-        It cannot be read.
+        There is no such input, or leafcut reads no files of its kind.
     """
-    from leafcut.read import read, read_contours
     from leafcut.read.registry import read_source
-    from leafcut.report.json_answer import issues_as_json
 
     settings = Settings.collect(options or {})
-    format_, _ = read_source(source)
+    format_, loaded = read_source(source)
     if format_.name == "gcode":
-        return _program(source, {"machine": settings.machine.machine})
-    drawn = ("cut",) if format_.contours else ()
-    works = _WORKS.get(format_.name, ("drill", *drawn))
-    if work == "cut" and drawn:
-        part = read_contours(source, settings.read)
-    else:
+        return _program(source, loaded.file_name, settings)
+    works = _EXAMPLE if format_.name == "example" else _MAPS.get(format_.name, format_.processes)
+    tried = [work] if work in works else list(works)
+    error = ""
+    for one in tried:
         try:
-            part = read(source, settings.read)
-        except LeafcutError:
-            if work or not drawn:
-                raise
-            part, works = read_contours(source, settings.read), ("cut", "drill")
-    return Seen(format_.name, works, _facts(part), tuple(issues_as_json(part.issues)), part)
+            return _drawing(source, format_.name, (one, *(w for w in works if w != one)), settings)
+        except LeafcutError as problem:
+            error = error or str(problem)
+    return Seen(format_.name, works, error=error)
+
+
+def _drawing(source: str, name: str, works: tuple[str, ...], settings: Settings) -> Seen:
+    """Return a drawing or a map, read for the first of `works`."""
+    from leafcut.read import read, read_contours, read_pockets
+    from leafcut.report.json_answer import issues_as_json
+    from leafcut.studio.scene import part_scene
+
+    if works[0] == "cut":
+        part = read_contours(source, settings.read)
+    elif works[0] == "pocket":
+        part = read_pockets(source, settings.read, settings.pocket, settings.sheet)
+    else:
+        part = read(source, settings.read)
+    return Seen(name, works, _facts(part), tuple(issues_as_json(part.issues)), {"part": part_scene(part)})
 
 
 def _facts(part: Part) -> tuple[tuple[str, str], ...]:
@@ -90,10 +98,18 @@ def _facts(part: Part) -> tuple[tuple[str, str], ...]:
     return (*facts, ("size", f"{right - left:,.4g} × {high - low:,.4g} mm"), ("units", part.units))
 
 
-def _program(source: str, options: dict[str, Any]) -> Seen:
+def _program(source: str, name: str, settings: Settings) -> Seen:
+    from leafcut.files import read_program
+    from leafcut.studio.scene import toolpath_scene
     from leafcut.units import format_length, format_time
 
-    found = api.simulate(source, **options)
+    options = {"machine": settings.machine.machine}
+    try:
+        path, machine, dialect = api.toolpath_of(source, **options)
+        found = api.cost_of(path, machine, dialect)
+        shown = {"after": toolpath_scene(path, machine, name=name, text=read_program(source))}
+    except LeafcutError as problem:
+        return Seen("gcode", _PROGRAM, error=str(problem))
     x, y = found["extents"]["x"], found["extents"]["y"]
     facts = (
         ("time", format_time(found["time_s"])),
@@ -102,4 +118,4 @@ def _program(source: str, options: dict[str, Any]) -> Seen:
         ("size", f"{x[1] - x[0]:,.4g} × {y[1] - y[0]:,.4g} mm"),
     )
     issues = tuple({"code": "", "severity": "warning", "message": line, "place": ""} for line in found["issues"])
-    return Seen("gcode", _WORKS["gcode"], facts, issues, None)
+    return Seen("gcode", _PROGRAM, facts, issues, shown)

@@ -204,7 +204,7 @@ def _job_answer(jobs: Jobs, record: Record) -> dict[str, Any]:
         "progress": None
         if latest is None or record.state.over
         else {"what": latest.what, "cost": latest.cost, "share": latest.share, "gap": latest.gap},
-        "files": jobs.history.artefacts(record.id),
+        "files": {name: file for name, file in jobs.history.artefacts(record.id).items() if file},
     }
 
 

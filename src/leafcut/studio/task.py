@@ -15,7 +15,6 @@ from leafcut.options import Settings, group_of
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
 
 COMMANDS = {"optimize": 1, "solve": 1, "simulate": 1, "verify": 2}
-PROCESSES = ("auto", "drill", "cut", "mill", "laser", "plasma")
 #: Options that name what is to be written: the studio does that itself.
 _OUTPUTS = ("save_plan",)
 #: Where the files of an option of the kind path may also be the person's own.
@@ -69,6 +68,8 @@ def prepare(task: Task, folder: Folder) -> Call:
     if len(task.inputs) != COMMANDS[task.command]:
         files = "one file" if COMMANDS[task.command] == 1 else f"{COMMANDS[task.command]} files"
         raise OptionError(f"{task.command} needs {files}")
+    from leafcut.api import PROCESSES
+
     if task.process not in PROCESSES:
         raise OptionError(f"--process: '{task.process}' is not there; use one of {', '.join(PROCESSES)}")
     options = {name: _resolved(name, value, folder) for name, value in given(task.options).items()}

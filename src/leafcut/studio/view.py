@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from leafcut import api
 from leafcut.errors import LeafcutError
+from leafcut.options import all_options
 from leafcut.studio import forms
 from leafcut.studio.folder import OWN
 from leafcut.studio.preview import Seen, look
@@ -51,11 +51,12 @@ class View:
     def look(self, work: str = "") -> Seen:
         """Read the input, for a kind of work or the likeliest; slow for a large file."""
         try:
-            options = {n: v for n, v in forms.of_work(work or "drill", self.values).items() if n in _OF_READING}
+            options = {n: v for n, v in forms.of_work(work or "drill", self.values).items() if n in OF_READING}
             call = prepare(Task("simulate", (self.source,), "auto", options), self.studio.folder)
-            return look(call.sources[0], work, call.options)
+            seen = look(call.sources[0], work, call.options)
         except LeafcutError as problem:
             raise LeafcutError(self.studio.folder.without_paths(str(problem))) from None
+        return replace(seen, error=self.studio.folder.without_paths(seen.error))
 
     def works(self) -> tuple[str, ...]:
         """Return the kinds of work that the input is good for; all of them before there is one."""
@@ -107,12 +108,11 @@ class View:
 
 
 #: What of the options changes how a file is read.
-_OF_READING = (
-    "units", "layers", "min_diameter", "max_diameter", "merge_tolerance", "concentric", "strict", "machine",
-)  # fmt: skip
-
-#: Told that something is to be said: words, and whether they are bad news.
-Say = Callable[[str, bool], None]
+OF_READING = frozenset(
+    name
+    for group, name, _ in all_options()
+    if group.section in ("read", "sheet") or name in ("machine", "pixel_size", "threshold", "speckle", "invert")
+) | {"pocket_layers", "island_layers"}
 
 
 def _shipped() -> list[str]:

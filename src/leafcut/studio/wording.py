@@ -24,6 +24,11 @@ class Words:
         text = self.table[key]
         return text.format(**values) if values else text
 
+    def section(self, name: str) -> dict[str, str]:
+        """Return the words of a section by their keys in it."""
+        stem = f"{name}."
+        return {key.removeprefix(stem): words for key, words in self.table.items() if key.startswith(stem)}
+
     def option(self, name: str) -> str:
         """Return what an option is called beside its field."""
         return self.table[f"option.{name}"]
