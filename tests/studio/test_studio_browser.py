@@ -9,6 +9,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 from studio_server import Server
 
@@ -258,3 +259,35 @@ def test_every_control_has_a_name_and_the_focus_is_seen(page: Page) -> None:
     page.keyboard.press("Tab")
     assert re.match(r"(?!none)", page.evaluate("getComputedStyle(document.activeElement).outlineStyle"))
     assert leafcut.__version__ in (page.locator("#help").text_content() or "")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_serious(browser: Browser, server: Server, scheme: Any) -> None:
+    # The policy of the page would not let axe in.
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, color_scheme=scheme, bypass_csp=True)
+    page = context.new_page()
+    page.goto(f"{server.origin}/?token={server.token}&lang=es")
+    page.goto(f"{server.origin}/?lang=en")
+    expect(page.locator("#view-work")).to_be_visible()
+    found = serious(page, "empty")
+    opened(page, PLATE)
+    run(page)
+    for name in ("Summary", "Issues", "Program", "Search"):
+        page.get_by_role("tab", name=name).click()
+        expect(page.get_by_role("tab", name=name)).to_have_attribute("aria-selected", "true")
+        page.wait_for_timeout(300)
+        found += serious(page, name)
+    for key in ("2", "3", "4", "?"):
+        page.keyboard.press(key)
+        page.wait_for_timeout(300)
+        found += serious(page, key)
+    context.close()
+    assert found == []
+
+
+def serious(page: Page, where: str) -> list[tuple[str, ...]]:
+    return [
+        (where, rule["id"], rule["nodes"][0]["html"])
+        for rule in Axe().run(page).response["violations"]
+        if rule["impact"] in ("serious", "critical")
+    ]

@@ -95,7 +95,7 @@ def table(head: list[tuple[str, str]], rows: list[list[str]], label: str) -> Ele
     with box("div", "scroll") as around, box("table", aria_label=label):
         with box("thead"), box("tr"):
             for words, classes in head:
-                text("th", words, classes, scope="col")
+                text("th" if words else "td", words, classes, **({"scope": "col"} if words else {}))
         with box("tbody"):
             for row in rows:
                 with box("tr"):

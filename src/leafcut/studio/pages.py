@@ -87,22 +87,22 @@ class Page:
     def build(self, job: str) -> None:
         """Lay out the page; `job` is shown where it is one."""
         w = self.words
-        ui.add_head_html(_HEAD)
+        ui.add_head_html(f'<meta name="leafcut-language" content="{w.language}">{_HEAD}')
         ui.context.client.content.classes("all")
         with box("div", "studio", lang=w.language):
             self._top()
             self.views = {}
-            with box("main", "work", id="view-work") as self.views["work"]:
+            with box("div", "work", id="view-work") as self.views["work"]:
                 with box("aside", "left", aria_label=w("left.title")):
                     self.input = InputPanel(self.view, self)
                 with box("section", "middle", aria_label=w("middle.title")):
                     self.run = RunPanel(self.view, self)
                 with box("aside", "right", aria_label=w("right.title")):
                     self.result = ResultPanel(self.view, self)
-            with box("main", "sheet", id="view-jobs") as self.views["jobs"]:
+            with box("div", "sheet", id="view-jobs") as self.views["jobs"]:
                 self.jobs = JobsPanel(self.view, self)
             for kind in ("machines", "tools"):
-                with box("main", "sheet", id=f"view-{kind}") as self.views[kind]:
+                with box("div", "sheet", id=f"view-{kind}") as self.views[kind]:
                     self.__dict__[kind] = LibraryPanel(self.view, self, kind)
             self._help()
             self.said = text("div", "", "said", id="said", role="status", aria_live="polite")

@@ -34,10 +34,10 @@ class LibraryPanel:
                 with box("nav", "list card", aria_label=w(f"top.{self.kind}")):
                     own = folder.own(self.kind)
                     if own:
-                        text("h3", w("library.own"))
+                        text("h2", w("library.own"), "minor")
                     for name in own:
                         self._entry(name, True)
-                    text("h3", w("library.shipped"))
+                    text("h2", w("library.shipped"), "minor")
                     for name in library.shipped(self.kind):
                         self._entry(name, False)
                 with box("section", "card", aria_label=self.chosen):

@@ -50,7 +50,9 @@ class ResultPanel:
                 return
             answer = view.studio.history.answer(record.id) or {}
             self._tabs(answer)
-            with box("div", "scrolls", role="tabpanel", id="result-panel", aria_labelledby=f"tab-{self.tab}"):
+            with box(
+                "div", "scrolls", role="tabpanel", id="result-panel", tabindex="0", aria_labelledby=f"tab-{self.tab}"
+            ):
                 getattr(self, f"_{self.tab}")(record, answer)
             self._files(record)
 

@@ -1,6 +1,7 @@
 // What the page does by itself: theme, copying, shortcuts, dialogues. Nothing here knows what leafcut does.
 (() => {
   const root = document.documentElement;
+  root.lang = document.querySelector("meta[name=leafcut-language]").content;
   const theme = localStorage.getItem("leafcut-theme");
   if (theme) root.dataset.theme = theme;
 
