@@ -17,10 +17,11 @@ import httpx2
 class Server:
     """A studio in a process of its own."""
 
-    def __init__(self, home: Path) -> None:
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            port = probe.getsockname()[1]
+    def __init__(self, home: Path, port: int = 0) -> None:
+        if not port:
+            with socket.socket() as probe:
+                probe.bind(("127.0.0.1", 0))
+                port = probe.getsockname()[1]
         environment = {**os.environ, "XDG_DATA_HOME": str(home), "LOCALAPPDATA": str(home)}
         self.process = subprocess.Popen(
             [sys.executable, "-m", "leafcut.cli", "studio", "--no-open", "--port", str(port)],

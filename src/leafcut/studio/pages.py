@@ -172,9 +172,14 @@ class Page:
             self.say(self.words("jobs.gone"), True)
             return
         self.view.job = job
+        self.remember()
         self.show("work")
         self.run.watch()
         await self.input.restore(record.task)
+
+    def remember(self) -> None:
+        """Put the job into the address: the page comes back to it, also when the studio was started again under it."""
+        ui.navigate.history.replace(f"/?job={self.view.job}" if self.view.job else "/")
 
     def tick(self) -> None:
         """Look ten times a second how the job that is shown goes on."""

@@ -103,6 +103,7 @@ class InputPanel:
         view.source, view.name = source, name or source
         view.second = view.second_name = ""
         view.job = None
+        self.page.remember()
         await self.read("")
 
     async def read(self, work: str) -> None:

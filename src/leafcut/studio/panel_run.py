@@ -63,6 +63,7 @@ class RunPanel:
             self.page.say(line_of(problem), True)
             return
         self.page.say("")
+        self.page.remember()
         self.watch()
 
     def watch(self) -> None:

@@ -62,6 +62,7 @@ def run(call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.Eve
 
 def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event) -> Made:
     from leafcut.report.json_answer import as_json
+    from leafcut.report.views import operation_words
 
     with tempfile.TemporaryDirectory(prefix="leafcut-") as place:
         plan = Path(place) / "plan.toml"
@@ -78,7 +79,9 @@ def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event) -> 
         "gap_percent": answer["gap_percent"],
     }
     artefacts = {"program": Artefact(output, _TEXT, outcome.text.encode(outcome.encoding)), **_pages(outcome, output)}
-    searches = [(o.tool.label, o.solution.history, o.solution.lower_bound, o.solution.unit) for o in outcome.operations]
+    searches = [
+        (operation_words(o), o.solution.history, o.solution.lower_bound, o.solution.unit) for o in outcome.operations
+    ]
     artefacts["search"] = _searches(searches)
     if text:
         artefacts["plan"] = Artefact(f"{Path(output).stem}_plan.toml", "application/toml", text)
