@@ -15,11 +15,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.moments import moments, off_circle, off_line
 from leafcut.geometry.polyline import Points, Polyline
 
-#: What a line and an arc cost beside their points: about the logarithm of the number of points for each of their 4 and
-#: 5 numbers (Schwarz, "Estimating the dimension of a model", 1978), as of some thousand points.
-LINE_FEE, ARC_FEE = 24.0, 30.0
+#: What a line and an arc cost beside their points: about the logarithm of the number of points for each of their 3 and
+#: 4 numbers (Schwarz, "Estimating the dimension of a model", 1978), as of some thousand points.
+LINE_FEE, ARC_FEE = 20.0, 26.0
 #: One piece is looked for among so many points; longer ones are put together afterwards.
 WINDOW = 320
 #: So many starts of pieces are looked at together: what fits in a processor's cache.
@@ -27,6 +28,9 @@ _BLOCK = 48
 #: A piece of at most so many points between two lines may be a rounded corner; it is one, tangent to both, unless its
 #: points lie off that by more than this, in squares of the noise: two numbers less, each of which costs some 12.
 FILLET_POINTS, FILLET_WORTH = 400, 24.0
+#: A point farther than this from its line or arc, in units of the distance of points, shows that more pieces are
+#: needed, whatever they cost; down to this share of the fees.
+TRUE, LEAST_SHARE = 0.6, 0.1
 #: An intersection this near to the points is where two pieces meet, in units of the distance of points.
 NEAR = 4.0
 _TINY = 1e-12
@@ -67,7 +71,11 @@ def best_fit(points: Points, noise: Table) -> Polyline | None:
     shift = cuts[len(cuts) // 2]
     points, weights = np.roll(points, -shift, axis=0), np.roll(weights, -shift)
     cuts = _merged(points, weights, _divided(points, weights))
-    pieces = [_piece(points, weights, a, b) for a, b in zip(cuts, [*cuts[1:], len(points)], strict=True)]
+    pieces = [
+        piece
+        for a, b in zip(cuts, [*cuts[1:], len(points)], strict=True)
+        for piece in _true_pieces(points, weights, a, b, 1.0)
+    ]
     if len(pieces) == 1:
         return _circle(pieces[0])
     return _chain(points, _filleted(points, weights, pieces))
@@ -76,8 +84,20 @@ def best_fit(points: Points, noise: Table) -> Polyline | None:
 # -- which points belong together ------------------------------------------------------------------------------------
 
 
-def _divided(points: Points, weights: Table) -> list[int]:
-    """Return the first points of the pieces of the cheapest division of an open line of points."""
+def _true_pieces(points: Points, weights: Table, first: int, beyond: int, share: float) -> list[_Piece]:
+    """Return the line or arc through some of the points, or several, for a `share` of the fees, where it is untrue."""
+    one = _piece(points, weights, first, beyond)
+    own = points[first:beyond]
+    if len(own) < 6 or share < LEAST_SHARE or float(np.abs(_distances(one, own)).max()) <= TRUE:
+        return [one]
+    share *= 0.5
+    cuts = [first + cut for cut in _divided(own, weights[first:beyond], share)]
+    pairs = zip(cuts, [*cuts[1:], beyond], strict=True)
+    return [piece for a, b in pairs for piece in _true_pieces(points, weights, a, b, share)]
+
+
+def _divided(points: Points, weights: Table, share: float = 1.0) -> list[int]:
+    """Return the first points of the pieces of the cheapest division of an open line, for a share of the fees."""
     n = len(points)
     window = min(WINDOW, n)
     padded = np.concatenate([points, np.repeat(points[-1:], window, axis=0)])
@@ -88,7 +108,7 @@ def _divided(points: Points, weights: Table) -> list[int]:
     for begin in range(0, n, _BLOCK):
         starts = np.arange(begin, min(begin + _BLOCK, n))
         reach = starts[:, None] + np.arange(window)
-        fees = _fees(padded[reach] - padded[starts][:, None], heavy[reach])
+        fees = _fees(padded[reach] - padded[starts][:, None], heavy[reach], share)
         for row, start in enumerate(starts.tolist()):
             stop = min(start + window, n)
             total = cost[start] + fees[row, : stop - start]
@@ -118,81 +138,12 @@ def _fee(points: Points, weights: Table, first: int, beyond: int) -> float:
     return float(_fees(points[None, first:beyond] - points[first], weights[None, first:beyond])[0, -1])
 
 
-def _fees(places: Table, weights: Table) -> Table:
+def _fees(places: Table, weights: Table, share: float = 1.0) -> Table:
     """Return what pieces of 1, 2, 3 … points cost, of every row of float64[rows, points, 2]."""
-    m = _moments(places, weights)
+    m = moments(places, weights)
     total = np.cumsum(weights, axis=1)
-    straight, off = _narrow(m), _round(m)[0]
-    return np.minimum(total * straight + LINE_FEE, total * np.minimum(off, straight) + ARC_FEE)
-
-
-class _Moments(NamedTuple):
-    """Means, and central moments of x, y and z = x² + y²; each of every row and number of points."""
-
-    x: Table
-    y: Table
-    xx: Table
-    yy: Table
-    xy: Table
-    xz: Table
-    yz: Table
-    zz: Table
-
-
-def _moments(places: Table, weights: Table) -> _Moments:
-    x, y = places[..., 0], places[..., 1]
-    z = x * x + y * y
-    total = np.maximum(np.cumsum(weights, axis=1), _TINY)
-
-    def mean(values: Table) -> Table:
-        return np.asarray(np.cumsum(weights * values, axis=1) / total)
-
-    a, b, xx, yy, xy, xz, yz = mean(x), mean(y), mean(x * x), mean(y * y), mean(x * y), mean(x * z), mean(y * z)
-    # About the mean (a, b), z becomes z − 2ax − 2by + c with c = a² + b², and its mean the trace of the covariance.
-    c = a * a + b * b
-    trace = np.maximum(xx + yy - c, 0.0)
-    zz = mean(z * z) + 4.0 * (a * a * xx + b * b * yy + 2.0 * a * b * xy - a * xz - b * yz) + 2.0 * c * (xx + yy)
-    return _Moments(
-        a,
-        b,
-        np.maximum(xx - a * a, 0.0),
-        np.maximum(yy - b * b, 0.0),
-        xy - a * b,
-        xz - 2.0 * (a * xx + b * xy) + c * a - a * trace,
-        yz - 2.0 * (a * xy + b * yy) + c * b - b * trace,
-        zz - 3.0 * c * c,
-    )
-
-
-def _narrow(m: _Moments) -> Table:
-    """Return the mean square distance from the best line: the smaller eigenvalue of the covariance."""
-    half = 0.5 * (m.xx + m.yy)
-    return np.maximum(half - np.sqrt(0.25 * (m.xx - m.yy) ** 2 + m.xy**2), 0.0)
-
-
-def _round(m: _Moments) -> tuple[Table, Table, Table, Table]:
-    """Return the mean square distance from the best circle, about, its centre from the mean, and its radius.
-
-    Source: Taubin, "Estimation of planar curves …", IEEE Trans. PAMI 13 (1991); the root by Newton's method from 0 as
-    in Chernov, "Circular and linear regression" (2010), section 5.9.
-    """
-    trace, area = m.xx + m.yy, m.xx * m.yy - m.xy**2
-    spread = m.zz - trace**2
-    a3, a2 = 4.0 * trace, -3.0 * trace**2 - m.zz
-    a1 = spread * trace + 4.0 * area * trace - m.xz**2 - m.yz**2
-    a0 = m.xz * (m.xz * m.yy - m.yz * m.xy) + m.yz * (m.yz * m.xx - m.xz * m.xy) - spread * area
-    root = np.zeros_like(trace)
-    with np.errstate(all="ignore"):
-        for _ in range(8):
-            slope = a1 + root * (2.0 * a2 + 3.0 * a3 * root)
-            step = (a0 + root * (a1 + root * (a2 + root * a3))) / slope
-            root = root - np.where(np.isfinite(step), step, 0.0)
-        root = np.where(np.isfinite(root) & (root >= 0.0), root, 0.0)
-        # Three points always lie on a circle; the root is 0 then but for rounding.
-        down = 2.0 * (root * root - root * trace + area)
-        x = (m.xz * (m.yy - root) - m.yz * m.xy) / down
-        y = (m.yz * (m.xx - root) - m.xz * m.xy) / down
-        return root, x, y, np.sqrt(x * x + y * y + trace)
+    straight, off = off_line(m), off_circle(m)[0]
+    return np.minimum(total * straight + share * LINE_FEE, total * np.minimum(off, straight) + share * ARC_FEE)
 
 
 # -- lines and arcs --------------------------------------------------------------------------------------------------
@@ -201,10 +152,10 @@ def _round(m: _Moments) -> tuple[Table, Table, Table, Table]:
 def _piece(points: Points, weights: Table, first: int, beyond: int) -> _Piece:
     """Return the line or arc through some of the points that costs less."""
     origin, own = points[first], points[first:beyond]
-    m = _moments(own[None] - origin, weights[None, first:beyond])
+    m = moments(own[None] - origin, weights[None, first:beyond])
     total = float(weights[first:beyond].sum())
-    off, *circle = (float(t[0, -1]) for t in _round(m))
-    line = float(_narrow(m)[0, -1])
+    off, *circle = (float(t[0, -1]) for t in off_circle(m))
+    line = float(off_line(m)[0, -1])
     mx, my = float(m.x[0, -1] + origin[0]), float(m.y[0, -1] + origin[1])
     if total * off + ARC_FEE < total * line + LINE_FEE and np.isfinite(circle).all():
         x, y = circle[0] + mx, circle[1] + my
@@ -284,12 +235,13 @@ def _last(piece: _Piece, count: int) -> tuple[int, int]:
 
 
 def _length(points: Points, piece: _Piece) -> float:
-    return math.hypot(*(points[piece.beyond - 1] - points[piece.first]).tolist())
+    dx, dy = (points[piece.beyond - 1] - points[piece.first]).tolist()
+    return math.hypot(dx, dy)
 
 
 def _least(cost: Callable[[float], float], low: float, high: float) -> float:
     """Return where a cost is least: on a ladder of 64 steps, then between the neighbours of the best, by thirds."""
-    ladder = np.geomspace(low, high, 64).tolist()
+    ladder: list[float] = np.geomspace(low, high, 64).tolist()
     best = min(range(64), key=lambda k: cost(ladder[k]))
     a, b = ladder[max(best - 1, 0)], ladder[min(best + 1, 63)]
     for _ in range(24):

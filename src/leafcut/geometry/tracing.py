@@ -14,6 +14,8 @@ from leafcut.geometry.best_fit import best_fit
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Points, Polyline
 
+#: A line of fewer points, round a pixel or two, is taken as it is.
+FEW_POINTS = 10
 #: A level line that crosses this near to the middle of two pixels, pixels, crosses from plain dark to plain bright.
 PLAIN = 0.1
 #: How far the wall is from there, standard deviation, pixels: it is anywhere on the way of one pixel; with shades
@@ -57,6 +59,8 @@ def fitted_outline(line: Points) -> Polyline:
     """Return lines and arcs along a level line, within `FARTHEST` of it; all lengths in pixels."""
     import shapely
 
+    if len(line) < FEW_POINTS:
+        return smoothed_outline(line)
     middle = line - 0.5
     # A place in the middle between two pixels tells only that the wall is somewhere between them.
     shift = np.abs(np.abs(middle - np.round(middle)) - 0.5).min(axis=1)
@@ -69,6 +73,13 @@ def fitted_outline(line: Points) -> Polyline:
             # Near corners a level line is rounder than the wall.
             if off.max() <= FARTHEST and float((off > MANY * noise).mean()) <= FEW:
                 return path
+    return smoothed_outline(line)
+
+
+def smoothed_outline(line: Points) -> Polyline:
+    """Return arcs along a level line after its stairs are smoothed away; quicker, and rounder at corners."""
+    if len(line) < FEW_POINTS:
+        return Polyline.of_points(line, closed=True)
     return fit_arcs(_smoothed(line), FIT, closed=True)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, ReadError
 from leafcut.geometry.polyline import Points, Polyline
-from leafcut.geometry.tracing import fitted_outline, level_lines
+from leafcut.geometry.tracing import fitted_outline, level_lines, smoothed_outline
 from leafcut.model import Contour, Issue, Part
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.read.format import MAX_COORDINATE, Format, Match, Source, count_of, places_of, shown
@@ -25,7 +25,9 @@ from leafcut.read.pocket_outlines import EITHER, as_pockets
 #: Pictures with more pixels are refused: tracing one takes some 30 bytes a pixel.
 MAX_PIXELS = 25_000_000
 #: More steps between dark and bright than this are noise, no outline.
-MAX_STEPS = 1_000_000
+MAX_STEPS = 250_000
+#: With more steps than this, a picture is so fine that arcs along the smoothed line do, and best ones take long.
+MAX_FITTED = 50_000
 #: More outlines than this are noise, too.
 MAX_OUTLINES = 5_000
 #: Dark and bright must differ by this share of the whole range.
@@ -93,13 +95,14 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketOptions,
         raise ReadError(
             source.path, f"{steps:,} steps between dark and bright: this is noise, no outline; blur or scale it down"
         )
+    fit = fitted_outline if steps <= MAX_FITTED else smoothed_outline
     issues: list[Issue] = []
     height = grey.shape[0]
     lines = _without_dirt(source, level_lines(grey), options.speckle / size, (size, height), issues)
     _look_at_edge(grey < 0.0, issues)
     part = Part(source.name, source=source.file_name, format="picture", issues=tuple(issues))
     try:
-        return _pockets(part, [fitted_outline(line) for line in lines], (size, height), joining, source)
+        return _pockets(part, [fit(line) for line in lines], (size, height), joining, source)
     except ReadError:
         # Walls a pixel apart may meet when they are smoothed: as they are in the picture they do not.
         return _pockets(
@@ -124,7 +127,7 @@ def _pockets(
 
 def _opened(source: Source) -> Any:
     """Return the picture, its pixels not read yet."""
-    from PIL import Image
+    from PIL import Image, UnidentifiedImageError
 
     kind = kind_of(source.data)
     if kind not in _READ:
@@ -138,6 +141,8 @@ def _opened(source: Source) -> Any:
             moving = kind == "PNG" and getattr(image, "n_frames", 1) > 1
     except Image.DecompressionBombError:
         raise ReadError(source.path, _too_large("far too many pixels")) from None
+    except UnidentifiedImageError:
+        raise ReadError(source.path, f"a damaged {kind} picture (its header makes no sense); save it anew") from None
     except Exception as problem:  # what a decoder raises on a damaged file has no common root
         raise ReadError(source.path, f"a damaged {kind} picture ({shown(str(problem), 80)}); save it anew") from None
     if width * height > MAX_PIXELS:

@@ -77,11 +77,18 @@ def as_pockets(part: Part, kinds: Sequence[str | None], joining: SheetOptions, p
         outlines = _outlines(part.contours, kinds, joining, issues)
         shapes = polygons([o.contour.path for o in outlines])
         _check_simple(outlines, shapes)
-        kept = _once(outlines, shapes, issues)
+        met = conflicts(shapes)
+        kept = _once(outlines, met, issues)
+        number = {k: at for at, k in enumerate(kept)}
+        met = [
+            c._replace(first=number[c.first], second=number[c.second])
+            for c in met
+            if c.first in number and c.second in number
+        ]
         outlines, shapes = [outlines[k] for k in kept], shapes[kept]
         depth, parent = nesting(shapes)
         _check_kinds(outlines, depth, parent)
-        _check_apart(outlines, shapes, depth, parent, issues)
+        _check_apart(outlines, met, depth, issues)
     except ReadError:
         raise
     except LeafcutError as problem:
@@ -207,9 +214,8 @@ def _check_simple(outlines: Sequence[Outline], shapes: NDArray[Any]) -> None:
             raise LeafcutError(f"{outline} crosses or touches itself at ({x:.6g}, {y:.6g}); mend the drawing")
 
 
-def _once(outlines: Sequence[Outline], shapes: NDArray[Any], issues: list[Issue]) -> list[int]:
+def _once(outlines: Sequence[Outline], met: Sequence[Conflict], issues: list[Issue]) -> list[int]:
     """Return which outlines to take, none twice (L312); none overlap."""
-    met = conflicts(shapes)
     gone = {c.second for c in met if c.kind == "same"}
     for c in met:
         one, other = outlines[c.first], outlines[c.second]
@@ -239,15 +245,11 @@ def _check_kinds(outlines: Sequence[Outline], depth: NDArray[np.int64], parent: 
 
 
 def _check_apart(
-    outlines: Sequence[Outline],
-    shapes: NDArray[Any],
-    depth: NDArray[np.int64],
-    parent: NDArray[np.int64],
-    issues: list[Issue],
+    outlines: Sequence[Outline], met: Sequence[Conflict], depth: NDArray[np.int64], issues: list[Issue]
 ) -> None:
     """Raise where an island touches a wall or another island; say (L423) where two pockets touch from outside."""
     beside = []
-    for c in conflicts(shapes):
+    for c in met:
         if depth[c.first] % 2 == depth[c.second] % 2 == 0:
             beside.append(c.place)
             continue
