@@ -28,7 +28,7 @@ from leafcut.report.playback import playback
 from leafcut.studio.scene import toolpath_scene
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "studio"))
-from canvas_server import browser, serving
+from canvas_server import browser, serving, until
 
 MACHINE = Machine(
     name="bench",
@@ -124,7 +124,7 @@ def measured(scene: bytes, rows: int, length: float, chromium: str) -> list[str]
     with serving({"bench.after": scene}) as address, browser(chromium) as launched:
         page = launched.new_page(viewport={"width": 1400, "height": 900})
         page.goto(address)
-        page.wait_for_function("window.loaded")
+        until(page, "window.loaded")
         begin = time.perf_counter()
         page.evaluate("load('bench', ['after'])")
         page.evaluate("settled()")
