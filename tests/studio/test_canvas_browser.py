@@ -12,6 +12,7 @@ import pytest
 from canvas_scenes import CUT_LINE, MACHINE, PART, PLACES, grid_of_holes, grid_path, grid_program
 from canvas_server import browser, serving, until
 
+from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.report.playback import playback
 from leafcut.studio.scene import pheromone_scene, strength_scene, toolpath_scene
 
@@ -41,6 +42,16 @@ RESET = """async () => {
 }"""
 
 
+def there_and_back(x: float, y: float) -> Toolpath:
+    """Return 6,000 cuts of 100 mm on one line, up (where x is given) or across (where y is)."""
+    path = ToolpathBuilder()
+    path.rapid(x, y, 0.0)
+    for k in range(6000):
+        far = 100.0 if k % 2 == 0 else 0.0
+        path.feed(x=x or far, y=y or far, feed=50.0)
+    return path.build()
+
+
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
     """Return the address of the page, with the scenes of the tests."""
@@ -50,6 +61,8 @@ def address() -> Iterator[str]:
         "grid.after": grid_program(),
         "grid.before": toolpath_scene(slow, MACHINE),
         "grid.pheromone": pheromone_scene(PLACES, [(0, 1), (0, 11)], [1.0, 0.0]),
+        "wide.after": toolpath_scene(there_and_back(0, 50), MACHINE),
+        "tall.after": toolpath_scene(there_and_back(50, 0), MACHINE),
         "grid.strength": strength_scene([0.0, 1.0]),
     }
     with serving(scenes) as served:
@@ -231,6 +244,18 @@ def test_playing_goes_on_with_the_clock_and_by_blocks(page: Any) -> None:
     for key, run in ((".", 2), (".", 3), (",", 2), (".", 3)):
         page.keyboard.press(key)
         assert page.evaluate(line) == run
+
+
+def test_a_picture_that_takes_several_frames_is_finished_and_shows_the_newest(page: Any) -> None:
+    """With hardly any time to draw in, what is shown under the same view is not what was shown there before."""
+    page.evaluate("import('/static/buffer.js').then(m => { m.budget.learn = () => {}; m.budget.perMs = 1; })")
+    page.evaluate("drawing.setLayers({holes: false, grid: false, arrows: false, numbers: false})")
+    page.evaluate("drawing.fit(); drawing.view.zoom(0.5)")
+    for name, across, up in (("wide", True, False), ("tall", False, True)):
+        page.evaluate(f"load('{name}', ['after'])")
+        page.evaluate("settled()")
+        assert [page.evaluate(PIXEL, at)[3] > 90 for at in ([10, 50], [50, 10])] == [across, up]
+    page.evaluate("import('/static/buffer.js').then(m => delete m.budget.learn)")
 
 
 def test_before_and_after_stand_side_by_side_under_one_view_and_one_clock(page: Any) -> None:

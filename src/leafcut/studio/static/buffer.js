@@ -46,7 +46,7 @@ export class Buffer {
   }
 
   /** Whether there is a picture of just this view. */
-  ready(view) { return !this.stale && same(this.front?.view, view); }
+  ready(view) { return !this.stale && !this.job && same(this.front?.view, view); }
 
   /** Draw on, at most for `segments`; return what it cost. */
   step(view, ratio, segments) {

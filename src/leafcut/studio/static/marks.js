@@ -170,8 +170,8 @@ export function numberOrder(count) {
 
 const MOST_NUMBERS = 700;
 
-/** Yield while writing the numbers of the stops, as many as have room. */
-export function* paintNumbers(ctx, frame, scene, order, colours) {
+/** Yield while writing the numbers of the stops, as many as have room; `radius(stop)` of the hole there, mm. */
+export function* paintNumbers(ctx, frame, scene, order, colours, radius) {
   const room = new Room(15, 8), seen = frame.seen, [ox, oy] = scene.origin;
   frame.inPixels(ctx);
   ctx.font = NUMBER_FONT;
@@ -183,7 +183,8 @@ export function* paintNumbers(ctx, frame, scene, order, colours) {
     const [sx, sy] = scene.stopPlace(order[k]);
     const x = sx + ox, y = sy + oy;
     if (!(x >= seen[0] && x <= seen[2] && y >= seen[1] && y <= seen[3])) continue;
-    const px = frame.toX(x) + 5, py = frame.toY(y) - 5;
+    // Outside of the hole, to the upper right, as long as that is near enough to belong to it.
+    const off = Math.min(Math.max(radius(order[k]) * frame.scale * 0.75 + 2, 5), 60), px = frame.toX(x) + off, py = frame.toY(y) - off;
     if (!room.take(px, py)) continue;
     haloed(ctx, String(order[k] + 1), px, py, colours.ink, colours.card);
     if (++written % 50 === 0) yield 600;

@@ -241,7 +241,7 @@ export function* paintMarks(ctx, frame, pane) {
     if (layers.arrows && layers.rapids) yield* paintArrows(ctx, frame, main.scene, colours.rapid);
     if (layers.cuts) yield* paintPierces(ctx, frame, main.scene, colours);
     drawEnds(ctx, frame, main.scene, colours);
-    if (layers.numbers) yield* paintNumbers(ctx, frame, main.scene, main.numbers, colours);
+    if (layers.numbers) yield* paintNumbers(ctx, frame, main.scene, main.numbers, colours, (stop) => pane.holeRadius(stop));
     yield 10;
   }
   if (layers.extents) paintExtents(ctx, frame, pane);

@@ -283,6 +283,21 @@ export class Pane extends EventTarget {
     return stop < 0 ? undefined : main.scene.stop[stop];
   }
 
+  /** Return the radius of the hole at a stop, mm; 0 where there is none. */
+  holeRadius(stop) {
+    const { main, part } = this;
+    if (!part?.holes) return 0;
+    if (main.radiiOf !== part) {
+      main.radiiOf = part;
+      main.radii = new Float32Array(main.scene.stop.length);
+      for (let k = 0; k < part.holes; k++) {
+        const at = this.stopNear(part.hole[3 * k] + part.origin[0], part.hole[3 * k + 1] + part.origin[1], 0.05);
+        if (at >= 0) main.radii[at] = part.hole[3 * k + 2] / 2;
+      }
+    }
+    return main.radii[stop];
+  }
+
   /** Return the number (from 0) of the first stop within `reach` mm of a place, or -1. */
   stopNear(x, y, reach) {
     const { scene } = this.main, [ox, oy] = scene.origin;
