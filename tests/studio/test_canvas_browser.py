@@ -12,9 +12,11 @@ import pytest
 from canvas_scenes import CUT_LINE, MACHINE, PART, PLACES, grid_of_holes, grid_path, grid_program
 from canvas_server import browser, serving, until
 
+from leafcut.model.issue import Issue
+from leafcut.model.part import Part
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.report.playback import playback
-from leafcut.studio.scene import pheromone_scene, strength_scene, toolpath_scene
+from leafcut.studio.scene import part_scene, pheromone_scene, strength_scene, toolpath_scene
 
 pytestmark = pytest.mark.external
 
@@ -61,6 +63,7 @@ def address() -> Iterator[str]:
         "grid.after": grid_program(),
         "grid.before": toolpath_scene(slow, MACHINE),
         "grid.pheromone": pheromone_scene(PLACES, [(0, 1), (0, 11)], [1.0, 0.0]),
+        "odd.part": part_scene(Part("odd", PART.holes, issues=(Issue("L311", "a gap was closed", "at (25, 35)"),))),
         "wide.after": toolpath_scene(there_and_back(0, 50), MACHINE),
         "tall.after": toolpath_scene(there_and_back(50, 0), MACHINE),
         "grid.strength": strength_scene([0.0, 1.0]),
@@ -162,6 +165,19 @@ def test_a_drag_takes_what_is_under_the_pointer_along(page: Any) -> None:
     assert page.evaluate("drawing.selected") is None
 
 
+def test_two_fingers_keep_what_is_between_them(page: Any) -> None:
+    px, py = (round(c) for c in place_of(page, *PLACES[5]))
+    x, y = page.evaluate(UNDER, [px, py])
+    before = page.evaluate("drawing.view.scale")
+    session = page.context.new_cdp_session(page)
+    for kind, apart in (("touchStart", 40), ("touchMove", 60), ("touchMove", 80), ("touchEnd", 0)):
+        points = [{"x": px + side * apart, "y": py, "id": k} for k, side in enumerate((-1, 1))]
+        fingers = [] if kind == "touchEnd" else points
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": fingers})
+    assert page.evaluate("drawing.view.scale") == pytest.approx(2 * before, rel=0.02)
+    assert place_of(page, x, y) == pytest.approx((px, py), abs=1)
+
+
 def test_keys_move_and_fit_the_view(page: Any) -> None:
     before = page.evaluate("drawing.view.snapshot()")
     page.evaluate("drawing.panes[1].canvas.focus()")
@@ -192,6 +208,13 @@ def test_the_pointer_names_moves_with_their_length_and_line(page: Any) -> None:
     assert readout(page).startswith("Rapid · 20.000 mm")
     page.mouse.move(*place_of(page, 85, 30.0))
     assert readout(page).startswith("X 85.0")
+
+
+def test_the_pointer_says_what_an_issue_is(page: Any) -> None:
+    page.evaluate("load('odd', ['part'])")
+    page.evaluate("settled()")
+    page.mouse.move(*place_of(page, 25, 35))
+    assert readout(page) == "L311 · a gap was closed · at (25, 35)"
 
 
 def test_a_hole_that_is_chosen_is_the_line_that_is_chosen_and_back(page: Any) -> None:
