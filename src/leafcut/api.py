@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from leafcut.model.cutting import CutPlan
 
 #: What `optimize` can be told to make of its input.
-PROCESSES = ("auto", "drill", "cut", "mill", "laser", "plasma")
+PROCESSES = ("auto", "drill", "cut", "pocket", "mill", "laser", "plasma")
 
 
 def optimize(
@@ -43,7 +43,7 @@ def optimize(
     cancelled: threading.Event | None = None,
     **options: Any,
 ) -> Outcome:
-    """Turn a drawing into a verified drilling or cutting program, or a program into the same work in less time.
+    """Turn a drawing into a verified program that drills, cuts or mills it, or a program into a quicker one.
 
     Parameters
     ----------
@@ -53,8 +53,9 @@ def optimize(
     output, report
         Where to write the program and the report page; nothing is written without them.
     process
-        ``cut`` makes a cutting program of the contours in a drawing; else what a program does: ``drill``, ``mill``,
-        ``laser`` or ``plasma``, where ``auto`` does not see it.
+        ``cut`` makes a cutting program of the contours in a drawing, ``pocket`` a milling program of its pockets; else
+        what a program does: ``drill``, ``mill``, ``laser`` or ``plasma``, where ``auto`` does not see it. Of a picture
+        ``auto`` makes pockets.
     options_file
         A TOML file of options.
     progress
@@ -107,12 +108,18 @@ def _work(run: Run, source: str | Path, process: str) -> Outcome:
     format_, loaded = read_source(source)
     if format_.name == "gcode" and process == "cut":
         raise OptionError("--process cut: this is a program; of a program, say what it does: laser or plasma")
+    if format_.name == "gcode" and process == "pocket":
+        raise OptionError("--process pocket: this is a program; of a program, say what it does: mill")
     if format_.name == "gcode":
         from leafcut.runs.resequencing import resequence
 
         return resequence(run, loaded.path, loaded.data, process)
-    if process not in ("auto", "drill", "cut"):
-        raise OptionError(f"--process {process}: a drawing is drilled or cut; use auto, drill or cut")
+    if process not in ("auto", "drill", "cut", "pocket"):
+        raise OptionError(f"--process {process}: a drawing is drilled, cut or milled; use auto, drill, cut or pocket")
+    if process == "pocket" or (process == "auto" and format_.processes == ("pocket",)):
+        from leafcut.runs.pocketing import pocket
+
+        return pocket(run, source)
     if process == "cut":
         from leafcut.runs.cutting import cut
 

@@ -192,7 +192,7 @@ def _optimize(
     output: Annotated[str | None, Parameter(name=["--output", "-o"], help="the program to write")] = None,
     report: Annotated[str | None, Parameter(name="--report", help="a page with pictures to write")] = None,
     process: Annotated[
-        str, Parameter(name="--process", help="what is done [auto, drill, cut, mill, laser, plasma]")
+        str, Parameter(name="--process", help="what is done [auto, drill, cut, pocket, mill, laser, plasma]")
     ] = "auto",
     options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
     as_json: Json = False,

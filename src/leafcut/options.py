@@ -536,7 +536,7 @@ class PocketOptions(OptionGroup):
     )
     entry_angle: float = option(
         "quantity",
-        0.05235987755982988,
+        0.05235987755982989,
         "steepest way down of a ramp or a helix",
         unit="rad",
         minimum=0.001,

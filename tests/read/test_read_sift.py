@@ -67,6 +67,13 @@ def test_what_is_kept_is_a_part_of_the_drawing_in_its_order_without_doubles(rows
             assert not (near and (same or rule != "all"))
 
 
+def test_a_point_near_to_the_circle_that_stays_is_its_centre_mark_also_where_another_circle_went():
+    holes = [Hole(0.0, 0.0, 2.0), Hole(0.005, 0.0, 1.0), Hole(0.0117, 0.0, 0.0)]
+    kept, issues = sift(holes, ReadOptions(concentric="smallest"))
+    assert kept == (holes[1],)
+    assert [i.code for i in issues] == ["L302", "L302"]
+
+
 def test_layer_patterns_know_wildcards_and_no_other_magic():
     choose = layer_filter(("HOLES*", "t?", "[x]"))
     assert [choose(n) for n in ("holes_6", "T1", "T12", "x")] == [True, True, False, True]

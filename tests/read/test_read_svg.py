@@ -219,5 +219,5 @@ def test_hostile_numbers_and_styles_do_not_stall_the_reader(draw):
 
 
 def test_for_drilling_an_svg_is_refused_with_its_reason(draw):
-    with pytest.raises(ReadError, match="for cutting from sheet only"):
+    with pytest.raises(ReadError, match="for cutting from sheet and for pockets only"):
         read(draw('<circle r="1"/>'))

@@ -30,6 +30,7 @@ CODES: dict[str, str] = {
     "L211": "a contour is on a layer that is not cut",
     "L212": "an open path was left out",
     "L213": "a contour is very small",
+    "L214": "a spot of a picture was taken as dirt",
     "L215": "a clip path or a mask was left out of account",
     "L301": "holes drawn on top of each other were merged",
     "L302": "circles with one centre: one of them was taken",
@@ -51,6 +52,7 @@ CODES: dict[str, str] = {
     "L422": "what encloses everything may be the sheet",
     "L423": "parts touch each other",
     "L424": "an open path is cut or marked as it is",
+    "L425": "the edge of a picture is taken as a wall",
     "L431": "lines of a drawing lie in no part",
     "L432": "a drawing holds several parts",
     "L433": "a nest failed its check, or could not be made",
@@ -68,6 +70,9 @@ CODES: dict[str, str] = {
     "L616": "how much is cut once for two parts",
     "L617": "edges a kerf apart are cut for each part",
     "L701": "a place of a pocket cannot be reached by the tool",
+    "L702": "the tool comes down in another way than was asked for",
+    "L703": "holes have to be there before a program runs",
+    "L711": "a path leaves ground uncut that the tool could reach",
 }
 
 

@@ -10,6 +10,9 @@ from leafcut.geometry.polyline import Polyline
 #: How pockets are cleared.
 STRATEGIES = ("best", "zigzag", "contour", "firefly", "ants", "adaptive")
 
+#: What most shops run, in this order: what a pocket's program is measured against.
+USUAL = ("zigzag", "contour")
+
 #: What a piece of a path is for.
 PIECE_KINDS = ("rough", "link", "finish")
 
@@ -199,3 +202,14 @@ class PocketPlan:
     levels: tuple[float, ...]
     results: tuple[PocketResult, ...] = field(default=())
     chosen: int = 0
+
+    @property
+    def result(self) -> PocketResult:
+        """The strategy that is written."""
+        return self.results[self.chosen]
+
+    @property
+    def usual(self) -> PocketResult:
+        """What the program is measured against: the first strategy of `USUAL` that is possible, else the chosen one."""
+        possible = {r.strategy: r for r in self.results if r.path is not None}
+        return next((possible[name] for name in USUAL if name in possible), self.result)

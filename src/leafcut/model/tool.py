@@ -15,6 +15,7 @@ class ToolKind(StrEnum):
     REAMER = "reamer"
     TAP = "tap"
     SLOT_MILL = "slot-mill"
+    END_MILL = "end-mill"
     TORCH = "torch"
 
 

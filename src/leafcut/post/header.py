@@ -23,8 +23,9 @@ def header_lines(
     options: Mapping[str, str],
     units: str,
     date: bool = False,
+    beside: str = "in the drawing's order",
 ) -> list[str]:
-    """Return the lines of the header; `seconds` are the machine times before and after.
+    """Return the lines of the header; `seconds` are the machine times before and after, `beside` says what before was.
 
     Nothing in it changes from run to run, so that the same seed gives the same bytes; the date stands in it only when
     `date` asks for it.
@@ -42,7 +43,7 @@ def header_lines(
     for axis, least, most in zip("XYZ", low, high, strict=True):
         lines.append(f"{axis} {_short(least / scale)} to {_short(most / scale)} {unit}")
     before, after = seconds
-    lines.append(f"estimated time {format_time(after)}, in the drawing's order {format_time(before)}")
+    lines.append(f"estimated time {format_time(after)}, {beside} {format_time(before)}")
     return lines
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from leafcut.errors import ReadError
 from leafcut.model import Part, Severity
-from leafcut.options import ReadOptions
+from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.read.format import Format, Match, Source
 from leafcut.read.registry import formats, read_source, run
 
-__all__ = ["Format", "Match", "Source", "formats", "read", "read_contours"]
+__all__ = ["Format", "Match", "Source", "formats", "read", "read_contours", "read_pockets"]
 
 
 def read(source: str | Path, options: ReadOptions | None = None) -> Part:
@@ -44,6 +44,34 @@ def read_contours(source: str | Path, options: ReadOptions | None = None) -> Par
         there_are = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.contours)
         raise ReadError(loaded.path, f"{format_.name} holds nothing that is cut from sheet; use {there_are}")
     return _unless_strict(run(replace(format_, read=format_.contours), loaded, options), loaded, options)
+
+
+def read_pockets(
+    source: str | Path,
+    options: ReadOptions | None = None,
+    pocket_options: PocketOptions | None = None,
+    joining: SheetOptions | None = None,
+) -> Part:
+    """Return the pockets of a drawing or a picture, in mm: walls and islands, joined, cleaned and checked.
+
+    Of `joining` count `join_tolerance` and `open_paths`, of `pocket_options` the layers and what is said of pictures.
+
+    Raises
+    ------
+    ReadError
+        The file cannot be read, is of a format without pockets, holds none, has outlines that are open, cross
+        themselves or touch each other, or, with `options.strict`, needed anything skipped or repaired.
+    OptionError
+        A picture needs `pixel_size`.
+    """
+    options = options or ReadOptions()
+    format_, loaded = read_source(source)
+    if format_.pockets is None:
+        there_are = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.pockets)
+        raise ReadError(loaded.path, f"{format_.name} holds no pockets; use {there_are}")
+    clear, given, join = format_.pockets, pocket_options or PocketOptions(), joining or SheetOptions()
+    reader = replace(format_, read=lambda file, reading: clear(file, reading, given, join))
+    return _unless_strict(run(reader, loaded, options), loaded, options)
 
 
 def _unless_strict(part: Part, loaded: Source, options: ReadOptions) -> Part:

@@ -16,7 +16,7 @@ from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.arcs import Piece, close_circles
 from leafcut.read.dxf_blocks import Walk
-from leafcut.read.dxf_contours import read_dxf_contours
+from leafcut.read.dxf_contours import read_dxf_contours, read_dxf_pockets
 from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document, sniff, units_of, walk_issues
 from leafcut.read.dxf_shapes import ROUND, Matrix, Shape, half_axes, is_flat, moved, seen_span, shape_of
 from leafcut.read.format import (
@@ -181,8 +181,10 @@ def _nothing(walk: Walk[Shape], finds: Finds, document: Any, options: ReadOption
 FORMAT = Format(
     "dxf",
     (".dxf",),
-    "drawing (AutoCAD DXF, text or binary): circles are holes, lines and curves are contours",
+    "drawing (AutoCAD DXF, text or binary): circles are holes, lines and curves are contours or pockets",
     read_dxf,
     sniff,
     contours=read_dxf_contours,
+    pockets=read_dxf_pockets,
+    processes=("drill", "cut", "pocket"),
 )

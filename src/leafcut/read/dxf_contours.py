@@ -10,7 +10,7 @@ import numpy as np
 from leafcut.errors import PlanError, ReadError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Issue, Part, Severity
-from leafcut.options import ReadOptions
+from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.read.dxf_blocks import Walk
 from leafcut.read.dxf_document import layers_of, open_document, units_of, walk_issues
 from leafcut.read.dxf_shapes import Matrix
@@ -26,6 +26,7 @@ from leafcut.read.format import (
     too_many_segments,
     units_unknown,
 )
+from leafcut.read.pocket_outlines import pockets_of_drawing
 
 
 def read_dxf_contours(source: Source, options: ReadOptions) -> Part:
@@ -58,6 +59,19 @@ def read_dxf_contours(source: Source, options: ReadOptions) -> Part:
     if unit is None:
         issues.insert(0, units_unknown("the drawing", part, Severity.WARNING))
     return replace(part, issues=tuple(issues))
+
+
+def read_dxf_pockets(
+    source: Source, options: ReadOptions, pocket_options: PocketOptions, joining: SheetOptions
+) -> Part:
+    """Return the outlines of a DXF drawing as pockets with islands, in mm.
+
+    Raises
+    ------
+    ReadError
+        As `read_dxf_contours` and `pockets_of_drawing`.
+    """
+    return pockets_of_drawing(read_dxf_contours(source, options), pocket_options, joining, source.path)
 
 
 @dataclass

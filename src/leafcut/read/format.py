@@ -11,7 +11,7 @@ from pathlib import Path
 
 from leafcut.errors import ReadError
 from leafcut.model import Issue, Part, Severity
-from leafcut.options import ReadOptions
+from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.units import MM_PER_UNIT
 
 #: Files larger than this are refused: no drawing of holes is, and reading one could exhaust the memory.
@@ -98,6 +98,11 @@ class Format:
     contours
         ``(Source, ReadOptions) -> Part`` for what is to be cut: the part's contours, as they are drawn. None for a
         format that has none.
+    pockets
+        ``(Source, ReadOptions, PocketOptions, SheetOptions) -> Part`` for what is to be cleared: the part's pockets.
+        None for a format that has none.
+    processes
+        What a file of this kind is read for, the usual first: ``drill``, ``cut``, ``pocket``.
     """
 
     name: str
@@ -108,6 +113,8 @@ class Format:
     prefix: tuple[str, ...] = ()
     error: str = ""
     contours: Callable[[Source, ReadOptions], Part] | None = None
+    pockets: Callable[[Source, ReadOptions, PocketOptions, SheetOptions], Part] | None = None
+    processes: tuple[str, ...] = ("drill",)
 
 
 def load(path: str | Path) -> Source:
@@ -172,7 +179,7 @@ def units_unknown(what: str, part: Part, severity: Severity) -> Issue:
     left, low, right, high = part.extents
     widths = [w for w in part.diameters if w > 0]
     holes = f"holes of Ø {min(widths):g} to {max(widths):g} mm" if widths else "the points"
-    holes = "the contours" if part.contours else holes
+    holes = "the contours" if part.contours else "the pockets" if part.pockets else holes
     return Issue(
         "L102",
         f"{what} does not say its units; with mm, {holes} span {right - left:g} × {high - low:g} mm; "

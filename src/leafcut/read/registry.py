@@ -8,7 +8,7 @@ from pathlib import Path
 from leafcut.errors import LeafcutError, ReadError
 from leafcut.model import Part
 from leafcut.options import ReadOptions
-from leafcut.read import csvmap, dxf, examples, excellon, gcode, gtsp, sirius, svg, tsplib, xmlmap
+from leafcut.read import csvmap, dxf, examples, excellon, gcode, gtsp, picture, sirius, svg, tsplib, wkt, xmlmap
 from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load, shown
 
 #: Packages of other people add a format by an entry point of this group that names a `Format`.
@@ -18,6 +18,8 @@ BUILT_IN = (
     dxf.FORMAT,
     svg.FORMAT,
     sirius.FORMAT,
+    wkt.FORMAT,
+    picture.FORMAT,
     excellon.FORMAT,
     xmlmap.FORMAT,
     csvmap.FORMAT,

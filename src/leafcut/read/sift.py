@@ -52,6 +52,8 @@ def sift(
     kept = _without_centre_marks(kept, options.merge_tolerance, issues)
     if options.concentric != "all":
         kept = _one_per_centre(kept, options, issues)
+        # A point may be near to that circle only which another stood for until now.
+        kept = _without_centre_marks(kept, options.merge_tolerance, issues)
     return tuple(kept), issues
 
 

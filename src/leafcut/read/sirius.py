@@ -138,4 +138,5 @@ FORMAT = Format(
     read_sirius,
     sniff,
     contours=read_sirius_contours,
+    processes=("cut",),
 )

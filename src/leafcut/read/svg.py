@@ -15,7 +15,7 @@ import numpy as np
 
 from leafcut.errors import LeafcutError, ReadError
 from leafcut.model import Contour, Issue, Part, Severity
-from leafcut.options import ReadOptions
+from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.read.format import (
     CURVE_TOLERANCE,
     MAX_COORDINATE,
@@ -27,6 +27,7 @@ from leafcut.read.format import (
     shown,
     too_many_segments,
 )
+from leafcut.read.pocket_outlines import pockets_of_drawing
 from leafcut.read.sift import layer_filter
 from leafcut.read.svg_shapes import SHAPES, Frame, Outline, outlines_of, placed_outline
 from leafcut.read.svg_transform import (
@@ -68,7 +69,10 @@ def read_svg(source: Source, options: ReadOptions) -> Part:
     ReadError
         Always.
     """
-    raise ReadError(source.path, "an SVG drawing is read for cutting from sheet only; for drilling use DXF or Excellon")
+    raise ReadError(
+        source.path,
+        "an SVG drawing is read for cutting from sheet and for pockets only; for drilling use DXF or Excellon",
+    )
 
 
 def read_svg_contours(source: Source, options: ReadOptions) -> Part:
@@ -99,6 +103,19 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
         message = f"the drawing says its size in pixels only; at 96 per inch it measures {size}; --units says otherwise"
         issues.insert(0, Issue("L102", message))
     return replace(part, issues=tuple(issues))
+
+
+def read_svg_pockets(
+    source: Source, options: ReadOptions, pocket_options: PocketOptions, joining: SheetOptions
+) -> Part:
+    """Return the outlines of an SVG drawing as pockets with islands, in mm.
+
+    Raises
+    ------
+    ReadError
+        As `read_svg_contours` and `pockets_of_drawing`.
+    """
+    return pockets_of_drawing(read_svg_contours(source, options), pocket_options, joining, source.path)
 
 
 class _Page(NamedTuple):
@@ -330,8 +347,10 @@ class _Walk:
 FORMAT = Format(
     "svg",
     (".svg",),
-    "drawing (Inkscape, Illustrator, laser programs): paths and shapes are contours, for cutting only",
+    "drawing (Inkscape, Illustrator, laser programs): paths and shapes are contours or pockets, not holes",
     read_svg,
     sniff,
     contours=read_svg_contours,
+    pockets=read_svg_pockets,
+    processes=("cut", "pocket"),
 )

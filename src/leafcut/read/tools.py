@@ -21,6 +21,9 @@ _HOLE_KEYS = ("diameter", "layer", "steps")
 _HIGHEST_NUMBER = 99_999_999  # eight digits: the widest T word, of Fanuc
 _LARGEST = 1000.0
 
+#: Kinds that no library of drills holds: their data come from elsewhere.
+_OTHERS = (ToolKind.TORCH, ToolKind.END_MILL)
+
 #: The full angle of the point where a tool does not say it: 118° is the common twist drill; the others end flat.
 _POINT_ANGLE = {ToolKind.DRILL: math.radians(118), ToolKind.CENTRE_DRILL: math.radians(118)}
 
@@ -68,7 +71,7 @@ def _tables(top: Table, key: str) -> list[Any]:
 
 
 def _tool(table: Table) -> Tool:
-    kind = ToolKind(table.text("kind", ToolKind.DRILL, [k.value for k in ToolKind if k is not ToolKind.TORCH]))
+    kind = ToolKind(table.text("kind", ToolKind.DRILL, [k.value for k in ToolKind if k not in _OTHERS]))
     angle = table.quantity("point_angle", "rad", _POINT_ANGLE.get(kind, math.pi))
     if not 0 < angle <= math.pi + 1e-9:
         raise table.problem("point_angle", "must be above 0° and at most 180°")

@@ -10,6 +10,7 @@ from leafcut.model.outcome import Measure, OperationOutcome, Outcome
 from leafcut.model.part import Part
 from leafcut.model.solution import Solution
 from leafcut.report.cut_words import cut_counts, cutting_as_json
+from leafcut.report.pocket_words import pocket_counts, pockets_as_json
 from leafcut.report.wording import algorithm_words, feed_mm_min, plain_number
 
 
@@ -41,6 +42,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "verified": bool(outcome.verified),
         **proof,
         **cutting_as_json(outcome),
+        **pockets_as_json(outcome),
         "seconds": plain_number(outcome.seconds),
         "tools": [_tool(o) for o in outcome.operations],
         "workers": [w for number, o in enumerate(outcome.operations) for w in _workers(number, o)],
@@ -85,6 +87,8 @@ def issues_as_json(issues: Iterable[Issue]) -> list[dict[str, str]]:
 def _counts(outcome: Outcome) -> dict[str, int]:
     if outcome.cut_plan is not None:
         return cut_counts(outcome.cut_plan)
+    if outcome.pocket_plans:
+        return pocket_counts(outcome)
     if outcome.certificate is not None:
         return {**outcome.certificate["before"], "barriers": outcome.barriers, "operations": len(outcome.operations)}
     return {

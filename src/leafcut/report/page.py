@@ -8,10 +8,11 @@ from typing import Any
 
 from leafcut.model.cutting import CutPlan
 from leafcut.model.outcome import Measure, Outcome
-from leafcut.report import sheet_page, views
+from leafcut.report import pocket_page, sheet_page, views
 from leafcut.report.colours import drawing_css, style_sheet
 from leafcut.report.cut_words import cut_counts_words
 from leafcut.report.drawing import RAMP, Scene, Which, build_scene, cut_tools, drawing, tool_class
+from leafcut.report.pocket_words import pocket_counts_words
 from leafcut.report.sheet_drawing import build_sheet_scene, sheet_drawing
 from leafcut.report.sheet_page import plan_words, sheet_size
 from leafcut.report.svg import element
@@ -28,7 +29,7 @@ def write_page(outcome: Outcome) -> str:
     from markupsafe import Markup
 
     plan = outcome.cut_plan
-    css = drawing_css() + style_sheet("page.css") + (style_sheet("sheet.css") if plan is not None else "")
+    css = drawing_css() + style_sheet("page.css") + _more_css(outcome)
     environment = Environment(
         loader=PackageLoader("leafcut.report", ""),
         autoescape=True,
@@ -54,6 +55,13 @@ def path_svg(outcome: Outcome, which: Which) -> str:
     style = element("style", drawing_css() + css)
     head, title, rest = svg.partition("</title>")
     return f"{head}{title}{style}{rest}\n"
+
+
+def _more_css(outcome: Outcome) -> str:
+    """Return the styles of what only this kind of work has."""
+    if outcome.pocket_plans:
+        return style_sheet("pocket.css")
+    return style_sheet("sheet.css") if outcome.cut_plan is not None else ""
 
 
 def _hash(css: str) -> str:
@@ -82,13 +90,18 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "seconds": time_words(outcome.seconds),
         "verified": outcome.verified,
         "options": [(clean(flag), clean(value)) for flag, value in outcome.options.items()],
-        "searches": views.searches(outcome),
+        "searches": [] if _no_choice(outcome) else views.searches(outcome),
         "left_out": max(0, len(outcome.operations) - views.MOST_SEARCHES),
         "sections": any(o.lines for o in outcome.operations),
-        "workers": views.workers(outcome),
+        "workers": views.workers(outcome) if not _no_choice(outcome) else {"rows": []},
         "issues": views.issues(outcome),
         "program": views.program(outcome),
     }
+
+
+def _no_choice(outcome: Outcome) -> bool:
+    """Return whether there is but one region of one pocket: nothing was ordered."""
+    return bool(outcome.pocket_plans) and all(len(o.solution.nodes) == 1 for o in outcome.operations)
 
 
 def _work(outcome: Outcome, plan: CutPlan | None) -> dict[str, Any]:
@@ -101,10 +114,22 @@ def _work(outcome: Outcome, plan: CutPlan | None) -> dict[str, Any]:
             "orders": sheet_page.cards(outcome),
             "way": "Between cuts",
             "sheet": sheet_page.sheet_content(outcome, plan),
+            "pocket": None,
+        }
+    if outcome.pocket_plans:
+        return {
+            "counts": pocket_counts_words(outcome),
+            "size": pocket_page.pocket_size(outcome),
+            "saved": pocket_page.saved(outcome),
+            "orders": pocket_page.cards(outcome),
+            "way": "Rapids",
+            "sheet": None,
+            "pocket": pocket_page.pocket_content(outcome),
         }
     scene = build_scene(outcome)
     return {
         "sheet": None,
+        "pocket": None,
         "way": "Travel",
         "counts": counts_words(outcome),
         "size": _size(outcome, scene),

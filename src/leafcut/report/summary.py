@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 from leafcut.model.issue import Severity
 from leafcut.model.outcome import Outcome
 from leafcut.report.cut_words import cut_counts_words, norm_facts
+from leafcut.report.pocket_words import STRATEGY_TITLES, chosen_words, pocket_counts_words, strategy_cells
+from leafcut.report.pocket_words import facts as pocket_facts
+from leafcut.report.pocket_words import figures as strategy_figures
 from leafcut.report.wording import (
     NO_VALUE,
     algorithm_words,
@@ -38,7 +41,8 @@ def summary(outcome: Outcome) -> RenderableType:
     """
     from rich.console import Group
 
-    parts: list[RenderableType] = [_title(outcome), "", _orders(outcome), "", _facts(outcome)]
+    table = _strategies(outcome) if outcome.pocket_plans else _orders(outcome)
+    parts: list[RenderableType] = [_title(outcome), "", table, "", _facts(outcome)]
     if outcome.issues:
         parts += ["", _issues(outcome)]
     return Group("", *parts, "")
@@ -53,7 +57,10 @@ def _title(outcome: Outcome) -> Text:
     from rich.text import Text
 
     machine = f"{clean(outcome.machine.name)} ({clean(outcome.dialect)})"
-    counts = counts_words(outcome) if outcome.cut_plan is None else cut_counts_words(outcome.cut_plan)
+    if outcome.pocket_plans:
+        counts = pocket_counts_words(outcome)
+    else:
+        counts = counts_words(outcome) if outcome.cut_plan is None else cut_counts_words(outcome.cut_plan)
     return Text.assemble((clean(outcome.part.name), "bold"), "\n", (f"{counts} · {machine}", "dim"), overflow="fold")
 
 
@@ -82,6 +89,23 @@ def _orders(outcome: Outcome) -> Table:
     return table
 
 
+def _strategies(outcome: Outcome) -> Table:
+    """Return every strategy over one level, and why some are not possible."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim", pad_edge=False)
+    table.add_column("one level", no_wrap=True)
+    for title in STRATEGY_TITLES:
+        table.add_column(title, justify="right", no_wrap=True)
+    for row in strategy_figures(outcome.pocket_plans):
+        if row.measures is None:
+            continue
+        style = "bold green" if row.chosen else ""
+        table.add_row(Text(row.name, style), *(Text(cell, style) for cell in strategy_cells(row.measures)))
+    return table
+
+
 def _facts(outcome: Outcome) -> Table:
     from rich.table import Table
     from rich.text import Text
@@ -93,14 +117,25 @@ def _facts(outcome: Outcome) -> Table:
     ]
     if outcome.cut_plan is not None:
         facts += [(name, Text(clean(words))) for name, words in norm_facts(outcome.cut_plan)]
-    if outcome.gap is not None:
+    if outcome.pocket_plans:
+        facts += [("program", Text(f"{time_words(outcome.after.time_s)} by {chosen_words(outcome)}", "bold"))]
+        facts += [(name, Text(clean(words))) for name, words in pocket_facts(outcome)]
+        facts += [
+            (row.name, Text(f"not possible: {clean(row.refused)}", "dim"))
+            for row in strategy_figures(outcome.pocket_plans)
+            if row.measures is None
+        ]
+    elif outcome.gap is not None:
         facts.append(("gap", Text(bound_words(outcome))))
-    if outcome.operations:
+    if outcome.operations and not outcome.pocket_plans:
         method = f"{clean(algorithm_words(outcome))}, seed {outcome.seed}, {time_words(outcome.seconds)}"
         facts.append(("method", Text(method)))
     facts += [
         (name, Text(clean(place), "cyan", overflow="fold"))
-        for name, place in (("program", outcome.output), ("report", outcome.report))
+        for name, place in (
+            ("file", outcome.output) if outcome.pocket_plans else ("program", outcome.output),
+            ("report", outcome.report),
+        )
         if place
     ]
     table = Table.grid(padding=(0, 2, 0, 0))

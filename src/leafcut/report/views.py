@@ -43,7 +43,7 @@ HEAD_LINES = 200
 
 #: What a program of a laser or plasma spends its time with.
 _TIMES_OF_BEAMS = {"feed": "feed moves", "spindle": "beam on, off"}
-_KIND_WORDS = {"centre-drill": "centre drill", "slot-mill": "slot mill"}
+_KIND_WORDS = {"centre-drill": "centre drill", "slot-mill": "slot mill", "end-mill": "end mill"}
 
 
 def orders(outcome: Outcome, dark_mm: tuple[float, float] = (0.0, 0.0)) -> list[Row]:

@@ -1,0 +1,370 @@
+"""A closed line of noisy points becomes the fewest lines and arcs that explain it, with sharp corners between them.
+
+Which points belong together is found for all at once: every stretch of points costs the squares of what they lie off
+its best line or circle, in units of their noise, and a fee for being a piece of its own; the cheapest division of the
+whole is found by dynamic programming (Perez and Vidal, "Optimum polygonal approximation of digitized curves", Pattern
+Recognition Letters 15 (1994), for lines). Neighbouring pieces end where their lines or circles meet.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.moments import moments, off_circle, off_line
+from leafcut.geometry.polyline import Points, Polyline
+
+#: What a line and an arc cost beside their points: about the logarithm of the number of points for each of their 3 and
+#: 4 numbers (Schwarz, "Estimating the dimension of a model", 1978), as of some thousand points.
+LINE_FEE, ARC_FEE = 20.0, 26.0
+#: One piece is looked for among so many points; longer ones are put together afterwards.
+WINDOW = 320
+#: So many starts of pieces are looked at together: what fits in a processor's cache.
+_BLOCK = 48
+#: A piece of at most so many points between two lines may be a rounded corner; it is one, tangent to both, unless its
+#: points lie off that by more than this, in squares of the noise: two numbers less, each of which costs some 12.
+FILLET_POINTS, FILLET_WORTH = 400, 24.0
+#: A point farther than this from its line or arc, in units of the distance of points, shows that more pieces are
+#: needed, whatever they cost; down to this share of the fees.
+TRUE, LEAST_SHARE = 0.6, 0.1
+#: An intersection this near to the points is where two pieces meet, in units of the distance of points.
+NEAR = 4.0
+_TINY = 1e-12
+
+Table = NDArray[np.float64]
+
+
+class _Piece(NamedTuple):
+    """A line or an arc through points: indices from and to (excluded), its centre and radius, or a direction."""
+
+    first: int
+    beyond: int
+    x: float
+    y: float
+    #: Of an arc, positive counter-clockwise; 0 for a line.
+    radius: float
+    dx: float
+    dy: float
+
+
+def best_fit(points: Points, noise: Table) -> Polyline | None:
+    """Return lines and arcs through a closed line of points, or None where they make no closed path.
+
+    O(n · `WINDOW`).
+
+    Parameters
+    ----------
+    points
+        float64[n, 2], about one unit (a pixel) from each other, the first not repeated.
+    noise
+        float64[n], by how much each lies off, standard deviation, in the same unit.
+    """
+    if len(points) < 3:
+        return None
+    weights = noise**-2.0
+    cuts = _divided(points, weights)
+    # Where the ring was opened there need not be a corner: open it at one that was found, and divide anew.
+    shift = cuts[len(cuts) // 2]
+    points, weights = np.roll(points, -shift, axis=0), np.roll(weights, -shift)
+    cuts = _merged(points, weights, _divided(points, weights))
+    pieces = [
+        piece
+        for a, b in zip(cuts, [*cuts[1:], len(points)], strict=True)
+        for piece in _true_pieces(points, weights, a, b, 1.0)
+    ]
+    if len(pieces) == 1:
+        return _circle(pieces[0])
+    return _chain(points, _filleted(points, weights, pieces))
+
+
+# -- which points belong together ------------------------------------------------------------------------------------
+
+
+def _true_pieces(points: Points, weights: Table, first: int, beyond: int, share: float) -> list[_Piece]:
+    """Return the line or arc through some of the points, or several, for a `share` of the fees, where it is untrue."""
+    one = _piece(points, weights, first, beyond)
+    own = points[first:beyond]
+    if len(own) < 6 or share < LEAST_SHARE or float(np.abs(_distances(one, own)).max()) <= TRUE:
+        return [one]
+    share *= 0.5
+    cuts = [first + cut for cut in _divided(own, weights[first:beyond], share)]
+    pairs = zip(cuts, [*cuts[1:], beyond], strict=True)
+    return [piece for a, b in pairs for piece in _true_pieces(points, weights, a, b, share)]
+
+
+def _divided(points: Points, weights: Table, share: float = 1.0) -> list[int]:
+    """Return the first points of the pieces of the cheapest division of an open line, for a share of the fees."""
+    n = len(points)
+    window = min(WINDOW, n)
+    padded = np.concatenate([points, np.repeat(points[-1:], window, axis=0)])
+    heavy = np.concatenate([weights, np.zeros(window)])
+    cost = np.full(n + 1, np.inf)
+    cost[0] = 0.0
+    before = np.zeros(n + 1, dtype=np.int64)
+    for begin in range(0, n, _BLOCK):
+        starts = np.arange(begin, min(begin + _BLOCK, n))
+        reach = starts[:, None] + np.arange(window)
+        fees = _fees(padded[reach] - padded[starts][:, None], heavy[reach], share)
+        for row, start in enumerate(starts.tolist()):
+            stop = min(start + window, n)
+            total = cost[start] + fees[row, : stop - start]
+            better = np.flatnonzero(total < cost[start + 1 : stop + 1])
+            cost[start + 1 + better] = total[better]
+            before[start + 1 + better] = start
+    cuts = [int(before[n])]
+    while cuts[-1] > 0:
+        cuts.append(int(before[cuts[-1]]))
+    return cuts[::-1]
+
+
+def _merged(points: Points, weights: Table, cuts: list[int]) -> list[int]:
+    """Return the cuts without those between pieces that are one: longer than the window, or over the opening."""
+    cuts = list(cuts)
+    k = 1
+    while k < len(cuts):
+        a, b, c = cuts[k - 1], cuts[k], cuts[k + 1] if k + 1 < len(cuts) else len(points)
+        if _fee(points, weights, a, c) <= _fee(points, weights, a, b) + _fee(points, weights, b, c):
+            del cuts[k]
+        else:
+            k += 1
+    return cuts
+
+
+def _fee(points: Points, weights: Table, first: int, beyond: int) -> float:
+    return float(_fees(points[None, first:beyond] - points[first], weights[None, first:beyond])[0, -1])
+
+
+def _fees(places: Table, weights: Table, share: float = 1.0) -> Table:
+    """Return what pieces of 1, 2, 3 … points cost, of every row of float64[rows, points, 2]."""
+    m = moments(places, weights)
+    total = np.cumsum(weights, axis=1)
+    straight, off = off_line(m), off_circle(m)[0]
+    return np.minimum(total * straight + share * LINE_FEE, total * np.minimum(off, straight) + share * ARC_FEE)
+
+
+# -- lines and arcs --------------------------------------------------------------------------------------------------
+
+
+def _piece(points: Points, weights: Table, first: int, beyond: int) -> _Piece:
+    """Return the line or arc through some of the points that costs less."""
+    origin, own = points[first], points[first:beyond]
+    m = moments(own[None] - origin, weights[None, first:beyond])
+    total = float(weights[first:beyond].sum())
+    off, *circle = (float(t[0, -1]) for t in off_circle(m))
+    line = float(off_line(m)[0, -1])
+    mx, my = float(m.x[0, -1] + origin[0]), float(m.y[0, -1] + origin[1])
+    if total * off + ARC_FEE < total * line + LINE_FEE and np.isfinite(circle).all():
+        x, y = circle[0] + mx, circle[1] + my
+        out = own - (x, y)
+        turn = float(np.sum(out[:-1, 0] * out[1:, 1] - out[:-1, 1] * out[1:, 0]))
+        return _Piece(first, beyond, x, y, math.copysign(circle[2], turn), 0.0, 0.0)
+    angle = 0.5 * math.atan2(2.0 * float(m.xy[0, -1]), float(m.xx[0, -1] - m.yy[0, -1]))
+    dx, dy = math.cos(angle), math.sin(angle)
+    along = own[-1] - own[0]
+    if along[0] * dx + along[1] * dy < 0.0:
+        dx, dy = -dx, -dy
+    return _Piece(first, beyond, mx, my, 0.0, dx, dy)
+
+
+def _circle(piece: _Piece) -> Polyline | None:
+    """Return the circle that the whole ring is."""
+    if piece.radius == 0.0:
+        return None
+    return Polyline.circle(piece.x, piece.y, abs(piece.radius), clockwise=piece.radius < 0.0)
+
+
+def _filleted(points: Points, weights: Table, pieces: list[_Piece]) -> list[_Piece]:
+    """Return the pieces with those between two lines tangent to both, where that explains the points as well."""
+    found: list[_Piece] = []
+    for k, piece in enumerate(pieces):
+        before, after = pieces[k - 1], pieces[(k + 1) % len(pieces)]
+        few = piece.beyond - piece.first <= FILLET_POINTS and len(pieces) > 2
+        round_one = _fillet(points, weights, piece, before, after) if few else None
+        if round_one is None and len(_joint(points, before, piece)) > 1:
+            # A sharp corner would have shown in the pixels: it is rounded, by too few points to be a piece.
+            nothing = _Piece(piece.first, piece.first, 0.0, 0.0, 0.0, 0.0, 0.0)
+            corner = _fillet(points, weights, nothing, before, piece)
+            found += [corner] if corner is not None else []
+        found.append(round_one or piece)
+    return found
+
+
+def _fillet(points: Points, weights: Table, piece: _Piece, before: _Piece, after: _Piece) -> _Piece | None:
+    """Return the arc tangent to two lines through the points of a piece, None where they do not lie on one."""
+    cross = before.dx * after.dy - before.dy * after.dx
+    corner = [] if before.radius or after.radius else _meetings(before, after)
+    if not corner or abs(cross) < 0.1:
+        return None
+    # From the corner the centre lies on the bisector, 1/sin of half the angle between the walls for a radius of 1.
+    half = 0.5 * (math.pi - math.atan2(abs(cross), before.dx * after.dx + before.dy * after.dy))
+    bx, by = after.dx - before.dx, after.dy - before.dy
+    reach = 1.0 / (math.hypot(bx, by) * math.sin(half))
+    # As many points more of both lines: they have to lie right beside the arc.
+    more = FILLET_POINTS // 8 + piece.beyond - piece.first
+    sides = [_last(before, more), (piece.first, piece.beyond), (after.first, min(after.first + more, after.beyond))]
+    rows = np.concatenate([np.arange(a, b) for a, b in sides])
+    own = points[rows] - corner[0]
+    ahead = np.arange(len(rows)) < len(rows) - (sides[2][1] - sides[2][0]) - (piece.beyond - piece.first) // 2
+    along = np.where(ahead, -(own @ (before.dx, before.dy)), own @ (after.dx, after.dy))
+    beside = np.where(ahead, own @ (before.dy, -before.dx), own @ (after.dy, -after.dx))
+
+    def off(radius: float) -> Table:
+        out = own - radius * reach * np.array([bx, by])
+        round_off = np.hypot(out[:, 0], out[:, 1]) - radius
+        return np.asarray(np.where(along > radius / math.tan(half), beside, round_off))
+
+    heavy = weights[rows]
+    longest = min(_length(points, one) for one in (before, after)) + piece.beyond - piece.first
+    radius = _least(lambda r: float((heavy * off(r) ** 2).sum()), 0.3, max(longest * math.tan(half), 0.6))
+    was = sum(
+        float((weights[a:b] * _distances(one, points[a:b]) ** 2).sum())
+        for one, (a, b) in zip((before, piece, after), sides, strict=True)
+    )
+    if np.abs(off(radius)).max() > 1.0 or float((heavy * off(radius) ** 2).sum()) > was + FILLET_WORTH:
+        return None
+    x, y = corner[0][0] + radius * reach * bx, corner[0][1] + radius * reach * by
+    return _Piece(piece.first, piece.beyond, x, y, math.copysign(radius, cross), 0.0, 0.0)
+
+
+def _last(piece: _Piece, count: int) -> tuple[int, int]:
+    return max(piece.first, piece.beyond - count), piece.beyond
+
+
+def _length(points: Points, piece: _Piece) -> float:
+    dx, dy = (points[piece.beyond - 1] - points[piece.first]).tolist()
+    return math.hypot(dx, dy)
+
+
+def _least(cost: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a cost is least: on a ladder of 64 steps, then between the neighbours of the best, by thirds."""
+    ladder: list[float] = np.geomspace(low, high, 64).tolist()
+    best = min(range(64), key=lambda k: cost(ladder[k]))
+    a, b = ladder[max(best - 1, 0)], ladder[min(best + 1, 63)]
+    for _ in range(24):
+        c, d = a + (b - a) / 3.0, b - (b - a) / 3.0
+        a, b = (a, d) if cost(c) < cost(d) else (c, b)
+    return 0.5 * (a + b)
+
+
+def _distances(piece: _Piece, places: Points) -> Table:
+    out = places - (piece.x, piece.y)
+    if piece.radius == 0.0:
+        return np.asarray(out[:, 0] * piece.dy - out[:, 1] * piece.dx)
+    return np.asarray(np.hypot(out[:, 0], out[:, 1]) - abs(piece.radius))
+
+
+def _chain(points: Points, pieces: list[_Piece]) -> Polyline:
+    """Return the path of lines and arcs one after the other."""
+    rows: list[list[float]] = []
+    for k, piece in enumerate(pieces):
+        begin, end = _joint(points, pieces[k - 1], piece), _joint(points, piece, pieces[(k + 1) % len(pieces)])
+        start, stop = begin[-1], end[0]
+        rows.append([*start, _bulge(points, piece, start, stop)])
+        if len(end) > 1:
+            rows.append([*stop, 0.0])
+    return Polyline(np.array(rows), closed=True)
+
+
+def _joint(points: Points, one: _Piece, other: _Piece) -> list[tuple[float, float]]:
+    """Return where one piece goes over into the next: a place, or two with a line between them."""
+    a, b = points[one.beyond - 1], points[other.first % len(points)]
+    middle = 0.5 * (a + b)
+    for line, arc in ((one, other), (other, one)):
+        if line.radius == 0.0 != arc.radius and _touches(line, arc):
+            return [_nearest(line, np.array([arc.x, arc.y]))]
+    met = _meetings(one, other)
+    if met:
+        place = min(met, key=lambda p: math.dist(p, middle))
+        if math.dist(place, middle) <= NEAR and not _covers_a_middle(a, b, place):
+            return [place]
+    p, q = _nearest(one, middle), _nearest(other, middle)
+    if math.dist(p, q) <= 1.0:
+        # Between them, nearer to the one that more points made.
+        share = (other.beyond - other.first) / max(other.beyond - other.first + one.beyond - one.first, 1)
+        return [(p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1]))]
+    return [_nearest(one, a), _nearest(other, b)]
+
+
+def _touches(line: _Piece, arc: _Piece) -> bool:
+    """Return whether a line is tangent to a circle."""
+    off = (arc.x - line.x) * line.dy - (arc.y - line.y) * line.dx
+    return abs(abs(off) - abs(arc.radius)) < 1e-6
+
+
+def _covers_a_middle(a: Points, b: Points, tip: tuple[float, float]) -> bool:
+    """Return whether the triangle of two points and a tip covers the middle of a pixel, which then had shown it."""
+    corners = np.array([a, b, tip])
+    low, high = np.ceil(corners.min(axis=0) - 0.5) + 0.5, np.floor(corners.max(axis=0) - 0.5) + 0.5
+    xs, ys = np.arange(low[0], high[0] + 0.5), np.arange(low[1], high[1] + 0.5)
+    if not len(xs) or not len(ys):
+        return False
+    x, y = (t.ravel() for t in np.meshgrid(xs, ys))
+    after = np.roll(corners, -1, axis=0)
+    side = [(q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0]) for p, q in zip(corners, after, strict=True)]
+    inside = (np.array(side) > _TINY).all(axis=0) | (np.array(side) < -_TINY).all(axis=0)
+    return bool(inside.any())
+
+
+def _nearest(piece: _Piece, place: Points) -> tuple[float, float]:
+    """Return the point of a piece's line or circle that is nearest to a place."""
+    dx, dy = float(place[0]) - piece.x, float(place[1]) - piece.y
+    if piece.radius == 0.0:
+        along = dx * piece.dx + dy * piece.dy
+        return (piece.x + along * piece.dx, piece.y + along * piece.dy)
+    scale = abs(piece.radius) / max(math.hypot(dx, dy), _TINY)
+    return (piece.x + scale * dx, piece.y + scale * dy)
+
+
+def _meetings(one: _Piece, other: _Piece) -> list[tuple[float, float]]:
+    """Return where two lines or circles meet: at none, one or two places."""
+    if one.radius == 0.0 and other.radius == 0.0:
+        cross = one.dx * other.dy - one.dy * other.dx
+        if abs(cross) < 1e-6:
+            return []
+        t = ((other.x - one.x) * other.dy - (other.y - one.y) * other.dx) / cross
+        return [(one.x + t * one.dx, one.y + t * one.dy)]
+    if one.radius != 0.0 and other.radius != 0.0:
+        x, y = other.x - one.x, other.y - one.y
+        apart = math.hypot(x, y)
+        if apart < _TINY:
+            return []
+        # Both circles share the line across that of their centres, `along` from the first.
+        along = 0.5 * (apart + (one.radius**2 - other.radius**2) / apart)
+        line = (one.x + along * x / apart, one.y + along * y / apart, -y / apart, x / apart)
+        return _line_meets(one, *line)
+    circle, line_piece = (one, other) if other.radius == 0.0 else (other, one)
+    return _line_meets(circle, line_piece.x, line_piece.y, line_piece.dx, line_piece.dy)
+
+
+def _line_meets(circle: _Piece, x: float, y: float, dx: float, dy: float) -> list[tuple[float, float]]:
+    """Return where a line through (x, y) meets a circle."""
+    foot = (circle.x - x) * dx + (circle.y - y) * dy
+    px, py = x + foot * dx, y + foot * dy
+    under = circle.radius**2 - (px - circle.x) ** 2 - (py - circle.y) ** 2
+    if under < 0.0:
+        return []
+    half = math.sqrt(under)
+    return [(px + half * dx, py + half * dy), (px - half * dx, py - half * dy)]
+
+
+def _bulge(points: Points, piece: _Piece, start: tuple[float, float], end: tuple[float, float]) -> float:
+    """Return the bulge from start to end of the arc that a piece is; 0 for a line."""
+    if piece.radius == 0.0 or math.dist(start, end) < _TINY:
+        return 0.0
+    side = math.copysign(1.0, piece.radius)
+    angles = [math.atan2(y - piece.y, x - piece.x) for x, y in (start, end)]
+    turn = side * (angles[1] - angles[0]) % (2.0 * math.pi)
+    out = points[piece.first : piece.beyond] - (piece.x, piece.y)
+    seen = float(np.ptp(np.unwrap(np.arctan2(out[:, 1], out[:, 0])))) if len(out) else 0.0
+    if turn - seen > math.pi:  # the joints lie the wrong way round: less than a point's distance is left
+        return 0.0
+    # Through the middle of the arc, as the joints may lie beside the circle.
+    angle, radius = angles[0] + 0.5 * side * turn, abs(piece.radius)
+    x, y = piece.x + radius * math.cos(angle), piece.y + radius * math.sin(angle)
+    chord = (end[0] - start[0], end[1] - start[1])
+    rise = (chord[0] * (y - start[1]) - chord[1] * (x - start[0])) / math.hypot(*chord)
+    return -2.0 * rise / math.hypot(*chord)

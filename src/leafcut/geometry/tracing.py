@@ -1,0 +1,97 @@
+"""From a picture of a region to its outline, more exact than its pixels: level lines, then lines and arcs through them.
+
+A level line crosses from pixel to pixel where the brightness says (marching squares; Lorensen and Cline, "Marching
+cubes", SIGGRAPH 1987, in two dimensions). Where a picture has no shades between dark and bright, the wall lies anywhere
+between the middles of two pixels, and a straight wall looks like stairs.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.best_fit import best_fit
+from leafcut.geometry.fitting import fit_arcs
+from leafcut.geometry.polyline import Points, Polyline
+
+#: A line of fewer points, round a pixel or two, is taken as it is.
+FEW_POINTS = 10
+#: A level line that crosses this near to the middle of two pixels, pixels, crosses from plain dark to plain bright.
+PLAIN = 0.1
+#: How far the wall is from there, standard deviation, pixels: it is anywhere on the way of one pixel; with shades
+#: between, about that of an anti-aliased edge.
+NOISE_OF_STEPS, NOISE_OF_SHADES = 0.29, 0.1
+#: Lines and arcs that leave the level line by more than this are not taken, pixels.
+FARTHEST = 1.0
+#: And no more than this share of its points by more than so many times their noise.
+FEW, MANY = 0.03, 3.0
+#: Then arcs are laid along the smoothed line within this, pixels.
+FIT = 0.15
+#: Rounds of smoothing, and its two weights: Taubin, "A signal processing approach to fair surface design", SIGGRAPH
+#: 1995, section 3: forth and a little more back, so that stairs go and circles keep their size.
+ROUNDS = 40
+FORTH, BACK = 0.5, -0.53
+#: A level line is smoothed within this of where it crosses from one pixel to the next, pixels.
+HALF = 0.5
+
+
+def level_lines(height: NDArray[np.float32]) -> list[Points]:
+    """Return the closed lines between what is below 0 and what is not, float64[n, 2], the first not repeated.
+
+    Coordinates are pixels from the upper left corner of the picture, x right and y down; beyond its edge all is 1.
+    """
+    import contourpy
+
+    padded = np.pad(height.astype(np.float64), 1, constant_values=1.0)
+    lines = contourpy.contour_generator(z=padded, name="serial", line_type=contourpy.LineType.ChunkCombinedOffset)
+    points, offsets = lines.lines(0.0)
+    found = []
+    for chunk, starts in zip(points, offsets, strict=True):
+        if chunk is None or starts is None:
+            continue
+        # The middle of the first pixel is half a pixel from the corner, and one pixel was added.
+        moved = chunk - 0.5
+        found += [moved[a : b - 1] for a, b in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True) if b - a > 3]
+    return found
+
+
+def fitted_outline(line: Points) -> Polyline:
+    """Return lines and arcs along a level line, within `FARTHEST` of it; all lengths in pixels."""
+    import shapely
+
+    if len(line) < FEW_POINTS:
+        return smoothed_outline(line)
+    middle = line - 0.5
+    # A place in the middle between two pixels tells only that the wall is somewhere between them.
+    shift = np.abs(np.abs(middle - np.round(middle)) - 0.5).min(axis=1)
+    noise = np.where(shift < PLAIN, NOISE_OF_STEPS, NOISE_OF_SHADES)
+    path = best_fit(line, noise)
+    if path is not None:
+        ring = shapely.LinearRing(path.flattened(0.01)) if path.n_segments > 1 else None
+        if ring is not None and ring.is_simple:
+            off = shapely.distance(shapely.points(line), ring)
+            # Near corners a level line is rounder than the wall.
+            if off.max() <= FARTHEST and float((off > MANY * noise).mean()) <= FEW:
+                return path
+    return smoothed_outline(line)
+
+
+def smoothed_outline(line: Points) -> Polyline:
+    """Return arcs along a level line after its stairs are smoothed away; quicker, and rounder at corners."""
+    if len(line) < FEW_POINTS:
+        return Polyline.of_points(line, closed=True)
+    return fit_arcs(_smoothed(line), FIT, closed=True)
+
+
+def _smoothed(line: Points) -> Points:
+    """Return a level line without stairs; every point stays on its way from pixel to pixel."""
+    # A point lies between two pixels side by side, and moves in x, or one above the other, and moves in y.
+    middle = line - 0.5
+    in_row = np.abs(middle[:, 1] - np.round(middle[:, 1])) <= np.abs(middle[:, 0] - np.round(middle[:, 0]))
+    free = np.column_stack([in_row, ~in_row])
+    at = line
+    for _ in range(ROUNDS):
+        for weight in (FORTH, BACK):
+            at = at + weight * free * (0.5 * (np.roll(at, 1, axis=0) + np.roll(at, -1, axis=0)) - at)
+        at = np.clip(at, line - HALF, line + HALF)
+    return at

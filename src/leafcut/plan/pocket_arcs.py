@@ -1,0 +1,71 @@
+"""Paths of short chords become few lines and arcs, so that programs stay small and feeds stay even."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from leafcut.geometry.fitting import fit_arcs
+from leafcut.geometry.polyline import Points, Polyline, joined
+from leafcut.model.pocket import PocketPath
+
+#: Part of the tolerance that fitting may take: the rest is for the chords of walls and for rounded numbers.
+FITTED_PART = 0.5
+#: Points nearer than this are one, mm: a program's decimals hardly tell them apart.
+NEAREST = 0.005
+#: A larger arc is written as lines, mm: controllers take no longer radius, and no shop has such a curve.
+LARGEST_RADIUS = 5000.0
+
+
+def fitted(path: PocketPath, tolerance: float) -> PocketPath:
+    """Return the path with arcs where it bends evenly; no place of it moves by more than half of `tolerance`, mm.
+
+    What is an arc already stays as it is; every piece keeps its ends.
+    """
+    return replace(path, pieces=tuple(replace(p, path=_fitted(p.path, tolerance)) for p in path.pieces))
+
+
+def _fitted(path: Polyline, tolerance: float) -> Polyline:
+    """Return a polyline whose stretches of lines are fitted; its arcs are kept."""
+    arcs = [i for i in range(path.n_segments) if path.bulges[i] != 0.0]
+    pieces, at = [], 0
+    for i in [*arcs, path.n_segments]:
+        if i > at:
+            pieces.append(_lines(path.vertices[at : i + 1, :2], tolerance))
+        if i < path.n_segments:
+            pieces.append(Polyline(np.array([path.vertices[i], [*path.vertices[i + 1, :2], 0.0]])))
+        at = i + 1
+    return joined(*pieces) if pieces else path
+
+
+def _lines(points: Points, tolerance: float) -> Polyline:
+    points = _apart(points)
+    if len(points) < 3:
+        return Polyline.of_points(points)
+    return _without_huge_arcs(fit_arcs(points, FITTED_PART * tolerance), FITTED_PART * tolerance)
+
+
+def _apart(points: Points) -> Points:
+    """Return the points without those that lie on the one before; the first and the last stay."""
+    kept = [points[0]]
+    for point in points[1:-1]:
+        if np.hypot(*(point - kept[-1])) > NEAREST:
+            kept.append(point)
+    while len(kept) > 1 and np.hypot(*(points[-1] - kept[-1])) <= NEAREST:
+        kept.pop()
+    return np.array([*kept, points[-1]])
+
+
+def _without_huge_arcs(path: Polyline, tolerance: float) -> Polyline:
+    rows = path.vertices.copy()
+    huge = [i for i, s in enumerate(path.segments()) if s.is_arc and s.radius > LARGEST_RADIUS]
+    if not huge:
+        return path
+    pieces, at = [], 0
+    for i in huge:
+        arc = Polyline(np.array([rows[i], [*rows[i + 1, :2], 0.0]]))
+        chords = arc.flattened(tolerance)[:-1]
+        pieces += [rows[at:i], np.column_stack([chords, np.zeros(len(chords))])]
+        at = i + 1
+    return Polyline(np.concatenate([*pieces, rows[at:]]))

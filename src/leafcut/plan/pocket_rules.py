@@ -1,0 +1,162 @@
+"""What one run's options say of its pockets: rules in the plane, levels, the end mill and its feeds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from leafcut.errors import OptionError, PlanError
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.machine import Machine
+from leafcut.model.pocket import PocketRules
+from leafcut.model.tool import Tool, ToolKind
+from leafcut.options import DrillOptions, PocketOptions
+from leafcut.plan.tooling import SURFACE_SPEED
+
+#: Points of a grid nearer than this share of the diameter crowd, farther ones leave the middle of four uncut: half the
+#: diagonal of a square of 0.7 D is 0.495 D, a radius but for a hundredth.
+CLOSEST_POINTS, FARTHEST_POINTS = 0.5, 0.7
+
+#: Feed of an end mill that nobody gave one for, part of the diameter per revolution (estimate, on the careful side).
+FEED_PER_REVOLUTION = 0.01
+#: Straight down an end mill cuts with its centre, where nothing turns: a third of the feed.
+PLUNGE_PART = 1.0 / 3.0
+#: A pocket of more levels is a mistake.
+MOST_LEVELS = 2000
+#: A finishing pass is at most so many diameters deep.
+FINISHING_DEPTH = 2.0
+
+
+@dataclass(frozen=True)
+class MillingData:
+    """The tool, its feed straight down (mm/s), and how it comes down to a level (rad for a ramp or a helix)."""
+
+    tool: Tool
+    plunge_feed: float
+    entry: str = "ramp"
+    entry_angle: float = math.radians(3.0)
+
+
+def rules_of(options: PocketOptions, tolerance: float = 0.01) -> PocketRules:
+    """Return how pockets are cleared in the plane.
+
+    Raises
+    ------
+    OptionError
+        The diameter of the tool is missing, the points of a grid would crowd or leave corners uncut, or a strategy
+        lacks what it needs.
+    """
+    diameter = options.tool_diameter
+    if diameter is None:
+        raise OptionError("a pocket needs the diameter of its end mill; give --tool-diameter")
+    if not CLOSEST_POINTS < options.point_distance < FARTHEST_POINTS:
+        nearer = options.point_distance <= CLOSEST_POINTS
+        why = "points this close cut the same place twice" if nearer else "the middle between four points stays uncut"
+        raise OptionError(
+            f"--point-distance {options.point_distance:g}: {why}; it must be above {CLOSEST_POINTS:g} and below "
+            f"{FARTHEST_POINTS:g} of the tool's diameter"
+        )
+    if options.strategy == "adaptive" and options.max_engagement is None:
+        raise OptionError("--strategy adaptive keeps the engagement below a limit; give it by --max-engagement")
+    return PocketRules(
+        tool_diameter=diameter,
+        step_over=options.step_over * diameter,
+        stock=options.stock,
+        climb=options.milling == "climb",
+        tolerance=tolerance,
+        max_engagement=options.max_engagement,
+        pitch=options.point_distance * diameter,
+    )
+
+
+def levels_of(drill: DrillOptions, options: PocketOptions) -> tuple[float, ...]:
+    """Return the height of every level from the top, mm, negative: equal steps, none larger than the step-down.
+
+    Raises
+    ------
+    OptionError
+        The depth is missing, or so many levels cannot be meant.
+    """
+    if drill.depth is None:
+        raise OptionError("a pocket needs its depth; give --depth")
+    step = options.step_down or 0.5 * (options.tool_diameter or math.inf)
+    count = max(math.ceil(drill.depth / step - 1e-9), 1)
+    if count > MOST_LEVELS:
+        raise OptionError(f"--step-down {step:g} mm gives {count:,} levels; {MOST_LEVELS:,} are the most")
+    return tuple(-drill.depth * level / count for level in range(1, count + 1))
+
+
+def finishing_levels(depth: float, diameter: float) -> tuple[float, ...]:
+    """Return the heights at which the walls are finished, the last at full depth: each at most two diameters deeper."""
+    count = max(math.ceil(depth / (FINISHING_DEPTH * diameter) - 1e-9), 1)
+    return tuple(-depth * level / count for level in range(1, count + 1))
+
+
+def milling_data(
+    options: PocketOptions, drill: DrillOptions, rules: PocketRules, machine: Machine
+) -> tuple[MillingData, list[Issue]]:
+    """Return the end mill with its feeds, and what was assumed of it.
+
+    Raises
+    ------
+    PlanError
+        The machine has no spindle, its heights contradict each other, or it cannot turn or feed as asked.
+    """
+    check_machine(machine, drill)
+    diameter = rules.tool_diameter
+    rpm = 60.0 * SURFACE_SPEED / (math.pi * diameter)
+    rpm = float(round(min(max(rpm, machine.spindle_min_rpm), machine.spindle_max_rpm)))
+    rpm = drill.spindle_speed or rpm
+    if not machine.spindle_min_rpm <= rpm <= machine.spindle_max_rpm:
+        raise PlanError(
+            f"--spindle-speed {rpm:g}: the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to "
+            f"{machine.spindle_max_rpm:g} rpm"
+        )
+    feed = options.milling_feed or min(FEED_PER_REVOLUTION * diameter * rpm / 60.0, machine.max_feed)
+    if feed > machine.max_feed * (1 + 1e-9):
+        raise PlanError(
+            f"--milling-feed {feed * 60:g} mm/min: {machine.name} feeds at most {machine.max_feed * 60:g} mm/min"
+        )
+    plunge = min(options.plunge_feed or PLUNGE_PART * feed, machine.max_feed)
+    assumed = not (options.milling_feed and drill.spindle_speed)
+    tool = Tool(
+        number=1,
+        diameter=diameter,
+        kind=ToolKind.END_MILL,
+        point_angle=math.pi,
+        feed=feed,
+        spindle_rpm=rpm,
+        assumed=assumed,
+    )
+    issues = []
+    if assumed:
+        words = (
+            f"{tool.label}: {feed * 60:.0f} mm/min at {rpm:.0f} rpm assumed; check them, or give --milling-feed and "
+        )
+        issues.append(Issue("L401", f"{words}--spindle-speed", severity=Severity.NOTE))
+    return MillingData(tool, plunge, options.entry, options.entry_angle), issues
+
+
+def check_machine(machine: Machine, drill: DrillOptions) -> None:
+    """Refuse a machine that does not mill, and heights in a wrong order.
+
+    Raises
+    ------
+    PlanError
+        Says which.
+    """
+    if machine.process != "spindle":
+        raise PlanError(f"{machine.name} has a {machine.process}, which cannot mill a pocket; give another --machine")
+    if drill.retract_height > drill.clearance_height:
+        raise PlanError(
+            f"--retract-height {drill.retract_height:g} mm is above --clearance-height {drill.clearance_height:g} mm; "
+            "the R plane must not be higher than the initial plane"
+        )
+    if machine.safe_z is not None and machine.work_offset is not None:
+        height = machine.safe_z - machine.work_offset[2]
+        if height < drill.clearance_height:
+            raise PlanError(
+                f"the safe height of {machine.name}, z {machine.safe_z:g} mm in machine coordinates, is {height:g} mm "
+                f"over program zero, below --clearance-height {drill.clearance_height:g} mm; check --work-offset, or "
+                "lower the clearance height"
+            )

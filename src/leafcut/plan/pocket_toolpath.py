@@ -1,0 +1,249 @@
+"""From the way over one level to the motions of the whole program: levels, ways down, ways between, walls."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+from leafcut.geometry.polyline import Polyline, joined
+from leafcut.geometry.zones import touches_any_zone, widened
+from leafcut.model.machine import Machine
+from leafcut.model.pocket import SAME_PLACE, PocketPath
+from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.plan.pocket_entries import ABOVE, TOUCH, Descent, come_down, follow
+from leafcut.plan.pocket_region import CentreRegion
+from leafcut.plan.pocket_rules import MillingData, finishing_levels
+
+Point = tuple[float, float]
+
+#: Part of the tool's radius by which what is cleared may miss its disc, and the tool still comes down there straight.
+_SLIVER = 0.05
+#: A program of more moves cannot be meant.
+MOST_MOVES = 3_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Clearing:
+    """One region of a pocket and how each level of it is cleared.
+
+    Attributes
+    ----------
+    region
+        Tool centres that the finished walls allow.
+    allowed
+        shapely geometry of the tool centres of roughing: `region`, or less where stock is left.
+    rough
+        Over one level.
+    walls
+        The finishing pass where roughing leaves stock; None without.
+    """
+
+    region: CentreRegion
+    allowed: Any
+    rough: PocketPath
+    walls: PocketPath | None = None
+
+    @property
+    def path(self) -> PocketPath:
+        """All that one level at full depth takes: roughing, then the walls."""
+        walls = () if self.walls is None else self.walls.pieces
+        return PocketPath(self.rough.strategy, (*self.rough.pieces, *walls))
+
+    @property
+    def start(self) -> Point:
+        """Where it begins."""
+        return self.rough.pieces[0].path.start
+
+    @property
+    def end(self) -> Point:
+        """Where it ends."""
+        return self.path.pieces[-1].path.end
+
+
+@dataclass(frozen=True, eq=False)
+class Heights:
+    """Heights and places of a program, mm; `zones` float64[k, 4] are crossed at the clearance height only."""
+
+    levels: tuple[float, ...]
+    clearance: float
+    retract: float
+    always_clearance: bool = False
+    end: Point | None = None
+    zones: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 4)))
+
+
+def lay_pockets(
+    clearings: Sequence[Clearing],
+    heights: Heights,
+    data: MillingData,
+    machine: Machine,
+    *,
+    coolant: bool = False,
+    pause: bool = False,
+) -> tuple[Toolpath, tuple[Descent, ...]]:
+    """Return the motions of the whole program, and every way down into what is uncut.
+
+    Region after region, each level from the top; then its walls where roughing left stock: at full depth, or in steps
+    of two diameters where it is deeper. Between levels the tool stays down where the next begins near the end of the
+    last and the straight way is free; between pieces it rises to the R plane, or to the clearance height.
+
+    Raises
+    ------
+    PlanError
+        The program would have more moves than can be meant.
+    """
+    moves = sum(p.path.n_segments for c in clearings for p in c.path.pieces) * len(heights.levels)
+    if moves > MOST_MOVES:
+        raise PlanError(f"{moves:,} moves cannot be meant; raise --step-down or the tolerance of the drawing")
+    builder = ToolpathBuilder()
+    if machine.safe_z is not None:
+        builder.machine(z=machine.safe_z)
+    builder.tool(data.tool.number)
+    if pause:
+        builder.pause()
+    if machine.safe_z is None:
+        builder.rapid(z=heights.clearance)
+    builder.spindle(data.tool.spindle_rpm)
+    if machine.spindle_start_s > 0:
+        builder.dwell(machine.spindle_start_s)
+    if coolant:
+        builder.coolant(2)
+    layer = _Layer(builder, heights, data, machine)
+    for clearing in clearings:
+        layer.clear(clearing)
+    layer.finish(coolant)
+    return builder.build(), tuple(layer.descents)
+
+
+class _Layer:
+    """Lays one clearing after the other and remembers every way down."""
+
+    def __init__(self, builder: ToolpathBuilder, heights: Heights, data: MillingData, machine: Machine) -> None:
+        self.builder, self.heights, self.data, self.machine = builder, heights, data, machine
+        self.zones = widened(heights.zones, 0.5 * data.tool.diameter)
+        self.descents: list[Descent] = []
+        self.down = False
+
+    def clear(self, clearing: Clearing) -> None:
+        """Clear a region to its last level, and finish its walls."""
+        import shapely
+
+        shapely.prepare(clearing.allowed)
+        top = 0.0
+        runs = _runs(clearing.rough)
+        opened = _opened(runs, clearing)
+        for z in self.heights.levels:
+            for number, run in enumerate(runs):
+                self._to(run.start, top if number == 0 else z, clearing.allowed if number == 0 else None, z)
+                self._enter(run, None if opened[number] else top, z, clearing)
+            top = z
+        if clearing.walls is not None:
+            self._walls(clearing, clearing.walls)
+
+    def _walls(self, clearing: Clearing, walls: PocketPath) -> None:
+        import shapely
+
+        runs = _runs(walls)
+        for z in finishing_levels(-self.heights.levels[-1], self.data.tool.diameter):
+            for run in runs:
+                clear = bool(clearing.allowed.covers(shapely.Point(run.start)))
+                self._to(run.start, z, None, z)
+                self._enter(run, None if clear else 0.0, z, clearing, walls=True)
+
+    def _to(self, place: Point, at: float, allowed: Any, z: float) -> None:
+        """Go to where a run begins: at depth `at` where the way through `allowed` is free and quicker, else lifted."""
+        builder = self.builder
+        x, y, now = builder.position
+        if self.down and math.dist((x, y), place) <= SAME_PLACE and now >= z - TOUCH:
+            return
+        if self.down and allowed is not None and now == at and self._stays((x, y), place, allowed):
+            builder.feed(*place, feed=self.data.tool.feed)
+            return
+        self._lift((x, y), place)
+        builder.rapid(*place)
+        if builder.position[2] != self.heights.retract:
+            builder.rapid(z=self.heights.retract)
+
+    def _stays(self, here: Point, place: Point, allowed: Any) -> bool:
+        """Return whether the straight way at depth is free, and not longer than up, across and down again."""
+        import shapely
+
+        way = math.dist(here, place)
+        rise = self._height(here, place) - self.builder.position[2]
+        velocity, feed = self.machine.rapid_velocity, self.data.tool.feed
+        lifted = rise / velocity[2] + way / max(velocity[:2]) + rise / feed
+        return way / feed <= lifted and bool(allowed.buffer(TOUCH).covers(shapely.LineString([here, place])))
+
+    def _height(self, here: Point, place: Point) -> float:
+        """Return the height at which the tool goes from place to place."""
+        crossing = touches_any_zone([here], [place], self.zones, dogleg=self.machine.rapid_style == "dogleg")[0]
+        high = self.heights.always_clearance or bool(crossing)
+        return self.heights.clearance if high else self.heights.retract
+
+    def _lift(self, here: Point, place: Point) -> None:
+        builder = self.builder
+        if self.down:
+            builder.rapid(z=self._height(here, place))
+            self.down = False
+        elif builder.position[2] != self.heights.clearance and self.machine.safe_z is None:
+            builder.rapid(z=self.heights.clearance)
+
+    def _enter(self, run: Polyline, top: float | None, z: float, clearing: Clearing, walls: bool = False) -> None:
+        """Come down to z, through air where `top` is None, else into what is uncut below `top`; follow the run."""
+        builder, data = self.builder, self.data
+        if builder.position[2] > z:
+            if top is None:
+                if builder.position[2] > z + ABOVE:
+                    builder.feed(z=z + ABOVE, feed=data.tool.feed)
+                builder.feed(z=z, feed=data.plunge_feed)
+            else:
+                allowed = clearing.region.polygon if walls else clearing.allowed
+                climb = clearing.region.rules.climb
+                self.descents.append(come_down(builder, run, top, z, data, allowed, climb))
+        self.down = True
+        follow(builder, run, data.tool.feed)
+
+    def finish(self, coolant: bool) -> None:
+        """Rise, go to the last place, and end."""
+        builder = self.builder
+        builder.rapid(z=self.heights.clearance)
+        if self.heights.end is not None:
+            builder.rapid(*self.heights.end)
+        if self.machine.safe_z is not None:
+            builder.machine(z=self.machine.safe_z)
+        builder.spindle(0.0)
+        if coolant:
+            builder.coolant(0)
+        builder.end()
+
+
+def _runs(path: PocketPath) -> list[Polyline]:
+    """Return what the tool follows without being lifted, one open polyline each."""
+    runs: list[list[Polyline]] = []
+    for piece, gap in zip(path.pieces, (math.inf, *path.gaps), strict=True):
+        if gap > 0.0:
+            runs.append([])
+        runs[-1].append(piece.path)
+    return [joined(*run) for run in runs]
+
+
+def _opened(runs: Sequence[Polyline], clearing: Clearing) -> list[bool]:
+    """Return for every run whether the runs before it have cleared the place where it begins."""
+    import shapely
+
+    rules = clearing.region.rules
+    opened = [False]
+    cleared = shapely.Polygon()
+    for before, run in itertools.pairwise(runs):
+        line = shapely.LineString(before.flattened(rules.tolerance))
+        cleared = cleared.union(line.buffer(rules.radius, quad_segs=32))
+        disc = shapely.Point(run.start).buffer((1.0 - _SLIVER) * rules.radius)
+        opened.append(bool(cleared.covers(disc)))
+    return opened

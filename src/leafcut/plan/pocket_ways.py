@@ -1,0 +1,185 @@
+"""Which moves between places of a region of tool centres stay inside it, and the shortest ways round where none does.
+
+The places are the points that are to be visited and nodes on the boundary. Two near places are joined by a straight
+move where it stays inside, neighbours on the boundary by the boundary itself. So a way round an island goes straight
+to its boundary, along it, and off again.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.polyline import Points
+
+#: A move may leave the region by this much, mm: what rounding makes of a move along its boundary.
+ROUNDING = 1e-6
+#: How far apart places are between which straight moves are looked at, in distances of grid points.
+REACH = 3.0
+#: Distance between nodes on the boundary, in distances of grid points.
+NODE_SPACING = 0.5
+#: Most segments that are looked at in one go: memory.
+SEGMENTS_AT_ONCE = 50_000
+
+
+class Ways:
+    """The allowed moves between points of a region, and the shortest ways made of them.
+
+    Attributes
+    ----------
+    places
+        float64[n + m, 2]: the points, then the nodes on the boundary, mm.
+    rings
+        The nodes of each ring of the boundary in its order, starting anywhere: int64[·] indices of `places`.
+    """
+
+    def __init__(self, polygon: Any, rings: list[Points], points: Points, pitch: float) -> None:
+        import shapely
+
+        self.n_points, self.allowed = len(points), polygon.buffer(ROUNDING, join_style="mitre")
+        shapely.prepare(self.allowed)
+        self._along: dict[tuple[int, int], Points] = {}
+        self.rings: list[NDArray[np.int64]] = []
+        stops: list[Points] = []
+        links: list[tuple[int, int, float]] = []
+        count = len(points)
+        for corners in rings:
+            ring = _dense(corners, NODE_SPACING * pitch)
+            at = _stops(ring, NODE_SPACING * pitch)
+            nodes = np.arange(count, count + len(at))
+            for k, (a, b) in enumerate(zip(at, np.roll(at, -1), strict=True)):
+                here, there = int(nodes[k]), int(nodes[(k + 1) % len(nodes)])
+                run = ring[a : b + 1] if b > a else np.concatenate([ring[a:], ring[: b + 1]])
+                self._along[here, there], self._along[there, here] = run, run[::-1]
+                links.append((here, there, length_of(run)))
+            self.rings.append(nodes)
+            stops.append(ring[at])
+            count += len(at)
+        self.places = np.concatenate([points.reshape(-1, 2), *stops])
+        self._join(links, REACH * pitch)
+
+    def _join(self, links: Iterable[tuple[int, int, float]], reach: float) -> None:
+        """Find the neighbours of every place: rows of node and cost, cheapest of several ways first."""
+        import shapely
+
+        tree = shapely.STRtree(shapely.points(self.places))
+        here, there = tree.query(shapely.points(self.places), predicate="dwithin", distance=reach)
+        pairs = np.stack([here, there], axis=1)[here < there]
+        pairs = pairs[self.straight(self.places[pairs[:, 0]], self.places[pairs[:, 1]])]
+        cost = np.hypot(*(self.places[pairs[:, 0]] - self.places[pairs[:, 1]]).T)
+        around = np.array([(a, b, c) for a, b, c in links if a != b]).reshape(-1, 3)
+        a = np.concatenate([pairs[:, 0], around[:, 0].astype(np.int64)])
+        b = np.concatenate([pairs[:, 1], around[:, 1].astype(np.int64)])
+        costs = np.concatenate([cost, around[:, 2]])
+        source, target, costs = np.concatenate([a, b]), np.concatenate([b, a]), np.concatenate([costs, costs])
+        order = np.lexsort((costs, target, source))
+        self._begin = np.searchsorted(source[order], np.arange(len(self.places) + 1))
+        self._target, self._cost = target[order], costs[order]
+
+    def straight(self, begin: Points, end: Points) -> NDArray[np.bool_]:
+        """Return which of the straight moves from float64[k, 2] to float64[k, 2] stay inside the region."""
+        import shapely
+
+        found = np.zeros(len(begin), dtype=np.bool_)
+        for k in range(0, len(begin), SEGMENTS_AT_ONCE):
+            part = slice(k, k + SEGMENTS_AT_ONCE)
+            found[part] = shapely.covers(self.allowed, shapely.linestrings(np.stack([begin[part], end[part]], axis=1)))
+        return found
+
+    def between_points(self) -> NDArray[np.float64]:
+        """Return the length of the shortest way between any two points, float64[n, n]; inf where none was found.
+
+        Rows are improved by those of their neighbours until nothing changes, in an order that sweeps over the plane to
+        and fro: a few sweeps do.
+        """
+        n, total = self.n_points, len(self.places)
+        lengths = np.full((total, n), np.inf)
+        lengths[np.arange(n), np.arange(n)] = 0.0
+        order = np.lexsort((self.places[:, 1], self.places[:, 0]))
+        for sweep in range(total):
+            changed = False
+            for i in order if sweep % 2 == 0 else order[::-1]:
+                near = slice(self._begin[i], self._begin[i + 1])
+                if near.start == near.stop:
+                    continue
+                row = (lengths[self._target[near]] + self._cost[near, None]).min(axis=0)
+                if (row < lengths[i] - ROUNDING).any():
+                    np.minimum(lengths[i], row, out=lengths[i])
+                    changed = True
+            if not changed:
+                break
+        both: NDArray[np.float64] = np.minimum(lengths[:n], lengths[:n].T)
+        return both
+
+    def way(self, start: int, ends: Iterable[int]) -> tuple[int, Points] | None:
+        """Return the nearest of some places, and the corners of the way from `start` to it; None where there is none.
+
+        Dijkstra's algorithm, then corners are left out as far as straight moves allow.
+        """
+        wanted = set(ends)
+        far, came, heap = {start: 0.0}, {start: start}, [(0.0, start)]
+        while heap:
+            length, i = heapq.heappop(heap)
+            if i in wanted:
+                return i, self._pulled_tight(self._corners(came, i))
+            if length > far[i]:
+                continue
+            for e in range(self._begin[i], self._begin[i + 1]):
+                j, longer = int(self._target[e]), length + float(self._cost[e])
+                if longer < far.get(j, math.inf):
+                    far[j], came[j] = longer, i
+                    heapq.heappush(heap, (longer, j))
+        return None
+
+    def _corners(self, came: dict[int, int], end: int) -> Points:
+        nodes = [end]
+        while came[nodes[-1]] != nodes[-1]:
+            nodes.append(came[nodes[-1]])
+        nodes.reverse()
+        runs = [self.places[nodes[:1]]]
+        for a, b in itertools.pairwise(nodes):
+            run = self._along.get((a, b))
+            straight = math.dist(self.places[a], self.places[b])
+            if run is None or (length_of(run) > straight + ROUNDING and self._is_straight(a, b)):
+                run = self.places[[a, b]]
+            runs.append(run[1:])
+        return np.concatenate(runs)
+
+    def _is_straight(self, a: int, b: int) -> bool:
+        return bool(self.straight(self.places[[a]], self.places[[b]])[0])
+
+    def _pulled_tight(self, corners: Points) -> Points:
+        """Return a way without the corners that straight moves can do without: from each to the farthest in sight."""
+        kept, at = [0], 0
+        while at < len(corners) - 1:
+            rest = corners[at + 1 :]
+            seen = np.flatnonzero(self.straight(np.broadcast_to(corners[at], rest.shape), rest))
+            at += int(seen[-1]) + 1 if len(seen) else 1
+            kept.append(at)
+        return corners[kept]
+
+
+def _dense(ring: Points, spacing: float) -> Points:
+    """Return a ring with corners put in, so that none is farther than `spacing` mm from the next."""
+    import shapely
+
+    return np.asarray(shapely.segmentize(shapely.LinearRing(ring), spacing).coords)[:-1]
+
+
+def _stops(ring: Points, spacing: float) -> NDArray[np.int64]:
+    """Return the indices of some corners of a ring, the next one always the first that is `spacing` mm on."""
+    along = np.concatenate([[0.0], np.hypot(*np.diff(ring, axis=0).T).cumsum()])
+    step = np.floor(along / spacing).astype(np.int64)
+    found = np.flatnonzero(np.diff(step, prepend=-1) > 0)
+    return found if len(found) > 1 else np.array([0, len(ring) // 2])
+
+
+def length_of(way: Points) -> float:
+    """Return the length of a way through corners float64[k, 2]."""
+    return float(np.hypot(*np.diff(way, axis=0).T).sum())

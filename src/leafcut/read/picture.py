@@ -1,0 +1,294 @@
+"""Pictures (PNG, JPEG, BMP) of pockets: dark is milled, bright is left; one pixel is as wide as the user says.
+
+The origin is the lower left corner of the picture, y points up. Brightness between dark and bright says where between
+two pixels the wall is.
+"""
+
+from __future__ import annotations
+
+import io
+import warnings
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import OptionError, ReadError
+from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.tracing import fitted_outline, level_lines, smoothed_outline
+from leafcut.model import Contour, Issue, Part
+from leafcut.options import PocketOptions, ReadOptions, SheetOptions
+from leafcut.read.format import MAX_COORDINATE, Format, Match, Source, count_of, places_of, shown
+from leafcut.read.pocket_outlines import EITHER, as_pockets
+
+#: Pictures with more pixels are refused: tracing one takes some 30 bytes a pixel.
+MAX_PIXELS = 25_000_000
+#: More steps between dark and bright than this are noise, no outline.
+MAX_STEPS = 250_000
+#: With more steps than this, a picture is so fine that arcs along the smoothed line do, and best ones take long.
+MAX_FITTED = 50_000
+#: More outlines than this are noise, too.
+MAX_OUTLINES = 5_000
+#: Dark and bright must differ by this share of the whole range.
+LEAST_CONTRAST = 0.1
+
+Grey = NDArray[np.float32]
+
+#: What files of pictures begin with; the last ones are known so that they can be refused by name.
+_MAGIC = (
+    (b"\x89PNG\r\n\x1a\n", "PNG"),
+    (b"\xff\xd8\xff", "JPEG"),
+    (b"BM", "BMP"),
+    (b"GIF8", "GIF"),
+    (b"II*\0", "TIFF"),
+    (b"MM\0*", "TIFF"),
+    (b"RIFF", "WebP"),
+)
+_READ = ("PNG", "JPEG", "BMP")
+
+
+def kind_of(head: bytes) -> str:
+    """Return the kind of picture that a file begins as, or empty."""
+    found = next((kind for magic, kind in _MAGIC if head.startswith(magic)), "")
+    sure = {"BMP": head[6:10] == bytes(4), "WebP": head[8:12] == b"WEBP"}
+    return found if sure.get(found, True) else ""
+
+
+def sniff(head: bytes) -> Match:
+    """Say whether a file begins as a picture does."""
+    return Match.YES if kind_of(head) else Match.NO
+
+
+def read_picture(source: Source, options: ReadOptions) -> Part:
+    """Refuse: holes to drill are not read from pictures.
+
+    Raises
+    ------
+    ReadError
+        Always.
+    """
+    raise ReadError(source.path, "a picture is read for pockets only; say --process pocket")
+
+
+def read_picture_pockets(source: Source, _: ReadOptions, options: PocketOptions, joining: SheetOptions) -> Part:
+    """Return the dark regions of a picture as pockets, in mm; bright spots in them are islands.
+
+    Raises
+    ------
+    ReadError
+        It is no picture, of another kind, cut off, animated or too large; it has no contrast, or too many spots.
+    OptionError
+        `pixel_size` is missing.
+    """
+    image = _opened(source)
+    if options.pixel_size is None:
+        raise OptionError(f"{source.path}: a picture needs --pixel-size, the width of a pixel{_by_density(image)}")
+    size = options.pixel_size
+    if max(image.size) * size > MAX_COORDINATE:
+        raise ReadError(source.path, f"with pixels of {size:g} mm the picture is {max(image.size) * size:g} mm long")
+    grey = _brightness(source, image, options.invert)
+    level = _level(source, grey, options)
+    grey = _from_level(grey, level)
+    steps = _steps(grey < 0.0)
+    if steps > MAX_STEPS:
+        raise ReadError(
+            source.path, f"{steps:,} steps between dark and bright: this is noise, no outline; blur or scale it down"
+        )
+    fit = fitted_outline if steps <= MAX_FITTED else smoothed_outline
+    issues: list[Issue] = []
+    height = grey.shape[0]
+    lines = _without_dirt(source, level_lines(grey), options.speckle / size, (size, height), issues)
+    _look_at_edge(grey < 0.0, issues)
+    part = Part(source.name, source=source.file_name, format="picture", issues=tuple(issues))
+    try:
+        return _pockets(part, [fit(line) for line in lines], (size, height), joining, source)
+    except ReadError:
+        # Walls a pixel apart may meet when they are smoothed: as they are in the picture they do not.
+        return _pockets(
+            part, [Polyline.of_points(line, closed=True) for line in lines], (size, height), joining, source
+        )
+
+
+def _pockets(
+    part: Part, outlines: list[Polyline], frame: tuple[float, int], joining: SheetOptions, source: Source
+) -> Part:
+    """Return the part with pockets made of outlines in pixels; `frame` is the width of a pixel and the rows."""
+    size, rows = frame
+    contours = []
+    for outline in outlines:
+        vertices = outline.vertices * np.array([size, -size, -1.0]) + np.array([0.0, size * rows, 0.0])
+        contours.append(Contour(Polyline(vertices, closed=True)))
+    return as_pockets(replace(part, contours=tuple(contours)), [EITHER] * len(contours), joining, source.path)
+
+
+# -- the file --------------------------------------------------------------------------------------------------------
+
+
+def _opened(source: Source) -> Any:
+    """Return the picture, its pixels not read yet."""
+    from PIL import Image, UnidentifiedImageError
+
+    kind = kind_of(source.data)
+    if kind not in _READ:
+        what = f"this is a {kind} picture" if kind else "this is no picture"
+        raise ReadError(source.path, f"{what}; save it as PNG, JPEG or BMP")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what is too large is refused below
+            image = Image.open(io.BytesIO(source.data), formats=[kind])
+            width, height = image.size
+            moving = kind == "PNG" and getattr(image, "n_frames", 1) > 1
+    except Image.DecompressionBombError:
+        raise ReadError(source.path, _too_large("far too many pixels")) from None
+    except UnidentifiedImageError:
+        raise ReadError(source.path, f"a damaged {kind} picture (its header makes no sense); save it anew") from None
+    except Exception as problem:  # what a decoder raises on a damaged file has no common root
+        raise ReadError(source.path, f"a damaged {kind} picture ({shown(str(problem), 80)}); save it anew") from None
+    if width * height > MAX_PIXELS:
+        raise ReadError(source.path, _too_large(f"{width} × {height} pixels"))
+    if moving:
+        raise ReadError(source.path, "an animated picture; save one picture of it")
+    return image
+
+
+def _too_large(what: str) -> str:
+    return f"the picture has {what}; the limit is {MAX_PIXELS:,}: cut it to the pocket or scale it down"
+
+
+def _by_density(image: Any) -> str:
+    """Return what the file itself says of its scale, in words, as an advice."""
+    try:
+        density = float(image.info["dpi"][0])
+        return f"; its file says {density:.6g} pixels per inch: --pixel-size {25.4 / density:.6g}"
+    except (KeyError, IndexError, TypeError, ValueError, ArithmeticError):
+        return ", such as --pixel-size 0.1"
+
+
+def _brightness(source: Source, image: Any, invert: bool) -> Grey:
+    """Return the brightness of the pixels, float32[rows, columns], 0 … 1: small is to be milled."""
+    from PIL import Image, ImageOps
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            image = ImageOps.exif_transpose(image)
+            if image.mode.startswith(("I", "F")):
+                grey = np.asarray(image).astype(np.float32)
+                grey /= 65535.0 if image.mode != "F" else 1.0
+            else:
+                if "transparency" in image.info or image.mode in ("RGBA", "LA", "PA", "La", "RGBa"):
+                    # What is transparent is not there, and so is not milled.
+                    clear = Image.new("RGBA", image.size, (0, 0, 0, 255) if invert else (255, 255, 255, 255))
+                    image = Image.alpha_composite(clear, image.convert("RGBA"))
+                grey = np.asarray(image.convert("L")).astype(np.float32)
+                grey /= 255.0
+    except Exception as problem:  # what a decoder raises on a damaged file has no common root
+        raise ReadError(
+            source.path, f"a damaged or cut off picture ({shown(str(problem), 80)}); save it anew"
+        ) from None
+    return 1.0 - grey if invert else grey
+
+
+# -- dark and bright -------------------------------------------------------------------------------------------------
+
+
+def _level(source: Source, grey: Grey, options: PocketOptions) -> float:
+    """Return the brightness at which the wall lies: the user's, else the middle between dark and bright."""
+    low, high = float(grey.min()), float(grey.max())
+    if not np.isfinite(high - low):
+        raise ReadError(source.path, "the picture has a brightness that is not a number")
+    if options.threshold is not None:
+        level = options.threshold if not options.invert else 1.0 - options.threshold
+        if not low < level <= high:
+            side = "brighter" if low >= level else "darker"
+            raise ReadError(source.path, f"all pixels are {side} than --threshold {100.0 * options.threshold:g}%")
+        return level
+    split = otsu(grey)
+    dark, bright = float(np.median(grey[grey < split])) if low < split else low, high
+    bright = float(np.median(grey[grey >= split])) if high >= split else high
+    if bright - dark < LEAST_CONTRAST:
+        raise ReadError(
+            source.path,
+            f"no contrast: brightness from {100.0 * low:.3g} to {100.0 * high:.3g}%, nothing to tell a pocket from the "
+            "rest; say --threshold",
+        )
+    return 0.5 * (dark + bright)
+
+
+def _from_level(grey: Grey, level: float) -> Grey:
+    """Return the brightness from the level: 0 there, −1 and less where it is plainly dark, 1 where plainly bright.
+
+    So a wall between plain pixels lies in the middle between them, whatever the threshold.
+    """
+    dark, bright = grey < level, grey >= level
+    below = max(level - float(np.median(grey[dark])), 1e-6) if dark.any() else 1.0
+    above = max(float(np.median(grey[bright])) - level, 1e-6) if bright.any() else 1.0
+    moved = grey - np.float32(level)
+    return np.clip(np.where(dark, moved / below, moved / above), -1.0, 1.0).astype(np.float32)
+
+
+def otsu(grey: Grey) -> float:
+    """Return the brightness that parts dark from bright pixels best.
+
+    Source: Otsu, "A threshold selection method from gray-level histograms", IEEE Trans. SMC 9 (1979), equation 18: the
+    largest variance between the two classes. Of several that are as good (nothing lies between them), the middle one.
+    """
+    counts, edges = np.histogram(grey, bins=256, range=(float(grey.min()), max(float(grey.max()), 1e-6)))
+    share = counts / counts.sum()
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    below, mean = np.cumsum(share)[:-1], np.cumsum(share * middle)
+    total = mean[-1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        between = np.nan_to_num((total * below - mean[:-1]) ** 2 / (below * (1.0 - below)))
+    best = np.flatnonzero(between >= between.max() * (1.0 - 1e-9))
+    return float(0.5 * (edges[best[0] + 1] + edges[best[-1] + 1]))
+
+
+def _steps(dark: NDArray[np.bool_]) -> int:
+    """Return how often dark lies beside bright."""
+    return int((dark[1:] != dark[:-1]).sum()) + int((dark[:, 1:] != dark[:, :-1]).sum())
+
+
+def _without_dirt(
+    source: Source, lines: list[Points], narrow: float, frame: tuple[float, int], issues: list[Issue]
+) -> list[Points]:
+    """Return the level lines round what is not narrower than dirt (pixels); what is left out is said (L214)."""
+    import shapely
+
+    size, rows = frame
+    wide = [line for line in lines if np.ptp(line, axis=0).min() >= narrow]
+    if len(wide) > MAX_OUTLINES:
+        raise ReadError(
+            source.path, f"{len(wide):,} outlines: this is noise, no pocket; blur the picture or say a larger --speckle"
+        )
+    kept = [line for line in wide if not shapely.Polygon(line).buffer(-0.5 * narrow).is_empty]
+    if not kept:
+        least = f" that is wider than --speckle {narrow * size:g} mm" if lines else ""
+        raise ReadError(source.path, f"no region to mill{least}; --threshold and --invert say what is milled")
+    if left := len(lines) - len(kept):
+        known = {id(line) for line in kept}
+        places = [line[0] for line in lines if id(line) not in known]
+        where = [(round(float(x) * size, 3), round((rows - float(y)) * size, 3)) for x, y in places]
+        message = f"{count_of(left, 'spot')} narrower than {narrow * size:g} mm taken as dirt; --speckle says otherwise"
+        issues.append(Issue("L214", message, places_of(where, left)))
+    return kept
+
+
+def _look_at_edge(dark: NDArray[np.bool_], issues: list[Issue]) -> None:
+    """Say so (L425) where the edge of the picture becomes a wall."""
+    sides = {"left": dark[:, 0], "right": dark[:, -1], "upper": dark[0], "lower": dark[-1]}
+    if reached := [name for name, row in sides.items() if row.any()]:
+        message = f"what is milled reaches the {', '.join(reached)} edge of the picture, which is taken as a wall"
+        issues.append(Issue("L425", message))
+
+
+FORMAT = Format(
+    "picture",
+    (".png", ".jpg", ".jpeg", ".bmp"),
+    "picture: what is dark is a pocket, with --pixel-size; for pockets only",
+    read_picture,
+    sniff,
+    pockets=read_picture_pockets,
+    processes=("pocket",),
+)

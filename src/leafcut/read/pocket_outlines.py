@@ -1,0 +1,288 @@
+"""From the outlines of a drawing to pockets: joined, cleaned, and each island in the pocket that it stands in.
+
+Layers say what is a pocket and what an island where their names or the options do; else the depth decides: an outline
+in no other is a pocket, one inside a pocket an island, one inside an island a pocket again.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import LeafcutError, ReadError
+from leafcut.geometry.cleaning import cleaned, counter_clockwise
+from leafcut.geometry.containment import Conflict, conflicts, nesting
+from leafcut.geometry.overlaps import SAME
+from leafcut.geometry.tidying import polygons, tidy
+from leafcut.model import Contour, Issue, Part, Severity
+from leafcut.model.pocket import Pocket
+from leafcut.options import PocketOptions, SheetOptions
+from leafcut.read.format import count_of, places_of, shown
+from leafcut.read.sift import layer_filter
+
+#: What layers are for by their names, where the user does not say.
+POCKET_NAMES = ("POCKET*",)
+ISLAND_NAMES = ("ISLAND*",)
+
+POCKET, ISLAND, EITHER = "pocket", "island", ""
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A closed contour, the number of its first stroke in the drawing, and what it is by its layer."""
+
+    contour: Contour
+    order: int
+    kind: str
+
+    def __str__(self) -> str:
+        x, y = self.contour.path.start
+        layer = f" on layer {shown(self.contour.layer, 30)}" if self.contour.layer else ""
+        return f"the {self.kind or 'outline'} that begins at ({x:.6g}, {y:.6g}){layer}"
+
+
+def pockets_of_drawing(part: Part, options: PocketOptions, joining: SheetOptions, path: str) -> Part:
+    """Return a part with pockets in the place of its contours; layers or depth say which contour is what.
+
+    Raises
+    ------
+    ReadError
+        An outline is open or crosses itself, two touch or overlap, or an island lies in no pocket; with the place.
+    """
+    issues = list(part.issues)
+    kinds = _kinds(part.contours, options, issues, path)
+    return as_pockets(replace(part, issues=tuple(issues)), kinds, joining, path)
+
+
+def as_pockets(part: Part, kinds: Sequence[str | None], joining: SheetOptions, path: str) -> Part:
+    """Return a part with pockets in the place of its contours.
+
+    Parameters
+    ----------
+    kinds
+        What each contour is: `POCKET`, `ISLAND`, `EITHER`, or None for one that is left out.
+
+    Raises
+    ------
+    ReadError
+        As `pockets_of_drawing`.
+    """
+    issues = list(part.issues)
+    try:
+        outlines = _outlines(part.contours, kinds, joining, issues)
+        shapes = polygons([o.contour.path for o in outlines])
+        _check_simple(outlines, shapes)
+        met = conflicts(shapes)
+        kept = _once(outlines, met, issues)
+        number = {k: at for at, k in enumerate(kept)}
+        met = [
+            c._replace(first=number[c.first], second=number[c.second])
+            for c in met
+            if c.first in number and c.second in number
+        ]
+        outlines, shapes = [outlines[k] for k in kept], shapes[kept]
+        depth, parent = nesting(shapes)
+        _check_kinds(outlines, depth, parent)
+        _check_apart(outlines, met, depth, issues)
+    except ReadError:
+        raise
+    except LeafcutError as problem:
+        raise ReadError(path, str(problem)) from None
+    pockets = _pockets(outlines, depth, parent, part.name)
+    return replace(part, contours=(), pockets=pockets, issues=tuple(issues))
+
+
+# -- layers ----------------------------------------------------------------------------------------------------------
+
+
+def _kinds(contours: Sequence[Contour], options: PocketOptions, issues: list[Issue], path: str) -> list[str | None]:
+    """Return what every contour is by its layer, and say (L421) where only the layer's name tells it."""
+    names = sorted({c.layer for c in contours})
+    pocket_names = _named(names, options.pocket_layers, POCKET_NAMES)
+    island_names = _named(names, options.island_layers, ISLAND_NAMES) - pocket_names
+    for given, found, flag in (
+        (options.pocket_layers, pocket_names, "--pocket-layers"),
+        (options.island_layers, island_names, "--island-layers"),
+    ):
+        if given and not found:
+            there = shown(", ".join(name or "(without a name)" for name in names), 120)
+            raise ReadError(path, f"no lines on the layers of {flag} {','.join(given)}; there are lines on {there}")
+    guessed = [name for name in sorted(pocket_names) if not options.pocket_layers]
+    guessed += [name for name in sorted(island_names) if not options.island_layers]
+    if guessed:
+        words = shown(", ".join(guessed), 80)
+        message = (
+            f"pockets and islands by the names of layers: {words}; --pocket-layers and --island-layers say otherwise"
+        )
+        issues.append(Issue("L421", message, severity=Severity.NOTE))
+    # Where layers say which lines are islands only, all others are pockets.
+    others = None if pocket_names else POCKET if island_names else EITHER
+    # Without a layer for islands, they are drawn on the pockets' own.
+    pocket = POCKET if island_names else EITHER
+    kinds = [pocket if c.layer in pocket_names else ISLAND if c.layer in island_names else others for c in contours]
+    if left := Counter(c.layer for c, kind in zip(contours, kinds, strict=True) if kind is None):
+        words = ", ".join(f"{number} on layer {shown(name, 30)}" for name, number in left.most_common(5))
+        issues.append(Issue("L211", f"lines that are no pocket's: {words}", severity=Severity.NOTE))
+    return kinds
+
+
+def _named(names: Sequence[str], given: tuple[str, ...], usual: tuple[str, ...]) -> set[str]:
+    fits = layer_filter(given or usual)
+    return {name for name in names if fits(name)}
+
+
+# -- outlines --------------------------------------------------------------------------------------------------------
+
+
+def _outlines(
+    contours: Sequence[Contour], kinds: Sequence[str | None], joining: SheetOptions, issues: list[Issue]
+) -> list[Outline]:
+    """Return the closed outlines, in the order of the drawing; those of one kind are joined with each other only."""
+    strokes: dict[str, list[tuple[int, Contour]]] = {}
+    gone = []
+    for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
+        path = cleaned(contour.path) if kind is not None else None
+        if kind is not None and path is not None:
+            strokes.setdefault(kind, []).append((k, replace(contour, path=path)))
+        elif kind is not None:
+            gone.append(contour.path.start)
+    if gone:
+        message = f"{count_of(len(gone), 'line')} without length left out"
+        issues.append(Issue("L313", message, places_of(gone, len(gone)), Severity.NOTE))
+    made = [outline for kind, own in strokes.items() for outline in _joined(own, kind, joining, issues)]
+    opened = [o for o in made if not o.contour.path.closed]
+    if opened and joining.open_paths != "drop":
+        places = [o.contour.path.start for o in opened]
+        x, y = opened[0].contour.path.end
+        raise LeafcutError(
+            f"{count_of(len(opened), 'open path')}, {places_of(places, len(opened))}; the first ends at "
+            f"({x:.6g}, {y:.6g}); close the outline, widen --join-tolerance, or say --open-paths drop"
+        )
+    if opened:
+        places = [o.contour.path.start for o in opened]
+        issues.append(Issue("L212", f"{count_of(len(opened), 'open path')} left out", places_of(places, len(opened))))
+    closed = sorted((o for o in made if o.contour.path.closed), key=lambda o: o.order)
+    if not closed:
+        raise LeafcutError("no closed outline is left: nothing to mill")
+    return closed
+
+
+def _joined(
+    strokes: Sequence[tuple[int, Contour]], kind: str, joining: SheetOptions, issues: list[Issue]
+) -> list[Outline]:
+    """Return strokes of one kind joined; each with the layer and handle of its first one."""
+    tidied = tidy([contour.path for _, contour in strokes], joining.join_tolerance)
+    gaps = [gap for made in tidied.paths for gap in made.gaps]
+    if gaps:
+        message = f"{count_of(len(gaps), 'gap')} closed, the widest of {max(width for _, width in gaps):.3g} mm"
+        issues.append(Issue("L311", message, places_of([place for place, _ in gaps], len(gaps))))
+    if tidied.branches:
+        number = count_of(len(tidied.branches), "place")
+        message = f"more than two ends meet in {number}: look whether outlines are right"
+        issues.append(Issue("L314", message, places_of(tidied.branches, len(tidied.branches))))
+    if tidied.doubles:
+        message = f"{count_of(len(tidied.doubles), 'line')} drawn on top of others taken once"
+        issues.append(Issue("L312", message, places_of(tidied.doubles, len(tidied.doubles))))
+    found = []
+    for path, members, _ in tidied.paths:
+        order, first = strokes[min(members)]
+        good = cleaned(path)
+        if good is not None:
+            found.append(Outline(replace(first, path=counter_clockwise(good)), order, kind))
+    return found
+
+
+# -- checks ----------------------------------------------------------------------------------------------------------
+
+
+def _check_simple(outlines: Sequence[Outline], shapes: NDArray[Any]) -> None:
+    """Raise for outlines that cross or touch themselves, or enclose nothing."""
+    import shapely
+
+    # By the hull: the two halves of an 8 cancel each other's area.
+    thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
+    for outline in (o for o, is_thin in zip(outlines, thin, strict=True) if is_thin):
+        raise LeafcutError(f"{outline} encloses nothing; mend the drawing")
+    for outline, reason in zip(outlines, shapely.is_valid_reason(shapes), strict=True):
+        if place := reason.partition("[")[2].rstrip("]").split():
+            x, y = float(place[0]), float(place[1])
+            raise LeafcutError(f"{outline} crosses or touches itself at ({x:.6g}, {y:.6g}); mend the drawing")
+
+
+def _once(outlines: Sequence[Outline], met: Sequence[Conflict], issues: list[Issue]) -> list[int]:
+    """Return which outlines to take, none twice (L312); none overlap."""
+    gone = {c.second for c in met if c.kind == "same"}
+    for c in met:
+        one, other = outlines[c.first], outlines[c.second]
+        if c.kind == "same" and one.kind != other.kind:
+            raise LeafcutError(f"{one} and {other} are the same; an island must leave something to be milled")
+        if c.kind == "overlap" and not {c.first, c.second} & gone:
+            raise LeafcutError(f"{one} and {other} lie across each other, {_at(c)}; outlines must lie apart")
+    if gone:
+        places = [outlines[k].contour.path.start for k in sorted(gone)]
+        issues.append(
+            Issue("L312", f"{count_of(len(gone), 'outline')} drawn twice taken once", places_of(places, len(places)))
+        )
+    return [k for k in range(len(outlines)) if k not in gone]
+
+
+def _check_kinds(outlines: Sequence[Outline], depth: NDArray[np.int64], parent: NDArray[np.int64]) -> None:
+    """Raise where the layers say other than the depth: an island in no pocket, a pocket directly in a pocket."""
+    for outline, deep, around in zip(outlines, depth.tolist(), parent.tolist(), strict=True):
+        if outline.kind == ISLAND and around < 0:
+            raise LeafcutError(f"{outline} lies in no pocket")
+        if outline.kind == ISLAND and deep % 2 == 0:
+            raise LeafcutError(f"{outline} lies in another island, not in a pocket")
+        if outline.kind == POCKET and deep % 2:
+            raise LeafcutError(
+                f"{outline} lies directly in another pocket; draw it on a layer of islands if it is to be left standing"
+            )
+
+
+def _check_apart(
+    outlines: Sequence[Outline], met: Sequence[Conflict], depth: NDArray[np.int64], issues: list[Issue]
+) -> None:
+    """Raise where an island touches a wall or another island; say (L423) where two pockets touch from outside."""
+    beside = []
+    for c in met:
+        if depth[c.first] % 2 == depth[c.second] % 2 == 0:
+            beside.append(c.place)
+            continue
+        islands = [k for k in (c.first, c.second) if depth[k] % 2]
+        one, other = outlines[islands[0]], "another island" if len(islands) == 2 else "a wall"
+        raise LeafcutError(
+            f"{str(one).replace('the outline', 'the island')} touches {other}, {_at(c)}; islands must stand clear, or "
+            "be drawn as part of the wall"
+        )
+    if beside:
+        message = f"{count_of(len(beside), 'pair')} of pockets touch each other: no wall stays between them"
+        issues.append(Issue("L423", message, places_of(beside, len(beside))))
+
+
+def _at(conflict: Conflict) -> str:
+    return f"at ({conflict.place[0]:.6g}, {conflict.place[1]:.6g})"
+
+
+def _pockets(
+    outlines: Sequence[Outline], depth: NDArray[np.int64], parent: NDArray[np.int64], name: str
+) -> tuple[Pocket, ...]:
+    """Return the pockets, in the order of the drawing; several are numbered, one is called as the drawing."""
+    islands: dict[int, list[int]] = {}
+    for k in np.flatnonzero(depth % 2).tolist():
+        islands.setdefault(int(parent[k]), []).append(k)
+    found = np.flatnonzero(depth % 2 == 0).tolist()
+    return tuple(
+        Pocket(
+            outlines[k].contour.path,
+            tuple(outlines[i].contour.path.reversed() for i in islands.get(k, ())),
+            name if len(found) == 1 else str(number),
+            outlines[k].contour.layer,
+            outlines[k].contour.handle,
+        )
+        for number, k in enumerate(found, 1)
+    )

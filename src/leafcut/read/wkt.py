@@ -1,0 +1,196 @@
+"""Well-known text (OGC 06-103r4, section 7): POLYGON, MULTIPOLYGON and collections of them are pockets with islands."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import warnings
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from leafcut.errors import ReadError
+from leafcut.geometry.polyline import Points, Polyline
+from leafcut.model import Contour, Issue, Part, Severity
+from leafcut.options import PocketOptions, ReadOptions, SheetOptions
+from leafcut.read.format import (
+    MAX_COORDINATE,
+    MAX_SEGMENTS,
+    Format,
+    Match,
+    Source,
+    factor_of,
+    places_of,
+    shown,
+    too_many_segments,
+    units_unknown,
+)
+from leafcut.read.pocket_outlines import ISLAND, POCKET, as_pockets
+
+#: Larger texts are refused: a million corners need less.
+MAX_BYTES = 64 * 1024 * 1024
+#: Collections in collections deeper than this are refused: the parser would follow them to the end of its stack.
+MAX_DEPTH = 20
+#: A ring needs three corners and the first of them again.
+_RING = 4
+
+_TYPES = (
+    "POINT|LINESTRING|LINEARRING|POLYGON|MULTIPOINT|MULTILINESTRING|MULTIPOLYGON|GEOMETRYCOLLECTION|CIRCULARSTRING|"
+    "COMPOUNDCURVE|CURVEPOLYGON|MULTICURVE|MULTISURFACE|POLYHEDRALSURFACE|TIN|TRIANGLE"
+)
+_BEGINS = re.compile(rf"\s*(?:SRID\s*=\s*\d+\s*;\s*)?(?:{_TYPES})\b\s*(?:Z|M|ZM)?\s*(?:\(|EMPTY\b)", re.IGNORECASE)
+_PREFIX = re.compile(r"\s*SRID\s*=\s*\d+\s*;", re.IGNORECASE)
+#: What may stand between two geometries.
+_BETWEEN = " \t\r\n;"
+_BRACKET_OR_EMPTY = re.compile(r"[()]|\bEMPTY\b", re.IGNORECASE)
+
+
+def sniff(head: bytes) -> Match:
+    """Say whether a text begins as well-known text does."""
+    return Match.YES if _BEGINS.match(head[:4096].decode("latin-1").removeprefix("ï»¿")) else Match.NO
+
+
+def read_wkt(source: Source, options: ReadOptions) -> Part:
+    """Refuse: holes to drill are not read from well-known text.
+
+    Raises
+    ------
+    ReadError
+        Always.
+    """
+    raise ReadError(source.path, "well-known text is read for pockets only; say --process pocket")
+
+
+def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketOptions, joining: SheetOptions) -> Part:
+    """Return the polygons of a text as pockets, in mm; their interior rings are islands.
+
+    A file may hold several geometries, one after the other.
+
+    Raises
+    ------
+    ReadError
+        It is too large or nested too deep, is damaged (with its line), holds no polygon, or what it holds is none:
+        crosses itself, touches or overlaps another, has no finite corners.
+    """
+    if len(source.data) > MAX_BYTES:
+        raise ReadError(source.path, f"the text has more than {MAX_BYTES >> 20} MiB; split it")
+    factor = factor_of(options, None)
+    rings, issues = _Rings(source.path, factor), []
+    for line, text in _geometries(source):
+        rings.take(_parsed(source.path, line, text), line)
+    if not rings.found:
+        what = ", ".join(sorted(rings.others)) or "empty geometries"
+        raise ReadError(source.path, f"no region to mill: the text holds {what}; POLYGON or MULTIPOLYGON was expected")
+    if rings.others:
+        words = ", ".join(f"{number} {kind}" for kind, number in sorted(rings.others.items()))
+        issues.append(Issue("L210", f"no region: {words}", severity=Severity.NOTE))
+    if rings.heights:
+        message = "corners of different heights are taken as seen from above"
+        issues.append(Issue("L202", message, places_of(rings.heights, len(rings.heights))))
+    contours = tuple(Contour(Polyline.of_points(ring.points, closed=True)) for ring in rings.found)
+    part = Part(source.name, source=source.file_name, format="wkt", units=options.units or "mm", contours=contours)
+    if options.units is None:
+        issues.insert(0, units_unknown("the text", part, Severity.NOTE))
+    return as_pockets(replace(part, issues=tuple(issues)), [ring.kind for ring in rings.found], joining, source.path)
+
+
+def _geometries(source: Source) -> Iterator[tuple[int, str]]:
+    """Yield every geometry of a text and the line that it begins in: each ends where its brackets are closed."""
+    text = source.text()
+    begin = depth = counted = 0
+    line = 1
+    for match in itertools.chain(_BRACKET_OR_EMPTY.finditer(text), [None]):
+        if match is not None:
+            depth += {"(": 1, ")": -1}.get(match[0], 0)
+            if depth > MAX_DEPTH:
+                raise ReadError(source.path, f"brackets nested more than {MAX_DEPTH} deep", line)
+            if depth > 0:
+                continue
+        piece = text[begin : match.end() if match else len(text)]
+        start = begin + len(piece) - len(piece.lstrip(_BETWEEN))
+        line, counted = line + text.count("\n", counted, start), start
+        if piece.strip(_BETWEEN):
+            yield line, piece.strip(_BETWEEN)
+        begin, depth = begin + len(piece), 0
+
+
+def _parsed(path: str, line: int, text: str) -> Any:
+    import shapely
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # numbers that are none are found below
+            return shapely.from_wkt(_PREFIX.sub("", text, count=1).strip())
+    except (shapely.errors.ShapelyError, NotImplementedError) as problem:
+        reason = shown(str(problem), 120).removeprefix("ParseException: ").removeprefix("IllegalArgumentException: ")
+        raise ReadError(path, f"this is no well-known text: {reason}", line) from None
+
+
+class _Ring(NamedTuple):
+    """A ring of a polygon: corners in mm, the first one again at the end; a wall or an island."""
+
+    points: Points
+    kind: str
+
+
+class _Rings:
+    """Collects the rings of all polygons in mm, and counts what is none."""
+
+    def __init__(self, path: str, factor: float) -> None:
+        self.path = path
+        self.factor = factor
+        self.found: list[_Ring] = []
+        self.others: dict[str, int] = {}
+        #: Where a ring begins that does not lie level.
+        self.heights: list[tuple[float, float]] = []
+        self._corners = 0
+
+    def take(self, geometry: Any, line: int) -> None:
+        """Take the polygons of a geometry."""
+        if geometry is None or geometry.is_empty:
+            return
+        if geometry.geom_type == "Polygon":
+            self._keep(geometry.exterior, POCKET, line)
+            for ring in geometry.interiors:
+                self._keep(ring, ISLAND, line)
+        elif hasattr(geometry, "geoms"):
+            for piece in geometry.geoms:
+                self.take(piece, line)
+        else:
+            kind = geometry.geom_type.upper()
+            self.others[kind] = self.others.get(kind, 0) + 1
+
+    def _keep(self, ring: Any, kind: str, line: int) -> None:
+        import shapely
+
+        if ring.is_empty:
+            return
+        points = shapely.get_coordinates(ring, include_z=bool(ring.has_z)) * self.factor
+        if not np.isfinite(points).all():
+            raise ReadError(self.path, "a coordinate is not a number", line)
+        if np.abs(points).max() > MAX_COORDINATE:
+            raise ReadError(self.path, f"a coordinate of {np.abs(points).max():.6g} mm cannot be meant", line)
+        if len(points) < _RING:
+            raise ReadError(
+                self.path, f"a ring has {len(points)} points; a region needs 3 corners and the first again", line
+            )
+        self._corners += len(points)
+        if self._corners > MAX_SEGMENTS:
+            raise too_many_segments(self.path)
+        if points.shape[1] > 2 and np.ptp(points[:, 2]) > 0.0:
+            self.heights.append((float(points[0, 0]), float(points[0, 1])))
+        xy = points[:, :2]
+        self.found.append(_Ring(xy if self.factor == 1.0 else np.round(xy, 6), kind))
+
+
+FORMAT = Format(
+    "wkt",
+    (".wkt",),
+    "well-known text: polygons with holes are pockets with islands, for pockets only",
+    read_wkt,
+    sniff,
+    pockets=read_wkt_pockets,
+    processes=("pocket",),
+)

@@ -1,0 +1,220 @@
+"""The drawing of pockets: walls and islands, the way of the tool, where it comes down, what stays uncut."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.regions import polygons, region, shrunk, swept
+from leafcut.model.pocket import Pocket, PocketPath, PocketPlan, PocketRules
+from leafcut.report.frame import Frame
+from leafcut.report.marks import end_marks, head
+from leafcut.report.svg import element, in_steps, lines_data, short, title
+
+#: How far chords leave arcs, user units.
+_CHORDS = 0.06
+#: What is uncut or out of reach is found with a coarser tolerance than the path is made with: it is looked at, mm.
+_SEEN = 0.02
+#: Heads of arrows: so far apart along a path, and half as long, user units; so many at most.
+_ARROW_APART, _ARROW, _MOST_ARROWS = 70.0, 3.2, 90
+_HATCH = 4.0
+_WIDE_FROM = 1.9
+#: Discs are united so many at a time.
+_AT_ONCE = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class PocketShapes:
+    """What of one pocket a tool cannot reach, and what a path leaves uncut of the rest: shapely geometry."""
+
+    unreachable: Any
+    uncovered: Any
+
+
+@dataclass(frozen=True, eq=False)
+class PocketScene:
+    """What the drawings of a page share: the window and the pockets in it."""
+
+    frame: Frame
+    pockets: tuple[Pocket, ...]
+
+
+def build_pocket_scene(plans: Sequence[PocketPlan]) -> PocketScene:
+    """Return the scene of all pockets of a drawing."""
+    boxes = np.array([plan.pocket.outline.extents for plan in plans])
+    low, high = boxes[:, :2].min(axis=0).tolist(), boxes[:, 2:].max(axis=0).tolist()
+    return PocketScene(Frame.around((low[0], low[1]), (high[0], high[1]), _WIDE_FROM), tuple(p.pocket for p in plans))
+
+
+def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
+    """Return what stays of a pocket; films as thin as the tolerance are none."""
+    import shapely
+
+    whole = region(pocket.outline, pocket.islands, _SEEN)
+    reachable = swept(shrunk(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
+    lines = [shapely.LineString(piece.path.flattened(0.5 * _SEEN)) for piece in path.pieces]
+    discs = [shapely.buffer(line, rules.radius + _SEEN, quad_segs=24) for line in _short(lines)]
+    ground = shapely.union_all(discs)
+    return PocketShapes(_thick(whole.difference(reachable)), _thick(reachable.difference(ground)))
+
+
+def _short(lines: list[Any]) -> list[Any]:
+    """Return the straight parts of lines: a buffer of a long line would round its hollows."""
+    import shapely
+
+    coordinates = [shapely.get_coordinates(line) for line in lines]
+    return [part for c in coordinates for part in shapely.linestrings(np.stack([c[:-1], c[1:]], axis=1))]
+
+
+def _thick(shape: Any) -> Any:
+    film = 2.0 * _SEEN
+    return shape.buffer(-film).buffer(film, join_style="mitre").intersection(shape)
+
+
+def pocket_drawing(
+    scene: PocketScene,
+    paths: Sequence[PocketPath],
+    name: str,
+    words: str,
+    *,
+    shapes: Sequence[PocketShapes] = (),
+    tool_diameter: float = 0.0,
+    size: bool = False,
+) -> str:
+    """Return the drawing of a path in every pocket as an SVG element with `words` as its title.
+
+    `name` tells the drawings of a page apart; a `tool_diameter` is drawn as a circle where the tool begins.
+    """
+    frame, window = scene.frame, f"window-{name}"
+    parts = (
+        *(_pocket(frame, pocket) for pocket in scene.pockets),
+        *(_left(frame, one, f"{name}-{k}") for k, one in enumerate(shapes)),
+        *(_ways(frame, path) for path in paths),
+        *(_arrows(frame, path) for path in paths),
+    )
+    inside = (element("g", *parts, clip_path=f"url(#{window})"), *_marks(frame, paths, tool_diameter))
+    return frame.drawing(words, window, inside, "drawing pocket", size)
+
+
+def small_drawing(scene: PocketScene, paths: Sequence[PocketPath], words: str) -> str:
+    """Return a drawing without axes and marks, to be put beside others of its kind."""
+    frame = scene.frame
+    parts = (*(_pocket(frame, p) for p in scene.pockets), *(_ways(frame, path) for path in paths))
+    box = f"0 0 {short(frame.width)} {short(frame.height)}"
+    return element("svg", title(words), *parts, viewBox=box, class_="drawing pocket small", role="img")
+
+
+# -- shapes ----------------------------------------------------------------------------------------------------------
+
+
+def _pocket(frame: Frame, pocket: Pocket) -> str:
+    """Return the floor of a pocket with its walls and islands."""
+    walls = "".join(f"{_line(frame, path)}z" for path in (pocket.outline, *pocket.islands))
+    named = title(f"pocket {pocket.name}") if pocket.name else ""
+    return in_steps(element("path", named, d=walls, class_="floor"))
+
+
+def _left(frame: Frame, shapes: PocketShapes, name: str) -> str:
+    """Return what stays: hatched where no tool comes, filled where this path does not."""
+    drawn = []
+    if not shapes.unreachable.is_empty:
+        clip, hatch = f"far-{name}", _hatch(frame, shapes.unreachable)
+        outline = in_steps(element("path", d=_areas(frame, shapes.unreachable)))
+        drawn.append(element("clipPath", outline_of(frame, shapes.unreachable), id=clip))
+        drawn.append(element("g", outline, element("g", hatch, clip_path=f"url(#{clip})"), class_="far"))
+    if not shapes.uncovered.is_empty:
+        drawn.append(in_steps(element("path", title("stays uncut"), d=_areas(frame, shapes.uncovered), class_="uncut")))
+    return "".join(drawn)
+
+
+def outline_of(frame: Frame, shape: Any) -> str:
+    """Return the outline of an area, scaled as a clip path needs it: without a group."""
+    return element("path", d=_areas(frame, shape), transform="scale(0.03125)", clip_rule="evenodd")
+
+
+def _hatch(frame: Frame, shape: Any) -> str:
+    """Return lines at 45° across the box of a shape."""
+    x0, y0, x1, y1 = shape.bounds
+    (left, bottom), (right, top) = frame.place(np.array([[x0, y0], [x1, y1]])).tolist()
+    height = bottom - top
+    count = min(math.ceil((right - left + height) / _HATCH) + 1, 400)
+    lines = [
+        f"M{short(left + k * _HATCH - height)} {short(bottom)}l{short(height)} {short(-height)}" for k in range(count)
+    ]
+    return element("path", d="".join(lines), class_="hatch")
+
+
+def _areas(frame: Frame, shape: Any) -> str:
+    rings = [ring for p in polygons(shape) for ring in (p.exterior, *p.interiors)]
+    return "".join(f"{lines_data(_segments(frame.place(np.asarray(r.coords)[:, :2])))}z" for r in rings)
+
+
+def _line(frame: Frame, path: Polyline) -> str:
+    return lines_data(_segments(frame.place(path.flattened(_CHORDS / frame.scale))))
+
+
+def _segments(points: Points) -> Points:
+    return np.stack([points[:-1], points[1:]], axis=1)
+
+
+# -- the way of the tool ---------------------------------------------------------------------------------------------
+
+
+def _ways(frame: Frame, path: PocketPath) -> str:
+    """Return the pieces of a path by what they are for, and the rapids between them."""
+    data: dict[str, str] = {}
+    for piece in path.pieces:
+        data[piece.kind] = data.get(piece.kind, "") + _line(frame, piece.path)
+    rapids = [
+        [a.path.end, b.path.start]
+        for a, b, gap in zip(path.pieces[:-1], path.pieces[1:], path.gaps, strict=True)
+        if gap > 0.0
+    ]
+    lines = [
+        element("path", d=data[kind], class_=f"way {kind}") for kind in ("rough", "link", "finish") if kind in data
+    ]
+    if rapids:
+        ways = lines_data(frame.place(np.array(rapids)))
+        lines.append(element("path", d=ways, class_="rapid"))
+    return in_steps(*lines)
+
+
+def _arrows(frame: Frame, path: PocketPath) -> str:
+    """Return heads of arrows along a path: which way round it goes."""
+    apart = max(_ARROW_APART / frame.scale, path.feed_mm / _MOST_ARROWS)
+    heads: dict[str, list[str]] = {}
+    waiting = 0.5 * apart
+    for piece in path.pieces:
+        at = waiting
+        while at < piece.path.length:
+            (x, y), (dx, dy) = frame.place(np.array(piece.path.point_at(at))).tolist(), piece.path.direction_at(at)
+            heads.setdefault(piece.kind, []).append(head((x, y), (dx, -dy), _ARROW))
+            at += apart
+        waiting = at - piece.path.length
+    return "".join(element("path", d="".join(h), class_=f"head {kind}") for kind, h in sorted(heads.items()))
+
+
+def _marks(frame: Frame, paths: Sequence[PocketPath], tool_diameter: float) -> list[str]:
+    """Return where the tool first comes down and where it ends, and where else it comes down."""
+    every = [path for path in paths if path.pieces]
+    if not every:
+        return []
+    first = frame.place(np.array(every[0].pieces[0].path.start)).tolist()
+    last = frame.place(np.array(every[-1].pieces[-1].path.end)).tolist()
+    marks = []
+    if tool_diameter > 0.0:
+        radius = 0.5 * tool_diameter * frame.scale
+        marks.append(element("circle", title("the tool"), cx=first[0], cy=first[1], r=radius, class_="tool-disc"))
+    downs = [
+        frame.place(np.array(piece.path.start)).tolist()
+        for path in every
+        for piece, gap in zip(path.pieces, (math.inf if path is not every[0] else 0.0, *path.gaps), strict=True)
+        if gap > 0.0
+    ]
+    marks += [element("circle", cx=x, cy=y, r=2.4, class_="down") for x, y in downs]
+    return [*marks, *end_marks((*first, 4.6), (*last, 4.2), (frame.width, frame.height))]

@@ -1,0 +1,204 @@
+"""What is said of pockets: the strategies beside each other, as plain values and in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from leafcut.model.outcome import Outcome
+from leafcut.model.pocket import PocketMeasures, PocketPlan
+from leafcut.report.wording import (
+    NO_VALUE,
+    clean,
+    count,
+    feed_mm_min,
+    length_words,
+    number_words,
+    percent_words,
+    plain_number,
+    saved_percent,
+    time_words,
+)
+
+
+@dataclass(frozen=True)
+class StrategyFigures:
+    """One strategy over all pockets of a drawing: sums and the largest, of one level each; None where it is refused.
+
+    `mean_engagement` is over the length of the feed.
+    """
+
+    name: str
+    chosen: bool
+    measures: PocketMeasures | None
+    refused: str = ""
+
+
+def figures(plans: Sequence[PocketPlan]) -> list[StrategyFigures]:
+    """Return every strategy over all pockets; refused where it is in one of them."""
+    rows = []
+    for name in dict.fromkeys(r.strategy for plan in plans for r in plan.results):
+        mine = [r for plan in plans for r in plan.results if r.strategy == name]
+        chosen = any(plan.result.strategy == name for plan in plans)
+        refused = next((r.refused for r in mine if r.measures is None), "")
+        known = [r.measures for r in mine if r.measures is not None]
+        rows.append(StrategyFigures(name, chosen, None if refused else added(known), refused))
+    return rows
+
+
+def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
+    """Return the measures of several pockets as those of one: lengths and areas added, of all else the largest."""
+    feed = sum(m.feed_mm for m in every)
+    return PocketMeasures(
+        feed_mm=feed,
+        rapid_mm=sum(m.rapid_mm for m in every),
+        retracts=sum(m.retracts for m in every),
+        gouge_mm2=sum(m.gouge_mm2 for m in every),
+        reachable_mm2=sum(m.reachable_mm2 for m in every),
+        uncovered_mm2=sum(m.uncovered_mm2 for m in every),
+        max_step_over=max((m.max_step_over for m in every), default=0.0),
+        max_engagement=max((m.max_engagement for m in every), default=0.0),
+        mean_engagement=sum(m.mean_engagement * m.feed_mm for m in every) / feed if feed > 0.0 else 0.0,
+        air_mm=sum(m.air_mm for m in every),
+        floor_mm=sum(m.floor_mm for m in every),
+        time_s=sum(m.time_s for m in every),
+    )
+
+
+def written(plans: Sequence[PocketPlan]) -> PocketMeasures:
+    """Return the measures of what is written, of one level of every pocket."""
+    return added([plan.result.measures for plan in plans if plan.result.measures is not None])
+
+
+# -- plain values ----------------------------------------------------------------------------------------------------
+
+
+def pockets_as_json(outcome: Outcome) -> dict[str, Any]:
+    """Return the way over one level of what is written, and every strategy beside it; nothing for other work.
+
+    Lengths are those in the plane, without approach and departure; of several pockets the sums, and of the step-over
+    and the engagement the largest.
+    """
+    plans = outcome.pocket_plans
+    if not plans:
+        return {}
+    names = list(dict.fromkeys(plan.result.strategy for plan in plans))
+    first = plans[0]
+    return {
+        "pocket": {
+            "strategy": ", ".join(names),
+            **_plain(written(plans)),
+            "levels": list(first.levels),
+            "tool_diameter_mm": first.rules.tool_diameter,
+            "step_over_mm": first.rules.step_over,
+            "stock_mm": first.rules.stock,
+        },
+        "strategies": [
+            {
+                "strategy": row.name,
+                "chosen": row.chosen,
+                **({} if row.measures is None else _plain(row.measures)),
+                **({"refused": clean(row.refused)} if row.measures is None else {}),
+            }
+            for row in figures(plans)
+        ],
+    }
+
+
+def _plain(m: PocketMeasures) -> dict[str, Any]:
+    return {
+        "feed_mm": plain_number(m.feed_mm),
+        "rapid_mm": plain_number(m.rapid_mm),
+        "retracts": m.retracts,
+        "uncovered_percent": plain_number(m.uncovered_percent),
+        "gouge_mm2": plain_number(m.gouge_mm2),
+        "max_step_over": plain_number(m.max_step_over),
+        "max_engagement_deg": math.degrees(m.max_engagement),
+        "mean_engagement_deg": math.degrees(m.mean_engagement),
+        "air_mm": plain_number(m.air_mm),
+        "floor_mm": plain_number(m.floor_mm),
+        "time_s": plain_number(m.time_s),
+    }
+
+
+def pocket_counts(outcome: Outcome) -> dict[str, int]:
+    """Return how many pockets, islands and levels there are."""
+    plans = outcome.pocket_plans
+    return {
+        "pockets": len(plans),
+        "islands": sum(len(plan.pocket.islands) for plan in plans),
+        "levels": len(plans[0].levels),
+        "tools": len({o.tool.number for o in outcome.operations}),
+    }
+
+
+# -- words -----------------------------------------------------------------------------------------------------------
+
+
+def pocket_counts_words(outcome: Outcome) -> str:
+    """Return ``1 pocket · 3 islands · 2 levels · end mill Ø10``."""
+    counts = pocket_counts(outcome)
+    tool = outcome.operations[0].tool
+    words = [count(counts[name], name[:-1]) for name in ("pockets", "islands", "levels") if counts[name]]
+    return " · ".join([*words, f"end mill Ø{tool.diameter:g}"])
+
+
+def angle_words(angle: float) -> str:
+    """Return an angle in whole degrees."""
+    return f"{math.degrees(angle):.0f}°"
+
+
+def uncut_words(percent: float) -> str:
+    """Return a share that stays uncut: two decimals below one percent, and 0 only for none to be seen."""
+    return percent_words(percent, 2 if percent < 1.0 else 1)
+
+
+def usual_words(outcome: Outcome) -> str:
+    """Return what the program is measured against: ``zigzag``."""
+    return " and ".join(dict.fromkeys(plan.usual.strategy for plan in outcome.pocket_plans))
+
+
+def chosen_words(outcome: Outcome) -> str:
+    """Return the strategies that are written: ``contour``."""
+    return " and ".join(dict.fromkeys(plan.result.strategy for plan in outcome.pocket_plans))
+
+
+def strategy_cells(m: PocketMeasures) -> tuple[str, ...]:
+    """Return the figures of a strategy: feed, rapid, retracts, uncut, engagement at most and on average, time."""
+    return (
+        length_words(m.feed_mm),
+        length_words(m.rapid_mm) if m.retracts else NO_VALUE,
+        f"{m.retracts:,}" if m.retracts else NO_VALUE,
+        uncut_words(m.uncovered_percent),
+        angle_words(m.max_engagement),
+        angle_words(m.mean_engagement),
+        time_words(m.time_s),
+    )
+
+
+#: What `strategy_cells` says.
+STRATEGY_TITLES = ("feed", "rapid", "retracts", "uncut", "engaged", "mean", "time")
+
+
+def facts(outcome: Outcome) -> list[tuple[str, str]]:
+    """Return what a person at the machine wants to know of the program, name and words."""
+    plans = outcome.pocket_plans
+    levels, rules, tool = plans[0].levels, plans[0].rules, outcome.operations[0].tool
+    step = abs(levels[0])
+    walls = f", {rules.stock:g} mm for the walls" if rules.stock > 0.0 else ""
+    m = written(plans)
+    above = 100.0 * ((m.feed_mm + m.rapid_mm) / m.floor_mm - 1.0) if m.floor_mm > 0.0 else math.nan
+    return [
+        ("levels", f"{len(levels)} × {step:.4g} mm to Z{levels[-1]:.4g}{walls}"),
+        ("milling", f"{'climb' if rules.climb else 'conventional'}, step-over {rules.step_over:.4g} mm at most"),
+        ("tool", f"Ø{tool.diameter:g}, {number_words(feed_mm_min(tool.feed))} mm/min, {tool.spindle_rpm:,.0f} rpm"),
+        ("floor", f"{length_words(m.floor_mm)} = area ÷ step-over; this way is {percent_words(above)} above it"),
+        ("beside", f"{time_words(outcome.before.time_s)} by {usual_words(outcome)}, {_saved(outcome)}"),
+    ]
+
+
+def _saved(outcome: Outcome) -> str:
+    percent = saved_percent(outcome, outcome.after)
+    return f"{percent_words(abs(percent))} {'saved' if percent >= 0.0 else 'more'}"

@@ -1,0 +1,295 @@
+"""A pocket in, a milling program out: read, clear it in every way there is, choose, order, lay, post, prove."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from leafcut import __version__
+from leafcut.errors import OptionError, PlanError, SolveError
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.outcome import OperationOutcome, Outcome
+from leafcut.model.pocket import USUAL, Pocket, PocketMeasures, PocketPath, PocketPlan, PocketResult
+from leafcut.model.problem import RoutingProblem
+from leafcut.model.solution import Solution
+from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.runs.pocket_job import LaidPockets, PocketJob, holes
+from leafcut.runs.pocket_proof import prove_pockets, write_pockets
+from leafcut.runs.run import Run, machine_issues, passing_on, refuse
+
+if TYPE_CHECKING:
+    from leafcut.plan.pocket_entries import Descent
+    from leafcut.plan.pocket_region import CentreRegion
+    from leafcut.plan.pocket_toolpath import Clearing
+    from leafcut.runs.pocket_strategies import Way
+
+Point = tuple[float, float]
+
+#: An engagement may be measured so much above its limit, rad: the steps of the simulation (one degree).
+ENGAGEMENT_ROOM = 0.0175
+
+
+@dataclass(frozen=True, eq=False)
+class _Cleared:
+    """A pocket with every strategy: the plan that is told, and the regions of each strategy that has a path."""
+
+    plan: PocketPlan
+    ways: dict[str, list[Clearing]]
+
+
+def pocket(run: Run, source: str | Path) -> Outcome:
+    """Return the verified milling program of the pockets in a drawing or a picture, and all that was found out.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, SolveError, PostError, VerifyError
+        One line that says what was found and what to do.
+    """
+    from leafcut.solve.compiling import announced
+    from leafcut.verify.envelope import check_envelope
+
+    job, issues = _prepared(run, source)
+    refuse(check_envelope(_box(job), run.machine))  # what no strategy changes is known before any is tried
+    with announced(lambda: run.tell("compiling (first run on this machine)")):
+        cleared = []
+        for number, one in enumerate(job.part.pockets):
+            found, more = _cleared(job, one, number)
+            cleared.append(found)
+            issues += more
+        usual = _ordered(
+            replace(job, run=replace(run, progress=None)), [c.ways[c.plan.usual.strategy] for c in cleared]
+        )[0]
+        chosen, solution = _ordered(job, [c.ways[c.plan.result.strategy] for c in cleared])
+    return _outcome(job, issues, cleared, solution, (_laid(job, usual), _laid(job, chosen)))
+
+
+def _prepared(run: Run, source: str | Path) -> tuple[PocketJob, list[Issue]]:
+    """Read the pockets and what is said of them."""
+    from leafcut.gcode.dialects import dialect
+    from leafcut.plan.drilling import parse_zones
+    from leafcut.plan.pocket_rules import levels_of, milling_data, rules_of
+    from leafcut.plan.pocket_toolpath import Heights
+    from leafcut.read import read_pockets
+
+    settings = run.settings
+    rules = rules_of(settings.pocket)
+    levels = levels_of(settings.drill, settings.pocket)
+    data, issues = milling_data(settings.pocket, settings.drill, rules, run.machine)
+    run.tell("reading")
+    part = read_pockets(source, settings.read, settings.pocket, settings.sheet)
+    heights = Heights(
+        levels=levels,
+        clearance=settings.drill.clearance_height,
+        retract=settings.drill.retract_height,
+        always_clearance=settings.drill.retract == "initial",
+        end=_xy(settings.drill.end_point),
+        zones=parse_zones(settings.drill.keep_out),
+    )
+    words = dialect(settings.post.dialect or run.machine.controller)
+    job = PocketJob(run, part, rules, heights, data, words, _xy(settings.drill.start_point))
+    return job, [*part.issues, *issues]
+
+
+def _xy(point: tuple[float, ...] | None) -> Point | None:
+    if point is not None and len(point) != 2:
+        raise OptionError("--start-point and --end-point need two numbers, x,y")
+    return None if point is None else (point[0], point[1])
+
+
+def _box(job: PocketJob) -> Toolpath:
+    """Return rapids and a feed round the box of all pockets, from the clearance height to the bottom."""
+    builder = ToolpathBuilder()
+    builder.rapid(z=job.heights.clearance)
+    for one in job.part.pockets:
+        x0, y0, x1, y1 = one.outline.extents
+        r = job.rules.radius
+        builder.rapid(x0 + r, y0 + r)
+        builder.feed(z=job.heights.levels[-1], feed=job.data.tool.feed)
+        builder.feed(x1 - r, y1 - r, feed=job.data.tool.feed)
+    return builder.build()
+
+
+# -- strategies ------------------------------------------------------------------------------------------------------
+
+
+def _cleared(job: PocketJob, one: Pocket, number: int) -> tuple[_Cleared, list[Issue]]:
+    """Clear a pocket in every way there is, and choose."""
+    from leafcut.plan.pocket_region import centre_regions
+    from leafcut.runs.pocket_strategies import WAYS
+
+    regions, issues = centre_regions(one, job.exact)
+    roughed = centre_regions(one, job.rules)[0] if job.rules.stock > 0.0 else regions
+    results: list[PocketResult] = []
+    ways: dict[str, list[Clearing]] = {}
+    several = f"pocket {number + 1}: " if len(job.part.pockets) > 1 else ""
+    for place, way in enumerate(WAYS):
+        job.run.tell(f"{several}{way.name}", None, (number + place / len(WAYS)) / len(job.part.pockets))
+        result, clearings = _tried(job, one, way, regions, roughed)
+        results.append(result)
+        if clearings:
+            ways[way.name] = clearings
+    chosen = _chosen(job, one, results)
+    return _Cleared(PocketPlan(one, job.rules, job.heights.levels, tuple(results), chosen), ways), issues
+
+
+def _tried(
+    job: PocketJob, one: Pocket, way: Way, regions: list[CentreRegion], roughed: list[CentreRegion]
+) -> tuple[PocketResult, list[Clearing]]:
+    """Return what a strategy does to a pocket, and its regions; none where it is refused."""
+    from leafcut.verify.removal import measure_path
+
+    if job.run.cancelled.is_set() and way.name not in USUAL:
+        return PocketResult(way.name, refused="stopped before it was tried"), []
+    try:
+        clearings = [_clearing(job, way, region, roughed) for region in regions]
+    except (PlanError, SolveError) as problem:
+        return PocketResult(way.name, refused=str(problem)), []
+    path = PocketPath(way.name, tuple(piece for c in clearings for piece in c.path.pieces))
+    lift = job.heights.retract - job.heights.levels[0]
+    found = measure_path(one, path, job.exact, job.run.machine, feed=job.data.tool.feed, lift=lift)
+    return PocketResult(way.name, path, found), clearings
+
+
+def _clearing(job: PocketJob, way: Way, region: CentreRegion, roughed: list[CentreRegion]) -> Clearing:
+    """Return one region cleared by a strategy: all of it, or less the stock and then along its walls."""
+    import shapely
+
+    from leafcut.plan.pocket_arcs import fitted
+    from leafcut.plan.pocket_toolpath import Clearing
+    from leafcut.plan.pocket_walls import wall_passes
+
+    tolerance = job.rules.tolerance
+    inside = [r for r in roughed if region.polygon.intersects(r.polygon)] if job.rules.stock > 0.0 else []
+    if not inside:
+        # Where stock leaves no room the tool clears up to the wall.
+        return Clearing(region, region.polygon, fitted(way.path(region, job.run), tolerance))
+    rough = [fitted(way.path(r, job.run), tolerance) for r in inside]
+    allowed = shapely.union_all([r.polygon for r in inside])
+    whole = PocketPath(way.name, tuple(piece for path in rough for piece in path.pieces))
+    return Clearing(region, allowed, whole, fitted(wall_passes(region, allowed), tolerance))
+
+
+def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
+    """Return the strategy that is written: the one asked for, or the best of those that do the whole work.
+
+    Raises
+    ------
+    PlanError
+        The strategy asked for is refused, or none has a path without a gouge.
+    """
+    options = job.run.settings.pocket
+    name = f"pocket {one.name}" if one.name else "the pocket"
+    if options.strategy != "best":
+        index = next(k for k, r in enumerate(results) if r.strategy == options.strategy)
+        if results[index].path is None:
+            raise PlanError(f"{name}: --strategy {options.strategy} is not possible: {results[index].refused}")
+        return index
+    sound = [(k, r.measures) for k, r in enumerate(results) if r.measures is not None and not r.measures.gouge_mm2]
+    limit = options.max_engagement
+    if limit is not None:
+        sound = [(k, m) for k, m in sound if m.max_engagement <= limit + ENGAGEMENT_ROOM]
+    if not sound:
+        refused = "; ".join(f"{r.strategy}: {r.refused or 'gouges, or engages more'}" for r in results)
+        raise PlanError(f"{name}: no strategy is possible ({refused})")
+    whole = [(k, m) for k, m in sound if m.uncovered_percent <= options.uncovered_tolerance]
+    if not whole:
+        return min(sound, key=lambda row: row[1].uncovered_percent)[0]
+    return min(whole, key=lambda row: _score(job, row[1]))[0]
+
+
+def _score(job: PocketJob, measures: PocketMeasures) -> float:
+    timed = job.run.settings.solve.objective == "time"
+    return measures.time_s if timed else measures.feed_mm + measures.rapid_mm
+
+
+# -- order and toolpath ----------------------------------------------------------------------------------------------
+
+
+def _ordered(job: PocketJob, pockets: list[list[Clearing]]) -> tuple[list[Clearing], Solution]:
+    """Return all regions in the order in which they are cleared, and the solution it comes from."""
+    from leafcut.solve.solve import solve
+    from leafcut.timing.travel import travel_metric
+
+    clearings = [c for one in pockets for c in one]
+    run, settings = job.run, job.run.settings
+    problem = RoutingProblem(
+        entry=np.array([c.start for c in clearings]),
+        exit=np.array([c.end for c in clearings]),
+        cluster=np.arange(len(clearings), dtype=np.int32),
+        service=np.zeros(len(clearings)),
+        metric=travel_metric(run.machine, settings.solve.objective),
+        start=job.start,
+        end=job.heights.end,
+    )
+    options = settings.solve
+    if len(clearings) == 1:
+        options = replace(options, algorithm="none", bound=False, target_gap=None)
+    tell = passing_on(run.progress, "ordering the pockets")
+    found = solve(problem, options, settings.aco, firefly=settings.firefly, progress=tell, cancelled=run.cancelled)
+    return [clearings[int(node)] for node in found.nodes], found
+
+
+def _laid(job: PocketJob, clearings: list[Clearing]) -> LaidPockets:
+    from leafcut.plan.pocket_toolpath import lay_pockets
+    from leafcut.timing.toolpath import measure
+
+    machine = job.run.machine
+    pause = job.words.hand_change_pause and not machine.tool_changer
+    coolant = job.run.settings.post.coolant
+    path, descents = lay_pockets(clearings, job.heights, job.data, machine, coolant=coolant, pause=pause)
+    return LaidPockets(path, descents, measure(path, machine))
+
+
+def _outcome(
+    job: PocketJob,
+    issues: list[Issue],
+    cleared: list[_Cleared],
+    solution: Solution,
+    laid: tuple[LaidPockets, LaidPockets],
+) -> Outcome:
+    run, settings, (before, after) = job.run, job.run.settings, laid
+    usual = dict.fromkeys(c.plan.usual.strategy for c in cleared)
+    text = write_pockets(job, before, after, " and ".join(usual))
+    left = prove_pockets(job, after, text)
+    operation = OperationOutcome(job.data.tool, "", (), False, solution, cuts=len(solution.nodes))
+    return Outcome(
+        part=job.part,
+        machine=run.machine,
+        process="pocket",
+        operations=(operation,),
+        before=before.measure,
+        nearest=None,
+        after=after.measure,
+        path_before=before.path,
+        path_after=after.path,
+        text=text,
+        dialect=job.words.name,
+        seed=settings.solve.seed,
+        verified=True,
+        issues=(*issues, *_entry_issues(after.descents), *left, *machine_issues(run.machine)),
+        options=settings.changed(),
+        version=__version__,
+        pocket_plans=tuple(c.plan for c in cleared),
+    )
+
+
+def _entry_issues(descents: Sequence[Descent]) -> list[Issue]:
+    """Return where the tool comes down in another way than was asked for, and which holes have to be there."""
+    other = [d for d in descents if d.kind != d.asked]
+    issues = []
+    for kind in dict.fromkeys(d.kind for d in other):
+        places = list(dict.fromkeys(d.place for d in other if d.kind == kind))
+        asked = next(d.asked for d in other if d.kind == kind)
+        words = f"there is no room for a {asked}; the tool comes down in a {kind}"
+        more = f", and at {len(places) - 1} more" if len(places) > 1 else ""
+        severity = Severity.WARNING if kind == "plunge" else Severity.NOTE
+        issues.append(Issue("L702", words, f"at ({places[0][0]:.3f}, {places[0][1]:.3f}){more}", severity))
+    if needed := holes(descents):
+        words = f"{len(needed)} holes have" if len(needed) > 1 else "a hole has"
+        at = "; ".join(f"({x:.3f}, {y:.3f})" for x, y in needed[:4]) + (" …" if len(needed) > 4 else "")
+        issues.append(Issue("L703", f"{words} to be there before this program runs, as deep as the pocket", f"at {at}"))
+    return issues

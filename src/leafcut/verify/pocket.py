@@ -1,0 +1,199 @@
+"""A pocketing program, read back and simulated: no gouge, nothing too deep, no rapid in the material."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.regions import FINE, region
+from leafcut.model.pocket import Pocket, PocketPath, PocketPiece, PocketRules
+from leafcut.model.toolpath import Kind, Toolpath, positions_before
+from leafcut.verify.difference import Difference, place, shorten
+from leafcut.verify.removal import Removal, removal
+
+#: Room for the rounding of written heights, mm (half of 0.0001 inch is 0.00127 mm), and of the walls' chords.
+_ROOM = 0.002
+_CUTTING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
+
+
+@dataclass(frozen=True, eq=False)
+class _Cut:
+    """One feed move: its line of the program, and the way of the tool's tip as points (x, y, z) in mm."""
+
+    line: int
+    way: NDArray[np.float64]
+
+
+def check_pockets(
+    written: Toolpath, pockets: Sequence[Pocket], rules: PocketRules, depth: float, retract: float
+) -> list[Difference]:
+    """Return all that a program does to a pocket that it must not; an empty list is the proof.
+
+    1. No feed move is deeper than the pocket, and none below the surface brings the tool more than the tolerance of
+       the rules beyond a wall, whether it clears, enters or links.
+    2. A rapid moves sideways, or down, at or above the R plane only.
+
+    Parameters
+    ----------
+    written
+        The program, read back.
+    depth
+        Of the pocket, mm, positive.
+    retract
+        Height of the R plane, mm.
+    """
+    cuts = list(_cuts(written, rules.tolerance))
+    return shorten([*_rapids(written, retract), *_too_deep(cuts, depth), *_gouges(cuts, pockets, rules)])
+
+
+def simulated_levels(
+    written: Toolpath, pockets: Sequence[Pocket], rules: PocketRules, levels: Sequence[float]
+) -> list[tuple[float, int, Removal]]:
+    """Return what the program removes in each pocket at each of `levels`: (z, number of the pocket, what it does).
+
+    A level that goes the way of another one is not simulated again.
+    """
+    cuts = list(_cuts(written, rules.tolerance))
+    shapes = [_shape(pocket, rules) for pocket in pockets]
+    known: dict[tuple[int, bytes], Removal] = {}
+    rows = []
+    for z in levels:
+        pieces = list(_pieces(cuts, z))
+        for number, (pocket, shape) in enumerate(zip(pockets, shapes, strict=True)):
+            mine = [p for p in pieces if _lies_in(p, shape)]
+            key = (number, b"".join(np.round(p, 4).tobytes() for p in mine))
+            if key not in known:
+                path = PocketPath("program", tuple(PocketPiece(Polyline.of_points(p)) for p in mine))
+                known[key] = removal(pocket, path, rules)
+            rows.append((z, number, known[key]))
+    return rows
+
+
+def gouge_differences(removed: Sequence[tuple[float, int, Removal]], pockets: Sequence[Pocket]) -> list[Difference]:
+    """Return what the simulated levels cut beyond the walls."""
+    wrong = []
+    for z, number, found in removed:
+        if found.gouges.area > 0.0:
+            point, name = found.gouges.representative_point(), pockets[number].name
+            words = (
+                f"{f'pocket {name}' if name else 'the pocket'} at Z{z:.3f}: {found.gouges.area:.3g} mm² beyond the wall"
+            )
+            wrong.append(Difference("gouge", 0, 0, f"{words} near {place(point.x, point.y)}"))
+    return wrong
+
+
+def _shape(pocket: Pocket, rules: PocketRules) -> Any:
+    return region(pocket.outline, pocket.islands, rules.tolerance, pocket.name or "the pocket")
+
+
+def _lies_in(points: Points, shape: Any) -> bool:
+    import shapely
+
+    return bool(shape.intersects(shapely.Point(points[0])))
+
+
+# -- moves -----------------------------------------------------------------------------------------------------------
+
+
+def _cuts(path: Toolpath, tolerance: float) -> Iterator[_Cut]:
+    """Yield the feed moves that reach below the surface; chords leave their arcs by little."""
+    before = positions_before(path)
+    for row in np.flatnonzero(np.isin(path.kind, [int(k) for k in _CUTTING])).tolist():
+        begin, end = before[row], path.end[row]
+        if min(begin[2], end[2]) >= -_ROOM:
+            continue
+        flat = _flat(path, row, begin[:2], end[:2], FINE * tolerance)
+        heights = np.linspace(begin[2], end[2], len(flat))
+        yield _Cut(int(path.line[row]), np.column_stack([flat, heights]))
+
+
+def _flat(path: Toolpath, row: int, begin: Points, end: Points, tolerance: float) -> Points:
+    """Return points along one move in the plane, float64[k, 2]."""
+    if path.kind[row] == Kind.FEED:
+        return np.array([begin, end])
+    centre = np.array(path.arcs[int(path.ref[row])].center[:2])
+    side = -1.0 if path.kind[row] == Kind.ARC_CW else 1.0
+    first, last = (np.arctan2(*(p - centre)[::-1]) for p in (begin, end))
+    turn = side * ((side * (last - first)) % (2.0 * np.pi))
+    if abs(turn) < 1e-9:
+        turn = side * 2.0 * np.pi
+    turn += side * 2.0 * np.pi * (path.arcs[int(path.ref[row])].turns - 1)
+    radius = float(np.hypot(*(begin - centre)))
+    step = 2.0 * np.arccos(max(1.0 - tolerance / max(radius, tolerance), 0.0))
+    angles = first + turn * np.linspace(0.0, 1.0, max(int(np.ceil(abs(turn) / step)), 2) + 1)
+    points = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    points[-1] = end
+    return points
+
+
+def _pieces(cuts: Sequence[_Cut], z: float) -> Iterator[Points]:
+    """Yield the ways that the tool goes at one level, each as long as it goes on."""
+    run: list[Points] = []
+    for cut in cuts:
+        level = bool((np.abs(cut.way[:, 2] - z) <= _ROOM).all())
+        on = level and bool(run) and np.allclose(run[-1][-1], cut.way[0, :2], rtol=0.0, atol=1e-9)
+        if run and not on:
+            yield np.concatenate(run)
+            run = []
+        if level:
+            run.append(cut.way[1:, :2] if run else cut.way[:, :2])
+    if run:
+        yield np.concatenate(run)
+
+
+# -- checks ----------------------------------------------------------------------------------------------------------
+
+
+def _rapids(path: Toolpath, retract: float) -> list[Difference]:
+    """Return the rapids that go sideways or down below the R plane."""
+    before = positions_before(path)
+    rapid = path.kind == Kind.RAPID
+    sideways = (np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == before[:, :2])).any(axis=1)
+    lowest = np.fmin(before[:, 2], path.end[:, 2])
+    down = ~(path.end[:, 2] >= before[:, 2])
+    wrong = rapid & (sideways | down) & (lowest < retract - _ROOM)
+    return [
+        Difference(
+            "rapid in the material",
+            0,
+            int(path.line[row]),
+            f"a rapid goes sideways or down only at Z{retract:.3f} or above; this one goes from {place(*before[row])} "
+            f"to {place(*path.end[row])}",
+        )
+        for row in np.flatnonzero(wrong).tolist()
+    ]
+
+
+def _too_deep(cuts: Sequence[_Cut], depth: float) -> list[Difference]:
+    return [
+        Difference("too deep", 0, cut.line, f"the tool goes to Z{low:.3f}; the pocket is {depth:.3f} mm deep")
+        for cut in cuts
+        if (low := float(cut.way[:, 2].min())) < -depth - _ROOM
+    ]
+
+
+def _gouges(cuts: Sequence[_Cut], pockets: Sequence[Pocket], rules: PocketRules) -> list[Difference]:
+    """Return the moves that bring the tool's edge more than the tolerance beyond a wall, or outside every pocket."""
+    import shapely
+
+    if not cuts:
+        return []
+    reach = rules.radius - rules.tolerance
+    rooms = shapely.union_all([_shape(p, rules).buffer(-reach, quad_segs=64) for p in pockets])
+    shapely.prepare(rooms)
+    lines = shapely.linestrings(
+        np.concatenate([cut.way[:, :2] for cut in cuts]),
+        indices=np.repeat(np.arange(len(cuts)), [len(cut.way) for cut in cuts]),
+    )
+    wrong = []
+    for k in np.flatnonzero(~shapely.covers(rooms, lines)).tolist():
+        outside = lines[k].difference(rooms)
+        point = outside.representative_point() if not outside.is_empty else lines[k].centroid
+        words = f"the tool of {rules.tool_diameter:g} mm cuts into a wall near {place(point.x, point.y)}"
+        wrong.append(Difference("gouge", 0, cuts[k].line, words))
+    return wrong

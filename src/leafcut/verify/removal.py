@@ -1,0 +1,228 @@
+"""What a path over a pocket removes, found by sweeping the tool along it: nothing of how it was planned is used."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from leafcut.geometry.regions import FINE, polygons, quarter, region, shrunk, swept
+from leafcut.model.issue import Issue
+from leafcut.model.machine import Machine
+from leafcut.model.pocket import Pocket, PocketMeasures, PocketPath, PocketRules
+from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
+from leafcut.timing.toolpath import measure
+from leafcut.verify.difference import Difference, shorten
+from leafcut.verify.engagement import engagement
+from leafcut.verify.step_over import widest_gap
+from leafcut.verify.tool_way import way_of
+
+#: Height of the tool over the work between two pieces, mm, where it is not told.
+LIFT = 5.0
+#: Steps that are swept together: bounds the memory.
+_AT_ONCE = 4096
+#: An engagement below this is rounding, rad.
+_NOTHING = 1e-6
+#: Uncovered ground below this share of what can be reached is not worth a word.
+UNCOVERED_SHARE = 0.001
+
+
+@dataclass(frozen=True, eq=False)
+class Removal:
+    """What a path over a pocket leaves and what it should not have taken.
+
+    Attributes
+    ----------
+    pocket, reachable, centres
+        shapely geometry: the pocket, what the tool can clear of it, where its centre may be.
+    swept
+        What the tool sweeps.
+    gouges
+        What it cuts beyond the walls where that is more than the tolerance deep.
+    uncovered
+        What it leaves of the reachable ground; films thinner than the tolerance left out.
+    """
+
+    pocket: Any
+    reachable: Any
+    centres: Any
+    swept: Any
+    gouges: Any
+    uncovered: Any
+
+
+def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
+    """Sweep a disc of the tool's diameter along all feed of a path.
+
+    Every chord (true within an eighth of the tolerance) is swept by itself and the capsules are united: a buffer of
+    the whole line would round its hollows. Whether a wall is hurt is told by the distance of the path from the walls,
+    which is exact, so that a path that keeps its distance gouges by 0, and not by a sliver.
+
+    Raises
+    ------
+    PlanError
+        The pocket's outline or islands cross themselves or touch.
+    """
+    import shapely
+
+    shape = region(pocket.outline, pocket.islands, rules.tolerance, pocket.name or "the pocket")
+    centres = shrunk(shape, rules.radius, rules.tolerance)
+    reachable = swept(centres, rules.radius, rules.tolerance).intersection(shape)
+    steps = _steps(path, rules)
+    ground = _capsules(steps, rules.radius, rules)
+    rest, film = reachable.difference(ground), 0.5 * rules.tolerance
+    uncovered = rest.buffer(-film).buffer(film, join_style="mitre").intersection(rest)
+    gouges = _gouges(shape, steps, rules) if len(steps) else shapely.Polygon()
+    return Removal(shape, reachable, centres, ground, gouges, uncovered)
+
+
+def measure_path(
+    pocket: Pocket,
+    path: PocketPath,
+    rules: PocketRules,
+    machine: Machine | None = None,
+    *,
+    feed: float | None = None,
+    lift: float = LIFT,
+    found: Removal | None = None,
+) -> PocketMeasures:
+    """Return what a path over one level of a pocket does.
+
+    Areas are those of `removal`, the engagement that of `verify.engagement`, the step-over that of `verify.step_over`.
+    Air is feed on which nothing is engaged. The first stroke of the tool into full material counts as half a turn.
+
+    Parameters
+    ----------
+    machine
+        Whose accelerations the time is for; None: no time is told.
+    feed
+        Feed in the plane, mm/s; None: the machine's highest.
+    lift
+        How high the tool is lifted between pieces, mm: by a rapid, and down again at feed.
+    found
+        What `removal` found, where it is known already.
+
+    Raises
+    ------
+    PlanError
+        The pocket's outline or islands cross themselves or touch.
+    """
+    found = removal(pocket, path, rules) if found is None else found
+    way = way_of(path, rules)
+    engaged = engagement(way, rules)
+    length = float(way.step.sum())
+    return PocketMeasures(
+        feed_mm=path.feed_mm,
+        rapid_mm=path.rapid_mm,
+        retracts=path.retracts,
+        gouge_mm2=float(found.gouges.area),
+        reachable_mm2=float(found.reachable.area),
+        uncovered_mm2=float(found.uncovered.area),
+        max_step_over=widest_gap(way, found.centres, rules),
+        max_engagement=float(engaged.max(initial=0.0)),
+        mean_engagement=float(engaged @ way.step) / length if length > 0.0 else 0.0,
+        air_mm=float(way.step[engaged <= _NOTHING].sum()),
+        floor_mm=float(found.centres.area) / rules.step_over,
+        time_s=0.0 if machine is None else measure(plane_toolpath(path, machine, feed, lift), machine).time_s,
+    )
+
+
+def check_path(
+    pocket: Pocket, path: PocketPath, rules: PocketRules, found: Removal | None = None
+) -> tuple[list[Difference], list[Issue]]:
+    """Return what must not be (gouges; nothing when no wall is hurt), and a warning for what stays uncut.
+
+    The places of both are `removal(…).gouges` and `.uncovered`.
+
+    Raises
+    ------
+    PlanError
+        The pocket's outline or islands cross themselves or touch.
+    """
+    found = removal(pocket, path, rules) if found is None else found
+    name = f"pocket {pocket.name}" if pocket.name else "the pocket"
+    wrong = []
+    for piece in _largest(found.gouges):
+        x, y = piece.point_on_surface().coords[0]
+        text = f"{name}: {piece.area:.3g} mm² beyond the wall near ({x:.2f}, {y:.2f}) would be cut by {path.strategy}"
+        wrong.append(Difference("gouge", 0, 0, text))
+    left = _largest(found.uncovered)
+    area = sum(piece.area for piece in left)
+    issues = []
+    if left and area > UNCOVERED_SHARE * found.reachable.area:
+        x, y = left[0].point_on_surface().coords[0]
+        places = f"{len(left)} places" if len(left) > 1 else "one place"
+        issues = [
+            Issue(
+                "L711",
+                f"{name}: {path.strategy} leaves {area:.3g} mm² uncut ({100 * area / found.reachable.area:.2f} %) in "
+                f"{places}, the largest, {left[0].area:.3g} mm², near ({x:.2f}, {y:.2f})",
+            )
+        ]
+    return shorten(wrong), issues
+
+
+def plane_toolpath(path: PocketPath, machine: Machine, feed: float | None = None, lift: float = LIFT) -> Toolpath:
+    """Return a path as motions at one level, lifted by `lift` mm between pieces, without approach and departure."""
+    speed = machine.max_feed if feed is None else feed
+    builder = ToolpathBuilder()
+    for gap, piece in zip((1.0, *path.gaps), path.pieces, strict=False):
+        if gap:
+            if len(builder):
+                builder.rapid(z=lift)
+            builder.rapid(*piece.path.start, z=lift if len(builder) else 0.0)
+            builder.feed(z=0.0, feed=speed)
+        for s in piece.path.segments():
+            if s.is_arc:
+                builder.arc(s.bulge < 0.0, (*s.end, 0.0), Arc((*s.center, 0.0)), feed=speed)
+            else:
+                builder.feed(*s.end, feed=speed)
+    return builder.build()
+
+
+def _largest(shape: Any) -> list[Any]:
+    return sorted(polygons(shape), key=lambda piece: -piece.area)
+
+
+def _steps(path: PocketPath, rules: PocketRules) -> Any:
+    """Return the chords of all pieces, float64[n, 2, 2]; a piece that stands still is a chord without length."""
+    fine, chords = FINE * rules.tolerance, [np.zeros((0, 2, 2))]
+    for piece in path.pieces:
+        points = piece.path.flattened(fine)
+        points = np.repeat(points, 2, axis=0) if len(points) == 1 else points
+        chords.append(np.stack([points[:-1], points[1:]], axis=1))
+    every = np.concatenate(chords)
+    return np.unique(every, axis=0) if len(every) else every
+
+
+def _capsules(steps: Any, radius: float, rules: PocketRules) -> Any:
+    """Return the union of the discs along all steps."""
+    import shapely
+
+    chords = quarter(radius, FINE * rules.tolerance)
+    # A line of no length has no buffer in GEOS: it is a point.
+    moving = (steps[:, 0] != steps[:, 1]).any(axis=1)
+    lines = np.concatenate([shapely.linestrings(steps[moving]), shapely.points(steps[~moving, 0])])
+    unions = [
+        shapely.union_all(shapely.buffer(lines[first : first + _AT_ONCE], radius, quad_segs=chords))
+        for first in range(0, len(lines), _AT_ONCE)
+    ]
+    return shapely.union_all(unions) if unions else shapely.Polygon()
+
+
+def _gouges(shape: Any, steps: Any, rules: PocketRules) -> Any:
+    """Return what the steps cut beyond the walls where it is more than the tolerance deep."""
+    import shapely
+
+    lines, walls = shapely.linestrings(steps), shape.boundary
+    shapely.prepare(shape)
+    shapely.prepare(walls)
+    # Room for the chords of the walls and of the path.
+    near = shapely.dwithin(walls, lines, rules.radius - rules.tolerance) | ~shapely.intersects(shape, lines)
+    if not near.any():
+        return shapely.Polygon()
+    outside = _capsules(steps[near], rules.radius, rules).difference(shape)
+    deep = outside.difference(shape.buffer(rules.tolerance))
+    # The part of a gouge that is less than the tolerance deep belongs to it; films along sound walls do not.
+    return outside.intersection(deep.buffer(2.0 * rules.tolerance))

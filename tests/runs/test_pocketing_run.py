@@ -1,0 +1,254 @@
+"""A pocket in, a milling program out, through the API and the command line."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+from leafcut import api
+from leafcut.cli import run
+from leafcut.errors import LeafcutError, OptionError, PlanError, VerifyError
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.interpreter import interpret
+from leafcut.model.pocket import PocketPath
+from leafcut.model.toolpath import Kind, positions_before
+from rs274_moves import run_rs274
+
+FAST: dict[str, Any] = {
+    "tool_diameter": 10,
+    "depth": 4,
+    "step_down": 2,
+    "milling_feed": "800mm/min",
+    "spindle_speed": 3000,
+    "iterations": 5,
+    "threads": 1,
+    "date": False,
+}
+#: A round-cornered pocket of 80 × 60 mm with an island; every place of it is within reach of a tool of 10 mm.
+POCKET = shapely.box(7, 7, 73, 53).buffer(7, quad_segs=64) - shapely.Point(40, 30).buffer(9, quad_segs=64)
+
+
+@pytest.fixture(scope="module")
+def drawing(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("pocket") / "plate.wkt"
+    file.write_text(POCKET.wkt)
+    return file
+
+
+@pytest.fixture(scope="module")
+def outcome(drawing: Path):
+    return api.optimize(drawing, **FAST)
+
+
+def test_a_pocket_becomes_a_verified_program(outcome) -> None:
+    assert outcome.verified
+    assert outcome.process == "pocket"
+    [plan] = outcome.pocket_plans
+    assert plan.levels == (-2.0, -4.0)
+    measures = plan.result.measures
+    assert measures.gouge_mm2 == 0.0
+    assert measures.uncovered_percent <= 0.1
+    assert measures.reachable_mm2 == pytest.approx(POCKET.area, rel=1e-3)
+
+
+def test_every_level_of_the_program_clears_the_pocket_and_stays_inside_it(outcome) -> None:
+    """Judged by shapely alone: the swept discs of the program's own moves at each height."""
+    path = interpret(outcome.text, dialect("linuxcnc"))
+    before = positions_before(path)
+    for z in (-2.0, -4.0):
+        lines = []
+        for row in np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)).tolist():
+            a, b = before[row], path.end[row]
+            if abs(a[2] - z) > 1e-6 or abs(b[2] - z) > 1e-6:
+                continue
+            points = [a[:2], b[:2]]
+            if path.kind[row] != Kind.FEED:
+                centre = np.array(path.arcs[int(path.ref[row])].center[:2])
+                side = -1.0 if path.kind[row] == Kind.ARC_CW else 1.0
+                first, last = (math.atan2(*(p - centre)[::-1]) for p in points)
+                turn = (side * (last - first)) % (2 * math.pi) or 2 * math.pi
+                angles = first + side * np.linspace(0, turn, 200)
+                points = centre + math.dist(a[:2], centre) * np.column_stack([np.cos(angles), np.sin(angles)])
+            lines.append(shapely.LineString(points).buffer(5.0, quad_segs=32))
+        swept = shapely.union_all(lines)
+        assert swept.difference(POCKET.buffer(0.011)).area < 1e-6
+        assert POCKET.difference(swept).area / POCKET.area < 1e-3
+
+
+def test_the_strategies_are_told_beside_each_other(outcome) -> None:
+    [plan] = outcome.pocket_plans
+    known = {r.strategy: r for r in plan.results}
+    assert {"contour"} <= set(known)
+    possible = [r for r in plan.results if r.measures is not None]
+    assert all(r.path is not None and not r.refused for r in possible)
+    assert all(r.refused for r in plan.results if r.measures is None)
+    fine = [r for r in possible if r.measures.uncovered_percent <= 0.1 and not r.measures.gouge_mm2]
+    assert plan.result.measures.time_s == min(r.measures.time_s for r in fine)
+
+
+def test_the_strategy_that_is_asked_for_is_written(drawing: Path) -> None:
+    for name in ("contour",):
+        outcome = api.optimize(drawing, strategy=name, **FAST)
+        assert outcome.pocket_plans[0].result.strategy == name
+        assert outcome.verified
+
+
+@pytest.mark.external
+@pytest.mark.parametrize("entry", ["ramp", "helix", "plunge", "predrilled"])
+def test_linuxcnc_accepts_the_program(rs274: str, drawing: Path, tmp_path: Path, entry: str) -> None:
+    outcome = api.optimize(drawing, strategy="contour", entry=entry, stock=0.3, **FAST)
+    status, said = run_rs274(rs274, outcome.text, tmp_path)
+    assert status == 0, said[-500:]
+    assert ("needs a hole" in outcome.text) is (entry == "predrilled")
+
+
+def test_with_stock_the_walls_are_finished_and_the_pocket_is_whole(drawing: Path) -> None:
+    outcome = api.optimize(drawing, strategy="contour", stock=0.3, **FAST)
+    [plan] = outcome.pocket_plans
+    assert plan.result.measures.uncovered_percent <= 0.1
+    assert plan.result.measures.gouge_mm2 == 0.0
+    assert {p.kind for p in plan.result.path.pieces} >= {"rough", "finish"}
+
+
+def test_several_pockets_are_one_program_in_the_order_of_the_shortest_way(tmp_path: Path) -> None:
+    centres = [(20, 20), (220, 20), (80, 20), (140, 20)]
+    discs = [shapely.Point(c).buffer(14, quad_segs=64) for c in centres]
+    (tmp_path / "four.wkt").write_text(shapely.MultiPolygon(discs).wkt)
+    outcome = api.optimize(tmp_path / "four.wkt", strategy="contour", **FAST)
+    assert len(outcome.pocket_plans) == 4
+    path = outcome.path_after
+    cutting = path.end[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & (path.end[:, 2] < 0)]
+    visits = [round(x / 60 - 1 / 3) for x in cutting[:, 0]]
+    order = [v for k, v in enumerate(visits) if k == 0 or v != visits[k - 1]]
+    assert order == [0, 1, 2, 3]
+
+
+def test_a_passage_too_narrow_for_the_tool_gives_two_regions_and_both_are_cleared(tmp_path: Path) -> None:
+    whole = shapely.union_all([shapely.box(0, 0, 40, 40), shapely.box(40, 16, 60, 24), shapely.box(60, 0, 100, 40)])
+    (tmp_path / "two.wkt").write_text(whole.wkt)
+    outcome = api.optimize(tmp_path / "two.wkt", strategy="contour", **FAST)
+    assert outcome.pocket_plans[0].result.measures.uncovered_percent <= 0.1
+    told = [i.message for i in outcome.issues if i.code == "L701"]
+    assert any("near (50.00, 20.00)" in words for words in told)
+
+
+def test_json_says_the_way_over_one_level_and_every_strategy(
+    drawing: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    flags = ["--tool-diameter", "10", "--depth", "4", "--iterations", "5", "--json"]
+    assert run(["optimize", str(drawing), *flags, "-o", str(tmp_path / "p.ngc")]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["process"] == "pocket" and answer["verified"]
+    assert answer["counts"] == {"pockets": 1, "islands": 1, "levels": 1, "tools": 1}
+    keys = {"feed_mm", "rapid_mm", "retracts", "uncovered_percent", "gouge_mm2", "max_step_over"}
+    assert keys <= set(answer["pocket"])
+    chosen = [s for s in answer["strategies"] if s["chosen"]]
+    assert len(chosen) == 1 and chosen[0]["feed_mm"] == answer["pocket"]["feed_mm"]
+    assert (tmp_path / "p.ngc").read_text().count("\n") > 20
+
+
+def test_the_summary_fits_a_terminal_and_names_the_strategies(
+    drawing: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    assert run(["optimize", str(drawing), *["--tool-diameter", "10", "--depth", "4", "--iterations", "5"]]) == 0
+    said = capsys.readouterr().out
+    assert all(len(line) <= 80 for line in said.splitlines())
+    assert all(name in said for name in ("contour", "retracts", "uncut", "verified"))
+
+
+# -- bad input -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        ({"tool_diameter": None}, OptionError, "--tool-diameter"),
+        ({"depth": None}, OptionError, "--depth"),
+        ({"depth": 0}, OptionError, "depth"),
+        ({"depth": 500}, VerifyError, "travel"),
+        ({"tool_diameter": 70}, PlanError, "fits nowhere"),
+        ({"stock": 16}, PlanError, "stock"),
+        ({"step_over": 0.96}, OptionError, "0.95"),
+        ({"step_over": 0.01}, OptionError, "0.02"),
+        ({"point_distance": 0.45}, OptionError, "cut the same place twice"),
+        ({"point_distance": 0.75}, OptionError, "stays uncut"),
+        ({"strategy": "adaptive"}, OptionError, "--max-engagement"),
+        ({"machine": "plasma-table"}, PlanError, "cannot mill"),
+        ({"retract_height": 20}, PlanError, "R plane"),
+        ({"milling_feed": "100m/min"}, PlanError, "feeds at most"),
+        ({"keep_out": "30 0 50 10"}, VerifyError, "zone"),
+        ({"start_point": "1,2,3"}, OptionError, "two numbers"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_line_and_nothing_is_written(
+    drawing: Path, tmp_path: Path, options: dict[str, Any], error: type[LeafcutError], words: str
+) -> None:
+    with pytest.raises(error, match=words) as refused:
+        api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": "contour", **options})
+    assert "\n" not in str(refused.value)
+    assert not (tmp_path / "p.ngc").exists()
+
+
+def test_a_picture_without_a_scale_is_refused(tmp_path: Path) -> None:
+    from PIL import Image
+
+    picture = Image.new("L", (200, 160), 255)
+    picture.paste(0, (20, 20, 180, 140))
+    picture.save(tmp_path / "p.png")
+    with pytest.raises(OptionError, match="--pixel-size"):
+        api.optimize(tmp_path / "p.png", **FAST)
+    outcome = api.optimize(tmp_path / "p.png", pixel_size=0.5, strategy="contour", **FAST)
+    assert outcome.process == "pocket"
+    assert outcome.pocket_plans[0].pocket.area == pytest.approx(80 * 60, rel=0.01)
+
+
+def test_a_program_is_no_pocket(tmp_path: Path) -> None:
+    (tmp_path / "p.nc").write_text("G21 G90\nG0 Z5\nG1 X10 F100\nM2\n")
+    with pytest.raises(OptionError, match="this is a program"):
+        api.optimize(tmp_path / "p.nc", process="pocket", **FAST)
+
+
+def test_a_strategy_that_gouges_is_never_written(
+    drawing: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A path shifted by 0.1 mm is refused by name, and is not chosen."""
+    from dataclasses import replace
+
+    from leafcut.runs import pocket_strategies as room
+
+    contour = next(w for w in room.WAYS if w.name == "contour")
+
+    def shifted(region: Any, run: Any) -> PocketPath:
+        path = contour.path(region, run)
+        return replace(path, pieces=tuple(replace(p, path=p.path.moved(0.1, 0.0)) for p in path.pieces))
+
+    monkeypatch.setattr(room, "WAYS", (replace(contour, path=shifted),))
+    with pytest.raises(VerifyError, match="gouge"):
+        api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": "contour"})
+    with pytest.raises(PlanError, match="no strategy"):
+        api.optimize(drawing, tmp_path / "p.ngc", **FAST)
+    assert not (tmp_path / "p.ngc").exists()
+
+
+def test_what_stays_uncut_is_a_warning_with_its_places(drawing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from dataclasses import replace
+
+    from leafcut.runs import pocket_strategies as room
+
+    contour = next(w for w in room.WAYS if w.name == "contour")
+
+    def without_the_first(region: Any, run: Any) -> PocketPath:
+        path = contour.path(region, run)
+        return replace(path, pieces=tuple(p for p in path.pieces if p.kind == "finish"))
+
+    monkeypatch.setattr(room, "WAYS", (replace(contour, path=without_the_first),))
+    outcome = api.optimize(drawing, **{**FAST, "strategy": "contour"})
+    [left] = [i for i in outcome.issues if i.code == "L711"]
+    assert "stay uncut" in left.message and left.place.startswith("near (")

@@ -1,0 +1,127 @@
+"""The proof of a pocketing program: what is cut into a wall, too deep or at rapid is found, by hand on a square."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.pocket import Pocket, PocketRules
+from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
+from leafcut.verify.pocket import check_pockets, gouge_differences, simulated_levels
+
+RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
+WALL = Polyline.of_points([(0, 0), (40, 0), (40, 30), (0, 30)], closed=True)
+ISLAND = Polyline.circle(20, 15, 2, clockwise=True)
+POCKETS = (Pocket(WALL, (ISLAND,), name="1"),)
+
+
+def laid(*moves: tuple[float, float, float], start: tuple[float, float] = (5.0, 5.0)) -> Toolpath:
+    """Down at `start` to 2 mm, along feeds to places, up again."""
+    builder = ToolpathBuilder()
+    builder.rapid(z=10.0)
+    builder.rapid(*start)
+    builder.rapid(z=2.0)
+    builder.feed(z=-2.0, feed=5.0)
+    for place in moves:
+        builder.feed(*place, feed=10.0)
+    builder.rapid(z=10.0)
+    builder.end()
+    return builder.build()
+
+
+def found(path: Toolpath) -> list[str]:
+    return [d.what for d in check_pockets(path, POCKETS, RULES, depth=2.0, retract=2.0)]
+
+
+RING = ((35.0, 5.0, -2.0), (35.0, 25.0, -2.0), (5.0, 25.0, -2.0), (5.0, 5.0, -2.0))
+
+
+def test_a_path_that_keeps_its_distance_is_free_of_faults() -> None:
+    assert found(laid(*RING)) == []
+
+
+@pytest.mark.parametrize(
+    ("move", "what"),
+    [
+        ((4.98, 25.0, -2.0), "gouge"),  # 0.02 mm into the left wall
+        ((35.0, 25.0, -2.0), "gouge"),  # straight over the island
+        ((5.0, 25.0, -2.01), "too deep"),
+        ((5.0, 31.0, 5.0), "gouge"),  # slanting out of the pocket through its wall
+    ],
+)
+def test_a_move_into_a_wall_an_island_or_the_floor_is_found(move: tuple[float, float, float], what: str) -> None:
+    assert what in found(laid(move))
+
+
+def test_less_than_the_tolerance_is_no_gouge() -> None:
+    assert found(laid((4.995, 25.0, -2.0))) == []
+
+
+def test_outside_every_pocket_everything_is_a_gouge() -> None:
+    assert found(laid((60.0, 5.0, -2.0), start=(50.0, 5.0))) == ["gouge", "gouge"]
+
+
+def test_an_arc_is_followed_and_not_its_chord() -> None:
+    builder = ToolpathBuilder()
+    builder.rapid(z=2.0)
+    builder.rapid(5.0, 10.0)
+    builder.feed(z=-2.0, feed=5.0)
+    # From (5, 10) to (5, 20) through x = 0 on the left: a gouge that the chord does not show.
+    builder.arc(True, (5.0, 20.0, -2.0), Arc((5.0, 15.0, -2.0)), feed=10.0)
+    builder.end()
+    assert found(builder.build()) == ["gouge"]
+
+
+def test_a_rapid_below_the_r_plane_is_found_but_the_rise_is_not() -> None:
+    builder = ToolpathBuilder()
+    builder.rapid(z=2.0)
+    builder.rapid(5.0, 5.0)
+    builder.rapid(z=1.0)
+    builder.feed(z=-2.0, feed=5.0)
+    builder.rapid(35.0, 5.0)
+    builder.rapid(z=2.0)
+    builder.end()
+    assert found(builder.build()) == ["rapid in the material"] * 2
+
+
+def test_what_a_level_leaves_is_found_by_simulation_of_the_program() -> None:
+    levels = simulated_levels(laid(*RING), POCKETS, RULES, (-2.0,))
+    [(z, number, removed)] = levels
+    assert (z, number) == (-2.0, 0)
+    # The tool's centre can go round the island on all of 30 × 20 mm but a disc of 7 mm; the ring's inner edge leaves
+    # 20 × 10 mm, of which the island takes π·2².
+    assert removed.uncovered.area == pytest.approx(20 * 10 - math.pi * 4, rel=1e-3)
+    assert gouge_differences(levels, POCKETS) == []
+
+
+def test_the_moves_of_another_level_do_not_count_for_a_level() -> None:
+    removed = simulated_levels(laid(*RING), POCKETS, RULES, (-1.0,))[0][2]
+    assert removed.swept.is_empty
+
+
+def test_a_gouge_is_found_by_simulation_too() -> None:
+    levels = simulated_levels(laid((4.0, 25.0, -2.0)), POCKETS, RULES, (-2.0,))
+    assert [d.what for d in gouge_differences(levels, POCKETS)] == ["gouge"]
+    assert levels[0][2].gouges.area > 1.0
+
+
+def test_levels_that_are_alike_are_simulated_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    builder = ToolpathBuilder()
+    builder.rapid(z=2.0)
+    builder.rapid(5.0, 5.0)
+    for z in (-1.0, -2.0):
+        builder.feed(z=z, feed=5.0)
+        for x, y, _ in RING:
+            builder.feed(x, y, feed=10.0)
+    builder.end()
+    from leafcut.verify import pocket as room
+
+    calls = []
+    real = room.removal
+    monkeypatch.setattr(room, "removal", lambda *a: calls.append(1) or real(*a))
+    rows = simulated_levels(builder.build(), POCKETS, RULES, (-1.0, -2.0))
+    assert len(rows) == 2 and len(calls) == 1
+    assert np.isclose(rows[0][2].swept.area, rows[1][2].swept.area)
