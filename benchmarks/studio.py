@@ -1,6 +1,6 @@
 """The studio's drawing in headless Chromium without a GPU: frames a second at pan and zoom, memory, bytes and seconds.
 
-    python benchmarks/studio.py [--segments 100000] [--chromium /usr/bin/chromium]
+    python benchmarks/studio.py [--segments 100000] [--chromium /usr/bin/chromium] [--write docs/benchmarks.md]
 
 A program of that many segments is made by chance from a fixed seed: a third rapids, the rest cuts that stay near each
 other, arcs among them. It is checked that the browser has as many rows as the toolpath, that their lengths add up to
@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from page import facts, table, write_section
 
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.foreign import interpret_program
@@ -28,7 +29,7 @@ from leafcut.report.playback import playback
 from leafcut.studio.scene import toolpath_scene
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "studio"))
-from canvas_server import browser, serving
+from canvas_server import browser, serving, until
 
 MACHINE = Machine(
     name="bench",
@@ -119,32 +120,35 @@ def memory_mb(page: Any) -> float:
     return max(pages) * 4096 / 1e6
 
 
-def measured(scene: bytes, rows: int, length: float, chromium: str) -> list[str]:
-    """Return what the browser does with a scene, in lines."""
+def measured(scene: bytes, rows: int, length: float, chromium: str) -> list[tuple[str, str]]:
+    """Return what the browser does with a scene: what, and the figure."""
     with serving({"bench.after": scene}) as address, browser(chromium) as launched:
         page = launched.new_page(viewport={"width": 1400, "height": 900})
         page.goto(address)
-        page.wait_for_function("window.loaded")
+        until(page, "window.loaded")
         begin = time.perf_counter()
         page.evaluate("load('bench', ['after'])")
         page.evaluate("settled()")
         shown = time.perf_counter() - begin
         assert page.evaluate("drawing.main.scene.rows") == rows
         assert abs(page.evaluate(SUM) - length) < 1e-4 * length
-        lines = [f"from bytes to the picture: {shown:.2f} s"]
+        lines = [("from the server to the picture", f"{shown:.2f} s")]
         for act in ("pan", "zoom"):
             page.evaluate("drawing.fit()")
             times = sorted(page.evaluate(FRAMES, [act, 120])[5:])
             mean, slow = statistics.fmean(times), times[int(0.95 * len(times))]
-            lines.append(f"{act}: {1000 / mean:.1f} frames a second, 95 % within {slow:.0f} ms")
+            lines.append((act, f"{1000 / mean:.0f} frames a second, 95 % within {slow:.0f} ms"))
         page.evaluate("drawing.fit()")
         page.evaluate("settled()")
         inked, probed = page.evaluate(INK)
         assert probed > 100 and inked >= 0.98 * probed, (inked, probed)
-        page.evaluate("drawing.play(200)")
+        begin = time.perf_counter()
+        page.evaluate("drawing.view.zoom(1.5); settled()")
+        lines.append(("the whole picture anew after a zoom", f"{1000 * (time.perf_counter() - begin):.0f} ms"))
+        page.evaluate("drawing.fit(); drawing.play(200)")
         times = page.evaluate(FRAMES, ["pan", 60])
-        lines.append(f"pan while playing: {1000 / statistics.fmean(times):.1f} frames a second")
-        lines.append(f"memory of the page: {memory_mb(page):.0f} MB")
+        lines.append(("pan while it is played", f"{1000 / statistics.fmean(times):.0f} frames a second"))
+        lines.append(("memory of the page", f"{memory_mb(page):.0f} MB"))
     return lines
 
 
@@ -153,12 +157,26 @@ def main(arguments: Sequence[str]) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--segments", type=int, default=100_000)
     parser.add_argument("--chromium", default="/usr/bin/chromium")
+    parser.add_argument("--write", type=Path, metavar="PAGE", help="the page whose section on this is written")
     given = parser.parse_args(arguments)
     text = program(given.segments)
     path = interpret_program(text, dialect("linuxcnc")).path
     scene, seconds = made(path, text)
-    print(f"{given.segments:,} segments: {seconds:.3f} s, {len(scene) / 1e6:.1f} MB")
-    print("\n".join(measured(scene, len(playback(path, MACHINE).doing), length_of(path), given.chromium)))
+    rows = [("scene of the toolpath, its clock included", f"{seconds:.3f} s of a processor, {len(scene) / 1e6:.1f} MB")]
+    rows += measured(scene, len(playback(path, MACHINE).doing), length_of(path), given.chromium)
+    print("\n".join(f"{what}: {figure}" for what, figure in rows))
+    if given.write:
+        about = f"""## The drawing of the studio
+
+A toolpath of {given.segments:,} segments in headless Chromium without a GPU, 1400 × 900 pixels; how many rows there
+are, how long they are, and the ink on the screen are checked. While a view moves, the last picture is shown, moved and
+scaled, until the next one is drawn.
+
+{table(("note", "figure"), rows)}
+
+{facts("studio", arguments, ("numpy", "playwright"))}
+"""
+        write_section(given.write, "studio", about)
 
 
 if __name__ == "__main__":

@@ -55,6 +55,15 @@ def _answer(path: str, scenes: Mapping[str, bytes]) -> tuple[bytes | None, str]:
     return (file.read_bytes() if file.is_file() else None), _TYPES.get(file.suffix, "text/plain")
 
 
+def until(page: Any, condition: str) -> None:
+    """Wait until a condition holds in the page, at most ten seconds; not by eval, which its policy forbids."""
+    for _ in range(500):
+        if page.evaluate(condition):
+            return
+        page.wait_for_timeout(20)
+    raise AssertionError(f"never: {condition}")
+
+
 def colours() -> str:
     """Return the report's colours for a page: as the system has it, or as the page says."""
     light, dark = re.findall(r":root \{(.*?)\}", style_sheet("drawing.css"), flags=re.DOTALL)[:2]

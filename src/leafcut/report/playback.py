@@ -14,6 +14,7 @@ from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, plane_axes
 from leafcut.report.drawing import Which
 from leafcut.report.trace import latest, spindle_speed, stop_rows
 from leafcut.report.wording import BEAMS
+from leafcut.report.written import written_lines
 
 #: Chords of an arc that does not lie flat: seen from above it is no arc of a circle.
 _CHORDS = 24
@@ -69,29 +70,32 @@ class Playback:
     stops: NDArray[np.int64]
 
 
-def written_path(outcome: Outcome, which: Which) -> Toolpath:
-    """Return the path before or after; where it was planned and written, with the lines of the program's text."""
-    path = outcome.path_before if which == "before" else outcome.path_after
-    if which == "before" or path.line.any() or not outcome.text:
-        return path
-    from leafcut.gcode.dialects import dialect
-    from leafcut.gcode.foreign import interpret_program
-
-    return interpret_program(outcome.text, dialect(outcome.dialect)).path
-
-
 def outcome_playback(outcome: Outcome, which: Which) -> Playback:
-    """Return how the path before or after is run on the outcome's machine."""
-    return playback(written_path(outcome, which), outcome.machine, outcome.process in BEAMS)
+    """Return how the path before or after is run on the outcome's machine.
 
-
-def playback(path: Toolpath, machine: Machine, beam: bool = False) -> Playback:
-    """Return how a toolpath is run; what a `beam` does at feed while it is switched off is ``DARK``.
+    A path that was planned and written has the lines of the program.
 
     Raises
     ------
-    PlanError
-        The cycles come to more moves than can be meant.
+    PlanError, ReadError
+        The cycles come to more moves than can be meant, or the program cannot be read.
+    """
+    beam = outcome.process in BEAMS
+    if which == "before":
+        return playback(outcome.path_before, outcome.machine, beam)
+    program = "" if outcome.path_after.line.any() else outcome.text
+    return playback(outcome.path_after, outcome.machine, beam, program, outcome.dialect)
+
+
+def playback(path: Toolpath, machine: Machine, beam: bool = False, program: str = "", dialect: str = "") -> Playback:
+    """Return how a toolpath is run; what a `beam` does at feed while it is switched off is ``DARK``.
+
+    `program` is the text that was written from a planned path, in the words of a dialect; its lines are told then.
+
+    Raises
+    ------
+    PlanError, ReadError
+        The cycles come to more moves than can be meant, or the program cannot be read.
     """
     from leafcut.timing.toolpath import clock
 
@@ -112,7 +116,7 @@ def playback(path: Toolpath, machine: Machine, beam: bool = False) -> Playback:
         doing=doing,
         place=place,
         seconds=timed.seconds,
-        line=rows.line,
+        line=written_lines(rows, program, dialect) if program else rows.line,
         source=timed.source,
         feed=np.where(feeds, rows.value, 0.0),
         tool=latest(rows, Kind.TOOL, rows.ref).astype(np.int32),

@@ -63,7 +63,8 @@ export class Drawing {
       new Input(pane, this);
       return pane;
     });
-    this.stage.append(this.empty, this.readout);
+    this.legend = make("div", "lc-caption lc-legend", {}, make("i", "lc-swatch lc-before"), words.before, make("i", "lc-swatch lc-rapids"), words.after);
+    this.stage.append(this.empty, this.legend, this.readout);
     this.toolbar = new Toolbar(this.bar, this);
     this.player = new Player(this.root, words);
   }
@@ -266,6 +267,7 @@ export class Drawing {
       pane.setPheromone(this.scenes.pheromone);
       pane.caption.hidden = !side;
     }
+    this.legend.hidden = this.mode !== "overlay";
     this._say([]);
     [before, after].forEach((track) => { if (track) track.pale = false; });
     left.setTracks(side ? [before] : [], side ? before : null);
@@ -290,8 +292,11 @@ export class Drawing {
     return [0, 1, 2, 3].map((k) => (k < 2 ? Math.min : Math.max)(...every.map((e) => e[k])));
   }
 
-  /** Return the room that rulers take at the left, top, right and bottom, pixels. */
-  _insets() { return this.layers.grid ? [46, 0, 0, 22] : [0, 0, 0, 0]; }
+  /** Return the room that rulers and captions take at the left, top, right and bottom, pixels. */
+  _insets() {
+    const top = this.mode === "side" || this.mode === "overlay" ? 30 : 0;
+    return this.layers.grid ? [46, top, 0, 22] : [0, top, 0, 0];
+  }
 
   _resize() {
     const shown = this.panes.filter((pane) => !pane.host.hidden);

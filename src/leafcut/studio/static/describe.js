@@ -15,6 +15,10 @@ export function clockWords(seconds) {
 
 /** Return what a pick of a pane is, as parts of a line: the first is its name. */
 export function describe(what, pane, words) {
+  if (what.issue !== undefined) {
+    const [code, , message, place] = pane.part.header.issues[what.issue];
+    return [code, message, place].filter(Boolean);
+  }
   return what.hole !== undefined ? describeHole(what, pane, words) : describeMove(what.row, pane.main.scene, words);
 }
 

@@ -41,8 +41,9 @@ function isMultiple(value, step) { return Math.abs(value / step - Math.round(val
 /** Draw ticks with millimetres along the left and the lower edge. */
 export function drawRulers(ctx, view, colours) {
   const step = niceStep(BETWEEN_TICKS / view.scale), [x0, y0, x1, y1] = view.seen();
-  const bottom = view.height - RULER, left = 46;
   ctx.font = FONT;
+  const longest = Math.max(...[y0, y1].map((y) => ctx.measureText(tickWords(Math.round(y / step) * step, step)).width));
+  const bottom = view.height - RULER, left = Math.max(46, longest + 14);
   ctx.fillStyle = colours.card;
   ctx.globalAlpha = 0.86;
   ctx.fillRect(0, bottom, view.width, RULER);
@@ -168,27 +169,47 @@ export function numberOrder(count) {
   return levels.flat();
 }
 
-const MOST_NUMBERS = 700;
+/** Return how many numbers may be written where stops are so many pixels apart: none but the ends on a dense field. */
+function mostNumbers(apart) { return apart > 15 ? 900 : apart > 9 ? 40 : 2; }
 
-/** Yield while writing the numbers of the stops, as many as have room. */
-export function* paintNumbers(ctx, frame, scene, order, colours) {
-  const room = new Room(15, 8), seen = frame.seen, [ox, oy] = scene.origin;
+/** Yield while writing the numbers of the stops, as many as have room; `radius(stop)` of the hole there, mm. */
+export function* paintNumbers(ctx, frame, scene, order, colours, radius) {
+  const seen = frame.seen, [ox, oy] = scene.origin, shown = [];
+  for (let k = 0; k < order.length; k++) {
+    if (k % 20000 === 19999) yield 400;
+    const [sx, sy] = scene.stopPlace(order[k]);
+    const x = sx + ox, y = sy + oy;
+    if (x >= seen[0] && x <= seen[2] && y >= seen[1] && y <= seen[3]) shown.push([order[k], x, y]);
+  }
+  const { width, height } = frame.view, most = mostNumbers(spread(shown, frame, width * height));
+  const room = new Room(0.62 * (7 * String(order.length).length + 6), 8);
   frame.inPixels(ctx);
   ctx.font = NUMBER_FONT;
   ctx.textAlign = "left";
   ctx.textBaseline = "alphabetic";
   let written = 0;
-  for (let k = 0; k < order.length && written < MOST_NUMBERS; k++) {
-    if (k % 20000 === 19999) yield 400;
-    const [sx, sy] = scene.stopPlace(order[k]);
-    const x = sx + ox, y = sy + oy;
-    if (!(x >= seen[0] && x <= seen[2] && y >= seen[1] && y <= seen[3])) continue;
-    const px = frame.toX(x) + 5, py = frame.toY(y) - 5;
+  for (const [stop, x, y] of shown) {
+    // Outside of the hole, to the upper right, as long as that is near enough to belong to it.
+    const off = Math.min(Math.max(radius(stop) * frame.scale * 0.75 + 2, 5), 60), px = frame.toX(x) + off, py = frame.toY(y) - off;
+    if (written >= most) break;
     if (!room.take(px, py)) continue;
-    haloed(ctx, String(order[k] + 1), px, py, colours.ink, colours.card);
+    haloed(ctx, String(stop + 1), px, py, colours.ink, colours.card);
     if (++written % 50 === 0) yield 600;
   }
   yield 20;
+}
+
+/** Return how far the stops that are shown would be from each other if they were spread evenly where they are, pixels. */
+function spread(shown, frame, screen) {
+  let x0 = Infinity, y0 = Infinity, x1 = -Infinity, y1 = -Infinity;
+  for (const [, x, y] of shown) {
+    x0 = Math.min(x0, x);
+    y0 = Math.min(y0, y);
+    x1 = Math.max(x1, x);
+    y1 = Math.max(y1, y);
+  }
+  const area = Math.max((x1 - x0) * frame.scale, 40) * Math.max((y1 - y0) * frame.scale, 40);
+  return Math.sqrt(Math.min(area, 2 * screen) / Math.max(shown.length, 1));
 }
 
 /** Draw a ring round the first stop and a square round the last one. */

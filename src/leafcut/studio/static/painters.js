@@ -241,11 +241,11 @@ export function* paintMarks(ctx, frame, pane) {
     if (layers.arrows && layers.rapids) yield* paintArrows(ctx, frame, main.scene, colours.rapid);
     if (layers.cuts) yield* paintPierces(ctx, frame, main.scene, colours);
     drawEnds(ctx, frame, main.scene, colours);
-    if (layers.numbers) yield* paintNumbers(ctx, frame, main.scene, main.numbers, colours);
-    yield 10;
+    if (layers.numbers) yield* paintNumbers(ctx, frame, main.scene, main.numbers, colours, (stop) => pane.holeRadius(stop));
   }
   if (layers.extents) paintExtents(ctx, frame, pane);
   if (layers.issues && pane.part) paintIssues(ctx, frame, pane.part, colours);
+  yield 10;
 }
 
 function* paintPierces(ctx, frame, scene, colours) {

@@ -236,9 +236,11 @@ export class Pane extends EventTarget {
     ctx.stroke();
   }
 
-  /** Return what is at a place on the screen: { hole, distance } or { row, which, distance }, or null. */
+  /** Return what is at a place on the screen: { issue }, { hole, row, which } or { row, which }, or null. */
   pick(px, py) {
     const x = this.view.mmX(px), y = this.view.mmY(py), reach = REACH / this.view.scale;
+    const issue = this.layers.issues ? this._pickIssue(x, y, reach) : -1;
+    if (issue >= 0) return { issue };
     const hole = this.layers.holes ? this._pickHole(x, y, reach) : -1;
     if (hole >= 0) return { hole, row: this._rowAtHole(hole), which: this.main?.scene.header.which };
     const { main } = this;
@@ -252,15 +254,18 @@ export class Pane extends EventTarget {
     return row >= 0 ? { row, which: main.scene.header.which } : null;
   }
 
+  _pickIssue(x, y, reach) {
+    const { issue, origin } = this.part ?? { issue: [] };
+    for (let k = 0; k < issue.length; k += 3) {
+      if (Math.hypot(issue[k] + origin[0] - x, issue[k + 1] + origin[1] - y) <= reach) return issue[k + 2];
+    }
+    return -1;
+  }
+
   _pickHole(x, y, reach) {
     const { part } = this;
     if (!part?.holes) return -1;
-    if (!this._holes) {
-      let largest = 0;
-      for (let k = 2; k < part.hole.length; k += 3) largest = Math.max(largest, part.hole[k] / 2);
-      this._holes = { grid: gridOfHoles(part), largest };
-    }
-    const { grid, largest } = this._holes, [ox, oy] = part.origin, { hole } = part;
+    const { grid, largest } = this._holesGrid(), [ox, oy] = part.origin, { hole } = part;
     const away = (k) => Math.max(Math.hypot(hole[3 * k] + ox - x, hole[3 * k + 1] + oy - y) - hole[3 * k + 2] / 2, -hole[3 * k + 2] / 2);
     // The smallest hole of those the pointer is in: none may hide another.
     let best = -1, least = Infinity;
@@ -283,6 +288,28 @@ export class Pane extends EventTarget {
     return stop < 0 ? undefined : main.scene.stop[stop];
   }
 
+  /** Return the radius of the largest hole at a stop, mm; 0 where there is none. */
+  holeRadius(stop) {
+    if (!this.part?.holes) return 0;
+    const [sx, sy] = this.main.scene.stopPlace(stop), [mx, my] = this.main.scene.origin, [ox, oy] = this.part.origin;
+    const x = sx + mx - ox, y = sy + my - oy, { hole } = this.part;
+    let radius = 0;
+    this._holesGrid().grid.around(x, y, 0.05, (k) => {
+      if (Math.hypot(hole[3 * k] - x, hole[3 * k + 1] - y) <= 0.05) radius = Math.max(radius, hole[3 * k + 2] / 2);
+    });
+    return radius;
+  }
+
+  /** Return the grid of the part's holes, and the radius of the largest. */
+  _holesGrid() {
+    if (!this._holes) {
+      let largest = 0;
+      for (let k = 2; k < this.part.hole.length; k += 3) largest = Math.max(largest, this.part.hole[k] / 2);
+      this._holes = { grid: gridOfHoles(this.part), largest };
+    }
+    return this._holes;
+  }
+
   /** Return the number (from 0) of the first stop within `reach` mm of a place, or -1. */
   stopNear(x, y, reach) {
     const { scene } = this.main, [ox, oy] = scene.origin;
@@ -292,7 +319,7 @@ export class Pane extends EventTarget {
     const span = Math.min(Math.max(Math.ceil(reach / size), 1), 3);
     for (let dx = -span; dx <= span; dx++) {
       for (let dy = -span; dy <= span; dy++) {
-        for (const k of cells.get(`${column + dx},${row + dy}`) ?? []) {
+        for (const k of cells.get(cellKey(column + dx, row + dy)) ?? []) {
           const [sx, sy] = scene.stopPlace(k), away = Math.hypot(sx + ox - x, sy + oy - y);
           if (away < least || (away === least && best < 0)) {
             least = away;
@@ -305,11 +332,14 @@ export class Pane extends EventTarget {
   }
 }
 
+/** Return one number for a cell; far cells may share one, so places are looked at, too. */
+function cellKey(column, row) { return (column & 0x7fff) * 0x10000 + (row & 0xffff); }
+
 function stopCells(scene) {
   const e = scene.extents ?? [0, 0, 1, 1];
   const size = Math.max(Math.sqrt(((e[2] - e[0]) * (e[3] - e[1])) / Math.max(scene.stop.length, 1)), 0.05), cells = new Map();
   for (let k = 0; k < scene.stop.length; k++) {
-    const [x, y] = scene.stopPlace(k), key = `${Math.floor(x / size)},${Math.floor(y / size)}`;
+    const [x, y] = scene.stopPlace(k), key = cellKey(Math.floor(x / size), Math.floor(y / size));
     if (cells.has(key)) cells.get(key).push(k); else cells.set(key, [k]);
   }
   return { cells, size };
