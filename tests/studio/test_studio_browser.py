@@ -118,6 +118,15 @@ def test_a_program_of_another_cam_is_reordered(page: Page, tmp_path: Path) -> No
     assert program == target.read_bytes()
 
 
+def test_the_work_that_is_shown_is_the_work_that_is_run(page: Page) -> None:
+    opened(page, PLATE)
+    for work in ("pocket", "cut", "drill", "pocket"):
+        page.get_by_label("Work", exact=True).select_option(work)
+        expect(page.locator("#command")).to_contain_text("-o" if work == "drill" else f"--process {work}")
+        expect(page.locator("#said")).to_be_empty()
+        expect(page.get_by_label("Work", exact=True)).to_have_value(work)
+
+
 def test_a_random_map_is_made_and_its_search_stopped(page: Page) -> None:
     page.get_by_text("Examples and random maps").click()
     typed(page, "Points", "1500")

@@ -78,7 +78,9 @@ def test_the_same_drawing_is_seen_in_several_ways(tmp_path: Path) -> None:
     )
     assert dict(look(str(drawing)).facts)["contours"] == "1"
     assert dict(look(str(drawing), "pocket").facts)["pockets"] == "1"
-    assert look(str(drawing), "pocket").works[0] == "pocket"
+    for work in ("cut", "pocket"):
+        seen = look(str(drawing), work)
+        assert (seen.work, seen.works) == (work, ("cut", "pocket"))
 
 
 def test_what_cannot_be_read_in_one_way_says_why_and_what_else_there_is(tmp_path: Path) -> None:

@@ -121,7 +121,7 @@ class InputPanel:
             view.seen = seen
             self.page.say(seen.error if seen is not None else "", True)
             if seen is not None:  # None: the studio is ending
-                view.work = work or (view.work if view.work in seen.works else seen.works[0])
+                view.work = work or seen.work or (view.work if view.work in seen.works else seen.works[0])
         self.draw()
         self.page.run.draw()
         self.page.result.draw()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from leafcut import api
@@ -32,6 +32,8 @@ class Seen:
         What the drawing shows of it: layer → scene.
     error
         Why it cannot be read in this way; another kind of work, or other options, may be able to.
+    work
+        The kind of work that a drawing was read for; empty where it is the same for all.
     """
 
     format: str
@@ -40,6 +42,7 @@ class Seen:
     issues: tuple[dict[str, str], ...] = ()
     scenes: dict[str, bytes] = field(default_factory=dict)
     error: str = ""
+    work: str = ""
 
 
 def look(source: str, work: str = "", options: dict[str, Any] | None = None) -> Seen:
@@ -61,25 +64,25 @@ def look(source: str, work: str = "", options: dict[str, Any] | None = None) -> 
     error = ""
     for one in tried:
         try:
-            return _drawing(source, format_.name, (one, *(w for w in works if w != one)), settings)
+            return replace(_drawing(source, format_.name, one, settings), works=works)
         except LeafcutError as problem:
             error = error or str(problem)
     return Seen(format_.name, works, error=error)
 
 
-def _drawing(source: str, name: str, works: tuple[str, ...], settings: Settings) -> Seen:
-    """Return a drawing or a map, read for the first of `works`."""
+def _drawing(source: str, name: str, work: str, settings: Settings) -> Seen:
+    """Return a drawing or a map, read for a kind of work."""
     from leafcut.read import read, read_contours, read_pockets
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.scene import part_scene
 
-    if works[0] == "cut":
+    if work == "cut":
         part = read_contours(source, settings.read)
-    elif works[0] == "pocket":
+    elif work == "pocket":
         part = read_pockets(source, settings.read, settings.pocket, settings.sheet)
     else:
         part = read(source, settings.read)
-    return Seen(name, works, _facts(part), tuple(issues_as_json(part.issues)), {"part": part_scene(part)})
+    return Seen(name, (work,), _facts(part), tuple(issues_as_json(part.issues)), {"part": part_scene(part)}, work=work)
 
 
 def _facts(part: Part) -> tuple[tuple[str, str], ...]:

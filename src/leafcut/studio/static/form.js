@@ -44,9 +44,11 @@ export default {
         const list = [...field.choices];
         const plain = list.find(([word]) => word === field.default);
         const first = plain ? [] : [h("option", { value: "" }, field.default)];
+        // Made anew when the choices change: a browser keeps what was selected by its place, not by its value.
+        const key = list.map(([word]) => word).join();
         return h(
           "select",
-          { ...about, onChange: (e) => this.change(field, e.target.value) },
+          { ...about, key, onChange: (e) => this.change(field, e.target.value) },
           [
             ...first,
             ...list.map(([word, text]) =>
