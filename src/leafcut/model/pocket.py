@@ -14,7 +14,7 @@ STRATEGIES = ("best", "zigzag", "contour", "connected", "firefly", "ants", "adap
 USUAL = ("zigzag", "contour")
 
 #: What a piece of a path is for.
-PIECE_KINDS = ("rough", "link", "finish")
+PIECE_KINDS = ("entry", "rough", "link", "finish")
 
 #: Two places nearer than this are the same: the tool goes on without being lifted, mm.
 SAME_PLACE = 1e-6
@@ -88,7 +88,8 @@ class PocketRules:
 class PocketPiece:
     """A stretch of the way of the tool's centre at feed, open, in the plane.
 
-    `kind` is ``rough``, ``finish`` (along a wall), or ``link``: through what is cut already.
+    `kind` is ``rough``, ``finish`` (along a wall), ``link`` (through what is cut already), or ``entry``: a closed loop,
+    the first piece, along which the tool comes down as on a helix and so has cleared it when it is at depth.
     """
 
     path: Polyline

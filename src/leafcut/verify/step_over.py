@@ -26,7 +26,7 @@ _SAME = 1e-5
 _AT_ONCE = 512
 
 
-def widest_gap(way: ToolWay, centres: Any, rules: PocketRules) -> float:
+def widest_gap(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> float:
     """Return the largest distance between neighbouring passes, mm; 0 where no pass has a neighbour.
 
     At every place of the way, on either side of it, the largest disc is laid that touches the pass there and holds no
@@ -51,10 +51,12 @@ def widest_gap(way: ToolWay, centres: Any, rules: PocketRules) -> float:
     ----------
     centres
         shapely geometry of the allowed tool centres.
+    passes
+        Places whose neighbours are looked for; None: all.
     """
     import shapely
 
-    at = np.flatnonzero(way.step > 0.0)
+    at = np.flatnonzero((way.step > 0.0) & (True if passes is None else passes))
     if not len(at):
         return 0.0
     # In the middle of the steps, where the tangent is not that of a corner.
@@ -123,7 +125,7 @@ def _neighbours(xy: Floats, normal: Floats, others: Floats, rules: PocketRules) 
     that are smaller than half the reach are known when all q within the reach are, so the reach grows until it does.
     """
     height, row, radius = np.zeros(len(xy)), np.zeros(len(xy), np.int64), np.zeros(len(xy))
-    reach, most = 1.02 * rules.step_over, FARTHEST * rules.tool_diameter
+    reach, most = 0.255 * rules.step_over, FARTHEST * rules.tool_diameter
     left = np.arange(len(xy))
     while len(left):
         best = np.full(len(left), np.inf)
