@@ -39,8 +39,8 @@ def main() -> None:
             alone, _ = measure(instances[name], options)
         rows.append([name, instances[name].sizes[-1], f"{mean(alone):.2f}", f"{mean(by_turns):.2f}"])
         print(" ".join(rows[-1]), file=sys.stderr, flush=True)
-    text = f"""What forgetting earns: gap to the best known in percent, mean of {options.seeds} seeds, after {options.time:g} s
-of the processor; below 0 is better.
+    text = f"""What forgetting earns: gap to the best known in percent, mean of {options.seeds} seeds, after
+{options.time:g} s of the processor; below 0 is better.
 
 {table(["instance", "pairs", "kicks alone", "kicks and forgetting by turns"], rows)}
 
