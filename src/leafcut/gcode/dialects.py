@@ -36,6 +36,8 @@ class Torch:
         Digital output (M62 to M65) that keeps the arc off while the torch moves on, that holds the height; or None.
     feed_output
         Analog output (M67, M68) that lowers the feed, in percent while M52 P1 is on; or None: F says every feed.
+    probe
+        The word that goes down until the torch touches the sheet; empty: the program does not probe.
     compensation
         ``G41.1``: D is the width of the kerf. ``G41``: D is a register of the controller. Empty: none.
     material, material_feed
@@ -56,6 +58,7 @@ class Torch:
     arc_output: int | None = None
     height_output: int | None = None
     feed_output: int | None = None
+    probe: str = ""
     compensation: str = ""
     material: tuple[str, ...] = ()
     material_feed: str = ""
@@ -128,6 +131,8 @@ class Dialect:
         ``M6``, or ``pause``: T and M0, and a person changes the tool.
     arc_turns
         G2 and G3 take full turns in P.
+    corner_tolerance
+        G64 takes how far a corner may be cut short in P.
     arc_ends
         A full circle, too, says where it ends.
     hand_change_pause
@@ -176,6 +181,7 @@ class Dialect:
     tool_change: str = "M6"
     hand_change_pause: bool = False
     arc_turns: bool = False
+    corner_tolerance: bool = False
     arc_ends: bool = False
     length_offset: str = "H"
     length_offset_off: str = "G49"
