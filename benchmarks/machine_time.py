@@ -108,7 +108,9 @@ def main() -> None:
         assert off[-1] <= worst, f"{name}: {100 * off[-1]:.1f} % off"
     if not rows:
         parser.error("no program has such a name")
-    said = words_of_sheets() if arguments.sheets else words_of_pockets() if arguments.pockets else words_of_programs(off)
+    said = (
+        words_of_sheets() if arguments.sheets else words_of_pockets() if arguments.pockets else words_of_programs(off)
+    )
     text = f"""{said}
 
 {facts("machine_time", sys.argv[1:], ["leafcut", "numpy", "numba"])}

@@ -1,4 +1,4 @@
-"""Writes the built-in plates as drawings, and a CAM's program, into this folder: ``python examples/make_plates.py``.
+"""Writes the built-in plates, a sheet to cut and a CAM's program into this folder: ``python examples/make_plates.py``.
 
 The patterns are those of `leafcut.read.examples`, so ``leafcut optimize examples/plate_70.dxf`` and
 ``leafcut optimize example:plate-70`` are the same part. The bytes are the same on every run.
@@ -26,6 +26,30 @@ def draw(plate: Plate) -> ezdxf.document.Drawing:
     space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "OUTLINE"})
     for hole in plate.holes:
         space.add_circle((hole.x, hole.y), hole.diameter / 2, dxfattribs={"layer": "HOLES"})
+    return drawing
+
+
+def sheet() -> ezdxf.document.Drawing:
+    """Return a nested sheet in mm: brackets, gussets, slots, flanges with a washer inside; its edge on layer SHEET."""
+    drawing = ezdxf.new("R2000", units=InsertUnits.Millimeters)
+    for layer, color in (("CUT", 7), ("SHEET", 8)):
+        drawing.layers.add(layer, color=color)
+    space, on = drawing.modelspace(), {"layer": "CUT"}
+    space.add_lwpolyline([(0, 0), (600, 0), (600, 400), (0, 400)], close=True, dxfattribs={"layer": "SHEET"})
+    for x, y in ((110, 290), (310, 290), (510, 110)):
+        for radius in (80, 50, 30, 10):
+            space.add_circle((x, y), radius, dxfattribs=on)
+    for k in range(3):
+        x, y = 20 + 130 * k, 20
+        bracket = [(x, y), (x + 110, y), (x + 110, y + 40), (x + 40, y + 40), (x + 40, y + 160), (x, y + 160)]
+        space.add_lwpolyline(bracket, close=True, dxfattribs=on)
+        for u, v in ((20, 20), (85, 20), (20, 135)):
+            space.add_circle((x + u, y + v), 6, dxfattribs=on)
+        space.add_lwpolyline([(x + 60, y + 60), (x + 110, y + 60), (x + 60, y + 130)], close=True, dxfattribs=on)
+    for x in (430, 530):
+        slot = [(x, 230, 0.0), (x + 40, 230, 1.0), (x + 40, 270, 0.0), (x, 270, 1.0)]
+        space.add_lwpolyline(slot, format="xyb", close=True, dxfattribs=on)
+        space.add_lwpolyline([(u, v + 70, b) for u, v, b in slot], format="xyb", close=True, dxfattribs=on)
     return drawing
 
 
@@ -61,6 +85,7 @@ def main(folder: Path = Path(__file__).parent) -> None:
     try:
         for name in PLATE_NAMES:
             draw(plate(name)).saveas(folder / f"{name.replace('-', '_')}.dxf")
+        sheet().saveas(folder / "sheet.dxf")
         (folder / "cam_121.nc").write_text(program(plate("board-121")), encoding="ascii", newline="\n")
     finally:
         ezdxf.options.write_fixed_meta_data_for_testing = before

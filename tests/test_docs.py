@@ -102,6 +102,15 @@ def test_the_commands_of_the_page_on_sheets_run(tmp_path: Path, monkeypatch: pyt
         assert output.read_text().count("M3") >= 3
 
 
+def test_the_sheet_that_the_readme_cuts_is_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (command,) = re.findall(r"leafcut (optimize examples/sheet\.dxf .+)$", README, flags=re.MULTILINE)
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    assert run([*shlex.split(command), "--preset", "fast", "-q"]) == 0
+    assert (tmp_path / "sheet.ngc").read_text().count("M3 $0") == 31
+    assert (tmp_path / "sheet.html").stat().st_size > 10_000
+
+
 def test_the_commands_of_the_page_on_pockets_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With one strategy, as the others have tests of their own; every program is verified and written."""
     from leafcut.runs import pocket_strategies

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import gc
-import inspect
 import io
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import Annotated, Any
 
-from cyclopts import App, CycloptsError, Group, Parameter
+from cyclopts import App, CycloptsError, Parameter
 
 from leafcut import __version__
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
+from leafcut.flags import command_of
 from leafcut.options import (
     GROUPS,
     AcoOptions,
+    DrillOptions,
     FireflyOptions,
     MachineOptions,
     NestOptions,
@@ -40,26 +40,13 @@ MOST_WARNINGS = 10
 #: The switch that every command which answers has.
 Json = Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")]
 
-_TITLES = {
-    "read": "Reading",
-    "sheet": "Drawings of sheets",
-    "machine": "Machine",
-    "drill": "Drilling",
-    "cut": "Cutting",
-    "pocket": "Pockets",
-    "nest": "Nesting",
-    "resequence": "Programs of other CAMs",
-    "solve": "Search",
-    "aco": "Ants",
-    "firefly": "Fireflies",
-    "post": "Program",
-}
-
 #: What of these groups means something to the nester.
 _OF_NESTING = {
     "read": ("units", "layers", "strict"),
     "solve": ("preset", "time_limit", "iterations", "seed", "threads"),
 }
+#: A torch whose controller moves Z travels at a height that no program says.
+_OF_SIMULATING = {"drill": ("clearance_height",)}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -125,62 +112,16 @@ def app() -> App:
         suppress_keyboard_interrupt=False,
     )
     solving = (SolveOptions, AcoOptions, FireflyOptions)
-    made.command(_command(_optimize, [g for g in GROUPS if g is not NestOptions]), name="optimize")
-    made.command(_command(_solve, (ReadOptions, *solving)), name="solve")
-    made.command(_command(_nest, (ReadOptions, SheetOptions, NestOptions, SolveOptions), _OF_NESTING), name="nest")
-    made.command(_command(_simulate, (MachineOptions,)), name="simulate")
-    made.command(_command(_verify, (MachineOptions,)), name="verify")
+    made.command(command_of(_optimize, [g for g in GROUPS if g is not NestOptions]), name="optimize")
+    made.command(command_of(_solve, (ReadOptions, *solving)), name="solve")
+    made.command(command_of(_nest, (ReadOptions, SheetOptions, NestOptions, SolveOptions), _OF_NESTING), name="nest")
+    made.command(command_of(_simulate, (MachineOptions, DrillOptions), _OF_SIMULATING), name="simulate")
+    made.command(command_of(_verify, (MachineOptions,)), name="verify")
     made.command(_machines, name="machines")
     made.command(_algorithms, name="algorithms")
     made.command(_formats, name="formats")
+    made.command(_studio, name="studio")
     return made
-
-
-def _command(
-    function: Callable[..., int], groups: Iterable[type[OptionGroup]], only: Mapping[str, Sequence[str]] | None = None
-) -> Callable[..., int]:
-    """Return `function` with a flag for every option of `groups`, which it receives as a dict `options`.
-
-    `only` names the options wanted of a group, by its section, where not all are.
-    """
-    own = [p for p in inspect.signature(function, eval_str=True).parameters.values() if p.name != "options"]
-    wanted = only or {}
-    names = [
-        (group, name, spec)
-        for group in groups
-        for name, spec in group.specs().items()
-        if name in wanted.get(group.section, (name,))
-    ]
-    flags = [_flag(group, name, spec) for group, name, spec in names]
-
-    def command(*places: Any, **given: Any) -> int:
-        options = {name: given.pop(name, None) for _, name, _ in names}
-        return function(*places, **given, options=options)
-
-    command.__signature__ = inspect.Signature([*own, *flags])  # type: ignore[attr-defined]
-    command.__annotations__ = {p.name: p.annotation for p in [*own, *flags]}
-    command.__doc__ = function.__doc__
-    return command
-
-
-def _flag(group: type[OptionGroup], name: str, spec: OptionSpec) -> inspect.Parameter:
-    default = group.defaults()[name]
-    words = spec.default_words or ("" if default in (None, (), False) else written(spec, default))
-    help_text = spec.help
-    if spec.choices:
-        help_text += f" [{', '.join(spec.choices)}]"
-    if words:
-        help_text += f" (default: {words})"
-    place = list(_TITLES).index(group.section)
-    parameter = Parameter(
-        name=flag_name(name),
-        help=help_text,
-        group=Group(_TITLES[group.section], sort_key=10 + place),
-        show_default=False,
-        allow_leading_hyphen=True,
-    )
-    annotation: Any = Annotated[bool | None, parameter] if spec.kind == "flag" else Annotated[str | None, parameter]
-    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
 
 
 def _optimize(
@@ -384,6 +325,18 @@ def _formats(*, as_json: Json = False) -> int:
     from leafcut.read import formats
 
     return _list([(f.name, f"{' '.join(f.extensions)}  {f.help}".strip()) for f in formats()], as_json)
+
+
+def _studio(
+    *,
+    port: Annotated[str | None, Parameter(name="--port", help="where it listens (default: 8173 or the next)")] = None,
+    no_open: Annotated[bool, Parameter(name="--no-open", negative="", help="print the address only")] = False,
+) -> int:
+    """Open the studio, a page in your browser: open, see, run, compare, download. For this machine alone."""
+    from leafcut.studio import app as studio
+
+    studio.serve(None if port is None else studio.parse_port(port), open_page=not no_open)
+    return DONE
 
 
 def _list(rows: list[tuple[str, str]], as_json: bool) -> int:

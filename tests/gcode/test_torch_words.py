@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
 from pathlib import Path
@@ -13,7 +14,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.foreign import interpret_program
 from leafcut.gcode.interpreter import interpret
 from leafcut.gcode.torch import for_controller
-from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder
+from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder, position_before, positions_before
 from rs274_moves import run_rs274
 
 RS274 = shutil.which("rs274")
@@ -183,3 +184,45 @@ def test_linuxcnc_hears_the_same_words(tmp_path: Path) -> None:
     assert theirs[: len(switched)] == switched
     assert ("SET_MOTION_OUTPUT_VALUE", "3,60.000000") in heard
     assert "ENABLE_ADAPTIVE_FEED" in output
+
+
+FOUND = "G0 X1 Y2 Z10\nG38.2 Z-20 F600\nG92 Z-3\nG0 Z4\n"
+
+
+def test_after_a_probe_the_height_is_what_g92_says() -> None:
+    path = interpret(f"G21 G17 G90 G91.1 G94\n{FOUND}G92.1\nM2", dialect("plasma"))
+    assert [m.kind for m in path][1:4] == [Kind.PROBE, Kind.SHIFT, Kind.RAPID]
+    assert path[1].end == (1.0, 2.0, -20.0)
+    assert path[1].value == 10.0
+    assert path[2].end == (1.0, 2.0, -3.0)
+    assert all(math.isnan(v) for v in path[4].end)
+    before = positions_before(path)
+    assert math.isnan(before[2, 2])
+    assert before[3].tolist() == [1.0, 2.0, -3.0]
+    assert math.isnan(position_before(path, 2)[2])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("G0 Z5\nG38.2 X1 Z-3 F60", "straight down"),
+        ("G0 Z5\nG38.2 F60", "straight down"),
+        ("G38.2 Z-3 F60", "height that is not known"),
+        ("G0 Z5\nG38.2 Z7 F60", "not downwards"),
+        ("G0 Z5\nG38.2 Z-3", "without a feed"),
+        ("G0 Z5\nG92", "without an axis"),
+        ("G92 G0 Z5", "one set of axes"),
+    ],
+)
+def test_a_probe_that_cannot_be_meant_is_refused(text: str, words: str) -> None:
+    with pytest.raises(ReadError, match=words):
+        interpret(f"G21 G17 G90 G94\n{text}\nM2", dialect("plasma"))
+
+
+def test_a_foreign_probe_stays_where_it_is_and_has_its_feed() -> None:
+    """G31 is what Mach3 and Fanuc have for it."""
+    for word in ("G38.2", "G38.3", "G31"):
+        program = interpret_program(f"G21 G90 G94\n{FOUND.replace('G38.2', word)}M2", dialect("plasma"))
+        row = next(m for m in program.path if m.kind is Kind.FOREIGN)
+        assert row.value == 10.0
+        assert any(word in reason for reason in program.fixed.values())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -247,6 +248,42 @@ def test_a_laser_leaves_joints_evenly_and_a_plasma_cut_one_at_its_end() -> None:
     assert math.dist(*ends) == pytest.approx(0.5 + 1.5, abs=0.02)
     with pytest.raises(OptionError, match="micro-joints"):
         rules_of(micro_joints=2)
+
+
+def test_no_lead_is_not_a_lead_without_room() -> None:
+    assert not [i for i in cutting_of(part_in_hole(), lead_in="none", lead_out="none").issues if i.code == "L613"]
+
+
+@pytest.mark.parametrize("loops", [False, True])
+def test_no_joint_lies_in_a_corner_or_where_the_cut_begins(loops: bool) -> None:
+    """Four joints of a square that is begun in the middle of a side would lie in its corners."""
+    sheet, many = two_squares(), 0
+    corners = [(x, y) for left in (20, 90) for x in (left, left + 50) for y in (20, 70)]
+    for cut in all_cuts(cutting_of(sheet, LASER, micro_joints=4, joint_width="0.4", corner_loops=loops)):
+        assert len(cut.joints) == 4
+        many += 1
+        places = [cut.path.point_at(at) for low, high in cut.joints for at in (low, high)]
+        begin = cut.path.point_at(cut.lead_in)
+        assert all(math.dist(p, q) > 0.15 for p in places for q in (*corners, begin))
+        assert all(a[1] < b[0] for a, b in itertools.pairwise(sorted(cut.joints)))
+        assert not any(low < at < high for low, high in cut.loops for span in cut.joints for at in span)
+    assert many > 8
+
+
+def test_holes_have_joints_where_that_is_asked_for() -> None:
+    """A plasma hole then stays open at its end instead of an overcut; small holes have none."""
+    sheet = part_in_hole()
+    for data, joints in ((LASER, 3), (PLASMA, 1)):
+        for holes in (False, True):
+            cuts = all_cuts(cutting_of(sheet, data, micro_joints=joints, joint_holes=holes, joint_width="0.4"))
+            hole = next(c for c in cuts if c.contours == (1,))
+            if data is LASER:
+                assert len(hole.joints) == (3 if holes else 0)
+            else:
+                ends = hole.path.point_at(hole.lead_in), hole.path.end
+                assert (math.dist(*ends) == pytest.approx(0.4 + 1.5, abs=0.02)) == holes
+                small = next(c for c in cuts if c.contours == (3,))
+                assert small.torch_off_at < small.path.length
 
 
 def test_above_the_pierce_capacity_outlines_start_beyond_the_sheets_edge() -> None:

@@ -110,6 +110,13 @@ def test_a_layer_named_as_a_sheet_is_the_sheet_only_where_it_lies_round_all_else
     assert alone.outline is None and len(alone.contours) == 2
 
 
+def test_a_part_that_crosses_a_layer_named_as_a_sheet_lies_beyond_its_edge() -> None:
+    with pytest.raises(PlanError, match=r"1 contour beyond the edge of the sheet: part 1, at \(80, 20\)"):
+        sheet(box(0, 0, 100, 100, "SHEET"), box(80, 20, 50, 50))
+    notched = line((0, 0), (100, 0), (100, 20), (20, 20), (20, 100), (0, 100), (0, 0), layer="PLATE")
+    assert sheet(notched, box(40, 40, 30, 30)).outline is None  # beside it, not across
+
+
 def test_a_drawing_with_nothing_but_marks_by_name_is_cut() -> None:
     assert [c.contour.kind for c in sheet(box(0, 0, 9, 9, "MARK")).contours] == ["cut"]
 

@@ -180,3 +180,16 @@ def test_what_is_no_file_of_ours_is_refused_in_one_line(tmp_path: Path) -> None:
     large.write_bytes(b"# " + b"x" * 1_000_001)
     assert "larger than" in refusal(str(large))
     assert "there is no such file" in refusal("a\0b.toml")
+
+
+def test_a_torch_may_have_a_probe(tmp_path: Path) -> None:
+    probe = load_machine(write(tmp_path, PROFILE + '[probe]\nfeed = "600 mm/min"\nswitch_offset = "4 mm"\n')).probe
+    assert probe is not None
+    assert (probe.feed, probe.depth, probe.switch_offset) == (10.0, 20.0, 4.0)
+    for wrong, words in (
+        ('feed = "0 mm/min"', "probe.feed"),
+        ('feed = "1 m/min"\ndepth = "2 mm"\nswitch_offset = "3 mm"', "probe.switch_offset"),
+        ('depth = "2 mm"', "feed"),
+    ):
+        with pytest.raises(OptionError, match=words):
+            load_machine(write(tmp_path, PROFILE + f"[probe]\n{wrong}\n"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -101,13 +102,31 @@ def test_the_program_pierces_as_often_as_there_are_cuts(outcome, moving_z) -> No
         assert (path.kind == Kind.DWELL).sum() == dwells
 
 
+def test_the_sheet_is_found_before_every_pierce_where_the_machine_can(drawing: Path, outcome, moving_z) -> None:
+    """12 pierces: from 10 mm to the sheet at 2000 mm/min takes 0.3 s each, instead of a part of the way at rapid."""
+    assert "G38.2" not in outcome.text  # QtPlasmaC does that itself
+    assert moving_z.text.count("\nG38.2 Z-20") == moving_z.text.count("\nG92 Z0") == 12
+    assert moving_z.text.endswith("M5\nG0 Z10\nG92.1\nM2\n")
+    assert [i.code for i in moving_z.issues].count("L618") == 1
+    plain = api.optimize(drawing, dialect="plasma", ignore_layers="MARK", probe="off", **FAST)
+    assert plain.verified
+    assert "G38.2" not in plain.text
+    assert 12 * 0.2 < moving_z.after.time_s - plain.after.time_s < 12 * 0.5
+    norm, other = moving_z.cut_plan.measures.sheet, plain.cut_plan.measures.sheet
+    assert norm.cut_s == pytest.approx(other.cut_s, abs=0.01)
+    assert norm.pierce_s > other.pierce_s
+    floating = api.optimize(drawing, dialect="plasma", ignore_layers="MARK", switch_offset="3.5", **FAST)
+    assert floating.verified
+    assert floating.text.count("\nG92 Z-3.5\nG0 Z3.8\n") == 12
+
+
 @pytest.mark.external
 def test_linuxcnc_takes_the_program(outcome, moving_z, rs274: str, tmp_path: Path) -> None:
     for found, runs, dwells in ((outcome, 16, 0), (moving_z, 12, 12)):
         status, canon = run_rs274(rs274, found.text, tmp_path)
         assert status == 0, canon
         assert canon.count("START_SPINDLE_CLOCKWISE") == runs
-        assert canon.count("DWELL(0.58") == dwells
+        assert canon.count("DWELL(0.58") == canon.count("STRAIGHT_PROBE") == dwells
 
 
 @pytest.mark.external
@@ -121,6 +140,41 @@ def test_a_kerf_that_the_controller_compensates_goes_to_linuxcnc_with_its_slow_h
     assert found.text.count("G41.1 D1.5") == found.text.count("G40\n") == 12
     status, said = run_rs274(rs274, found.text, tmp_path)
     assert status == 0, said
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"output_units": "inch", "small_hole": "0"},
+        {"chains": True, "pierce_delay": "3 s"},
+        {"compensation": "controller"},
+        {"path_tolerance": "0"},
+        {"dialect": "plasma", "ignore_layers": "MARK"},
+        {"machine": "laser-table", "thickness": "3", "micro_joints": 2},
+        {"machine": "laser-table", "dialect": "grbl-laser", "thickness": "3"},
+    ],
+    ids=str,
+)
+def test_the_time_of_the_report_is_that_of_the_written_program(drawing: Path, tmp_path: Path, options) -> None:
+    """Also where the controller waits for the pierce and moves Z itself, or nobody does."""
+    found = api.optimize(drawing, tmp_path / "out.ngc", **{**FAST, "iterations": 1, **options})
+    answer = api.simulate(tmp_path / "out.ngc", machine=found.machine.name, dialect=found.dialect)
+    assert answer["time_s"] == pytest.approx(found.after.time_s, rel=0.01)
+    assert answer["issues"] == []
+
+
+def test_a_material_that_the_program_does_not_tell_is_said_to_be_missing(drawing: Path, tmp_path: Path) -> None:
+    file = tmp_path / "out.ngc"
+    file.write_text("".join(t for t in api.optimize(drawing, **FAST).text.splitlines(True) if not t.startswith("(o=0")))
+    assert "12 cuts are of a material" in api.simulate(file, machine="plasma-table")["issues"][0]
+
+
+def test_a_beam_that_does_not_wait_has_no_pierce_delay(drawing: Path) -> None:
+    words: dict[str, Any] = {**FAST, "machine": "laser-table", "dialect": "grbl-laser", "thickness": "3"}
+    assert api.optimize(drawing, **words).cut_plan.measures.sheet.pierce_s == 0.0
+    with pytest.raises(OptionError, match="--pierce-delay"):
+        api.optimize(drawing, pierce_delay="1 s", **words)
 
 
 def test_the_same_seed_gives_the_same_program(drawing: Path, outcome) -> None:
@@ -199,6 +253,31 @@ def test_a_plan_with_bridges_is_kept_as_a_whole_or_only_where_they_are_fixed(dra
         api.optimize(drawing, plan=plan, **slow)
 
 
+@pytest.mark.parametrize("keep_order", [False, True])
+def test_an_order_that_cuts_a_part_loose_before_its_holes_is_refused(
+    drawing: Path, tmp_path: Path, keep_order: bool
+) -> None:
+    plan = tmp_path / "plan.json"
+    api.optimize(drawing, save_plan=plan, **FAST)
+    data = json.loads(plan.read_text())
+    data["cuts"].reverse()
+    for cut in data["cuts"]:
+        cut["fixed"] = ["order"]
+    plan.write_text(json.dumps(data))
+    with pytest.raises(PlanError, match=r"the fixed order has part \d: outline .* before part \d: .*must be cut first"):
+        api.optimize(drawing, plan=plan, keep_order=keep_order, **FAST)
+
+
+def test_a_sheet_that_the_machine_cannot_reach_is_refused_before_it_is_planned(
+    drawing: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("leafcut.plan.cutting.prepare_cutting", lambda *_: pytest.fail("it was planned"))
+    profile = Path(str(files("leafcut.machines") / "plasma-table.toml")).read_text()
+    (tmp_path / "small.toml").write_text(profile.replace('"2505 mm"', '"200 mm"'))
+    with pytest.raises(VerifyError, match=r"X goes from 20\.000 to 290\.000 mm"):
+        api.optimize(drawing, machine=str(tmp_path / "small.toml"), **FAST)
+
+
 def test_an_unchanged_plan_never_makes_the_sheet_slower(drawing: Path, tmp_path: Path) -> None:
     plan = tmp_path / "plan.json"
     first = api.optimize(drawing, save_plan=plan, **FAST)
@@ -240,6 +319,10 @@ def test_a_laser_table_cuts_by_the_lasers_rules(drawing: Path) -> None:
         ({"machine": "plasma-table", "work_offset": "2400,0,0"}, VerifyError, "not written"),
         ({"start_point": "1,2,3"}, OptionError, "--start-point"),
         ({"clearance_height": "3"}, PlanError, "--clearance-height"),
+        ({"probe": "on"}, OptionError, "have no probe"),
+        ({"probe": "on", "machine": "laser-table", "dialect": "plasma"}, OptionError, "table \\[probe\\]"),
+        ({"probe": "off", "switch_offset": "3"}, OptionError, "--switch-offset"),
+        ({"dialect": "plasma", "switch_offset": "30"}, OptionError, "20 mm below Z0"),
     ],
     ids=str,
 )

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.model.machine import Machine
-from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
+from leafcut.model.toolpath import Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
 from leafcut.timing.profile import move_time, trapezoid_time
 from leafcut.timing.toolpath import measure
 
@@ -201,3 +201,23 @@ def test_holes_cost_the_sum_of_their_moves(places) -> None:
         seconds += move_time((0.0, 0.0, -7.0), MILL, 2.0) + move_time((0.0, 0.0, 7.0), MILL) + 2 * STOP
         last = place
     assert measure(builder.build(), MILL).time_s == pytest.approx(seconds)
+
+
+def test_a_probe_is_a_feed_from_rest_to_the_height_that_is_said_after_it() -> None:
+    """From 10 mm to the surface and 2 mm into the switch at 20 mm/s: 12 mm, with a cycle of drills before it."""
+    builder = ToolpathBuilder([0.0, 0.0, 10.0])
+    builder.rapid(0.0, 0.0, 10.0)
+    builder.drill(0.0, 0.0, DrillCycle("G83", 2.0, -5.0, to_initial=True, peck=1.0), feed=5.0)
+    without = measure(builder.build(), MILL)
+    builder.probe(-50.0, feed=20.0)
+    builder.set_place(Kind.SHIFT, (0.0, 0.0, -2.0), 0)
+    found = measure(builder.build(), MILL)
+    assert found.cut_mm - without.cut_mm == pytest.approx(12.0)
+    alone = trapezoid_time(12.0, 20.0, MILL.acceleration[2] * MILL.acceleration_factor)
+    assert found.time_s - without.time_s == pytest.approx(alone, abs=0.01)
+
+
+def test_a_probe_whose_end_nobody_says_costs_nothing() -> None:
+    builder = ToolpathBuilder([0.0, 0.0, 10.0])
+    builder.probe(-50.0, feed=20.0)
+    assert measure(builder.build(), MILL).time_s == 0.0

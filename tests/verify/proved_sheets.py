@@ -9,7 +9,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutData, CutPlan
-from leafcut.model.machine import Machine
+from leafcut.model.machine import Machine, Probe
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import CutOptions, PostOptions
@@ -67,7 +67,7 @@ def _renumbered(contours: Sequence[SheetContour]) -> tuple[SheetContour, ...]:
     return tuple(SheetContour(c.contour, c.depth, c.parent - 1 if c.parent > 3 else c.parent, c.part) for c in contours)
 
 
-def laid(cuts: Sequence[Cut], words: str = "qtplasmac") -> Toolpath:
+def laid(cuts: Sequence[Cut], words: str = "qtplasmac", probe: Probe | None = None) -> Toolpath:
     """The motions of some cuts."""
     torch = dialect(words).torch
     switches = torch is not None and torch.darkens
@@ -80,16 +80,21 @@ def laid(cuts: Sequence[Cut], words: str = "qtplasmac") -> Toolpath:
         power=1000.0 if torch is not None else 1.0,
         mark_power=200.0,
         tolerance=0.1 if torch is not None else 0.0,
+        probe=probe,
     )[0]
 
 
-def program(cuts: Sequence[Cut], words: str = "qtplasmac", post: PostOptions | None = None) -> str:
+def program(
+    cuts: Sequence[Cut], words: str = "qtplasmac", post: PostOptions | None = None, probe: Probe | None = None
+) -> str:
     """The text of some cuts."""
     plan = CutPlan(plate(), STEEL, tuple(cuts))
-    return write_cut_program(plan, laid(cuts, words), dialect(words), post or PostOptions(), ["plate"])
+    return write_cut_program(plan, laid(cuts, words, probe), dialect(words), post or PostOptions(), ["plate"])
 
 
-def checked(text: str, plan: CutPlan, rules: CutRules, words: str = "qtplasmac") -> list[Difference]:
+def checked(
+    text: str, plan: CutPlan, rules: CutRules, words: str = "qtplasmac", probe: Probe | None = None
+) -> list[Difference]:
     """What is wrong with a text that should be this plan's."""
-    asked = Asked(rules.half, rules.joints, rules.joint_width, CLEARANCE)
+    asked = Asked(rules.half, rules.joints, rules.joint_width, rules.joint_holes, CLEARANCE, probe)
     return check_sheet(plan.sheet, plan, text, dialect(words), machine_for(words), asked)

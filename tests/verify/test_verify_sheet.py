@@ -14,6 +14,7 @@ from proved_sheets import checked, laid, planned, program
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.cutting import Cut, CutPlan
+from leafcut.model.machine import Probe
 from leafcut.options import CutOptions, PostOptions
 from leafcut.verify.cut_motion import check_cut_motion
 
@@ -47,9 +48,10 @@ def test_a_right_program_is_accepted_for_every_controller(words: str, units: str
         CutOptions(compensation="none", small_hole=0.0),
         CutOptions(corner_loops=True),
         CutOptions(micro_joints=1),
+        CutOptions(micro_joints=1, joint_holes=True),
         CutOptions(overcut=0.0, lead_in="line", lead_angle=math.radians(45)),
     ],
-    ids=["other way round", "no compensation", "corner loops", "a joint", "no overcut"],
+    ids=["other way round", "no compensation", "corner loops", "a joint", "joints in holes", "no overcut"],
 )
 def test_a_right_program_is_accepted_by_every_rule(options: CutOptions) -> None:
     plan, rules = planned("qtplasmac", options)
@@ -227,3 +229,50 @@ def test_a_wrong_word_is_caught(words: str, old: str, new: str, what: str) -> No
     wrong, count = re.subn(old, new, text, count=1)
     assert count == 1
     assert what in {d.what for d in checked(wrong, plan, rules, words)}
+
+
+PROBE = Probe(feed=2000 / 60, depth=20.0, switch_offset=3.0)
+
+
+@pytest.mark.parametrize("units", ["mm", "inch"])
+def test_a_program_that_finds_the_sheet_before_every_pierce_is_accepted(units: str) -> None:
+    plan, rules = planned("plasma")
+    text = program(plan.cuts, "plasma", PostOptions(output_units=units), PROBE)
+    assert text.count("G38.2 ") == text.count("G92 ") == len(plan.cuts)
+    assert check_cut_motion(laid(plan.cuts, "plasma", PROBE), plan, text, dialect("plasma"), units) == []
+    assert checked(text, plan, rules, "plasma", PROBE) == []
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("G38.2 Z-20 F2000\nG92 Z-3\n", "", "lit where the sheet was not found"),
+        ("G92 Z-3\n", "G92 Z0\n", "not said to be Z-3"),
+        ("G92 Z-3\n", "", "not said to be Z-3"),
+        ("G38.2 Z-20 F2000\n", "G38.2 Z-2 F2000\n", "probes down to Z-2"),
+        ("G38.2 Z-20 F2000\n", "G38.2 Z-20 F9000\n", "probes with 9000"),
+        ("G38.2 Z-20 F2000\n", "", "Z0 is moved where nothing was probed"),
+        ("G38.2 Z-20 F2000\n", "M3 S1\nG38.2 Z-20 F2000\n", "probes with the torch on"),
+    ],
+)
+def test_a_height_that_is_not_found_as_it_should_be_is_a_difference(before: str, after: str, words: str) -> None:
+    plan, rules = planned("plasma")
+    text = program(plan.cuts, "plasma", probe=PROBE)
+    assert before in text
+    found = checked(text.replace(before, after, 1), plan, rules, "plasma", PROBE)
+    assert any(words in d.text for d in found if d.what == "probe"), found
+
+
+def test_a_sheet_that_was_found_elsewhere_is_not_found() -> None:
+    plan, rules = planned("plasma")
+    text = program(plan.cuts, "plasma", probe=PROBE)
+    elsewhere, many = re.subn(r"(X\S+ Y\S+)\n(G38.2 Z-20 F2000\nG92 Z-3)\n", r"\2\nG0 Z10\n\1\n", text, count=1)
+    assert many == 1
+    found = checked(elsewhere, plan, rules, "plasma", PROBE)
+    assert any("lit where the sheet was not found" in d.text for d in found), found
+
+
+def test_a_probe_that_nobody_asked_for_is_a_difference() -> None:
+    plan, rules = planned("plasma")
+    text = program(plan.cuts, "plasma", probe=PROBE)
+    assert {d.what for d in checked(text, plan, rules, "plasma")} == {"probe"}

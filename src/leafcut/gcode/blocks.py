@@ -36,6 +36,7 @@ _ACTIVE_COMMENT = re.compile(
 )
 _ALL = (True, True, True)
 _NONE = (False, False, False)
+_PROBES = (382, 383, 384, 385)
 #: More rows than this are no program, but a slip in a repeat, and would fill the memory.
 MAX_ROWS = 10_000_000
 
@@ -47,6 +48,11 @@ def _codes(dialect: Dialect) -> frozenset[int]:
     # Haas has bolt circles there, and G69 is the end of a rotation nearly everywhere.
     other = {690, 700, 710} if dialect.groups == "fanuc" else {690}
     return frozenset(GROUP_OF) - (other - dialect.g_codes)
+
+
+def _probes(words: SortedBlock) -> bool:
+    """Return whether a block moves until a probe trips: G38.2 to G38.5, and G31 on Fanuc and Mach."""
+    return words.g.get("motion") in _PROBES or any(str(w) == "G31" for w in words.unknown or ())
 
 
 class BlockRunner(Reader):
@@ -212,6 +218,7 @@ class BlockRunner(Reader):
         state, path = self.state, self.state.path
         named = named_axes(words.letters)
         rows, arcs, place = len(path), len(path.arcs), tuple(path.position)
+        probing = state.feed if named[2] and _probes(words) and state.feed_mode == 94 else 0.0
         try:
             self._unknown_words(words, named)
             self._offsets(words)
@@ -227,7 +234,7 @@ class BlockRunner(Reader):
         after = [UNKNOWN if gone else p for p, gone in zip(place, lost, strict=True)]
         if any(lost):
             path.initial_plane = None
-        path.set_place(Kind.FOREIGN, (after[0], after[1], after[2]), 0, line=state.line)
+        path.set_place(Kind.FOREIGN, (after[0], after[1], after[2]), 0, state.line, probing)
         self.reason = self._unclear[0][0]
 
     def _keep(self, reason: str, lost: tuple[bool, bool, bool]) -> None:

@@ -36,6 +36,8 @@ class Torch:
         Digital output (M62 to M65) that keeps the arc off while the torch moves on, that holds the height; or None.
     feed_output
         Analog output (M67, M68) that lowers the feed, in percent while M52 P1 is on; or None: F says every feed.
+    probe
+        The word that goes down until the torch touches the sheet; empty: the program does not probe.
     compensation
         ``G41.1``: D is the width of the kerf. ``G41``: D is a register of the controller. Empty: none.
     material, material_feed
@@ -56,6 +58,7 @@ class Torch:
     arc_output: int | None = None
     height_output: int | None = None
     feed_output: int | None = None
+    probe: str = ""
     compensation: str = ""
     material: tuple[str, ...] = ()
     material_feed: str = ""

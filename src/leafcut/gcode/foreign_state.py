@@ -14,8 +14,8 @@ from leafcut.model.toolpath import UNKNOWN, Kind
 class ForeignState(State):
     """Modal state of a foreign program.
 
-    `feed_said` and `cycle_said` are F and the words of the cycle as they were written. `register` is the length offset,
-    `shift` counts changes of the origin. `foreign_motion` is the motion or cycle that is active but not understood,
+    `feed_said` and `cycle_said` are F and the words of the cycle as they were written. `register` is the length offset.
+    `foreign_motion` is the motion or cycle that is active but not understood,
     `transform` a G code in tenths that turns, scales or mirrors all that follows, `surface` says that G96 is active.
     """
 
@@ -23,7 +23,6 @@ class ForeignState(State):
     cycle_said: dict[str, float] = field(default_factory=dict)
     register: int = 0
     frame: int = 540
-    shift: int = 0
     blending: int | None = None
     tolerance: float = 0.0
     joining: float = 0.0
@@ -69,14 +68,6 @@ class ForeignState(State):
         if self.surface and self.feed_mode == 95:
             raise UnclearBlock("a feed per revolution (G95) with constant surface speed (G96)")
         return super().feed_for(letters, length)
-
-    def move_origin(self, unknown: tuple[bool, bool, bool], known: dict[int, float] | None = None) -> None:
-        """Add a row SHIFT: the origin moved; `known` tells the new coordinates of axes, `unknown` axes have none."""
-        self.shift += 1
-        place = [UNKNOWN if lost else p for p, lost in zip(self.path.position, unknown, strict=True)]
-        for axis, value in (known or {}).items():
-            place[axis] = value
-        self.path.set_place(Kind.SHIFT, (place[0], place[1], place[2]), self.shift, line=self.line)
 
     def choose_frame(self, number: int) -> None:
         """Take a work offset, in tenths; where the tool is in it is not known."""

@@ -13,12 +13,17 @@ from leafcut.errors import OptionError, ReadError
 from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.modal import SortedBlock, sort_words
-from leafcut.gcode.motion import run_arc, run_home, run_machine, run_straight
+from leafcut.gcode.motion import run_arc, run_home, run_machine, run_probe, run_straight
+from leafcut.gcode.origin import run_shift
 from leafcut.gcode.state import AXES, State, unit_of, whole
 from leafcut.gcode.torch import leave_outputs, run_outputs, say_power, spindle_number
 from leafcut.gcode.words import Block, BlockError, Word, lines, tokenise
 from leafcut.model.toolpath import SPEED_ALONE, Toolpath
 from leafcut.units import MM_PER_UNIT
+
+_SHIFTS = (920, 921)
+#: G38.2 as a motion.
+_PROBE = 38
 
 
 def interpret(
@@ -281,13 +286,18 @@ class Reader:
             if state.cycle is not None or (special == 280 and "motion" in g):
                 raise BlockError(f"G{special // 10} with another motion active; G80 is missing before it")
             (run_home if special == 280 else run_machine)(state, letters)
+        elif special in _SHIFTS:
+            if "motion" in g:
+                raise BlockError(f"G{special / 10:g} and a motion in one block, and only one set of axes")
+            run_shift(state, special, letters)
         elif state.cycle is not None:
             if moving or "cycle" in g:
                 run_cycle(state, letters)
         elif state.motion is not None and (
             moving or (state.motion >= 2 and ("motion" in g or not letters.keys().isdisjoint("IJKR")))
         ):
-            (run_straight if state.motion < 2 else run_arc)(state, letters)
+            run = run_straight if state.motion < 2 else run_arc if state.motion < _PROBE else run_probe
+            run(state, letters)
         elif moving:
             axis = next(a for a in AXES if a in letters)
             raise BlockError(f"{letters[axis]} without G0, G1 or another motion")

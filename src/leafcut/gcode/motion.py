@@ -32,6 +32,16 @@ def run_straight(state: State, letters: dict[str, Word]) -> None:
     state.path.feed(x, y, z, feed=state.feed_for(letters, math.hypot(*moved)), line=state.line)
 
 
+def run_probe(state: State, letters: dict[str, Word]) -> None:
+    """Run G38.2 straight down: on until the probe trips, and an alarm where it does not."""
+    if "X" in letters or "Y" in letters or "Z" not in letters:
+        raise BlockError("a probe (G38.2) that does not go straight down is not understood")
+    before, z = state.path.position[2], state.target(letters, 2)
+    if z is None or not z < before:
+        raise BlockError("a probe (G38.2) from a height that is not known, or not downwards")
+    state.path.probe(z, feed=state.feed_for(letters, before - z), line=state.line)
+
+
 def run_machine(state: State, letters: dict[str, Word]) -> None:
     """Run a move in machine coordinates, G53 with G0."""
     if state.motion != 0:

@@ -7,7 +7,7 @@ else the axis is not known until it is programmed again.
 from __future__ import annotations
 
 from leafcut.gcode.foreign_state import ForeignState, named_axes
-from leafcut.gcode.state import AXES, whole
+from leafcut.gcode.state import AXES, State, whole
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
 
 _G10, _G28_1, _G30_1, _G52, _G92 = 100, 281, 301, 520, 920
@@ -17,6 +17,18 @@ _G92_OFF = (921, 922, 923)
 def chooses_origin(code: int) -> bool:
     """Return whether a G code, in tenths, moves the origin or stores a place."""
     return code in (_G10, _G28_1, _G30_1, _G52, _G92, *_G92_OFF)
+
+
+def run_shift(state: State, code: int, letters: dict[str, Word]) -> None:
+    """Run G92 with axes, or G92.1 and its relatives, which do nothing before the first G92: a row SHIFT."""
+    if code in _G92_OFF:
+        if state.shift:
+            state.move_origin((True, True, True))
+        return
+    if not any(named_axes(letters)):
+        raise BlockError("G92 without an axis")
+    _, values = _take_axes(letters)
+    state.move_origin((False, False, False), {axis: state.length(word) for axis, word in values.items()})
 
 
 def run_origin(state: ForeignState, code: int, letters: dict[str, Word]) -> None:
@@ -31,17 +43,16 @@ def run_origin(state: ForeignState, code: int, letters: dict[str, Word]) -> None
     """
     if code in _G92_OFF:
         state.move_origin((True, True, True))
+    elif code == _G92:
+        run_shift(state, code, letters)
     elif code in (_G28_1, _G30_1):
         raise UnclearBlock(f"G{code / 10:g} stores where the tool is")
     elif code == _G10:
         _set_table(state, letters)
     elif not any(named_axes(letters)):
-        raise BlockError(f"G{code // 10} without an axis")
-    elif code == _G52:
-        state.move_origin(_take_axes(letters)[0])
+        raise BlockError("G52 without an axis")
     else:
-        _, values = _take_axes(letters)
-        state.move_origin((False, False, False), {axis: state.length(word) for axis, word in values.items()})
+        state.move_origin(_take_axes(letters)[0])
 
 
 def _set_table(state: ForeignState, letters: dict[str, Word]) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
-from leafcut.model.toolpath import ToolpathBuilder
+from leafcut.model.toolpath import UNKNOWN, Kind, ToolpathBuilder
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
 AXES = ("X", "Y", "Z")
@@ -36,7 +36,7 @@ class State:
     revolution with G95; with G93 every cutting block brings its own. `motion` is 0 to 3 or None, `cycle` the number of
     the canned cycle or None. `last_dwell` is the dwell of the last cycle that had one, s.
     `pending_tool` is the tool that the next change brings. `may_store` says that a cycle with no repeats is stored.
-    `radius` is 40, 41 or 42.
+    `radius` is 40, 41 or 42. `shift` counts changes of the origin.
     `override` is the part of the feed that an output asks for, heard while `adaptive` (M52). `dark` and
     `holds_height` say that outputs keep a torch off, and at its height, though it is lit.
     """
@@ -64,6 +64,7 @@ class State:
     offset_on: bool = False
     may_store: bool = False
     radius: int = 40
+    shift: int = 0
     override: float = 1.0
     adaptive: bool = False
     dark: bool = False
@@ -127,6 +128,14 @@ class State:
         if not feed > 0.0:
             raise BlockError("a cut without a feed; F is missing")
         return feed * self.override if self.adaptive else feed
+
+    def move_origin(self, unknown: tuple[bool, bool, bool], known: dict[int, float] | None = None) -> None:
+        """Add a row SHIFT: the origin moved; `known` tells the new coordinates of axes, `unknown` axes have none."""
+        self.shift += 1
+        place = [UNKNOWN if lost else p for p, lost in zip(self.path.position, unknown, strict=True)]
+        for axis, value in (known or {}).items():
+            place[axis] = value
+        self.path.set_place(Kind.SHIFT, (place[0], place[1], place[2]), self.shift, line=self.line)
 
     def dwell(self, word: Word) -> float:
         """Return the seconds that a dwell word means in this dialect."""

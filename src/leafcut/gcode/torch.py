@@ -108,8 +108,8 @@ def say_power(state: State) -> bool:
 def for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
     """Return a cutting toolpath as its controller is told it; the same path where the dialect drives no torch.
 
-    A controller that moves Z and waits for the pierce itself is told neither; one that cannot keep the torch dark while
-    it moves on puts it out earlier; the control of height and G64 are only for those that have them.
+    A controller that probes, moves Z and waits for the pierce itself is told nothing of that; one that cannot keep the
+    torch dark while it moves on puts it out earlier; the control of height and G64 are only for those that have them.
 
     Raises
     ------
@@ -154,6 +154,8 @@ class _Teller:
                 self.keep(row)
         elif kind is Kind.DWELL and self.piercing and not torch.waits:
             self.piercing = False
+        elif kind in (Kind.PROBE, Kind.SHIFT) and torch.heights != "program":
+            return
         elif kind is Kind.RADIUS:
             by_register = row.ref != 40 and torch.compensation == "G41"
             self.keep(row._replace(value=float(KERF_REGISTER)) if by_register else row)

@@ -8,6 +8,26 @@ XYZ = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
+class Probe:
+    """How a torch finds the sheet: down until it touches, then on until its switch trips.
+
+    Attributes
+    ----------
+    feed
+        mm/s.
+    depth
+        How far below Z0 it goes at most, before the controller gives an alarm, mm.
+    switch_offset
+        How far Z goes on between the torch's touching the sheet and the tripping of the switch, mm: 0 where the tip
+        itself is the contact.
+    """
+
+    feed: float
+    depth: float = 20.0
+    switch_offset: float = 0.0
+
+
+@dataclass(frozen=True)
 class Machine:
     """A three-axis machine: mm, mm/s, mm/s², s, rpm; vectors are (x, y, z).
 
@@ -48,6 +68,8 @@ class Machine:
     safe_z
         Machine coordinate z of a safe height for tool changes and the end of a program, or None: the program's own
         clearance height is used.
+    probe
+        How its torch finds the sheet where the program does that, or None.
     sources
         Where each value comes from, by key, or "estimate: …".
     """
@@ -74,4 +96,5 @@ class Machine:
     safe_z: float | None = None
     corners: str = ""
     corner_deviation: float = 0.01
+    probe: Probe | None = None
     sources: dict[str, str] = field(default_factory=dict)

@@ -10,112 +10,33 @@ import math
 from array import array
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from enum import IntEnum
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-UNKNOWN = math.nan
-#: `ref` of a row SPINDLE that an S without M3 or M4 made.
-SPEED_ALONE = -1
+from leafcut.model.motion import MOTIONS, PLACES, SPEED_ALONE, UNKNOWN, Arc, DrillCycle, Kind, Motion
+
+__all__ = [
+    "MOTIONS",
+    "PLACES",
+    "SPEED_ALONE",
+    "UNKNOWN",
+    "WIDTH",
+    "Arc",
+    "DrillCycle",
+    "Kind",
+    "Motion",
+    "Toolpath",
+    "ToolpathBuilder",
+    "arc_extremes",
+    "arc_sweep",
+    "plane_axes",
+    "position_before",
+    "positions_before",
+]
+
 #: Numbers in a row of a `ToolpathBuilder`.
 WIDTH = 7
-
-
-class Kind(IntEnum):
-    """What a row does, and what its columns then mean.
-
-    ========== ============================================ ==================== ===========================
-    kind       end (x, y, z)                                value                ref
-    ========== ============================================ ==================== ===========================
-    RAPID      where it ends                                –                    –
-    FEED       where it ends                                feed, mm/s           –
-    ARC_CW     where it ends                                feed, mm/s           row of `arcs`
-    ARC_CCW    where it ends                                feed, mm/s           row of `arcs`
-    DRILL      the hole, and the height after the cycle     feed, mm/s           row of `cycles`
-    DWELL      –                                            seconds              –
-    TOOL       –                                            –                    tool number
-    OFFSET     –                                            –                    length offset (H), 0 = G49
-    SPINDLE    –                                            rpm; < 0 = backwards which; of a torch 1 marks; -1 = S alone
-    COOLANT    –                                            –                    0 off, 1 mist, 2 flood, 3 both
-    PAUSE      –                                            –                    0 = M0, 1 = M1
-    MACHINE    machine coordinates, NaN = axis stays        –                    –
-    END        –                                            –                    –
-    FRAME      where the tool is then                       –                    work offset in tenths (540 is G54)
-    SHIFT      where the tool is then                       –                    origin moved (G52, G92 …), counted
-    RADIUS     –                                            D, as it is written  40, 41 or 42
-    BLENDING   x: how far short moves may be joined, mm     tolerance, mm        610, 611 or 640 (G61, G61.1, G64)
-    FOREIGN    where the tool is then                       –                    a block that is not understood
-    TORCH      –                                            1 on, 0 off          – (while it moves on)
-    HEIGHT     –                                            1 on, 0 off          – (control of the torch's height)
-    ========== ============================================ ==================== ===========================
-
-    A torch goes on and off by SPINDLE, as M3 and M5 have it; TORCH and HEIGHT act with the next motion, without a stop.
-    Where the tool is then: in the program coordinates from there on, NaN for an axis until it is programmed again.
-    """
-
-    RAPID = 0
-    FEED = 1
-    ARC_CW = 2
-    ARC_CCW = 3
-    DRILL = 4
-    DWELL = 5
-    TOOL = 6
-    OFFSET = 7
-    SPINDLE = 8
-    COOLANT = 9
-    PAUSE = 10
-    MACHINE = 11
-    END = 12
-    FRAME = 13
-    SHIFT = 14
-    RADIUS = 15
-    BLENDING = 16
-    FOREIGN = 17
-    TORCH = 18
-    HEIGHT = 19
-
-
-#: Kinds whose `end` is a place in program coordinates.
-MOTIONS = (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL)
-#: Kinds whose `end` says where the tool is in program coordinates after them.
-PLACES = (*MOTIONS, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)
-
-
-@dataclass(frozen=True, slots=True)
-class DrillCycle:
-    """The words of a canned cycle: heights in mm, dwell in s.
-
-    `name` is the G word as LinuxCNC and Fanuc have it (G81 … G86, G89, G73), whatever the controller calls it.
-    `to_initial` is G98: after the hole the tool rises to where it was before the cycle; else G99, to `r_plane`.
-    """
-
-    name: str
-    r_plane: float
-    bottom: float
-    to_initial: bool = False
-    peck: float = 0.0
-    dwell: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Arc:
-    """Centre of an arc in program coordinates, the plane it lies in (17 xy, 18 zx, 19 yz) and its full turns."""
-
-    center: tuple[float, float, float]
-    plane: int = 17
-    turns: int = 1
-
-
-class Motion(NamedTuple):
-    """One row of a toolpath, for messages and for loops that need not be fast."""
-
-    kind: Kind
-    end: tuple[float, float, float]
-    value: float
-    ref: int
-    line: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,7 +169,9 @@ def position_before(path: Toolpath, row: int) -> NDArray[np.float64]:
     """Return where the tool is before `row`, float64[3], NaN for what is not known."""
     for before in range(row - 1, -1, -1):
         if path.kind[before] in PLACES:
-            place: NDArray[np.float64] = path.end[before]
+            place: NDArray[np.float64] = path.end[before].copy()
+            if path.kind[before] == Kind.PROBE:
+                place[2] = UNKNOWN
             return place
     return np.full(3, UNKNOWN)
 
@@ -256,7 +179,8 @@ def position_before(path: Toolpath, row: int) -> NDArray[np.float64]:
 def positions_before(path: Toolpath) -> NDArray[np.float64]:
     """Return where the tool is before every row, float64[n, 3], NaN for what is not known; all rows at once.
 
-    After a move in machine coordinates (`Kind.MACHINE`) an axis that moved is not known until it is programmed again.
+    After a move in machine coordinates (`Kind.MACHINE`) an axis that moved is not known until it is programmed again,
+    nor is the height after a probe.
     """
     n = len(path)
     moving = np.isin(path.kind, [int(k) for k in PLACES])
@@ -265,9 +189,10 @@ def positions_before(path: Toolpath) -> NDArray[np.float64]:
     before = np.full((n, 3), UNKNOWN)
     for axis in range(3):
         sets = moving | (machine & np.isfinite(path.end[:, axis]))
+        lost = machine | ((path.kind == Kind.PROBE) & (axis == 2))
         last = np.maximum.accumulate(np.where(sets, rows, -1)) if n else rows
         known = last[:-1] >= 0
-        before[1:][known, axis] = np.where(machine, UNKNOWN, path.end[:, axis])[last[:-1][known]]
+        before[1:][known, axis] = np.where(lost, UNKNOWN, path.end[:, axis])[last[:-1][known]]
     return before
 
 
@@ -360,6 +285,11 @@ class ToolpathBuilder:
         """Let the torch follow the sheet's height, or keep its own."""
         self._command(Kind.HEIGHT, float(on), 0, line)
 
+    def probe(self, z: float, *, feed: float, line: int = 0) -> None:
+        """Go down at `feed` mm/s until a probe trips, to `z` at most; where that was, a SHIFT after it may say."""
+        self._move(Kind.PROBE, None, None, z, feed, 0, line)
+        self.position[2] = UNKNOWN
+
     def blending(self, mode: int, tolerance: float = 0.0, joining: float | None = None, line: int = 0) -> None:
         """Choose how corners are passed: 610, 611 or 640, and how far from them, and from short moves, the path may be.
 
@@ -368,9 +298,11 @@ class ToolpathBuilder:
         x = tolerance if joining is None else joining
         self._rows.extend((int(Kind.BLENDING), x, UNKNOWN, UNKNOWN, tolerance, mode, line))
 
-    def set_place(self, kind: Kind, place: tuple[float, float, float], ref: int, line: int = 0) -> None:
+    def set_place(
+        self, kind: Kind, place: tuple[float, float, float], ref: int, line: int = 0, value: float = 0.0
+    ) -> None:
         """Add a row of FRAME, SHIFT or FOREIGN, after which the tool is at `place`."""
-        self._rows.extend((int(kind), *place, 0.0, ref, line))
+        self._rows.extend((int(kind), *place, value, ref, line))
         if kind is not Kind.FOREIGN:
             self.initial_plane = None
         self.position = list(place)

@@ -9,7 +9,7 @@ from leafcut.model.cutting import Cut, CutChoice
 from leafcut.plan.compensated import programmed_path
 from leafcut.plan.cut_contours import CutContour
 from leafcut.plan.cut_rules import CutRules
-from leafcut.plan.cut_starts import CutStart, closing_joint, overcut_of, scrap_left, travel_at
+from leafcut.plan.cut_starts import CutStart, closing_joint, joints_wanted, overcut_of, scrap_left, travel_at
 from leafcut.plan.leads import lead_path
 
 #: Ends this near to each other are one place, mm.
@@ -131,18 +131,23 @@ def loops_of(contour: CutContour, start: CutStart, begin: float) -> tuple[tuple[
 
 
 def joints_of(contour: CutContour, start: CutStart, rules: CutRules, begin: float) -> tuple[tuple[float, float], ...]:
-    """Return the micro-joints of a laser: evenly between starts, with the beam off for a joint and a kerf."""
-    if not contour.has_leads or contour.hole or rules.kind != "laser" or not rules.joints:
-        return ()
-    length = contour.path.length
-    off = rules.joint_width + rules.kerf
-    count = min(rules.joints, int(length / (4.0 * off)))
-    loops = loops_of(contour, start, begin)
+    """Return the micro-joints of a laser: evenly, as near as corners let them, the beam off for a joint and a kerf.
+
+    A joint in a corner is hard to break and to grind off, and one where the cut begins and ends is no joint.
+    """
+    wanted = joints_wanted(contour, rules) if rules.kind == "laser" else 0
+    length, off = contour.path.length, rules.joint_width + rules.kerf
+    count = min(wanted, int(length / (4.0 * off)))
+    room = 0.5 * off + rules.kerf
+    taken = [(at - room, at + room) for at in (0.0, length, *(_along(contour, start, c) for c in contour.corners))]
+    taken += [(low - room, high + room) for low, high in loops_of(contour, start, 0.0)]
     spans = []
     for k in range(count):
-        low = begin + length * (k + 0.5) / count - 0.5 * off
-        for loop_low, loop_high in loops:
-            if low < loop_high and low + off > loop_low:
-                low = loop_high
-        spans.append((low, low + off))
-    return tuple(s for s in spans if s[1] < begin + length)
+        middle, reach = length * (k + 0.5) / count, 0.5 * (length / count - off)
+        places = (middle, *(edge for span in taken for edge in span))
+        free = [abs(at - middle) for at in places if not any(low < at < high for low, high in taken)]
+        nearest = min(free, default=length)
+        if nearest <= reach:
+            at = next(at for at in places if abs(at - middle) == nearest) + begin
+            spans.append((at - 0.5 * off, at + 0.5 * off))
+    return tuple(spans)

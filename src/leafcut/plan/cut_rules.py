@@ -67,6 +67,7 @@ class CutRules:
     loop_length: float
     joints: int
     joint_width: float
+    joint_holes: bool
     pitch: float | None
     corners: bool
     edge_start: bool
@@ -133,6 +134,7 @@ def resolve_rules(data: CutData, options: CutOptions, *, switches: bool = False)
         loop_length=options.loop_length or 0.5 * length,
         joints=options.micro_joints,
         joint_width=options.joint_width,
+        joint_holes=options.joint_holes,
         pitch=options.pierce_pitch,
         corners=options.start_at == "corners",
         edge_start=options.edge_start == "always" or (options.edge_start == "auto" and not data.can_pierce),

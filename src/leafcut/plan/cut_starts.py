@@ -65,16 +65,23 @@ class CutStart:
 
 def overcut_of(contour: CutContour, rules: CutRules) -> float:
     """Return how far a contour is cut past its beginning, mm."""
-    if not contour.has_leads:
+    if not contour.has_leads or (joints_wanted(contour, rules) and rules.kind != "laser"):
         return 0.0
     return rules.hole_overcut if contour.hole else rules.overcut
+
+
+def joints_wanted(contour: CutContour, rules: CutRules) -> int:
+    """Return how many micro-joints a contour is to have."""
+    if not contour.has_leads or (contour.hole and not rules.joint_holes) or contour.is_small(rules):
+        return 0
+    return rules.joints
 
 
 def lead_out_of(contour: CutContour, rules: CutRules) -> Lead:
     """Return the lead-out that a contour should have."""
     ends_on_contour = rules.torch_off_in_overcut and overcut_of(contour, rules) > 0.0
-    closing_joint = rules.joints and rules.kind != "laser" and not contour.hole
-    if ends_on_contour or closing_joint or contour.is_small(rules) or (contour.hole and not rules.hole_lead_out):
+    ends_at_joint = joints_wanted(contour, rules) and rules.kind != "laser"
+    if ends_on_contour or ends_at_joint or contour.is_small(rules) or (contour.hole and not rules.hole_lead_out):
         return NO_LEAD
     return rules.lead_out
 
@@ -120,8 +127,10 @@ def find_starts(contours: list[CutContour], scrap: Scrap, rules: CutRules) -> li
     if stuck:
         names = "; ".join(c.name() for c in stuck[:3]) + (f" and {len(stuck) - 3} more" if len(stuck) > 3 else "")
         if rules.edge_start:
+            too_thick = "the sheet is above the pierce capacity: cuts begin at its edge"
+            why = "cuts are to begin at the sheet's edge (--edge-start)" if rules.data.can_pierce else too_thick
             raise PlanError(
-                f"the sheet is above the pierce capacity, and no cut from its edge reaches {names}; drill a hole there "
+                f"{why}, and no cut from there reaches {names}; drill a hole there "
                 "first and give --edge-start never with --pierce-delay, or nest it nearer to the edge"
             )
         raise PlanError(
@@ -231,7 +240,7 @@ def end_of(contour: CutContour, at: float, clockwise: bool, rules: CutRules) -> 
 
 def closing_joint(contour: CutContour, rules: CutRules) -> float:
     """Return how much of the path stays uncut at the end of a cut, mm; the kerf's round ends take half a kerf each."""
-    if not contour.has_leads or contour.hole or not rules.joints or rules.kind == "laser":
+    if not joints_wanted(contour, rules) or rules.kind == "laser":
         return 0.0
     return min(rules.joint_width + rules.kerf, 0.25 * contour.path.length)
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.cutting import Cut, CutData
-from leafcut.model.machine import Machine
-from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
+from leafcut.model.machine import Machine, Probe
+from leafcut.model.toolpath import UNKNOWN, Arc, Kind, Toolpath, ToolpathBuilder
 
 Point = tuple[float, float]
 
@@ -39,13 +39,17 @@ def lay_cuts(
     power: float = TORCH_ON,
     mark_power: float = TORCH_ON,
     tolerance: float = 0.0,
+    probe: Probe | None = None,
+    moves_z: bool = True,
 ) -> tuple[Toolpath, list[LaidCut]]:
     """Return the motions of the whole program, and which rows are whose.
 
     Between cuts the torch rises to `clearance` (mm over the sheet, which is Z0). A cut begins at the pierce height: on,
     pierce delay, down to the cut height. `switches`: the controller can put the torch off, and hold its height, while
     it moves; else it stops for what must be cut off in between. `power` and `mark_power` are those of a beam; what
-    marks is spindle 1. `tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not.
+    marks is spindle 1. `tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not. `probe`: how the
+    torch finds the sheet before every pierce; None: Z0 is the sheet's top as it is. `moves_z`: the program or its
+    controller does; a table whose beam keeps its height travels as high as it cuts.
 
     Raises
     ------
@@ -60,31 +64,36 @@ def lay_cuts(
     builder = ToolpathBuilder()
     if tolerance > 0.0:
         builder.blending(640, tolerance)
-    if machine.safe_z is not None:
-        builder.machine(z=machine.safe_z)
-    else:
+    safe_z = machine.safe_z if moves_z else None
+    if safe_z is not None:
+        builder.machine(z=safe_z)
+    elif moves_z:
         builder.rapid(z=clearance)
     rows = []
     for number, cut in enumerate(cuts):
         first = len(builder)
-        torch = _Torch(data, switches, *((power, 0) if cut.kind == "cut" else (mark_power, 1)))
-        _lay(builder, cut, torch, clearance, descend=number == 0 and machine.safe_z is not None)
+        torch = _Torch(data, switches, moves_z, probe, *((power, 0) if cut.kind == "cut" else (mark_power, 1)))
+        _lay(builder, cut, torch, clearance, descend=number == 0 and safe_z is not None)
         rows.append(LaidCut(first, len(builder)))
     if end is not None:
         builder.rapid(*end)
-    if machine.safe_z is not None:
-        builder.machine(z=machine.safe_z)
+    if safe_z is not None:
+        builder.machine(z=safe_z)
     builder.spindle(0.0)
+    if probe is not None:
+        builder.set_place(Kind.SHIFT, (UNKNOWN, UNKNOWN, UNKNOWN), 0)
     builder.end()
     return builder.build(), rows
 
 
 @dataclass(frozen=True)
 class _Torch:
-    """What lights one cut: the chart's data, whether it can go dark while it moves, its power, and which it is."""
+    """What lights one cut: the chart's data, whether it goes dark as it moves, and up and down; power; which it is."""
 
     data: CutData
     switches: bool
+    moves_z: bool
+    probe: Probe | None
     power: float
     spindle: int
 
@@ -95,6 +104,9 @@ def _lay(builder: ToolpathBuilder, cut: Cut, torch: _Torch, clearance: float, *,
     if descend:
         builder.rapid(z=clearance)
     pierces = cut.pierce and cut.kind == "cut"
+    if pierces and torch.probe is not None:
+        builder.probe(-torch.probe.depth, feed=torch.probe.feed)
+        builder.set_place(Kind.SHIFT, (x, y, -torch.probe.switch_offset), 0)
     hold = torch.switches and cut.small_hole
     _light(builder, torch, torch.data.pierce_delay if pierces else 0.0, cut.speeds[0][1], pierces)
     if hold:
@@ -109,19 +121,20 @@ def _lay(builder: ToolpathBuilder, cut: Cut, torch: _Torch, clearance: float, *,
         builder.height_control(True)
     if cut.compensation == 40:
         builder.spindle(0.0)
-    builder.rapid(z=clearance)
+    if torch.moves_z:
+        builder.rapid(z=clearance)
 
 
 def _light(builder: ToolpathBuilder, torch: _Torch, delay: float, feed: float, pierces: bool) -> None:
     """Put the torch on where it is: at the pierce height, wait, and down to the cut height."""
     data = torch.data
     height = data.pierce_height if pierces else data.cut_height
-    if builder.position[2] != height:
+    if torch.moves_z and builder.position[2] != height:
         builder.rapid(z=height)
     builder.spindle(torch.power, number=torch.spindle)
     if delay > 0.0:
         builder.dwell(delay)
-    if height != data.cut_height:
+    if torch.moves_z and height != data.cut_height:
         builder.feed(z=data.cut_height, feed=feed)
 
 

@@ -70,7 +70,7 @@ class Cutting:
     @cached_property
     def pairs(self) -> list[tuple[int, int]]:
         """Pairs (before, after) of positions in `contours`."""
-        return sorted({*_process_pairs(self.contours), *self.order})
+        return sorted({*process_pairs(self.contours), *self.order})
 
     @cached_property
     def by_contour(self) -> list[list[int]]:
@@ -168,7 +168,7 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
         contour = contours[number]
         if not contour.has_leads or not own[0].pierce:
             continue
-        if not contour.is_small(rules) and all(s.lead_in != wanted for s in own):
+        if wanted.style != "none" and not contour.is_small(rules) and all(s.lead_in != wanted for s in own):
             lesser.append(contour)
         out = lead_out_of(contour, rules)
         if out.style != "none" and all(s.lead_out.style == "none" for s in own):
@@ -182,7 +182,7 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
             yield Issue("L613", f"{len(group)} × {what}", names, Severity.NOTE)
 
 
-def _process_pairs(contours: Sequence[CutContour]) -> Iterable[tuple[int, int]]:
+def process_pairs(contours: Sequence[CutContour]) -> Iterable[tuple[int, int]]:
     """Yield (before, after): what lies inside before what is around it, marks of a part before its cuts."""
     position = {i: k for k, c in enumerate(contours) if not c.common for i in c.indices}
     marks: dict[int, list[int]] = {}

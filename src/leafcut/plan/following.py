@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from graphlib import CycleError, TopologicalSorter
 
 from leafcut.errors import PlanError
 from leafcut.model.cutting import ContourPrint, Cut, CutChoice, CutData, PlanFile
@@ -19,7 +20,7 @@ from leafcut.plan.cut_starts import (
     ways_of,
     with_leads,
 )
-from leafcut.plan.cutting import Cutting
+from leafcut.plan.cutting import Cutting, process_pairs
 
 #: Lengths of a contour that is the same again differ by less than this, mm; areas by less than this times its length.
 SAME = 0.01
@@ -99,7 +100,31 @@ def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -
             own = _fixed_starts(cutting, k, contour, wanted, plan)
         starts += own
     fixed = {k: c.fixed for k, c in chosen.items() if c.fixed}
-    return replace(cutting, starts=starts, order=tuple(itertools.pairwise(in_order)), fixed=fixed)
+    made = replace(cutting, starts=starts, order=tuple(itertools.pairwise(in_order)), fixed=fixed)
+    _check_order(made, in_order, plan)
+    return made
+
+
+def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
+    """Refuse a fixed order that cuts something loose before what is inside it."""
+    before: dict[int, set[int]] = {}
+    for a, b in cutting.pairs:
+        before.setdefault(b, set()).add(a)
+    try:
+        tuple(TopologicalSorter(before).static_order())
+        return
+    except CycleError as ring:
+        inside: list[int] = ring.args[1]
+    rank = {k: place for place, k in enumerate(in_order)}
+    late, early = next(
+        ((a, b) for a, b in process_pairs(cutting.contours) if rank.get(a, -1) > rank.get(b, len(rank))),
+        (inside[0], inside[1]),
+    )
+    names = cutting.contours[early].name(), cutting.contours[late].name()
+    raise PlanError(
+        f"{plan.source}: the fixed order has {names[0]} before {names[1]}, which must be cut first; move it there, or "
+        "take 'order' out of what is fixed"
+    )
 
 
 def _says(choice: CutChoice, word: str) -> bool:

@@ -143,7 +143,10 @@ def _edge(sheets: list[_Made]) -> Polyline | None:
 
 
 def _unambiguous(maybe: list[_Made], others: list[_Made]) -> _Made | None:
-    """Return the one closed path that lies round all others, or None."""
+    """Return the one closed path that lies round all others, or None.
+
+    What crosses it counts as inside: a part that lies half off the sheet is told so, and not that two parts overlap.
+    """
     import shapely
 
     if len(maybe) != 1 or not maybe[0].contour.path.closed or not others:
@@ -152,7 +155,11 @@ def _unambiguous(maybe: list[_Made], others: list[_Made]) -> _Made | None:
     if not shape.is_valid:
         return None
     boxes = np.array([m.contour.path.extents for m in others])
-    return maybe[0] if bool(shapely.contains(shape, shapely.box(*boxes.T)).all()) else None
+    beyond = np.flatnonzero(~shapely.contains(shape, shapely.box(*boxes.T)))
+    across = all(
+        shapely.crosses(shapely.LineString(others[k].contour.path.flattened()), shape) for k in beyond.tolist()
+    )
+    return maybe[0] if across else None
 
 
 def _opened(opened: list[_Made], options: SheetOptions, issues: list[Issue]) -> tuple[list[_Made], list[_Made]]:

@@ -7,6 +7,7 @@ The same rows as any toolpath's, in the words of the dialect's table ``[torch]``
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 
 from leafcut.errors import PostError
@@ -97,6 +98,8 @@ class _TorchWriter(Writer):
             Kind.HEIGHT: self._switch,
             Kind.BLENDING: self._blending,
             Kind.RADIUS: self._compensation,
+            Kind.PROBE: self._probe,
+            Kind.SHIFT: self._shift,
         }
         return {**super()._writing(), **more}
 
@@ -104,6 +107,8 @@ class _TorchWriter(Writer):
 
     def _begin(self, header: Sequence[str]) -> None:
         super()._begin(header)
+        if {610, 640} <= self.dialect.g_codes and not (self.path.kind == Kind.BLENDING).any():
+            self.out.say("G61")  # a controller that was just switched on, or left so, may round its corners
         number = self.options.material_number
         if number is not None:
             for block in self.torch.material:
@@ -205,6 +210,28 @@ class _TorchWriter(Writer):
             by_width = words.endswith(".1")
             register = self.numbers.length(row.value) if by_width else f"{row.value:.0f}"
             self.out.say(f"G{row.ref}{'.1' if by_width else ''}", f"D{register}")
+
+    def _probe(self, row: Motion) -> None:
+        if not self.torch.probe:
+            raise PostError(f"{self.dialect.name} has no word for a probe")
+        self._check_cutting(row)
+        self.out.forget(["motion", "Z"])
+        feed = self.out.modal("F", "F" + self.numbers.feed(row.value))
+        self.out.say(self.out.modal("motion", self.torch.probe), self._axis(row, 2), feed)
+        self._lose_height()
+
+    def _shift(self, row: Motion) -> None:
+        """Say how high the torch is where a probe has tripped; or that no such height holds any more."""
+        self._lose_height()
+        if math.isnan(row.end[2]):
+            self.out.say("G92.1")
+            return
+        self.out.say("G92", self._axis(row, 2))
+        self._arrive(row)
+
+    def _lose_height(self) -> None:
+        self.out.forget("Z")
+        self.place[2], self.position[2] = None, math.nan
 
     def _end(self, row: Motion) -> None:
         for block in self.torch.finish:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, nearest
-from leafcut.model.machine import XYZ, Machine
+from leafcut.model.machine import XYZ, Machine, Probe
 from leafcut.read.toml_table import Table, parse_toml, read_toml
 
 RAPID_STYLES = ("linear", "dogleg")
@@ -21,13 +21,15 @@ CORNERS = ("linuxcnc", "grbl", "round")
 _KEYS: dict[str, tuple[str, ...]] = {
     "": (
         "name", "description", "controller", "process", "max_feed", "acceleration_factor",
-        "home", "work_offset", "safe_z", "rapid", "corners", "travel", "spindle", "tool_change", "sources",
+        "home", "work_offset", "safe_z", "rapid", "corners", "travel", "spindle", "tool_change", "probe",
+        "sources",
     ),
     "rapid": ("style", "velocity", "acceleration"),
     "corners": ("style", "deviation"),
     "travel": ("min", "max"),
     "spindle": ("min_speed", "max_speed", "start_time"),
     "tool_change": ("automatic", "time", "position"),
+    "probe": ("feed", "depth", "switch_offset"),
 }  # fmt: skip
 
 #: What a profile may give a source for: every value that is a fact of the machine.
@@ -110,10 +112,20 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         tool_changer=change.flag("automatic", True),
         tool_change_s=change.quantity("time", "s", Machine.tool_change_s),
         tool_change_position=change.optional("position", lambda key: _xy(change.vector(key, "mm", size=2))),
+        probe=_probe(top) if "probe" in top else None,
         sources=_sources(top),
     )
     _check(machine, place)
     return machine
+
+
+def _probe(top: Table) -> Probe:
+    table = top.table("probe", _KEYS["probe"])
+    return Probe(
+        table.quantity("feed", "mm/s"),
+        table.quantity("depth", "mm", Probe.depth),
+        table.quantity("switch_offset", "mm", Probe.switch_offset),
+    )
 
 
 def _xyz(v: tuple[float, ...]) -> XYZ:
@@ -155,11 +167,20 @@ def _check(machine: Machine, place: str) -> None:
     if not 0 < machine.acceleration_factor <= 1:
         raise refuse("acceleration_factor", f"is {machine.acceleration_factor:g}, but must be above 0 and at most 1")
     _check_positive(machine, refuse)
+    if machine.probe is not None:
+        _check_probe(machine.probe, machine.max_feed, refuse)
     if not 0 <= machine.spindle_min_rpm <= machine.spindle_max_rpm or not machine.spindle_max_rpm > 0:
         raise refuse("spindle.max_speed", "must be above 0 and not below spindle.min_speed")
     for key, seconds in (("spindle.start_time", machine.spindle_start_s), ("tool_change.time", machine.tool_change_s)):
         if seconds < 0:
             raise refuse(key, f"is {seconds:g} s, but must not be negative")
+
+
+def _check_probe(probe: Probe, max_feed: float, refuse: Callable[[str, str], OptionError]) -> None:
+    if not 0 < probe.feed <= max_feed:
+        raise refuse("probe.feed", "must be above 0 and at most max_feed")
+    if not 0 <= probe.switch_offset < probe.depth:
+        raise refuse("probe.switch_offset", "must not be negative, and below probe.depth")
 
 
 def _check_positive(machine: Machine, refuse: Callable[[str, str], OptionError]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,56 +9,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut import __version__
-from leafcut.errors import OptionError, PlanError
-from leafcut.model.cutting import CutData, CutPlan, PlanFile
+from leafcut.model.cutting import CutPlan
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import Measure, OperationOutcome, Outcome
-from leafcut.model.problem import Metric
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.options import SolveOptions
-from leafcut.runs.run import Run, machine_issues, passing_on, refuse, share
+from leafcut.runs.cut_job import Job, moves_z, prepared
+from leafcut.runs.cut_orders import as_planned, check_precedence, nearest_order, ordered
+from leafcut.runs.run import Run, machine_issues, refuse
 
 if TYPE_CHECKING:
-    from leafcut.gcode.dialects import Dialect
     from leafcut.model.machine import Machine
-    from leafcut.model.part import Part
-    from leafcut.model.sheet import Sheet
     from leafcut.plan.cut_starts import CutStart
     from leafcut.plan.cut_toolpath import LaidCut
-    from leafcut.plan.cutting import Cutting
-
-Point = tuple[float, float]
-
-_KINDS = {"torch": "plasma", "laser": "laser"}
-
-
-@dataclass(frozen=True)
-class _Job:
-    """What is the same for every order of one sheet."""
-
-    run: Run
-    part: Part
-    cutting: Cutting
-    data: CutData
-    metric: Metric
-    overhead: float
-    start: Point | None
-    end: Point | None
-    words: Dialect
-    plan: PlanFile | None
-
-    @property
-    def switches(self) -> bool:
-        """Whether the controller can put the torch off while it moves."""
-        return _switches(self.words)
-
-    def travel(self) -> Callable[[Point, Point], float]:
-        """Return what a way costs."""
-        from leafcut.timing.travel import travel_cost
-
-        return lambda a, b: travel_cost(self.metric, a, b)
 
 
 def cut(run: Run, source: str | Path) -> Outcome:
@@ -77,220 +40,24 @@ def cut(run: Run, source: str | Path) -> Outcome:
     from leafcut.solve.compiling import announced
     from leafcut.verify.envelope import check_envelope
 
-    job, issues = _prepared(run, source)
+    job, issues = prepared(run, source)
     with announced(lambda: run.tell("compiling (first run on this machine)")):
         drawn = plan_order(job.cutting, job.plan) if job.plan else drawing_order(job.cutting)
         drawn = clear_pierces(job.cutting, in_bands(job.cutting, drawn, run.settings.cut), job.travel(), None, None)
         drawn_laid = _laid(job, drawn)
         # What no order changes is known before any is sought.
         refuse(check_envelope(drawn_laid.path, run.machine))
-        nearest = _nearest(job)
+        nearest = nearest_order(job)
         cutting, spent = chained(run, job.cutting, job.overhead, job.plan)
         joined = replace(job, cutting=cutting)
-        found, solutions = _ordered(joined, drawn if cutting is job.cutting else None, spent)
-    planned = _as_planned(job)
+        found, solutions = ordered(joined, drawn if cutting is job.cutting else None, spent)
+    planned = as_planned(job)
     first = drawn_laid if planned is None else _laid(*planned)
     third = _laid(joined, found)
     bound = run.settings.cut.heat_distance > 0.0 or (run.settings.cut.sweep != "free" and planned is not None)
     if run.settings.resequence.keep_order or (third.score(run) > first.score(run) and not bound):
         third = first
     return _outcome(job, issues, solutions, first, _laid(job, nearest), third)
-
-
-def _prepared(run: Run, source: str | Path) -> tuple[_Job, list[Issue]]:
-    """Read the sheet and its rules, and make it ready for the search."""
-    from leafcut.gcode.dialects import dialect
-    from leafcut.plan.cut_rules import resolve_rules
-    from leafcut.plan.cutting import corner_point, prepare_cutting, with_options
-    from leafcut.plan.drilling import parse_zones
-    from leafcut.plan.following import follow_plan
-    from leafcut.post.cutting import check_words
-    from leafcut.read.plan_file import load_plan
-    from leafcut.timing.travel import travel_metric
-
-    settings = run.settings
-    run.tell("reading")
-    data, issues = _cut_data(run)
-    words = dialect(settings.post.dialect or run.machine.controller)
-    rules = resolve_rules(data, settings.cut, switches=_switches(words))
-    part, sheet = _sheet(run, source)
-    sheet = with_options(sheet, settings.cut, parse_zones(settings.drill.keep_out))
-    marks = any(c.contour.kind == "mark" for c in sheet.contours)
-    check_words(words, settings.post, marks=marks, compensates=settings.cut.compensation == "controller")
-    plan = load_plan(settings.cut.plan) if settings.cut.plan else None
-    run.tell("looking for places to pierce")
-    cutting = prepare_cutting(sheet, rules)
-    if plan is not None:
-        cutting = follow_plan(cutting, plan, everything=settings.resequence.keep_order)
-    start = corner_point(sheet, settings.cut.start_corner) or _xy(settings.drill.start_point)
-    job = _Job(
-        run=run,
-        part=part,
-        cutting=cutting,
-        data=data,
-        metric=travel_metric(run.machine, settings.solve.objective),
-        overhead=_overhead(run, data),
-        start=start,
-        end=_xy(settings.drill.end_point),
-        words=words,
-        plan=plan,
-    )
-    return job, [*sheet.issues, *issues, *cutting.issues]
-
-
-def _switches(words: Dialect) -> bool:
-    return words.torch is not None and words.torch.darkens
-
-
-def _sheet(run: Run, source: str | Path) -> tuple[Part, Sheet]:
-    """Return the drawing, and its contours made ready."""
-    from leafcut.plan.sheet import prepare_sheet
-    from leafcut.read import read_contours
-
-    part = read_contours(source, run.settings.read)
-    return part, prepare_sheet(part, run.settings.sheet)
-
-
-def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
-    from leafcut.read.cutchart import find_cut_data, load_chart
-
-    options, thickness = run.settings.cut, run.settings.drill.thickness
-    machine_kind = _KINDS.get(run.machine.process)
-    if machine_kind is None:
-        raise OptionError(
-            f"{run.machine.name} has a spindle and cannot cut a sheet by heat or water; choose --machine plasma-table, "
-            'laser-table or a profile of your own with process = "torch"'
-        )
-    if thickness is None:
-        raise OptionError("cutting needs the sheet's thickness; give --thickness")
-    return find_cut_data(
-        load_chart(options.chart),
-        options.cut_process or machine_kind,
-        options.material,
-        thickness,
-        options.amps,
-        feed=options.cut_speed,
-        kerf=options.kerf_width,
-        pierce_delay=options.pierce_delay,
-        pierce_height=options.pierce_height,
-        cut_height=options.cut_height,
-    )
-
-
-def _overhead(run: Run, data: CutData) -> float:
-    """Return what each cut takes to come down and to rise, s."""
-    from leafcut.timing.profile import trapezoid_time
-
-    machine, clearance = run.machine, run.settings.drill.clearance_height
-    velocity, acceleration = machine.rapid_velocity[2], machine.acceleration[2] * machine.acceleration_factor
-    ways = (clearance - data.pierce_height, clearance - data.cut_height)
-    return sum(trapezoid_time(max(way, 0.0), velocity, acceleration) for way in ways)
-
-
-def _xy(point: tuple[float, ...] | None) -> Point | None:
-    if point is not None and len(point) != 2:
-        raise OptionError("--start-point and --end-point need two numbers, x,y")
-    return None if point is None else (point[0], point[1])
-
-
-# -- orders ----------------------------------------------------------------------------------------------------------
-
-
-def _as_planned(job: _Job) -> tuple[_Job, list[CutStart]] | None:
-    """Return the plan file's own order with all its choices; None without a plan, or where they do not fit any more."""
-    from leafcut.plan.chaining import planned_chains, with_chains
-    from leafcut.plan.following import follow_plan, plan_order
-
-    if job.plan is None:
-        return None
-    try:
-        cutting = follow_plan(job.cutting, job.plan, everything=True)
-        cutting = with_chains(cutting, planned_chains(cutting, job.plan, everything=True))
-        return replace(job, cutting=cutting), plan_order(cutting, job.plan)
-    except PlanError:
-        return None
-
-
-def _ordered(job: _Job, before: list[CutStart] | None, spent: float = 0.0) -> tuple[list[CutStart], list[Solution]]:
-    """Return the best order found, its starts slid to where they are best, and the solutions it came from.
-
-    `before` is a known order, None for the drawing's; `spent` are seconds of the time limit that are gone.
-    """
-    from leafcut.plan.clear_pierces import clear_pierces
-    from leafcut.plan.cutting import bands, drawing_order, in_bands
-    from leafcut.plan.heat import HeatRule, spread_starts
-    from leafcut.plan.sliding import slide_starts
-
-    run, options = job.run, job.run.settings
-    before = in_bands(job.cutting, drawing_order(job.cutting), options.cut) if before is None else before
-    if options.resequence.keep_order:
-        return before, []
-    order, solutions = _solve_bands(job, options.solve, before, spent)
-    travel = job.travel()
-    if options.solve.algorithm == "none":
-        return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
-    run.tell("sliding the starts")
-    order = slide_starts(job.cutting, order, travel, job.start, job.end)
-    if options.cut.heat_distance > 0.0:
-        rule = HeatRule(options.cut.heat_distance, options.cut.heat_time)
-        order = spread_starts(job.cutting, order, rule, travel, job.start, bands(job.cutting, options.cut))
-    return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
-
-
-def _nearest(job: _Job) -> list[CutStart]:
-    """Return the nearest-neighbour order."""
-    from leafcut.plan.clear_pierces import clear_pierces
-
-    quiet = replace(job, run=replace(job.run, progress=None))
-    order = _solve_bands(quiet, SolveOptions(algorithm="nn", bound=False, threads=1), None)[0]
-    return clear_pierces(job.cutting, order, job.travel(), job.start, job.end)
-
-
-def _solve_bands(
-    job: _Job, options: SolveOptions, before: list[CutStart] | None, spent: float = 0.0
-) -> tuple[list[CutStart], list[Solution]]:
-    """Order band after band, each beginning where the one before ended; `spent` seconds of the limit are gone."""
-    from leafcut.plan.cutting import bands, build_problem
-    from leafcut.solve.solve import keep_better, solve
-
-    cutting, run = job.cutting, job.run
-    groups = bands(cutting, run.settings.cut)
-    total = left = sum(map(len, groups))
-    place, solutions = job.start, list[Solution]()
-    order: list[CutStart] = []
-    for number, members in enumerate(groups, 1):
-        end = job.end if number == len(groups) else None
-        problem, starts = build_problem(cutting, members, job.metric, job.overhead, place, end)
-        name = "ordering the cuts" if len(groups) == 1 else f"ordering band {number}"
-        tell = passing_on(run.progress, name, left / total, len(members) / total)
-        budget = share(options, spent + sum(s.seconds for s in solutions), left, problem)
-        found = solve(problem, budget, run.settings.aco, progress=tell, cancelled=run.cancelled)
-        if before is not None and options.algorithm != "nn":
-            node_of = {int(n): k for k, n in enumerate(starts)}
-            position = {id(s): n for n, s in enumerate(cutting.starts)}
-            inside = set(members)
-            nodes = [node_of[position[id(s)]] for s in before if s.contour in inside]
-            found = keep_better(problem, found, np.array(nodes, dtype=np.int32))
-        solutions.append(found)
-        order += [cutting.starts[int(starts[node])] for node in found.nodes]
-        left -= len(members)
-        place = order[-1].exit
-    _check_precedence(cutting, order)
-    return order, solutions
-
-
-def _check_precedence(cutting: Cutting, order: Sequence[CutStart]) -> None:
-    """Refuse an order that cuts a part loose before what is inside it: nothing later would see it."""
-    cut = [k for s in order for k in s.contours]
-    at = {k: place for place, k in enumerate(cut)}
-    if len(at) != len(cutting.contours) or len(cut) != len(at):
-        raise PlanError("the order does not cut every contour once; this is a fault of the algorithm, choose another")
-    for a, b in cutting.pairs:
-        if at[a] > at[b]:
-            raise PlanError(
-                f"{cutting.contours[b].name()} would be cut before {cutting.contours[a].name()}; take 'order' out of "
-                "the plan file, or leave out --sweep"
-            )
 
 
 # -- toolpath, time and program --------------------------------------------------------------------------------------
@@ -310,14 +77,14 @@ class _Laid:
         return self.measure.time_s if run.settings.solve.objective == "time" else self.measure.travel_mm
 
 
-def _laid(job: _Job, order: list[CutStart]) -> _Laid:
+def _laid(job: Job, order: list[CutStart]) -> _Laid:
     from leafcut.plan.cut_norm import cut_norm
     from leafcut.plan.cut_toolpath import TORCH_ON, lay_cuts
     from leafcut.plan.leads_apart import leads_apart
     from leafcut.timing.toolpath import measure
 
     machine, settings, torch = job.run.machine, job.run.settings, job.words.torch
-    _check_precedence(job.cutting, order)
+    check_precedence(job.cutting, order)
     order = leads_apart(job.cutting, order, job.travel(), job.start, job.end)
     cuts = tuple(job.cutting.cut(s) for s in order)
     path, rows = lay_cuts(
@@ -330,6 +97,8 @@ def _laid(job: _Job, order: list[CutStart]) -> _Laid:
         power=settings.post.beam_power if torch is not None and torch.power else TORCH_ON,
         mark_power=settings.post.mark_power if torch is not None and torch.power else TORCH_ON,
         tolerance=settings.post.path_tolerance if torch is not None else 0.0,
+        probe=job.probe,
+        moves_z=moves_z(job.words),
     )
     whole = measure(path, machine)
     seconds = _cut_seconds(path, rows, machine)
@@ -343,8 +112,9 @@ def _cut_seconds(path: Toolpath, rows: list[LaidCut], machine: Machine) -> list[
 
     moving = seconds_by_row(path, machine)
     rapid = path.kind == Kind.RAPID
-    waiting = np.where(path.kind == Kind.DWELL, path.value, 0.0)
-    columns = (np.where(rapid, 0.0, moving), waiting, np.where(rapid, moving, 0.0))
+    finding = path.kind == Kind.PROBE
+    waiting = np.where(path.kind == Kind.DWELL, path.value, np.where(finding, moving, 0.0))
+    columns = (np.where(rapid | finding, 0.0, moving), waiting, np.where(rapid, moving, 0.0))
     return [
         (float(columns[0][r].sum()), float(columns[1][r].sum()), float(columns[2][r].sum()))
         for r in (slice(row.first, row.last) for row in rows)
@@ -352,7 +122,7 @@ def _cut_seconds(path: Toolpath, rows: list[LaidCut], machine: Machine) -> list[
 
 
 def _outcome(
-    job: _Job, issues: list[Issue], solutions: list[Solution], before: _Laid, nearest: _Laid, after: _Laid
+    job: Job, issues: list[Issue], solutions: list[Solution], before: _Laid, nearest: _Laid, after: _Laid
 ) -> Outcome:
     run, settings = job.run, job.run.settings
     text = _write(job, before, after)
@@ -382,7 +152,7 @@ def _outcome(
     )
 
 
-def _heat_issues(job: _Job, laid: _Laid) -> list[Issue]:
+def _heat_issues(job: Job, laid: _Laid) -> list[Issue]:
     from leafcut.plan.heat import HeatRule, too_near
 
     options = job.run.settings.cut
@@ -392,11 +162,12 @@ def _heat_issues(job: _Job, laid: _Laid) -> list[Issue]:
     if not left:
         return [Issue("L614", f"no cut starts within {options.heat_distance:g} mm of a hot one", "", Severity.NOTE)]
     x, y = laid.order[left[0][1]].entry
-    words = f"{len(left)} cuts start within {options.heat_distance:g} mm of one just made: no order avoids them"
+    starts = "1 cut starts" if len(left) == 1 else f"{len(left)} cuts start"
+    words = f"{starts} within {options.heat_distance:g} mm of a hot one: no small change of the order avoids that"
     return [Issue("L614", words, f"the first at ({x:.4g}, {y:.4g})")]
 
 
-def _write(job: _Job, before: _Laid, after: _Laid) -> str:
+def _write(job: Job, before: _Laid, after: _Laid) -> str:
     from leafcut.post.cutting import write_cut_program
     from leafcut.post.header import header_lines
 
@@ -416,7 +187,7 @@ def _write(job: _Job, before: _Laid, after: _Laid) -> str:
     return write_cut_program(after.plan, after.path, job.words, settings.post, header)
 
 
-def _verify(job: _Job, laid: _Laid, text: str) -> bool:
+def _verify(job: Job, laid: _Laid, text: str) -> bool:
     """Read the program back and compare it with the toolpath; check it against the drawing and the machine.
 
     The one place where a cutting program is proved: nothing that fails here is written.
@@ -436,7 +207,9 @@ def _verify(job: _Job, laid: _Laid, text: str) -> bool:
         half=job.cutting.rules.half,
         joints=settings.cut.micro_joints,
         joint_width=settings.cut.joint_width,
+        joint_holes=settings.cut.joint_holes,
         safe_height=settings.drill.clearance_height,
+        probe=job.probe,
     )
     refuse(check_sheet(job.cutting.sheet, laid.plan, text, job.words, machine, asked))
     return True

@@ -57,8 +57,10 @@ def place(x: float, y: float, z: float | None = None) -> str:
 
 def describe(motion: Motion) -> str:
     """Return what a row does, for people: ``rapid to X1.000 Y2.000 Z3.000``."""
-    if motion.kind <= Kind.DRILL or motion.kind is Kind.MACHINE:
+    if motion.kind <= Kind.DRILL or motion.kind in (Kind.MACHINE, Kind.PROBE):
         return f"{_WORDS[motion.kind]} to {place(*motion.end)}"
+    if motion.kind is Kind.SHIFT:
+        return f"{_WORDS[motion.kind]} by which the tool is at {place(*motion.end)}"
     if motion.kind in (Kind.DWELL, Kind.SPINDLE):
         return f"{_WORDS[motion.kind]} {motion.value:g}"
     if motion.kind is Kind.RADIUS:
@@ -85,10 +87,11 @@ _WORDS = {
     Kind.MACHINE: "rapid in machine coordinates",
     Kind.END: "end of program",
     Kind.FRAME: "work offset",
-    Kind.SHIFT: "shift of the origin, number",
+    Kind.SHIFT: "shift of the origin",
     Kind.RADIUS: "radius compensation",
     Kind.BLENDING: "blending",
     Kind.FOREIGN: "block that is not understood, number",
     Kind.TORCH: "torch",
     Kind.HEIGHT: "height control",
+    Kind.PROBE: "probe",
 }

@@ -23,8 +23,8 @@ FEED_ROUNDING = 0.5 / 60.0 + 1e-6
 DWELL_ROUNDING = 0.001
 SPEED_ROUNDING = 0.5 + 1e-6
 
-_FEEDING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL)
-_PLACED = (Kind.RAPID, *_FEEDING, Kind.MACHINE)
+_FEEDING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL, Kind.PROBE)
+_PLACED = (Kind.RAPID, *_FEEDING, Kind.MACHINE, Kind.SHIFT)
 
 
 def compare_motion(

@@ -9,6 +9,7 @@ import numpy as np
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.model.cutting import Cut, CutPlan
+from leafcut.model.machine import Probe
 from leafcut.model.toolpath import Kind, Motion, Toolpath, positions_before
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 from leafcut.verify.difference import Difference, place
@@ -28,16 +29,68 @@ def check_torch(
 
     `safe_height` is that of rapids across the sheet; None: above the pierce height.
     """
-    torch = dialect.torch
-    moves_z = torch is None or torch.heights == "program"
+    torch, heights = dialect.torch, moves_z(dialect)
     lowest = max(plan.data.pierce_height, plan.data.cut_height) if safe_height is None else safe_height
-    found = [*_rapids(path, lowest if moves_z else None), *_material(text, plan, dialect)]
+    found = [*_rapids(path, lowest if heights else None), *_material(text, plan, dialect)]
     waits = torch is None or torch.waits
     for run, cut in zip(runs, plan.cuts, strict=False):
         if cut.kind == "cut":
-            found += _lighting(run, cut, plan, moves_z, waits)
+            found += _lighting(run, cut, plan, heights, waits)
         found += _feeds(run, cut)
     return found
+
+
+def moves_z(dialect: Dialect) -> bool:
+    """Return whether programs of a dialect say heights; else the controller keeps the torch at its own."""
+    return dialect.torch is None or dialect.torch.heights == "program"
+
+
+def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Probe | None) -> list[Difference]:
+    """Return the pierces whose sheet was not found there and then, and what else is wrong with heights that are found.
+
+    `probe`: how they are to be found; None: nothing may change where Z0 is.
+    """
+    found, fresh, lit, lit_after = list[Difference](), False, False, dict[int, bool]()
+    before = positions_before(path)
+    for number, row in enumerate(path):
+        if row.kind is Kind.PROBE:
+            fresh = number + 1 < len(path) and path[number + 1].kind is Kind.SHIFT
+            found += _wrong_probe(row, path[number + 1] if fresh else row, lit, probe)
+        elif row.kind is Kind.SHIFT and path[number - 1].kind is not Kind.PROBE and not math.isnan(row.end[2]):
+            found.append(Difference("probe", 0, row.line, "Z0 is moved where nothing was probed"))
+        elif row.kind is Kind.SPINDLE:
+            lit = row.value != 0.0
+            lit_after[row.line] = fresh
+        elif row.kind is Kind.MACHINE or (row.kind is Kind.RAPID and _goes_across(row, before[number])):
+            fresh = False
+    if probe is None:
+        return found
+    pierces = [run.lightings[0].line for run, cut in zip(runs, plan.cuts, strict=False) if _pierces(run, cut)]
+    return found + [
+        Difference("probe", 0, line, "the torch is lit where the sheet was not found before")
+        for line in pierces
+        if not lit_after.get(line, False)
+    ]
+
+
+def _pierces(run: TorchRun, cut: Cut) -> bool:
+    return bool(run.lightings) and cut.pierce and cut.kind == "cut"
+
+
+def _wrong_probe(row: Motion, after: Motion, lit: bool, probe: Probe | None) -> list[Difference]:
+    """Return what is wrong with one probe, and with the height that is said after it."""
+    if probe is None:
+        return [Difference("probe", 0, row.line, "the torch probes, and was not asked to")]
+    wrong = []
+    if lit:
+        wrong.append("it probes with the torch on")
+    if not abs(row.end[2] + probe.depth) <= _ROOM:
+        wrong.append(f"it probes down to Z{row.end[2]:.3f}, not to Z{-probe.depth:.3f}")
+    if not abs(row.value - probe.feed) <= max(FEED_PART * probe.feed, FEED_ROUNDING):
+        wrong.append(f"it probes with {row.value * SECONDS_PER_MINUTE:.6g} mm/min")
+    if after.kind is not Kind.SHIFT or not abs(after.end[2] + probe.switch_offset) <= _ROOM:
+        wrong.append(f"where the switch trips is not said to be Z{-probe.switch_offset:.3f}")
+    return [Difference("probe", 0, row.line, text) for text in wrong]
 
 
 def _rapids(path: Toolpath, lowest: float | None) -> list[Difference]:
@@ -62,7 +115,7 @@ def _rapids(path: Toolpath, lowest: float | None) -> list[Difference]:
 
 
 def _too_low(row: Motion, before: np.ndarray, lowest: float) -> list[Difference]:
-    across = any(not math.isnan(e) and e != b for e, b in zip(row.end[:2], before[:2].tolist(), strict=True))
+    across = _goes_across(row, before)
     height = min(row.end[2], float(before[2]) if not math.isnan(before[2]) else row.end[2])
     if not across or height >= lowest - _ROOM:
         return []
@@ -71,18 +124,22 @@ def _too_low(row: Motion, before: np.ndarray, lowest: float) -> list[Difference]
     return [Difference("rapid too low", 0, row.line, text)]
 
 
-def _lighting(run: TorchRun, cut: Cut, plan: CutPlan, moves_z: bool, waits: bool) -> list[Difference]:
+def _goes_across(row: Motion, before: np.ndarray) -> bool:
+    return any(not math.isnan(e) and e != b for e, b in zip(row.end[:2], before[:2].tolist(), strict=True))
+
+
+def _lighting(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, waits: bool) -> list[Difference]:
     """Return what is wrong with how a cut begins: height and wait of the pierce, height of the cut."""
     data, found = plan.data, []
     if run.lightings and cut.pierce:
         first = run.lightings[0]
-        if moves_z and not abs(first.height - data.pierce_height) <= _ROOM:
+        if heights and not abs(first.height - data.pierce_height) <= _ROOM:
             text = f"the torch goes on at Z{first.height:.3f}, not at the pierce height, Z{data.pierce_height:.3f}"
             found.append(Difference("pierce height", 0, first.line, text))
         if waits and first.waited < data.pierce_delay - DWELL_ROUNDING:
             text = f"the torch waits {first.waited:g} s for the pierce; the chart asks for {data.pierce_delay:g} s"
             found.append(Difference("pierce delay", 0, first.line, text))
-    if moves_z:
+    if heights:
         wrong = np.flatnonzero(run.burning & ~(np.abs(run.height - data.cut_height) <= _ROOM))
         if len(wrong):
             k = int(wrong[0])

@@ -1,0 +1,73 @@
+"""Flags of the command line, made from the option groups."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Annotated, Any
+
+from cyclopts import Group, Parameter
+
+from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
+
+_TITLES = {
+    "read": "Reading",
+    "sheet": "Drawings of sheets",
+    "machine": "Machine",
+    "drill": "Drilling",
+    "cut": "Cutting",
+    "pocket": "Pockets",
+    "nest": "Nesting",
+    "resequence": "Programs of other CAMs",
+    "solve": "Search",
+    "aco": "Ants",
+    "firefly": "Fireflies",
+    "post": "Program",
+}
+
+
+def command_of(
+    function: Callable[..., int], groups: Iterable[type[OptionGroup]], only: Mapping[str, Sequence[str]] | None = None
+) -> Callable[..., int]:
+    """Return `function` with a flag for every option of `groups`, which it receives as a dict `options`.
+
+    `only` names the options wanted of a group, by its section, where not all are.
+    """
+    own = [p for p in inspect.signature(function, eval_str=True).parameters.values() if p.name != "options"]
+    wanted = only or {}
+    names = [
+        (group, name, spec)
+        for group in groups
+        for name, spec in group.specs().items()
+        if name in wanted.get(group.section, (name,))
+    ]
+    flags = [_flag(group, name, spec) for group, name, spec in names]
+
+    def command(*places: Any, **given: Any) -> int:
+        options = {name: given.pop(name, None) for _, name, _ in names}
+        return function(*places, **given, options=options)
+
+    command.__signature__ = inspect.Signature([*own, *flags])  # type: ignore[attr-defined]
+    command.__annotations__ = {p.name: p.annotation for p in [*own, *flags]}
+    command.__doc__ = function.__doc__
+    return command
+
+
+def _flag(group: type[OptionGroup], name: str, spec: OptionSpec) -> inspect.Parameter:
+    default = group.defaults()[name]
+    words = spec.default_words or ("" if default in (None, (), False) else written(spec, default))
+    help_text = spec.help
+    if spec.choices:
+        help_text += f" [{', '.join(spec.choices)}]"
+    if words:
+        help_text += f" (default: {words})"
+    place = list(_TITLES).index(group.section)
+    parameter = Parameter(
+        name=flag_name(name),
+        help=help_text,
+        group=Group(_TITLES[group.section], sort_key=10 + place),
+        show_default=False,
+        allow_leading_hyphen=True,
+    )
+    annotation: Any = Annotated[bool | None, parameter] if spec.kind == "flag" else Annotated[str | None, parameter]
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)

@@ -1,0 +1,128 @@
+"""What a controller does itself at every start of a torch, where it takes the material from the program's comments.
+
+    as_run(path, program.lines, 10.0)
+
+`gcode.torch.for_controller` leaves heights and waits out of what such a controller is told; here they come back.
+Source: QtPlasmaC manual, material handling: ``(o=0, …)`` is for this program, ``o=1`` and ``o=2`` go to the table
+under their number ``nu``, from which M190 chooses.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from leafcut.model.toolpath import MOTIONS, PLACES, Kind, Motion, Toolpath
+from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
+
+_COMMENT = re.compile(r"\(\s*o\s*=\s*([012])\s*,([^()]{1,500})\)", re.IGNORECASE)
+_FIGURE = re.compile(r"\b([a-z]{2})\s*=\s*([0-9]{1,9}(?:\.[0-9]{0,9})?|\.[0-9]{1,9})(?![0-9.])", re.IGNORECASE)
+_CHOICE = re.compile(r"(?:^|[\s0-9])M190\s*P([0-9]{1,9})", re.IGNORECASE)
+_FLOWING = re.compile(r"^(?:\s*N[0-9]+)?\s*M(?:62|63|67)(?![0-9])", re.IGNORECASE)
+_UNITS = re.compile(r"(?:^|[\s0-9])G(20|21)(?![0-9.])", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Material:
+    """How a controller begins its cuts: mm, s, mm/s."""
+
+    pierce_height: float
+    pierce_delay: float
+    cut_height: float
+    feed: float
+
+
+#: From a line of the program on: a material; None is one that only the controller knows.
+Choice = tuple[int, Material | None]
+Place = tuple[float, float, float]
+
+
+def materials_of(lines: Sequence[str]) -> list[Choice]:
+    """Return which materials a program chooses, in the order of its lines."""
+    unit, table, found = 1.0, dict[int, Material](), list[Choice]()
+    for number, line in enumerate(lines, 1):
+        units = _UNITS.search(line)
+        if units is not None:
+            unit = MM_PER_INCH if units.group(1) == "20" else 1.0
+        said = _COMMENT.search(line) if "=" in line else None
+        if said is not None:
+            figures = {name.lower(): float(value) for name, value in _FIGURE.findall(said.group(2))}
+            if said.group(1) == "0":
+                found.append((number, _material(figures, unit)))
+            else:
+                table[int(figures.get("nu", -1))] = _material(figures, unit)
+        chosen = _CHOICE.search(line) if "190" in line else None
+        if chosen is not None:
+            found.append((number, table.get(int(chosen.group(1)))))
+    return found
+
+
+def _material(figures: dict[str, float], unit: float) -> Material:
+    return Material(
+        figures.get("ph", 0.0) * unit,
+        figures.get("pd", 0.0),
+        figures.get("ch", 0.0) * unit,
+        figures.get("fr", 0.0) * unit / SECONDS_PER_MINUTE,
+    )
+
+
+def as_run(path: Toolpath, lines: Sequence[str], clearance: float) -> tuple[Toolpath, int]:
+    """Return a path with what its controller adds at every cut, and how many cuts have no known material.
+
+    Down to the pierce height, the delay, down to the cut height, and up again; what marks has no delay. How the
+    controller finds the sheet is not there: its way and feed are settings. Outputs that change with the motion (M62,
+    M63, M67) are left out, since the machine does not stop for them.
+
+    Parameters
+    ----------
+    path
+        Of a program that does not move Z; without canned cycles.
+    lines
+        Of that program, with its materials.
+    clearance
+        How high the torch travels, mm over the sheet.
+    """
+    choices = materials_of(lines)
+    starts = [line for line, _ in choices]
+    unknown, place = 0, (math.nan, math.nan, clearance)
+    rows = [Motion(Kind.RAPID, place, 0.0, 0, 0)]
+    for row in path:
+        if row.kind is Kind.FOREIGN and _FLOWING.search(lines[row.line - 1]):
+            continue
+        if row.kind in PLACES:
+            place = (row.end[0], row.end[1], place[2])
+            rows.append(row._replace(end=place))
+            continue
+        if row.kind is not Kind.SPINDLE:
+            rows.append(row)
+            continue
+        number = bisect_right(starts, row.line)
+        material = choices[number - 1][1] if number else None
+        unknown += material is None and row.value != 0.0 and row.ref == 0
+        made = [row] if material is None else list(_switching(row, material, place, clearance))
+        place = next((m.end for m in reversed(made) if m.kind in MOTIONS), place)
+        rows += made
+    return replace(Toolpath.of_motions(rows), cycles=path.cycles, arcs=path.arcs), unknown
+
+
+def _switching(row: Motion, material: Material, place: Place, clearance: float) -> Iterator[Motion]:
+    """Yield what a controller does where the program switches the torch at a place."""
+
+    def to(kind: Kind, z: float, feed: float = 0.0) -> Motion:
+        return Motion(kind, (place[0], place[1], z), feed, 0, row.line)
+
+    if row.value == 0.0:
+        yield row
+        yield to(Kind.RAPID, clearance)
+    elif row.ref:
+        yield to(Kind.RAPID, material.cut_height)
+        yield row
+    else:
+        yield to(Kind.RAPID, material.pierce_height)
+        yield row
+        yield Motion(Kind.DWELL, (math.nan, math.nan, math.nan), material.pierce_delay, 0, row.line)
+        if material.feed > 0.0:
+            yield to(Kind.FEED, material.cut_height, material.feed)

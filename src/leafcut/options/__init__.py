@@ -1,0 +1,41 @@
+"""Options: one frozen dataclass per stage, one definition for five faces.
+
+`AcoOptions.n_ants` is the flag `--n-ants`, the key `n_ants` under `[aco]` in a TOML file, the keyword `n_ants` of
+`leafcut.optimize`, and an entry of the studio's form: all are made from the fields below. Values are checked and
+converted to inner units when an object is made, so no stage checks again.
+"""
+
+from __future__ import annotations
+
+from leafcut.options.cutting import CutOptions
+from leafcut.options.drawings import ReadOptions, SheetOptions
+from leafcut.options.machining import CYCLES, DrillOptions, MachineOptions
+from leafcut.options.nests import LARGEST_SHEET, NestOptions, parse_angles
+from leafcut.options.pockets import PocketOptions
+from leafcut.options.programs import PostOptions, ResequenceOptions
+from leafcut.options.search import ALGORITHM_TITLES, ALGORITHMS, AcoOptions, FireflyOptions, SolveOptions
+from leafcut.options.settings import GROUPS, Settings, all_options, group_of
+
+__all__ = [
+    "ALGORITHMS",
+    "ALGORITHM_TITLES",
+    "CYCLES",
+    "GROUPS",
+    "LARGEST_SHEET",
+    "AcoOptions",
+    "CutOptions",
+    "DrillOptions",
+    "FireflyOptions",
+    "MachineOptions",
+    "NestOptions",
+    "PocketOptions",
+    "PostOptions",
+    "ReadOptions",
+    "ResequenceOptions",
+    "Settings",
+    "SheetOptions",
+    "SolveOptions",
+    "all_options",
+    "group_of",
+    "parse_angles",
+]

@@ -1,0 +1,69 @@
+"""Options of what is read: drawings, drill files, maps, and sheets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from leafcut.option_spec import OptionGroup, option
+
+
+@dataclass(frozen=True)
+class ReadOptions(OptionGroup):
+    """What to take from a file."""
+
+    section: ClassVar[str] = "read"
+
+    units: str | None = option(
+        "text",
+        None,
+        "units of a file that does not say them",
+        choices=("mm", "cm", "m", "in", "mil", "ft"),
+        default_words="the file's own, else mm",
+    )
+    layers: tuple[str, ...] = option(
+        "names", (), "only these layers, with * and ? as wildcards", default_words="all that are on"
+    )
+    min_diameter: float | None = option(
+        "quantity", None, "leave out holes smaller than this", unit="mm", minimum=0, default_words="none"
+    )
+    max_diameter: float | None = option(
+        "quantity", None, "leave out holes larger than this", unit="mm", minimum=0, default_words="none"
+    )
+    merge_tolerance: float = option(
+        "quantity", 0.01, "holes of one diameter closer than this are one hole", unit="mm", minimum=0, maximum=1
+    )
+    concentric: str = option(
+        "text",
+        "smallest",
+        "which of several circles with one centre is drilled",
+        choices=("smallest", "largest", "all"),
+    )
+    strict: bool = option("flag", False, "refuse a file in which anything had to be skipped or repaired")
+
+
+@dataclass(frozen=True)
+class SheetOptions(OptionGroup):
+    """What in a drawing of a sheet is what, and how its lines are joined."""
+
+    section: ClassVar[str] = "sheet"
+
+    cut_layers: tuple[str, ...] = option(
+        "names", (), "layers that are cut, with * and ?; no others are then", default_words="all others"
+    )
+    mark_layers: tuple[str, ...] = option(
+        "names", (), "layers that are marked, not cut through", default_words="MARK*, SCRIBE*, ENGRAV*, ETCH*"
+    )
+    sheet_layers: tuple[str, ...] = option(
+        "names",
+        (),
+        "layers that show the edge of the sheet",
+        default_words="SHEET*, PLATE*, STOCK* where they hold one outline round all else",
+    )
+    ignore_layers: tuple[str, ...] = option("names", (), "layers that are left out", default_words="none")
+    join_tolerance: float = option(
+        "quantity", 0.05, "ends closer than this are one point", unit="mm", minimum=1e-4, maximum=5
+    )
+    open_paths: str = option(
+        "text", "refuse", "what becomes of open paths on layers that are cut", choices=("refuse", "cut", "mark", "drop")
+    )

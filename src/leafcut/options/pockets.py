@@ -1,0 +1,120 @@
+"""Options of pockets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from leafcut.option_spec import OptionGroup, option
+
+
+@dataclass(frozen=True)
+class PocketOptions(OptionGroup):
+    """How pockets are cleared.
+
+    Depth, safe height, retract height, spindle speed, and the first and last place are those of `DrillOptions`.
+    """
+
+    section: ClassVar[str] = "pocket"
+
+    strategy: str = option(
+        "text",
+        "best",
+        "how the pocket is cleared; all others that are possible are measured beside it",
+        choices=("best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive"),
+    )
+    tool_diameter: float | None = option(
+        "quantity", None, "diameter of the flat end mill", unit="mm", minimum=0.01, maximum=200, default_words="needed"
+    )
+    step_over: float = option(
+        "number", 0.6, "largest distance between passes, as a share of the tool's diameter", minimum=0.02, maximum=0.95
+    )
+    point_distance: float = option(
+        "number",
+        0.6,
+        "distance between the points of a grid, as a share of the tool's diameter: above 0.5, or points crowd; below "
+        "0.7, or the corners between four points stay uncut",
+        minimum=0.02,
+        maximum=2,
+    )
+    step_down: float | None = option(
+        "quantity",
+        None,
+        "depth of one level",
+        unit="mm",
+        minimum=0.001,
+        maximum=1000,
+        default_words="half the tool's diameter",
+    )
+    stock: float = option(
+        "quantity", 0.0, "what roughing leaves on the walls for the finishing pass", unit="mm", minimum=0, maximum=100
+    )
+    finishing_pass: bool = option("flag", True, "go along every wall after zigzag and grid strategies")
+    milling: str = option("text", "climb", "which side of the tool cuts", choices=("climb", "conventional"))
+    zigzag_angle: float | None = option(
+        "quantity", None, "angle of the lines of a zigzag", unit="rad", default_words="the best of twelve"
+    )
+    max_engagement: float | None = option(
+        "quantity",
+        None,
+        "largest angle of the tool's edge in the material",
+        unit="rad",
+        minimum=0.17,
+        maximum=3.1416,
+        default_words="not limited",
+    )
+    entry: str = option(
+        "text",
+        "ramp",
+        "how the tool comes down to a level",
+        choices=("ramp", "helix", "plunge", "predrilled"),
+        default_words="ramp: along the first piece of the path",
+    )
+    entry_angle: float = option(
+        "quantity",
+        0.05235987755982989,
+        "steepest way down of a ramp or a helix",
+        unit="rad",
+        minimum=0.001,
+        maximum=0.8,
+    )
+    plunge_feed: float | None = option(
+        "quantity", None, "feed straight down", unit="mm/s", minimum=0.001, default_words="a third of the feed"
+    )
+    milling_feed: float | None = option(
+        "quantity",
+        None,
+        "feed of the end mill",
+        unit="mm/s",
+        minimum=0.001,
+        default_words="0.01 diameters a revolution",
+    )
+    pocket_layers: tuple[str, ...] = option(
+        "names", (), "layers with the outlines of pockets, with * and ?", default_words="POCKET* where there are such"
+    )
+    island_layers: tuple[str, ...] = option(
+        "names", (), "layers with the outlines of islands", default_words="ISLAND* where there are such"
+    )
+    pixel_size: float | None = option(
+        "quantity", None, "width of a pixel of a picture", unit="mm", minimum=1e-4, maximum=100, default_words="needed"
+    )
+    threshold: float | None = option(
+        "percent",
+        None,
+        "brightness below which a pixel is to be milled",
+        minimum=0,
+        maximum=100,
+        default_words="found by Otsu's method",
+    )
+    speckle: float = option(
+        "quantity",
+        1.0,
+        "spots of a picture that are narrower than this are dirt",
+        unit="mm",
+        minimum=0,
+        maximum=100,
+    )
+    invert: bool = option("flag", False, "mill what is bright in a picture")
+    uncovered_tolerance: float = option(
+        "percent", 0.1, "uncut share of the reachable area above which there is a warning", minimum=0, maximum=100
+    )

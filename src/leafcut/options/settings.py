@@ -1,0 +1,118 @@
+"""All options of one run, and where each of them belongs."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from leafcut.errors import OptionError, nearest
+from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
+from leafcut.options.cutting import CutOptions
+from leafcut.options.drawings import ReadOptions, SheetOptions
+from leafcut.options.machining import DrillOptions, MachineOptions
+from leafcut.options.nests import NestOptions
+from leafcut.options.pockets import PocketOptions
+from leafcut.options.programs import PostOptions, ResequenceOptions
+from leafcut.options.search import AcoOptions, FireflyOptions, SolveOptions
+
+GROUPS: tuple[type[OptionGroup], ...] = (
+    ReadOptions,
+    SheetOptions,
+    MachineOptions,
+    DrillOptions,
+    CutOptions,
+    PocketOptions,
+    NestOptions,
+    ResequenceOptions,
+    SolveOptions,
+    AcoOptions,
+    FireflyOptions,
+    PostOptions,
+)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All options of one run, one group per stage."""
+
+    read: ReadOptions = field(default_factory=ReadOptions)
+    sheet: SheetOptions = field(default_factory=SheetOptions)
+    machine: MachineOptions = field(default_factory=MachineOptions)
+    drill: DrillOptions = field(default_factory=DrillOptions)
+    cut: CutOptions = field(default_factory=CutOptions)
+    pocket: PocketOptions = field(default_factory=PocketOptions)
+    nest: NestOptions = field(default_factory=NestOptions)
+    resequence: ResequenceOptions = field(default_factory=ResequenceOptions)
+    solve: SolveOptions = field(default_factory=SolveOptions)
+    aco: AcoOptions = field(default_factory=AcoOptions)
+    firefly: FireflyOptions = field(default_factory=FireflyOptions)
+    post: PostOptions = field(default_factory=PostOptions)
+
+    @classmethod
+    def collect(cls, values: Mapping[str, Any], file: Path | None = None) -> Settings:
+        """Return the settings of a TOML `file` (if any), overridden by `values`.
+
+        `values` maps option names to values; None stands for "not given". A number without a unit means the same
+        here, in the file and on the command line (`units.BARE_UNIT`).
+
+        Raises
+        ------
+        OptionError
+            An unknown name (the nearest known one is named), or a value out of its bounds.
+        """
+        given = {group.section: dict(table) for group, table in _file_tables(file)} if file else {}
+        for name, value in values.items():
+            if value is not None:
+                given.setdefault(group_of(name).section, {})[name] = value
+        made: dict[str, Any] = {
+            group.section: group(**group.as_typed(given.get(group.section, {}))) for group in GROUPS
+        }
+        return cls(**made)
+
+    def changed(self) -> dict[str, str]:
+        """Return every option that is not at its default and can change the program: flag → value as one types it."""
+        return {
+            flag_name(name if value is not False else f"no_{name}"): written(group.specs()[name], value)
+            for group in (getattr(self, f.name) for f in fields(self))
+            for name, value in group.changed().items()
+            if group.specs()[name].changes_program
+        }
+
+
+def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
+    """Yield every option as (group, name, specification), in the order of the stages."""
+    for group in GROUPS:
+        for name, spec in group.specs().items():
+            yield group, name, spec
+
+
+def group_of(name: str) -> type[OptionGroup]:
+    """Return the group that holds the option `name`, or raise `OptionError` with the nearest name."""
+    names = {option: group for group, option, _ in all_options()}
+    if name not in names:
+        raise OptionError(f"unknown option '{name}'{nearest(name, names)}")
+    return names[name]
+
+
+def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]]]:
+    try:
+        data = tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as problem:
+        raise OptionError(f"{file}: cannot be read ({problem.strerror})") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
+        raise OptionError(f"{file}: not a TOML file ({problem})") from None
+    sections = {group.section: group for group in GROUPS}
+    for section, table in data.items():
+        if section not in sections:
+            raise OptionError(f"{file}: unknown table [{section}]{nearest(section, sections)}")
+        if not isinstance(table, dict):
+            raise OptionError(f"{file}: '{section}' is not a table; write [{section}]")
+        for name in table:
+            if name not in sections[section].specs():
+                raise OptionError(
+                    f"{file}: unknown option '{name}' in [{section}]{nearest(name, sections[section].specs())}"
+                )
+        yield sections[section], table

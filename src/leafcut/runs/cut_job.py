@@ -1,0 +1,219 @@
+"""A sheet, its rules and its machine made ready: what is the same for every order of its cuts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from leafcut.errors import OptionError
+from leafcut.model.cutting import CutData, PlanFile
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.problem import Metric
+from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.options import CutOptions
+from leafcut.runs.run import Run, refuse
+
+if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
+    from leafcut.model.machine import Machine, Probe
+    from leafcut.model.part import Part
+    from leafcut.model.sheet import Sheet
+    from leafcut.plan.cutting import Cutting
+
+Point = tuple[float, float]
+
+_KINDS = {"torch": "plasma", "laser": "laser"}
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is the same for every order of one sheet."""
+
+    run: Run
+    part: Part
+    cutting: Cutting
+    data: CutData
+    metric: Metric
+    overhead: float
+    start: Point | None
+    end: Point | None
+    words: Dialect
+    plan: PlanFile | None
+    probe: Probe | None
+
+    @property
+    def switches(self) -> bool:
+        """Whether the controller can put the torch off while it moves."""
+        return switches(self.words)
+
+    def travel(self) -> Callable[[Point, Point], float]:
+        """Return what a way costs."""
+        from leafcut.timing.travel import travel_cost
+
+        return lambda a, b: travel_cost(self.metric, a, b)
+
+
+def prepared(run: Run, source: str | Path) -> tuple[Job, list[Issue]]:
+    """Read the sheet and its rules, and make it ready for the search."""
+    from leafcut.gcode.dialects import dialect
+    from leafcut.plan.cut_rules import resolve_rules
+    from leafcut.plan.cutting import corner_point, prepare_cutting, with_options
+    from leafcut.plan.drilling import parse_zones
+    from leafcut.plan.following import follow_plan
+    from leafcut.post.cutting import check_words
+    from leafcut.read.plan_file import load_plan
+    from leafcut.timing.travel import travel_metric
+    from leafcut.verify.envelope import check_envelope
+
+    settings = run.settings
+    run.tell("reading")
+    data, issues = _cut_data(run)
+    words = dialect(settings.post.dialect or run.machine.controller)
+    probe = probe_for(run.machine, words, settings.cut)
+    if words.torch is not None and not words.torch.waits and not moves_z(words):
+        if settings.cut.pierce_delay:
+            raise OptionError(f"{words.name} has no wait for the pierce; leave out --pierce-delay")
+        data = replace(data, pierce_delay=0.0)  # a beam that is dark while the machine stands pierces as it goes
+    rules = resolve_rules(data, settings.cut, switches=switches(words))
+    part, sheet = _sheet(run, source)
+    sheet = with_options(sheet, settings.cut, parse_zones(settings.drill.keep_out))
+    refuse(check_envelope(_bounds(sheet), run.machine))
+    marks = any(c.contour.kind == "mark" for c in sheet.contours)
+    check_words(words, settings.post, marks=marks, compensates=settings.cut.compensation == "controller")
+    plan = load_plan(settings.cut.plan) if settings.cut.plan else None
+    run.tell("looking for places to pierce")
+    cutting = prepare_cutting(sheet, rules)
+    if plan is not None:
+        cutting = follow_plan(cutting, plan, everything=settings.resequence.keep_order)
+    start = corner_point(sheet, settings.cut.start_corner) or _xy(settings.drill.start_point)
+    job = Job(
+        run=run,
+        part=part,
+        cutting=cutting,
+        data=data,
+        metric=travel_metric(run.machine, settings.solve.objective),
+        overhead=_overhead(run, data, probe) if moves_z(words) else 0.0,
+        start=start,
+        end=_xy(settings.drill.end_point),
+        words=words,
+        plan=plan,
+        probe=probe,
+    )
+    return job, [*sheet.issues, *issues, *cutting.issues, *_probe_issues(probe)]
+
+
+def _bounds(sheet: Sheet) -> Toolpath:
+    """Return a way between the lowest and the highest corner of what is cut: where the machine must reach at least."""
+    builder = ToolpathBuilder()
+    boxes = np.array([c.contour.path.extents for c in sheet.contours])
+    builder.rapid(*boxes[:, :2].min(axis=0).tolist())
+    builder.rapid(*boxes[:, 2:].max(axis=0).tolist())
+    return builder.build()
+
+
+def moves_z(words: Dialect) -> bool:
+    """Return whether anybody moves Z: the program, or the controller itself."""
+    return words.torch is None or words.torch.heights != "none"
+
+
+def switches(words: Dialect) -> bool:
+    """Return whether the controller can put the torch off while it moves."""
+    return words.torch is not None and words.torch.darkens
+
+
+def _sheet(run: Run, source: str | Path) -> tuple[Part, Sheet]:
+    """Return the drawing, and its contours made ready."""
+    from leafcut.plan.sheet import prepare_sheet
+    from leafcut.read import read_contours
+
+    part = read_contours(source, run.settings.read)
+    return part, prepare_sheet(part, run.settings.sheet)
+
+
+def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
+    from leafcut.read.cutchart import find_cut_data, load_chart
+
+    options, thickness = run.settings.cut, run.settings.drill.thickness
+    machine_kind = _KINDS.get(run.machine.process)
+    if machine_kind is None:
+        raise OptionError(
+            f"{run.machine.name} has a spindle and cannot cut a sheet by heat or water; choose --machine plasma-table, "
+            'laser-table or a profile of your own with process = "torch"'
+        )
+    if thickness is None:
+        raise OptionError("cutting needs the sheet's thickness; give --thickness")
+    return find_cut_data(
+        load_chart(options.chart),
+        options.cut_process or machine_kind,
+        options.material,
+        thickness,
+        options.amps,
+        feed=options.cut_speed,
+        kerf=options.kerf_width,
+        pierce_delay=options.pierce_delay,
+        pierce_height=options.pierce_height,
+        cut_height=options.cut_height,
+    )
+
+
+def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | None:
+    """Return how the program finds the sheet before every pierce, or None where it does not.
+
+    Raises
+    ------
+    OptionError
+        It is asked for, and the machine or its controller cannot do it.
+    """
+    able = words.torch is not None and bool(words.torch.probe)
+    probe, offset = machine.probe, options.switch_offset
+    if options.probe == "off" or (options.probe == "auto" and (probe is None or not able)):
+        if offset is not None and (options.probe == "off" or probe is None):
+            raise OptionError("--switch-offset is for a probe; leave it out, or say --probe on")
+        return None
+    if not able:
+        raise OptionError(f"programs for {words.name} have no probe; leave out --probe on, or choose another --dialect")
+    if probe is None:
+        raise OptionError(
+            f"{machine.name} has no probe; give a profile of your own (--machine my.toml) with a table [probe]"
+        )
+    probe = probe if offset is None else replace(probe, switch_offset=offset)
+    if probe.switch_offset >= probe.depth:
+        raise OptionError(
+            f"the probe of {machine.name} goes to {probe.depth:g} mm below Z0 at most; a --switch-offset of "
+            f"{probe.switch_offset:g} mm is not within"
+        )
+    return probe
+
+
+def _probe_issues(probe: Probe | None) -> list[Issue]:
+    if probe is None:
+        return []
+    words = (
+        f"the torch finds the sheet before every pierce; its switch is taken to trip {probe.switch_offset:g} mm after "
+        "the touch: measure yours (--switch-offset)"
+    )
+    return [Issue("L618", words, "", Severity.NOTE)]
+
+
+def _overhead(run: Run, data: CutData, probe: Probe | None) -> float:
+    """Return what each cut takes to come down, to find the sheet, and to rise, s."""
+    from leafcut.timing.profile import trapezoid_time
+
+    machine, clearance = run.machine, run.settings.drill.clearance_height
+    velocity, acceleration = machine.rapid_velocity[2], machine.acceleration[2] * machine.acceleration_factor
+    ways = [clearance - data.pierce_height, clearance - data.cut_height]
+    finding = 0.0
+    if probe is not None:
+        finding = trapezoid_time(clearance + probe.switch_offset, probe.feed, acceleration)
+        ways[0] = data.pierce_height + probe.switch_offset
+    return finding + sum(trapezoid_time(max(way, 0.0), velocity, acceleration) for way in ways)
+
+
+def _xy(point: tuple[float, ...] | None) -> Point | None:
+    if point is not None and len(point) != 2:
+        raise OptionError("--start-point and --end-point need two numbers, x,y")
+    return None if point is None else (point[0], point[1])
