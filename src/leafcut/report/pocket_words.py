@@ -154,6 +154,11 @@ def angle_words(angle: float) -> str:
     return f"{math.degrees(angle):.0f}°"
 
 
+def area_words(area: float) -> str:
+    """Return an area in mm², whole from 100 on."""
+    return f"{area:,.0f} mm²" if area >= 100.0 else f"{area:.3g} mm²"
+
+
 def uncut_words(percent: float) -> str:
     """Return a share that stays uncut: two decimals below one percent, and 0 only for none to be seen."""
     return percent_words(percent, 2 if percent < 1.0 else 1)
