@@ -11,8 +11,8 @@ from leafcut.report.pocket_drawing import build_pocket_scene, pocket_drawing, sh
 from leafcut.report.pocket_words import (
     StrategyFigures,
     added,
-    area_words,
     angle_words,
+    area_words,
     chosen_words,
     figures,
     uncut_words,
