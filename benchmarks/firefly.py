@@ -29,7 +29,7 @@ from leafcut.geometry.regions import polygons, shrunk
 from leafcut.model.pocket import PocketRules
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import AcoOptions, SolveOptions
-from leafcut.plan.pocket_grid import Grid, GridContext, Retract, grid_points, grid_problem, lay_grid
+from leafcut.plan.pocket_grid import ANGLES, Grid, GridContext, Retract, grid_points, grid_problem, lay_grid
 from leafcut.plan.pocket_region import CentreRegion
 from leafcut.solve.solve import solve, warm_up
 
@@ -37,6 +37,8 @@ CITIES = ("kroA100", "u159", "d198", "lin318")
 DIAMETER, PITCH = 10.0, 6.0
 #: Places of a grid that are tried along each axis.
 OFFSETS = 12
+#: Of grids that lie elsewhere so many are tried.
+PROMISING = 4
 PLAIN, MENDED = False, True
 FIREFLY = SolveOptions(algorithm="firefly", threads=1, bound=False)
 
@@ -115,6 +117,23 @@ def grid_row(name: str, times: tuple[float, float], seeds: int) -> list[str]:
     return [name, str(points), f"{bound_gap(problem, grid):.2f}", f"{lkh:.2f}", *cells]
 
 
+def elsewhere_row(name: str, times: tuple[float, float]) -> list[str]:
+    """Return a pocket's row of the table of grids that lie elsewhere: the four most promising share the time."""
+    region, _ = grid_of(name, known_grids()[name][0])
+    steps = np.arange(OFFSETS) * PITCH / OFFSETS
+    grids = [(grid_points(region, (x, y), angle), angle) for angle, x, y in itertools.product(ANGLES, steps, steps)]
+    found = []
+    for grid, angle in sorted(grids, key=lambda pair: (pair[0].longer, pair[0].bound))[:PROMISING]:
+        problem, context = grid_problem(region, Retract(1e6, 1.0), grid=grid, finish=False)
+        order = solve(problem, replace(FIREFLY, time_limit=times[1] / PROMISING)).nodes
+        found.append((checked_gap(context, order), len(found), angle, problem, context))
+    gap, _, angle, problem, context = min(found)
+    options = replace(FIREFLY, local_search=PLAIN, time_limit=times[0])
+    plain = checked_gap(context, solve(problem, options).nodes)
+    print(f"{name}, lying elsewhere: {plain:.3f} % plain, {gap:.3f} %", file=sys.stderr, flush=True)
+    return [name, str(problem.n_nodes), f"{math.degrees(angle):.0f}°", f"{plain:.2f}", f"{gap:.2f}"]
+
+
 def city_row(name: str, seeds: int) -> tuple[list[str], list[float]]:
     """Return a TSPLIB board's row of the table, and its gaps with local search."""
     board, cells, gaps = boards.load(name), [], []
@@ -166,13 +185,31 @@ def main() -> None:
     times = (arguments.times[0], arguments.times[-1])
     for local in (PLAIN, MENDED):
         warm_up(replace(FIREFLY, local_search=local), AcoOptions())
+    if arguments.elsewhere:
+        head = ["instance", "N", "turned by", "plain, %", "with local search, %"]
+        rows = [elsewhere_row(name, times) for name in arguments.pockets or known_grids()]
+        finish(
+            "firefly_elsewhere",
+            f"""Grids that lie elsewhere, or turned: the best of the {PROMISING} most promising, which
+share {times[1]:g} s with local search; plain it has {times[0]:g} s on that one.
+
+{table(head, rows)}
+
+{facts("firefly", sys.argv[1:], ["leafcut", "numpy", "numba"])}""",
+            arguments.write,
+        )
+        return
     cities = [city_row(name, arguments.seeds) for name in arguments.boards]
     average = mean(gap for _, gaps in cities for gap in gaps) if cities else math.nan
     grids = [grid_row(name, times, arguments.grid_seeds) for name in arguments.pockets or known_grids()]
-    text = section([row for row, _ in cities], average, grids, times)
+    finish("firefly", section([row for row, _ in cities], average, grids, times), arguments.write)
+
+
+def finish(name: str, text: str, page: Path | None) -> None:
+    """Print a section; write it into the page where asked."""
     print(text)
-    if arguments.write:
-        write_section(arguments.write, "firefly", text)
+    if page:
+        write_section(page, name, text)
 
 
 def _arguments() -> argparse.Namespace:
@@ -183,6 +220,7 @@ def _arguments() -> argparse.Namespace:
                       help="seconds on a grid, plain and with local search")  # fmt: skip
     made.add_argument("--seeds", type=int, default=3, help="runs of each board")
     made.add_argument("--grid-seeds", type=int, default=1, help="runs of each grid")
+    made.add_argument("--elsewhere", action="store_true", help="measure grids that lie elsewhere, and nothing else")
     made.add_argument("--write", type=Path, help="the page whose section is replaced")
     return made.parse_args()
 

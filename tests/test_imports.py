@@ -38,7 +38,8 @@ MAY_IMPORT = {
 STAGES = {"read", "plan", "timing", "solve", "post", "verify", "report"}
 MAY_IMPORT["runs"] = STAGE | STAGES
 MAY_IMPORT["api"] = STAGE | STAGES | {"files", "runs"}
-MAY_IMPORT["cli"] = BASE | {"api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
+MAY_IMPORT["studio"] = MODEL | {"api", "option_spec", "options", "files", "progress", "read", "report"}
+MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
 
 FILES = sorted(ROOT.rglob("*.py"))
 

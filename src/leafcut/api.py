@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,7 @@ from leafcut.runs.run import Progress, Run, for_cutting, machine_of, passing_on
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.model.cutting import CutPlan
+    from leafcut.model.machine import Machine
     from leafcut.model.toolpath import Toolpath
 
 #: What `optimize` can be told to make of its input.
@@ -222,31 +223,60 @@ def solve_file(
 
 def simulate(program: str | Path, *, dialect: str | None = None, **options: Any) -> dict[str, Any]:
     """Return what a program costs on a machine: seconds and lengths by kind of motion, extents, and dangers in it."""
-    from leafcut.timing.toolpath import measure
-    from leafcut.verify.clearance import check_clearance
-    from leafcut.verify.envelope import check_envelope
+    return {"program": str(program), **read_run(program, dialect=dialect, **options).cost()}
 
+
+@dataclass(frozen=True)
+class ProgramRun:
+    """What a program does on a machine.
+
+    Attributes
+    ----------
+    path
+        What the program says, and `run` that with what its controller adds at every cut.
+    dialect
+        In which it was read.
+    unknown
+        What of the controller's own doing is not known, a line each.
+    """
+
+    path: Toolpath
+    run: Toolpath
+    machine: Machine
+    dialect: str
+    unknown: tuple[str, ...] = ()
+
+    def cost(self) -> dict[str, Any]:
+        """Return what `simulate` tells, but for the program's name."""
+        from leafcut.timing.toolpath import measure
+        from leafcut.verify.clearance import check_clearance
+        from leafcut.verify.envelope import check_envelope
+
+        path, machine = self.path, self.machine
+        result = measure(self.run, machine)
+        low, high = path.extents
+        dangers = check_envelope(path, machine)
+        if _moves_z(self.dialect):
+            dangers = [*dangers, *check_clearance(path, safe_z=machine.safe_z or 0.0)]
+        return {
+            "machine": machine.name,
+            "time_s": result.time_s,
+            "rapid_mm": result.travel_mm,
+            "feed_mm": result.cut_mm,
+            "by_kind": result.by_kind,
+            "extents": {axis: [low[k], high[k]] for k, axis in enumerate("xyz")},
+            "issues": [*(str(d) for d in dangers), *self.unknown],
+        }
+
+
+def read_run(program: str | Path, *, dialect: str | None = None, **options: Any) -> ProgramRun:
+    """Return what a program does on the machine that the options name."""
     settings = Settings.collect(options)
     machine = machine_of(settings)
     name = dialect or machine.controller
     read = _interpret(program, name)
-    path = read.path
     run, unknown = _as_run(read, name, settings.drill.clearance_height)
-    result = measure(run, machine)
-    low, high = path.extents
-    dangers = check_envelope(path, machine)
-    if _moves_z(name):
-        dangers = [*dangers, *check_clearance(path, safe_z=machine.safe_z or 0.0)]
-    return {
-        "program": str(program),
-        "machine": machine.name,
-        "time_s": result.time_s,
-        "rapid_mm": result.travel_mm,
-        "feed_mm": result.cut_mm,
-        "by_kind": result.by_kind,
-        "extents": {axis: [low[k], high[k]] for k, axis in enumerate("xyz")},
-        "issues": [*(str(d) for d in dangers), *unknown],
-    }
+    return ProgramRun(read.path, run, machine, name, tuple(unknown))
 
 
 def _as_run(program: Program, dialect_name: str, clearance: float) -> tuple[Toolpath, list[str]]:
@@ -283,6 +313,20 @@ def verify_programs(
     for row, difference in zip(answer["differences"], found.differences, strict=True):
         row["words"] = str(difference)
     return answer
+
+
+def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:
+    """Return the dialect in which `optimize` would write with these options."""
+    settings = Settings.collect(options)
+    settings = for_cutting(settings) if process == "cut" else settings
+    return settings.post.dialect or machine_of(settings).controller
+
+
+def program_extension(dialect_name: str) -> str:
+    """Return what the names of a dialect's programs end in, with the dot."""
+    from leafcut.gcode.dialects import dialect
+
+    return dialect(dialect_name).extension
 
 
 def _moves_z(dialect_name: str) -> bool:

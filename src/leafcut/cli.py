@@ -120,6 +120,7 @@ def app() -> App:
     made.command(_machines, name="machines")
     made.command(_algorithms, name="algorithms")
     made.command(_formats, name="formats")
+    made.command(_studio, name="studio")
     return made
 
 
@@ -324,6 +325,18 @@ def _formats(*, as_json: Json = False) -> int:
     from leafcut.read import formats
 
     return _list([(f.name, f"{' '.join(f.extensions)}  {f.help}".strip()) for f in formats()], as_json)
+
+
+def _studio(
+    *,
+    port: Annotated[str | None, Parameter(name="--port", help="where it listens (default: 8173 or the next)")] = None,
+    no_open: Annotated[bool, Parameter(name="--no-open", negative="", help="print the address only")] = False,
+) -> int:
+    """Open the studio, a page in your browser: open, see, run, compare, download. For this machine alone."""
+    from leafcut.studio import app as studio
+
+    studio.serve(None if port is None else studio.parse_port(port), open_page=not no_open)
+    return DONE
 
 
 def _list(rows: list[tuple[str, str]], as_json: bool) -> int:

@@ -27,6 +27,8 @@ class OptionSpec:
     choices: tuple[str, ...] = ()
     #: The default in words, where the default value None stands for "as the algorithm recommends" and the like.
     default_words: str = ""
+    #: A text that may be the path of a file: a program's header tells its name alone.
+    may_be_path: bool = False
     #: False for what cannot change the program, such as the number of threads: it stays out of the header.
     changes_program: bool = True
 
@@ -182,8 +184,8 @@ def written(spec: OptionSpec, value: Any) -> str:
         return f"{value:g}%"
     if spec.kind in ("names", "point"):
         return ",".join(f"{v:.6g}" if isinstance(v, float) else v for v in value)
-    if spec.kind == "path":
-        return str(value.name)
+    if spec.kind == "path" or (spec.may_be_path and value.lower().endswith(".toml")):
+        return Path(value).name
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 

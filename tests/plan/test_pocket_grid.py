@@ -73,11 +73,12 @@ def test_too_many_points_are_refused_in_one_line(monkeypatch: pytest.MonkeyPatch
 
 @settings(max_examples=15, deadline=None)
 @given(st.sets(st.integers(0, 15), min_size=2, max_size=6))
-def test_no_path_is_shorter_than_the_bound_of_colours(cells: set[int]) -> None:
+def test_no_path_is_shorter_than_the_bound_of_colours_and_spurs(cells: set[int]) -> None:
     """All orders of some points of a 4 × 4 grid, tried; the points are taken by a region of spots."""
     places = np.array([(k % 4, k // 4) for k in cells | {0}]) * 6.0
+    spurs = pocket_grid._spurs(*(places / 6.0).round().astype(int).T)
     colour = (places.sum(axis=1) / 6.0).round().astype(int) % 2
-    longer = max(abs(len(places) - 2 * int(colour.sum())) - 1, 0)
+    longer = max(abs(len(places) - 2 * int(colour.sum())) - 1, spurs)
     grid = pocket_grid.Grid(places, 6.0, longer)
     shortest = min(length_of(places[list(order)]) for order in itertools.permutations(range(len(places))))
     assert shortest >= grid.bound - 1e-9

@@ -95,7 +95,7 @@ def test_every_level_of_the_program_clears_the_pocket_and_stays_inside_it(outcom
 def test_the_strategies_are_told_beside_each_other(outcome) -> None:
     [plan] = outcome.pocket_plans
     known = {r.strategy: r for r in plan.results}
-    assert {"contour", "connected", "firefly", "ants"} <= set(known)
+    assert {"zigzag", "contour", "connected", "firefly", "ants"} <= set(known)
     possible = [r for r in plan.results if r.measures is not None]
     assert all(r.path is not None and not r.refused for r in possible)
     assert all(r.refused for r in plan.results if r.measures is None)

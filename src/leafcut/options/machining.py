@@ -17,7 +17,9 @@ class MachineOptions(OptionGroup):
 
     section: ClassVar[str] = "machine"
 
-    machine: str = option("text", "linuxcnc-mill", "name of a shipped machine, or the path of a TOML profile")
+    machine: str = option(
+        "text", "linuxcnc-mill", "name of a shipped machine, or the path of a TOML profile", may_be_path=True
+    )
     work_offset: tuple[float, ...] | None = option(
         "point",
         None,

@@ -30,8 +30,8 @@ from leafcut.plan.pocket_ways import Ways, length_of
 NEAREST, FARTHEST = 0.5, 0.7
 #: Most points of a grid: costs between all of them are kept, in 8 bytes each, and ways to them from the boundary.
 MOST_POINTS = 3000
-#: How many places of the grid are tried along each axis.
-OFFSETS = 8
+#: How many places of the grid are tried along each axis, and which angles, rad.
+OFFSETS, ANGLES = 8, (0.0, math.pi / 12.0, math.pi / 6.0)
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,8 @@ class Grid:
         Distance between neighbours along a row, mm.
     longer
         How many steps of any path over all points are longer than the pitch, at least. A grid is black and white like
-        a chessboard, a step of one pitch changes the colour, and a path of n points changes it n - 1 times at most.
+        a chessboard, a step of one pitch changes the colour, and a path of n points changes it n - 1 times at most. A
+        point that has fewer than two neighbours is an end of the path or of a longer step.
     """
 
     points: Points
@@ -137,8 +138,15 @@ def grid_points(region: CentreRegion, offset: tuple[float, float] = (0.0, 0.0), 
     if outside.any():
         near = shapely.shortest_line(region.polygon, shapely.points(places[outside]))
         places[outside] = shapely.get_coordinates(near).reshape(-1, 2, 2)[:, 0]
-    black = int(colour.sum())
-    return Grid(places, pitch, max(abs(len(places) - 2 * black) - 1, 0))
+    return Grid(places, pitch, max(abs(len(places) - 2 * int(colour.sum())) - 1, _spurs(columns[inside], rows[inside])))
+
+
+def _spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
+    """Return how many steps are longer than the pitch at least, because points have no two neighbours beside them."""
+    cells = set(zip(columns.tolist(), rows.tolist(), strict=True))
+    beside = [((x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)) for x, y in cells]
+    missing = sum(max(0, 2 - sum(cell in cells for cell in near)) for near in beside)
+    return max(0, math.ceil((missing - 2) / 2)) if len(cells) > 1 else 0
 
 
 def _refuse(count: float, rules: PocketRules) -> None:
@@ -156,7 +164,7 @@ def best_grid(region: CentreRegion, finish: bool = True) -> Grid:
     """
     pitch = checked_pitch(region.rules)
     steps = np.arange(OFFSETS) * pitch / OFFSETS
-    grids = [grid_points(region, (x, y)) for x, y in itertools.product(steps, steps)]
+    grids = [grid_points(region, (x, y), angle) for angle, x, y in itertools.product(ANGLES, steps, steps)]
     grids = [grid for grid in grids if len(grid.points)]
     if not grids:
         middle = region.polygon.representative_point()

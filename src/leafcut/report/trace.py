@@ -64,44 +64,42 @@ def trace(path: Toolpath, beam: bool = False) -> Trace:
     moved = known & (np.abs(end[:, :2] - start[:, :2]) > _SMALLEST_MOVE).any(axis=1)
     segments = np.stack([start[:, :2], end[:, :2]], axis=1)
 
-    dark = (kind == Kind.FEED) & (_spindle(path)[rows] == 0.0) & beam
+    dark = (kind == Kind.FEED) & (spindle_speed(path)[rows] == 0.0) & beam
     rapid = (np.isin(kind, _RAPIDS) | dark) & moved
     cut = (kind == Kind.FEED) & moved & ~dark
     arc_rows = np.flatnonzero(np.isin(kind, _ARCS) & known)
     arcs = [_arc_segments(path, int(row)) for row in rows[arc_rows]]
     cuts = np.concatenate([segments[cut], *arcs])
-    tool = _latest(path, Kind.TOOL, path.ref)[rows].astype(np.int64)
+    tool = latest(path, Kind.TOOL, path.ref)[rows].astype(np.int64)
     of_arcs = np.repeat(tool[arc_rows], [len(arc) for arc in arcs])
     drills = (kind == Kind.DRILL) & np.isfinite(end[:, :2]).all(axis=1)
     feeds = np.isin(kind, [Kind.FEED, *_ARCS]) & known & ~dark & (moved | (end[:, 2] < start[:, 2]))
     changes = np.searchsorted(np.flatnonzero(path.kind == Kind.TOOL), rows)
-    stops = _stops(np.where(drills[:, None], end, start)[:, :2], drills, feeds, np.cumsum(rapid | ~known) + changes)
+    stops = np.where(drills[:, None], end, start)[stop_rows(drills, feeds, np.cumsum(rapid | ~known) + changes), :2]
     dark_mm = float(np.hypot(*np.diff(segments[dark & moved], axis=1).reshape(-1, 2).T).sum())
     return Trace(segments[rapid], cuts, stops, np.concatenate([tool[cut], of_arcs]), dark_mm)
 
 
-def _latest(path: Toolpath, kind: Kind, column: NDArray[Any]) -> NDArray[np.float64]:
+def latest(path: Toolpath, kind: Kind, column: NDArray[Any]) -> NDArray[np.float64]:
     """Return for every row what the last row of a kind set, 0 before the first one."""
     rows = np.arange(len(path))
     last = np.maximum.accumulate(np.where(path.kind == kind, rows, -1)) if len(rows) else rows
     return np.where(last >= 0, column[last], 0).astype(np.float64)
 
 
-def _spindle(path: Toolpath) -> NDArray[np.float64]:
+def spindle_speed(path: Toolpath) -> NDArray[np.float64]:
     """Return the speed (of a beam: the power) at every row; 1 throughout where the path never states one."""
     if not (path.value[path.kind == Kind.SPINDLE] != 0.0).any():
         return np.ones(len(path))
-    return _latest(path, Kind.SPINDLE, path.value)
+    return latest(path, Kind.SPINDLE, path.value)
 
 
-def _stops(
-    place: NDArray[np.float64], drills: NDArray[np.bool_], feeds: NDArray[np.bool_], travels: NDArray[np.int64]
-) -> NDArray[np.float64]:
-    """Return the places of drills, and of the first cut after each travel: the pecks that follow are one stop."""
+def stop_rows(drills: NDArray[np.bool_], feeds: NDArray[np.bool_], travels: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the rows of drills, and of the first cut after each travel: the pecks that follow are one stop."""
     down = np.flatnonzero(drills | feeds)
     travelled = np.concatenate([[True], np.diff(travels[down]) > 0])[: len(down)]
-    kept: NDArray[np.float64] = place[down[drills[down] | travelled]]
-    return kept
+    rows: NDArray[np.int64] = down[drills[down] | travelled]
+    return rows
 
 
 def _arc_segments(path: Toolpath, row: int) -> NDArray[np.float64]:

@@ -19,6 +19,13 @@ ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
 Strategy = Callable[["CentreRegion", Run], PocketPath]
 
 
+def _zigzag(region: CentreRegion, run: Run) -> PocketPath:
+    from leafcut.plan.pocket_zigzag import zigzag
+
+    options = run.settings.pocket
+    return zigzag(region, options.zigzag_angle, options.finishing_pass)
+
+
 def _contour(region: CentreRegion, run: Run) -> PocketPath:
     from leafcut.plan.pocket_rings import contour
 
@@ -38,11 +45,14 @@ def _grid(name: str) -> Strategy:
 
         settings = run.settings
         problem, context = grid_problem(region, finish=settings.pocket.finishing_pass)
-        wanted = settings.solve.algorithm
-        ants = wanted if wanted in ANTS else "auto"
+        options = replace(settings.solve, bound=False, target_gap=None)
+        if settings.pocket.strategy != name:
+            # To stand beside the others a short search will do: it is within a few thousandths of a long one.
+            options = replace(options, preset="fast")
+        ants = options.algorithm if options.algorithm in ANTS else "auto"
         found = solve(
             problem,
-            replace(settings.solve, algorithm=ants if name == "ants" else name, bound=False, target_gap=None),
+            replace(options, algorithm=ants if name == "ants" else name),
             settings.aco,
             firefly=settings.firefly,
             progress=passing_on(run.progress, f"{name}: ordering the points of a grid"),
@@ -64,6 +74,7 @@ class Way:
 
 #: Every strategy, in the order in which they are told.
 WAYS = (
+    Way("zigzag", _zigzag, "lines to and fro, then along the walls"),
     Way("contour", _contour, "rings, linked from the inside out"),
     Way("connected", _connected, "one connected way, never lifted"),
     Way("firefly", _grid("firefly"), "a grid of points ordered by fireflies, then along the walls"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,25 @@ _FIRST_FRAME = 540
 _MODES = {610: EXACT, 611: REST, 640: BLEND}
 
 
+@dataclass(frozen=True, eq=False)
+class Clock:
+    """When a toolpath is where.
+
+    Attributes
+    ----------
+    path
+        The toolpath with its canned cycles written out.
+    source
+        int32[m]: the row of the toolpath it was made of that each row comes from.
+    seconds
+        float64[m]: the time that every row takes, s.
+    """
+
+    path: Toolpath
+    source: NDArray[np.int32]
+    seconds: Floats
+
+
 def measure(path: Toolpath, machine: Machine) -> Measure:
     """Return lengths (mm) and machine time (s) of a toolpath.
 
@@ -51,15 +70,15 @@ def measure(path: Toolpath, machine: Machine) -> Measure:
     PlanError
         The cycles come to more moves than can be meant.
     """
-    path, delta, turns, moves, each = _timed(path, machine)
+    path, _, delta, turns, moves, each = _timed(path, machine)
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE)
-    waiting, spindle_s = _spindle(path, machine)
+    standing = _standing(path, machine)
     seconds = {
         "rapid": float(each[moves.rapid].sum()),
         "feed": float(each[~moves.rapid].sum()),
-        "dwell": _known_sum(path.value[(path.kind == Kind.DWELL) & ~waiting]),
-        "tool_change": _tool_changes(path) * machine.tool_change_s,
-        "spindle": spindle_s,
+        "dwell": float(standing[path.kind == Kind.DWELL].sum()),
+        "tool_change": float(standing[path.kind == Kind.TOOL].sum()),
+        "spindle": float(standing[path.kind == Kind.SPINDLE].sum()),
     }
     return Measure(
         travel_mm=_length(delta[rapid]),
@@ -74,16 +93,30 @@ def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
 
     For paths without canned cycles.
     """
-    path, _, _, moves, each = _timed(path, machine)
-    seconds = np.zeros(len(path))
-    np.add.at(seconds, moves.row, each)
-    return seconds
+    path, _, _, _, moves, each = _timed(path, machine)
+    return np.bincount(moves.row, weights=each, minlength=len(path)).astype(np.float64)
 
 
-def _timed(path: Toolpath, machine: Machine) -> tuple[Toolpath, Floats, Turns, Moves, Floats]:
-    """Return the path with its cycles written out, how far its rows move, its arcs, its moves and their seconds."""
+def clock(path: Toolpath, machine: Machine) -> Clock:
+    """Return the time of every row, whatever takes it; together they are the time that `measure` states.
+
+    Raises
+    ------
+    PlanError
+        The cycles come to more moves than can be meant.
+    """
+    path, source, _, _, moves, each = _timed(path, machine)
+    moving = np.bincount(moves.row, weights=each, minlength=len(path))
+    return Clock(path, source, moving + _standing(path, machine))
+
+
+def _timed(path: Toolpath, machine: Machine) -> tuple[Toolpath, NDArray[np.int32], Floats, Turns, Moves, Floats]:
+    """Return the path with its cycles written out and the rows they come from, then what is known of these rows.
+
+    That is how far they move, their arcs, their moves and the seconds of these.
+    """
     style = machine.corners or _STYLES.get(machine.controller, "round")
-    path, mode, tolerance, joining = _expanded(path, style)
+    path, source, mode, tolerance, joining = _expanded(path, style)
     path, touching = _touched(path)
     delta, estimate = _displacements(path, machine)
     turns = turns_of(path)
@@ -95,7 +128,7 @@ def _timed(path: Toolpath, machine: Machine) -> tuple[Toolpath, Floats, Turns, M
     each = move_seconds(moves, machine, style)
     if machine.rapid_style == "dogleg":
         each[moves.rapid] = move_time((delta + estimate)[moves.row[moves.rapid]], machine)
-    return path, delta, turns, moves, each
+    return path, source, delta, turns, moves, each
 
 
 def _touched(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
@@ -118,8 +151,11 @@ def _touched(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
 
 def _expanded(
     path: Toolpath, style: str
-) -> tuple[Toolpath, NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the path with its cycles written out, and by row how its moves end, with P and Q of G64 in mm."""
+) -> tuple[Toolpath, NDArray[np.int32], NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the path with its cycles written out, the row that each of its rows comes from, and how its moves end.
+
+    How they end comes with P and Q of G64, in mm.
+    """
     rows = np.arange(len(path), dtype=np.int32)
     written = expand(replace(path, line=rows))
     source = written.line
@@ -134,15 +170,11 @@ def _expanded(
     # Canned cycles run in exact-path mode. Source: LinuxCNC 2.9, seen with rs274.
     in_cycle = path.kind == Kind.DRILL
     mode[in_cycle], tolerance[in_cycle], joining[in_cycle] = EXACT, 0.0, 0.0
-    return replace(written, line=path.line[source]), mode[source], tolerance[source], joining[source]
+    return replace(written, line=path.line[source]), source, mode[source], tolerance[source], joining[source]
 
 
 def _length(delta: NDArray[np.float64]) -> float:
     return float(np.sqrt((delta**2).sum(axis=1)).sum())
-
-
-def _known_sum(seconds: NDArray[np.float64]) -> float:
-    return float(seconds[np.isfinite(seconds) & (seconds > 0)].sum())
 
 
 def _displacements(path: Toolpath, machine: Machine) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -172,27 +204,28 @@ def _displacements(path: Toolpath, machine: Machine) -> tuple[NDArray[np.float64
     return delta, estimate
 
 
-def _tool_changes(path: Toolpath) -> int:
-    """Return how often another tool comes into the spindle; which one is in it at first is not known."""
-    tools = path.ref[path.kind == Kind.TOOL]
-    return int(len(tools) and 1 + np.count_nonzero(np.diff(tools)))
+def _standing(path: Toolpath, machine: Machine) -> Floats:
+    """Return for how long the machine stands at every row for a dwell, a change of tool or the spindle, s.
 
-
-def _spindle(path: Toolpath, machine: Machine) -> tuple[NDArray[np.bool_], float]:
-    """Return the dwells that only wait for the spindle, bool[n], and the seconds that its starts take with them.
-
-    A tool change stops the spindle (as M6 does on LinuxCNC and Haas), so the next speed is a start again.
+    Which tool is in the spindle at first is not known: the first one is changed to. A dwell that only waits for the
+    spindle counts as the spindle's. A tool change stops the spindle (as M6 does on LinuxCNC and Haas), so the next
+    speed is a start again.
     """
-    waiting = np.zeros(len(path), dtype=bool)
-    turning, seconds = 0.0, 0.0
+    seconds = np.zeros(len(path))
+    dwells = (path.kind == Kind.DWELL) & np.isfinite(path.value) & (path.value > 0.0)
+    seconds[dwells] = path.value[dwells]
+    changes = np.flatnonzero(path.kind == Kind.TOOL)
+    other = np.append(True, np.diff(path.ref[changes]) != 0)[: len(changes)]
+    seconds[changes[other]] = machine.tool_change_s
+    turning = 0.0
     for row in np.flatnonzero((path.kind == Kind.SPINDLE) | (path.kind == Kind.TOOL)).tolist():
         speed = 0.0 if path.kind[row] == Kind.TOOL else float(path.value[row])
         if speed not in (0.0, turning):
             dwell = _dwell_after(path, row)
-            waiting[dwell] = True
-            seconds += max(_known_sum(path.value[dwell]), machine.spindle_start_s)
+            seconds[row] = max(float(seconds[dwell].sum()), machine.spindle_start_s)
+            seconds[dwell] = 0.0
         turning = speed
-    return waiting, seconds
+    return seconds
 
 
 def _dwell_after(path: Toolpath, row: int) -> slice:

@@ -1,0 +1,197 @@
+"""A toolpath row by row as it is run: what every row does, where the tool is after it, and when."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.machine import Machine
+from leafcut.model.outcome import Outcome
+from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, plane_axes, positions_before
+from leafcut.report.drawing import Which
+from leafcut.report.trace import latest, spindle_speed, stop_rows
+from leafcut.report.wording import BEAMS
+from leafcut.report.written import written_lines
+
+#: Chords of an arc that does not lie flat: seen from above it is no arc of a circle.
+_CHORDS = 24
+_SMALLEST_MOVE = 1e-9
+
+
+class Doing(IntEnum):
+    """What a row does, seen from above."""
+
+    RAPID = 0
+    CUT = 1
+    ARC_CW = 2
+    ARC_CCW = 3
+    STAND = 4
+    DARK = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Playback:
+    """Rows in the order in which they are run, canned cycles written out; mm, s, mm/s.
+
+    Attributes
+    ----------
+    doing
+        uint8[n] of `Doing`; ``DARK`` is a move at feed of a beam that is switched off.
+    place
+        float64[n, 3]: where the tool is after the row, NaN for what is not known.
+    seconds
+        float64[n]: their sum is the machine time of the toolpath.
+    line
+        int32[n]: line of the program, from 1; 0 where no program is known.
+    source
+        int32[n]: row of the toolpath that it was made of.
+    feed, tool
+        float64[n], 0 for what has none; int32[n], 0 before the first tool.
+    arc_row
+        int64[k]: the rows that are arcs.
+    arc
+        float64[k, 5]: centre x and y, radius, mm; start angle and signed sweep, rad. A sweep may be several turns.
+    stops
+        int64[m]: the rows with which the tool begins to work after a way; it is then where the row before left it.
+    """
+
+    doing: NDArray[np.uint8]
+    place: NDArray[np.float64]
+    seconds: NDArray[np.float64]
+    line: NDArray[np.int32]
+    source: NDArray[np.int32]
+    feed: NDArray[np.float64]
+    tool: NDArray[np.int32]
+    arc_row: NDArray[np.int64]
+    arc: NDArray[np.float64]
+    stops: NDArray[np.int64]
+
+
+def outcome_playback(outcome: Outcome, which: Which) -> Playback:
+    """Return how the path before or after is run on the outcome's machine.
+
+    A path that was planned and written has the lines of the program.
+
+    Raises
+    ------
+    PlanError, ReadError
+        The cycles come to more moves than can be meant, or the program cannot be read.
+    """
+    beam = outcome.process in BEAMS
+    if which == "before":
+        return playback(outcome.path_before, outcome.machine, beam)
+    program = "" if outcome.path_after.line.any() else outcome.text
+    return playback(outcome.path_after, outcome.machine, beam, program, outcome.dialect)
+
+
+def playback(path: Toolpath, machine: Machine, beam: bool = False, program: str = "", dialect: str = "") -> Playback:
+    """Return how a toolpath is run; what a `beam` does at feed while it is switched off is ``DARK``.
+
+    `program` is the text that was written from a planned path, in the words of a dialect; its lines are told then.
+
+    Raises
+    ------
+    PlanError, ReadError
+        The cycles come to more moves than can be meant, or the program cannot be read.
+    """
+    from leafcut.timing.toolpath import clock
+
+    timed = clock(path, machine)
+    rows = timed.path
+    before = positions_before(rows)
+    place = np.concatenate([before[1:], _last_place(rows, before)])[: len(rows)]
+    doing = _doing(rows, beam)
+    moved = (np.abs(np.nan_to_num(place - before)[:, :2]) > _SMALLEST_MOVE).any(axis=1)
+    known = np.isfinite(place[:, :2]).all(axis=1) & np.isfinite(before[:, :2]).all(axis=1)
+    arcs = np.isin(doing, (Doing.ARC_CW, Doing.ARC_CCW))
+    cuts = ((doing == Doing.CUT) | arcs) & known & (moved | arcs | (place[:, 2] < before[:, 2]))
+    travels = np.isin(doing, (Doing.RAPID, Doing.DARK)) & moved
+    changes = np.cumsum((rows.kind == Kind.TOOL) | ~known)
+    arc_row, arc = _arcs(rows, before)
+    feeds = np.isin(rows.kind, (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW))
+    whole = Playback(
+        doing=doing,
+        place=place,
+        seconds=timed.seconds,
+        line=written_lines(rows, program, dialect) if program else rows.line,
+        source=timed.source,
+        feed=np.where(feeds, rows.value, 0.0),
+        tool=latest(rows, Kind.TOOL, rows.ref).astype(np.int32),
+        arc_row=arc_row,
+        arc=arc,
+        stops=stop_rows(np.zeros(len(rows), dtype=bool), cuts, np.cumsum(travels) + changes),
+    )
+    return _with_chords(whole, rows, before)
+
+
+def _last_place(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where the tool is after the last row, float64[0 or 1, 3]."""
+    if not len(path):
+        return before
+    end = path.end[-1:]
+    if path.kind[-1] == Kind.MACHINE:
+        return np.where(np.isfinite(end), np.nan, before[-1:])
+    return end if path.kind[-1] in PLACES else before[-1:]
+
+
+def _doing(path: Toolpath, beam: bool) -> NDArray[np.uint8]:
+    doing = np.full(len(path), int(Doing.STAND), dtype=np.uint8)
+    doing[(path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE)] = Doing.RAPID
+    doing[path.kind == Kind.FEED] = Doing.CUT
+    doing[path.kind == Kind.ARC_CW] = Doing.ARC_CW
+    doing[path.kind == Kind.ARC_CCW] = Doing.ARC_CCW
+    if beam:
+        dark = (spindle_speed(path) == 0.0) | (latest(path, Kind.TORCH, 1.0 - path.value) == 1.0)
+        doing[(path.kind == Kind.FEED) & dark] = Doing.DARK
+    return doing
+
+
+def _arcs(path: Toolpath, before: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the rows of the flat arcs that are known, and their centres, radii, starts and sweeps."""
+    from leafcut.timing.moves import turns_of
+
+    turns = turns_of(path)
+    flat = (turns.plane == 0) & (turns.length > 0.0)
+    row = turns.row[flat]
+    centre = np.array([path.arcs[i].center[:2] for i in path.ref[row].tolist()]).reshape(-1, 2)
+    begin = before[row, :2] - centre
+    sweep = turns.turn.sweep[flat] * np.where(path.kind[row] == Kind.ARC_CCW, 1.0, -1.0)
+    return row, np.column_stack([centre, turns.turn.radius[flat], np.arctan2(begin[:, 1], begin[:, 0]), sweep])
+
+
+def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -> Playback:
+    """Return the rows with arcs that do not lie flat as chords, which share their time."""
+    unflat = (whole.doing == Doing.ARC_CW) | (whole.doing == Doing.ARC_CCW)
+    unflat[whole.arc_row] = False
+    upright = np.flatnonzero(unflat)
+    if not len(upright):
+        return whole
+    count = np.ones(len(path), dtype=np.int64)
+    count[upright] = _CHORDS
+    first, source = np.cumsum(count) - count, np.repeat(np.arange(len(path)), count)
+    doing, place = whole.doing[source], whole.place[source]
+    share = np.arange(1, _CHORDS + 1) / _CHORDS
+    for row in upright.tolist():
+        here = slice(int(first[row]), int(first[row]) + _CHORDS)
+        doing[here] = Doing.CUT
+        centre, (u, v, w) = path.arcs[int(path.ref[row])], plane_axes(path.arcs[int(path.ref[row])].plane)
+        radius, angle, sweep = arc_sweep(path, row)
+        place[here, u] = centre.center[u] + radius * np.cos(angle + sweep * share)
+        place[here, v] = centre.center[v] + radius * np.sin(angle + sweep * share)
+        place[here, w] = before[row, w] + (path.end[row, w] - before[row, w]) * share
+        place[here.stop - 1] = whole.place[row]
+    return Playback(
+        doing=doing,
+        place=place,
+        seconds=(whole.seconds / count)[source],
+        line=whole.line[source],
+        source=whole.source[source],
+        feed=whole.feed[source],
+        tool=whole.tool[source],
+        arc_row=first[whole.arc_row],
+        arc=whole.arc,
+        stops=first[whole.stops],
+    )

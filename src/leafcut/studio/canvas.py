@@ -1,0 +1,205 @@
+"""The drawing, the program and the charts as elements of a NiceGUI page.
+
+The modules in ``static`` do the work in the browser and know nothing of NiceGUI. What is drawn does not go through the
+page's connection: an element tells the browser an address, where it fetches the bytes of a scene (`studio.scene`).
+
+    drawing = Canvas(on_select=lambda e: print(e.args))
+    Program(drawing)
+    drawing.show(part_scene(outcome.part), "part")
+    drawing.show(outcome_scene(outcome, "after"), "after")
+
+Import it only where the studio runs: NiceGUI is an extra. The page must have the report's colours as CSS variables.
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Self
+
+from nicegui import __version__ as nicegui_version
+from nicegui.dependencies import dynamic_resources, register_dynamic_resource, register_esm
+from nicegui.element import Element
+from nicegui.events import GenericEventArguments
+from starlette.responses import Response
+
+from leafcut.errors import OptionError
+
+STATIC = Path(__file__).parent / "static"
+
+#: What can be shown; a scene of ``strength`` changes the layer ``pheromone``.
+LAYERS = ("part", "before", "after", "pheromone")
+
+#: Seconds between two events of the pointer or of playing.
+_PACE = 0.1
+
+Handler = Callable[[GenericEventArguments], Any]
+
+# With the newest file's time in their address, so that browsers keep the modules and still notice new ones.
+register_esm("leafcut-canvas", STATIC, max_time=max(file.stat().st_mtime for file in STATIC.glob("*.*")))
+
+
+class Canvas(Element, component="static/canvas_element.js"):
+    """The drawing.
+
+    Parameters
+    ----------
+    words
+        In place of the English ones of ``static/words.js``, by the same keys.
+    layers
+        Which layers are on at first, by the names of ``static/toolbar.js``.
+    editable
+        Whether pierces and stops can be dragged.
+    on_hover, on_select, on_time, on_drag
+        Told of what the pointer is on, what was selected (``row``, ``line``, ``hole``, from 0 but the line), where
+        playing is (``time`` in s, None when all is shown; ``row``, ``line``), and what was dragged (``what``: order or
+        pierce; ``number`` from 1, ``from`` and ``to`` in mm, ``onto``: number of a stop or None).
+    """
+
+    def __init__(
+        self,
+        *,
+        words: Mapping[str, str] | None = None,
+        layers: Mapping[str, bool] | None = None,
+        editable: bool = False,
+        on_hover: Handler | None = None,
+        on_select: Handler | None = None,
+        on_time: Handler | None = None,
+        on_drag: Handler | None = None,
+    ) -> None:
+        super().__init__()
+        self._scenes: dict[str, str] = {}
+        self._props.update(words=dict(words or {}), layers=dict(layers or {}), editable=editable, scenes={})
+        for name, handler in (("select", on_select), ("drag", on_drag)):
+            if handler is not None:
+                self.on(name, handler)
+        for name, handler in (("hover", on_hover), ("time", on_time)):
+            if handler is not None:
+                self.on(name, handler, throttle=_PACE)
+
+    def show(self, scene: bytes, layer: str) -> None:
+        """Show a scene as one of `LAYERS`, in place of what was there.
+
+        Raises
+        ------
+        OptionError
+            There is no such layer.
+        """
+        if layer not in LAYERS:
+            raise OptionError(f"the drawing has no layer '{layer}'; there are: {', '.join(LAYERS)}")
+        self._forget(layer)
+        name = f"leafcut-{layer}-{secrets.token_urlsafe(12)}"
+        register_dynamic_resource(name, lambda: Response(scene, media_type="application/octet-stream"))
+        self._scenes[layer] = name
+        self._tell()
+
+    def clear(self) -> Self:
+        """Take everything off."""
+        for layer in LAYERS:
+            self._forget(layer)
+        self._tell()
+        return self
+
+    def hide(self, layer: str) -> None:
+        """Take one layer off."""
+        self._forget(layer)
+        self._tell()
+
+    def fit(self) -> None:
+        """Show all of it."""
+        self.run_method("fit")
+
+    def select(self, row: int | None) -> None:
+        """Select a row of the toolpath (of the scene's), and move to it; None selects nothing."""
+        self.run_method("select", row)
+
+    def select_line(self, line: int) -> None:
+        """Select what a line of the program does."""
+        self.run_method("selectLine", line)
+
+    def select_hole(self, hole: int) -> None:
+        """Select a hole of the part, by its index."""
+        self.run_method("selectHole", hole)
+
+    def play(self, rate: float = 1.0) -> None:
+        """Play at so many machine seconds in a second."""
+        self.run_method("play", rate)
+
+    def pause(self) -> None:
+        """Stop playing."""
+        self.run_method("pause")
+
+    def seek(self, seconds: float | None) -> None:
+        """Go to a machine time; None shows everything."""
+        self.run_method("seek", seconds)
+
+    def set_mode(self, mode: str) -> None:
+        """Show ``before``, ``after``, both ``side`` by side, or one as ``overlay`` of the other."""
+        self.run_method("setMode", mode)
+
+    def set_layers(self, **layers: bool) -> None:
+        """Put layers on or off."""
+        self.run_method("setLayers", layers)
+
+    def _tell(self) -> None:
+        root = f"/_nicegui/{nicegui_version}/dynamic_resources"
+        self._props["scenes"] = {layer: f"{root}/{name}" for layer, name in self._scenes.items()}
+        self.update()
+
+    def _forget(self, layer: str) -> None:
+        dynamic_resources.pop(self._scenes.pop(layer, ""), None)
+
+    def _handle_delete(self) -> None:
+        for layer in LAYERS:
+            self._forget(layer)
+        super()._handle_delete()
+
+
+class Program(Element, component="static/gcode_element.js"):
+    """The program of what a drawing shows, line by line; selection and playing are linked both ways."""
+
+    def __init__(self, drawing: Canvas, *, words: Mapping[str, str] | None = None) -> None:
+        super().__init__()
+        self._props.update(drawing=drawing.id, words=dict(words or {}))
+
+
+class Convergence(Element, component="static/chart_element.js"):
+    """Cost against the time of a search, with the lower bound."""
+
+    def __init__(self, *, words: Mapping[str, str] | None = None) -> None:
+        super().__init__()
+        self._props.update(kind="Convergence", words=dict(words or {}), data=None)
+
+    def set(
+        self, history: Sequence[tuple[float, float]], bound: float | None = None, unit: str = "s", now: float = 0.0
+    ) -> None:
+        """Show a search so far: (seconds, cost) at every improvement, the bound, and for how long it has run, s."""
+        self._props["data"] = {"history": [list(point) for point in history], "bound": bound, "unit": unit, "now": now}
+        self.update()
+
+
+class Bars(Element, component="static/chart_element.js"):
+    """A bar for every worker."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._props.update(kind="Bars", words={}, data=[])
+
+    def set(self, rows: Sequence[Mapping[str, Any]]) -> None:
+        """Show rows with ``name``, ``value``, ``note`` and ``best``."""
+        self._props["data"] = [dict(row) for row in rows]
+        self.update()
+
+
+class Brightness(Element, component="static/chart_element.js"):
+    """How bright every firefly is."""
+
+    def __init__(self, *, words: Mapping[str, str] | None = None) -> None:
+        super().__init__()
+        self._props.update(kind="Brightness", words=dict(words or {}), data=[])
+
+    def set(self, values: Sequence[float]) -> None:
+        """Show brightnesses, the largest of them as the full height."""
+        self._props["data"] = [float(value) for value in values]
+        self.update()

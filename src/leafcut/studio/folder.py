@@ -1,0 +1,137 @@
+"""The studio's own folder: what a page sends lies here, and a page can name nothing that lies elsewhere."""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+import shutil
+import sys
+import time
+import unicodedata
+from collections.abc import Iterable
+from pathlib import Path
+
+from leafcut.errors import OptionError
+from leafcut.files import OutputError, write_whole
+
+#: What an input's id looks like: nothing that could be a path.
+_ID = re.compile(r"[A-Za-z0-9_-]{16}")
+#: What a person may call a machine or a tool library of his own.
+_OWN = re.compile(r"[a-z0-9][a-z0-9_-]{0,60}")
+#: Words before the name of what is the studio's own, and of what is built in and is no file.
+OWN, BUILT_IN = "mine:", ("example:", "random:")
+#: In bytes; file systems take 255.
+_LONGEST_NAME = 160
+#: Uploads that no job ever used go after so many seconds.
+_UNUSED_SECONDS = 24 * 3600.0
+_RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\.|\Z)")
+
+
+def data_folder() -> Path:
+    """Return the user's folder for the studio's data, as the XDG base directory specification has it."""
+    if sys.platform == "win32":
+        base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
+    else:
+        base = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share"
+    return Path(base) / "leafcut" / "studio"
+
+
+def safe_name(name: str) -> str:
+    """Return a file's name as it may stand in a folder, on a command line and in a program's comment."""
+    last = re.split(r"[/\\]", unicodedata.normalize("NFC", name))[-1]
+    kept = "".join(c for c in last if c.isprintable() and c not in '<>:"|?*').strip(" .")
+    extension = Path(kept).suffix if len(Path(kept).suffix) < 20 else ""
+    stem = kept.removesuffix(extension)
+    while len((stem + extension).encode()) > _LONGEST_NAME:
+        stem = stem[:-1]
+    kept = stem + extension
+    if kept.startswith("-") or _RESERVED.match(kept):
+        kept = "_" + kept.lstrip("-")
+    return kept or "file"
+
+
+class Folder:
+    """Where uploads, machines and tool libraries of the studio lie.
+
+    Raises
+    ------
+    OutputError
+        The folder cannot be made.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.inputs = root / "inputs"
+        try:
+            for folder in (root, self.inputs, *(root / kind for kind in ("machines", "tools"))):
+                folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        except OSError as problem:
+            raise OutputError(f"{root}: the studio's folder cannot be made ({problem.strerror})") from None
+
+    def new_input(self, name: str) -> tuple[str, Path]:
+        """Return the id and the path of a file that is about to be written."""
+        made = secrets.token_urlsafe(12)
+        place = self.inputs / made
+        place.mkdir(mode=0o700)
+        return made, place / safe_name(name)
+
+    def add_input(self, name: str, data: bytes) -> str:
+        """Keep a file; return its id."""
+        made, path = self.new_input(name)
+        path.write_bytes(data)
+        return made
+
+    def input_path(self, made: str) -> Path:
+        """Return where an upload lies.
+
+        Raises
+        ------
+        OptionError
+            There is none of that id.
+        """
+        found = sorted((self.inputs / made).iterdir()) if _ID.fullmatch(made) and (self.inputs / made).is_dir() else []
+        if len(found) != 1:
+            raise OptionError("this file is not in the studio any more; open it again")
+        return found[0]
+
+    def source(self, word: str) -> str:
+        """Return what leafcut is given for an input that a page names: a path in here, or what is built in."""
+        return word if word.startswith(BUILT_IN) else str(self.input_path(word))
+
+    def drop_inputs(self, ids: Iterable[str]) -> None:
+        """Remove uploads."""
+        for made in ids:
+            if _ID.fullmatch(made):
+                shutil.rmtree(self.inputs / made, ignore_errors=True)
+
+    def drop_unused(self, used: Iterable[str]) -> None:
+        """Remove the uploads that no job uses and that are old."""
+        keep, now = set(used), time.time()
+        old = [p.name for p in self.inputs.iterdir() if now - p.stat().st_mtime > _UNUSED_SECONDS]
+        self.drop_inputs(name for name in old if name not in keep)
+
+    def own(self, kind: str) -> list[str]:
+        """Return the names of the person's own ``machines`` or ``tools``, in order."""
+        return sorted(p.stem for p in (self.root / kind).glob("*.toml") if _OWN.fullmatch(p.stem))
+
+    def own_path(self, kind: str, name: str) -> Path:
+        """Return the path of a file of the person's own, which need not be there.
+
+        Raises
+        ------
+        OptionError
+            The name is none.
+        """
+        if not _OWN.fullmatch(name):
+            raise OptionError(f"'{safe_name(name)}' is not a name; use small letters, digits, - and _")
+        return self.root / kind / f"{name}.toml"
+
+    def save_own(self, kind: str, name: str, text: str) -> None:
+        """Write a file of the person's own, whole or not at all."""
+        write_whole(self.own_path(kind, name), text)
+
+    def without_paths(self, line: str) -> str:
+        """Return a message without the studio's own folders: a file is what the person calls it."""
+        folder = re.escape(str(self.root) + os.sep)
+        return re.sub(folder + r"(inputs[/\\][A-Za-z0-9_-]{16}[/\\]|machines[/\\]|tools[/\\])?", "", line)

@@ -1,0 +1,217 @@
+"""Forms, made from the option dataclasses: what a person may choose for each kind of work, the important first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from leafcut.errors import OptionError
+from leafcut.option_spec import OptionSpec, flag_name, written
+from leafcut.options import GROUPS, group_of
+from leafcut.studio.folder import OWN
+from leafcut.studio.wording import Words
+from leafcut.units import BARE_UNIT
+
+#: The algorithms that are ants and have their parameters, by `AcoOptions`.
+_ANTS = ("as", "eas", "asrank", "mmas", "acs")
+_SEARCH = ("preset", "time_limit", "algorithm", "objective")
+_SEARCH_MORE = ("iterations", "target_gap", "bound", "seed", "threads", "candidates", "local_search")
+_READ = ("units", "layers", "min_diameter", "max_diameter", "merge_tolerance", "concentric", "strict")
+_POST = (
+    "dialect", "output_units", "line_numbers", "program_number", "header", "date", "repeat_words",
+)  # fmt: skip
+_ACO, _FIREFLY = "aco", "firefly"
+
+
+@dataclass(frozen=True)
+class Work:
+    """A kind of work: its command, its process, and the options that mean something to it.
+
+    `groups` are (key of the title, names); the first two are open, the others folded.
+    """
+
+    command: str
+    process: str
+    groups: tuple[tuple[str, tuple[str, ...]], ...]
+
+
+def _all(section: str, but: Iterable[str] = ()) -> tuple[str, ...]:
+    """Return the options of a group, without some that stand elsewhere."""
+    group = next(g for g in GROUPS if g.section == section)
+    return tuple(name for name in group.specs() if name not in but)
+
+
+_DRILL_MAIN = ("machine", "thickness", "depth", "tools", "retract", "peck")
+_CUT_MAIN = ("machine", "thickness", "material", "cut_process", "chains", "common_lines")
+_POCKET_MAIN = ("machine", "tool_diameter", "depth", "strategy", "milling", "stock", "pixel_size")
+_POCKET_PLACES = ("clearance_height", "retract_height", "spindle_speed", "start_point", "end_point", "work_offset")
+_SHEET_PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
+_PROGRAM_MAIN = ("machine", "merge_tools", "allow_reverse", "keep_order")
+
+#: In the order in which they are offered.
+WORKS: dict[str, Work] = {
+    "drill": Work(
+        "optimize",
+        "auto",
+        (
+            ("main", _DRILL_MAIN),
+            ("search", _SEARCH),
+            ("drill", _all("drill", _DRILL_MAIN)),
+            ("read", _READ),
+            ("place", ("work_offset",)),
+            ("post", (*_POST, "coolant")),
+            ("solve", _SEARCH_MORE),
+        ),
+    ),
+    "cut": Work(
+        "optimize",
+        "cut",
+        (
+            ("main", _CUT_MAIN),
+            ("search", _SEARCH),
+            ("cut", _all("cut", (*_CUT_MAIN, "save_plan"))),
+            ("place", (*_SHEET_PLACES, "work_offset")),
+            ("sheet", _all("sheet")),
+            ("read", ("units", "layers", "strict")),
+            ("post", (*_POST, "beam_power", "mark_power", "path_tolerance", "material_number")),
+            ("solve", _SEARCH_MORE),
+        ),
+    ),
+    "pocket": Work(
+        "optimize",
+        "pocket",
+        (
+            ("main", _POCKET_MAIN),
+            ("search", _SEARCH),
+            ("pocket", _all("pocket", _POCKET_MAIN)),
+            ("place", _POCKET_PLACES),
+            ("read", ("units", "layers", "join_tolerance", "strict")),
+            ("post", (*_POST, "coolant", "path_tolerance")),
+            ("solve", _SEARCH_MORE),
+        ),
+    ),
+    "program": Work(
+        "optimize",
+        "auto",
+        (
+            ("main", _PROGRAM_MAIN),
+            ("search", _SEARCH),
+            ("post", ("dialect", "renumber")),
+            ("place", ("work_offset",)),
+            ("solve", _SEARCH_MORE),
+        ),
+    ),
+    "solve": Work(
+        "solve",
+        "auto",
+        (("search", ("algorithm", "preset", "time_limit", "iterations", "seed")),
+         ("solve", ("target_gap", "bound", "threads", "candidates", "local_search")),
+         ("read", ("units", "layers", "strict"))),
+    ),
+    "simulate": Work("simulate", "auto", (("main", ("machine", "dialect", "work_offset")),)),
+    "verify": Work("verify", "auto", (("main", ("machine", "dialect", "allow_reverse")),)),
+}  # fmt: skip
+#: What a program may be said to do, beside leaving it to leafcut to see.
+PROGRAM_PROCESSES = ("auto", "drill", "mill", "laser", "plasma")
+
+
+def names_of(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """Return the groups of a kind of work; the parameters of ants and fireflies come with their algorithms."""
+    groups = WORKS[work].groups
+    if any("algorithm" in names for _, names in groups):
+        if algorithm in _ANTS:
+            groups = (*groups, (_ACO, _all(_ACO)))
+        if algorithm == "firefly":
+            groups = (*groups, (_FIREFLY, _all(_FIREFLY)))
+    return groups
+
+
+def form(
+    work: str, values: Mapping[str, Any], words: Words, *, machines: Mapping[str, str], tools: Iterable[str]
+) -> list[dict[str, Any]]:
+    """Return the form of a kind of work as the page draws it: groups with fields, in plain values.
+
+    `machines` are name → what it is called; `tools` the names of the person's own libraries.
+    """
+    own = {"machine": list(machines.items()), "tools": [(OWN + name, name) for name in tools]}
+    made = []
+    for key, names in names_of(work, str(values.get("algorithm") or "auto")):
+        fields = [_field(name, words, own.get(name)) for name in names]
+        changed = sum(1 for name in names if values.get(name) not in (None, ""))
+        folded = key not in ("main", "search")
+        made.append(
+            {"key": key, "title": words(f"group.{key}"), "folded": folded, "changed": changed, "fields": fields}
+        )
+    return made
+
+
+def _field(name: str, words: Words, own: list[tuple[str, str]] | None) -> dict[str, Any]:
+    spec = group_of(name).specs()[name]
+    default = group_of(name).defaults()[name]
+    choices: list[tuple[str, str]] = [(word, word) for word in spec.choices]
+    if own is not None:
+        choices = own
+    return {
+        "name": name,
+        "label": words.option(name),
+        "flag": flag_name(name),
+        "kind": spec.kind,
+        "unit": _unit(spec),
+        "help": spec.help,
+        "choices": [list(pair) for pair in choices],
+        "default": _default(spec, default, words),
+        "on": default is True,
+        "file": spec.kind == "path",
+    }
+
+
+def _unit(spec: OptionSpec) -> str:
+    """Return the unit that a bare number has in a field."""
+    if spec.kind == "percent":
+        return "%"
+    return BARE_UNIT.get(spec.unit, "") if spec.kind == "quantity" else "mm" if spec.kind == "point" else ""
+
+
+def _default(spec: OptionSpec, default: Any, words: Words) -> str:
+    """Return what holds where nothing is given."""
+    if spec.default_words:
+        return spec.default_words
+    if default in (None, (), ""):
+        return words("form.none")
+    text = written(spec, default)
+    bare = text.removesuffix(_unit(spec))
+    return bare if spec.kind in ("quantity", "percent") else text
+
+
+def problem_with(name: str, value: Any) -> str:
+    """Return what is wrong with a value as typed, or nothing; files and machines are checked when they are used."""
+    group = group_of(name)
+    spec = group.specs()[name]
+    if value in (None, "") or spec.kind == "path" or spec.may_be_path:
+        return ""
+    try:
+        group(**group.as_typed({name: value}))
+    except OptionError as problem:
+        line = str(problem)
+        return "" if not line.startswith(flag_name(name) + ":") else line.removeprefix(flag_name(name) + ": ")
+    return ""
+
+
+def changed(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values that differ from the defaults: the others say nothing on a command line."""
+    kept = {}
+    for name, value in values.items():
+        spec, default = group_of(name).specs()[name], group_of(name).defaults()[name]
+        same = value in (None, "") or value == default
+        if not same and isinstance(value, str) and default is not None and spec.kind != "path":
+            same = value == written(spec, default)
+        if not same:
+            kept[name] = value
+    return kept
+
+
+def of_work(work: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values that mean something to a kind of work: those of another kind stay out of its run."""
+    known = {name for _, names in names_of(work, str(values.get("algorithm") or "auto")) for name in names}
+    return {name: value for name, value in changed(values).items() if name in known}

@@ -1,0 +1,229 @@
+"""What was run: one SQLite file in the studio's folder, so that a restart loses nothing."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import threading
+import time
+import zlib
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from leafcut.files import OutputError
+from leafcut.studio.task import Task
+
+_SCHEMA = """
+CREATE TABLE IF NOT EXISTS job (
+    id TEXT PRIMARY KEY, title TEXT NOT NULL, task TEXT NOT NULL, state TEXT NOT NULL, created REAL NOT NULL,
+    finished REAL, line TEXT NOT NULL DEFAULT '', figures TEXT NOT NULL DEFAULT '{}', answer BLOB
+);
+CREATE INDEX IF NOT EXISTS job_created ON job (created);
+CREATE TABLE IF NOT EXISTS artefact (
+    job TEXT NOT NULL REFERENCES job (id) ON DELETE CASCADE,
+    name TEXT NOT NULL, file_name TEXT NOT NULL, media_type TEXT NOT NULL, data BLOB NOT NULL,
+    PRIMARY KEY (job, name)
+);
+"""
+#: Of zlib: most of the gain for a tenth of the time.
+_LEVEL = 3
+
+
+class State(StrEnum):
+    """Where a job stands."""
+
+    WAITING = "waiting"
+    RUNNING = "running"
+    DONE = "done"
+    STOPPED = "stopped"  # a person stopped it, and the best so far was kept
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+    INTERRUPTED = "interrupted"  # the studio ended while it ran
+
+    @property
+    def over(self) -> bool:
+        """Whether nothing more will happen."""
+        return self not in (State.WAITING, State.RUNNING)
+
+    @property
+    def kept(self) -> bool:
+        """Whether there is an outcome."""
+        return self in (State.DONE, State.STOPPED)
+
+
+@dataclass(frozen=True)
+class Artefact:
+    """A file that a run made."""
+
+    file_name: str
+    media_type: str
+    data: bytes
+
+
+@dataclass(frozen=True)
+class Record:
+    """A job as the history knows it; `figures` are the few numbers that a list shows."""
+
+    id: str
+    title: str
+    task: Task
+    state: State
+    created: float
+    finished: float | None
+    line: str
+    figures: dict[str, Any]
+
+
+class History:
+    """The jobs, the newest first; used from several threads.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be opened or written. A damaged one is set aside and a new one begun.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._lock = threading.Lock()
+        self._path = path
+        try:
+            self._connection = self._open()
+        except sqlite3.DatabaseError as problem:
+            if isinstance(problem, sqlite3.OperationalError):
+                raise OutputError(f"{path}: the history cannot be opened ({problem})") from None
+            path.replace(path.with_name(f"{path.name}.damaged-{time.time():.0f}"))
+            self._connection = self._open()
+
+    def _open(self) -> sqlite3.Connection:
+        connection = sqlite3.connect(self._path, check_same_thread=False, isolation_level=None, timeout=10.0)
+        try:
+            connection.execute("PRAGMA journal_mode = WAL")
+            connection.execute("PRAGMA foreign_keys = ON")
+            connection.execute("PRAGMA quick_check")
+            connection.executescript(_SCHEMA)
+        except sqlite3.Error:
+            connection.close()
+            raise
+        self._path.chmod(0o600)
+        return connection
+
+    @contextmanager
+    def _writing(self) -> Iterator[sqlite3.Connection]:
+        with self._lock:
+            try:
+                self._connection.execute("BEGIN IMMEDIATE")
+                yield self._connection
+                self._connection.execute("COMMIT")
+            except BaseException as problem:
+                if self._connection.in_transaction:
+                    self._connection.execute("ROLLBACK")
+                if isinstance(problem, sqlite3.Error):
+                    raise OutputError(f"the history cannot be written ({problem})") from None
+                raise
+
+    def _read(self, query: str, values: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+        with self._lock:
+            return self._connection.execute(query, values).fetchall()
+
+    def add(self, job: str, title: str, task: Task, created: float) -> None:
+        """Note a job that waits."""
+        with self._writing() as to:
+            to.execute(
+                "INSERT INTO job (id, title, task, state, created) VALUES (?, ?, ?, ?, ?)",
+                (job, title, task.as_json(), State.WAITING.value, created),
+            )
+
+    def mark(self, job: str, state: State) -> None:
+        """Note how a job stands."""
+        with self._writing() as to:
+            to.execute("UPDATE job SET state = ? WHERE id = ?", (state.value, job))
+
+    def finish(
+        self,
+        job: str,
+        state: State,
+        *,
+        line: str = "",
+        answer: dict[str, Any] | None = None,
+        figures: dict[str, Any] | None = None,
+        artefacts: dict[str, Artefact] | None = None,
+    ) -> None:
+        """Note how a job ended, with all that it made."""
+        packed = None if answer is None else zlib.compress(json.dumps(answer).encode(), _LEVEL)
+        files = [
+            (job, name, made.file_name, made.media_type, zlib.compress(made.data, _LEVEL))
+            for name, made in (artefacts or {}).items()
+        ]
+        with self._writing() as to:
+            to.execute(
+                "UPDATE job SET state = ?, finished = ?, line = ?, figures = ?, answer = ? WHERE id = ?",
+                (state.value, time.time(), line, json.dumps(figures or {}), packed, job),
+            )
+            to.executemany("INSERT OR REPLACE INTO artefact VALUES (?, ?, ?, ?, ?)", files)
+
+    def interrupt(self) -> None:
+        """Note of all jobs that were not over that they were cut short; at the studio's start."""
+        with self._writing() as to:
+            to.execute(
+                "UPDATE job SET state = ?, finished = ? WHERE state IN (?, ?)",
+                (State.INTERRUPTED.value, time.time(), State.WAITING.value, State.RUNNING.value),
+            )
+
+    def get(self, job: str) -> Record | None:
+        """Return a job, or None."""
+        found = self._read(f"SELECT {_COLUMNS} FROM job WHERE id = ?", (job,))
+        return _record(found[0]) if found else None
+
+    def newest(self, most: int = 200) -> list[Record]:
+        """Return the last jobs, the newest first."""
+        return [
+            _record(row) for row in self._read(f"SELECT {_COLUMNS} FROM job ORDER BY created DESC LIMIT ?", (most,))
+        ]
+
+    def answer(self, job: str) -> dict[str, Any] | None:
+        """Return the answer of a run as its JSON, or None where there is none."""
+        found = self._read("SELECT answer FROM job WHERE id = ? AND answer IS NOT NULL", (job,))
+        answer: dict[str, Any] | None = json.loads(zlib.decompress(found[0][0])) if found else None
+        return answer
+
+    def artefact(self, job: str, name: str) -> Artefact | None:
+        """Return a file that a run made, or None."""
+        found = self._read("SELECT file_name, media_type, data FROM artefact WHERE job = ? AND name = ?", (job, name))
+        return Artefact(found[0][0], found[0][1], zlib.decompress(found[0][2])) if found else None
+
+    def artefacts(self, job: str) -> dict[str, str]:
+        """Return name → file name of what a run made."""
+        return dict(self._read("SELECT name, file_name FROM artefact WHERE job = ?", (job,)))
+
+    def delete(self, job: str) -> set[str]:
+        """Forget a job; return the inputs that no other job uses."""
+        mine = self.get(job)
+        with self._writing() as to:
+            to.execute("DELETE FROM job WHERE id = ?", (job,))
+        return files_of([mine.task]) - self.inputs_in_use() if mine else set()
+
+    def inputs_in_use(self) -> set[str]:
+        """Return the ids of all uploads that a job uses."""
+        return files_of(Task.from_json(row[0]) for row in self._read("SELECT task FROM job"))
+
+    def close(self) -> None:
+        """Close the file."""
+        with self._lock:
+            self._connection.close()
+
+
+_COLUMNS = "id, title, task, state, created, finished, line, figures"
+
+
+def _record(row: tuple[Any, ...]) -> Record:
+    job, title, task, state, created, finished, line, figures = row
+    return Record(job, title, Task.from_json(task), State(state), created, finished, line, json.loads(figures))
+
+
+def files_of(tasks: Iterable[Task]) -> set[str]:
+    """Return every word of tasks that may be the id of an upload: inputs, and files among the options."""
+    return {w for task in tasks for w in (*task.inputs, *task.options.values()) if isinstance(w, str)}

@@ -1,0 +1,210 @@
+"""Runs in threads: one for each job, outside the event loop; progress to look at, stop and keep the best, cancel."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import sys
+import threading
+import time
+import traceback
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field
+
+from leafcut.errors import LeafcutError
+from leafcut.files import OutputError
+from leafcut.studio.folder import Folder
+from leafcut.studio.history import History, Record, State
+from leafcut.studio.running import Made, run
+from leafcut.studio.task import Call, Task, names_of, prepare, title_of
+
+#: So many run at once, the others wait: a search uses all cores already.
+AT_ONCE = 2
+#: Most points of a convergence that are kept while it runs, and least seconds between two.
+_MOST_POINTS, _POINT_SECONDS = 4000, 0.02
+
+
+class Cancelled(Exception):
+    """Raised inside a run that a person cancelled, so that it ends at once."""
+
+
+@dataclass(frozen=True)
+class Latest:
+    """What a run is doing: words, cost so far, share done, gap to the lower bound (a fraction), seconds."""
+
+    what: str = ""
+    cost: float | None = None
+    share: float = 0.0
+    gap: float | None = None
+    seconds: float = 0.0
+
+
+@dataclass
+class Live:
+    """A job of this server.
+
+    Attributes
+    ----------
+    points
+        (seconds, cost, what) whenever the cost fell or another thing was begun.
+    messages
+        What was begun, once each: (seconds, words).
+    """
+
+    id: str
+    call: Call
+    names: tuple[str, ...]
+    state: State = State.WAITING
+    line: str = ""
+    latest: Latest = field(default_factory=Latest)
+    points: list[tuple[float, float, str]] = field(default_factory=list)
+    messages: list[tuple[float, str]] = field(default_factory=list)
+    began: float = 0.0
+    stop: threading.Event = field(default_factory=threading.Event)
+    dropped: bool = False
+    future: Future[None] | None = None
+
+    def tell(self, what: str, cost: float | None, share: float, gap: float | None) -> None:
+        """Note what is being done; called by the run, often."""
+        if self.dropped:
+            raise Cancelled
+        now = time.perf_counter() - self.began
+        if not self.messages or self.messages[-1][1] != what:
+            self.messages.append((now, what))
+        self.latest = Latest(what, cost, share, gap, now)
+        if cost is None:
+            return
+        last = self.points[-1] if self.points else None
+        fresh = last is None or last[2] != what or cost < last[1]
+        if fresh and (last is None or last[2] != what or now - last[0] >= _POINT_SECONDS):
+            self.points.append((now, cost, what))
+            if len(self.points) > _MOST_POINTS:
+                del self.points[1:-1:2]
+
+
+class Jobs:
+    """All jobs of a studio: those that run, and through the history those that ran."""
+
+    def __init__(self, folder: Folder, history: History) -> None:
+        self.folder, self.history = folder, history
+        self._live: dict[str, Live] = {}
+        self._threads = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="leafcut-job")
+        self._lock = threading.Lock()
+        self.closed = False
+
+    def start(self, task: Task) -> str:
+        """Begin a job, or let it wait for its turn; return its id.
+
+        Raises
+        ------
+        OptionError
+            The task cannot be meant.
+        OutputError
+            The history cannot be written, or the studio is ending.
+        """
+        call = prepare(task, self.folder)
+        if self.closed:
+            raise OutputError("the studio is ending; nothing new is begun")
+        live = Live(secrets.token_urlsafe(9), call, names_of(task, self.folder))
+        self.history.add(live.id, title_of(task, self.folder), task, time.time())
+        with self._lock:
+            self._live[live.id] = live
+        live.future = self._threads.submit(self._work, live)
+        return live.id
+
+    def live(self, job: str) -> Live | None:
+        """Return a job of this server as it goes; None for older ones."""
+        return self._live.get(job)
+
+    def record(self, job: str) -> Record | None:
+        """Return a job as the history has it."""
+        return self.history.get(job)
+
+    def running(self) -> list[str]:
+        """Return the ids of the jobs that are not over."""
+        return [job for job, live in list(self._live.items()) if not live.state.over]
+
+    def stop(self, job: str) -> None:
+        """Stop a job and keep the best that it has; nothing happens to one that is over."""
+        live = self._live.get(job)
+        if live is not None and not live.state.over:
+            live.stop.set()
+
+    def cancel(self, job: str) -> None:
+        """Stop a job and keep nothing."""
+        live = self._live.get(job)
+        if live is None or live.state.over:
+            return
+        live.dropped = True
+        live.stop.set()
+        if live.future is not None and live.future.cancel():
+            self._end(live, State.CANCELLED)
+
+    def delete(self, job: str) -> None:
+        """Forget a job and the uploads that only it used."""
+        self.cancel(job)
+        self.folder.drop_inputs(self.history.delete(job))
+        with self._lock:
+            self._live.pop(job, None)
+
+    def wait(self, job: str, seconds: float | None = None) -> State:
+        """Return the state of a job when it is over, or after `seconds`."""
+        live = self._live.get(job)
+        if live is not None and live.future is not None:
+            wait([live.future], seconds)
+        record = self.history.get(job)
+        return record.state if record else State.CANCELLED
+
+    def close(self) -> None:
+        """End all runs; those that were not over are told as cut short."""
+        if self.closed:
+            return
+        self.closed = True
+        for live in list(self._live.values()):
+            if not live.state.over:
+                live.dropped = True
+                live.stop.set()
+        self._threads.shutdown(wait=True, cancel_futures=True)
+        self.history.interrupt()
+
+    def _work(self, live: Live) -> None:
+        """Do one job, in a thread of its own; nothing that happens in it reaches the server."""
+        live.state, live.began = State.RUNNING, time.perf_counter()
+        try:
+            self.history.mark(live.id, State.RUNNING)
+            made = run(live.call, live.names, live.tell, live.stop)
+        except BaseException as problem:
+            if live.dropped:
+                self._end(live, State.INTERRUPTED if self.closed else State.CANCELLED)
+            else:
+                self._end(live, State.FAILED, line=self.folder.without_paths(line_of(problem)))
+        else:
+            if live.dropped:
+                self._end(live, State.INTERRUPTED if self.closed else State.CANCELLED)
+            else:
+                self._end(live, State.STOPPED if live.stop.is_set() else State.DONE, made=made)
+
+    def _end(self, live: Live, state: State, *, line: str = "", made: Made | None = None) -> None:
+        """Note the end in the history, then for those who look."""
+        live.line = line
+        try:
+            if made is None:
+                self.history.finish(live.id, state, line=line)
+            else:
+                self.history.finish(live.id, state, answer=made.answer, figures=made.figures, artefacts=made.artefacts)
+        except LeafcutError as problem:
+            live.line, state = str(problem), State.FAILED
+        live.state = state
+
+
+def line_of(problem: BaseException) -> str:
+    """Return what a person is told of what went wrong: the one line of an error, or that leafcut has a fault."""
+    if isinstance(problem, LeafcutError):
+        line = str(problem)
+    elif isinstance(problem, MemoryError):
+        line = "not enough memory for this input"
+    else:
+        if os.environ.get("LEAFCUT_TRACEBACK"):
+            traceback.print_exception(problem, file=sys.stderr)
+        line = f"a fault in leafcut itself ({type(problem).__name__}: {problem}); set LEAFCUT_TRACEBACK=1 to see where"
+    return "".join(c if c.isprintable() else "?" for c in " ".join(line.split()))

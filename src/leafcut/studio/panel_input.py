@@ -1,0 +1,271 @@
+"""The left side: what is opened, what is to be done with it, and how."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from nicegui import run
+
+from leafcut.errors import LeafcutError
+from leafcut.studio import forms
+from leafcut.studio.elements import Form, Opener, box, button, text
+from leafcut.studio.folder import BUILT_IN
+from leafcut.studio.jobs import line_of
+from leafcut.studio.safety import LARGEST_UPLOAD
+from leafcut.studio.task import Task
+from leafcut.studio.view import OF_READING, View
+
+if TYPE_CHECKING:
+    from leafcut.studio.pages import Page
+
+#: So many issues of a file are told before it is run.
+_MOST_ISSUES = 30
+
+
+class InputPanel:
+    """Opens, shows what was opened, and holds the form."""
+
+    def __init__(self, view: View, page: Page) -> None:
+        self.view, self.page = view, page
+        w = view.words
+        self.form_words = {key: w(f"form.{key}") for key in ("choose", "remove", "help")}
+        with box("div", "scrolls"):
+            with box("section", "part", aria_label=w("open.title")):
+                self._opener()
+                self.about = box("div", "about-part")
+            self.second = box("div", "second")
+            with box("section", "choose", aria_label=w("choose.title")):
+                self.work = Form([], self.form_words, self._choose, self._refuse)
+                self.options = Form([], self.form_words, self._put, self._refuse)
+        with box("footer", "foot"):
+            with box("div", "command"):
+                self.command = text("code", "", id="command", tabindex="0", aria_label=w("command.title"))
+                self.copy = button(
+                    w("command.copy"), None, "plain small", data_copy="command", data_said=w("command.copied")
+                )
+            self.begin = button(w("run.begin"), self.page_run, "primary wide", data_key="r")
+        self.draw()
+
+    def _opener(self) -> None:
+        w = self.view.words
+        mib = LARGEST_UPLOAD >> 20
+        Opener(
+            {
+                "open": w("open.file"),
+                "busy": w("open.busy"),
+                "drop": w("open.drop"),
+                "release": w("open.release"),
+                "large": w("open.large", mib=mib),
+            },
+            LARGEST_UPLOAD,
+            self._opened,
+            self._refuse,
+        )
+        with box("details", "built-in"):
+            text("summary", w("open.built_in"))
+            self.example = Form([], self.form_words, self._example, self._refuse)
+            self.random = {"points": "200", "seed": "1"}
+            with box("div", "random"):
+                self.map = Form(self._random_fields(), self.form_words, self._random, self._refuse)
+                self.map.show(self.random)
+                button(w("open.make"), self._make_random, "small")
+        self._draw_examples()
+
+    def _draw_examples(self) -> None:
+        from leafcut.read.examples import EXAMPLE_NAMES
+
+        names = [["", self.view.words("open.pick")], *([name, name] for name in EXAMPLE_NAMES)]
+        self.example.show({}, groups=[_group([_field("example", self.view.words("open.example"), names)])])
+
+    def _random_fields(self) -> list[dict[str, Any]]:
+        w = self.view.words
+        return [_group([_field("points", w("open.points"), []), _field("seed", w("open.seed"), [])])]
+
+    def _refuse(self, line: str) -> None:
+        self.page.say(line, True)
+
+    async def _example(self, _: str, value: str, __: str) -> None:
+        if value:
+            await self.open(f"example:{value}", value)
+
+    def _random(self, name: str, value: str, _: str) -> None:
+        self.random[name] = value
+
+    async def _make_random(self) -> None:
+        await self.open(f"random:{self.random['points']}:{self.random['seed']}", "")
+
+    async def _opened(self, kept: dict[str, Any]) -> None:
+        await self.open(kept["id"], kept["name"])
+
+    async def open(self, source: str, name: str) -> None:
+        """Open an input: read it, say what is in it, and offer what it is good for."""
+        view = self.view
+        view.source, view.name = source, name or source
+        view.second = view.second_name = ""
+        view.job = None
+        self.page.remember()
+        await self.read("")
+
+    async def read(self, work: str) -> None:
+        """Read the input for a kind of work, outside the event loop."""
+        view = self.view
+        self.page.say(view.words("open.reading", name=view.name))
+        try:
+            seen = await run.io_bound(view.look, work)
+        except Exception as problem:
+            view.seen = None
+            self.page.say(line_of(problem), True)
+            if not work:
+                view.source = view.name = ""
+        else:
+            view.seen = seen
+            self.page.say(seen.error if seen is not None else "", True)
+            if seen is not None:  # None: the studio is ending
+                view.work = work or seen.work or (view.work if view.work in seen.works else seen.works[0])
+        self.draw()
+        self.page.run.draw()
+        self.page.result.draw()
+
+    async def _choose(self, name: str, value: str, _: str) -> None:
+        view = self.view
+        if name == "process":
+            view.process = value
+            self._say_command()
+            return
+        view.work = value
+        if view.source and view.seen is not None and view.seen.format != "gcode":
+            await self.read(value)
+        self.draw()
+
+    async def _put(self, name: str, value: Any, shown: str) -> None:
+        view = self.view
+        view.put(name, value, shown)
+        self._show_values()
+        if name in OF_READING and view.source and name not in view.errors:
+            await self.read(view.work)
+
+    def _show_values(self) -> None:
+        view = self.view
+        self.options.show(view.values, view.shown, view.errors, view.form())
+        self._say_command()
+
+    async def restore(self, task: Task) -> None:
+        """Show the input and the choices of a task, so that it can be run again."""
+        view = self.view
+        names = [self._named(word) for word in task.inputs]
+        view.source, view.name, view.seen = task.inputs[0], names[0], None
+        view.second, view.second_name = (task.inputs[1], names[1]) if len(names) > 1 else ("", "")
+        view.process, view.work = task.process, _work_of(task, view.name)
+        view.values, view.errors = dict(task.options), {}
+        view.shown = {name: self._named(value) for name, value in task.options.items() if isinstance(value, str)}
+        self.draw()
+        try:
+            view.seen = await run.io_bound(view.look, view.work)
+        except LeafcutError as problem:
+            self.page.say(str(problem), True)
+        self.draw()
+
+    def _named(self, word: str) -> str:
+        """Return what a person calls an input, or a file among the options; nothing for what is none."""
+        if word.startswith(BUILT_IN):
+            return word
+        try:
+            return self.view.studio.folder.input_path(word).name
+        except LeafcutError:
+            return ""
+
+    def draw(self) -> None:
+        """Show the input and the choices."""
+        view, w = self.view, self.view.words
+        works = [[work, w(f"work.{work}")] for work in view.works()]
+        if view.work not in [work for work, _ in works]:
+            works.append([view.work, w(f"work.{view.work}")])
+        fields = [_field("work", w("choose.work"), works)]
+        if view.work == "program":
+            kinds = [[process, w(f"process.{process}")] for process in forms.PROGRAM_PROCESSES]
+            fields.append(_field("process", w("choose.process"), kinds))
+        self.work.show({"work": view.work, "process": view.process}, groups=[_group(fields)])
+        self._draw_part()
+        self._draw_second()
+        self._show_values()
+
+    def _draw_part(self) -> None:
+        view, w = self.view, self.view.words
+        self.about.clear()
+        with self.about:
+            if not view.source:
+                return
+            text("h2", view.name, "name", dir="auto")
+            if view.seen is None:
+                return
+            with box("dl", "facts"):
+                for key, value in view.seen.facts:
+                    text("dt", w(f"fact.{key}"))
+                    text("dd", value)
+            if view.seen.issues:
+                with box("details", "issues"):
+                    text("summary", w("open.issues", number=len(view.seen.issues)))
+                    with box("ul"):
+                        for issue in view.seen.issues[:_MOST_ISSUES]:
+                            text("li", f"{issue['message']} {issue['place']}".strip(), issue["severity"])
+                        if len(view.seen.issues) > _MOST_ISSUES:
+                            text("li", w("open.more", number=len(view.seen.issues) - _MOST_ISSUES))
+
+    def _draw_second(self) -> None:
+        view, w = self.view, self.view.words
+        self.second.clear()
+        if view.work != "verify":
+            return
+        with self.second:
+            field = {**_field("second", w("open.second"), []), "file": True, "default": w("form.none")}
+            made = Form([_group([field])], self.form_words, self._take_second, self._refuse)
+            made.show({"second": view.second}, {"second": view.second_name})
+
+    def _take_second(self, _: str, value: str, shown: str) -> None:
+        self.view.second, self.view.second_name = value, shown
+        self._draw_second()
+        self._say_command()
+
+    def _say_command(self) -> None:
+        view = self.view
+        line = view.command_line()
+        self.command.set_text(line or view.words("command.none"))
+        self.copy.set_visibility(bool(line))
+        self.ready(bool(view.source) and bool(view.work != "verify" or view.second))
+
+    def ready(self, ready: bool) -> None:
+        """Let the run be begun, or not."""
+        if ready:
+            self.begin.props(remove="disabled")
+        else:
+            self.begin.props("disabled")
+
+    def page_run(self) -> None:
+        """Begin the run."""
+        self.page.run.begin()
+
+
+def _field(name: str, label: str, choices: list[list[str]]) -> dict[str, Any]:
+    """Return a field that is no option."""
+    kind = "text"
+    return {
+        "name": name, "label": label, "flag": "", "kind": kind, "unit": "", "help": "", "choices": choices,
+        "default": "", "on": False, "file": False,
+    }  # fmt: skip
+
+
+def _group(fields: list[dict[str, Any]]) -> dict[str, Any]:
+    return {"key": "one", "title": "", "folded": False, "changed": 0, "fields": fields}
+
+
+def _work_of(task: Task, name: str) -> str:
+    """Return the kind of work that a task is."""
+    if task.command != "optimize":
+        return task.command
+    if task.process in ("cut", "pocket"):
+        return task.process
+    from leafcut.read.registry import BUILT_IN as FORMATS
+
+    programs = next(f.extensions for f in FORMATS if f.name == "gcode")
+    program = name.lower().endswith(programs) and not name.startswith(BUILT_IN)
+    return "program" if program or task.process not in ("auto", "drill") else "drill"

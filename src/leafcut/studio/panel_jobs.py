@@ -1,0 +1,89 @@
+"""The jobs that ran: look at one again, run it again, forget it."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+from leafcut.studio.elements import box, button, text
+from leafcut.studio.history import Record
+from leafcut.studio.jobs import line_of
+from leafcut.studio.view import View
+from leafcut.units import format_time
+
+if TYPE_CHECKING:
+    from leafcut.studio.pages import Page
+
+_MOST = 200
+
+
+class JobsPanel:
+    """A table of jobs, the newest first."""
+
+    def __init__(self, view: View, page: Page) -> None:
+        self.view, self.page = view, page
+        self.place = box("div", "page")
+
+    def draw(self) -> None:
+        """Show the jobs as they stand now."""
+        w = self.view.words
+        records = self.view.studio.history.newest(_MOST)
+        self.place.clear()
+        with self.place:
+            text("h1", w("top.jobs"))
+            if not records:
+                text("p", w("jobs.none"), "quiet")
+                return
+            with box("div", "scroll card"), box("table", "jobs", aria_label=w("top.jobs")):
+                with box("thead"), box("tr"):
+                    for key, classes in (
+                        ("when", ""), ("what", ""), ("work", ""), ("state", ""), ("result", "n"), ("do", ""),
+                    ):  # fmt: skip
+                        text("th", w(f"jobs.{key}"), classes, scope="col")
+                with box("tbody"):
+                    for record in records:
+                        self._row(record)
+
+    def _row(self, record: Record) -> None:
+        w = self.view.words
+        live = self.view.studio.jobs.live(record.id)
+        state = live.state if live is not None and not record.state.over else record.state
+        with box("tr"):
+            text("td", time.strftime("%Y-%m-%d %H:%M", time.localtime(record.created)), "keep quiet")
+            text("th", record.title, "", scope="row", dir="auto")
+            process = "" if record.task.process == "auto" else f" ({record.task.process})"
+            text("td", f"{record.task.command}{process}", "quiet")
+            with box("td"):
+                text("span", w(f"state.{state.value}"), f"tag {state.value}", title=record.line)
+            text("td", self._figures(record), "n")
+            with box("td", "keep"):
+                button(w("jobs.open"), lambda: self.page.open_job(record.id), "small")
+                button(w("jobs.again"), lambda: self._again(record), "small")
+                button(w("jobs.delete"), lambda: self._delete(record), "small plain")
+
+    def _figures(self, record: Record) -> str:
+        found, w = record.figures, self.view.words
+        if "after_s" in found and found["before_s"] is not None:
+            saved = found["saved_percent"] or 0.0
+            return f"{format_time(found['before_s'])} → {format_time(found['after_s'])} (−{saved:.1f} %)"
+        if "length" in found:
+            return f"{found['length']:,.8g}"
+        if "same" in found:
+            return w("result.same" if found["same"] else "result.differs")
+        return format_time(found["time_s"]) if "time_s" in found else record.line
+
+    async def _again(self, record: Record) -> None:
+        try:
+            job = self.view.studio.jobs.start(record.task)
+        except Exception as problem:
+            self.page.say(line_of(problem), True)
+            return
+        await self.page.open_job(job)
+
+    def _delete(self, record: Record) -> None:
+        self.view.studio.jobs.delete(record.id)
+        if self.view.job == record.id:
+            self.view.job = None
+            self.page.run.draw()
+            self.page.result.draw()
+        self.draw()

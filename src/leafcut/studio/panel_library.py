@@ -1,0 +1,96 @@
+"""Machines and tool libraries: look at what there is, make one's own from it, change it, keep it as TOML."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from leafcut.studio import library
+from leafcut.studio.elements import Editor, box, button, text
+from leafcut.studio.jobs import line_of
+from leafcut.studio.view import View
+
+if TYPE_CHECKING:
+    from leafcut.studio.pages import Page
+
+
+class LibraryPanel:
+    """The profiles of one kind, ``machines`` or ``tools``: a list, and the one that was chosen."""
+
+    def __init__(self, view: View, page: Page, kind: str) -> None:
+        self.view, self.page, self.kind = view, page, kind
+        self.chosen, self.own, self.draft = "", False, ""
+        self.place = box("div", "page library")
+
+    def draw(self) -> None:
+        """Show the list and the one that was chosen."""
+        w, folder = self.view.words, self.view.studio.folder
+        if not self.chosen:
+            self.chosen = library.shipped(self.kind)[0]
+        self.place.clear()
+        with self.place:
+            text("h1", w(f"top.{self.kind}"))
+            text("p", w(f"library.{self.kind}"), "quiet")
+            with box("div", "halves"):
+                with box("nav", "list card", aria_label=w(f"top.{self.kind}")):
+                    own = folder.own(self.kind)
+                    if own:
+                        text("h2", w("library.own"), "minor")
+                    for name in own:
+                        self._entry(name, True)
+                    text("h2", w("library.shipped"), "minor")
+                    for name in library.shipped(self.kind):
+                        self._entry(name, False)
+                with box("section", "card", aria_label=self.chosen):
+                    self._detail()
+
+    def _entry(self, name: str, own: bool) -> None:
+        here = "true" if (name, own) == (self.chosen, self.own) else "false"
+        button(name, lambda: self.choose(name, own), "entry", aria_current=here)
+
+    def choose(self, name: str, own: bool) -> None:
+        """Show one of them."""
+        self.chosen, self.own, self.draft = name, own, ""
+        self.draw()
+
+    def _detail(self) -> None:
+        w, folder = self.view.words, self.view.studio.folder
+        try:
+            words = self.draft or (
+                library.own_text(folder, self.kind, self.chosen)
+                if self.own
+                else library.shipped_text(self.kind, self.chosen)
+            )
+        except Exception as problem:
+            text("p", line_of(problem), "error")
+            return
+        with box("div", "title"):
+            text("h2", self.chosen)
+            button(w("library.copy"), lambda: self._copy(words), "small")
+            if self.own:
+                button(w("library.delete"), self._delete, "small plain")
+        names = {"name": w("library.name"), "save": w("library.save")}
+        Editor(self.chosen, words, names, self._save if self.own else None, f"{self.chosen}.toml")
+
+    def _copy(self, words: str) -> None:
+        taken = {*self.view.studio.folder.own(self.kind), *library.shipped(self.kind)}
+        base = f"my-{self.chosen.removeprefix('my-')}"
+        names = [base, *(f"{base}-{number}" for number in range(2, 1000))]
+        name = next(name for name in names if name not in taken)
+        if self.kind == "machines" and not self.own:
+            words = words.replace(f'name = "{self.chosen}"', f'name = "{name}"', 1)
+        self._save(name, words)
+
+    def _save(self, name: str, words: str) -> None:
+        try:
+            library.save(self.view.studio.folder, self.kind, name, words)
+        except Exception as problem:
+            self.page.say(line_of(problem), True)
+            return
+        self.page.say(self.view.words("library.saved", name=name))
+        self.choose(name, True)
+        self.page.input.draw()
+
+    def _delete(self) -> None:
+        library.delete(self.view.studio.folder, self.kind, self.chosen)
+        self.choose(library.shipped(self.kind)[0], False)
+        self.page.input.draw()

@@ -1,0 +1,291 @@
+"""The JSON API: optimise, solve, simulate and verify for other programs, and what the page itself loads and sends.
+
+Documented by ``/api/openapi.json``. Other programs send the token that the studio printed as
+``Authorization: Bearer TOKEN``. An error is a JSON object with one key, ``error``, and one line in it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING, Annotated, Any
+from urllib.parse import quote
+
+from fastapi import APIRouter, File, Form, HTTPException, Path, Query, Request, UploadFile
+from fastapi.responses import JSONResponse, Response
+from starlette.concurrency import run_in_threadpool
+from starlette.staticfiles import StaticFiles
+
+from leafcut.errors import LeafcutError, OptionError
+from leafcut.option_spec import flag_name
+from leafcut.options import ALGORITHM_TITLES, GROUPS
+from leafcut.studio.folder import Folder
+from leafcut.studio.history import Record
+from leafcut.studio.jobs import Jobs, line_of
+from leafcut.studio.safety import STILL_POLICY
+from leafcut.studio.task import Task
+
+if TYPE_CHECKING:
+    from fastapi import FastAPI
+
+    from leafcut.studio.app import Studio
+
+#: Where an artefact may be shown in a page of its own.
+_SHOWN = ("image/svg+xml", "text/html; charset=utf-8")
+
+Job = Annotated[str, Path(pattern="^[A-Za-z0-9_-]{12}$", description="a job's id")]
+Upload = Annotated[UploadFile | None, File(description="a file that leafcut reads")]
+Named = Annotated[str, Form(description="in place of a file: example:plate-70, random:200:7")]
+Options = Annotated[str, Form(description='a JSON object of options: {"machine": "haas-vf2", "thickness": "3mm"}')]
+
+
+def add_static(app: FastAPI) -> None:
+    """Add the files that the page is made of, and the colours, which are those of leafcut's reports."""
+    css = colours_css()
+
+    @app.get("/static/colours.css", include_in_schema=False)
+    def colours() -> Response:
+        return Response(css, media_type="text/css")
+
+    app.mount("/static", StaticFiles(packages=[("leafcut.studio", "static")]))
+
+
+def colours_css() -> str:
+    """Return the report's colours for a page that can be told to be light or dark, beside the system's own way."""
+    from leafcut.report.colours import style_sheet
+
+    light, dark = re.findall(r":root \{(.*?)\}", style_sheet("drawing.css"), flags=re.DOTALL)[:2]
+    return (
+        f":root {{ color-scheme: light; {light} }}\n"
+        f"@media (prefers-color-scheme: dark) {{ :root:not([data-theme=light]) {{ color-scheme: dark; {dark} }} }}\n"
+        f":root[data-theme=dark] {{ color-scheme: dark; {dark} }}\n"
+    )
+
+
+def router(studio: Studio) -> APIRouter:
+    """Return the routes under ``/api`` of a studio."""
+    made = APIRouter(prefix="/api")
+    _add_commands(made, studio.folder, studio.jobs)
+    _add_files(made, studio.folder)
+    _add_jobs(made, studio.jobs)
+    _add_lists(made)
+    return made
+
+
+def refuse(_: Request, problem: Exception) -> JSONResponse:
+    """Answer an error of leafcut, or a fault, with its one line."""
+    status = 400 if isinstance(problem, OptionError) else 422 if isinstance(problem, LeafcutError) else 500
+    return JSONResponse({"error": line_of(problem)}, status)
+
+
+def refuse_http(_: Request, problem: Exception) -> JSONResponse:
+    """Answer what the routes themselves refuse in the same form."""
+    status, detail = getattr(problem, "status_code", 400), getattr(problem, "detail", "")
+    return JSONResponse({"error": str(detail) or "this request cannot be understood"}, status)
+
+
+def refuse_invalid(_: Request, problem: Exception) -> JSONResponse:
+    """Answer a request whose fields are missing or of a wrong kind."""
+    first: dict[str, Any] = next(iter(getattr(problem, "errors", list)()), {})
+    place = " ".join(str(word) for word in first.get("loc", ())[1:])
+    return JSONResponse({"error": f"{place}: {first.get('msg', 'cannot be understood')}".strip(": ")}, 422)
+
+
+async def _keep(folder: Folder, file: UploadFile) -> str:
+    """Keep an upload; return its id. It is copied in pieces: it may be large."""
+    made, path = folder.new_input(file.filename or "file")
+    with path.open("wb") as to:
+        while piece := await file.read(1 << 20):
+            to.write(piece)
+    return made
+
+
+async def _input(folder: Folder, file: UploadFile | None, named: str) -> str:
+    if file is not None:
+        return await _keep(folder, file)
+    if not named:
+        raise OptionError("there is no file; send one as 'file', or name a built-in part as 'source'")
+    return named
+
+
+def _options(text: str) -> dict[str, Any]:
+    try:
+        found = json.loads(text or "{}")
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise OptionError("'options' is not a JSON object")
+    return found
+
+
+async def _done(jobs: Jobs, task: Task) -> tuple[Record, dict[str, Any]]:
+    """Run a task as a job and wait for it; return its record and its answer."""
+    job = jobs.start(task)
+    await run_in_threadpool(jobs.wait, job)
+    record = jobs.record(job)
+    if record is None or not record.state.kept:
+        line = record.line if record else ""
+        raise HTTPException(500 if line.startswith("a fault") else 422, line or "the job was cancelled")
+    return record, jobs.history.answer(job) or {}
+
+
+def _text(jobs: Jobs, job: str, name: str) -> str:
+    found = jobs.history.artefact(job, name)
+    return "" if found is None else found.data.decode("utf-8", "replace")
+
+
+def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
+    @made.post("/optimize", summary="A verified program from a drawing, or from another CAM's program")
+    async def optimize(
+        file: Upload = None, source: Named = "", process: Annotated[str, Form()] = "auto", options: Options = "{}"
+    ) -> JSONResponse:
+        """Return the answer of ``leafcut optimize --json``, the program as ``text``, and the job's id as ``job``."""
+        task = Task("optimize", (await _input(folder, file, source),), process, _options(options))
+        record, answer = await _done(jobs, task)
+        return JSONResponse({**answer, "text": _text(jobs, record.id, "program"), "job": record.id})
+
+    @made.post("/solve", summary="A short closed tour through the points of a map")
+    async def solve(file: Upload = None, source: Named = "", options: Options = "{}") -> JSONResponse:
+        """Return the answer of ``leafcut solve --json``, the tour in TSPLIB's form as ``text``, and ``job``."""
+        task = Task("solve", (await _input(folder, file, source),), "auto", _options(options))
+        record, answer = await _done(jobs, task)
+        return JSONResponse({**answer, "text": _text(jobs, record.id, "tour"), "job": record.id})
+
+    @made.post("/simulate", summary="What a program costs on a machine, and what is dangerous in it")
+    async def simulate(file: Upload = None, options: Options = "{}") -> JSONResponse:
+        """Return the answer of ``leafcut simulate --json``, and the job's id as ``job``."""
+        task = Task("simulate", (await _input(folder, file, ""),), "auto", _options(options))
+        record, answer = await _done(jobs, task)
+        return JSONResponse({**answer, "job": record.id})
+
+    @made.post("/verify", summary="Whether two programs do the same work, or where they differ")
+    async def verify(
+        original: Annotated[UploadFile, File(description="the program that is right")],
+        new: Annotated[UploadFile, File(description="the program that must do the same work")],
+        options: Options = "{}",
+    ) -> JSONResponse:
+        """Return the answer of ``leafcut verify --json``, and the job's id as ``job``."""
+        files = (await _keep(folder, original), await _keep(folder, new))
+        record, answer = await _done(jobs, Task("verify", files, "auto", _options(options)))
+        return JSONResponse({**answer, "job": record.id})
+
+
+def _add_files(made: APIRouter, folder: Folder) -> None:
+    @made.post("/files", summary="Open a file in the studio")
+    async def open_file(request: Request, name: Annotated[str, Query(max_length=1000)]) -> dict[str, Any]:
+        """Keep the body of the request as a file; return its ``id``, its ``name`` and its ``size`` in bytes."""
+        made_id, path = folder.new_input(name)
+        size = 0
+        try:
+            with path.open("wb") as to:
+                async for piece in request.stream():
+                    size += len(piece)
+                    to.write(piece)
+        except BaseException:
+            folder.drop_inputs([made_id])
+            raise
+        return {"id": made_id, "name": path.name, "size": size}
+
+
+def _job_answer(jobs: Jobs, record: Record) -> dict[str, Any]:
+    live = jobs.live(record.id)
+    latest = live.latest if live is not None else None
+    return {
+        "id": record.id,
+        "title": record.title,
+        "command": record.task.command,
+        "process": record.task.process,
+        "options": record.task.options,
+        "state": (live.state if live is not None and not record.state.over else record.state).value,
+        "created": record.created,
+        "finished": record.finished,
+        "error": record.line,
+        "figures": record.figures,
+        "progress": None
+        if latest is None or record.state.over
+        else {"what": latest.what, "cost": latest.cost, "share": latest.share, "gap": latest.gap},
+        "files": {name: file for name, file in jobs.history.artefacts(record.id).items() if file},
+    }
+
+
+def _found(jobs: Jobs, job: str) -> Record:
+    record = jobs.record(job)
+    if record is None:
+        raise HTTPException(404, "there is no such job")
+    return record
+
+
+def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
+    @made.get("/jobs", summary="The last jobs, the newest first")
+    def every(most: Annotated[int, Query(ge=1, le=1000)] = 100) -> list[dict[str, Any]]:
+        return [_job_answer(jobs, record) for record in jobs.history.newest(most)]
+
+    @made.get("/jobs/{job}", summary="A job: how it stands, and its answer where it is done")
+    def one(job: Job) -> dict[str, Any]:
+        return {**_job_answer(jobs, _found(jobs, job)), "answer": jobs.history.answer(job)}
+
+    @made.post("/jobs/{job}/stop", summary="Stop a job and keep the best that it has")
+    def stop(job: Job) -> dict[str, Any]:
+        record = _found(jobs, job)
+        jobs.stop(job)
+        return _job_answer(jobs, record)
+
+    @made.post("/jobs/{job}/cancel", summary="Stop a job and keep nothing")
+    def cancel(job: Job) -> dict[str, Any]:
+        record = _found(jobs, job)
+        jobs.cancel(job)
+        return _job_answer(jobs, record)
+
+    @made.delete("/jobs/{job}", summary="Forget a job and the files that only it used")
+    def delete(job: Job) -> dict[str, str]:
+        _found(jobs, job)
+        jobs.delete(job)
+        return {"deleted": job}
+
+    @made.get("/jobs/{job}/files/{name}", summary="A file that a run made", response_class=Response)
+    def artefact(job: Job, name: Annotated[str, Path(max_length=40)], show: bool = False) -> Response:
+        found = jobs.history.artefact(job, name)
+        if found is None:
+            raise HTTPException(404, "there is no such file")
+        shown = show and found.media_type in _SHOWN
+        disposition = f"{'inline' if shown else 'attachment'}; filename*=UTF-8''{quote(found.file_name)}"
+        headers = {"content-disposition": disposition, "content-security-policy": STILL_POLICY}
+        return Response(found.data, media_type=found.media_type, headers=headers)
+
+
+def _add_lists(made: APIRouter) -> None:
+    @made.get("/machines", summary="The machines that leafcut knows")
+    def machines() -> list[dict[str, str]]:
+        from leafcut.read.machine import load_machine, machine_names
+
+        known = [load_machine(name) for name in machine_names()]
+        return [{"name": m.name, "description": f"{m.description} ({m.controller})"} for m in known]
+
+    @made.get("/algorithms", summary="The algorithms that order the work")
+    def algorithms() -> list[dict[str, str]]:
+        return [{"name": name, "description": words} for name, words in ALGORITHM_TITLES.items()]
+
+    @made.get("/formats", summary="The kinds of file that leafcut reads")
+    def formats() -> list[dict[str, str]]:
+        from leafcut.read import formats
+
+        return [{"name": f.name, "description": f"{' '.join(f.extensions)}  {f.help}".strip()} for f in formats()]
+
+    @made.get("/options", summary="Every option: its kind, unit, bounds, choices and help")
+    def options() -> list[dict[str, Any]]:
+        return [
+            {
+                "name": name,
+                "flag": flag_name(name),
+                "group": group.section,
+                "kind": spec.kind,
+                "unit": spec.unit,
+                "minimum": spec.minimum,
+                "maximum": spec.maximum,
+                "choices": list(spec.choices),
+                "default": spec.default_words,
+                "help": spec.help,
+            }
+            for group in GROUPS
+            for name, spec in group.specs().items()
+        ]

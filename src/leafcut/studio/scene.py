@@ -1,0 +1,305 @@
+"""Scenes: what the studio's drawing shows, as bytes that a browser reads without parsing numbers.
+
+A scene is
+
+- the eight bytes ``LCSCENE1``;
+- uint32: length of the header in bytes, then uint32: 0;
+- the header: one JSON object in UTF-8, filled up with spaces to a multiple of 8;
+- blocks of numbers, each beginning at a multiple of 8.
+
+All numbers are little-endian. The header has
+
+- ``kind``: ``part``, ``toolpath``, ``pheromone`` or ``strength``, and ``name`` for people;
+- ``origin``: x and y in mm that were taken off all float32 places, so that what lies far away stays exact;
+- ``extents``: smallest x and y, largest x and y, mm, with the origin; null where there is nothing;
+- ``blocks``: name → [type, offset from the first block in bytes, number of items, items in a row]; types are
+  ``f4``, ``i4``, ``u4`` and ``u1``.
+
+Blocks of a ``part``:
+
+==================== ======== =======================================================================================
+``hole``             f4 × 3   centre and diameter, mm (0: not known)
+``hole_tool``        i4       number of the tool that works last on it, 0 where that is not known
+``slot``             f4 × 5   both ends of the centre line, width
+``vertex``           f4 × 3   x, y and bulge of all outlines, one outline after the other
+``outline``          u4 × 4   first vertex, number of vertices, what it is (``OUTLINES``) plus 16 if closed, part number
+``issue``            f4 × 3   place of an issue, and which of the header's ``issues`` it is
+==================== ======== =======================================================================================
+
+Blocks of a ``toolpath``, a row for each move or command in the order in which they are run:
+
+==================== ======== =======================================================================================
+``doing``            u1       0 rapid, 1 cut, 2 arc clockwise, 3 counter-clockwise, 4 stands, 5 moves switched off
+``place``            f4 × 3   where the tool is after the row, NaN for what is not known
+``seconds``          f4       time of the row; how far the tool is on a row goes evenly with the time
+``line``             u4       line of the program, from 1; 0: none
+``source``           u4       number of the toolpath's row: rows of one canned cycle have the same
+``feed``             f4       mm/s
+``tool``             u4       number of the tool
+``arc_row``, ``arc`` u4, f4×5 rows that are arcs; centre, radius, start angle and signed sweep, rad
+``stop``             u4       rows with which the tool begins to work: their order is what numbers show
+``pierce``           f4 × 3   place of a pierce and number of the cut, from 1 (a sheet)
+``lead``             f4 × 2   points of leads, NaN between two (a sheet)
+``text``             u1       the program, UTF-8
+==================== ======== =======================================================================================
+
+with the header's ``seconds``, ``rapid_mm``, ``cut_mm``, ``kerf`` (mm, 0: none), ``tools`` (number → words) and
+``which`` (``before``, ``after``).
+
+Blocks of a ``pheromone``: ``point`` f4 × 2, ``edge`` u4 × 2 and ``strength`` f4, 0 … 1; of a ``strength``, which
+follows it for the same edges, ``strength`` alone.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from leafcut.model.contour import Contour
+from leafcut.model.cutting import CutPlan
+from leafcut.model.issue import Issue
+from leafcut.model.machine import Machine
+from leafcut.model.outcome import Outcome
+from leafcut.model.part import Part
+from leafcut.model.pocket import Pocket
+from leafcut.model.toolpath import Toolpath
+from leafcut.report.drawing import Which
+from leafcut.report.playback import Playback, outcome_playback, playback
+from leafcut.report.wording import clean
+
+MAGIC = b"LCSCENE1"
+
+#: What an outline is.
+OUTLINES = ("cut", "mark", "sheet", "pocket", "island")
+CLOSED = 16
+
+#: More issues are not shown one by one, nor more places of one.
+MOST_ISSUES = 500
+
+_LEAD_TOLERANCE = 0.02
+_PLACE = re.compile(r"\((-?[\d.]+(?:e[+-]?\d+)?), (-?[\d.]+(?:e[+-]?\d+)?)\)")
+_HANDLE = re.compile(r"handle ([0-9A-Fa-f]+)")
+
+Columns = dict[str, tuple[str, NDArray[Any]]]
+
+
+def part_scene(part: Part, tools: dict[int, int] | None = None) -> bytes:
+    """Return a part: holes, slots, contours, pockets and the places of its issues.
+
+    `tools`: number of the tool for each hole by its index, where that is known.
+    """
+    x0, y0, x1, y1 = part.extents
+    origin = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1)])
+    hole = np.column_stack([part.hole_xy - origin, part.diameters])
+    of_hole = np.zeros(len(part.holes), dtype=np.int32)
+    if tools:
+        of_hole[list(tools)] = list(tools.values())
+    ends = np.array([(*s.start, *s.end, s.width) for s in part.slots]).reshape(-1, 5)
+    vertex, outline = _outlines(part.contours, part.pockets)
+    vertex[:, :2] -= origin
+    columns: Columns = {
+        "hole": ("f4", hole),
+        "hole_tool": ("i4", of_hole),
+        "slot": ("f4", ends - np.array([*origin, *origin, 0.0])),
+        "vertex": ("f4", vertex),
+        "outline": ("u4", outline),
+        "issue": ("f4", _issue_places(part) - np.array([*origin, 0.0])),
+    }
+    radius = 0.5 * float(part.diameters.max(initial=0.0))
+    layers = {one.layer for nouns in (part.holes, part.slots, part.contours, part.pockets) for one in nouns}
+    header = {
+        "kind": "part",
+        "name": clean(part.name),
+        "extents": [x0 - radius, y0 - radius, x1 + radius, y1 + radius]
+        if len(hole) + len(ends) + len(vertex)
+        else None,
+        "origin": origin.tolist(),
+        "layers": sorted(clean(layer) for layer in layers - {""}),
+        "issues": _issues(part.issues),
+    }
+    return packed(header, columns)
+
+
+def outcome_scene(outcome: Outcome, which: Which) -> bytes:
+    """Return the toolpath of an outcome, ``before`` or ``after``; the one after with its program.
+
+    Raises
+    ------
+    PlanError
+        The drilling cycles come to more moves than can be meant.
+    """
+    plans = outcome.cut_plans
+    plan = None if not plans else plans[0 if which == "before" else -1]
+    measure = outcome.before if which == "before" else outcome.after
+    header = {
+        "name": clean(outcome.part.name),
+        "which": which,
+        "rapid_mm": measure.travel_mm,
+        "cut_mm": measure.cut_mm,
+        "tools": {str(o.tool.number): _tool_words(o.tool.label, o.tool.diameter) for o in outcome.operations},
+    }
+    return _toolpath(outcome_playback(outcome, which), header, outcome.text if which == "after" else "", plan)
+
+
+def outcome_part_scene(outcome: Outcome) -> bytes:
+    """Return the part of an outcome, every hole with the tool that works last on it."""
+    tools = {hole: o.tool.number for o in outcome.operations if not o.slots for hole in o.hole_order}
+    return part_scene(outcome.part, tools)
+
+
+def toolpath_scene(path: Toolpath, machine: Machine, *, name: str = "", text: str = "", beam: bool = False) -> bytes:
+    """Return any toolpath as the machine runs it; `text` is the program that its lines are of.
+
+    Raises
+    ------
+    PlanError
+        The drilling cycles come to more moves than can be meant.
+    """
+    return _toolpath(playback(path, machine, beam), {"name": clean(name), "which": "after"}, text, None)
+
+
+def pheromone_scene(points: ArrayLike, edges: ArrayLike, strength: ArrayLike) -> bytes:
+    """Return edges between points (float[n, 2], mm; int[k, 2]) and how strong each is (float[k], 0 … 1)."""
+    xy = np.asarray(points, dtype=np.float64).reshape(-1, 2)
+    low, high = (xy.min(axis=0), xy.max(axis=0)) if len(xy) else (np.zeros(2), np.zeros(2))
+    origin = 0.5 * (low + high)
+    header = {
+        "kind": "pheromone",
+        "name": "pheromone",
+        "origin": origin.tolist(),
+        "extents": [*low.tolist(), *high.tolist()] if len(xy) else None,
+    }
+    columns: Columns = {
+        "point": ("f4", xy - origin),
+        "edge": ("u4", np.asarray(edges).reshape(-1, 2)),
+        "strength": ("f4", np.asarray(strength)),
+    }
+    return packed(header, columns)
+
+
+def strength_scene(strength: ArrayLike) -> bytes:
+    """Return how strong the edges of the last `pheromone_scene` are now (float[k], 0 … 1)."""
+    header = {"kind": "strength", "name": "strength", "origin": [0.0, 0.0], "extents": None}
+    return packed(header, {"strength": ("f4", np.asarray(strength))})
+
+
+def packed(header: dict[str, Any], columns: Columns) -> bytes:
+    """Return header and blocks as one scene."""
+    blocks, parts, offset = {}, [], 0
+    for name, (kind, column) in columns.items():
+        data = np.ascontiguousarray(column, dtype=f"<{kind}").tobytes()
+        width = column.shape[1] if column.ndim == 2 else 1
+        blocks[name] = [kind, offset, column.size, width]
+        padding = -len(data) % 8
+        parts.append(data + bytes(padding))
+        offset += len(data) + padding
+    words = json.dumps({**header, "blocks": blocks}, ensure_ascii=False, allow_nan=False).encode()
+    words += b" " * (-len(words) % 8)
+    return b"".join((MAGIC, len(words).to_bytes(4, "little"), bytes(4), words, *parts))
+
+
+def _toolpath(rows: Playback, header: dict[str, Any], text: str, plan: CutPlan | None) -> bytes:
+    low, high = _extents(rows)
+    origin = np.nan_to_num(0.5 * (low + high))
+    arc = rows.arc.copy()
+    arc[:, :2] -= origin
+    pierces, leads = _cuts(plan)
+    columns: Columns = {
+        "place": ("f4", rows.place - np.array([*origin, 0.0])),
+        "seconds": ("f4", rows.seconds),
+        "line": ("u4", rows.line),
+        "source": ("u4", rows.source),
+        "feed": ("f4", rows.feed),
+        "tool": ("u4", np.maximum(rows.tool, 0)),
+        "doing": ("u1", rows.doing),
+        "arc_row": ("u4", rows.arc_row),
+        "arc": ("f4", arc),
+        "stop": ("u4", rows.stops),
+        "pierce": ("f4", pierces - np.array([*origin, 0.0])),
+        "lead": ("f4", leads - origin),
+        "text": ("u1", np.frombuffer(text.encode("utf-8", "replace"), dtype=np.uint8)),
+    }
+    shown = {
+        "kind": "toolpath",
+        "extents": [*low.tolist(), *high.tolist()] if np.isfinite(low).all() else None,
+        "origin": origin.tolist(),
+        "seconds": float(rows.seconds.sum()),
+        "kerf": plan.data.kerf if plan else 0.0,
+        "cuts": [_cut_words(plan, number) for number in range(len(plan.cuts))] if plan else [],
+    }
+    return packed({**shown, **header}, columns)
+
+
+def _extents(rows: Playback) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the smallest and the largest known x and y of all rows, arcs included; NaN where none is."""
+    places = rows.place[:, :2]
+    every = [places[np.isfinite(places).all(axis=1)]]
+    centre, radius, (start, sweep) = rows.arc[:, :2], rows.arc[:, 2], rows.arc[:, 3:].T
+    for quarter in range(4):
+        angle = 0.5 * math.pi * quarter
+        passed = (angle - start) * np.sign(sweep) % math.tau <= np.abs(sweep)
+        every.append((centre + np.outer(radius, (math.cos(angle), math.sin(angle))))[passed])
+    points = np.concatenate(every)
+    return (points.min(axis=0), points.max(axis=0)) if len(points) else (np.full(2, math.nan), np.full(2, math.nan))
+
+
+def _outlines(contours: Iterable[Contour], pockets: Iterable[Pocket]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the vertices of all outlines, float64[n, 3], and a row for each: see above."""
+    every = [(c.path, c.kind, c.part) for c in contours]
+    for number, pocket in enumerate(pockets, 1):
+        every.append((pocket.outline, "pocket", number))
+        every += [(island, "island", number) for island in pocket.islands]
+    rows, first = [], 0
+    for path, kind, part in every:
+        count = len(path.vertices)
+        rows.append((first, count, OUTLINES.index(kind) + CLOSED * path.closed, part))
+        first += count
+    vertices = [path.vertices for path, _, _ in every]
+    return np.concatenate([np.zeros((0, 3)), *vertices]), np.array(rows, dtype=np.int64).reshape(-1, 4)
+
+
+def _cuts(plan: CutPlan | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the pierces of a sheet with the numbers of their cuts, and the points of its leads."""
+    pierces, leads = [], list[NDArray[np.float64]]()
+    gap = np.full((1, 2), math.nan)
+    for number, cut in enumerate(plan.cuts if plan else (), 1):
+        pierces.append((*cut.path.start, number))
+        for begin, end in ((0.0, cut.lead_in), (cut.lead_out, cut.path.length)):
+            if end - begin > _LEAD_TOLERANCE:
+                leads += [cut.path.piece(begin, end).flattened(_LEAD_TOLERANCE), gap]
+    return np.array(pierces).reshape(-1, 3), np.concatenate([np.zeros((0, 2)), *leads])
+
+
+def _cut_words(plan: CutPlan, number: int) -> list[Any]:
+    """Return kind and part number of a cut, and what of it is in air instead of a pierce."""
+    cut = plan.cuts[number]
+    return [cut.kind, cut.part, bool(cut.pierce)]
+
+
+def _tool_words(label: str, diameter: float) -> str:
+    return clean(label if diameter > 0 else label.rpartition(" Ø")[0])
+
+
+def _issues(issues: Iterable[Issue]) -> list[list[str]]:
+    """Return code, severity, message and place of the first issues."""
+    return [[i.code, i.severity.value, clean(i.message), clean(i.place)] for i in list(issues)[:MOST_ISSUES]]
+
+
+def _issue_places(part: Part) -> NDArray[np.float64]:
+    """Return where issues are, as far as they say it: x, y and the issue's index, float64[k, 3]."""
+    named = [(h.handle, (h.x, h.y)) for h in part.holes if h.handle]
+    named += [(c.handle, c.path.start) for c in part.contours if c.handle]
+    of_handle = dict(reversed(named))
+    places = []
+    for index, issue in enumerate(part.issues[:MOST_ISSUES]):
+        places += [(float(x), float(y), index) for x, y in _PLACE.findall(issue.place)[:MOST_ISSUES]]
+        found = _HANDLE.search(issue.place)
+        if found and found[1] in of_handle:
+            places.append((*of_handle[found[1]], index))
+    return np.array(places, dtype=np.float64).reshape(-1, 3)

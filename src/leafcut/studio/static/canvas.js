@@ -1,0 +1,343 @@
+// The drawing of the studio: parts and toolpaths with pan, zoom, hover, selection and playback.
+//
+//   const drawing = new Drawing(host, { words });
+//   drawing.show(await (await fetch(url)).arrayBuffer(), "after");
+//   drawing.on("select", ({ row, line, hole }) => …);
+//
+// Layers of `show`: part, before, after, pheromone. Events of `on`: hover, select, time, drag,
+// mode, layers, and main when there is another toolpath to select in.
+
+import { describe, mm } from "./describe.js";
+import { Input } from "./input.js";
+import { Pane, Track } from "./pane.js";
+import { PartPaths } from "./paths.js";
+import { Player } from "./player.js";
+import { readScene } from "./scene.js";
+import { watchTheme } from "./theme.js";
+import { Toolbar } from "./toolbar.js";
+import { View } from "./view.js";
+import { make } from "./icons.js";
+import { WORDS } from "./words.js";
+
+export const MODES = ["before", "after", "side", "overlay"];
+
+export class Drawing {
+  constructor(host, { words = {}, layers = {}, editable = false } = {}) {
+    this.words = { ...WORDS, ...words };
+    this.view = new View();
+    this.layers = {
+      rapids: true, cuts: true, holes: true, numbers: true, arrows: true, extents: false, issues: true, pheromone: true,
+      kerf: true, grid: true, ...layers,
+    };
+    this.editable = editable;
+    this.selected = null;
+    this.scenes = { part: null, before: null, after: null, pheromone: null };
+    this.tracks = { before: null, after: null };
+    this.mode = "after";
+    this._listeners = new Map();
+    this._build(host);
+    this.view.addEventListener("change", () => this._wake());
+    this.player.addEventListener("play", () => this._wake());
+    this.player.addEventListener("time", (event) => this._time(event.detail));
+    this._endTheme = watchTheme(() => this._restyle());
+    this._observer = new ResizeObserver(() => this._resize());
+    this._observer.observe(this.stage);
+    this._restyle();
+    this._arrange();
+  }
+
+  _build(host) {
+    const { words } = this;
+    this.root = make("div", "lc-drawing");
+    this.bar = make("div", "lc-bar");
+    this.stage = make("div", "lc-stage");
+    this.readout = make("div", "lc-readout", { role: "status", "aria-live": "polite" });
+    this.empty = make("div", "lc-empty", {}, words.empty);
+    this.root.append(this.bar, this.stage);
+    host.append(this.root);
+    this.panes = ["before", "after"].map((which) => {
+      const box = make("div", "lc-pane"), pane = new Pane(box, this, `${words.drawing}: ${words[which]}`);
+      pane.caption = make("div", "lc-caption", {}, words[which]);
+      box.append(pane.caption);
+      this.stage.append(box);
+      new Input(pane, this);
+      return pane;
+    });
+    this.legend = make("div", "lc-caption lc-legend", {}, make("i", "lc-swatch lc-before"), words.before, make("i", "lc-swatch lc-rapids"), words.after);
+    this.stage.append(this.empty, this.legend, this.readout);
+    this.toolbar = new Toolbar(this.bar, this);
+    this.player = new Player(this.root, words);
+  }
+
+  /** Call `act` with every event of a name. */
+  on(name, act) {
+    if (!this._listeners.has(name)) this._listeners.set(name, []);
+    this._listeners.get(name).push(act);
+    return this;
+  }
+
+  emit(name, detail) { (this._listeners.get(name) ?? []).forEach((act) => act(detail)); }
+
+  /** Show a scene (ArrayBuffer) as the layer part, before, after or pheromone. */
+  show(bytes, layer) {
+    const scene = readScene(bytes);
+    if (scene.kind === "strength") {
+      if (this.scenes.pheromone) this.scenes.pheromone.strength = scene.strength;
+      this.panes.forEach((pane) => pane.setPheromone(this.scenes.pheromone));
+      this._wake();
+      return;
+    }
+    const first = !Object.values(this.scenes).some(Boolean);
+    this.scenes[layer] = scene;
+    if (layer === "part") this.partPaths = new PartPaths(scene);
+    if (layer in this.tracks) {
+      scene.header.which = layer;
+      this.tracks[layer] = new Track(scene);
+      this.selected = null;
+      if (layer === "after" || !this.tracks[this.mode]) this.mode = this._chosen ?? layer;
+    }
+    this._arrange();
+    if (first || this.view.fitted) this.fit();
+  }
+
+  /** Take everything off, or one layer. */
+  clear(layer = null) {
+    for (const name of layer ? [layer] : Object.keys(this.scenes)) {
+      this.scenes[name] = null;
+      if (name in this.tracks) this.tracks[name] = null;
+      if (name === "part") this.partPaths = null;
+    }
+    this.selected = null;
+    if (!layer) this._chosen = null;
+    this._arrange();
+  }
+
+  fit() { this.view.fit(this._extents(), this._insets()); }
+
+  setMode(mode) {
+    if (!MODES.includes(mode) || !this._modes().includes(mode)) return;
+    this.mode = this._chosen = mode;
+    this._arrange();
+    if (this.view.fitted) this.fit();
+    this.emit("mode", { mode });
+  }
+
+  setLayers(changes) {
+    Object.assign(this.layers, changes);
+    this.panes.forEach((pane) => pane.invalidate());
+    this.toolbar.update();
+    this._wake();
+    this.emit("layers", { ...this.layers });
+  }
+
+  play(rate) { this.player.play(rate); }
+
+  pause() { this.player.pause(); }
+
+  /** Go to a time in machine seconds; null shows everything. */
+  seek(seconds) { if (seconds === null) this.player.showAll(); else this.player.seek(seconds); }
+
+  /** Select a row of the toolpath, and move to where it is; null selects nothing. */
+  select(row) {
+    const scene = this.main?.scene;
+    if (!scene || row === null || row < 0 || row >= scene.rows) {
+      this._choose(null);
+      return;
+    }
+    this.view.show(scene.x1(row) + scene.origin[0], scene.y1(row) + scene.origin[1]);
+    this._choose({ row, which: scene.header.which });
+  }
+
+  /** Select what a line of the program does. */
+  selectLine(line) { this.select(this.main?.scene.rowOfLine(line) ?? -1); }
+
+  /** Select a hole of the part, numbered from 0. */
+  selectHole(hole) {
+    const { part } = this.scenes;
+    if (!part || !(hole >= 0 && hole < part.holes)) return;
+    this.view.show(part.hole[3 * hole] + part.origin[0], part.hole[3 * hole + 1] + part.origin[1]);
+    const pane = this.panes[1];
+    this._choose({ hole, row: pane._rowAtHole(hole), which: this.main?.scene.header.which });
+  }
+
+  /** Return the toolpath that is numbered, played and selected in. */
+  get main() { return this.tracks[this.mode === "before" ? "before" : "after"] ?? this.tracks.before ?? this.tracks.after; }
+
+  /** Return the drawing as a PNG, as it is seen. */
+  picture() { return new Promise((done) => this.panes[1].canvas.toBlob(done, "image/png")); }
+
+  destroy() {
+    this._observer.disconnect();
+    this._endTheme();
+    cancelAnimationFrame(this._request);
+    this._request = -1;
+    this.root.remove();
+  }
+
+  // What the pointer and the keys do.
+
+  /** The pointer is at a place: say what is there, once a frame at most. */
+  point(pane, px, py) {
+    this._pointing = { pane, px, py };
+    this._wake();
+  }
+
+  hover(pane, what, px = 0, py = 0) {
+    this._pointing = null;
+    const same = JSON.stringify(what) === JSON.stringify(pane.hovered);
+    pane.hovered = what;
+    pane.dirty = true;
+    if (what) this._say(describe(what, pane, this.words));
+    else if (px || py) this._say([`X ${mm(this.view.mmX(px))}  Y ${mm(this.view.mmY(py))}`], true);
+    else this._say([]);
+    if (!same) this.emit("hover", what && { ...what, words: this.readout.textContent });
+    this._wake();
+  }
+
+  choose(pane, px, py) {
+    pane.canvas.focus({ preventScroll: true });
+    this._choose(pane.pick(px, py));
+  }
+
+  _choose(what) {
+    this.selected = what;
+    this.panes.forEach((pane) => { pane.dirty = true; });
+    const scene = what?.which ? this.tracks[what.which]?.scene : null;
+    if (what) this._say(describe(what, this._paneOf(what), this.words));
+    this.emit("select", what && { ...what, line: what.row === undefined || !scene ? 0 : scene.line[what.row] });
+    this._wake();
+  }
+
+  _paneOf(what) { return this.panes.find((pane) => pane.main && pane.main.scene.header.which === what.which) ?? this.panes[1]; }
+
+  escape() {
+    if (this.panes.some((pane) => pane.drag)) this.panes.forEach((pane) => this.drop(pane, true));
+    else if (this.player.time !== null) this.player.showAll();
+    else this._choose(null);
+  }
+
+  /** Take hold of a pierce or a stop, where editing is allowed. */
+  grab(pane, px, py) {
+    if (!this.editable || !pane.main) return;
+    const { scene } = pane.main, reach = 9 / this.view.scale, x = this.view.mmX(px), y = this.view.mmY(py);
+    for (let k = 0; k < scene.pierce.length; k += 3) {
+      const from = [scene.pierce[k] + scene.origin[0], scene.pierce[k + 1] + scene.origin[1]];
+      if (Math.hypot(from[0] - x, from[1] - y) <= reach) {
+        pane.drag = { what: "pierce", number: scene.pierce[k + 2], from, to: from };
+        return;
+      }
+    }
+    const stop = pane.stopNear(x, y, reach);
+    if (stop < 0) return;
+    const from = [scene.stopPlace(stop)[0] + scene.origin[0], scene.stopPlace(stop)[1] + scene.origin[1]];
+    pane.drag = { what: "order", number: stop + 1, row: scene.stop[stop], from, to: from };
+  }
+
+  dragTo(pane, px, py) {
+    pane.drag.to = [this.view.mmX(px), this.view.mmY(py)];
+    pane.dirty = true;
+    this._wake();
+  }
+
+  /** Let go: say what was dragged where, and which stop it was dropped on. */
+  drop(pane, cancelled) {
+    const { drag } = pane;
+    pane.drag = null;
+    pane.dirty = true;
+    this._wake();
+    if (cancelled || !drag) return;
+    const onto = pane.stopNear(drag.to[0], drag.to[1], 12 / this.view.scale) + 1;
+    this.emit("drag", { ...drag, onto: onto || null, which: pane.main.scene.header.which });
+  }
+
+  // What is where.
+
+  _modes() {
+    const { before, after } = this.tracks;
+    return before && after ? MODES : before ? ["before"] : ["after"];
+  }
+
+  /** Give every pane what it shows. */
+  _arrange() {
+    if (!this._modes().includes(this.mode)) this.mode = this._modes()[0];
+    const { before, after } = this.tracks, [left, right] = this.panes, side = this.mode === "side";
+    left.host.hidden = !side;
+    for (const pane of this.panes) {
+      pane.setPart(this.scenes.part, this.partPaths ?? null);
+      pane.setPheromone(this.scenes.pheromone);
+      pane.caption.hidden = !side;
+    }
+    this.legend.hidden = this.mode !== "overlay";
+    this._say([]);
+    [before, after].forEach((track) => { if (track) track.pale = false; });
+    left.setTracks(side ? [before] : [], side ? before : null);
+    const { main } = this;
+    if (this.mode === "overlay") {
+      before.pale = true;
+      right.setTracks([before, after], after);
+    } else right.setTracks(main ? [main] : [], main ?? null);
+    const durations = [main, side ? before : null].map((track) => track?.scene.duration ?? 0);
+    this.player.setScene(main?.scene ?? null, Math.max(...durations));
+    if (main !== this._told) this.emit("main", {});
+    this._told = main;
+    this.empty.hidden = Object.values(this.scenes).some(Boolean);
+    this.toolbar.update();
+    this._resize();
+    this._wake();
+  }
+
+  _extents() {
+    const every = this.panes.map((pane) => pane.extents).filter(Boolean);
+    if (!every.length) return null;
+    return [0, 1, 2, 3].map((k) => (k < 2 ? Math.min : Math.max)(...every.map((e) => e[k])));
+  }
+
+  /** Return the room that rulers and captions take at the left, top, right and bottom, pixels. */
+  _insets() {
+    const top = this.mode === "side" || this.mode === "overlay" ? 30 : 0;
+    return this.layers.grid ? [46, top, 0, 22] : [0, top, 0, 0];
+  }
+
+  _resize() {
+    const shown = this.panes.filter((pane) => !pane.host.hidden);
+    const sizes = shown.map((pane) => pane.resize());
+    this.view.resize(...sizes[sizes.length - 1]);
+    this._wake();
+  }
+
+  _restyle() {
+    this.panes.forEach((pane) => pane.restyle());
+    this._wake();
+  }
+
+  _time(detail) {
+    this.panes.forEach((pane) => pane.setTime(detail.time));
+    this._wake();
+    this.emit("time", detail);
+  }
+
+  _say(parts, quiet = false) {
+    this.readout.hidden = !parts.length;
+    this.readout.setAttribute("aria-live", quiet ? "off" : "polite");
+    const spans = parts.map((part, k) => make("span", k || quiet ? "" : "lc-name", {}, part));
+    this.readout.replaceChildren(...spans.flatMap((span, k) => (k ? [" · ", span] : [span])));
+  }
+
+  _wake() {
+    if (this._request || !this.player) return;
+    this._request = requestAnimationFrame((now) => this._frame(now));
+  }
+
+  _frame(now) {
+    if (this._request === -1) return;
+    this._request = 0;
+    if (this._pointing) {
+      const { pane, px, py } = this._pointing;
+      this.hover(pane, pane.pick(px, py), px, py);
+    }
+    let more = this.player.tick(now);
+    for (const pane of this.panes) if (!pane.host.hidden) more = pane.frame() || more;
+    if (more) this._wake();
+    else this.emit("settled", {});
+  }
+}

@@ -1,0 +1,52 @@
+// The drawing as an element of NiceGUI (studio/canvas.py).
+
+import { Drawing } from "leafcut-canvas/canvas.js";
+import { register, withStyle } from "leafcut-canvas/registry.js";
+
+export default {
+  template: `<div class="lc-host"></div>`,
+  props: { scenes: Object, words: Object, layers: Object, editable: Boolean },
+  mounted() {
+    withStyle();
+    this.shown = {};
+    this.drawing = new Drawing(this.$el, { words: this.words, layers: this.layers, editable: this.editable });
+    for (const name of ["hover", "select", "time", "drag"]) this.drawing.on(name, (detail) => this.$emit(name, detail));
+    register(Number(this.$el.id.replace(/\D+/g, "")), this.drawing);
+    this.load();
+  },
+  unmounted() {
+    register(Number(this.$el.id.replace(/\D+/g, "")), null);
+    this.drawing.destroy();
+  },
+  watch: { scenes() { this.load(); } },
+  methods: {
+    /** Fetch what has another address than before, and take off what has none any more; one after the other. */
+    load() {
+      this.loading = (this.loading ?? Promise.resolve()).then(() => this.update()).catch((error) => console.error(error.message));
+    },
+    async update() {
+      const scenes = { ...this.scenes };
+      for (const layer of Object.keys(this.shown)) {
+        if (layer in scenes) continue;
+        delete this.shown[layer];
+        this.drawing.clear(layer);
+      }
+      const order = ["part", "before", "after", "pheromone"];
+      for (const layer of order.filter((name) => scenes[name] && scenes[name] !== this.shown[name])) {
+        const answer = await fetch((window.path_prefix ?? "") + scenes[layer], { cache: "no-store" });
+        if (!answer.ok) continue; // there is a newer one by now, and its address is on its way
+        this.drawing.show(await answer.arrayBuffer(), layer);
+        this.shown[layer] = scenes[layer];
+      }
+    },
+    fit() { this.drawing.fit(); },
+    select(row) { this.drawing.select(row); },
+    selectLine(line) { this.drawing.selectLine(line); },
+    selectHole(hole) { this.drawing.selectHole(hole); },
+    play(rate) { this.drawing.play(rate); },
+    pause() { this.drawing.pause(); },
+    seek(seconds) { this.drawing.seek(seconds); },
+    setMode(mode) { this.drawing.setMode(mode); },
+    setLayers(layers) { this.drawing.setLayers(layers); },
+  },
+};

@@ -1,0 +1,53 @@
+// What is under the pointer or selected, in words.
+
+import { ARC_CCW, ARC_CW, CUT, DARK, RAPID } from "./scene.js";
+
+/** Return a length in mm as a person writes it. */
+export function mm(value) { return (Math.abs(value) < 5e-4 ? 0 : value).toFixed(3); }
+
+/** Return seconds as a clock shows them: 4.20 s, 1:02.5, 1:05:09. */
+export function clockWords(seconds) {
+  if (seconds < 60) return `${seconds.toFixed(seconds < 10 ? 2 : 1)} s`;
+  const whole = Math.floor(seconds / 60), rest = seconds - 60 * whole;
+  if (seconds < 3600) return `${whole}:${rest.toFixed(1).padStart(4, "0")}`;
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}:${String(Math.floor(rest)).padStart(2, "0")}`;
+}
+
+/** Return what a pick of a pane is, as parts of a line: the first is its name. */
+export function describe(what, pane, words) {
+  if (what.issue !== undefined) {
+    const [code, , message, place] = pane.part.header.issues[what.issue];
+    return [code, message, place].filter(Boolean);
+  }
+  return what.hole !== undefined ? describeHole(what, pane, words) : describeMove(what.row, pane.main.scene, words);
+}
+
+function describeHole({ hole, row }, { part, main }, words) {
+  const x = part.hole[3 * hole] + part.origin[0], y = part.hole[3 * hole + 1] + part.origin[1];
+  const diameter = part.hole[3 * hole + 2], tool = part.holeTool[hole], said = [`${words.hole} ${hole + 1}`];
+  if (diameter > 0) said.push(`Ø ${mm(diameter)}`);
+  said.push(`X ${mm(x)}  Y ${mm(y)}`);
+  if (tool) said.push(main?.scene.toolWords(tool) || `T${tool}`);
+  if (row !== undefined) {
+    said.push(`${words.ordered} ${main.scene.stop.indexOf(row) + 1}`);
+    if (main.scene.line[row]) said.push(`${words.line} ${main.scene.line[row]}`);
+  }
+  return said;
+}
+
+function describeMove(row, scene, words) {
+  const what = scene.doing[row], tool = scene.tool[row];
+  const names = { [RAPID]: words.move, [CUT]: words.cut, [ARC_CW]: words.arc, [ARC_CCW]: words.arc, [DARK]: words.dark };
+  const said = [names[what] ?? words.stand];
+  const [ox, oy] = scene.origin, arc = scene.arcAt(row);
+  if (scene.moves(row)) {
+    said.push(`${mm(scene.lengthOf(row))} mm`);
+    if (arc) said.push(`R ${mm(arc[2])}`);
+    said.push(`X ${mm(scene.x0(row) + ox)}  Y ${mm(scene.y0(row) + oy)} → X ${mm(scene.x1(row) + ox)}  Y ${mm(scene.y1(row) + oy)}`);
+  }
+  if (scene.feed[row] > 0) said.push(`${(scene.feed[row] * 60).toFixed(0)} mm/min`);
+  if (tool) said.push(scene.toolWords(tool));
+  if (scene.line[row]) said.push(`${words.line} ${scene.line[row]}`);
+  said.push(`${words.at} ${clockWords(scene.startOf(row))}`);
+  return said;
+}

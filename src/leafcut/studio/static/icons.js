@@ -1,0 +1,40 @@
+// Icons as SVG of one stroke, and small helpers to make elements.
+
+const PATHS = {
+  fit: "M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5",
+  zoomIn: "M12 5v14M5 12h14",
+  zoomOut: "M5 12h14",
+  layers: "M12 3 3 8l9 5 9-5-9-5ZM3.5 12.5 12 17l8.5-4.5M3.5 16.5 12 21l8.5-4.5",
+  play: "M7 4.5v15l12-7.5-12-7.5Z",
+  pause: "M8 5v14M16 5v14",
+  stepBack: "M18 5v14L8 12l10-7ZM6 5v14",
+  stepOn: "M6 5v14l10-7L6 5ZM18 5v14",
+  stop: "M6 6h12v12H6z",
+};
+
+/** Return an element with a class, attributes and children. */
+export function make(tag, className = "", attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  if (className) element.className = className;
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.append(...children);
+  return element;
+}
+
+/** Return an icon; the element beside it or its button carries the name. */
+export function icon(name) {
+  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  svg.setAttribute("viewBox", "0 0 24 24");
+  svg.setAttribute("aria-hidden", "true");
+  const path = document.createElementNS("http://www.w3.org/2000/svg", "path");
+  path.setAttribute("d", PATHS[name]);
+  svg.append(path);
+  return svg;
+}
+
+/** Return a button with an icon; its name is said by readers of the screen and shown as a tip. */
+export function iconButton(name, words, action) {
+  const button = make("button", "lc-button", { type: "button", "aria-label": words, title: words }, icon(name));
+  button.addEventListener("click", action);
+  return button;
+}

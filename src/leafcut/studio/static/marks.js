@@ -1,0 +1,255 @@
+// Grid, axes, scale bar, arrows, numbers and the tool: what stands on the drawing and keeps its size.
+
+import { niceStep, tickWords } from "./view.js";
+import { DARK, RAPID } from "./scene.js";
+
+export const FONT = '500 11px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif';
+const NUMBER_FONT = '600 11px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif';
+const BETWEEN_LINES = 15; // pixels at least
+const BETWEEN_TICKS = 76;
+const RULER = 22;
+
+/** Draw the lines of the grid: every step faint, every fifth or tenth stronger, and the axes through zero. */
+export function drawGrid(ctx, view, colours) {
+  const step = niceStep(BETWEEN_LINES / view.scale), coarse = step * 10 * (1 + 1e-9);
+  const [x0, y0, x1, y1] = view.seen();
+  const lines = { fine: new Path2D(), coarse: new Path2D(), axes: new Path2D() };
+  const pick = (value) => (Math.abs(value) < step / 2 ? "axes" : isMultiple(value, coarse) ? "coarse" : "fine");
+  for (let k = Math.ceil(x0 / step); k * step <= x1; k++) {
+    const px = Math.round(view.toX(k * step)) + 0.5, path = lines[pick(k * step)];
+    path.moveTo(px, 0);
+    path.lineTo(px, view.height);
+  }
+  for (let k = Math.ceil(y0 / step); k * step <= y1; k++) {
+    const py = Math.round(view.toY(k * step)) + 0.5, path = lines[pick(k * step)];
+    path.moveTo(0, py);
+    path.lineTo(view.width, py);
+  }
+  ctx.lineWidth = 1;
+  ctx.strokeStyle = colours.grid;
+  ctx.stroke(lines.fine);
+  ctx.strokeStyle = colours["grid-2"];
+  ctx.stroke(lines.coarse);
+  ctx.strokeStyle = colours["line-2"];
+  ctx.globalAlpha = 0.55;
+  ctx.stroke(lines.axes);
+  ctx.globalAlpha = 1;
+}
+
+function isMultiple(value, step) { return Math.abs(value / step - Math.round(value / step)) < 1e-3; }
+
+/** Draw ticks with millimetres along the left and the lower edge. */
+export function drawRulers(ctx, view, colours) {
+  const step = niceStep(BETWEEN_TICKS / view.scale), [x0, y0, x1, y1] = view.seen();
+  ctx.font = FONT;
+  const longest = Math.max(...[y0, y1].map((y) => ctx.measureText(tickWords(Math.round(y / step) * step, step)).width));
+  const bottom = view.height - RULER, left = Math.max(46, longest + 14);
+  ctx.fillStyle = colours.card;
+  ctx.globalAlpha = 0.86;
+  ctx.fillRect(0, bottom, view.width, RULER);
+  ctx.fillRect(0, 0, left, bottom);
+  ctx.globalAlpha = 1;
+  ctx.strokeStyle = colours.line;
+  ctx.lineWidth = 1;
+  ctx.beginPath();
+  ctx.moveTo(left + 0.5, 0);
+  ctx.lineTo(left + 0.5, bottom + 0.5);
+  ctx.lineTo(view.width, bottom + 0.5);
+  ctx.stroke();
+  ctx.fillStyle = colours["ink-2"];
+  ctx.strokeStyle = colours["line-2"];
+  ctx.beginPath();
+  ctx.textBaseline = "middle";
+  ctx.textAlign = "center";
+  for (let k = Math.ceil(x0 / step); k * step <= x1; k++) {
+    const px = Math.round(view.toX(k * step)) + 0.5;
+    if (px < left + 22 || px > view.width - 18) continue;
+    ctx.moveTo(px, bottom);
+    ctx.lineTo(px, bottom + 4);
+    ctx.fillText(tickWords(k * step, step), px, bottom + 13);
+  }
+  ctx.textAlign = "right";
+  for (let k = Math.ceil(y0 / step); k * step <= y1; k++) {
+    const py = Math.round(view.toY(k * step)) + 0.5;
+    if (py < 12 || py > bottom - 8) continue;
+    ctx.moveTo(left, py);
+    ctx.lineTo(left - 4, py);
+    ctx.fillText(tickWords(k * step, step), left - 7, py);
+  }
+  ctx.stroke();
+  ctx.textAlign = "left";
+  ctx.fillText("mm", 8, bottom + 13);
+}
+
+/** Draw a bar of a round length in the lower right corner. */
+export function drawScaleBar(ctx, view, colours) {
+  const step = niceStep(70 / view.scale), width = step * view.scale;
+  const x = view.width - 16, y = view.height - RULER - 14;
+  const words = step >= 1000 && isMultiple(step, 1000) ? `${step / 1000} m` : step >= 0.001 ? `${tickWords(step, step)} mm` : "";
+  for (const [colour, line] of [[colours.card, 5], [colours["ink-2"], 1.5]]) {
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = line;
+    ctx.beginPath();
+    ctx.moveTo(x - width, y - 4);
+    ctx.lineTo(x - width, y);
+    ctx.lineTo(x, y);
+    ctx.lineTo(x, y - 4);
+    ctx.stroke();
+  }
+  ctx.font = FONT;
+  ctx.textAlign = "center";
+  ctx.textBaseline = "bottom";
+  haloed(ctx, words, x - width / 2, y - 5, colours["ink-2"], colours.card);
+}
+
+/** Write words with a rim of the ground's colour, so that they can be read on lines. */
+export function haloed(ctx, words, x, y, ink, ground) {
+  ctx.lineJoin = "round";
+  ctx.lineWidth = 3.5;
+  ctx.strokeStyle = ground;
+  ctx.strokeText(words, x, y);
+  ctx.fillStyle = ink;
+  ctx.fillText(words, x, y);
+}
+
+/** Room on the screen: what is taken stays taken. */
+class Room {
+  constructor(width, height) {
+    this.width = width;
+    this.height = height;
+    this.taken = new Set();
+  }
+
+  /** Take the cell of a place; false where something is there or beside it. */
+  take(x, y) {
+    const column = Math.floor(x / this.width), row = Math.floor(y / this.height);
+    for (let dx = -1; dx <= 1; dx++) {
+      for (let dy = -1; dy <= 1; dy++) if (this.taken.has((column + dx) * 65536 + row + dy)) return false;
+    }
+    this.taken.add(column * 65536 + row);
+    return true;
+  }
+}
+
+/** Yield while drawing heads of arrows on rapids that are long enough, spread so that none is near another. */
+export function* paintArrows(ctx, frame, scene, colour) {
+  const room = new Room(34, 34), seen = frame.seen, [ox, oy] = scene.origin, least = 30 / frame.scale;
+  frame.inPixels(ctx);
+  const path = new Path2D();
+  for (let row = 1; row < scene.rows; row++) {
+    if (row % 20000 === 0) yield 400;
+    const what = scene.doing[row];
+    if (what !== RAPID && what !== DARK) continue;
+    const x0 = scene.x0(row), y0 = scene.y0(row), dx = scene.x1(row) - x0, dy = scene.y1(row) - y0;
+    const length = Math.hypot(dx, dy);
+    if (!(length >= least)) continue;
+    const x = x0 + dx / 2 + ox, y = y0 + dy / 2 + oy;
+    if (x < seen[0] || x > seen[2] || y < seen[1] || y > seen[3]) continue;
+    const px = frame.toX(x), py = frame.toY(y);
+    if (!room.take(px, py)) continue;
+    const ux = dx / length, uy = -dy / length, reach = 4.5;
+    path.moveTo(px + ux * reach, py + uy * reach);
+    path.lineTo(px - ux * reach + uy * 3.1, py - uy * reach - ux * 3.1);
+    path.lineTo(px - ux * reach - uy * 3.1, py - uy * reach + ux * 3.1);
+    path.closePath();
+  }
+  ctx.fillStyle = colour;
+  ctx.fill(path);
+  yield 50;
+}
+
+/** Return the stops in the order in which they get a number: ends, then hundreds, tens, fives, all. */
+export function numberOrder(count) {
+  const levels = [[], [], [], [], []];
+  for (let k = 0; k < count; k++) {
+    const number = k + 1;
+    const level = k === 0 || k === count - 1 ? 0 : number % 100 === 0 ? 1 : number % 10 === 0 ? 2 : number % 5 === 0 ? 3 : 4;
+    levels[level].push(k);
+  }
+  return levels.flat();
+}
+
+/** Return how many numbers may be written where stops are so many pixels apart: none but the ends on a dense field. */
+function mostNumbers(apart) { return apart > 15 ? 900 : apart > 9 ? 40 : 2; }
+
+/** Yield while writing the numbers of the stops, as many as have room; `radius(stop)` of the hole there, mm. */
+export function* paintNumbers(ctx, frame, scene, order, colours, radius) {
+  const seen = frame.seen, [ox, oy] = scene.origin, shown = [];
+  for (let k = 0; k < order.length; k++) {
+    if (k % 20000 === 19999) yield 400;
+    const [sx, sy] = scene.stopPlace(order[k]);
+    const x = sx + ox, y = sy + oy;
+    if (x >= seen[0] && x <= seen[2] && y >= seen[1] && y <= seen[3]) shown.push([order[k], x, y]);
+  }
+  const { width, height } = frame.view, most = mostNumbers(spread(shown, frame, width * height));
+  const room = new Room(0.62 * (7 * String(order.length).length + 6), 8);
+  frame.inPixels(ctx);
+  ctx.font = NUMBER_FONT;
+  ctx.textAlign = "left";
+  ctx.textBaseline = "alphabetic";
+  let written = 0;
+  for (const [stop, x, y] of shown) {
+    // Outside of the hole, to the upper right, as long as that is near enough to belong to it.
+    const off = Math.min(Math.max(radius(stop) * frame.scale * 0.75 + 2, 5), 60), px = frame.toX(x) + off, py = frame.toY(y) - off;
+    if (written >= most) break;
+    if (!room.take(px, py)) continue;
+    haloed(ctx, String(stop + 1), px, py, colours.ink, colours.card);
+    if (++written % 50 === 0) yield 600;
+  }
+  yield 20;
+}
+
+/** Return how far the stops that are shown would be from each other if they were spread evenly where they are, pixels. */
+function spread(shown, frame, screen) {
+  let x0 = Infinity, y0 = Infinity, x1 = -Infinity, y1 = -Infinity;
+  for (const [, x, y] of shown) {
+    x0 = Math.min(x0, x);
+    y0 = Math.min(y0, y);
+    x1 = Math.max(x1, x);
+    y1 = Math.max(y1, y);
+  }
+  const area = Math.max((x1 - x0) * frame.scale, 40) * Math.max((y1 - y0) * frame.scale, 40);
+  return Math.sqrt(Math.min(area, 2 * screen) / Math.max(shown.length, 1));
+}
+
+/** Draw a ring round the first stop and a square round the last one. */
+export function drawEnds(ctx, frame, scene, colours) {
+  if (!scene.stop.length) return;
+  frame.inPixels(ctx);
+  const places = [scene.stopPlace(0), scene.stopPlace(scene.stop.length - 1)];
+  for (const [colour, width] of [[colours.card, 5], [colours.ink, 2]]) {
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = width;
+    ctx.lineJoin = "miter";
+    ctx.beginPath();
+    places.forEach(([x, y], end) => {
+      const px = frame.toX(x + scene.origin[0]), py = frame.toY(y + scene.origin[1]);
+      if (!Number.isFinite(px + py)) return;
+      if (end) ctx.rect(px - 6.5, py - 6.5, 13, 13);
+      else {
+        ctx.moveTo(px + 7, py);
+        ctx.arc(px, py, 7, 0, 2 * Math.PI);
+      }
+    });
+    ctx.stroke();
+  }
+}
+
+/** Draw the tool at a place: a cross-hair in a disc, strong while it works. */
+export function drawTool(ctx, view, colours, x, y, working) {
+  const px = view.toX(x), py = view.toY(y);
+  if (!Number.isFinite(px + py)) return;
+  ctx.lineWidth = 2;
+  ctx.fillStyle = working ? colours.cut : colours.card;
+  ctx.strokeStyle = working ? colours.cut : colours.rapid;
+  ctx.beginPath();
+  ctx.arc(px, py, 10, 0, 2 * Math.PI);
+  ctx.globalAlpha = working ? 0.25 : 0.75;
+  ctx.fill();
+  ctx.globalAlpha = 1;
+  ctx.stroke();
+  ctx.fillStyle = colours.ink;
+  ctx.beginPath();
+  ctx.arc(px, py, 2.6, 0, 2 * Math.PI);
+  ctx.fill();
+}

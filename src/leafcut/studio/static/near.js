@@ -1,0 +1,120 @@
+// What is under the pointer: a grid of cells, each with what passes through it.
+
+const MOST_CELLS = 1 << 18;
+
+/** A grid over boxes; `boxes(k)` gives x0, y0, x1, y1 of item k, and long items are followed by `cells`. */
+export class Grid {
+  /** `items`: how many; `trace(k, put)` calls put(x0, y0, x1, y1) for every straight piece or box of item k. */
+  constructor(extents, items, trace) {
+    const [x0, y0, x1, y1] = extents;
+    const width = Math.max(x1 - x0, 1e-6), height = Math.max(y1 - y0, 1e-6);
+    const cells = Math.min(Math.max(items, 16), MOST_CELLS);
+    this.size = Math.max(Math.sqrt((width * height) / cells), Math.max(width, height) / 2048);
+    this.x0 = x0;
+    this.y0 = y0;
+    this.columns = Math.max(Math.ceil(width / this.size), 1);
+    this.rows = Math.max(Math.ceil(height / this.size), 1);
+    const counts = new Uint32Array(this.columns * this.rows + 1);
+    this._fill(items, trace, (cell) => { counts[cell + 1]++; });
+    for (let k = 1; k < counts.length; k++) counts[k] += counts[k - 1];
+    this.first = counts;
+    this.items = new Uint32Array(counts[counts.length - 1]);
+    const next = counts.slice();
+    this._fill(items, trace, (cell, item) => { this.items[next[cell]++] = item; });
+  }
+
+  _column(x) { return Math.min(Math.max(Math.floor((x - this.x0) / this.size), 0), this.columns - 1); }
+  _row(y) { return Math.min(Math.max(Math.floor((y - this.y0) / this.size), 0), this.rows - 1); }
+
+  /** Call put(cell, item) for every cell that a straight piece passes. */
+  _fill(items, trace, put) {
+    for (let item = 0; item < items; item++) {
+      trace(item, (x0, y0, x1, y1) => {
+        if (!(x0 === x0 && x1 === x1 && y0 === y0 && y1 === y1)) return;
+        if (x1 < x0) [x0, y0, x1, y1] = [x1, y1, x0, y0];
+        const last = this._column(x1);
+        for (let column = this._column(x0); column <= last; column++) {
+          // The stretch of the piece within this column says which rows it passes.
+          const left = this.x0 + column * this.size, right = left + this.size;
+          const from = x1 > x0 ? y0 + ((y1 - y0) * (Math.max(left, x0) - x0)) / (x1 - x0) : y0;
+          const to = x1 > x0 ? y0 + ((y1 - y0) * (Math.min(right, x1) - x0)) / (x1 - x0) : y1;
+          const low = this._row(Math.min(from, to)), high = this._row(Math.max(from, to));
+          for (let row = low; row <= high; row++) put(row * this.columns + column, item);
+        }
+      });
+    }
+  }
+
+  /** Call visit(item) for every item that may be within `reach` of (x, y); an item may come more than once. */
+  around(x, y, reach, visit) {
+    const left = this._column(x - reach), right = this._column(x + reach);
+    const low = this._row(y - reach), high = this._row(y + reach);
+    for (let row = low; row <= high; row++) {
+      for (let column = left; column <= right; column++) {
+        const cell = row * this.columns + column;
+        for (let k = this.first[cell]; k < this.first[cell + 1]; k++) visit(this.items[k]);
+      }
+    }
+  }
+}
+
+/** Return the grid of a toolpath's moves, arcs by short chords. */
+export function gridOfMoves(scene) {
+  const [ox, oy] = scene.origin, e = scene.extents ?? [0, 0, 1, 1];
+  return new Grid([e[0] - ox, e[1] - oy, e[2] - ox, e[3] - oy], scene.rows, (row, put) => {
+    if (!scene.moves(row)) return;
+    const arc = scene.arcAt(row);
+    if (!arc) {
+      put(scene.x0(row), scene.y0(row), scene.x1(row), scene.y1(row));
+      return;
+    }
+    let [x, y] = [scene.x0(row), scene.y0(row)];
+    const pieces = Math.min(Math.max(Math.ceil(Math.abs(arc[4]) * 4), 1), 64);
+    for (let k = 1; k <= pieces; k++) {
+      const [nx, ny] = scene.along(row, k / pieces);
+      put(x, y, nx, ny);
+      [x, y] = [nx, ny];
+    }
+  });
+}
+
+/** Return the grid of a part's holes by their boxes' diagonals and edges. */
+export function gridOfHoles(part) {
+  const [ox, oy] = part.origin, e = part.extents ?? [0, 0, 1, 1];
+  return new Grid([e[0] - ox, e[1] - oy, e[2] - ox, e[3] - oy], part.holes, (k, put) => {
+    const x = part.hole[3 * k], y = part.hole[3 * k + 1];
+    put(x, y, x, y);
+  });
+}
+
+/** Return the distance of (x, y) from a move. */
+export function distanceToMove(scene, row, x, y) {
+  const arc = scene.arcAt(row);
+  if (arc) {
+    const angle = Math.atan2(y - arc[1], x - arc[0]), full = 2 * Math.PI;
+    const ahead = ((((angle - arc[3]) * Math.sign(arc[4])) % full) + full) % full;
+    if (ahead <= Math.abs(arc[4])) return Math.abs(Math.hypot(x - arc[0], y - arc[1]) - arc[2]);
+    return Math.min(Math.hypot(x - scene.x0(row), y - scene.y0(row)), Math.hypot(x - scene.x1(row), y - scene.y1(row)));
+  }
+  return distanceToLine(x, y, scene.x0(row), scene.y0(row), scene.x1(row), scene.y1(row));
+}
+
+/** Return the distance of (x, y) from a straight piece. */
+export function distanceToLine(x, y, x0, y0, x1, y1) {
+  const dx = x1 - x0, dy = y1 - y0, square = dx * dx + dy * dy;
+  const share = square > 0 ? Math.min(Math.max(((x - x0) * dx + (y - y0) * dy) / square, 0), 1) : 0;
+  return Math.hypot(x - x0 - share * dx, y - y0 - share * dy);
+}
+
+/** Return the nearest item of a grid within `reach`, or -1; `distance(item)` in mm, ties go to the last one. */
+export function nearest(grid, x, y, reach, distance) {
+  let best = -1, least = reach;
+  grid.around(x, y, reach, (item) => {
+    const away = distance(item);
+    if (away < least || (away === least && item > best)) {
+      least = away;
+      best = item;
+    }
+  });
+  return [best, least];
+}

@@ -1,0 +1,357 @@
+// A pane: one canvas with one or two toolpaths over a part, drawn from cached pictures.
+
+import { Buffer, Frame, budget } from "./buffer.js";
+import { drawGrid, drawRulers, drawScaleBar, drawTool, numberOrder } from "./marks.js";
+import { distanceToMove, gridOfHoles, gridOfMoves, nearest } from "./near.js";
+import { paintDone, paintGround, paintMarks, paintMore, paintPaths } from "./painters.js";
+import { PartPaths, ToolpathPaths, pathsOfRows } from "./paths.js";
+import { DARK, RAPID, STAND } from "./scene.js";
+import { coloursOf } from "./theme.js";
+
+const PALE = 0.3;
+const REACH = 7; // pixels from the pointer
+
+/** A toolpath with what was made of it once: pieces, the order of its numbers, and the grid for the pointer. */
+export class Track {
+  constructor(scene) {
+    this.scene = scene;
+    this.paths = new ToolpathPaths(scene);
+    this.numbers = numberOrder(scene.stop.length);
+    this.pale = false;
+    this._grid = null;
+    const e = scene.extents ?? [0, 0, 1, 1];
+    /** How large a dot may be so that two do not touch as a rule, mm. */
+    this.drillRadius = 0.2 * Math.sqrt(((e[2] - e[0]) * (e[3] - e[1])) / Math.max(scene.stop.length, 1));
+  }
+
+  get grid() { return (this._grid ??= gridOfMoves(this.scene)); }
+}
+
+export class Pane extends EventTarget {
+  /** `shared`: what all panes have in common: view, layers, and the selection. */
+  constructor(host, shared, label) {
+    super();
+    this.host = host;
+    this.shared = shared;
+    this.view = shared.view;
+    this.layers = shared.layers;
+    this.canvas = document.createElement("canvas");
+    this.canvas.className = "lc-canvas";
+    this.canvas.tabIndex = 0;
+    this.canvas.setAttribute("role", "application");
+    this.canvas.setAttribute("aria-label", label);
+    host.append(this.canvas);
+    this.ctx = this.canvas.getContext("2d", { alpha: true });
+    this.part = this.partPaths = this.pheromone = this.main = null;
+    this.tracks = [];
+    this.time = null; // seconds, null: no playback
+    this.doneRow = this.paintedRow = 0;
+    this.hovered = null;
+    this.drag = null;
+    this.buffers = {
+      ground: new Buffer((ctx, frame) => paintGround(ctx, frame, this)),
+      path: new Buffer((ctx, frame) => paintPaths(ctx, frame, this)),
+      done: new Buffer((ctx, frame) => paintDone(ctx, frame, this)),
+      marks: new Buffer((ctx, frame) => paintMarks(ctx, frame, this)),
+    };
+    this.colours = {};
+  }
+
+  /** Read the colours anew; the pane must be on the page by then. */
+  restyle() {
+    this.colours = coloursOf(this.host);
+    this.invalidate();
+  }
+
+  setPart(scene, paths) {
+    this.part = scene;
+    this.partPaths = paths;
+    this._holes = null;
+    this.invalidate("ground", "marks");
+  }
+
+  /** Show toolpaths: the last one is the one that is numbered, played and selected in. */
+  setTracks(tracks, main) {
+    this.tracks = tracks;
+    this.main = main;
+    this.hovered = null;
+    this.invalidate();
+  }
+
+  setPheromone(scene) {
+    this.pheromone = scene;
+    this.invalidate("ground");
+  }
+
+  get extents() {
+    const every = [this.part, this.pheromone, ...this.tracks.map((track) => track.scene)].filter((s) => s?.extents).map((s) => s.extents);
+    if (!every.length) return null;
+    const over = (k, pick) => pick(...every.map((e) => e[k]));
+    return [over(0, Math.min), over(1, Math.min), over(2, Math.max), over(3, Math.max)];
+  }
+
+  invalidate(...names) {
+    for (const name of names.length ? names : Object.keys(this.buffers)) this.buffers[name].invalidate();
+    this.dirty = true;
+  }
+
+  /** Show the state at a time in seconds; null: everything, without a tool. */
+  setTime(time) {
+    const { main } = this;
+    const was = this.time;
+    this.time = main ? time : null;
+    this.dirty = true;
+    if (this.time === null) return;
+    const at = main.scene.at(Math.min(time, main.scene.duration));
+    this.at = at;
+    this.doneRow = time >= main.scene.duration ? main.scene.rows : at.row;
+    if (was === null || this.doneRow < this.paintedRow) this.buffers.done.invalidate();
+  }
+
+  /** Draw what has changed; return whether something is still to be drawn. */
+  frame() {
+    const { view, canvas, ctx } = this, ratio = this.ratio();
+    const names = this.time === null ? ["ground", "path", "marks"] : ["ground", "path", "done", "marks"];
+    const waiting = names.filter((name) => !this.buffers[name].ready(view));
+    if (!waiting.length && !this.dirty) return false;
+    let left = budget.segments;
+    for (const name of waiting) {
+      if (left > 0) left -= this.buffers[name].step(view, ratio, left);
+    }
+    this._catchUp(ratio);
+    ctx.setTransform(1, 0, 0, 1, 0, 0);
+    ctx.clearRect(0, 0, canvas.width, canvas.height);
+    ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+    if (this.layers.grid) drawGrid(ctx, view, this.colours);
+    ctx.setTransform(1, 0, 0, 1, 0, 0);
+    this.buffers.ground.blit(ctx, view, ratio);
+    this.buffers.path.blit(ctx, view, ratio, this.time === null ? 1 : PALE);
+    if (this.time !== null) this.buffers.done.blit(ctx, view, ratio);
+    this.buffers.marks.blit(ctx, view, ratio, this.time === null ? 1 : 0.75);
+    this._overlay(ctx, ratio);
+    this.dirty = names.some((name) => !this.buffers[name].ready(view));
+    return this.dirty;
+  }
+
+  ratio() { return Math.min(window.devicePixelRatio || 1, 3); }
+
+  resize() {
+    const box = this.host.getBoundingClientRect(), ratio = this.ratio();
+    const width = Math.max(Math.round(box.width * ratio), 1), height = Math.max(Math.round(box.height * ratio), 1);
+    if (this.canvas.width !== width || this.canvas.height !== height) {
+      this.canvas.width = width;
+      this.canvas.height = height;
+      this.invalidate();
+    }
+    return [box.width, box.height];
+  }
+
+  /** Paint the rows that were run since the last frame onto what is done. */
+  _catchUp(ratio) {
+    const { done } = this.buffers;
+    if (this.time === null || !done.ready(this.view) || this.doneRow <= this.paintedRow) return;
+    if (this.doneRow - this.paintedRow > 20000) {
+      done.invalidate();
+      return;
+    }
+    paintMore(done.context(), new Frame(done.front.view, ratio, done.margin), this, this.paintedRow, this.doneRow);
+    this.paintedRow = this.doneRow;
+  }
+
+  /** Draw what changes all the time: selection, what the pointer is on, the tool, a drag; then the rulers. */
+  _overlay(ctx, ratio) {
+    const { view, colours } = this, frame = new Frame(view, ratio);
+    const { selected } = this.shared;
+    if (selected) this._highlight(ctx, frame, selected, colours.accent, 1);
+    if (this.hovered) this._highlight(ctx, frame, this.hovered, colours.ink, 0.75);
+    if (this.time !== null && this.main) this._current(ctx, frame);
+    ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+    if (this.drag) this._dragLine(ctx);
+    if (this.layers.grid) drawRulers(ctx, view, colours);
+    drawScaleBar(ctx, view, colours);
+  }
+
+  _current(ctx, frame) {
+    const { main, at, colours, view } = this, { scene } = main, what = scene.doing[at.row];
+    const working = what !== RAPID && what !== DARK && what !== STAND;
+    if (scene.moves(at.row)) {
+      frame.inMm(ctx, scene.origin);
+      ctx.strokeStyle = working ? colours.cut : colours.rapid;
+      ctx.lineWidth = (working ? 2.4 : 1.6) / frame.scale;
+      ctx.beginPath();
+      partOfRow(ctx, scene, at.row, at.share);
+      ctx.stroke();
+    }
+    ctx.setTransform(frame.ratio, 0, 0, frame.ratio, 0, 0);
+    drawTool(ctx, view, colours, at.x, at.y, working);
+  }
+
+  _highlight(ctx, frame, what, colour, alpha) {
+    ctx.globalAlpha = alpha;
+    if (what.hole !== undefined && this.part && what.hole < this.part.holes) this._ringHole(ctx, frame, what.hole, colour);
+    if (what.row !== undefined && what.which === this.main?.scene.header.which) this._strokeRows(ctx, frame, what.row, colour);
+    ctx.globalAlpha = 1;
+  }
+
+  _ringHole(ctx, frame, hole, colour) {
+    const { part } = this, x = part.hole[3 * hole] + part.origin[0], y = part.hole[3 * hole + 1] + part.origin[1];
+    const radius = Math.max((part.hole[3 * hole + 2] / 2) * frame.scale, 4) + 4;
+    frame.inPixels(ctx);
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = 2.5;
+    ctx.beginPath();
+    ctx.arc(frame.toX(x), frame.toY(y), radius, 0, 2 * Math.PI);
+    ctx.stroke();
+  }
+
+  _strokeRows(ctx, frame, row, colour) {
+    const { scene } = this.main, [first, last] = scene.together(row), paths = pathsOfRows(scene, first, last + 1);
+    frame.inMm(ctx, scene.origin);
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = 3.4 / frame.scale;
+    ctx.lineCap = "round";
+    ctx.stroke(paths.rapid);
+    ctx.stroke(paths.cut);
+    const px = frame.toX(scene.x1(last) + scene.origin[0]), py = frame.toY(scene.y1(last) + scene.origin[1]);
+    if (!Number.isFinite(px + py)) return;
+    frame.inPixels(ctx);
+    ctx.fillStyle = colour;
+    ctx.beginPath();
+    ctx.arc(px, py, 4, 0, 2 * Math.PI);
+    ctx.fill();
+  }
+
+  _dragLine(ctx) {
+    const { from, to } = this.drag;
+    ctx.strokeStyle = this.colours.accent;
+    ctx.lineWidth = 1.6;
+    ctx.setLineDash([4, 4]);
+    ctx.beginPath();
+    ctx.moveTo(this.view.toX(from[0]), this.view.toY(from[1]));
+    ctx.lineTo(this.view.toX(to[0]), this.view.toY(to[1]));
+    ctx.stroke();
+    ctx.setLineDash([]);
+    ctx.beginPath();
+    ctx.arc(this.view.toX(to[0]), this.view.toY(to[1]), 6, 0, 2 * Math.PI);
+    ctx.stroke();
+  }
+
+  /** Return what is at a place on the screen: { issue }, { hole, row, which } or { row, which }, or null. */
+  pick(px, py) {
+    const x = this.view.mmX(px), y = this.view.mmY(py), reach = REACH / this.view.scale;
+    const issue = this.layers.issues ? this._pickIssue(x, y, reach) : -1;
+    if (issue >= 0) return { issue };
+    const hole = this.layers.holes ? this._pickHole(x, y, reach) : -1;
+    if (hole >= 0) return { hole, row: this._rowAtHole(hole), which: this.main?.scene.header.which };
+    const { main } = this;
+    if (!main) return null;
+    const [ox, oy] = main.scene.origin;
+    const [row] = nearest(main.grid, x - ox, y - oy, reach, (item) => {
+      const rapid = main.scene.doing[item] === RAPID || main.scene.doing[item] === DARK;
+      if (!this.layers[rapid ? "rapids" : "cuts"]) return Infinity;
+      return distanceToMove(main.scene, item, x - ox, y - oy) + (rapid ? reach * 0.2 : 0);
+    });
+    return row >= 0 ? { row, which: main.scene.header.which } : null;
+  }
+
+  _pickIssue(x, y, reach) {
+    const { issue, origin } = this.part ?? { issue: [] };
+    for (let k = 0; k < issue.length; k += 3) {
+      if (Math.hypot(issue[k] + origin[0] - x, issue[k + 1] + origin[1] - y) <= reach) return issue[k + 2];
+    }
+    return -1;
+  }
+
+  _pickHole(x, y, reach) {
+    const { part } = this;
+    if (!part?.holes) return -1;
+    const { grid, largest } = this._holesGrid(), [ox, oy] = part.origin, { hole } = part;
+    const away = (k) => Math.max(Math.hypot(hole[3 * k] + ox - x, hole[3 * k + 1] + oy - y) - hole[3 * k + 2] / 2, -hole[3 * k + 2] / 2);
+    // The smallest hole of those the pointer is in: none may hide another.
+    let best = -1, least = Infinity;
+    grid.around(x - ox, y - oy, largest + reach, (k) => {
+      const d = away(k), score = Math.max(d, 0) * 1e6 + hole[3 * k + 2];
+      if (d <= reach && score < least) {
+        least = score;
+        best = k;
+      }
+    });
+    return best;
+  }
+
+  /** Return the row with which the tool goes down at a hole, or undefined. */
+  _rowAtHole(hole) {
+    const { main, part } = this;
+    if (!main) return undefined;
+    const x = part.hole[3 * hole] + part.origin[0], y = part.hole[3 * hole + 1] + part.origin[1];
+    const stop = this.stopNear(x, y, Math.max(part.hole[3 * hole + 2] / 4, 0.02));
+    return stop < 0 ? undefined : main.scene.stop[stop];
+  }
+
+  /** Return the radius of the largest hole at a stop, mm; 0 where there is none. */
+  holeRadius(stop) {
+    if (!this.part?.holes) return 0;
+    const [sx, sy] = this.main.scene.stopPlace(stop), [mx, my] = this.main.scene.origin, [ox, oy] = this.part.origin;
+    const x = sx + mx - ox, y = sy + my - oy, { hole } = this.part;
+    let radius = 0;
+    this._holesGrid().grid.around(x, y, 0.05, (k) => {
+      if (Math.hypot(hole[3 * k] - x, hole[3 * k + 1] - y) <= 0.05) radius = Math.max(radius, hole[3 * k + 2] / 2);
+    });
+    return radius;
+  }
+
+  /** Return the grid of the part's holes, and the radius of the largest. */
+  _holesGrid() {
+    if (!this._holes) {
+      let largest = 0;
+      for (let k = 2; k < this.part.hole.length; k += 3) largest = Math.max(largest, this.part.hole[k] / 2);
+      this._holes = { grid: gridOfHoles(this.part), largest };
+    }
+    return this._holes;
+  }
+
+  /** Return the number (from 0) of the first stop within `reach` mm of a place, or -1. */
+  stopNear(x, y, reach) {
+    const { scene } = this.main, [ox, oy] = scene.origin;
+    let best = -1, least = reach;
+    this.main.stops ??= stopCells(scene);
+    const { cells, size } = this.main.stops, column = Math.floor((x - ox) / size), row = Math.floor((y - oy) / size);
+    const span = Math.min(Math.max(Math.ceil(reach / size), 1), 3);
+    for (let dx = -span; dx <= span; dx++) {
+      for (let dy = -span; dy <= span; dy++) {
+        for (const k of cells.get(cellKey(column + dx, row + dy)) ?? []) {
+          const [sx, sy] = scene.stopPlace(k), away = Math.hypot(sx + ox - x, sy + oy - y);
+          if (away < least || (away === least && best < 0)) {
+            least = away;
+            best = k;
+          }
+        }
+      }
+    }
+    return best;
+  }
+}
+
+/** Return one number for a cell; far cells may share one, so places are looked at, too. */
+function cellKey(column, row) { return (column & 0x7fff) * 0x10000 + (row & 0xffff); }
+
+function stopCells(scene) {
+  const e = scene.extents ?? [0, 0, 1, 1];
+  const size = Math.max(Math.sqrt(((e[2] - e[0]) * (e[3] - e[1])) / Math.max(scene.stop.length, 1)), 0.05), cells = new Map();
+  for (let k = 0; k < scene.stop.length; k++) {
+    const [x, y] = scene.stopPlace(k), key = cellKey(Math.floor(x / size), Math.floor(y / size));
+    if (cells.has(key)) cells.get(key).push(k); else cells.set(key, [k]);
+  }
+  return { cells, size };
+}
+
+function partOfRow(ctx, scene, row, share) {
+  const arc = scene.arcAt(row);
+  if (arc) {
+    ctx.arc(arc[0], arc[1], arc[2], arc[3], arc[3] + share * arc[4], arc[4] < 0);
+    return;
+  }
+  const [x, y] = scene.along(row, share);
+  ctx.moveTo(scene.x0(row), scene.y0(row));
+  ctx.lineTo(x, y);
+}

@@ -1,0 +1,167 @@
+// Scenes as they come from the server (studio/scene.py tells the bytes), and what can be asked of them.
+
+const MAGIC = "LCSCENE1";
+const TYPES = { f4: Float32Array, i4: Int32Array, u4: Uint32Array, u1: Uint8Array };
+
+export const RAPID = 0, CUT = 1, ARC_CW = 2, ARC_CCW = 3, STAND = 4, DARK = 5;
+export const OUTLINES = ["cut", "mark", "sheet", "pocket", "island"];
+const CLOSED = 16;
+
+/** Return header and blocks of a scene; throws an Error with one line when the bytes are none. */
+export function readScene(buffer) {
+  const bytes = buffer instanceof ArrayBuffer ? buffer : buffer.buffer.slice(buffer.byteOffset, buffer.byteOffset + buffer.byteLength);
+  const magic = new TextDecoder().decode(new Uint8Array(bytes, 0, Math.min(8, bytes.byteLength)));
+  if (magic !== MAGIC) throw new Error("this is no scene of leafcut's");
+  const size = new DataView(bytes).getUint32(8, true);
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 16, size)));
+  const blocks = {};
+  for (const [name, [type, offset, count]] of Object.entries(header.blocks)) {
+    blocks[name] = new TYPES[type](bytes, 16 + size + offset, count);
+  }
+  const make = { part: PartScene, toolpath: ToolpathScene, pheromone: PheromoneScene }[header.kind];
+  return make ? new make(header, blocks) : { header, kind: header.kind, ...blocks };
+}
+
+class Scene {
+  constructor(header, blocks) {
+    this.header = header;
+    this.kind = header.kind;
+    this.origin = header.origin;
+    this.extents = header.extents;
+    this.blocks = blocks;
+  }
+}
+
+/** Holes, slots and outlines; places are relative to `origin`. */
+export class PartScene extends Scene {
+  constructor(header, blocks) {
+    super(header, blocks);
+    Object.assign(this, { hole: blocks.hole, holeTool: blocks.hole_tool, slot: blocks.slot, vertex: blocks.vertex });
+    this.outline = blocks.outline;
+    this.issue = blocks.issue;
+    this.holes = this.hole.length / 3;
+    this.slots = this.slot.length / 5;
+    this.outlines = this.outline.length / 4;
+    this.tools = [...new Set(this.holeTool)].filter((tool) => tool > 0);
+  }
+
+  /** Return first vertex, number of vertices, kind, whether it is closed, and part of an outline. */
+  outlineAt(index) {
+    const [first, count, flags, part] = this.outline.subarray(4 * index, 4 * index + 4);
+    return { first, count, kind: OUTLINES[flags % CLOSED], closed: flags >= CLOSED, part };
+  }
+}
+
+/** A toolpath in rows, and where the tool is when; places are relative to `origin`. */
+export class ToolpathScene extends Scene {
+  constructor(header, blocks) {
+    super(header, blocks);
+    const { doing, place, seconds, line, source, feed, tool, arc, stop, pierce, lead, text } = blocks;
+    Object.assign(this, { doing, place, seconds, line, source, feed, tool, arc, stop, pierce, lead, text });
+    this.rows = doing.length;
+    this.arcOf = new Int32Array(this.rows).fill(-1);
+    blocks.arc_row.forEach((row, k) => { this.arcOf[row] = k; });
+    this.ends = new Float64Array(this.rows);
+    let time = 0;
+    for (let row = 0; row < this.rows; row++) this.ends[row] = time += seconds[row];
+    this.duration = time;
+    this._rowOfLine = null;
+  }
+
+  x0(row) { return row > 0 ? this.place[3 * row - 3] : NaN; }
+  y0(row) { return row > 0 ? this.place[3 * row - 2] : NaN; }
+  z0(row) { return row > 0 ? this.place[3 * row - 1] : NaN; }
+  x1(row) { return this.place[3 * row]; }
+  y1(row) { return this.place[3 * row + 1]; }
+  z1(row) { return this.place[3 * row + 2]; }
+
+  /** Whether a row is seen from above: it moves in x or y, from a place that is known. */
+  moves(row) {
+    if (this.doing[row] === STAND || row === 0) return false;
+    if (this.arcOf[row] >= 0) return true;
+    const dx = this.x1(row) - this.x0(row), dy = this.y1(row) - this.y0(row);
+    return Math.abs(dx) > 1e-6 || Math.abs(dy) > 1e-6;
+  }
+
+  /** Return centre, radius, start angle and sweep of an arc, or null. */
+  arcAt(row) {
+    const k = this.arcOf[row];
+    return k < 0 ? null : this.arc.subarray(5 * k, 5 * k + 5);
+  }
+
+  /** Return the length of a row in mm, seen in space; 0 where it is not known. */
+  lengthOf(row) {
+    const dz = this.z1(row) - this.z0(row) || 0, arc = this.arcAt(row);
+    if (arc) return Math.hypot(arc[2] * arc[4], dz);
+    if (this.doing[row] === STAND) return 0;
+    return Math.hypot(this.x1(row) - this.x0(row) || 0, this.y1(row) - this.y0(row) || 0, dz);
+  }
+
+  /** Return the row that runs at a time in seconds: the first that is not over by then. */
+  rowAt(time) {
+    let low = 0, high = this.rows - 1;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.ends[middle] <= time) low = middle + 1; else high = middle;
+    }
+    return low;
+  }
+
+  startOf(row) { return row > 0 ? this.ends[row - 1] : 0; }
+
+  /** Return row, share of the row that is behind, and place (x, y, z with the origin) at a time. */
+  at(time) {
+    const row = this.rowAt(time), length = this.seconds[row];
+    const share = length > 0 ? Math.min(Math.max((time - this.startOf(row)) / length, 0), 1) : 1;
+    const [x, y, z] = this.along(row, share);
+    return { row, share, x: x + this.origin[0], y: y + this.origin[1], z };
+  }
+
+  /** Return the place at a share (0 … 1) of a row, relative to the origin. */
+  along(row, share) {
+    const arc = this.arcAt(row), z = this.z0(row) + share * (this.z1(row) - this.z0(row));
+    const height = Number.isFinite(z) ? z : this.z1(row);
+    if (arc && share < 1) {
+      const angle = arc[3] + share * arc[4];
+      return [arc[0] + arc[2] * Math.cos(angle), arc[1] + arc[2] * Math.sin(angle), height];
+    }
+    const x0 = this.x0(row), y0 = this.y0(row);
+    if (share >= 1 || !Number.isFinite(x0 + y0)) return [this.x1(row), this.y1(row), height];
+    return [x0 + share * (this.x1(row) - x0), y0 + share * (this.y1(row) - y0), height];
+  }
+
+  /** Return the first row of a line of the program, or -1. */
+  rowOfLine(line) {
+    if (!this._rowOfLine) {
+      this._rowOfLine = new Map();
+      for (let row = this.rows - 1; row >= 0; row--) this._rowOfLine.set(this.line[row], row);
+    }
+    return this._rowOfLine.get(line) ?? -1;
+  }
+
+  /** Return first and last row that belong together with a row: those of one cycle, or of one arc. */
+  together(row) {
+    let first = row, last = row;
+    while (first > 0 && this.source[first - 1] === this.source[row]) first--;
+    while (last < this.rows - 1 && this.source[last + 1] === this.source[row]) last++;
+    return [first, last];
+  }
+
+  /** Return x and y of a stop, relative to the origin. */
+  stopPlace(number) {
+    const row = this.stop[number];
+    return row > 0 ? [this.x0(row), this.y0(row)] : [NaN, NaN];
+  }
+
+  toolWords(tool) { return this.header.tools?.[tool] ?? (tool ? `T${tool}` : ""); }
+}
+
+/** Edges between points with a strength that changes. */
+export class PheromoneScene extends Scene {
+  constructor(header, blocks) {
+    super(header, blocks);
+    this.point = blocks.point;
+    this.edge = blocks.edge;
+    this.strength = blocks.strength;
+  }
+}

@@ -1,0 +1,45 @@
+// The colours of the drawing, as the style sheet has them now.
+
+const NAMES = [
+  "page", "card", "ink", "ink-2", "line", "line-2", "accent", "accent-soft", "warn", "bad", "rapid", "cut", "change", "hole",
+  "hole-rim", "idle", "t0", "t1", "t2", "t3", "t4", "t5", "t6", "t7",
+];
+
+/** Return the values of the custom properties that the drawing uses. */
+export function coloursOf(element) {
+  const style = getComputedStyle(element), colours = {};
+  for (const name of NAMES) colours[name] = style.getPropertyValue(`--${name}`).trim() || "#888888";
+  // What the report has no names for lies between its colours.
+  colours.grid = mixed(colours.line, colours.card, 0.38);
+  colours["grid-2"] = mixed(colours.line, colours.card, 0.8);
+  colours.before = mixed(colours.idle, colours.card, 0.68);
+  return colours;
+}
+
+/** Return a share of one colour and the rest of another, all as #rrggbb. */
+function mixed(one, other, share) {
+  const parts = (colour) => [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16));
+  const [a, b] = [parts(one), parts(other)];
+  return `#${a.map((v, k) => Math.round(share * v + (1 - share) * b[k]).toString(16).padStart(2, "0")).join("")}`;
+}
+
+/** Call `changed` whenever the page may have gone from light to dark or back; return a function that ends this. */
+export function watchTheme(changed) {
+  const media = matchMedia("(prefers-color-scheme: dark)");
+  media.addEventListener("change", changed);
+  const observer = new MutationObserver(changed);
+  for (const element of [document.documentElement, document.body]) {
+    observer.observe(element, { attributes: true, attributeFilter: ["class", "data-theme"] });
+  }
+  return () => {
+    media.removeEventListener("change", changed);
+    observer.disconnect();
+  };
+}
+
+/** Return the colour of a tool: neutral when there is only one, as in the report. */
+export function toolColour(colours, tools, tool) {
+  if (tools.length < 2) return colours["hole-rim"];
+  const index = tools.indexOf(tool);
+  return index < 0 ? colours.idle : colours[`t${index % 8}`];
+}

@@ -1,0 +1,78 @@
+// The buttons over the drawing: what is shown, layers, zoom and fit.
+
+import { icon, iconButton, make } from "./icons.js";
+
+const LAYERS = ["rapids", "cuts", "holes", "numbers", "arrows", "extents", "issues", "pheromone", "kerf", "grid"];
+const KEYS = { rapids: "R", cuts: "C", holes: "H", numbers: "N", arrows: "A", extents: "E", issues: "I", pheromone: "P", kerf: "K", grid: "G" };
+
+export class Toolbar {
+  constructor(host, drawing) {
+    this.drawing = drawing;
+    const { words } = drawing;
+    this.modes = make("div", "lc-modes", { role: "radiogroup", "aria-label": words.compare });
+    for (const mode of ["before", "after", "side", "overlay"]) {
+      const button = make("button", "lc-mode", { type: "button", role: "radio", "data-mode": mode }, words[mode]);
+      button.addEventListener("click", () => drawing.setMode(mode));
+      this.modes.append(button);
+    }
+    this.modes.addEventListener("keydown", (event) => this._arrow(event));
+    this.menu = this._layers(drawing);
+    const zoom = (name, factor) => iconButton(name, words[name], () => drawing.view.zoom(factor));
+    const group = make(
+      "div", "lc-group", {}, zoom("zoomOut", 1 / 1.4), zoom("zoomIn", 1.4), iconButton("fit", words.fit, () => drawing.fit()),
+    );
+    host.append(this.modes, make("span", "lc-room"), this.menu, group);
+    this.update();
+  }
+
+  _layers({ words, stage }) {
+    const box = make("div", "lc-layers", { role: "group", "aria-label": words.layers });
+    this.boxes = {};
+    for (const layer of LAYERS) {
+      const input = make("input", "", { type: "checkbox" });
+      input.addEventListener("change", () => this.drawing.setLayers({ [layer]: input.checked }));
+      this.boxes[layer] = input;
+      const key = make("kbd", "", { "aria-hidden": "true" }, KEYS[layer]);
+      box.append(make("label", "", { "data-layer": layer }, input, make("i", `lc-swatch lc-${layer}`), words[layer], key));
+    }
+    const button = make("summary", "lc-button", { "aria-label": words.layers, title: words.layers }, icon("layers"));
+    const menu = make("details", "lc-menu", {}, button, box);
+    menu.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape" || !menu.open) return;
+      menu.open = false;
+      button.focus();
+      event.stopPropagation();
+    });
+    stage.addEventListener("pointerdown", () => { menu.open = false; }, true);
+    menu.addEventListener("focusout", (event) => { if (event.relatedTarget && !menu.contains(event.relatedTarget)) menu.open = false; });
+    return menu;
+  }
+
+  _arrow(event) {
+    const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+    if (!step) return;
+    event.preventDefault();
+    const buttons = [...this.modes.children], at = buttons.findIndex((b) => b.dataset.mode === this.drawing.mode);
+    const next = buttons[(at + step + buttons.length) % buttons.length];
+    next.click();
+    next.focus();
+  }
+
+  /** Show the drawing's mode and layers; leave out what there is nothing of. */
+  update() {
+    const { drawing } = this, { scenes, tracks } = drawing;
+    this.modes.hidden = !(tracks.before && tracks.after);
+    for (const button of this.modes.children) {
+      const on = button.dataset.mode === drawing.mode;
+      button.setAttribute("aria-checked", on);
+      button.tabIndex = on ? 0 : -1;
+    }
+    const has = {
+      pheromone: scenes.pheromone, kerf: (scenes.after ?? scenes.before)?.header.kerf > 0, issues: scenes.part?.issue.length,
+    };
+    for (const [layer, input] of Object.entries(this.boxes)) {
+      input.checked = drawing.layers[layer];
+      input.parentElement.hidden = layer in has && !has[layer];
+    }
+  }
+}

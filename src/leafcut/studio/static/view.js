@@ -1,0 +1,95 @@
+// The view: which millimetres are on the screen. Several panes share one, so that they move together.
+
+const SMALLEST_SPAN = 0.02; // mm across the screen: far below what any machine can do
+const LARGEST_SPAN = 1e7;
+const MARGIN = 0.06;
+
+export class View extends EventTarget {
+  constructor() {
+    super();
+    this.x = 0;
+    this.y = 0;
+    this.scale = 2; // pixels per mm
+    this.width = 1;
+    this.height = 1;
+    this.fitted = true;
+    this.extents = null;
+  }
+
+  toX(x) { return (x - this.x) * this.scale + this.width / 2; }
+  toY(y) { return (this.y - y) * this.scale + this.height / 2; }
+  mmX(px) { return (px - this.width / 2) / this.scale + this.x; }
+  mmY(py) { return this.y - (py - this.height / 2) / this.scale; }
+
+  /** Return smallest x and y, largest x and y that are seen, mm, with so many pixels more on each side. */
+  seen(more = 0) {
+    return [this.mmX(-more), this.mmY(this.height + more), this.mmX(this.width + more), this.mmY(-more)];
+  }
+
+  snapshot() { return { x: this.x, y: this.y, scale: this.scale, width: this.width, height: this.height }; }
+
+  resize(width, height) {
+    if (width === this.width && height === this.height) return;
+    this.width = Math.max(width, 1);
+    this.height = Math.max(height, 1);
+    if (this.fitted) this.fit(this.extents); else this._changed();
+  }
+
+  pan(dx, dy) {
+    this.x -= dx / this.scale;
+    this.y += dy / this.scale;
+    this.fitted = false;
+    this._changed();
+  }
+
+  /** Zoom so that what is under (px, py) stays there. */
+  zoom(factor, px = this.width / 2, py = this.height / 2) {
+    const x = this.mmX(px), y = this.mmY(py);
+    const span = Math.min(this.width, this.height);
+    this.scale = Math.min(Math.max(this.scale * factor, span / LARGEST_SPAN), span / SMALLEST_SPAN);
+    this.x = x - (px - this.width / 2) / this.scale;
+    this.y = y + (py - this.height / 2) / this.scale;
+    this.fitted = false;
+    this._changed();
+  }
+
+  /** Show a rectangle (x0, y0, x1, y1 in mm) with a margin; nothing known: a hundred millimetres. */
+  fit(extents, insets = this.insets ?? [0, 0, 0, 0]) {
+    this.extents = extents;
+    this.insets = insets;
+    const [x0, y0, x1, y1] = extents ?? [0, 0, 100, 100];
+    const [left, top, right, bottom] = insets;
+    const width = Math.max(this.width - left - right, 20), height = Math.max(this.height - top - bottom, 20);
+    const spanX = Math.max(x1 - x0, 1e-3), spanY = Math.max(y1 - y0, 1e-3);
+    const alone = Math.max(spanX, spanY) <= 1e-3 ? 1e4 : 1; // a single place: ten millimetres around it
+    this.scale = Math.min(width / (spanX * alone), height / (spanY * alone)) * (1 - 2 * MARGIN);
+    this.x = (x0 + x1) / 2 + (right - left) / 2 / this.scale;
+    this.y = (y0 + y1) / 2 + (top - bottom) / 2 / this.scale;
+    this.fitted = true;
+    this._changed();
+  }
+
+  /** Move just so far that a place is seen well inside. */
+  show(x, y) {
+    const px = this.toX(x), py = this.toY(y), edge = Math.min(60, this.width / 4, this.height / 4);
+    if (!Number.isFinite(px + py)) return;
+    const out = px < edge || py < edge || px > this.width - edge || py > this.height - edge;
+    if (out) this.pan(this.width / 2 - px, this.height / 2 - py);
+  }
+
+  _changed() { this.dispatchEvent(new Event("change")); }
+}
+
+/** Return a step of 1, 2 or 5 times a power of ten that is at least `least`. */
+export function niceStep(least) {
+  const power = 10 ** Math.floor(Math.log10(least));
+  for (const factor of [1, 2, 5]) if (factor * power >= least * (1 - 1e-9)) return factor * power;
+  return 10 * power;
+}
+
+/** Return a length in mm as words, with as many decimals as a step needs. */
+export function tickWords(value, step) {
+  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  const words = value.toFixed(Math.min(decimals, 6));
+  return /^-0(\.0*)?$/.test(words) ? words.slice(1) : words;
+}

@@ -1,0 +1,148 @@
+"""What a person asks for: a command, its inputs and options, and how they become a call of leafcut."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from leafcut.errors import OptionError, nearest
+from leafcut.option_spec import flag_name
+from leafcut.options import Settings, group_of
+from leafcut.studio.folder import BUILT_IN, OWN, Folder
+
+COMMANDS = {"optimize": 1, "solve": 1, "simulate": 1, "verify": 2}
+#: Options that name what is to be written: the studio does that itself.
+_OUTPUTS = ("save_plan",)
+#: Where the files of an option of the kind path may also be the person's own.
+_OWN_KINDS = {"machine": "machines", "tools": "tools"}
+
+
+@dataclass(frozen=True)
+class Task:
+    """A command with its inputs (ids of uploads, or names of built-in parts) and options, as a page says them.
+
+    Values are texts as typed, true or false, or numbers; a file among the options is the id of an upload, or ``mine:``
+    and the name of one of the person's own.
+    """
+
+    command: str
+    inputs: tuple[str, ...]
+    process: str = "auto"
+    options: dict[str, Any] = field(default_factory=dict)
+
+    def as_json(self) -> str:
+        """Return the task as one line of JSON."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> Task:
+        """Return what `as_json` wrote."""
+        plain = json.loads(text)
+        return cls(plain["command"], tuple(plain["inputs"]), plain["process"], plain["options"])
+
+
+@dataclass(frozen=True)
+class Call:
+    """A task with paths in place of ids: ready to run."""
+
+    command: str
+    sources: tuple[str, ...]
+    process: str
+    options: dict[str, Any]
+
+
+def prepare(task: Task, folder: Folder) -> Call:
+    """Check a task as far as that is possible without reading its inputs.
+
+    Raises
+    ------
+    OptionError
+        An unknown command, process or option, a value out of bounds, or a file that is not in the studio.
+    """
+    if task.command not in COMMANDS:
+        raise OptionError(f"unknown command '{task.command}'{nearest(task.command, COMMANDS)}")
+    if len(task.inputs) != COMMANDS[task.command]:
+        files = "one file" if COMMANDS[task.command] == 1 else f"{COMMANDS[task.command]} files"
+        raise OptionError(f"{task.command} needs {files}")
+    from leafcut.api import PROCESSES
+
+    if task.process not in PROCESSES:
+        raise OptionError(f"--process: '{task.process}' is not there; use one of {', '.join(PROCESSES)}")
+    options = {name: _resolved(name, value, folder) for name, value in given(task.options).items()}
+    Settings.collect(options)
+    return Call(task.command, tuple(folder.source(word) for word in task.inputs), task.process, options)
+
+
+def given(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that say something: an empty field does not."""
+    return {name: value for name, value in options.items() if value is not None and value != ""}
+
+
+def _resolved(name: str, value: Any, folder: Folder) -> Any:
+    """Return the value that leafcut is given: where it names a file, a path in the studio's folder and no other."""
+    spec = group_of(name).specs()[name]
+    flag = flag_name(name)
+    if name in _OUTPUTS:
+        raise OptionError(f"{flag}: the studio hands the file over itself; leave it out")
+    if spec.kind != "path" and not spec.may_be_path:
+        return value
+    if not isinstance(value, str):
+        raise OptionError(f"{flag}: '{value}' is not the id of a file")
+    if value.startswith(OWN) and name in _OWN_KINDS:
+        path = folder.own_path(_OWN_KINDS[name], value.removeprefix(OWN))
+        if not path.is_file():
+            raise OptionError(f"{flag}: '{value.removeprefix(OWN)}' is not among your own any more")
+        return str(path)
+    if spec.may_be_path and not value.lower().endswith(".toml") and "/" not in value and "\\" not in value:
+        return value  # the name of a shipped one, checked where it is loaded
+    try:
+        return str(folder.input_path(value))
+    except OptionError:
+        raise OptionError(f"{flag}: takes a file that was opened in the studio, not a path") from None
+
+
+def names_of(task: Task, folder: Folder) -> tuple[str, ...]:
+    """Return what a person calls the inputs."""
+    return tuple(word if word.startswith(BUILT_IN) else folder.input_path(word).name for word in task.inputs)
+
+
+def title_of(task: Task, folder: Folder) -> str:
+    """Return what the history calls a task; a file that is gone is told by a question mark."""
+    try:
+        return " · ".join(names_of(task, folder))
+    except OptionError:
+        return "?"
+
+
+def program_name(source: str, extension: str) -> str:
+    """Return what a program made from `source` is called; never what the source itself is."""
+    name = source.replace("example:", "").replace("random:", "random-").replace(":", "-")
+    stem, suffix = Path(name).stem, Path(name).suffix
+    return f"{stem}_leafcut{suffix}" if suffix.lower() == extension.lower() else f"{stem}{extension}"
+
+
+def command_line(task: Task, folder: Folder, output: str = "") -> str:
+    """Return what one types to have the same run: quoted for a shell, with the names that the files have."""
+    words = ["leafcut", task.command, *names_of(task, folder)]
+    if task.command == "optimize":
+        words += ["-o", output] if output else []
+        words += ["--process", task.process] if task.process != "auto" else []
+    for name, value in given(task.options).items():
+        words += _flag(name, value, folder)
+    return shlex.join(words)
+
+
+def _flag(name: str, value: Any, folder: Folder) -> list[str]:
+    spec = group_of(name).specs()[name]
+    if spec.kind == "flag":
+        return [flag_name(name if value else f"no_{name}")] if value != group_of(name).defaults()[name] else []
+    resolved = _resolved(name, value, folder)
+    if spec.kind == "path" or (spec.may_be_path and resolved != value):
+        return [flag_name(name), Path(resolved).name]
+    words = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+    # A value that begins with a dash would be taken for a flag.
+    return [f"{flag_name(name)}={words}"] if words.startswith("-") else [flag_name(name), words]

@@ -1,0 +1,59 @@
+"""The studio's words in the languages that it speaks: one TOML file for each, all with the same keys."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+#: Language → its name for itself.
+LANGUAGES = {"en": "English", "es": "Español"}
+
+
+class Words:
+    """The words of one language: ``words("run.begin")``, ``words("open.large", mib=64)``."""
+
+    def __init__(self, language: str, table: Mapping[str, str]) -> None:
+        self.language = language
+        self.table = table
+
+    def __call__(self, key: str, **values: Any) -> str:
+        """Return the words of a key, with values in their places."""
+        text = self.table[key]
+        return text.format(**values) if values else text
+
+    def section(self, name: str) -> dict[str, str]:
+        """Return the words of a section by their keys in it."""
+        stem = f"{name}."
+        return {key.removeprefix(stem): words for key, words in self.table.items() if key.startswith(stem)}
+
+    def option(self, name: str) -> str:
+        """Return what an option is called beside its field."""
+        return self.table[f"option.{name}"]
+
+
+@cache
+def words(language: str) -> Words:
+    """Return the words of a language; of one that the studio does not speak, the English ones."""
+    known = language if language in LANGUAGES else "en"
+    text = (files("leafcut.studio") / "texts" / f"{known}.toml").read_text(encoding="utf-8")
+    return Words(known, dict(_flat("", tomllib.loads(text))))
+
+
+def _flat(prefix: str, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _flat(f"{prefix}{key}.", value)
+        else:
+            yield prefix + key, value
+
+
+def preferred(accepted: str) -> str:
+    """Return the language that a browser's ``Accept-Language`` asks for first and that the studio speaks."""
+    for part in accepted.split(","):
+        tag = part.partition(";")[0].strip().lower().partition("-")[0]
+        if tag in LANGUAGES:
+            return tag
+    return "en"

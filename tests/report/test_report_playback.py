@@ -1,0 +1,127 @@
+"""A toolpath row by row as it is run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from leafcut.model import Machine, Outcome
+from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
+from leafcut.report.playback import Doing, outcome_playback, playback
+from leafcut.report.trace import trace
+from leafcut.timing.toolpath import measure
+
+MILL = Machine(
+    name="test-mill",
+    description="a mill of no particular make",
+    controller="fanuc",
+    rapid_velocity=(100.0, 100.0, 100.0),
+    acceleration=(1000.0, 1000.0, 1000.0),
+    max_feed=100.0,
+    travel_min=(0.0, 0.0, -300.0),
+    travel_max=(700.0, 400.0, 0.0),
+)
+
+
+def started() -> ToolpathBuilder:
+    path = ToolpathBuilder()
+    path.rapid(0.0, 0.0, 5.0, line=1)
+    return path
+
+
+def test_the_rows_are_where_the_tool_is_after_them_and_last_as_long_as_the_toolpath() -> None:
+    path = started()
+    path.dwell(2.0, line=2)
+    path.feed(x=30.0, feed=10.0, line=3)
+    path.rapid(y=40.0, line=4)
+    built = path.build()
+    rows = playback(built, MILL)
+    assert rows.place.tolist() == [[0, 0, 5], [0, 0, 5], [30, 0, 5], [30, 40, 5]]
+    assert rows.doing.tolist() == [Doing.RAPID, Doing.STAND, Doing.CUT, Doing.RAPID]
+    assert rows.line.tolist() == [1, 2, 3, 4]
+    assert rows.seconds.sum() == pytest.approx(measure(built, MILL).time_s, rel=1e-12)
+
+
+def test_a_flat_arc_is_its_circle_and_begins_where_the_tool_is() -> None:
+    """A quarter clockwise from (0, 0) round (10, 0) ends above the centre, at (10, 10)."""
+    path = started()
+    path.arc(True, (10.0, 10.0, 5.0), Arc((10.0, 0.0, 0.0)), feed=5.0)
+    rows = playback(path.build(), MILL)
+    x, y, radius, start, sweep = rows.arc[0]
+    assert rows.arc_row.tolist() == [1]
+    assert (x, y, radius, sweep) == pytest.approx((10.0, 0.0, 10.0, -math.pi / 2))
+    assert (x + radius * math.cos(start), y + radius * math.sin(start)) == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+def test_an_upright_arc_is_seen_as_chords_that_share_its_time() -> None:
+    """A half circle in the plane XZ from x 0 to x 20 rises by 10 mm on its way."""
+    path = started()
+    path.arc(False, (20.0, 0.0, 5.0), Arc((10.0, 0.0, 5.0), plane=18), feed=5.0, line=2)
+    built = path.build()
+    rows = playback(built, MILL)
+    on_arc = rows.line == 2
+    assert (rows.doing[on_arc] == Doing.CUT).all() and on_arc.sum() > 10
+    away = np.hypot(rows.place[on_arc, 0] - 10.0, rows.place[on_arc, 2] - 5.0)
+    assert away == pytest.approx(10.0)
+    assert abs(rows.place[on_arc, 2] - 5.0).max() == pytest.approx(10.0)
+    assert rows.place[-1].tolist() == [20.0, 0.0, 5.0]
+    assert rows.seconds.sum() == pytest.approx(measure(built, MILL).time_s, rel=1e-12)
+
+
+def test_stops_are_the_places_that_the_drawing_of_the_report_numbers() -> None:
+    path = started()
+    cycle = DrillCycle("G83", r_plane=2.0, bottom=-6.0, peck=2.0)
+    for x in (10.0, 20.0, 30.0):
+        path.drill(x, 7.0, cycle, feed=5.0)
+    path.rapid(x=50.0, y=0.0)
+    path.feed(z=-1.0, feed=5.0)
+    path.feed(x=60.0, feed=5.0)
+    path.feed(x=70.0, feed=5.0)
+    built = path.build()
+    rows = playback(built, MILL)
+    assert rows.place[rows.stops - 1, :2].tolist() == trace(built).stops.tolist()
+
+
+def test_a_beam_that_is_off_is_dark_at_feed() -> None:
+    path = started()
+    path.spindle(1000.0)
+    path.feed(x=10.0, feed=50.0)
+    path.spindle(0.0)
+    path.feed(x=20.0, feed=50.0)
+    doing = playback(path.build(), MILL, beam=True).doing.tolist()
+    assert doing == [Doing.RAPID, Doing.STAND, Doing.CUT, Doing.STAND, Doing.DARK]
+
+
+def test_an_empty_toolpath_has_no_rows() -> None:
+    assert len(playback(Toolpath.of_motions([]), MILL).doing) == 0
+
+
+def test_a_place_in_machine_coordinates_is_not_known_on_the_part() -> None:
+    path = started()
+    path.machine(z=0.0)
+    rows = playback(path.build(), MILL)
+    assert rows.place[1, :2].tolist() == [0.0, 0.0] and math.isnan(rows.place[1, 2])
+
+
+def test_a_planned_path_takes_its_lines_from_the_program_that_was_written() -> None:
+    path = ToolpathBuilder()
+    path.rapid(0.0, 0.0, 5.0)
+    path.feed(x=10.0, feed=10.0)
+    planned = path.build()
+    text = "(a comment)\nG21 G90 G0 X0 Y0 Z5\nG1 X10 F600\nM2\n"
+    outcome = _outcome(planned, text)
+    rows = outcome_playback(outcome, "after")
+    assert rows.line[rows.doing == Doing.CUT].tolist() == [3]
+    assert outcome_playback(outcome, "before").line.tolist() == [0, 0]
+    read = replace(planned, line=np.array([7, 8], dtype=np.int32))
+    assert outcome_playback(replace(outcome, path_after=read), "after").line.tolist() == [7, 8]
+
+
+def _outcome(path: Toolpath, text: str) -> Outcome:
+    from leafcut.model import Part
+
+    cost = measure(path, MILL)
+    return Outcome(Part("p"), MILL, "drill", (), cost, None, cost, path, path, text, "linuxcnc", 1, True)

@@ -1,0 +1,33 @@
+"""A NiceGUI page with the drawing, its program and the charts: run by a test as ``python canvas_app.py PORT``."""
+
+from __future__ import annotations
+
+import sys
+
+from canvas_scenes import grid_of_holes, grid_program
+from canvas_server import colours
+from nicegui import ui
+
+from leafcut.studio.canvas import Bars, Brightness, Canvas, Convergence, Program
+
+
+def page() -> None:
+    """Lay the page."""
+    ui.add_css(colours())
+    said = ui.label("nothing").props("id=said")
+    drawing = Canvas(on_select=lambda e: said.set_text(str(e.args)))
+    drawing.style("width: 900px; height: 500px")
+    Program(drawing).style("width: 400px; height: 200px")
+    chart = Convergence()
+    chart.style("width: 400px; height: 200px")
+    chart.set([(0.01, 5.0), (0.5, 4.0)], bound=3.9)
+    Bars().set([{"name": "one", "value": 1.0, "note": "7 ants", "best": True}])
+    Brightness().set([0.1, 0.9])
+    drawing.show(grid_of_holes(), "part")
+    drawing.show(grid_program(), "after")
+    ui.button("row", on_click=lambda: drawing.select_hole(3)).props("id=choose")
+    ui.button("clear", on_click=drawing.clear).props("id=clear")
+
+
+ui.page("/")(page)
+ui.run(host="127.0.0.1", port=int(sys.argv[1]), show=False, reload=False, title="leafcut", show_welcome_message=False)

@@ -1,0 +1,32 @@
+// A page with the drawing, the list of the program and the charts, and no server behind them but files.
+
+import { Drawing } from "/static/canvas.js";
+import { Bars, Brightness, Convergence } from "/static/chart.js";
+import { GcodeList, link } from "/static/gcode.js";
+
+const at = (id) => document.getElementById(id);
+const drawing = new Drawing(at("drawing"));
+const list = new GcodeList(at("side"));
+link(drawing, list);
+const events = [];
+for (const name of ["hover", "select", "time", "drag", "mode"]) drawing.on(name, (detail) => events.push([name, detail]));
+
+/** Fetch scenes of one name and show those that are there. */
+async function load(name, layers = ["part", "before", "after"]) {
+  for (const layer of layers) {
+    const bytes = await (await fetch(`/scene/${name}.${layer}`)).arrayBuffer();
+    drawing.show(bytes, layer);
+  }
+}
+
+/** Wait until the drawing has nothing left to draw. */
+const settled = () => new Promise((done) => {
+  const wait = () => (drawing._request ? requestAnimationFrame(wait) : done());
+  requestAnimationFrame(wait);
+});
+
+Object.assign(window, {
+  drawing, list, events, load, settled,
+  convergence: new Convergence(at("chart")), bars: new Bars(at("bars")), brightness: new Brightness(at("flies")),
+});
+window.loaded = true;

@@ -1,0 +1,87 @@
+"""A page with the studio's drawing and nothing behind it but files and scenes, and the browser to look at it with."""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+from leafcut.report.colours import style_sheet
+
+HERE = Path(__file__).parent
+STATIC = HERE.parents[1] / "src" / "leafcut" / "studio" / "static"
+_TYPES = {".js": "text/javascript", ".css": "text/css", ".html": "text/html; charset=utf-8"}
+
+
+@contextmanager
+def serving(scenes: Mapping[str, bytes]) -> Iterator[str]:
+    """Serve the page on a free port of 127.0.0.1, scenes by name as ``plate.after``; yield its address."""
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            body, kind = _answer(self.path.split("?")[0], scenes)
+            self.send_response(200 if body is not None else 404)
+            self.send_header("Content-Type", kind)
+            self.end_headers()
+            self.wfile.write(body or b"")
+
+        def log_message(self, *_: Any) -> None:
+            """Say nothing."""
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    server.daemon_threads = True
+    thread = threading.Thread(target=server.serve_forever, daemon=True)
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{server.server_port}/"
+    finally:
+        server.shutdown()
+        server.server_close()
+        thread.join()
+
+
+def _answer(path: str, scenes: Mapping[str, bytes]) -> tuple[bytes | None, str]:
+    folder, _, name = path.lstrip("/").rpartition("/")
+    if folder == "scene":
+        return scenes.get(name), "application/octet-stream"
+    if name == "colours.css":
+        return colours().encode(), "text/css"
+    page = {"": "canvas_page.html", "page.js": "canvas_page.js"}
+    file = STATIC / Path(name).name if folder == "static" else HERE / page.get(name, "none")
+    return (file.read_bytes() if file.is_file() else None), _TYPES.get(file.suffix, "text/plain")
+
+
+def until(page: Any, condition: str) -> None:
+    """Wait until a condition holds in the page, at most ten seconds; not by eval, which its policy forbids."""
+    for _ in range(500):
+        if page.evaluate(condition):
+            return
+        page.wait_for_timeout(20)
+    raise AssertionError(f"never: {condition}")
+
+
+def colours() -> str:
+    """Return the report's colours for a page: as the system has it, or as the page says."""
+    light, dark = re.findall(r":root \{(.*?)\}", style_sheet("drawing.css"), flags=re.DOTALL)[:2]
+    return (
+        f":root {{ color-scheme: light; {light} }}\n"
+        f"@media (prefers-color-scheme: dark) {{ :root:not([data-theme=light]) {{ color-scheme: dark; {dark} }} }}\n"
+        f":root[data-theme=dark] {{ color-scheme: dark; {dark} }}\n"
+    )
+
+
+@contextmanager
+def browser(program: str) -> Iterator[Any]:
+    """Start Chromium without a screen and without a GPU; yield Playwright's browser."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        launched = playwright.chromium.launch(executable_path=program, args=["--no-sandbox", "--disable-gpu"])
+        try:
+            yield launched
+        finally:
+            launched.close()

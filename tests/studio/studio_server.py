@@ -1,0 +1,49 @@
+"""A studio as a person starts it, for the tests that need a whole one."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import httpx2
+
+
+class Server:
+    """A studio in a process of its own."""
+
+    def __init__(self, home: Path, port: int = 0) -> None:
+        if not port:
+            with socket.socket() as probe:
+                probe.bind(("127.0.0.1", 0))
+                port = probe.getsockname()[1]
+        environment = {**os.environ, "XDG_DATA_HOME": str(home), "LOCALAPPDATA": str(home)}
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "leafcut.cli", "studio", "--no-open", "--port", str(port)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=environment,
+        )
+        assert self.process.stdout is not None
+        self.line = self.process.stdout.readline()
+        found = re.search(r"(http://127\.0\.0\.1:(\d+))/\?token=([\w-]+)$", self.line.strip())
+        assert found, self.line
+        self.origin, self.port, self.token = found.group(1), int(found.group(2)), found.group(3)
+        for _ in range(200):
+            try:
+                httpx2.get(self.origin)
+                break
+            except httpx2.TransportError:
+                time.sleep(0.05)
+
+    def end(self) -> tuple[int, str, str]:
+        """End it as Ctrl-C does; return its status and what it said."""
+        self.process.send_signal(signal.SIGINT)
+        out, error = self.process.communicate(timeout=30)
+        return self.process.returncode, out, error

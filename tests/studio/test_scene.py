@@ -1,0 +1,126 @@
+"""The bytes of scenes, read here by nothing but their description."""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from typing import Any
+
+import numpy as np
+import pytest
+from canvas_scenes import ARC_LINE, CUT_LINE, MACHINE, PART, PLACES, TEXT, grid_of_holes, grid_path, grid_program
+
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.contour import Contour
+from leafcut.model.issue import Issue
+from leafcut.model.part import Hole, Part, Slot
+from leafcut.model.pocket import Pocket
+from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
+from leafcut.studio.scene import part_scene, pheromone_scene, strength_scene, toolpath_scene
+from leafcut.timing.toolpath import measure
+
+_SIZES = {"f4": "f", "i4": "i", "u4": "I", "u1": "B"}
+
+
+def unpacked(scene: bytes) -> tuple[dict[str, Any], dict[str, list[Any]]]:
+    """Return the header and the blocks, each as rows (or numbers, where a row is one)."""
+    magic, size, none = struct.unpack_from("<8sII", scene)
+    assert magic == b"LCSCENE1" and size % 8 == 0 and none == 0
+    header = json.loads(scene[16 : 16 + size])
+    blocks = {}
+    for name, (kind, offset, count, width) in header["blocks"].items():
+        assert offset % 8 == 0
+        numbers = struct.unpack_from(f"<{count}{_SIZES[kind]}", scene, 16 + size + offset)
+        blocks[name] = list(numbers) if width == 1 else list(zip(*[iter(numbers)] * width, strict=True))
+    return header, blocks
+
+
+def test_a_part_has_its_holes_where_they_are() -> None:
+    header, blocks = unpacked(grid_of_holes())
+    ox, oy = header["origin"]
+    assert [(x + ox, y + oy, d) for x, y, d in blocks["hole"]] == [(h.x, h.y, h.diameter) for h in PART.holes]
+    assert header["extents"] == pytest.approx([10 - 5.75 / 2, 10 - 5.75 / 2, 70 + 5.75 / 2, 50 + 5.75 / 2])
+
+
+def test_outlines_are_their_vertices_with_kind_closing_and_part() -> None:
+    square = Polyline.of_points([(0, 0), (10, 0), (10, 10), (0, 10)], closed=True)
+    line = Polyline.of_points([(2, 2), (4, 2)])
+    pocket = Pocket(Polyline.circle(50, 50, 20), (Polyline.circle(50, 50, 5, clockwise=True),))
+    part = Part("p", contours=(Contour(square, part=3), Contour(line, "mark")), pockets=(pocket,))
+    header, blocks = unpacked(part_scene(part))
+    ox, oy = header["origin"]
+    assert [row[2:] for row in blocks["outline"]] == [(16, 3), (1, 0), (16 + 3, 1), (16 + 4, 1)]
+    first, count = blocks["outline"][2][:2]
+    circle = [(x + ox, y + oy, bulge) for x, y, bulge in blocks["vertex"][first : first + count]]
+    assert circle == [(70.0, 50.0, 1.0), (30.0, 50.0, 1.0)]
+
+
+def test_far_away_places_keep_their_thousandths() -> None:
+    """float32 has seven digits: 5,000,000.001 mm is kept by the origin that is taken off."""
+    part = Part("far", (Hole(5e6, 0.0, 1.0), Hole(5e6 + 0.001, 0.0, 1.0)))
+    _, blocks = unpacked(part_scene(part))
+    assert blocks["hole"][1][0] - blocks["hole"][0][0] == pytest.approx(0.001, rel=1e-4)
+
+
+def test_issues_stand_at_the_places_and_handles_they_name() -> None:
+    issues = (
+        Issue("L311", "gaps", "at (1.5, -2) and (3e+02, 4)"),
+        Issue("L203", "odd", "handle 2F"),
+        Issue("L102", "units", ""),
+    )
+    part = Part("p", (Hole(7.0, 8.0, 1.0, handle="2F"),), (Slot((0, 0), (1, 0), 1.0),), issues)
+    header, blocks = unpacked(part_scene(part))
+    ox, oy = header["origin"]
+    places = [(round(x + ox, 3), round(y + oy, 3), k) for x, y, k in blocks["issue"]]
+    assert places == [(1.5, -2.0, 0.0), (300.0, 4.0, 0.0), (7.0, 8.0, 1.0)]
+    assert [row[0] for row in header["issues"]] == ["L311", "L203", "L102"]
+
+
+def test_a_toolpath_is_where_it_goes_row_by_row() -> None:
+    header, blocks = unpacked(grid_program())
+    ox, oy = header["origin"]
+    stops = [blocks["place"][row - 1][:2] for row in blocks["stop"]]
+    assert [(x + ox, y + oy) for x, y in stops] == [*PLACES, (0.0, 70.0)]
+    assert [blocks["line"][row] for row in blocks["stop"]] == [*range(2, 14), CUT_LINE]
+    assert bytes(blocks["text"]).decode() == TEXT
+    assert sum(blocks["seconds"]) == pytest.approx(measure(grid_path(), MACHINE).time_s, rel=1e-5)
+    assert header["seconds"] == pytest.approx(measure(grid_path(), MACHINE).time_s, rel=1e-12)
+
+
+def test_an_arc_of_a_scene_ends_where_its_row_ends() -> None:
+    _, blocks = unpacked(grid_program())
+    (row,), (arc,) = blocks["arc_row"], blocks["arc"]
+    x, y, radius, start, sweep = arc
+    assert blocks["line"][row] == ARC_LINE and sweep == pytest.approx(math.pi)
+    end = (x + radius * math.cos(start + sweep), y + radius * math.sin(start + sweep))
+    assert end == pytest.approx(blocks["place"][row][:2], abs=1e-4)
+
+
+def test_the_extents_have_what_of_an_arc_is_passed_and_no_more() -> None:
+    """The half circle from (40, 70) round (60, 70), counter-clockwise, goes down to y 50; the holes begin at y 10."""
+    path = ToolpathBuilder()
+    path.rapid(40.0, 70.0, 2.0)
+    path.arc(False, (80.0, 70.0, 2.0), Arc((60.0, 70.0, 0.0)), feed=10.0)
+    header, _ = unpacked(toolpath_scene(path.build(), MACHINE))
+    assert header["extents"] == pytest.approx([40.0, 50.0, 80.0, 70.0])
+
+
+def test_nothing_is_a_scene_too() -> None:
+    assert unpacked(part_scene(Part("empty")))[0]["extents"] is None
+    header, blocks = unpacked(toolpath_scene(Toolpath.of_motions([]), MACHINE))
+    assert header["extents"] is None and blocks["doing"] == []
+    assert unpacked(pheromone_scene([], [], []))[0]["extents"] is None
+
+
+def test_names_from_files_cannot_carry_control_characters() -> None:
+    header, _ = unpacked(part_scene(Part("evil\x1b[2J</script>")))
+    assert header["name"] == "evil\ufffd[2J</script>"
+
+
+def test_pheromone_has_points_edges_and_strengths() -> None:
+    header, blocks = unpacked(pheromone_scene([(0, 0), (10, 0), (10, 20)], [(0, 1), (1, 2)], [0.25, 1.0]))
+    ox, oy = header["origin"]
+    assert [(x + ox, y + oy) for x, y in blocks["point"]] == [(0, 0), (10, 0), (10, 20)]
+    assert blocks["edge"] == [(0, 1), (1, 2)] and blocks["strength"] == [0.25, 1.0]
+    assert unpacked(strength_scene(np.array([0.5, 0.5])))[1]["strength"] == [0.5, 0.5]

@@ -1,0 +1,135 @@
+"""The JSON API: the same answers as the command line's ``--json``, documented, in one form also when refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from starlette.testclient import TestClient
+
+from leafcut import cli
+from leafcut.studio.app import Studio
+
+ROOT = Path(__file__).parents[2]
+PLATE = ROOT / "examples" / "plate_10.dxf"
+CAM = ROOT / "examples" / "cam_121.nc"
+#: What differs from run to run.
+CLOCK = {"seconds", "history", "workers"}
+
+
+def told(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
+    """Return the answer of a command line."""
+    capsys.readouterr()
+    cli.run([*words, "--json"])
+    answer: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return answer
+
+
+def same(answer: dict[str, Any], other: dict[str, Any], *more: str) -> None:
+    for key in other.keys() - CLOCK - set(more):
+        assert answer[key] == other[key], key
+
+
+def test_optimize_answers_as_the_command_line_and_gives_the_program(
+    client: TestClient, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = {"thickness": "3mm", "machine": "haas-vf2", "preset": "fast"}
+    answer = client.post(
+        "/api/optimize", files={"file": ("plate_10.dxf", PLATE.read_bytes())}, data={"options": json.dumps(options)}
+    ).json()
+    flags = ["--thickness", "3mm", "--machine", "haas-vf2", "--preset", "fast"]
+    program = tmp_path / "plate_10.nc"
+    same(answer, told(capsys, "optimize", str(PLATE), "-o", str(program), *flags), "output")
+    assert answer["output"] == "plate_10.nc"
+    assert answer["text"] == program.read_text()
+    job = client.get(f"/api/jobs/{answer['job']}").json()
+    assert (job["state"], job["title"], job["files"]["program"]) == ("done", "plate_10.dxf", "plate_10.nc")
+    file = client.get(f"/api/jobs/{answer['job']}/files/program")
+    assert file.content == program.read_bytes()
+    assert "plate_10.nc" in file.headers["content-disposition"]
+
+
+def test_solve_simulate_and_verify_answer_as_the_command_line(
+    client: TestClient, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answer = client.post("/api/solve", data={"source": "random:30:4", "options": '{"preset": "fast"}'}).json()
+    same(answer, told(capsys, "solve", "random:30:4", "--preset", "fast"))
+    assert answer["text"].startswith("NAME")
+    program = ("cam_121.nc", CAM.read_bytes())
+    answer = client.post("/api/simulate", files={"file": program}, data={"options": '{"machine": "haas-vf2"}'}).json()
+    same(answer, told(capsys, "simulate", str(CAM), "--machine", "haas-vf2"), "program")
+    assert answer["program"] == "cam_121.nc"
+    answer = client.post("/api/verify", files={"original": program, "new": program}).json()
+    same(answer, told(capsys, "verify", str(CAM), str(CAM)))
+    assert answer["same"] is True
+
+
+@pytest.mark.parametrize(
+    ("data", "status", "line"),
+    [
+        ({}, 400, "there is no file"),
+        ({"source": "example:plat-70"}, 422, "did you mean 'plate-70'"),
+        ({"source": "example:plate-10", "options": "[]"}, 400, "not a JSON object"),
+        ({"source": "example:plate-10", "options": "[" * 50_000}, 400, "not a JSON object"),
+        ({"source": "example:plate-10", "options": '{"thicknes": 1}'}, 400, "did you mean 'thickness'"),
+        ({"source": "example:plate-10", "options": '{"thickness": -1}'}, 400, "--thickness: -1 mm is below"),
+        ({"source": "example:plate-10", "options": '{"machine": "haas"}'}, 422, "unknown machine 'haas'"),
+        ({"source": "/etc/passwd"}, 400, "not in the studio"),
+    ],
+)
+def test_what_is_refused_says_so_in_one_line(client: TestClient, data: dict[str, str], status: int, line: str) -> None:
+    answer = client.post("/api/optimize", data=data)
+    assert answer.status_code == status
+    assert list(answer.json()) == ["error"]
+    assert line in answer.json()["error"]
+    assert len(answer.json()["error"].splitlines()) == 1
+
+
+def test_a_request_that_lacks_something_is_refused_in_the_same_form(client: TestClient) -> None:
+    for method, address, status in (
+        ("POST", "/api/verify", 422),
+        ("POST", "/api/files", 422),
+        ("GET", "/api/jobs?most=x", 422),
+        ("GET", "/api/nothing", 404),
+        ("GET", "/api/jobs/absentabsent", 404),
+        ("GET", "/api/jobs/..", 404),
+        ("GET", "/api/jobs/absentabsent/files/program", 404),
+        ("DELETE", "/api/jobs/absentabsent", 404),
+        ("DELETE", "/api/machines", 405),
+    ):
+        answer = client.request(method, address)
+        assert answer.status_code == status, address
+        assert list(answer.json()) == ["error"]
+
+
+def test_jobs_are_listed_and_forgotten(studio: Studio, client: TestClient) -> None:
+    made = client.post("/api/solve", data={"source": "random:9:1"}).json()["job"]
+    listed = client.get("/api/jobs").json()
+    assert [(job["id"], job["title"], job["state"]) for job in listed] == [(made, "random:9:1", "done")]
+    assert client.post(f"/api/jobs/{made}/stop").json()["state"] == "done"
+    assert client.delete(f"/api/jobs/{made}").json() == {"deleted": made}
+    assert client.get("/api/jobs").json() == []
+
+
+def test_the_description_names_every_way_in_and_loads_nothing_from_elsewhere(client: TestClient) -> None:
+    described = client.get("/api/openapi.json").json()
+    for command in ("optimize", "solve", "simulate", "verify"):
+        operation = described["paths"][f"/api/{command}"]["post"]
+        assert operation["summary"]
+        assert operation["description"]
+    assert all(operation["summary"] for path in described["paths"].values() for operation in path.values())
+    assert client.get("/docs").status_code == client.get("/redoc").status_code == 404
+
+
+def test_what_there_is_is_listed_as_the_command_line_does(
+    client: TestClient, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for what in ("machines", "algorithms", "formats"):
+        capsys.readouterr()
+        cli.run([what, "--json"])
+        assert client.get(f"/api/{what}").json() == json.loads(capsys.readouterr().out)
+    options = {option["name"]: option for option in client.get("/api/options").json()}
+    assert options["thickness"]["flag"] == "--thickness"
+    assert options["preset"]["choices"] == ["fast", "default", "thorough"]

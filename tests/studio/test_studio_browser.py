@@ -1,0 +1,321 @@
+"""The page in a real Chromium, as a person uses it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, Page, expect, sync_playwright
+from studio_server import Server
+
+import leafcut
+from leafcut import cli
+
+pytestmark = pytest.mark.external
+
+ROOT = Path(__file__).parents[2]
+PLATE = ROOT / "examples" / "plate_10.dxf"
+#: A run on a busy machine, ms.
+LONG = 60_000
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    started = Server(tmp_path_factory.mktemp("home"))
+    yield started
+    started.process.kill()
+    started.process.communicate(timeout=30)
+
+
+@pytest.fixture(scope="module")
+def browser(chromium: str) -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox", "--disable-gpu"])
+        yield opened
+        opened.close()
+
+
+@pytest.fixture
+def page(browser: Browser, server: Server) -> Iterator[Page]:
+    """Return a page of the studio; in the end nothing may have been complained of, nor asked of another host."""
+    complaints: list[str] = []
+    asked: list[str] = []
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, locale="en-US", accept_downloads=True)
+    context.grant_permissions(["clipboard-read", "clipboard-write"])
+    made = context.new_page()
+    made.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
+    made.on("pageerror", lambda e: complaints.append(str(e)))
+    made.on("request", lambda r: asked.append(r.url))
+    made.goto(f"{server.origin}/?token={server.token}")
+    expect(made.locator("#view-work")).to_be_visible()
+    yield made
+    made.close()
+    context.close()
+    assert complaints == []
+    assert {urlsplit(url).netloc for url in asked if not url.startswith(("data:", "blob:"))} == {
+        f"127.0.0.1:{server.port}"
+    }
+
+
+def opened(page: Page, file: Path) -> None:
+    page.set_input_files("#open-file", file)
+    expect(page.locator(".about-part .name")).to_have_text(file.name)
+
+
+def typed(page: Page, label: str, text: str) -> None:
+    field = page.get_by_label(label, exact=True)
+    field.fill(text)
+    field.press("Tab")
+
+
+def run(page: Page) -> None:
+    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
+
+
+def downloaded(page: Page, name: str) -> tuple[str, bytes]:
+    with page.expect_download() as waiting:
+        page.get_by_role("link", name=name, exact=True).click()
+    return waiting.value.suggested_filename, Path(waiting.value.path()).read_bytes()
+
+
+def test_a_drawing_is_opened_run_and_downloaded_as_the_command_line_writes_it(page: Page, tmp_path: Path) -> None:
+    opened(page, PLATE)
+    expect(page.locator(".about-part")).to_contain_text("10")
+    typed(page, "Thickness", "0.25in")
+    page.get_by_label("Machine", exact=True).select_option("haas-vf2")
+    expect(page.locator("#command")).to_have_text(
+        "leafcut optimize plate_10.dxf -o plate_10.nc --thickness 0.25in --machine haas-vf2"
+    )
+    run(page)
+    expect(page.locator(".badge")).to_contain_text("Verified")
+    name, program = downloaded(page, "Program")
+    target = tmp_path / "plate_10.nc"
+    assert (
+        cli.run(["optimize", str(PLATE), "-o", str(target), "--thickness", "0.25in", "--machine", "haas-vf2", "-q"])
+        == 0
+    )
+    assert name == "plate_10.nc"
+    assert program == target.read_bytes()
+    assert b"<title>" in downloaded(page, "Report")[1]
+
+
+def test_a_program_of_another_cam_is_reordered(page: Page, tmp_path: Path) -> None:
+    opened(page, ROOT / "examples" / "cam_121.nc")
+    expect(page.get_by_label("Work", exact=True)).to_have_value("program")
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    run(page)
+    _, program = downloaded(page, "Program")
+    target = tmp_path / "new.nc"
+    assert (
+        cli.run(["optimize", str(ROOT / "examples" / "cam_121.nc"), "-o", str(target), "--preset", "fast", "-q"]) == 0
+    )
+    assert program == target.read_bytes()
+
+
+def test_the_work_that_is_shown_is_the_work_that_is_run(page: Page) -> None:
+    opened(page, PLATE)
+    for work in ("pocket", "cut", "drill", "pocket"):
+        page.get_by_label("Work", exact=True).select_option(work)
+        expect(page.locator("#command")).to_contain_text("-o" if work == "drill" else f"--process {work}")
+        expect(page.locator("#said")).to_be_empty()
+        expect(page.get_by_label("Work", exact=True)).to_have_value(work)
+
+
+def test_a_random_map_is_made_and_its_search_stopped(page: Page) -> None:
+    page.get_by_text("Examples and random maps").click()
+    typed(page, "Points", "1500")
+    page.get_by_role("button", name="Make a map").click()
+    expect(page.locator(".about-part .name")).to_have_text("random:1500:1")
+    page.get_by_label("Work", exact=True).select_option("solve")
+    typed(page, "Time limit", "10min")
+    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.locator(".progress .figure").first).not_to_be_empty(timeout=LONG)
+    expect(page.get_by_role("button", name="Run", exact=True)).to_be_disabled()
+    page.get_by_role("button", name="Stop, keep the best").click()
+    expect(page.locator(".headline")).to_be_visible(timeout=LONG)
+    expect(page.locator("#said")).to_contain_text("this is the best that was found")
+
+
+def test_what_cannot_be_read_is_a_line_and_the_page_lives_on(page: Page, tmp_path: Path) -> None:
+    bad = tmp_path / "broken.dxf"
+    bad.write_bytes(b"\0\1\2<script>alert(1)</script>")
+    page.set_input_files("#open-file", bad)
+    expect(page.locator("#said")).to_contain_text("broken.dxf: ")
+    expect(page.locator("#said")).not_to_contain_text("Traceback")
+    typed(page, "Thickness", "thick")
+    expect(page.get_by_role("alert")).to_contain_text("'thick' is not")
+    opened(page, PLATE)
+    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.locator("#said")).to_contain_text("--thickness: 'thick' is not")
+    typed(page, "Thickness", "3")
+    run(page)
+    expect(page.locator(".headline")).to_be_visible()
+
+
+def test_a_job_goes_on_when_its_tab_is_closed_and_is_found_in_the_history(page: Page, server: Server) -> None:
+    opened(page, PLATE)
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_role("button", name="Run", exact=True).click()
+    other = page.context.new_page()
+    page.goto("about:blank")
+    other.goto(server.origin)
+    other.get_by_role("button", name="Jobs").click()
+    row = other.locator("table.jobs tbody tr").first
+    expect(row).to_contain_text("plate_10.dxf")
+    row.get_by_role("button", name="Open").click()
+    expect(other.locator(".headline")).to_be_visible(timeout=LONG)
+    expect(other.get_by_label("Effort", exact=True)).to_have_value("fast")
+    other.close()
+
+
+def test_two_tabs_have_their_own_choices(page: Page, server: Server) -> None:
+    other = page.context.new_page()
+    other.goto(server.origin)
+    opened(page, PLATE)
+    typed(page, "Thickness", "5mm")
+    opened(other, ROOT / "examples" / "plate_27.dxf")
+    expect(other.get_by_label("Thickness", exact=True)).to_have_value("")
+    expect(page.locator(".about-part .name")).to_have_text("plate_10.dxf")
+    other.close()
+
+
+def test_a_machine_is_copied_changed_and_used(page: Page) -> None:
+    page.keyboard.press("3")
+    page.get_by_role("button", name="pcb-drill").click()
+    page.get_by_role("button", name="Copy", exact=True).click()
+    expect(page.locator("#said")).to_contain_text("my-pcb-drill was checked and saved")
+    text = page.get_by_label("my-pcb-drill.toml")
+    text.fill(text.input_value().replace("controller =", "controler ="))
+    page.get_by_role("button", name="Save").click()
+    expect(page.locator("#said")).to_contain_text("unknown key 'controler'; did you mean 'controller'?")
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Work").click()
+    opened(page, PLATE)
+    page.get_by_label("Machine", exact=True).select_option("mine:my-pcb-drill")
+    expect(page.locator("#command")).to_contain_text("--machine my-pcb-drill.toml")
+
+
+def test_it_speaks_spanish_and_remembers(page: Page, server: Server) -> None:
+    page.get_by_role("link", name="Español").click()
+    expect(page.get_by_role("button", name="Ejecutar")).to_be_visible()
+    page.goto(server.origin)
+    expect(page.get_by_role("button", name="Ejecutar")).to_be_visible()
+    page.get_by_role("link", name="English").click()
+    expect(page.get_by_role("button", name="Run", exact=True)).to_be_visible()
+
+
+def test_light_and_dark_are_kept(page: Page) -> None:
+    def ground() -> str:
+        return str(page.evaluate("getComputedStyle(document.body).backgroundColor"))
+
+    light = ground()
+    page.keyboard.press("t")
+    dark = ground()
+    assert light != dark
+    page.reload()
+    expect(page.locator("#view-work")).to_be_visible()
+    assert ground() == dark
+
+
+def test_the_keys_are_explained_and_work(page: Page) -> None:
+    page.keyboard.press("?")
+    expect(page.get_by_role("dialog")).to_be_visible()
+    page.keyboard.press("2")
+    expect(page.locator("#view-jobs")).not_to_be_visible()  # the dialogue is in front
+    page.get_by_role("button", name="Close").click()
+    page.keyboard.press("2")
+    expect(page.locator("#view-jobs")).to_be_visible()
+    page.keyboard.press("1")
+    opened(page, PLATE)
+    page.get_by_label("Thickness", exact=True).press("r")  # in a field, a key is a letter
+    expect(page.get_by_label("Thickness", exact=True)).to_have_value("r")
+    typed(page, "Thickness", "")
+    page.get_by_role("button", name="Copy", exact=True).click()
+    assert page.evaluate("navigator.clipboard.readText()") == page.locator("#command").text_content()
+
+
+def test_files_are_dropped_on_the_page(page: Page) -> None:
+    page.evaluate(
+        """(text) => {
+            const data = new DataTransfer();
+            data.items.add(new File([text], "points.csv"));
+            const about = { bubbles: true, cancelable: true, dataTransfer: data };
+            for (const type of ["dragenter", "dragover", "drop"])
+                document.body.dispatchEvent(new DragEvent(type, about));
+        }""",
+        "x,y,diameter\n1,2,3\n40,2,3\n",
+    )
+    expect(page.locator(".about-part .name")).to_have_text("points.csv")
+
+
+def test_every_control_has_a_name_and_the_focus_is_seen(page: Page) -> None:
+    opened(page, PLATE)
+    run(page)
+    unnamed: list[Any] = page.evaluate(
+        """() => [...document.querySelectorAll("button, a[href], input, select, textarea, [role=tab]")]
+            .filter((e) => e.getClientRects().length || e.type === "file")
+            .filter((e) => !(e.textContent.trim() || e.getAttribute("aria-label") || e.labels?.length))
+            .map((e) => e.outerHTML)"""
+    )
+    assert unnamed == []
+    page.keyboard.press("Tab")
+    page.keyboard.press("Tab")
+    assert re.match(r"(?!none)", page.evaluate("getComputedStyle(document.activeElement).outlineStyle"))
+    assert leafcut.__version__ in (page.locator("#help").text_content() or "")
+
+
+def test_a_page_comes_back_when_the_studio_is_started_again_under_it(browser: Browser, tmp_path: Path) -> None:
+    first = Server(tmp_path)
+    page = browser.new_page(locale="en-US", viewport={"width": 1280, "height": 720})
+    page.goto(f"{first.origin}/?token={first.token}")
+    opened(page, PLATE)
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    run(page)
+    saved = page.locator(".headline").text_content()
+    first.process.kill()
+    first.process.communicate(timeout=30)
+    page.evaluate("window.before = true")
+    second = Server(tmp_path, first.port)
+    page.wait_for_function("!window.before", timeout=LONG)
+    expect(page.locator(".headline")).to_have_text(saved or "", timeout=LONG)
+    expect(page.locator(".about-part .name")).to_have_text(PLATE.name)
+    page.close()
+    assert second.end()[0] == 0
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_serious(browser: Browser, server: Server, scheme: Any) -> None:
+    # The policy of the page would not let axe in.
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, color_scheme=scheme, bypass_csp=True)
+    page = context.new_page()
+    page.goto(f"{server.origin}/?token={server.token}&lang=es")
+    page.goto(f"{server.origin}/?lang=en")
+    expect(page.locator("#view-work")).to_be_visible()
+    found = serious(page, "empty") if scheme == "light" else []
+    opened(page, PLATE)
+    run(page)
+    for name in ("Summary", "Issues", "Program", "Search") if scheme == "light" else ("Program",):
+        page.get_by_role("tab", name=name).click()
+        expect(page.get_by_role("tab", name=name)).to_have_attribute("aria-selected", "true")
+        page.wait_for_timeout(300)
+        found += serious(page, name)
+    for view in ("jobs", "machines", "tools", "help") if scheme == "light" else ("jobs",):
+        page.keyboard.press({"jobs": "2", "machines": "3", "tools": "4", "help": "?"}[view])
+        expect(page.locator("#help" if view == "help" else f"#view-{view}")).to_be_visible()
+        found += serious(page, view)
+    context.close()
+    assert found == []
+
+
+def serious(page: Page, where: str) -> list[tuple[str, ...]]:
+    return [
+        (where, rule["id"], rule["nodes"][0]["html"])
+        for rule in Axe().run(page).response["violations"]
+        if rule["impact"] in ("serious", "critical")
+    ]

@@ -1,0 +1,228 @@
+"""Forms are made of the options; what they say is what the command line would be told."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from leafcut import cli
+from leafcut.option_spec import flag_name
+from leafcut.options import ALGORITHMS, Settings, all_options
+from leafcut.studio import forms
+from leafcut.studio.app import Studio
+from leafcut.studio.history import State
+from leafcut.studio.task import Task, command_line, prepare, program_name
+from leafcut.studio.view import View
+from leafcut.studio.wording import words
+
+ROOT = Path(__file__).parents[2]
+EN = words("en")
+#: Done by the studio itself, or of kinds of work that the page does not offer.
+NOT_OFFERED = {"save_plan"} | {name for group, name, _ in all_options() if group.section == "nest"}
+
+
+def made(work: str, **values: Any) -> list[dict[str, Any]]:
+    return forms.form(work, values, EN, machines={"haas-vf2": "haas-vf2"}, tools=["shop"])
+
+
+def test_every_option_is_in_a_form() -> None:
+    shown = {
+        field["name"]
+        for work in forms.WORKS
+        for algorithm in ALGORITHMS
+        for group in made(work, algorithm=algorithm)
+        for field in group["fields"]
+    }
+    assert shown == {name for _, name, _ in all_options()} - NOT_OFFERED
+
+
+@pytest.mark.parametrize("work", list(forms.WORKS))
+def test_no_option_is_twice_in_a_form_and_the_important_ones_are_open(work: str) -> None:
+    groups = made(work)
+    names = [field["name"] for group in groups for field in group["fields"]]
+    assert len(set(names)) == len(names)
+    assert sum(len(group["fields"]) for group in groups if not group["folded"]) <= 11
+    assert groups[0]["folded"] is False
+
+
+def test_a_field_says_what_the_option_says() -> None:
+    fields = {f["name"]: f for work in ("drill", "cut") for group in made(work) for f in group["fields"]}
+    specs = {name: spec for _, name, spec in all_options()}
+    for name, field in fields.items():
+        assert field["help"] == specs[name].help
+        assert field["flag"] == flag_name(name)
+        assert field["kind"] == specs[name].kind
+        assert field["default"] or field["kind"] == "flag"
+    assert fields["feed"]["unit"] == "mm/min"
+    assert fields["entry_angle" if "entry_angle" in fields else "lead_angle"]["unit"] == "deg"
+    assert fields["clearance_height"]["default"] == "10"
+    assert [word for word, _ in fields["preset"]["choices"]] == ["fast", "default", "thorough"]
+    assert fields["tools"]["file"]
+    assert ["mine:shop", "shop"] in fields["tools"]["choices"]
+
+
+def test_parameters_of_an_algorithm_come_with_it() -> None:
+    assert not {"aco", "firefly"} & {group["key"] for group in made("solve")}
+    assert "aco" in {group["key"] for group in made("solve", algorithm="acs")}
+    assert "firefly" in {group["key"] for group in made("drill", algorithm="firefly")}
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "wrong"),
+    [
+        ("thickness", "6mm", ""),
+        ("thickness", "0.25in", ""),
+        ("thickness", "six", "'six' is not"),
+        ("thickness", "-1", "below the smallest value"),
+        ("seed", "1.5", "not a whole number"),
+        ("seed", "", ""),
+        ("algorithm", "ants", "unknown value 'ants'"),
+        ("keep_out", "0 0 1 1, 2 2 3 3", ""),
+        ("start_point", "1", "not a point"),
+    ],
+)
+def test_a_field_says_at_once_what_is_wrong(name: str, value: str, wrong: str) -> None:
+    found = forms.problem_with(name, value)
+    assert (wrong in found) if wrong else found == ""
+
+
+def test_what_is_at_its_default_is_not_said() -> None:
+    values = {"preset": "default", "clearance_height": "10mm", "bound": True, "header": False, "seed": "", "depth": "2"}
+    assert forms.changed(values) == {"header": False, "depth": "2"}
+
+
+def test_options_of_another_work_stay_out() -> None:
+    assert forms.of_work("cut", {"peck": "1", "kerf_width": "2", "n_ants": "9"}) == {"kerf_width": "2"}
+    assert forms.of_work("drill", {"peck": "1", "n_ants": "9", "algorithm": "acs"}) == {
+        "peck": "1",
+        "n_ants": "9",
+        "algorithm": "acs",
+    }
+
+
+def test_programs_are_never_called_as_their_source() -> None:
+    assert program_name("plate.dxf", ".ngc") == "plate.ngc"
+    assert program_name("part.NC", ".nc") == "part_leafcut.NC"
+    assert program_name("example:plate-70", ".nc") == "plate-70.nc"
+    assert program_name("random:50:2", ".ngc") == "random-50-2.ngc"
+    assert program_name("plate", ".ngc") == "plate.ngc"
+
+
+SHEET = b"""<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="60mm" viewBox="0 0 100 60">
+<path fill="none" stroke="black" d="M5 5H45V45H5Z"/><circle fill="none" stroke="black" cx="25" cy="25" r="8"/></svg>"""
+LIBRARY = ROOT / "examples" / "tools.toml"
+
+
+def runs(studio: Studio) -> list[tuple[Task, dict[str, bytes]]]:
+    """Return tasks with the files they need, as a person has them in a folder."""
+    folder = studio.folder
+    plate = (ROOT / "examples" / "plate_10.dxf").read_bytes()
+    cam = (ROOT / "examples" / "cam_121.nc").read_bytes()
+    tools = LIBRARY.read_bytes()
+    folder.save_own("machines", "my-mill", (ROOT / "src/leafcut/machines/haas-vf2.toml").read_text())
+    odd = "a 'b' $(x); plate.dxf"
+    return [
+        (
+            Task(
+                "optimize",
+                (folder.add_input(odd, plate),),
+                options={
+                    "thickness": "0.25in", "machine": "mine:my-mill", "tools": folder.add_input("my tools.toml", tools),
+                    "line_numbers": True, "header": True, "bound": False, "start_point": "-5,3", "preset": "fast",
+                    "keep_out": "0 0 1 1,2 2 3 3",
+                },
+            ),
+            {odd: plate, "my tools.toml": tools, "my-mill.toml": folder.own_path("machines", "my-mill").read_bytes()},
+        ),
+        (
+            Task("optimize", (folder.add_input("sheet.svg", SHEET),), "cut", {"thickness": "6", "preset": "fast"}),
+            {"sheet.svg": SHEET},
+        ),
+        (
+            Task("optimize", (folder.add_input("cam_121.nc", cam),), "auto", {"machine": "haas-vf2", "preset": "fast"}),
+            {"cam_121.nc": cam},
+        ),
+    ]  # fmt: skip
+
+
+def test_the_command_line_shown_is_the_same_run_byte_for_byte(
+    studio: Studio, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for number, (task, files) in enumerate(runs(studio)):
+        place = tmp_path / str(number)
+        place.mkdir()
+        for name, data in files.items():
+            (place / name).write_bytes(data)
+        job = studio.jobs.start(task)
+        record = studio.jobs.wait(job) and studio.jobs.record(job)
+        assert record is not None
+        assert record.state is State.DONE, record.line
+        program = studio.history.artefact(job, "program")
+        assert program is not None
+        words = shlex.split(command_line(task, studio.folder, "out.nc"))
+        assert words[0] == "leafcut"
+        monkeypatch.chdir(place)
+        assert cli.run([*words[1:], "--quiet"]) == 0, capsys.readouterr().err
+        assert (place / "out.nc").read_bytes() == program.data
+
+
+def test_a_page_shows_the_command_line_of_its_choices(studio: Studio) -> None:
+    view = View(studio, EN)
+    assert view.command_line() == ""
+    view.source, view.name = studio.folder.add_input("plate.dxf", b"x"), "plate.dxf"
+    view.put("thickness", "3mm")
+    view.put("preset", "default")
+    view.put("machine", "haas-vf2")
+    assert view.command_line() == "leafcut optimize plate.dxf -o plate.nc --thickness 3mm --machine haas-vf2"
+    view.work = "solve"
+    assert view.command_line() == "leafcut solve plate.dxf"
+    view.work = "verify"
+    assert view.command_line() == ""
+    view.second, view.second_name = studio.folder.add_input("new.nc", b"x"), "new.nc"
+    assert view.command_line() == "leafcut verify plate.dxf new.nc --machine haas-vf2"
+    view.put("machine", "")
+    view.put("seed", "x")
+    assert view.errors == {"seed": "'x' is not a whole number"}
+
+
+def test_values_of_json_mean_what_they_mean_in_a_toml_file(studio: Studio) -> None:
+    task = Task(
+        "optimize", ("example:plate-10",), options={"thickness": 3, "layers": ["A", "B"], "start_point": [1, 2]}
+    )
+    settings = Settings.collect(prepare(task, studio.folder).options)
+    assert (settings.drill.thickness, settings.read.layers, settings.drill.start_point) == (3.0, ("A", "B"), (1.0, 2.0))
+    assert "--layers A,B" in command_line(task, studio.folder)
+
+
+def test_both_languages_have_the_same_words_and_none_is_unused() -> None:
+    keys = words("en").table.keys()
+    assert keys == words("es").table.keys()
+    fields = re.compile(r"\{(\w+)\}")
+    for key in keys:
+        assert sorted(fields.findall(words("en").table[key])) == sorted(fields.findall(words("es").table[key])), key
+    assert {k.removeprefix("option.") for k in keys if k.startswith("option.")} == {n for _, n, _ in all_options()}
+    code = "".join(p.read_text(encoding="utf-8") for p in (ROOT / "src" / "leafcut" / "studio").glob("*.py"))
+    written = set(re.findall(r'"([a-z]+\.[a-z_-]+)"', code))
+    stems = set(re.findall(r'f"([a-z]+\.)\{', code))
+    sections = {f"{name}." for name in re.findall(r'\bsection\("([a-z]+)"\)', code)}
+    unused = [k for k in keys if k not in written and not k.startswith((*stems, *sections, "option."))]
+    assert unused == []
+    groups = {f"group.{key}" for work in forms.WORKS.values() for key, _ in work.groups} | {
+        "group.aco",
+        "group.firefly",
+    }
+    for stem, wanted in (
+        ("group.", groups),
+        ("work.", {f"work.{work}" for work in forms.WORKS}),
+        ("state.", {f"state.{state.value}" for state in State}),
+        ("process.", {f"process.{process}" for process in forms.PROGRAM_PROCESSES}),
+    ):
+        assert {k for k in keys if k.startswith(stem)} == wanted
+    every = "|".join(sorted({k.partition(".")[0] for k in keys}))
+    assert set(re.findall(rf'\b(?:w|words)\(\s*"((?:{every})\.[^"]+)"', code)) <= keys
+    drawing = (ROOT / "src" / "leafcut" / "studio" / "static" / "words.js").read_text(encoding="utf-8")
+    assert dict(re.findall(r'^  (\w+): "(.*)",$', drawing, flags=re.MULTILINE)) == words("en").section("canvas")

@@ -1,0 +1,214 @@
+"""Jobs run outside the server, can be stopped and cancelled, and are never lost."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import leafcut
+from leafcut.errors import OptionError
+from leafcut.studio import jobs as room
+from leafcut.studio.app import Studio, open_studio
+from leafcut.studio.history import Artefact, History, State
+from leafcut.studio.running import Made
+from leafcut.studio.task import Task
+
+LONG = Task("solve", ("random:300:1",), options={"time_limit": "120s", "bound": False})
+SHORT = Task("optimize", ("example:plate-10",), options={"preset": "fast"})
+
+
+def until(true: Callable[[], Any]) -> None:
+    """Wait for something, half a minute at most."""
+    for _ in range(3000):
+        if true():
+            return
+        time.sleep(0.01)
+    pytest.fail("it never came")
+
+
+def test_a_job_gives_what_the_call_gives(studio: Studio) -> None:
+    job = studio.jobs.start(SHORT)
+    assert studio.jobs.wait(job) is State.DONE
+    made = studio.history.artefact(job, "program")
+    assert made is not None
+    assert made.data.decode() == leafcut.optimize("example:plate-10", preset="fast").text
+    assert made.file_name == "plate-10.ngc"
+    answer = studio.history.answer(job)
+    assert answer is not None
+    assert answer["verified"] is True
+    offered = {name for name, file in studio.history.artefacts(job).items() if file}
+    assert offered == {"program", "report", "picture-before", "picture-after"}
+    for layer in ("part", "before", "after"):
+        scene = studio.history.artefact(job, f"scene-{layer}")
+        assert scene is not None
+        assert scene.data.startswith(b"LCSCENE1")
+
+
+def test_stopping_keeps_the_best_and_cancelling_keeps_nothing(studio: Studio) -> None:
+    kept, dropped = studio.jobs.start(LONG), studio.jobs.start(LONG)
+    for job in (kept, dropped):
+        live = studio.jobs.live(job)
+        assert live is not None
+        until(lambda live=live: live.latest.cost is not None)
+    studio.jobs.stop(kept)
+    studio.jobs.cancel(dropped)
+    assert studio.jobs.wait(kept, 30) is State.STOPPED
+    assert studio.jobs.wait(dropped, 30) is State.CANCELLED
+    answer = studio.history.answer(kept)
+    assert answer is not None
+    assert answer["stopped_early"] is True
+    assert studio.history.answer(dropped) is None
+    assert studio.history.artefacts(dropped) == {}
+
+
+def test_a_job_that_waits_can_be_cancelled(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
+    release = threading.Event()
+    monkeypatch.setattr(room, "run", lambda *_: release.wait(30) and Made({}, {}, {}))
+    jobs = [studio.jobs.start(SHORT) for _ in range(room.AT_ONCE + 1)]
+    last = studio.jobs.live(jobs[-1])
+    assert last is not None
+    assert last.state is State.WAITING
+    studio.jobs.cancel(jobs[-1])
+    release.set()
+    assert [studio.jobs.wait(job, 30) for job in jobs] == [State.DONE] * room.AT_ONCE + [State.CANCELLED]
+
+
+def test_a_run_that_fails_says_its_line_and_nothing_else_ends(studio: Studio) -> None:
+    empty = studio.folder.add_input("empty.csv", b"\n")
+    job = studio.jobs.start(Task("optimize", (empty,)))
+    assert studio.jobs.wait(job) is State.FAILED
+    record = studio.jobs.record(job)
+    assert record is not None
+    assert record.line == "empty.csv: the file is empty"
+    assert studio.jobs.wait(studio.jobs.start(SHORT)) is State.DONE
+
+
+@pytest.mark.parametrize("problem", [ValueError("odd\nthing"), MemoryError(), SystemExit(3), KeyboardInterrupt()])
+def test_a_fault_of_leafcut_is_one_line_too(
+    studio: Studio, monkeypatch: pytest.MonkeyPatch, problem: BaseException
+) -> None:
+    def broken(*_: object) -> Made:
+        raise problem
+
+    monkeypatch.setattr(room, "run", broken)
+    job = studio.jobs.start(SHORT)
+    assert studio.jobs.wait(job) is State.FAILED
+    record = studio.jobs.record(job)
+    assert record is not None
+    assert len(record.line.splitlines()) == 1
+    assert (
+        "memory" if isinstance(problem, MemoryError) else f"fault in leafcut itself ({type(problem).__name__}"
+    ) in record.line
+
+
+def test_a_task_that_cannot_be_meant_is_refused_before_it_is_a_job(studio: Studio) -> None:
+    for task in (
+        Task("lift", ("example:plate-10",)),
+        Task("verify", ("example:plate-10",)),
+        Task("optimize", ("example:plate-10",), "saw"),
+        Task("optimize", ("example:plate-10",), options={"thicknes": "3mm"}),
+        Task("optimize", ("example:plate-10",), options={"thickness": "3 bananas"}),
+    ):
+        with pytest.raises(OptionError):
+            studio.jobs.start(task)
+    assert studio.history.newest() == []
+
+
+def test_what_is_noted_while_a_run_goes_on_is_short(studio: Studio) -> None:
+    job = studio.jobs.start(SHORT)
+    studio.jobs.wait(job)
+    live = studio.jobs.live(job)
+    assert live is not None
+    for k in range(20_000):
+        live.began = time.perf_counter() - k
+        live.tell("search", 1e6 - k, 0.5, None)
+    assert len(live.points) <= 4001
+    costs = [cost for _, cost, what in live.points if what == "search"]
+    assert costs == sorted(costs, reverse=True)
+
+
+def test_a_restart_loses_nothing(tmp_path: Path) -> None:
+    first = open_studio(tmp_path)
+    plate = first.folder.add_input("map.csv", b"x,y,diameter\n1,2,3\n4,5,3\n")
+    done = first.jobs.start(Task("optimize", (plate,), options={"units": "mm"}))
+    assert first.jobs.wait(done) is State.DONE
+    program = first.history.artefact(done, "program")
+    running = first.jobs.start(LONG)
+    live = first.jobs.live(running)
+    assert live is not None
+    until(lambda: live.latest.cost is not None)
+    first.jobs.close()
+    first.history.close()
+
+    second = open_studio(tmp_path)
+    records = {r.id: r for r in second.history.newest()}
+    assert records[running].state is State.INTERRUPTED
+    assert records[done].state is State.DONE
+    assert second.history.artefact(done, "program") == program
+    again = second.jobs.start(records[done].task)
+    assert second.jobs.wait(again) is State.DONE
+    assert second.history.artefact(again, "program") == program
+    second.jobs.close()
+    second.history.close()
+
+
+def test_a_job_that_was_cut_short_by_a_crash_is_told_so(tmp_path: Path) -> None:
+    history = History(tmp_path / "h.sqlite")
+    history.add("a", "x", SHORT, 1.0)
+    history.mark("a", State.RUNNING)
+    history.close()
+    history = History(tmp_path / "h.sqlite")
+    history.interrupt()
+    found = history.get("a")
+    assert found is not None
+    assert found.state is State.INTERRUPTED
+    assert found.task == SHORT
+    history.close()
+
+
+def test_forgetting_a_job_removes_the_file_that_only_it_used(studio: Studio) -> None:
+    shared, own = (studio.folder.add_input("map.csv", b"x,y\n1,2\n") for _ in range(2))
+    first, second, third = (
+        studio.jobs.start(Task("solve", (source,), options={"units": "mm"})) for source in (shared, shared, own)
+    )
+    for job in (first, second, third):
+        studio.jobs.wait(job)
+    studio.jobs.delete(first)
+    studio.jobs.delete(third)
+    assert {p.name for p in studio.folder.inputs.iterdir()} == {shared}
+    assert [r.id for r in studio.history.newest()] == [second]
+    assert studio.history.artefacts(first) == {}
+
+
+def test_a_damaged_history_is_set_aside(tmp_path: Path) -> None:
+    file = tmp_path / "h.sqlite"
+    file.write_bytes(b"no database at all" * 100)
+    history = History(file)
+    history.add("a", "x", SHORT, 1.0)
+    history.finish("a", State.DONE, answer={"n": 1}, artefacts={"p": Artefact("p.nc", "text/plain", b"M2\n")})
+    assert history.answer("a") == {"n": 1}
+    assert history.artefact("a", "p") == Artefact("p.nc", "text/plain", b"M2\n")
+    history.close()
+    assert len(list(tmp_path.glob("h.sqlite.damaged-*"))) == 1
+
+
+def test_two_who_write_at_once_lose_nothing(tmp_path: Path) -> None:
+    history = History(tmp_path / "h.sqlite")
+
+    def write(name: str) -> None:
+        for k in range(25):
+            history.add(f"{name}{k}", "x", SHORT, float(k))
+            history.finish(f"{name}{k}", State.DONE)
+
+    threads = [threading.Thread(target=write, args=(name,)) for name in "abc"]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(history.newest(1000)) == 75
+    history.close()

@@ -1,0 +1,232 @@
+"""The studio is for the person at this machine: who else comes, by whatever way, is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from starlette.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+
+from leafcut.errors import OptionError
+from leafcut.studio.app import PORT, Studio, make_api, open_studio
+from leafcut.studio.folder import Folder, safe_name
+from leafcut.studio.safety import STILL_POLICY, Guard
+from leafcut.studio.task import Task, prepare
+
+OWN = f"http://127.0.0.1:{PORT}"
+
+
+def test_no_route_answers_without_the_token(studio: Studio, stranger: TestClient) -> None:
+    paths = make_api(studio).openapi()["paths"]
+    assert len(paths) > 10
+    for path, methods in paths.items():
+        for method in methods:
+            address = path.replace("{job}", "a" * 12).replace("{name}", "program")
+            answer = stranger.request(method, address, headers={"origin": OWN})
+            assert answer.status_code == 401, (method, path)
+    for address in ("/", "/static/studio.css", "/static/colours.css", "/api/openapi.json", "/nothing"):
+        assert stranger.get(address).status_code == 401
+
+
+def test_a_wrong_token_is_no_token(studio: Studio, stranger: TestClient) -> None:
+    for token in ("", "x", studio.token[:-1], studio.token + "x", "Ä"):
+        assert stranger.get("/", params={"token": token}).status_code == 401
+    for header in (f"Bearer {studio.token}x", f"Basic {studio.token}", "Bearer", studio.session):
+        assert stranger.get("/api/machines", headers={"authorization": header}).status_code == 401
+    assert stranger.get("/api/machines", headers={"cookie": f"leafcut-{PORT}={studio.token}"}).status_code == 401
+    assert stranger.get("/api/machines", headers={"cookie": 'a="; =;;\x7f'}).status_code == 401
+
+
+def test_the_token_in_the_address_becomes_a_cookie_that_scripts_and_other_sites_do_not_have(
+    studio: Studio, stranger: TestClient
+) -> None:
+    answer = stranger.get("/", params={"token": studio.token})
+    assert (answer.status_code, answer.headers["location"]) == (303, "/")
+    cookie = answer.headers["set-cookie"]
+    assert {"HttpOnly", "SameSite=Strict"} <= {word.strip() for word in cookie.split(";")}
+    assert studio.token not in cookie
+    assert stranger.get("/api/machines").status_code == 200  # the client has kept the cookie
+    assert stranger.get("/api/machines", params={"token": "wrong"}).status_code == 200
+
+
+@pytest.mark.parametrize("host", ["evil.example", f"evil.example:{PORT}", f"127.0.0.1:{PORT + 1}", "127.0.0.1", ""])
+def test_a_name_that_was_rebound_to_this_machine_is_refused(client: TestClient, host: str) -> None:
+    assert client.get("/api/machines", headers={"host": host}).status_code == 403
+    assert client.get("/api/machines", headers={"host": f"localhost:{PORT}"}).status_code == 200
+
+
+def test_two_host_headers_are_none(studio: Studio) -> None:
+    client = TestClient(Guard(make_api(studio), token="t", session="s", port=PORT), base_url=OWN)
+    hosts = [("host", f"127.0.0.1:{PORT}"), ("host", "evil.example"), ("authorization", "Bearer t")]
+    assert client.get("/api/machines", headers=hosts).status_code == 403
+
+
+@pytest.mark.parametrize(
+    "origin", ["http://evil.example", f"http://127.0.0.1:{PORT + 1}", "null", f"https://127.0.0.1:{PORT}"]
+)
+def test_a_page_of_another_origin_can_neither_send_nor_load(studio: Studio, stranger: TestClient, origin: str) -> None:
+    stranger.get("/", params={"token": studio.token})
+    assert stranger.post("/api/files?name=a.csv", content=b"x", headers={"origin": origin}).status_code == 403
+    assert stranger.get("/api/machines", headers={"origin": origin}).status_code == 403
+    assert not list(studio.folder.inputs.iterdir())
+
+
+def test_a_cookie_alone_changes_nothing_without_an_origin(studio: Studio, stranger: TestClient) -> None:
+    stranger.get("/", params={"token": studio.token})
+    assert stranger.post("/api/files?name=a.csv", content=b"x").status_code == 403
+    assert stranger.post("/api/files?name=a.csv", content=b"x", headers={"origin": OWN}).status_code == 200
+
+
+def test_what_another_site_begins_is_refused_but_a_link_may_be_followed(studio: Studio, stranger: TestClient) -> None:
+    stranger.get("/", params={"token": studio.token})
+    for site in ("cross-site", "same-site"):
+        headers = {"sec-fetch-site": site, "sec-fetch-mode": "no-cors"}
+        assert stranger.get("/api/machines", headers=headers).status_code == 403
+    link = {"sec-fetch-site": "cross-site", "sec-fetch-mode": "navigate"}
+    assert stranger.get("/", params={"token": studio.token}, headers=link).status_code == 303
+
+
+def test_a_websocket_needs_cookie_and_origin(studio: Studio) -> None:
+    async def welcome(scope, receive, send) -> None:
+        await receive()
+        await send({"type": "websocket.accept"})
+        await send({"type": "websocket.close"})
+
+    client = TestClient(Guard(welcome, token="t", session="s", port=PORT), base_url=OWN)
+    good = {"host": f"127.0.0.1:{PORT}", "origin": OWN, "cookie": f"leafcut-{PORT}=s"}
+    with client.websocket_connect("/", headers=good):
+        pass
+    for name, value in (("cookie", ""), ("origin", "http://evil.example"), ("host", "evil.example")):
+        with pytest.raises(WebSocketDisconnect), client.websocket_connect("/", headers={**good, name: value}):
+            pass
+    without = {name: value for name, value in good.items() if name != "origin"}
+    with pytest.raises(WebSocketDisconnect), client.websocket_connect("/", headers=without):
+        pass
+
+
+def test_every_answer_forbids_frames_guessing_and_other_hosts(client: TestClient) -> None:
+    for address in ("/api/machines", "/api/nothing", "/static/studio.css", "/static/nothing"):
+        headers = client.get(address).headers
+        policy = dict(part.strip().partition(" ")[::2] for part in headers["content-security-policy"].split(";"))
+        assert policy["default-src"] == "'none'"
+        assert policy["frame-ancestors"] == policy["base-uri"] == policy["form-action"] == "'none'"
+        assert "unsafe-inline" not in policy["script-src"] + policy["style-src"]
+        assert not [
+            word for rule in policy.values() for word in rule.split() if "//" in word and "127.0.0.1" not in word
+        ]
+        assert headers["x-frame-options"] == "DENY"
+        assert headers["x-content-type-options"] == "nosniff"
+        assert headers["referrer-policy"] == "no-referrer"
+
+
+def test_scripts_and_styles_of_a_page_get_a_nonce_that_is_never_the_same() -> None:
+    async def page(scope, receive, send) -> None:
+        await send(
+            {
+                "type": "http.response.start",
+                "status": 200,
+                "headers": [(b"content-type", b"text/html"), (b"content-length", b"9")],
+            }
+        )
+        await send({"type": "http.response.body", "body": b"<script>a</scr", "more_body": True})
+        await send({"type": "http.response.body", "body": b"ipt><style>b</style><scripted>"})
+
+    client = TestClient(
+        Guard(page, token="t", session="s", port=PORT), base_url=OWN, headers={"authorization": "Bearer t"}
+    )
+    nonces = set()
+    for _ in range(2):
+        answer = client.get("/page")
+        nonce = answer.headers["content-security-policy"].partition("'nonce-")[2].partition("'")[0]
+        assert answer.text == f'<script nonce="{nonce}">a</script><style nonce="{nonce}">b</style><scripted>'
+        assert int(answer.headers["content-length"]) == len(answer.content)
+        nonces.add(nonce)
+    assert len(nonces) == 2
+    assert min(map(len, nonces)) >= 20
+
+
+def test_an_upload_that_is_too_large_is_refused_with_a_line_and_leaves_nothing(
+    studio: Studio, client: TestClient
+) -> None:
+    def pieces():
+        for _ in range(30):
+            yield b"x" * 10_000
+
+    for body in (b"x" * 200_001, pieces()):  # the second does not say how long it is
+        answer = client.post("/api/files?name=a.csv", content=body)
+        assert answer.status_code == 413
+        assert "larger than" in answer.text
+        assert len(answer.text.splitlines()) == 1
+    assert client.post("/api/optimize", files={"file": ("a.csv", b"x" * 300_000)}).status_code == 413
+    assert not list(studio.folder.inputs.iterdir())
+    assert client.post("/api/files?name=a.csv", content=b"x" * 200_000).json()["size"] == 200_000
+
+
+@pytest.mark.parametrize(
+    ("name", "safe"),
+    [
+        ("plate.dxf", "plate.dxf"),
+        ("../../etc/passwd", "passwd"),
+        ("C:\\temp\\a b.nc", "a b.nc"),
+        ("/", "file"),
+        ("..", "file"),
+        (".bashrc", "bashrc"),
+        ("--report.html", "_report.html"),
+        ("example:plate-70", "exampleplate-70"),
+        ("a\nb\0c\u202e.nc", "abc.nc"),
+        ("CON.txt", "_CON.txt"),
+        ("Ñandú.dxf", "Ñandú.dxf"),
+        ("x" * 500 + ".dxf", "x" * 156 + ".dxf"),
+        ("名" * 500 + ".dxf", "名" * 52 + ".dxf"),
+        ("x." + "y" * 500, "x." + "y" * 158),
+    ],
+)
+def test_names_of_uploads_are_names_and_nothing_else(name: str, safe: str) -> None:
+    assert safe_name(name) == safe
+
+
+def test_nothing_that_a_page_sends_names_a_file_outside_the_studio(studio: Studio, tmp_path: Path) -> None:
+    secret = tmp_path / "secret.toml"
+    secret.write_text("x = 1")
+    inside = studio.folder.add_input("map.csv", b"x,y\n1,2\n")
+    for word in (str(secret), "../../secret.toml", "..", ".", "", "a" * 16, f"../inputs/{inside}", f"{inside}/map.csv"):
+        with pytest.raises(OptionError):
+            prepare(Task("optimize", (word,)), studio.folder)
+        for option in ("tools", "chart", "plan"):
+            if word:
+                with pytest.raises(OptionError, match=f"--{option}"):
+                    prepare(Task("optimize", (inside,), options={option: word}), studio.folder)
+    for machine in (str(secret), "../secret.toml", "secret.toml", "mine:../../secret", "mine:absent", "/etc/passwd"):
+        with pytest.raises(OptionError):
+            prepare(Task("optimize", (inside,), options={"machine": machine}), studio.folder)
+    with pytest.raises(OptionError, match="--save-plan"):
+        prepare(Task("optimize", (inside,), "cut", {"save_plan": str(tmp_path / "out.toml")}), studio.folder)
+
+
+def test_a_message_names_the_file_and_not_the_studios_folder(studio: Studio, client: TestClient) -> None:
+    answer = client.post("/api/optimize", files={"file": ("../broken.dxf", b"\0\1\2")})
+    assert answer.status_code == 422
+    assert answer.json()["error"].startswith("broken.dxf: ")
+    assert str(studio.folder.root) not in answer.text
+
+
+def test_a_report_is_a_document_in_which_nothing_runs(studio: Studio, client: TestClient) -> None:
+    made = client.post("/api/optimize", data={"source": "example:ten-points", "options": '{"preset": "fast"}'}).json()
+    report = client.get(f"/api/jobs/{made['job']}/files/report", params={"show": True})
+    assert report.headers["content-security-policy"] == STILL_POLICY
+    assert report.headers["content-disposition"].startswith("inline")
+    program = client.get(f"/api/jobs/{made['job']}/files/program", params={"show": True})
+    assert program.headers["content-disposition"].startswith("attachment")
+
+
+def test_the_cookie_outlives_a_restart_and_the_token_does_not(tmp_path: Path) -> None:
+    first = open_studio(tmp_path)
+    first.history.close()
+    second = open_studio(tmp_path)
+    second.history.close()
+    assert first.session == second.session
+    assert first.token != second.token
+    assert min(len(first.token), len(first.session)) >= 32
+    assert (tmp_path / "key").stat().st_mode & 0o077 == 0
+    assert Folder(tmp_path).inputs.stat().st_mode & 0o077 == 0

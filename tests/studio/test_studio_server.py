@@ -1,0 +1,113 @@
+"""The server as a person starts it: one address, one line when it cannot, a clean end."""
+
+from __future__ import annotations
+
+import re
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx2
+import pytest
+from studio_server import Server
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from leafcut.errors import OptionError
+from leafcut.studio.app import StudioError, _listen, parse_port
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """Return a running studio."""
+    started = Server(tmp_path_factory.mktemp("home"))
+    yield started
+    started.process.kill()
+    started.process.communicate(timeout=30)
+
+
+def test_the_page_is_served_to_who_has_the_address(server: Server) -> None:
+    with httpx2.Client(base_url=server.origin, follow_redirects=True) as client:
+        assert client.get("/").status_code == 401
+        page = client.get("/", params={"token": server.token})
+        assert page.status_code == 200
+        assert page.url.path == "/"
+        assert server.token not in str(page.url) + page.text
+        policy = page.headers["content-security-policy"]
+        nonce = policy.partition("'nonce-")[2].partition("'")[0]
+        tags = re.findall(r"<(?:script|style)[ >][^>]*>?", page.text)
+        assert len(tags) > 5
+        assert all(f'nonce="{nonce}"' in tag for tag in tags)
+        assert not re.findall(r"(?:src|href)=[\"']?(?:https?:)?//", page.text)
+        for address in re.findall(r'(?:src|href)="(/[^"]+)"', page.text):
+            assert client.get(address).status_code == 200, address
+
+
+def test_no_path_of_the_page_and_no_websocket_is_open_to_strangers(server: Server) -> None:
+    address = f"ws://127.0.0.1:{server.port}/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
+    for origin in (server.origin, "http://evil.example", None):
+        with pytest.raises(InvalidStatus):
+            connect(address, origin=origin)
+    cookie = httpx2.get(server.origin, params={"token": server.token}).headers["set-cookie"].partition(";")[0]
+    with pytest.raises(InvalidStatus):
+        connect(address, origin="http://evil.example", additional_headers={"cookie": cookie})
+    with connect(address, origin=server.origin, additional_headers={"cookie": cookie}) as opened:
+        assert str(opened.recv(timeout=10)).startswith("0{")
+    for path in ("/_nicegui_ws/socket.io/?EIO=4&transport=polling", "/_nicegui/x", "/favicon.ico"):
+        assert httpx2.get(server.origin + path).status_code == 401
+
+
+def test_it_listens_on_this_machine_alone(server: Server) -> None:
+    others = {info[4][0] for info in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)} - {"127.0.0.1"}
+    for address in others | {"127.0.0.2"}:
+        with socket.socket() as caller:
+            caller.settimeout(2)
+            assert caller.connect_ex((address, server.port)) != 0
+
+
+def test_a_port_that_is_taken_is_one_line(server: Server) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "leafcut.cli", "studio", "--no-open", "--port", str(server.port)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert done.stdout == ""
+    assert re.fullmatch(
+        rf"leafcut: port {server.port} cannot be used \(.+\); choose another with --port\n", done.stderr
+    )
+
+
+def test_without_a_port_the_next_free_one_is_taken(server: Server) -> None:
+    with _listen(None) as first, _listen(None) as second:
+        assert first.getsockname()[0] == second.getsockname()[0] == "127.0.0.1"
+        assert first.getsockname()[1] < second.getsockname()[1]
+    with pytest.raises(StudioError, match="cannot be used"):
+        _listen(server.port)
+
+
+@pytest.mark.parametrize("word", ["0", "65536", "x", "-1", "80.5", ""])
+def test_what_is_no_port_is_refused(word: str) -> None:
+    with pytest.raises(OptionError, match="--port"):
+        parse_port(word)
+
+
+def test_ctrl_c_ends_it_cleanly_also_while_something_runs(tmp_path: Path) -> None:
+    started = Server(tmp_path)
+    headers = {"authorization": f"Bearer {started.token}"}
+    with httpx2.Client(base_url=started.origin, headers=headers) as client:
+        body = {"source": "random:2000:1", "options": '{"time_limit": "300s"}'}
+        with pytest.raises(httpx2.TimeoutException):
+            client.post("/api/solve", data=body, timeout=3)
+        assert [job["state"] for job in client.get("/api/jobs").json()] == ["running"]
+    status, out, error = started.end()
+    assert status == 0
+    assert out == ""
+    assert error == "leafcut: Ctrl-C ends it\n"
+    again = Server(tmp_path)
+    with httpx2.Client(base_url=again.origin, headers={"authorization": f"Bearer {again.token}"}) as client:
+        assert [job["state"] for job in client.get("/api/jobs").json()] == ["interrupted"]
+    assert again.end()[0] == 0
