@@ -62,8 +62,7 @@ def check_sheet(
     2. No kerf touches the metal of any part, a clamp, or the air beyond the sheet's edge.
     3. What lies inside is cut before what is around it; marks come before the outline around them.
     4. Every pierce is in scrap that is still there.
-    5. The torch is off in rapids, which are high; it finds the sheet where it is to, and pierces as the chart says;
-       feeds and directions are as planned.
+    5. The torch is off in rapids, which are high; it finds the sheet, pierces, feeds and turns as planned.
     6. A run that cuts several contours goes from one to the next through scrap that holds, and into no other kerf.
     7. Edges that are cut once for two parts are cut before what is around the parts, and by no other run.
     8. The machine can reach and do all of it.
