@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from leafcut.geometry.polyline import Points
-from leafcut.geometry.regions import FINE, polygons, quarter
+from leafcut.geometry.regions import polygons, quarter
 from leafcut.model.pocket import PocketRules
 
 #: Uncut places smaller than this share of the tool's area are left: what the chords of rings leave between them.
@@ -18,9 +18,9 @@ SLACK = 0.006
 #: A pass that turns by more at one place has a corner there, rad.
 SQUARE = math.radians(10.0)
 #: Places on passes are so many step-overs apart.
-SITE_STEP = 0.05
+SITE_STEP = 0.06
 #: A pass is ahead of a corner where the cosine between the way to it and straight ahead is above this.
-AHEAD = 0.5
+AHEAD = 0.8
 #: Passes further than this from a gap, in step-overs, have nothing to do with it.
 NEARBY = 1.0
 #: Distances that differ by less than this share are equal.
@@ -57,13 +57,27 @@ def wide_gaps(ground: Any, passes: list[Any], rules: PocketRules) -> list[Points
     if not places:
         return []
     sites, square = _sites(passes, SITE_STEP * rules.step_over)
-    beside = shapely.STRtree(places).query(shapely.points(sites), "dwithin", distance=NEARBY * rules.step_over)[0]
-    sites, square = sites[np.unique(beside)], square[np.unique(beside)]
+    place, site = shapely.STRtree(shapely.points(sites)).query(places, "dwithin", distance=NEARBY * rules.step_over)
+    first = np.searchsorted(place, np.arange(len(places) + 1))
+    lines = []
+    for k, ground_between in enumerate(places):
+        near = site[first[k] : first[k + 1]]
+        lines += _middles(ground_between, sites[near], square[near], rules)
+    return lines
+
+
+def _middles(place: Any, sites: Points, square: Any, rules: PocketRules) -> list[Points]:
+    """Return lines along the middle of one place that is far from all passes."""
+    import shapely
+
     edges = shapely.get_parts(shapely.voronoi_polygons(shapely.multipoints(sites), only_edges=True))
     corners, owner = shapely.get_coordinates(edges, return_index=True)
     edges = shapely.linestrings(np.stack([corners[:-1], corners[1:]], axis=1)[owner[1:] == owner[:-1]])
     middle = 0.5 * shapely.get_coordinates(edges).reshape(-1, 2, 2).sum(axis=1)
-    inside = np.unique(shapely.STRtree(places).query(shapely.points(middle), predicate="intersects")[0])
+    shapely.prepare(place)
+    inside = np.flatnonzero(shapely.intersects_xy(place, middle[:, 0], middle[:, 1]))
+    if not len(inside):
+        return []
     wide = inside[_wide(middle[inside], sites, square, rules)]
     merged = shapely.line_merge(shapely.multilinestrings(edges[wide]))
     lines = [line for line in shapely.get_parts(merged) if line.length > SHORT * rules.step_over]
@@ -127,7 +141,7 @@ def _beyond(ground: Any, passes: list[Any], reach: float, rules: PocketRules) ->
     """Return the polygons of the ground that are further than `reach` from all passes."""
     import shapely
 
-    quarters = quarter(reach, FINE * rules.tolerance)
+    quarters = quarter(reach, rules.tolerance)
     near = shapely.union_all([line.buffer(reach, quad_segs=quarters) for line in passes])
     return polygons(ground.difference(near))
 

@@ -17,10 +17,12 @@ STATION_STEP = 0.25
 LONG = 0.3
 #: So many chains of rings are tried.
 MOST_CHAINS = 12
+#: What of a gap may be left out where only one of two rings has one.
+ONE_SIDED = 0.75
 #: A joint that makes a gap between passes is not tried again within so many step-overs.
 CLOSED = 1.0
-#: A joint may leave out this share of a small ring.
-SMALL_GAP = 0.3
+#: Rings shorter than this, in step-overs, are gone round as a whole.
+TINY = 3.0
 #: What a joint between two rings along walls costs more, in step-overs: finished walls are left as seldom as possible.
 WALL_PENALTY = 1.0
 #: A joint at a place whose gap turns costs more by this many step-overs per radian: corners are cut in one go.
@@ -146,9 +148,9 @@ class Layout:
         shapely.prepare(self.allowed)
 
     def gap(self, ring: int) -> float:
-        """Return how much of a ring a joint may leave out: nothing of a wall or of a line."""
+        """Return how much of a ring a joint may leave out: nothing of a wall, of a line, or of a tiny ring."""
         here = self.cut[ring]
-        return 0.0 if here.level in (0, LINE) else min(self.step, SMALL_GAP * here.length)
+        return 0.0 if here.level in (0, LINE) or here.length < TINY * self.step else self.step
 
     def ways(self) -> list[Points]:
         """Return the way through all rings, float64[n, 2]; what no free straight line leads to is a way of its own."""
@@ -230,49 +232,68 @@ class Layout:
         self.taken[ring].append((station - 0.5 * gap, station + 0.5 * gap))
 
     def _best_joint(self, parent: int, child: int) -> Joint | None:
+        """Return the cheapest joint of two rings whose straight ways are free."""
+        a, b = self.cut[parent], self.cut[child]
+        stations = self._stations(parent, child)
+        options: list[tuple[float, Joint]] = []
+        for share in (1.0, 0.5, 0.0):
+            gaps = share * self.gap(parent), share * self.gap(child)
+            if not all(gaps):  # a point of a wall or a line: what is beside the gap has but one way on either side
+                gaps = ONE_SIDED * gaps[0], ONE_SIDED * gaps[1]
+            leave, back = (a.places(stations[:, 0] + side * gaps[0]) for side in (-0.5, 0.5))
+            enter, out = (b.places(stations[:, 1] + side * gaps[1]) for side in (0.5, -0.5))
+            costs = np.hypot(*(leave - enter).T) + np.hypot(*(out - back).T) - sum(gaps)
+            for cost, (sa, sb) in zip(costs.tolist(), stations.tolist(), strict=True):
+                options.append((cost, Joint(parent, child, sa, sb, gaps[0], gaps[1])))
+            if not sum(gaps):
+                break
         best: tuple[float, Joint | None] = (math.inf, None)
-        for sa, sb in self._stations(parent, child):
-            for share in (1.0, 0.5, 0.0):
-                joint = Joint(parent, child, sa, sb, share * self.gap(parent), share * self.gap(child))
-                cost = self._cost(joint, best[0])
-                if cost < best[0] - 1e-9:
-                    best = (cost, joint)
+        for cost, joint in sorted(options, key=lambda option: option[0]):
+            if cost >= best[0]:
+                break
+            more = self._more(joint)
+            if cost + more < best[0] - 1e-9:
+                best = (cost + more, joint)
         return best[1]
 
-    def _stations(self, parent: int, child: int) -> list[tuple[float, float]]:
-        """Return pairs of places where two rings are near, the nearest first."""
+    def _stations(self, parent: int, child: int) -> Points:
+        """Return pairs of stations (of the parent, of the child) where two rings are near, float64[n, 2]."""
         import shapely
 
         a, b = self.cut[parent], self.cut[child]
         pairs = []
-        for ring, other, swap in ((b, a, False), (a, b, True)):
+        for ring, other, order in ((b, a, [1, 0]), (a, b, [0, 1])):
             n = max(math.ceil(ring.length / (STATION_STEP * self.step)), 8)
             stations = np.concatenate([np.arange(n) * ring.length / n, ring.stations[:-1]])
-            places = shapely.line_interpolate_point(ring.line, stations)
+            places = shapely.points(ring.places(stations))
             away = shapely.distance(places, other.line)
-            keep = np.flatnonzero(away <= away.min() + self.step)
+            keep = away <= away.min() + self.step
             located = shapely.line_locate_point(other.line, places[keep])
-            for near, station, there in zip(away[keep], stations[keep], located, strict=True):
-                pair = (float(station), float(there)) if swap else (float(there), float(station))
-                pairs.append((float(near), pair))
-        return [pair for _, pair in sorted(pairs)]
+            pairs.append(np.column_stack([stations[keep], located])[:, order])
+        both: Points = np.vstack(pairs)
+        return both
 
-    def _cost(self, joint: Joint, bound: float) -> float:
+    def _more(self, joint: Joint) -> float:
+        """Return what a joint costs besides its length: turns in its gaps, infinitely much where it may not be."""
         a, b = self.cut[joint.parent], self.cut[joint.child]
         ha, hb = 0.5 * joint.parent_gap, 0.5 * joint.child_gap
-        leave, back = a.at(joint.parent_station - ha), a.at(joint.parent_station + ha)
-        enter, out = b.at(joint.child_station + hb), b.at(joint.child_station - hb)
-        cost = math.dist(leave, enter) + math.dist(out, back) - 2.0 * (ha + hb)
-        if cost >= bound or (ha + hb > 0.0 and self._is_closed(b.at(joint.child_station))):
+        if ha + hb > 0.0 and self._is_closed(b.at(joint.child_station)):
+            return math.inf
+        if not self._is_free(joint.parent, joint.parent_station, ha):
+            return math.inf
+        if not self._is_free(joint.child, joint.child_station, hb):
+            return math.inf
+        links = (
+            (a.at(joint.parent_station - ha), b.at(joint.child_station + hb)),
+            (
+                b.at(joint.child_station - hb),
+                a.at(joint.parent_station + ha),
+            ),
+        )
+        if any(math.isinf(self._link(*link)) for link in links):
             return math.inf
         turn = _turn(a, joint.parent_station - ha, 2 * ha) + _turn(b, joint.child_station - hb, 2 * hb)
-        cost += TURN_PENALTY * self.step * turn
-        free = self._is_free(joint.parent, joint.parent_station, ha) and self._is_free(
-            joint.child, joint.child_station, hb
-        )
-        if cost >= bound or not free:
-            return math.inf
-        return cost + self._link(leave, enter) + self._link(out, back) - math.dist(leave, enter) - math.dist(out, back)
+        return TURN_PENALTY * self.step * turn
 
     def _is_closed(self, place: Points) -> bool:
         """Return whether a joint at a place may leave out nothing: it made a gap there before."""
@@ -307,7 +328,9 @@ class Layout:
 
 def _turn(ring: Ring, start: float, length: float) -> float:
     """Return by how much a ring turns over a stretch, rad."""
-    way = ring.stretch(start, start + max(length, 1e-3))
+    if length <= 0.0:
+        return 0.0
+    way = ring.stretch(start, start + length)
     steps = np.diff(way, axis=0)
     angles = np.arctan2(steps[:, 1], steps[:, 0])
     return float(np.abs((np.diff(angles) + math.pi) % (2.0 * math.pi) - math.pi).sum())

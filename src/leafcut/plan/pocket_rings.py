@@ -49,24 +49,32 @@ class Ring:
         """The ring as a closed shapely LineString."""
         import shapely
 
-        return shapely.LineString(np.vstack([self.points, self.points[:1]]))
+        return shapely.LineString(self._closed)
 
     @cached_property
     def stations(self) -> Points:
         """Length from the first point to each and back to the first, float64[n + 1], mm."""
-        closed = np.vstack([self.points, self.points[:1]])
-        return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+        steps: Points = np.hypot(*np.diff(self._closed, axis=0).T)
+        return np.concatenate([[0.0], np.cumsum(steps)])
 
     @property
     def length(self) -> float:
         """Once around, mm."""
         return float(self.stations[-1])
 
+    @cached_property
+    def _closed(self) -> Points:
+        return np.vstack([self.points, self.points[:1]])
+
     def at(self, station: float) -> Points:
         """Return the place at a length from the first point, taken around as often as needed, float64[2]."""
-        closed = np.vstack([self.points, self.points[:1]])
-        s = station % self.length
-        return np.array([np.interp(s, self.stations, closed[:, 0]), np.interp(s, self.stations, closed[:, 1])])
+        return self.places(np.array([station]))[0]
+
+    def places(self, stations: Points) -> Points:
+        """Return the places at lengths from the first point, float64[n, 2]."""
+        s = stations % self.length
+        columns = [np.interp(s, self.stations, self._closed[:, k]) for k in range(2)]
+        return np.column_stack(columns)
 
     def stretch(self, start: float, end: float) -> Points:
         """Return the points of the way from one station on to another (end ≥ start), float64[m, 2]."""
