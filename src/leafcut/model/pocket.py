@@ -144,7 +144,9 @@ class PocketMeasures:
     uncovered_mm2
         Area of it that stays uncut.
     max_step_over
-        Largest distance between neighbouring passes, mm.
+        Largest distance of a pass from the nearer of its neighbours, mm.
+    max_core
+        Widest strip between two passes where fronts meet, mm: the sides of a last ring, of a narrow way.
     max_engagement, mean_engagement
         Angle of the tool's edge in material: the largest, and the mean over the length of the feed, rad.
     air_mm
@@ -162,6 +164,7 @@ class PocketMeasures:
     reachable_mm2: float = 0.0
     uncovered_mm2: float = 0.0
     max_step_over: float = 0.0
+    max_core: float = 0.0
     max_engagement: float = 0.0
     mean_engagement: float = 0.0
     air_mm: float = 0.0

@@ -141,7 +141,11 @@ def _facts(outcome: Outcome) -> list[tuple[str, str, str]]:
         ("Uncut", uncut_words(m.uncovered_percent), f"{m.uncovered_mm2:,.3g} of {m.reachable_mm2:,.0f} mm²"),
         ("Gouge", f"{m.gouge_mm2:.3g} mm²", "by simulation of the program"),
         ("Engagement", angle_words(m.max_engagement), f"at most; {angle_words(m.mean_engagement)} on average"),
-        ("Step-over", f"{m.max_step_over:.2f} mm", f"{rules.step_over:.4g} mm asked for"),
+        (
+            "Step-over",
+            f"{m.max_step_over:.2f} mm",
+            f"{rules.step_over:.4g} mm asked for; {m.max_core:.2f} mm where fronts meet",
+        ),
         ("Levels", f"{len(levels)} × {abs(levels[0]):.4g} mm", f"to Z{levels[-1]:.4g}{walls}"),
         (
             "Tool",

@@ -38,6 +38,12 @@ def _connected(region: CentreRegion, run: Run) -> PocketPath:
     return best(region)
 
 
+def _adaptive(region: CentreRegion, run: Run) -> PocketPath:
+    from leafcut.plan.pocket_adaptive import adaptive
+
+    return adaptive(region)
+
+
 def _grid(name: str) -> Strategy:
     def path(region: CentreRegion, run: Run) -> PocketPath:
         from leafcut.plan.pocket_grid import grid_problem, lay_grid
@@ -79,4 +85,5 @@ WAYS = (
     Way("connected", _connected, "one connected way, never lifted"),
     Way("firefly", _grid("firefly"), "a grid of points ordered by fireflies, then along the walls"),
     Way("ants", _grid("ants"), "a grid of points ordered by ants, then along the walls"),
+    Way("adaptive", _adaptive, "arcs that keep the engagement below a limit, then along the walls"),
 )

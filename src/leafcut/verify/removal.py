@@ -15,7 +15,7 @@ from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.timing.toolpath import measure
 from leafcut.verify.difference import Difference, shorten
 from leafcut.verify.engagement import engagement
-from leafcut.verify.step_over import widest_gap
+from leafcut.verify.step_over import widest_gaps
 from leafcut.verify.tool_way import way_of
 
 #: Height of the tool over the work between two pieces, mm, where it is not told.
@@ -115,6 +115,7 @@ def measure_path(
     engaged = engagement(way, rules, entry)
     step = np.where(entry, 0.0, way.step)
     length = float(step.sum())
+    gaps = widest_gaps(way, found.centres, rules, ~entry)
     return PocketMeasures(
         feed_mm=path.feed_mm,
         rapid_mm=path.rapid_mm,
@@ -122,7 +123,8 @@ def measure_path(
         gouge_mm2=float(found.gouges.area),
         reachable_mm2=float(found.reachable.area),
         uncovered_mm2=float(found.uncovered.area),
-        max_step_over=widest_gap(way, found.centres, rules, ~entry),
+        max_step_over=gaps.step_over,
+        max_core=gaps.core,
         max_engagement=float(engaged.max(initial=0.0)),
         mean_engagement=float(engaged @ step) / length if length > 0.0 else 0.0,
         air_mm=float(step[engaged <= _NOTHING].sum()),
