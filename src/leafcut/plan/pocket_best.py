@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,10 @@ TRIES = 4
 BLAME = 1.2
 #: Corners are cut off where all ground is cleared with this to spare, in tool radii: the places are so far apart.
 SPARE = 0.03
+#: So many places at most stand for the ground: bounds time and memory.
+MOST_PLACES = 400_000
+#: What is nearer to a wall's way than this runs along it, mm.
+ALONG = 1e-5
 
 
 def best(region: CentreRegion) -> PocketPath:
@@ -34,9 +40,20 @@ def best(region: CentreRegion) -> PocketPath:
     ways, links = _joined(region)
     ground, allowed = _ground(region, ways), region.polygon.buffer(1e-7)
     ways = [shorten(way, ground, region, allowed) for way in ways]
-    cleared = Ground(ground.points, np.full(len(ground), (1.0 - SPARE) * rules.radius))
+    spare = SPARE * ground.pitch / (GROUND_PITCH * rules.radius)
+    cleared = Ground(ground.points, np.full(len(ground), (1.0 - spare) * rules.radius), ground.pitch)
     ways = [mended(chamfer(way, cleared, region, allowed, links), region) for way in ways]
-    return PocketPath("best", tuple(PocketPiece(as_polyline(way), "rough") for way in ways))
+    return PocketPath("best", tuple(piece for way in ways for piece in _pieces(region, way)))
+
+
+def _pieces(region: CentreRegion, way: Points) -> list[PocketPiece]:
+    """Return a way cut where it comes to a wall and leaves it: what runs along a wall without stock finishes it."""
+    import shapely
+
+    middle = shapely.points(0.5 * (way[:-1] + way[1:]))
+    along = (shapely.distance(region.polygon.boundary, middle) < ALONG) & (region.rules.stock == 0.0)
+    cuts = [0, *(np.flatnonzero(np.diff(along)) + 1).tolist(), len(along)]
+    return [PocketPiece(as_polyline(way[a : b + 1]), "finish" if along[a] else "rough") for a, b in pairwise(cuts)]
 
 
 def _joined(region: CentreRegion) -> tuple[list[Points], Points]:
@@ -48,16 +65,21 @@ def _joined(region: CentreRegion) -> tuple[list[Points], Points]:
 
     step, cut = region.rules.step_over, spaced_rings(region)
     closed: list[Points] = []
+    found: list[tuple[float, list[Points], Points]] = []
     for _ in range(TRIES):
         layout = Layout(region, cut, closed)
         ways = layout.ways()
-        gaps = wide_gaps(region.polygon, [shapely.LineString(way) for way in ways], region.rules)
-        gaps_ = shapely.MultiLineString(gaps)
-        bad = [place for place in layout.links if shapely.Point(place).distance(gaps_) < BLAME * step] if gaps else []
+        lines = [shapely.LineString(way) for way in ways]
+        gaps = wide_gaps(region.polygon, lines, region.rules)
+        # Every gap asks for a detour in the end, there and back.
+        cost = sum(line.length for line in lines) + sum(step + 2.0 * shapely.LineString(gap).length for gap in gaps)
+        found.append((cost, ways, np.array(layout.links).reshape(-1, 2)))
+        wide = shapely.MultiLineString(gaps)
+        bad = [place for place in layout.links if shapely.Point(place).distance(wide) < BLAME * step] if gaps else []
         if not bad:
             break
         closed += bad
-    return ways, np.array(layout.links).reshape(-1, 2)
+    return min(found, key=lambda way: way[0])[1:]
 
 
 def _ground(region: CentreRegion, ways: list[Points]) -> Ground:
@@ -65,12 +87,13 @@ def _ground(region: CentreRegion, ways: list[Points]) -> Ground:
     import shapely
 
     step = region.rules.step_over
-    places = _places(region.polygon, GROUND_PITCH * region.rules.radius)
+    pitch = max(GROUND_PITCH * region.rules.radius, math.sqrt(region.polygon.area / MOST_PLACES))
+    places = _places(region.polygon, pitch)
     steps = shapely.linestrings(np.concatenate([np.stack([way[:-1], way[1:]], axis=1) for way in ways]))
     found, near = shapely.STRtree(steps).query_nearest(shapely.points(places), return_distance=True, all_matches=False)
     away = np.empty(len(places))
     away[found[0]] = near / step
-    return Ground(places, step * (np.maximum(0.5, away) + LEEWAY))
+    return Ground(places, step * (np.maximum(0.5, away) + LEEWAY), pitch)
 
 
 def _places(polygon: Any, pitch: float) -> Points:
@@ -80,5 +103,6 @@ def _places(polygon: Any, pitch: float) -> Points:
     x0, y0, x1, y1 = polygon.bounds
     grid = np.stack(np.meshgrid(np.arange(x0, x1 + pitch, pitch), np.arange(y0, y1 + pitch, pitch)), axis=-1)
     grid = grid.reshape(-1, 2)
+    shapely.prepare(polygon)
     inside: Points = grid[shapely.contains_xy(polygon, grid[:, 0], grid[:, 1])]
     return inside

@@ -39,7 +39,10 @@ def uncut(ground: Any, passes: list[Any], rules: PocketRules) -> list[Points]:
 
     places = _beyond(ground, passes, rules.radius, rules)
     lines = [middle_of(place) for place in places if place.area > SPECK * math.pi * rules.radius**2]
-    return [line for line in lines if ground.covers(shapely.LineString(line))]
+    # The middle of a bent place may leave the ground: what stays in it clears some, and the rest is looked for again.
+    inside = [shapely.intersection(shapely.LineString(line), ground) for line in lines]
+    parts = [part for line in inside for part in shapely.get_parts(line) if part.geom_type == "LineString"]
+    return [np.asarray(part.coords) for part in parts if part.length > 0.0]
 
 
 def wide_gaps(ground: Any, passes: list[Any], rules: PocketRules) -> list[Points]:

@@ -6,10 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points
 from leafcut.plan.pocket_region import CentreRegion
 from leafcut.plan.pocket_rings import LINE, Ring
+
+Rows = NDArray[np.int64]
 
 #: Places tried for a joint are so many step-overs apart.
 STATION_STEP = 0.25
@@ -19,6 +22,8 @@ LONG = 0.3
 MOST_CHAINS = 12
 #: What of a gap may be left out where only one of two rings has one.
 ONE_SIDED = 0.75
+#: Joints of the tree are sought among rings this near, in step-overs; among all where that is not enough.
+FAR = 2.5
 #: A joint that makes a gap between passes is not tried again within so many step-overs.
 CLOSED = 1.0
 #: Rings shorter than this, in step-overs, are gone round as a whole.
@@ -108,7 +113,16 @@ def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
     import shapely
 
     lines = np.array([ring.line for ring in cut])
-    a, b = np.triu_indices(len(cut), 1)
+    a, b = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=FAR * step_over)
+    tree = _kruskal(cut, a[a < b], b[a < b], step_over)
+    return tree if len(tree) == len(cut) - 1 else _kruskal(cut, *np.triu_indices(len(cut), 1), step_over)
+
+
+def _kruskal(cut: list[Ring], a: Rows, b: Rows, step_over: float) -> list[tuple[int, int]]:
+    """Return the shortest joints out of pairs that leave no ring apart, nor make a circle."""
+    import shapely
+
+    lines = np.array([ring.line for ring in cut])
     near = shapely.distance(lines[a], lines[b])
     levels = np.array([ring.level for ring in cut])
     both_walls = (levels[a] == 0) & (levels[b] == 0)

@@ -54,8 +54,9 @@ class Ring:
     @cached_property
     def stations(self) -> Points:
         """Length from the first point to each and back to the first, float64[n + 1], mm."""
-        steps: Points = np.hypot(*np.diff(self._closed, axis=0).T)
-        return np.concatenate([[0.0], np.cumsum(steps)])
+        steps = np.hypot(*np.diff(self._closed, axis=0).T)
+        stations: Points = np.concatenate([[0.0], np.cumsum(steps)])
+        return stations
 
     @property
     def length(self) -> float:
@@ -68,7 +69,8 @@ class Ring:
 
     def at(self, station: float) -> Points:
         """Return the place at a length from the first point, taken around as often as needed, float64[2]."""
-        return self.places(np.array([station]))[0]
+        place: Points = self.places(np.array([station]))[0]
+        return place
 
     def places(self, stations: Points) -> Points:
         """Return the places at lengths from the first point, float64[n, 2]."""
@@ -78,9 +80,8 @@ class Ring:
 
     def stretch(self, start: float, end: float) -> Points:
         """Return the points of the way from one station on to another (end ≥ start), float64[m, 2]."""
-        laps = range(
-            math.floor(start / self.length), max(math.floor(end / self.length), math.floor(start / self.length)) + 1
-        )
+        first = math.floor(start / self.length)
+        laps = range(first, max(math.floor(end / self.length), first) + 1)
         stations = np.concatenate([self.stations[:-1] + lap * self.length for lap in laps])
         inside = (stations > start + 1e-9) & (stations < end - 1e-9)
         between = np.tile(self.points, (len(laps), 1))[inside]

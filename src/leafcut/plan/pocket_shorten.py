@@ -38,12 +38,12 @@ CURVE = 8
 
 
 class Ground:
-    """Points of the ground, float64[n, 2], and how far from each the way may pass at most, float64[n], mm."""
+    """Points of the ground, float64[n, 2], `pitch` mm apart, and how far from each the way may be, float64[n], mm."""
 
-    def __init__(self, points: Points, limits: Points) -> None:
+    def __init__(self, points: Points, limits: Points, pitch: float) -> None:
         import shapely
 
-        self.points, self.limits = points, limits
+        self.points, self.limits, self.pitch = points, limits, pitch
         self.geoms = shapely.points(points)
         self.tree = shapely.STRtree(self.geoms)
         self.longest = float(limits.max(initial=0.0))
