@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -11,14 +13,16 @@ import numpy as np
 from leafcut.geometry.polyline import Points
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import PocketPath, PocketPiece
-from leafcut.plan.pocket_gaps import wide_gaps
+from leafcut.plan.pocket_gaps import new_gaps, wide_gaps
 from leafcut.plan.pocket_joints import Layout
 from leafcut.plan.pocket_region import CentreRegion
-from leafcut.plan.pocket_rings import spaced_rings
+from leafcut.plan.pocket_rings import covering_rings
 from leafcut.plan.pocket_shorten import GROUND_PITCH, Ground, chamfer, mended, shorten
 
 #: A path may be this much further from a place than half the step-over: the pitch of the places, in step-overs.
 LEEWAY = 0.0035
+#: Where a path came out too wide, its rings are left as they were: so often that is looked for.
+CORRECTIONS = 3
 #: Joints are laid so often, until none leaves a gap.
 TRIES = 4
 #: A gap within so many step-overs of a joint is its work.
@@ -31,18 +35,39 @@ MOST_PLACES = 400_000
 ALONG = 1e-5
 
 
-def best(region: CentreRegion) -> PocketPath:
+def best(region: CentreRegion, too_wide: Callable[[PocketPath], Points] | None = None) -> PocketPath:
     """Return one connected way over a region: rings joined where it costs least, then shortened.
 
-    No place is further from the way than half the step-over, or than rings leave it (in their corners).
+    No place is further from the way than half the step-over, or than rings leave it: in their corners, and where the
+    two sides of a last ring meet.
+
+    Parameters
+    ----------
+    too_wide
+        Returns the places of a path, float64[n, 2], where it is further than the step-over from its nearer neighbour;
+        there the rings are left as they were.
     """
+    # Chords and the places that stand for the ground must not add up to more than the step-over.
+    region = replace(region, rules=replace(region.rules, step_over=(1.0 - LEEWAY) * region.rules.step_over))
+    joined = _joined(region)
+    kept = np.zeros((0, 2))
+    for _ in range(CORRECTIONS):
+        path = _shortened(region, *joined, kept)
+        wide = too_wide(path) if too_wide else kept
+        if not len(wide):
+            break
+        kept = np.vstack([kept, wide])
+    return path
+
+
+def _shortened(region: CentreRegion, ways: list[Points], links: Points, kept: Points) -> PocketPath:
+    """Return the path of ways made shorter, but for what lies near the places `kept`."""
     rules = region.rules
-    ways, links = _joined(region)
     ground, allowed = _ground(region, ways), region.polygon.buffer(1e-7)
-    ways = [shorten(way, ground, region, allowed) for way in ways]
+    ways = [shorten(way, ground, region, allowed, kept) for way in ways]
     spare = SPARE * ground.pitch / (GROUND_PITCH * rules.radius)
     cleared = Ground(ground.points, np.full(len(ground), (1.0 - spare) * rules.radius), ground.pitch)
-    ways = [mended(chamfer(way, cleared, region, allowed, links), region) for way in ways]
+    ways = [mended(chamfer(way, cleared, region, allowed, np.vstack([links, kept])), region) for way in ways]
     return PocketPath("best", tuple(piece for way in ways for piece in _pieces(region, way)))
 
 
@@ -63,14 +88,16 @@ def _joined(region: CentreRegion) -> tuple[list[Points], Points]:
     """
     import shapely
 
-    step, cut = region.rules.step_over, spaced_rings(region)
+    step, cut = region.rules.step_over, covering_rings(region)
+    # Where the two sides of a last ring meet is a core, not a gap: no other pass belongs in there.
+    cores = shapely.MultiLineString(wide_gaps(region.polygon, [ring.line for ring in cut], region.rules))
     closed: list[Points] = []
     found: list[tuple[float, list[Points], Points]] = []
     for _ in range(TRIES):
         layout = Layout(region, cut, closed)
         ways = layout.ways()
         lines = [shapely.LineString(way) for way in ways]
-        gaps = wide_gaps(region.polygon, lines, region.rules)
+        gaps = new_gaps(region.polygon, lines, region.rules, cores)
         # Every gap asks for a detour in the end, there and back.
         cost = sum(line.length for line in lines) + sum(step + 2.0 * shapely.LineString(gap).length for gap in gaps)
         found.append((cost, ways, np.array(layout.links).reshape(-1, 2)))

@@ -27,6 +27,8 @@ NEARBY = 1.0
 EQUAL = 1e-3
 #: Gaps shorter than this, in step-overs, are let be.
 SHORT = 0.02
+#: Gaps within so many step-overs of known ones are those.
+OLD = 0.1
 #: Points along the middle of a place.
 MIDDLE_POINTS = 17
 #: Passes whose directions differ by less than this run side by side, rad; others meet in a corner.
@@ -67,6 +69,16 @@ def wide_gaps(ground: Any, passes: list[Any], rules: PocketRules) -> list[Points
         near = site[first[k] : first[k + 1]]
         lines += _middles(ground_between, sites[near], square[near], rules)
     return lines
+
+
+def new_gaps(ground: Any, passes: list[Any], rules: PocketRules, known: Any) -> list[Points]:
+    """Return those of `wide_gaps` that do not lie beside known ones (shapely)."""
+    import shapely
+
+    lines = wide_gaps(ground, passes, rules)
+    return [
+        line for line in lines if shapely.LineString(line).distance(known) > OLD * rules.step_over or known.is_empty
+    ]
 
 
 def _middles(place: Any, sites: Points, square: Any, rules: PocketRules) -> list[Points]:

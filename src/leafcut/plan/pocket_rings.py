@@ -12,7 +12,7 @@ import numpy as np
 from leafcut.geometry.polyline import Points
 from leafcut.geometry.regions import as_polyline, polygons, shrunk
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
-from leafcut.plan.pocket_gaps import uncut, wide_gaps
+from leafcut.plan.pocket_gaps import uncut
 from leafcut.plan.pocket_region import CentreRegion
 
 #: Rings as near as this share of the step-over to each other are neighbours.
@@ -103,18 +103,18 @@ def rings(region: CentreRegion) -> list[Ring]:
     return _rings(region, _offsets(region), {})
 
 
-def spaced_rings(region: CentreRegion) -> list[Ring]:
-    """Return rings that leave nothing uncut and no gap wider than the step-over between passes side by side.
+def covering_rings(region: CentreRegion) -> list[Ring]:
+    """Return rings that leave nothing uncut between them.
 
-    Where rings do, the next ring reaches as a narrow spike through the gap, often to the ring at its other end; a gap
-    with no ring at its ends gets a line of its own, there and back.
+    Where the two sides of a last ring are further apart than the tool is wide, that ring reaches as a narrow spike
+    through what would stay, often to the ring at its other end; a place with no ring at its ends gets a line of its
+    own, there and back.
     """
     rules, offsets = region.rules, _offsets(region)
     spikes: dict[int, list[Points]] = {}
     found = _rings(region, offsets, spikes)
     for _ in range(ROUNDS):
-        passes = [ring.line for ring in found]
-        lines = wide_gaps(region.polygon, passes, rules) + uncut(region.polygon, passes, rules)
+        lines = uncut(region.polygon, [ring.line for ring in found], rules)
         if not lines:
             break
         for line in lines:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points
 from leafcut.model.pocket import PocketRules
-from leafcut.plan.pocket_gaps import SIDE_BY_SIDE, wide_gaps
+from leafcut.plan.pocket_gaps import SIDE_BY_SIDE, new_gaps, uncut, wide_gaps
 from leafcut.plan.pocket_region import CentreRegion
 
 Rows = NDArray[np.int64]
@@ -25,7 +25,7 @@ PIECE = 0.2
 REACHES = (5.0, 4.0, 3.2, 2.4, 1.8, 1.4, 1.0, 0.7, 0.5, 0.3, 0.2)
 #: Corners are cut off by so many tool radii to either side.
 CHAMFERS = (0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
-#: Detours through gaps may leave gaps: so often they are looked for.
+#: Detours may leave something uncut: so often they are looked for.
 MENDINGS = 2
 #: How often all bends are looked at.
 PASSES = 6
@@ -79,11 +79,19 @@ def fine(way: Points, longest: float) -> Points:
     return np.column_stack([np.interp(at, station, way[:, 0]), np.interp(at, station, way[:, 1])])
 
 
-def shorten(way: Points, ground: Ground, region: CentreRegion, allowed: Any) -> Points:
-    """Return a way that is as near to all points of the ground as they ask, and no longer."""
+def shorten(way: Points, ground: Ground, region: CentreRegion, allowed: Any, kept: Points) -> Points:
+    """Return a way that is as near to all points of the ground as they ask, and no longer.
+
+    What is within a diameter of the places `kept`, float64[n, 2], stays.
+    """
+    import shapely
+
     radius = region.rules.radius
     for _ in range(PASSES):
         bends = _Bends(fine(way, PIECE * radius), ground, region.rules, allowed)
+        if len(kept):
+            near = shapely.dwithin(shapely.points(bends.way), shapely.multipoints(kept), region.rules.tool_diameter)
+            bends.done |= near[:-1] | near[1:]
         bends.trim()
         bends.look()
         shorter = bends.rebuilt(bends.edits)
@@ -112,8 +120,7 @@ def chamfer(way: Points, ground: Ground, region: CentreRegion, allowed: Any, lin
     edits = corners.edits
     while True:
         way = corners.rebuilt(edits)
-        gaps = [shapely.LineString(gap) for gap in wide_gaps(region.polygon, [shapely.LineString(way)], rules)]
-        new = shapely.union_all([gap for gap in gaps if gap.distance(before) > 0.1 * rules.step_over])
+        new = shapely.MultiLineString(new_gaps(region.polygon, [shapely.LineString(way)], rules, before))
         kept = (
             [edit for edit in edits if shapely.LineString(edit[2]).distance(new) > rules.step_over]
             if not new.is_empty
@@ -125,11 +132,11 @@ def chamfer(way: Points, ground: Ground, region: CentreRegion, allowed: Any, lin
 
 
 def mended(way: Points, region: CentreRegion) -> Points:
-    """Return a way with a detour, there and back, through every gap that is wider than the step-over."""
+    """Return a way with a detour, there and back, through all that it leaves uncut."""
     import shapely
 
     for _ in range(MENDINGS):
-        gaps = wide_gaps(region.polygon, [shapely.LineString(way)], region.rules)
+        gaps = uncut(region.polygon, [shapely.LineString(way)], region.rules)
         for gap in gaps:
             line = shapely.LineString(way)
             ends = [float(line.distance(shapely.Point(end))) for end in (gap[0], gap[-1])]
@@ -181,14 +188,14 @@ class _Bends:
         """Leave out what is not needed at both ends."""
         n = len(self.way) - 1
         j = 0
-        while j < n - 1 and not self.fixed[j] and self._covered(j, j + 1, None):
+        while j < n - 1 and not self.fixed[j] and not self.done[j] and self._covered(j, j + 1, None):
             self._remove(j, j + 1)
             j += 1
         if j:
             self.edits.append((0, j, self.way[j : j + 1]))
             self.done[:j] = True
         k = n
-        while k > j + 1 and not self.fixed[k - 1] and self._covered(k - 1, k, None):
+        while k > j + 1 and not self.fixed[k - 1] and not self.done[k - 1] and self._covered(k - 1, k, None):
             self._remove(k - 1, k)
             k -= 1
         if k < n:

@@ -34,8 +34,9 @@ def _contour(region: CentreRegion, run: Run) -> PocketPath:
 
 def _connected(region: CentreRegion, run: Run) -> PocketPath:
     from leafcut.plan.pocket_best import best
+    from leafcut.verify.removal import too_wide
 
-    return best(region)
+    return best(region, lambda path: too_wide(region.polygon, path, region.rules))
 
 
 def _adaptive(region: CentreRegion, run: Run) -> PocketPath:
