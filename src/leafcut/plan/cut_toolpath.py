@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline, Segment
@@ -16,6 +19,8 @@ Point = tuple[float, float]
 
 #: What is shorter is rounding, mm.
 SHORTEST = 1e-6
+#: An arc whose ends are closer is written as a line, mm: two steps of a program in inches, with four decimals, and a bit.
+SHORTEST_ARC = 0.006
 #: M3 needs a speed on most controllers; a torch has none.
 TORCH_ON = 1.0
 
@@ -153,11 +158,28 @@ def _follow(builder: ToolpathBuilder, cut: Cut, torch: _Torch) -> None:
 
 def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
     """Cut along an open path from where it begins, at one speed."""
-    for s in path.segments():
+    for s in _writable(path):
         if s.is_arc:
             _arc(builder, s, feed)
         elif abs(s.end[0] - s.start[0]) > SHORTEST or abs(s.end[1] - s.start[1]) > SHORTEST:
             builder.feed(*s.end, feed=feed)
+
+
+def _writable(path: Polyline) -> Iterator[Segment]:
+    """Yield the segments of a path; no arc's ends are so near that a program's decimals would take them for one place.
+
+    A short arc becomes its chord, which it leaves by less than half its length; one that is nearly round, two arcs.
+    """
+    for s in path.segments():
+        if not s.is_arc or math.dist(s.start, s.end) >= SHORTEST_ARC:
+            yield s
+            continue
+        arc = Polyline(np.array([[*s.start, s.bulge], [*s.end, 0.0]]))
+        if arc.length < math.pi * SHORTEST_ARC:
+            yield s._replace(bulge=0.0)
+        else:
+            yield from arc.piece(0.0, 0.5 * arc.length).segments()
+            yield from arc.piece(0.5 * arc.length, arc.length).segments()
 
 
 def _arc(builder: ToolpathBuilder, s: Segment, feed: float) -> None:
