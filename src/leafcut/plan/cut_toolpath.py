@@ -19,7 +19,7 @@ Point = tuple[float, float]
 
 #: What is shorter is rounding, mm.
 SHORTEST = 1e-6
-#: An arc whose ends are closer is written as a line, mm: two steps of a program in inches, with four decimals, and a bit.
+#: An arc whose ends are closer is a line, mm: two steps of a program in inches, with four decimals, and a bit.
 SHORTEST_ARC = 0.006
 #: M3 needs a speed on most controllers; a torch has none.
 TORCH_ON = 1.0

@@ -51,7 +51,7 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None) -> Sheet:
     outline = _edge(found["sheet"])
     cuts, marks = found["cut"], found["mark"]
     if found["maybe sheet"]:
-        if outline is None and (named := _unambiguous(found["maybe sheet"], [*cuts, *marks])) is not None:
+        if outline is None and (named := _named_sheet(found["maybe sheet"], cuts, marks)) is not None:
             outline = named.contour.path
             message = f"layer {named.contour.layer} is taken as the edge of the sheet; --sheet-layers says otherwise"
             issues.append(Issue("L421", message, severity=Severity.NOTE))
@@ -142,17 +142,44 @@ def _edge(sheets: list[_Made]) -> Polyline | None:
     return closed[0].contour.path
 
 
-def _unambiguous(maybe: list[_Made], others: list[_Made]) -> _Made | None:
-    """Return the one closed path that lies round all others, or None."""
+def _named_sheet(maybe: list[_Made], cuts: list[_Made], marks: list[_Made]) -> _Made | None:
+    """Return the outline on a layer with the name of a sheet that is its edge; None where it is cut like any other.
+
+    The edge lies round all else. One with nothing that is cut in it is a part. One with some in it and others beyond
+    can be either, and the wrong guess would cut every part on the wrong side of its line.
+
+    Raises
+    ------
+    PlanError
+        That is so: says what lies beyond.
+    """
     import shapely
 
-    if len(maybe) != 1 or not maybe[0].contour.path.closed or not others:
+    closed = [m for m in maybe if m.contour.path.closed]
+    others = [*cuts, *marks]
+    if not closed or not others:
         return None
-    (shape,) = polygons([maybe[0].contour.path])
-    if not shape.is_valid:
-        return None
-    boxes = np.array([m.contour.path.extents for m in others])
-    return maybe[0] if bool(shapely.contains(shape, shapely.box(*boxes.T)).all()) else None
+    shapes = polygons([m.contour.path for m in closed])
+    lines = np.array([shapely.LineString(m.contour.path.flattened()) for m in others], dtype=object)
+    held = shapely.STRtree(lines).query(shapely.buffer(shapes, SAME), predicate="covers")
+    for k in np.unique(held[0]).tolist():
+        made, inside = closed[k], np.zeros(len(others), dtype=bool)
+        inside[held[1][held[0] == k]] = True
+        if not shapes[k].is_valid:
+            continue
+        if inside.all() and len(maybe) == 1:
+            return made
+        if inside[: len(cuts)].any():
+            beyond = [m for m, within in zip(others, inside, strict=True) if not within]
+            what = f"{_count(len(beyond), 'contour')} not inside" if beyond else "more than one path on it"
+            places = _at([m.contour.path.start for m in (beyond or maybe)])
+            layer = made.contour.layer
+            raise PlanError(
+                f"layer {layer} has the name of a sheet's edge and lies round parts, but there is {what}, {places}; "
+                f"leave out what is no part with --ignore-layers, or say what {layer} is with --sheet-layers or "
+                "--cut-layers"
+            )
+    return None
 
 
 def _opened(opened: list[_Made], options: SheetOptions, issues: list[Issue]) -> tuple[list[_Made], list[_Made]]:
