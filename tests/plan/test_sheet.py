@@ -151,6 +151,11 @@ def test_a_drawing_with_nothing_but_marks_by_name_is_cut() -> None:
         ("L421", [box(0, 0, 9, 9), line((2, 2), (3, 3), layer="SCRIBE")], {}),
         ("L422", [box(0, 0, 99, 99), box(9, 9, 9, 9), box(10, 10, 3, 3)], {}),
         ("L422", [box(0, 0, 99, 99, "frame"), box(9, 9, 9, 9), box(29, 9, 9, 9)], {}),
+        (
+            "L422",
+            [box(0, 0, 99, 99), box(9, 9, 9, 9), box(10, 10, 3, 3), box(50, 9, 9, 9), disc(55, 13, 2), disc(150, 5, 3)],
+            {},
+        ),
         ("L423", [box(0, 0, 9, 9), box(9, 0, 9, 9)], {}),
         ("L424", [box(0, 0, 9, 9), line((20, 0), (30, 0))], {"open_paths": "cut"}),
         ("L424", [box(0, 0, 9, 9), line((20, 0), (30, 0))], {"open_paths": "mark"}),

@@ -163,17 +163,18 @@ def _named_sheet(maybe: list[_Made], cuts: list[_Made], marks: list[_Made]) -> _
     lines = np.array([shapely.LineString(m.contour.path.flattened()) for m in others], dtype=object)
     held = shapely.STRtree(lines).query(shapely.buffer(shapes, SAME), predicate="covers")
     for k in np.unique(held[0]).tolist():
-        made, inside = closed[k], np.zeros(len(others), dtype=bool)
+        inside = np.zeros(len(others), dtype=bool)
         inside[held[1][held[0] == k]] = True
         if not shapes[k].is_valid:
             continue
         if inside.all() and len(maybe) == 1:
-            return made
+            found: _Made = closed[k]
+            return found
         if inside[: len(cuts)].any():
             beyond = [m for m, within in zip(others, inside, strict=True) if not within]
             what = f"{_count(len(beyond), 'contour')} not inside" if beyond else "more than one path on it"
             places = _at([m.contour.path.start for m in (beyond or maybe)])
-            layer = made.contour.layer
+            layer = closed[k].contour.layer
             raise PlanError(
                 f"layer {layer} has the name of a sheet's edge and lies round parts, but there is {what}, {places}; "
                 f"leave out what is no part with --ignore-layers, or say what {layer} is with --sheet-layers or "
@@ -304,15 +305,22 @@ def _check_inside(contours: Sequence[SheetContour], outline: Polyline | None) ->
 
 
 def _look_for_frame(contours: Sequence[SheetContour], outline: Polyline | None, issues: list[Issue]) -> None:
-    """Say so (L422) when one rectangle round everything looks like the sheet and is about to be cut as a part."""
-    outer = [c for c in contours if c.parent < 0]
-    if outline is not None or len(outer) != 1 or len(contours) < 3 or not outer[0].contour.path.closed:
+    """Say so (L422) when one rectangle round most contours looks like the sheet and is about to be cut as a part."""
+    outer = [c for c in contours if c.parent < 0 and c.contour.path.closed]
+    if outline is not None or not outer or len(contours) < 3:
         return
-    path, layer = outer[0].contour.path, outer[0].contour.layer
+    frame = max(outer, key=lambda c: c.contour.path.area)
+    path, layer = frame.contour.path, frame.contour.layer
+    rest = [c for c in contours if c is not frame]
+    beyond = sum(c.part != frame.part for c in rest if c.depth < 2)
     x0, y0, x1, y1 = path.extents
-    alone = all(c.contour.layer != layer for c in contours if c is not outer[0])
-    if abs(path.area - (x1 - x0) * (y1 - y0)) <= 1e-6 * path.area and (alone or any(c.depth > 1 for c in contours)):
-        message = f"one rectangle of {x1 - x0:g} × {y1 - y0:g} mm on layer {layer or '0'} lies round everything and is "
+    alone = all(c.contour.layer != layer for c in rest)
+    if 2 * beyond >= len(rest) or abs(path.area - (x1 - x0) * (y1 - y0)) > 1e-6 * path.area:
+        return
+    # A part may have one window with a smaller part in it; several are parts with holes.
+    if alone or len({c.parent for c in rest if c.depth == 2}) > (1 if beyond else 0):
+        what = "everything" if not beyond else f"all but {_count(beyond, 'contour')}"
+        message = f"one rectangle of {x1 - x0:g} × {y1 - y0:g} mm on layer {layer or '0'} lies round {what} and is "
         message += "cut as a part; if it is the sheet, say --sheet-layers"
         issues.append(Issue("L422", message))
 
