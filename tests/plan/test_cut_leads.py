@@ -268,3 +268,10 @@ def test_a_hole_cannot_start_at_the_edge_and_is_named() -> None:
         cutting_of(sheet, thick)
     with pytest.raises(PlanError, match="--sheet-size"):
         cutting_of(two_squares(), thick)
+
+
+def test_a_part_at_the_edge_of_the_sheet_is_refused_before_its_kerf_runs_off() -> None:
+    """The middle of a kerf of 1.5 mm is 0.75 mm beyond the part."""
+    with pytest.raises(PlanError, match=r"part 1: outline at \(0.7, 50\) lies so near the edge of the sheet"):
+        cutting_of(sheet_of((square(0.7, 50, 50), 0, -1, 1), size=200))
+    cutting_of(sheet_of((square(0.8, 50, 50), 0, -1, 1), size=200))
