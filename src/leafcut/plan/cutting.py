@@ -156,11 +156,12 @@ def check_room(contours: list[CutContour], scrap: Scrap) -> None:
             "or the part"
         )
     if scrap.sheet is not None:
-        for k in np.flatnonzero(~shapely.contains(scrap.sheet.buffer(ROUNDING), lines)).tolist():
-            found.append(
-                f"{cut[k].name()} lies so near the edge of the sheet that the kerf of {scrap.rules.kerf:g} mm runs off "
-                "it; move the part in, or take a larger sheet"
-            )
+        beyond = np.flatnonzero(~shapely.contains(scrap.sheet.buffer(ROUNDING), lines))
+        found += [
+            f"{cut[k].name()} lies so near the edge of the sheet that the kerf of {scrap.rules.kerf:g} mm runs off it; "
+            "move the part in, or take a larger sheet"
+            for k in beyond.tolist()
+        ]
     if found:
         more = f" (and {len(found) - 1} more such places)" if len(found) > 1 else ""
         raise PlanError(f"{found[0]}{more}")
