@@ -197,6 +197,10 @@ def test_a_plan_with_bridges_is_kept_as_a_whole_or_only_where_they_are_fixed(dra
     plan.write_text(json.dumps(data))
     with pytest.raises(PlanError, match="no way through the scrap"):
         api.optimize(drawing, plan=plan, **slow)
+    data["cuts"][0] |= {"bridge": True, "fixed": ["bridge"]}
+    plan.write_text(json.dumps(data))
+    with pytest.raises(PlanError, match="cut 1: there is no cut before it"):
+        api.optimize(drawing, plan=plan, **slow)
 
 
 def test_an_unchanged_plan_never_makes_the_sheet_slower(drawing: Path, tmp_path: Path) -> None:
