@@ -375,7 +375,7 @@ def _outcome(
         dialect=job.words.name,
         seed=settings.solve.seed,
         verified=verified,
-        issues=(*issues, *_heat_issues(job, after), *machine_issues(run.machine)),
+        issues=(*issues, *_heat_issues(job, after), *_probing_issues(job, after), *machine_issues(run.machine)),
         options=settings.changed(),
         version=__version__,
         cut_plans=(before.plan, nearest.plan, after.plan),
@@ -394,6 +394,19 @@ def _heat_issues(job: _Job, laid: _Laid) -> list[Issue]:
     x, y = laid.order[left[0][1]].entry
     words = f"{len(left)} cuts start within {options.heat_distance:g} mm of one just made: no order avoids them"
     return [Issue("L614", words, f"the first at ({x:.4g}, {y:.4g})")]
+
+
+def _probing_issues(job: _Job, laid: _Laid) -> list[Issue]:
+    """Warn of starts in the air under a controller that probes before each cut: it would find a slat, or nothing."""
+    torch = job.words.torch
+    starts = [c.path.start for c in laid.plan.cuts if c.kind == "cut" and not c.pierce]
+    if torch is None or torch.heights != "controller" or not starts:
+        return []
+    words = (
+        f"{len(starts)} cuts start beyond the sheet's edge, where the controller probes beside the sheet: lay a piece "
+        "of the same thickness there, or give --dialect plasma, which does not probe"
+    )
+    return [Issue("L618", words, f"the first at ({starts[0][0]:.4g}, {starts[0][1]:.4g})")]
 
 
 def _write(job: _Job, before: _Laid, after: _Laid) -> str:
