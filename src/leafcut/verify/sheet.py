@@ -141,6 +141,8 @@ class _Laid:
         found = []
         for target in self.shapes.targets:
             claims = self.of_target.get(target.index, [])
+            if target.may_stay and not claims:
+                continue
             gaps = self._gaps(target, [self.lines[c.run] for c in claims])
             what = "marked" if target.marks else "cut"
             if sum(g.length for g in gaps) > MOST * target.way.length:
@@ -311,7 +313,7 @@ class _Laid:
         return found + [
             self._wrong("not planned", f"{target.name} is in no cut of the plan", 0)
             for target in self.shapes.targets
-            if target.index not in planned
+            if target.index not in planned and not target.may_stay
         ]
 
     def in_the_air(self) -> list[Difference]:
