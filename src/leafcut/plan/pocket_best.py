@@ -11,18 +11,14 @@ import numpy as np
 from leafcut.geometry.polyline import Points
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import PocketPath, PocketPiece
-from leafcut.plan.pocket_gaps import wide_gaps
 from leafcut.plan.pocket_joints import Layout
 from leafcut.plan.pocket_region import CentreRegion
-from leafcut.plan.pocket_rings import spaced_rings
-from leafcut.plan.pocket_shorten import GROUND_PITCH, Ground, chamfer, mended, shorten
+from leafcut.plan.pocket_rings import rings
+from leafcut.plan.pocket_shorten import GROUND_PITCH, Ground, chamfer, shorten
+from leafcut.plan.pocket_spurs import with_spurs
 
 #: A path may be this much further from a place than half the step-over: the pitch of the places, in step-overs.
 LEEWAY = 0.0035
-#: Joints are laid so often, until none leaves a gap.
-TRIES = 4
-#: A gap within so many step-overs of a joint is its work.
-BLAME = 1.2
 #: Corners are cut off where all ground is cleared with this to spare, in tool radii: the places are so far apart.
 SPARE = 0.03
 #: So many places at most stand for the ground: bounds time and memory.
@@ -36,13 +32,14 @@ def best(region: CentreRegion) -> PocketPath:
 
     No place is further from the way than half the step-over, or than rings leave it (in their corners).
     """
-    rules = region.rules
-    ways, links = _joined(region)
+    rules, layout = region.rules, Layout(region, rings(region))
+    ways = layout.ways()
     ground, allowed = _ground(region, ways), region.polygon.buffer(1e-7)
     ways = [shorten(way, ground, region, allowed) for way in ways]
     spare = SPARE * ground.pitch / (GROUND_PITCH * rules.radius)
     cleared = Ground(ground.points, np.full(len(ground), (1.0 - spare) * rules.radius), ground.pitch)
-    ways = [mended(chamfer(way, cleared, region, allowed, links), region) for way in ways]
+    ways = [chamfer(way, cleared, region, allowed, np.array(layout.links)) for way in ways]
+    ways = with_spurs(ways, region.polygon, rules)
     return PocketPath("best", tuple(piece for way in ways for piece in _pieces(region, way)))
 
 
@@ -54,32 +51,6 @@ def _pieces(region: CentreRegion, way: Points) -> list[PocketPiece]:
     along = (shapely.distance(region.polygon.boundary, middle) < ALONG) & (region.rules.stock == 0.0)
     cuts = [0, *(np.flatnonzero(np.diff(along)) + 1).tolist(), len(along)]
     return [PocketPiece(as_polyline(way[a : b + 1]), "finish" if along[a] else "rough") for a, b in pairwise(cuts)]
-
-
-def _joined(region: CentreRegion) -> tuple[list[Points], Points]:
-    """Return the ways through all rings, and the places of their joints, float64[n, 2].
-
-    Joints that leave a gap wider than the step-over are laid anew elsewhere.
-    """
-    import shapely
-
-    step, cut = region.rules.step_over, spaced_rings(region)
-    closed: list[Points] = []
-    found: list[tuple[float, list[Points], Points]] = []
-    for _ in range(TRIES):
-        layout = Layout(region, cut, closed)
-        ways = layout.ways()
-        lines = [shapely.LineString(way) for way in ways]
-        gaps = wide_gaps(region.polygon, lines, region.rules)
-        # Every gap asks for a detour in the end, there and back.
-        cost = sum(line.length for line in lines) + sum(step + 2.0 * shapely.LineString(gap).length for gap in gaps)
-        found.append((cost, ways, np.array(layout.links).reshape(-1, 2)))
-        wide = shapely.MultiLineString(gaps)
-        bad = [place for place in layout.links if shapely.Point(place).distance(wide) < BLAME * step] if gaps else []
-        if not bad:
-            break
-        closed += bad
-    return min(found, key=lambda way: way[0])[1:]
 
 
 def _ground(region: CentreRegion, ways: list[Points]) -> Ground:
