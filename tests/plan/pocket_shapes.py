@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import shapely
 
 from leafcut.geometry.polyline import Polyline
@@ -45,7 +46,9 @@ def uncovered_share(region: CentreRegion, path: PocketPath) -> float:
     """Share of the ground that discs of the tool's radius round the region reach and those round the path do not."""
     radius = region.rules.radius
     ground = region.polygon.buffer(radius, quad_segs=32)
-    swept = shapely.union_all([line.buffer(radius, quad_segs=64) for line in lines(path)])
+    # Step by step: a buffer of the whole line rounds its hollows and loses what only goes there and back.
+    steps = [xy for line in lines(path) for xy in np.stack([line.coords[:-1], line.coords[1:]], axis=1)]
+    swept = shapely.union_all(shapely.buffer(shapely.linestrings(np.array(steps)), radius, quad_segs=32))
     return float(ground.difference(swept).area / ground.area)
 
 

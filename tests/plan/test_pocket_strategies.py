@@ -11,14 +11,14 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pocket_shapes import RULES, box, floor_mm, l_shape, leaves, lines, only_region, plate, uncovered_share
+from pocket_shapes import RULES, box, floor_mm, l_shape, leaves, only_region, plate, uncovered_share
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketPath
 from leafcut.plan.pocket_best import best
-from leafcut.plan.pocket_gaps import wide_gaps
 from leafcut.plan.pocket_region import CentreRegion, centre_regions
 from leafcut.plan.pocket_rings import contour, rings
+from leafcut.plan.pocket_spurs import with_spurs
 from leafcut.plan.pocket_zigzag import zigzag
 
 STRATEGIES = [best, contour, zigzag]
@@ -71,22 +71,22 @@ def test_walls_are_passed_with_the_material_on_the_right_when_climbing(climb: bo
             assert not region.polygon.buffer(5.0).contains(shapely.Point(beside))
 
 
-def test_the_best_way_leaves_no_gap_wider_than_the_step_over_between_passes_of_a_rectangle() -> None:
-    region = only_region(Pocket(box(0, 0, 140, 100)))
-    assert wide_gaps(region.polygon, lines(best(region)), RULES) == []
+def test_a_strip_between_two_lines_is_cleared_by_spurs_as_short_as_will_do() -> None:
+    """Lines 10.4 mm apart leave a strip 0.4 mm wide: a spur 0.2 mm deep would just touch its middle."""
+    ground = shapely.box(0, 0, 50, 10.4)
+    ways = [np.array([(0.0, 0.0), (50.0, 0.0)]), np.array([(0.0, 10.4), (50.0, 10.4)])]
+    spurred = with_spurs(ways, ground, RULES)
+    added = sum(shapely.LineString(way).length for way in spurred) - 100.0
+    assert 0.0 < added < 50.0
+    steps = np.concatenate([np.stack([way[:-1], way[1:]], axis=1) for way in spurred])
+    swept = shapely.union_all(shapely.buffer(shapely.linestrings(steps), 5.0, quad_segs=64))
+    assert ground.difference(swept).area < 0.01
 
 
-def test_a_gap_between_two_lines_is_found_along_its_middle() -> None:
-    ground = shapely.box(0, 0, 50, 8)
-    (gap,) = wide_gaps(ground, [shapely.LineString([(0, 0), (50, 0)]), shapely.LineString([(0, 8), (50, 8)])], RULES)
-    assert np.allclose(gap[:, 1], 4.0, atol=0.01)
-    assert np.ptp(gap[:, 0]) == pytest.approx(50.0, abs=1.0)
-
-
-def test_passes_one_step_over_apart_leave_no_gap() -> None:
-    ground = shapely.box(0, 0, 50, 6)
-    passes = [shapely.LineString([(0, 0), (50, 0)]), shapely.LineString([(0, 6), (50, 6)])]
-    assert wide_gaps(ground, passes, RULES) == []
+def test_nothing_is_added_where_nothing_is_uncut() -> None:
+    way = np.array([(0.0, 0.0), (50.0, 0.0)])
+    (same,) = with_spurs([way], shapely.box(0, -4, 50, 4), RULES)
+    assert np.array_equal(same, way)
 
 
 def test_lines_at_a_given_angle_run_at_that_angle_and_no_further_apart_than_the_step_over() -> None:

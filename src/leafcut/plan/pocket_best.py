@@ -13,20 +13,18 @@ import numpy as np
 from leafcut.geometry.polyline import Points
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import PocketPath, PocketPiece
-from leafcut.plan.pocket_gaps import new_gaps, wide_gaps
 from leafcut.plan.pocket_joints import Layout
 from leafcut.plan.pocket_region import CentreRegion
-from leafcut.plan.pocket_rings import covering_rings
-from leafcut.plan.pocket_shorten import GROUND_PITCH, Ground, chamfer, mended, shorten
+from leafcut.plan.pocket_rings import rings
+from leafcut.plan.pocket_shorten import GROUND_PITCH, Ground, chamfer, shorten
+from leafcut.plan.pocket_spurs import with_spurs
 
 #: A path may be this much further from a place than half the step-over: the pitch of the places, in step-overs.
 LEEWAY = 0.0035
+#: Rings are nearer to each other by this share than they may be, or chords and leeway would add up to more.
+LESS = 0.0016
 #: Where a path came out too wide, its rings are left as they were: so often that is looked for.
-CORRECTIONS = 3
-#: Joints are laid so often, until none leaves a gap.
-TRIES = 4
-#: A gap within so many step-overs of a joint is its work.
-BLAME = 1.2
+CORRECTIONS = 4
 #: Corners are cut off where all ground is cleared with this to spare, in tool radii: the places are so far apart.
 SPARE = 0.03
 #: So many places at most stand for the ground: bounds time and memory.
@@ -45,19 +43,22 @@ def best(region: CentreRegion, too_wide: Callable[[PocketPath], Points] | None =
     ----------
     too_wide
         Returns the places of a path, float64[n, 2], where it is further than the step-over from its nearer neighbour;
-        there the rings are left as they were.
+        there the rings are left as they were, and joined elsewhere.
     """
     # Chords and the places that stand for the ground must not add up to more than the step-over.
-    region = replace(region, rules=replace(region.rules, step_over=(1.0 - LEEWAY) * region.rules.step_over))
-    joined = _joined(region)
+    region = replace(region, rules=replace(region.rules, step_over=(1.0 - LESS) * region.rules.step_over))
+    cut = rings(region)
+    found: list[tuple[int, PocketPath]] = []
     kept = np.zeros((0, 2))
     for _ in range(CORRECTIONS):
-        path = _shortened(region, *joined, kept)
-        wide = too_wide(path) if too_wide else kept
+        layout = Layout(region, cut, kept)
+        path = _shortened(region, layout.ways(), np.array(layout.links).reshape(-1, 2), kept)
+        wide = too_wide(path) if too_wide else np.zeros((0, 2))
+        found.append((len(wide), path))
         if not len(wide):
             break
         kept = np.vstack([kept, wide])
-    return path
+    return min(found, key=lambda one: one[0])[1]
 
 
 def _shortened(region: CentreRegion, ways: list[Points], links: Points, kept: Points) -> PocketPath:
@@ -67,7 +68,8 @@ def _shortened(region: CentreRegion, ways: list[Points], links: Points, kept: Po
     ways = [shorten(way, ground, region, allowed, kept) for way in ways]
     spare = SPARE * ground.pitch / (GROUND_PITCH * rules.radius)
     cleared = Ground(ground.points, np.full(len(ground), (1.0 - spare) * rules.radius), ground.pitch)
-    ways = [mended(chamfer(way, cleared, region, allowed, np.vstack([links, kept])), region) for way in ways]
+    ways = [chamfer(way, cleared, region, allowed, np.vstack([links, kept])) for way in ways]
+    ways = with_spurs(ways, region.polygon, rules)
     return PocketPath("best", tuple(piece for way in ways for piece in _pieces(region, way)))
 
 
@@ -79,34 +81,6 @@ def _pieces(region: CentreRegion, way: Points) -> list[PocketPiece]:
     along = (shapely.distance(region.polygon.boundary, middle) < ALONG) & (region.rules.stock == 0.0)
     cuts = [0, *(np.flatnonzero(np.diff(along)) + 1).tolist(), len(along)]
     return [PocketPiece(as_polyline(way[a : b + 1]), "finish" if along[a] else "rough") for a, b in pairwise(cuts)]
-
-
-def _joined(region: CentreRegion) -> tuple[list[Points], Points]:
-    """Return the ways through all rings, and the places of their joints, float64[n, 2].
-
-    Joints that leave a gap wider than the step-over are laid anew elsewhere.
-    """
-    import shapely
-
-    step, cut = region.rules.step_over, covering_rings(region)
-    # Where the two sides of a last ring meet is a core, not a gap: no other pass belongs in there.
-    cores = shapely.MultiLineString(wide_gaps(region.polygon, [ring.line for ring in cut], region.rules))
-    closed: list[Points] = []
-    found: list[tuple[float, list[Points], Points]] = []
-    for _ in range(TRIES):
-        layout = Layout(region, cut, closed)
-        ways = layout.ways()
-        lines = [shapely.LineString(way) for way in ways]
-        gaps = new_gaps(region.polygon, lines, region.rules, cores)
-        # Every gap asks for a detour in the end, there and back.
-        cost = sum(line.length for line in lines) + sum(step + 2.0 * shapely.LineString(gap).length for gap in gaps)
-        found.append((cost, ways, np.array(layout.links).reshape(-1, 2)))
-        wide = shapely.MultiLineString(gaps)
-        bad = [place for place in layout.links if shapely.Point(place).distance(wide) < BLAME * step] if gaps else []
-        if not bad:
-            break
-        closed += bad
-    return min(found, key=lambda way: way[0])[1:]
 
 
 def _ground(region: CentreRegion, ways: list[Points]) -> Ground:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points
 from leafcut.plan.pocket_region import CentreRegion
-from leafcut.plan.pocket_rings import LINE, Ring
+from leafcut.plan.pocket_rings import Ring
 
 Rows = NDArray[np.int64]
 
@@ -24,14 +24,14 @@ MOST_CHAINS = 12
 ONE_SIDED = 0.75
 #: Joints of the tree are sought among rings this near, in step-overs; among all where that is not enough.
 FAR = 2.5
-#: A joint that makes a gap between passes is not tried again within so many step-overs.
-CLOSED = 1.0
 #: Rings shorter than this, in step-overs, are gone round as a whole.
 TINY = 3.0
 #: What a joint between two rings along walls costs more, in step-overs: finished walls are left as seldom as possible.
 WALL_PENALTY = 1.0
 #: A joint at a place whose gap turns costs more by this many step-overs per radian: corners are cut in one go.
 TURN_PENALTY = 0.3
+#: Joints within so many step-overs of avoided places cost so many more.
+AVOIDED, AVOIDED_PENALTY = 2.0, 4.0
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def _beside(a: Ring, b: Ring, step_over: float) -> bool:
     import shapely
 
     small, large = (a, b) if a.length <= b.length else (b, a)
-    if LINE in (a.level, b.level) or a.level == b.level:
+    if a.level == b.level:
         return False
     n = max(math.ceil(small.length / (STATION_STEP * step_over)), 8)
     places = shapely.line_interpolate_point(small.line, np.arange(n) * small.length / n)
@@ -64,7 +64,7 @@ def _beside(a: Ring, b: Ring, step_over: float) -> bool:
 def chains(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
     """Return the ways through the tree along which rings may be cut one after the other, the most promising first.
 
-    Each goes from an inner ring to outer ones, side by side; also with a line that is gone over only once before it.
+    Each goes from an inner ring to outer ones, side by side.
     """
     inner: dict[int, list[int]] = {}
     for a, b in edges:
@@ -79,12 +79,9 @@ def chains(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> l
             deeper([*way, ring])
 
     for ring in range(len(cut)):
-        if cut[ring].level != LINE:
-            deeper([ring])
+        deeper([ring])
     found.sort(key=lambda way: (-len(way), way[-1]))
-    longest = [way for way in found if len(way) >= len(found[0]) - 2][:MOST_CHAINS]
-    lines = {(a, b) for edge in edges for a, b in (edge, edge[::-1]) if cut[a].level == LINE and cut[b].level != LINE}
-    return longest + [[line, *way] for way in longest for line, ring in sorted(lines) if ring == way[0]]
+    return [way for way in found if len(way) >= len(found[0]) - 2][:MOST_CHAINS]
 
 
 def children_of(chain: list[int], edges: list[tuple[int, int]], n: int) -> dict[int, list[int]]:
@@ -147,11 +144,11 @@ def _kruskal(cut: list[Ring], a: Rows, b: Rows, step_over: float) -> list[tuple[
 class Layout:
     """Where the joints are: stretches of rings that are taken, and the way that goes through all of them."""
 
-    def __init__(self, region: CentreRegion, cut: list[Ring], closed: list[Points] | None = None) -> None:
+    def __init__(self, region: CentreRegion, cut: list[Ring], avoided: Points | None = None) -> None:
         import shapely
 
         self.region, self.cut = region, cut
-        self.closed = np.array(closed).reshape(-1, 2) if closed else np.zeros((0, 2))
+        self.avoided = shapely.multipoints(np.zeros((0, 2)) if avoided is None else avoided)
         self.links: list[Points] = []
         self.edges = tree_of(cut, region.rules.step_over)
         self.step = region.rules.step_over
@@ -162,9 +159,9 @@ class Layout:
         shapely.prepare(self.allowed)
 
     def gap(self, ring: int) -> float:
-        """Return how much of a ring a joint may leave out: nothing of a wall, of a line, or of a tiny ring."""
+        """Return how much of a ring a joint may leave out: nothing of a wall or of a tiny ring."""
         here = self.cut[ring]
-        return 0.0 if here.level in (0, LINE) or here.length < TINY * self.step else self.step
+        return 0.0 if here.level == 0 or here.length < TINY * self.step else self.step
 
     def ways(self) -> list[Points]:
         """Return the way through all rings, float64[n, 2]; what no free straight line leads to is a way of its own."""
@@ -185,11 +182,9 @@ class Layout:
         for chain in chains(self.cut, self.edges, self.step):
             first = self.cut[chain[0]]
             n = max(min(math.ceil(first.length / self.step), 24), 4)
-            starts = [0.0, 0.5 * first.length] if first.level == LINE else list(np.arange(n) * first.length / n)
-            # A joint that is gone over once instead of twice, and a line, spare about so much.
-            spared = self.step * len(chain) + (0.5 * first.length if first.level == LINE else 0.0)
-            spared += self.step * (self.cut[chain[-1]].level == 0)
-            for start in starts:
+            # A joint that is gone over once instead of twice spares about so much.
+            spared = self.step * (len(chain) + (self.cut[chain[-1]].level == 0))
+            for start in np.arange(n) * first.length / n:
                 cost, spans = self._chain_from(chain, float(start))
                 if best is None or cost - spared < best[0] - 1e-9:
                     best = (cost - spared, chain, spans)
@@ -200,7 +195,7 @@ class Layout:
         cost, spans = 0.0, []
         for k, ring in enumerate(chain):
             here, last = self.cut[ring], k + 1 == len(chain)
-            end = start + (0.5 * here.length if here.level == LINE else here.length - (0.0 if last else self.gap(ring)))
+            end = start + here.length - (0.0 if last else self.gap(ring))
             spans.append((start, end))
             if not last:
                 more, start = self._entry(ring, end, chain[k + 1])
@@ -210,11 +205,8 @@ class Layout:
     def _entry(self, ring: int, end: float, after: int) -> tuple[float, float]:
         """Return the cost of going on from the end of a ring to the next of the chain, and where that is entered."""
         place, to = self.cut[ring].at(end), self.cut[after]
-        if to.level == LINE:
-            options = [0.0, 0.5 * to.length]
-        else:
-            nearest = to.station_of(place)
-            options = [nearest + share * self.step for share in (0.0, 0.5, 1.0, 1.5)]
+        nearest = to.station_of(place)
+        options = [nearest + share * self.step for share in (0.0, 0.5, 1.0, 1.5)]
         costs = [
             self._link(place, to.at(s)) + TURN_PENALTY * self.step * _turn(to, s - self.gap(after), self.gap(after))
             for s in options
@@ -252,7 +244,7 @@ class Layout:
         options: list[tuple[float, Joint]] = []
         for share in (1.0, 0.5, 0.0):
             gaps = share * self.gap(parent), share * self.gap(child)
-            if not all(gaps):  # a point of a wall or a line: what is beside the gap has but one way on either side
+            if not all(gaps):  # a point of a wall: what is beside the gap has but one way on either side
                 gaps = ONE_SIDED * gaps[0], ONE_SIDED * gaps[1]
             leave, back = (a.places(stations[:, 0] + side * gaps[0]) for side in (-0.5, 0.5))
             enter, out = (b.places(stations[:, 1] + side * gaps[1]) for side in (0.5, -0.5))
@@ -291,8 +283,6 @@ class Layout:
         """Return what a joint costs besides its length: turns in its gaps, infinitely much where it may not be."""
         a, b = self.cut[joint.parent], self.cut[joint.child]
         ha, hb = 0.5 * joint.parent_gap, 0.5 * joint.child_gap
-        if ha + hb > 0.0 and self._is_closed(b.at(joint.child_station)):
-            return math.inf
         if not self._is_free(joint.parent, joint.parent_station, ha):
             return math.inf
         if not self._is_free(joint.child, joint.child_station, hb):
@@ -307,11 +297,14 @@ class Layout:
         if any(math.isinf(self._link(*link)) for link in links):
             return math.inf
         turn = _turn(a, joint.parent_station - ha, 2 * ha) + _turn(b, joint.child_station - hb, 2 * hb)
-        return TURN_PENALTY * self.step * turn
+        near = self._is_avoided(b.at(joint.child_station)) or self._is_avoided(a.at(joint.parent_station))
+        return (TURN_PENALTY * turn + AVOIDED_PENALTY * near) * self.step
 
-    def _is_closed(self, place: Points) -> bool:
-        """Return whether a joint at a place may leave out nothing: it made a gap there before."""
-        return len(self.closed) > 0 and bool((np.hypot(*(self.closed - place).T) < CLOSED * self.step).any())
+    def _is_avoided(self, place: Points) -> bool:
+        """Return whether a place is near one where a joint made passes too far from each other."""
+        import shapely
+
+        return bool(shapely.dwithin(shapely.Point(place), self.avoided, AVOIDED * self.step))
 
     def _is_free(self, ring: int, station: float, half: float) -> bool:
         """Return whether a stretch of a ring is taken by no other joint."""
@@ -326,10 +319,6 @@ class Layout:
         """Return the way along a ring from one station on to another, through all that is visited in passing."""
         here = self.cut[ring]
         stops = [((joint.parent_station - 1e-9 - start) % here.length + start, joint) for joint in self.joints[ring]]
-        # What lies on the way back of a line that is gone over once is at the same place on the way there.
-        stops = [
-            (station if station <= end else 2.0 * start + here.length - station, joint) for station, joint in stops
-        ]
         parts, at = [], start
         for station, joint in sorted(stops, key=lambda stop: stop[0]):
             parts.append(here.stretch(at, max(station - 0.5 * joint.parent_gap, at)))

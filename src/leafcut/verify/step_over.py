@@ -81,7 +81,8 @@ def wide_places(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[
     if found is None:
         return np.zeros((0, 2))
     wide = found.rows[(found.nearer > rules.step_over) | found.lost]
-    places: Floats = found.discs.corners[wide[found.discs.fits(wide)], 0]
+    there = found.discs.fits(wide) & (found.discs.fits(found.discs.other(wide)) | found.lost[np.isin(found.rows, wide)])
+    places: Floats = found.discs.corners[wide[there], 0]
     return places
 
 
@@ -131,15 +132,19 @@ class _Discs:
     def widest(self, rows: Rows, sizes: Floats, both: bool) -> float:
         """Return the largest size whose disc lies in the room; with `both`, also the one on the other side of it."""
         order = np.argsort(-sizes)
-        rows, sizes, half = rows[order], sizes[order], len(self.corners) // 2
+        rows, sizes = rows[order], sizes[order]
         for first in range(0, len(rows), _AT_ONCE):
             some = rows[first : first + _AT_ONCE]
             fits = self.fits(some)
             if both:
-                fits &= self.fits((some + half) % (2 * half))
+                fits &= self.fits(self.other(some))
             if fits.any():
                 return float(sizes[first + int(np.argmax(fits))])
         return 0.0
+
+    def other(self, rows: Rows) -> Rows:
+        """Return the rows of the discs on the other side of the same steps."""
+        return (rows + len(self.corners) // 2) % len(self.corners)
 
     def fits(self, rows: Rows) -> NDArray[np.bool_]:
         """Return whether discs, and the ways to their middles, lie in the room."""
