@@ -21,7 +21,7 @@ LONG = 0.3
 #: So many chains of rings are tried.
 MOST_CHAINS = 12
 #: What of a gap may be left out where only one of two rings has one.
-ONE_SIDED = 0.75
+ONE_SIDED = 1.0
 #: Joints of the tree are sought among rings this near, in step-overs; among all where that is not enough.
 FAR = 2.5
 #: Rings shorter than this, in step-overs, are gone round as a whole.

@@ -14,7 +14,7 @@ from leafcut.model.pocket import PocketRules
 #: Uncut places smaller than this share of the tool's area are left: what the chords of rings leave between them.
 SPECK = 1e-5
 #: A spur goes so much deeper than it needs to, in tool radii: one clears more ground, and fewer are needed.
-DEEPER = 0.06
+DEEPER = 0.1
 #: Spurs that one place may take.
 MOST = 60
 
