@@ -11,7 +11,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pocket_shapes import RULES, box, floor_mm, l_shape, leaves, lines, only_region, plate, uncovered_share
+from pocket_shapes import RULES, box, floor_mm, l_shape, leaves, only_region, plate, uncovered_share
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketPath
@@ -20,6 +20,7 @@ from leafcut.plan.pocket_gaps import wide_gaps
 from leafcut.plan.pocket_region import CentreRegion, centre_regions
 from leafcut.plan.pocket_rings import contour, rings
 from leafcut.plan.pocket_zigzag import zigzag
+from leafcut.verify.removal import measure_path, too_wide
 
 STRATEGIES = [best, contour, zigzag]
 POCKETS = {"plate": plate(), "l_shape": l_shape(), "disc": Pocket(Polyline.circle(0, 0, 31))}
@@ -71,9 +72,13 @@ def test_walls_are_passed_with_the_material_on_the_right_when_climbing(climb: bo
             assert not region.polygon.buffer(5.0).contains(shapely.Point(beside))
 
 
-def test_the_best_way_leaves_no_gap_wider_than_the_step_over_between_passes_of_a_rectangle() -> None:
-    region = only_region(Pocket(box(0, 0, 140, 100)))
-    assert wide_gaps(region.polygon, lines(best(region)), RULES) == []
+def test_no_pass_of_the_best_way_over_a_rectangle_is_further_than_the_step_over_from_its_nearer_neighbour() -> None:
+    """Where it came out wider it is left as rings; the core, where two fronts meet, is no wider than the tool."""
+    pocket = Pocket(box(0, 0, 140, 100))
+    region = only_region(pocket)
+    found = measure_path(pocket, best(region, lambda path: too_wide(region.polygon, path, RULES)), RULES)
+    assert 0.97 * RULES.step_over < found.max_step_over <= RULES.step_over
+    assert found.max_core < RULES.tool_diameter
 
 
 def test_a_gap_between_two_lines_is_found_along_its_middle() -> None:
