@@ -20,6 +20,7 @@ from leafcut.plan.pocket_region import CentreRegion, centre_regions
 from leafcut.plan.pocket_rings import contour, rings
 from leafcut.plan.pocket_spurs import with_spurs
 from leafcut.plan.pocket_zigzag import zigzag
+from leafcut.verify.removal import measure_path, too_wide
 
 STRATEGIES = [best, contour, zigzag]
 POCKETS = {"plate": plate(), "l_shape": l_shape(), "disc": Pocket(Polyline.circle(0, 0, 31))}
@@ -69,6 +70,15 @@ def test_walls_are_passed_with_the_material_on_the_right_when_climbing(climb: bo
             right = np.array([ahead[1], -ahead[0]]) * (1.0 if climb else -1.0)
             beside = 0.5 * (start + end) + 5.2 * right
             assert not region.polygon.buffer(5.0).contains(shapely.Point(beside))
+
+
+def test_no_pass_of_the_best_way_over_a_rectangle_is_further_than_the_step_over_from_its_nearer_neighbour() -> None:
+    """Where it came out wider it is left as rings; the core, where two fronts meet, is no wider than the tool."""
+    pocket = Pocket(box(0, 0, 140, 100))
+    region = only_region(pocket)
+    found = measure_path(pocket, best(region, lambda path: too_wide(region.polygon, path, RULES)), RULES)
+    assert 0.97 * RULES.step_over < found.max_step_over <= RULES.step_over
+    assert found.max_core < RULES.tool_diameter
 
 
 def test_a_strip_between_two_lines_is_cleared_by_spurs_as_short_as_will_do() -> None:
