@@ -127,11 +127,12 @@ def switches(words: Dialect) -> bool:
 
 def _sheet(run: Run, source: str | Path) -> tuple[Part, Sheet]:
     """Return the drawing, and its contours made ready."""
+    from leafcut.plan.hole_sizes import with_chosen_holes
     from leafcut.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
     part = read_contours(source, run.settings.read)
-    return part, prepare_sheet(part, run.settings.sheet)
+    return part, with_chosen_holes(prepare_sheet(part, run.settings.sheet), run.settings.read)
 
 
 def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
