@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 
 _KINDS = {"torch": "plasma", "laser": "laser"}
+#: A sheet thicker than this, mm, is not safely cut through where the beam is lit as it moves on (an estimate: below,
+#: the wait for the pierce is some tenths of a second).
+_RELIT = 3.0
 
 
 @dataclass(frozen=True)
@@ -72,6 +75,7 @@ def prepared(run: Run, source: str | Path) -> tuple[Job, list[Issue]]:
     settings = run.settings
     run.tell("reading")
     data, issues = _cut_data(run)
+    issues += _joint_issues(data, settings.cut)
     words = dialect(settings.post.dialect or run.machine.controller)
     probe = probe_for(run.machine, words, settings.cut)
     if words.torch is not None and not words.torch.waits and not moves_z(words):
@@ -188,6 +192,18 @@ def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | 
             f"{probe.switch_offset:g} mm is not within"
         )
     return probe
+
+
+def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
+    """Warn of micro-joints in a sheet so thick that a beam does not go through it at once when it is lit again."""
+    if not data.process.startswith("laser") or not options.micro_joints or data.thickness <= _RELIT:
+        return []
+    wait = f"the {data.pierce_delay:.2g} s" if data.pierce_delay > 0.0 else "the time"
+    words = (
+        f"after a micro-joint the beam is lit on the move, beside the part, without {wait} that {data.thickness:g} mm "
+        "take to be pierced, and may not go through: try one part first, or leave out --micro-joints"
+    )
+    return [Issue("L620", words)]
 
 
 def _probe_issues(probe: Probe | None) -> list[Issue]:
