@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,7 @@ import ezdxf
 import pytest
 
 from leafcut import api
+from leafcut.errors import VerifyError
 
 FAST: dict[str, Any] = {"process": "cut", "iterations": 5, "threads": 1}
 LASER: dict[str, Any] = {"machine": "laser-table", "cut_process": "laser_fiber_3kW", **FAST}
@@ -32,3 +35,56 @@ def test_micro_joints_of_a_laser_are_warned_of_above_3_mm_and_not_below(plate: P
     assert "without the 0.73 s" in thick[0].message and thick[0].message.endswith("or leave out --micro-joints")
     for options in ({"thickness": "3", "micro_joints": 2}, {"thickness": "6"}):
         assert "L620" not in {i.code for i in api.optimize(plate, **options, **LASER).issues}
+
+
+def feeds_of_marks(text: str, lit: str) -> set[str]:
+    """The last F that was said, at every move between a mark's words and the next M5."""
+    feed, marking, found = "", False, set()
+    for block in text.splitlines():
+        marking = block.startswith(lit) or (marking and not block.startswith("M5"))
+        said = re.search(r"F(#<[^>]*>|[0-9.]+)", block)
+        feed = said.group(1) if said else feed
+        if marking and re.search(r"\b[XY]", block):
+            found.add(feed.removesuffix("."))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("options", "feed"),
+    [
+        ({}, "2500"),
+        ({"mark_speed": "20mm/s"}, "1200"),
+        ({"material_number": 3}, "2500"),
+        ({"material_number": 3, "mark_speed": "900mm/min"}, "900"),
+    ],
+)
+def test_a_scribe_runs_at_the_speed_of_marks_and_the_torch_at_that_of_cuts(
+    plate: Path, options: dict[str, Any], feed: str
+) -> None:
+    outcome = api.optimize(plate, thickness="6", **options, **FAST)
+    assert outcome.verified
+    assert feeds_of_marks(outcome.text, "M3 $1") == {feed}
+    cuts = feeds_of_marks(outcome.text, "M3 $0")
+    assert feed not in cuts
+    assert cuts == ({"#<_hal[plasmac.cut-feed-rate]>"} if "material_number" in options else {f"{cut_speed(outcome):g}"})
+
+
+def cut_speed(outcome: Any) -> float:
+    """The chart's speed, mm/min."""
+    return round(outcome.cut_plan.data.feed * 60.0, 3)
+
+
+def test_a_laser_marks_at_the_speed_of_marks(plate: Path) -> None:
+    outcome = api.optimize(plate, thickness="3", mark_speed="4000mm/min", **LASER)
+    assert feeds_of_marks(outcome.text, "M3 S200") == {"4000"}
+    assert feeds_of_marks(outcome.text, "M3 S1000") == {"10000"}
+
+
+def test_marks_are_no_faster_than_the_machine_unless_that_is_asked_for(plate: Path, tmp_path: Path) -> None:
+    table = resources.files("leafcut.machines") / "plasma-table.toml"
+    slow = tmp_path / "slow.toml"
+    slow.write_text(re.sub(r'^max_feed = "[^"]*"', 'max_feed = "2200 mm/min"', table.read_text(), flags=re.MULTILINE))
+    options = {"machine": str(slow), "thickness": "12", **FAST}
+    assert feeds_of_marks(api.optimize(plate, **options).text, "M3 $1") == {"2200"}
+    with pytest.raises(VerifyError, match="the machine's highest is 2200"):
+        api.optimize(plate, mark_speed="2500mm/min", **options)

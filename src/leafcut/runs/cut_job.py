@@ -82,7 +82,7 @@ def prepared(run: Run, source: str | Path) -> tuple[Job, list[Issue]]:
         if settings.cut.pierce_delay:
             raise OptionError(f"{words.name} has no wait for the pierce; leave out --pierce-delay")
         data = replace(data, pierce_delay=0.0)  # a beam that is dark while the machine stands pierces as it goes
-    rules = resolve_rules(data, settings.cut, switches=switches(words))
+    rules = resolve_rules(data, settings.cut, switches=switches(words), max_feed=run.machine.max_feed)
     part, sheet = _sheet(run, source)
     sheet = with_options(sheet, settings.cut, parse_zones(settings.drill.keep_out))
     refuse(check_envelope(_bounds(sheet), run.machine))
