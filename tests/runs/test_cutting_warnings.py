@@ -88,3 +88,23 @@ def test_marks_are_no_faster_than_the_machine_unless_that_is_asked_for(plate: Pa
     assert feeds_of_marks(api.optimize(plate, **options).text, "M3 $1") == {"2200"}
     with pytest.raises(VerifyError, match="the machine's highest is 2200"):
         api.optimize(plate, mark_speed="2500mm/min", **options)
+
+
+def test_a_plan_for_another_thickness_or_material_is_told(plate: Path, tmp_path: Path) -> None:
+    file = tmp_path / "plan.json"
+    api.optimize(plate, tmp_path / "plate.ngc", thickness="6", save_plan=str(file), **FAST)
+    assert "L621" not in {i.code for i in api.optimize(plate, thickness="6", plan=str(file), **FAST).issues}
+    other = api.optimize(plate, thickness="10", material="stainless_304", plan=str(file), **FAST)
+    (issue,) = [i for i in other.issues if i.code == "L621"]
+    assert "made for 6 mm, not 10 mm and mild_steel, not stainless_304:" in issue.message
+    assert issue.place == str(file)
+
+
+def test_a_sheet_too_large_for_the_machine_is_refused_before_places_to_pierce_are_sought(tmp_path: Path) -> None:
+    document = ezdxf.new(units=4)
+    document.modelspace().add_lwpolyline([(0, 0), (90000, 0), (90000, 50), (0, 50)], close=True)
+    document.saveas(tmp_path / "long.dxf")
+    told: list[str] = []
+    with pytest.raises(VerifyError, match="too large: X goes from"):
+        api.optimize(tmp_path / "long.dxf", thickness="6", progress=lambda what, *_: told.append(what), **FAST)
+    assert told == ["reading"]

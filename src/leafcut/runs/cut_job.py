@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 
 _KINDS = {"torch": "plasma", "laser": "laser"}
+#: Thicknesses that differ by less are the same, mm: inches become mm with a rounding error.
+_SAME_THICKNESS = 0.001
 #: A sheet thicker than this, mm, is not safely cut through where the beam is lit as it moves on (an estimate: below,
 #: the wait for the pierce is some tenths of a second).
 _RELIT = 3.0
@@ -93,6 +95,7 @@ def prepared(run: Run, source: str | Path) -> tuple[Job, list[Issue]]:
     cutting = prepare_cutting(sheet, rules)
     if plan is not None:
         cutting = follow_plan(cutting, plan, everything=settings.resequence.keep_order)
+        issues += _plan_issues(plan, data)
     start = corner_point(sheet, settings.cut.start_corner) or _xy(settings.drill.start_point)
     job = Job(
         run=run,
@@ -204,6 +207,24 @@ def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
         "take to be pierced, and may not go through: try one part first, or leave out --micro-joints"
     )
     return [Issue("L620", words)]
+
+
+def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
+    """Warn of a plan that was made for other cutting data: its leads and starts were chosen for another kerf."""
+    differs = []
+    if plan.thickness and abs(plan.thickness - data.thickness) > _SAME_THICKNESS:
+        differs.append(f"{plan.thickness:g} mm, not {data.thickness:g} mm")
+    if plan.material and plan.material != data.material:
+        differs.append(f"{plan.material}, not {data.material}")
+    if plan.process and plan.process != data.process:
+        differs.append(f"{plan.process}, not {data.process}")
+    if not differs:
+        return []
+    words = (
+        f"the plan was made for {' and '.join(differs)}: this sheet is cut with its own data, but with what the plan "
+        "fixes; look at its leads and starts, or make a new plan"
+    )
+    return [Issue("L621", words, plan.source)]
 
 
 def _probe_issues(probe: Probe | None) -> list[Issue]:
