@@ -388,3 +388,13 @@ def test_starts_in_the_air_are_told_where_the_controller_probes_before_each_cut(
     assert [i.code for i in probing.issues].count("L619") == 1
     assert "L619" not in {i.code for i in api.optimize(tmp_path / "thick.dxf", dialect="plasma", **options).issues}
     assert "L619" not in {i.code for i in api.optimize(tmp_path / "thick.dxf", **FAST).issues}
+
+
+def test_holes_of_other_diameters_than_chosen_are_not_cut(drawing: Path) -> None:
+    """Of a hole of 50 mm and one of 12 mm in each of four parts the small ones are left for a drill."""
+    outcome = api.optimize(drawing, min_diameter="20", **FAST)
+    assert outcome.verified
+    assert len(outcome.cut_plan.cuts) == 12
+    assert [i.message for i in outcome.issues if i.code == "L205"] == [
+        "4 holes of other diameters than chosen left out"
+    ]

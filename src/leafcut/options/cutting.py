@@ -32,6 +32,14 @@ class CutOptions(OptionGroup):
     cut_speed: float | None = option(
         "quantity", None, "cutting speed", unit="mm/s", minimum=0.01, default_words="the chart's"
     )
+    mark_speed: float | None = option(
+        "quantity",
+        None,
+        "speed of marks, with a laser or a scribe",
+        unit="mm/s",
+        minimum=0.01,
+        default_words="2500 mm/min, or the machine's highest feed",
+    )
     kerf_width: float | None = option(
         "quantity", None, "width of the cut", unit="mm", minimum=0.001, maximum=50, default_words="the chart's"
     )

@@ -25,10 +25,10 @@ class ReadOptions(OptionGroup):
         "names", (), "only these layers, with * and ? as wildcards", default_words="all that are on"
     )
     min_diameter: float | None = option(
-        "quantity", None, "leave out holes smaller than this", unit="mm", minimum=0, default_words="none"
+        "quantity", None, "leave out round holes smaller than this", unit="mm", minimum=0, default_words="none"
     )
     max_diameter: float | None = option(
-        "quantity", None, "leave out holes larger than this", unit="mm", minimum=0, default_words="none"
+        "quantity", None, "leave out round holes larger than this", unit="mm", minimum=0, default_words="none"
     )
     merge_tolerance: float = option(
         "quantity", 0.01, "holes of one diameter closer than this are one hole", unit="mm", minimum=0, maximum=1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -117,7 +117,7 @@ def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], l
     are reported and not cut.
     """
     made: dict[int, CutContour] = {}
-    issues: list[Issue] = []
+    remarks: list[_Remark] = []
     dropped: set[int] = set()
     for index, source in enumerate(sheet.contours):
         if source.contour.kind == "sheet":
@@ -125,11 +125,12 @@ def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], l
         contour = _prepared(index, source, rules)
         if contour is not None:
             made[index] = contour
-            issues += _remarks(contour, rules)
+            remarks += _remarks(contour, rules)
             continue
         if not source.is_hole:
             dropped.add(source.part)
-        issues.append(_too_narrow(index, source, rules))
+        remarks.append(_too_narrow(index, source, rules))
+    issues = _grouped(remarks)
     kept = [c for c in made.values() if c.source.part not in dropped or not c.source.part]
     if not kept:
         raise PlanError(f"{sheet.name}: nothing is left to be cut" + (f"; {issues[0].message}" if issues else ""))
@@ -192,19 +193,46 @@ def _tangents(path: Polyline, index: int) -> tuple[tuple[float, float], tuple[fl
     return (math.cos(angle - half), math.sin(angle - half)), (math.cos(angle + half), math.sin(angle + half))
 
 
-def _too_narrow(index: int, source: SheetContour, rules: CutRules) -> Issue:
+class _Remark(NamedTuple):
+    """What is noticed of one contour: in words for one, in words for several ({n} of them), and where."""
+
+    code: str
+    one: str
+    several: str
+    place: str
+
+
+def _grouped(remarks: list[_Remark]) -> list[Issue]:
+    """Return one issue for all contours of which the same is noticed, with the first places."""
+    groups: dict[tuple[str, str], list[_Remark]] = {}
+    for remark in remarks:
+        groups.setdefault((remark.code, remark.several), []).append(remark)
+    return [
+        Issue(code, own[0].one if len(own) == 1 else several.format(n=len(own)), _places(own))
+        for (code, several), own in groups.items()
+    ]
+
+
+def _places(remarks: list[_Remark]) -> str:
+    return "; ".join(r.place for r in remarks[:3]) + (" …" if len(remarks) > 3 else "")
+
+
+def _too_narrow(index: int, source: SheetContour, rules: CutRules) -> _Remark:
     x, y = source.contour.path.start
     low_x, low_y, high_x, high_y = source.contour.path.extents
-    size = f"{high_x - low_x:.4g} × {high_y - low_y:.4g} mm"
-    if source.is_hole:
-        if min(high_x - low_x, high_y - low_y) < 2.0 * rules.kerf:
-            narrow = f"is narrower than two kerfs of {rules.kerf:g} mm, with no room for a pierce"
-        else:
-            narrow = f"has a neck narrower than the kerf of {rules.kerf:g} mm, or no room for a pierce"
-        words = f"a hole of {size} in part {source.part} {narrow}: not cut"
+    size, kerf = f"{high_x - low_x:.4g} × {high_y - low_y:.4g} mm", f"{rules.kerf:g} mm"
+    if not source.is_hole:
+        words = f"part {source.part}, {size}, has a gap narrower than the kerf of {kerf}: it is not cut"
+        several = f"{{n}} parts have a gap narrower than the kerf of {kerf}: they are not cut"
+    elif min(high_x - low_x, high_y - low_y) < 2.0 * rules.kerf:
+        narrow = f"narrower than two kerfs of {kerf}, with no room for a pierce: not cut"
+        words = f"a hole of {size} in part {source.part} is {narrow}"
+        several = f"{{n}} holes are {narrow}"
     else:
-        words = f"part {source.part}, {size}, has a gap narrower than the kerf of {rules.kerf:g} mm: it is not cut"
-    return Issue("L611", words, _place(index, source, x, y))
+        narrow = f"a neck narrower than the kerf of {kerf}, or no room for a pierce: not cut"
+        words = f"a hole of {size} in part {source.part} has {narrow}"
+        several = f"{{n}} holes have {narrow}"
+    return _Remark("L611", words, several, _place(index, source, x, y))
 
 
 def _place(index: int, source: SheetContour, x: float, y: float) -> str:
@@ -212,22 +240,23 @@ def _place(index: int, source: SheetContour, x: float, y: float) -> str:
     return f"contour {index + 1} at ({x:.6g}, {y:.6g}){handle}"
 
 
-def _remarks(contour: CutContour, rules: CutRules) -> list[Issue]:
+def _remarks(contour: CutContour, rules: CutRules) -> list[_Remark]:
     """Return what a person should know of a contour that is cut: places out of reach, a hole too small to be good."""
     import shapely
 
-    source, issues = contour.source, []
+    source, found = contour.source, []
     if contour.has_leads and rules.half > 0.0:
         points = source.contour.path.flattened(max(FLATNESS, 0.1 * rules.kerf))
         away = shapely.distance(shapely.points(points), contour.line)
         worst = int(np.argmax(away))
         if away[worst] > rules.half + rules.kerf:
-            x, y = points[worst]
-            words = f"a place of part {source.part} is narrower than the kerf: {away[worst] - rules.half:.2g} mm of it "
-            issues.append(Issue("L612", f"{words}stay uncut", _place(contour.index, source, x, y)))
+            left = f"{away[worst] - rules.half:.2g} mm of it stay uncut"
+            words = f"a place of part {source.part} is narrower than the kerf: {left}"
+            several = "{n} contours have a place narrower than the kerf, which stays uncut"
+            found.append(_Remark("L612", words, several, _place(contour.index, source, *points[worst])))
     narrowest = NARROWEST_HOLE * rules.data.thickness
     if rules.kind == "plasma" and contour.hole and contour.diameter < narrowest:
         words = f"a hole of {contour.diameter:.3g} mm, below {NARROWEST_HOLE:g} thicknesses, will be conical"
-        x, y = source.contour.path.start
-        issues.append(Issue("L615", words, _place(contour.index, source, x, y)))
-    return issues
+        several = f"{{n}} holes below {narrowest:g} mm, {NARROWEST_HOLE:g} thicknesses, will be conical"
+        found.append(_Remark("L615", words, several, _place(contour.index, source, *source.contour.path.start)))
+    return found

@@ -46,7 +46,7 @@ def make_cut(contour: CutContour, start: CutStart, rules: CutRules, *, fixed: tu
         lead_in=begin,
         lead_out=leave - overcut,
         torch_off_at=off_at,
-        speeds=((0.0, rules.small_hole_feed if small else rules.data.feed),),
+        speeds=((0.0, rules.feed_of(contour.kind, small=small)),),
         choice=choice_of(contour, start, fixed),
         joints=joints_of(contour, start, rules, begin),
         loops=loops_of(contour, start, begin),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from leafcut.errors import OptionError
@@ -22,6 +23,9 @@ SHORTEST_LEAD_OUT = 6.0
 #: LinuxCNC QtPlasmaC's defaults for holes: overcut, and the diameter below which a hole is cut slower, mm.
 HOLE_OVERCUT = 4.0
 SMALL_HOLE = 32.0
+#: Speed of marks, mm/s (2500 mm/min): an estimate for scribes and for lasers at a fifth of their power. The chart's
+#: speeds are for cutting through: too fast for a scribe on thin sheets, too slow for a beam on thick ones.
+MARK_FEED = 2500.0 / 60.0
 #: A plasma hole narrower than this part of the thickness comes out conical (plasma primer in QtPlasmaC's docs).
 NARROWEST_HOLE = 1.5
 
@@ -62,6 +66,7 @@ class CutRules:
     torch_off_in_overcut: bool
     small_hole: float
     small_hole_feed: float
+    mark_feed: float
     loops: bool
     loop_angle: float
     loop_length: float
@@ -76,6 +81,12 @@ class CutRules:
     compensation: str
     common_lines: bool = False
 
+    def feed_of(self, kind: str, *, small: bool) -> float:
+        """Return the speed of a contour, mm/s: of its kind, ``cut`` or ``mark``, and whether it is a small hole."""
+        if kind == "mark":
+            return self.mark_feed
+        return self.small_hole_feed if small else self.data.feed
+
     @property
     def kerf(self) -> float:
         """Width of the cut, mm."""
@@ -88,9 +99,12 @@ class CutRules:
         return "clockwise" if self.outline_direction == "counter-clockwise" else "counter-clockwise"
 
 
-def resolve_rules(data: CutData, options: CutOptions, *, switches: bool = False) -> CutRules:
+def resolve_rules(
+    data: CutData, options: CutOptions, *, switches: bool = False, max_feed: float = math.inf
+) -> CutRules:
     """Return the rules of one sheet.
 
+    `max_feed` is the machine's, mm/s: marks are no faster unless the options say their speed.
     `switches` says that the controller can put the torch off while it moves on; without, a plasma cut that would
     overcut with the torch off ends where it closes.
 
@@ -129,6 +143,7 @@ def resolve_rules(data: CutData, options: CutOptions, *, switches: bool = False)
         torch_off_in_overcut=kind == "plasma",
         small_hole=options.small_hole if options.small_hole is not None else (SMALL_HOLE if kind == "plasma" else 0.0),
         small_hole_feed=data.feed * options.small_hole_speed / 100.0,
+        mark_feed=options.mark_speed if options.mark_speed is not None else min(MARK_FEED, max_feed),
         loops=options.corner_loops,
         loop_angle=options.loop_angle,
         loop_length=options.loop_length or 0.5 * length,

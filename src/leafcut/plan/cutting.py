@@ -94,7 +94,7 @@ class Cutting:
             length = chain_length(self.contours, start, rules)
             return length / rules.data.feed + (rules.data.pierce_delay if start.pierce else 0.0)
         length = contour.path.length + start.lead_in.length + start.lead_out.length + overcut_of(contour, rules)
-        feed = rules.small_hole_feed if contour.is_small(rules) else rules.data.feed
+        feed = rules.feed_of(contour.kind, small=contour.is_small(rules))
         return length / feed + (rules.data.pierce_delay if start.pierce and contour.kind == "cut" else 0.0)
 
 

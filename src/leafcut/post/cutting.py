@@ -165,7 +165,8 @@ class _TorchWriter(Writer):
         feed = row.value
         if self.torch.feed_output is not None and self.lit is not None:
             feed = row.value if self.percent == 100.0 else self.plan.data.feed
-        if self.options.material_number is not None:
+        marks = self.lit is not None and self.lit.ref != 0
+        if self.options.material_number is not None and not marks:
             if abs(feed / self.plan.data.feed - 1.0) > _SAME_FEED:
                 raise PostError(
                     f"a feed of {feed * SECONDS_PER_MINUTE:.6g} mm/min cannot be said where the controller's material "

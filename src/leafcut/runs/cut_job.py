@@ -27,6 +27,11 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 
 _KINDS = {"torch": "plasma", "laser": "laser"}
+#: Thicknesses that differ by less are the same, mm: inches become mm with a rounding error.
+_SAME_THICKNESS = 0.001
+#: A sheet thicker than this, mm, is not safely cut through where the beam is lit as it moves on (an estimate: below,
+#: the wait for the pierce is some tenths of a second).
+_RELIT = 3.0
 
 
 @dataclass(frozen=True)
@@ -72,13 +77,14 @@ def prepared(run: Run, source: str | Path) -> tuple[Job, list[Issue]]:
     settings = run.settings
     run.tell("reading")
     data, issues = _cut_data(run)
+    issues += _joint_issues(data, settings.cut)
     words = dialect(settings.post.dialect or run.machine.controller)
     probe = probe_for(run.machine, words, settings.cut)
     if words.torch is not None and not words.torch.waits and not moves_z(words):
         if settings.cut.pierce_delay:
             raise OptionError(f"{words.name} has no wait for the pierce; leave out --pierce-delay")
         data = replace(data, pierce_delay=0.0)  # a beam that is dark while the machine stands pierces as it goes
-    rules = resolve_rules(data, settings.cut, switches=switches(words))
+    rules = resolve_rules(data, settings.cut, switches=switches(words), max_feed=run.machine.max_feed)
     part, sheet = _sheet(run, source)
     sheet = with_options(sheet, settings.cut, parse_zones(settings.drill.keep_out))
     refuse(check_envelope(_bounds(sheet), run.machine))
@@ -89,6 +95,7 @@ def prepared(run: Run, source: str | Path) -> tuple[Job, list[Issue]]:
     cutting = prepare_cutting(sheet, rules)
     if plan is not None:
         cutting = follow_plan(cutting, plan, everything=settings.resequence.keep_order)
+        issues += _plan_issues(plan, data)
     start = corner_point(sheet, settings.cut.start_corner) or _xy(settings.drill.start_point)
     job = Job(
         run=run,
@@ -127,11 +134,12 @@ def switches(words: Dialect) -> bool:
 
 def _sheet(run: Run, source: str | Path) -> tuple[Part, Sheet]:
     """Return the drawing, and its contours made ready."""
+    from leafcut.plan.hole_sizes import with_chosen_holes
     from leafcut.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
     part = read_contours(source, run.settings.read)
-    return part, prepare_sheet(part, run.settings.sheet)
+    return part, with_chosen_holes(prepare_sheet(part, run.settings.sheet), run.settings.read)
 
 
 def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
@@ -187,6 +195,36 @@ def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | 
             f"{probe.switch_offset:g} mm is not within"
         )
     return probe
+
+
+def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
+    """Warn of micro-joints in a sheet so thick that a beam does not go through it at once when it is lit again."""
+    if not data.process.startswith("laser") or not options.micro_joints or data.thickness <= _RELIT:
+        return []
+    wait = f"the {data.pierce_delay:.2g} s" if data.pierce_delay > 0.0 else "the time"
+    words = (
+        f"after a micro-joint the beam is lit on the move, beside the part, without {wait} that {data.thickness:g} mm "
+        "take to be pierced, and may not go through: try one part first, or leave out --micro-joints"
+    )
+    return [Issue("L620", words)]
+
+
+def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
+    """Warn of a plan that was made for other cutting data: its leads and starts were chosen for another kerf."""
+    differs = []
+    if plan.thickness and abs(plan.thickness - data.thickness) > _SAME_THICKNESS:
+        differs.append(f"{plan.thickness:g} mm, not {data.thickness:g} mm")
+    if plan.material and plan.material != data.material:
+        differs.append(f"{plan.material}, not {data.material}")
+    if plan.process and plan.process != data.process:
+        differs.append(f"{plan.process}, not {data.process}")
+    if not differs:
+        return []
+    words = (
+        f"the plan was made for {' and '.join(differs)}: this sheet is cut with its own data, but with what the plan "
+        "fixes; look at its leads and starts, or make a new plan"
+    )
+    return [Issue("L621", words, plan.source)]
 
 
 def _probe_issues(probe: Probe | None) -> list[Issue]:

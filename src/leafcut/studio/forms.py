@@ -73,7 +73,7 @@ WORKS: dict[str, Work] = {
             ("cut", _all("cut", (*_CUT_MAIN, "save_plan"))),
             ("place", (*_SHEET_PLACES, "work_offset")),
             ("sheet", _all("sheet")),
-            ("read", ("units", "layers", "strict")),
+            ("read", ("units", "layers", "min_diameter", "max_diameter", "strict")),
             ("post", (*_POST, "beam_power", "mark_power", "path_tolerance", "material_number")),
             ("solve", _SEARCH_MORE),
         ),
