@@ -62,7 +62,7 @@ def _order(run: Run, plan: DrillPlan) -> Outcome:
     refuse(check_envelope(lay([drawing_order(o) for o in plan.operations]), run.machine))
     with announced(lambda: run.tell("compiling (first run on this machine)")):
         solutions = _solve_operations(run, plan, run.settings.solve)
-        nearest = _solve_operations(replace(run, progress=None), plan, SolveOptions(algorithm="nn", bound=False))
+        nearest = _solve_operations(run.quiet(), plan, SolveOptions(algorithm="nn", bound=False))
     plans = [[drawing_order(o) for o in plan.operations], [s.nodes for s in nearest], [s.nodes for s in solutions]]
     paths = [lay(orders) for orders in plans]
     measures = [measure(path, run.machine) for path in paths]
@@ -124,8 +124,9 @@ def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions) -> list[
         tell = passing_on(run.progress, f"ordering {operation.tool.label}", left / total, problem.n_clusters / total)
         budget = share(options, sum(s.seconds for s in solutions), left, problem)
         found = solve(
-            problem, budget, run.settings.aco, firefly=run.settings.firefly, progress=tell, cancelled=run.cancelled
-        )
+            problem, budget, run.settings.aco, firefly=run.settings.firefly, progress=tell, observe=run.observe,
+            cancelled=run.cancelled,
+        )  # fmt: skip
         if options.algorithm != "nn":
             found = keep_better(problem, found, drawing_order(operation))
         solutions.append(found)
