@@ -215,3 +215,11 @@ def test_fireflies_are_judged_on_cities_and_on_grids(data: Path, tmp_path: Path)
     assert grid[:2] == ["p2_circle", "261"]
     assert float(grid[2]) - 0.01 <= float(grid[6]) <= 0.5 and float(grid[6]) <= float(grid[4]) < 5.0
     assert "The mean with local search is 0.000 %." in text
+
+
+def test_forgetting_is_measured_with_and_without(data: Path, tmp_path: Path) -> None:
+    """On seven jobs both find the best order of all."""
+    _, (head, _, row) = run(data, tmp_path / "b.md", "forgetting", "ESC07", "--time", "0.2", "--seeds", "1")
+    assert head == ["instance", "pairs", "kicks alone", "kicks and forgetting by turns"]
+    assert row[0] == "ESC07"
+    assert row[2:] == ["0.00", "0.00"]

@@ -34,7 +34,13 @@ def box(x0: float, y0: float, x1: float, y1: float) -> Polyline:
 
 def gap_of(*pieces: Polyline | list[tuple[float, float]]) -> float:
     """The step-over of a path in a wide pocket."""
-    return measure_path(WIDE, path_of(*pieces), RULES).max_step_over
+    return gaps_of(*pieces)[0]
+
+
+def gaps_of(*pieces: Polyline | list[tuple[float, float]]) -> tuple[float, float]:
+    """The step-over and the widest core of a path in a wide pocket, mm."""
+    m = measure_path(WIDE, path_of(*pieces), RULES)
+    return m.max_step_over, m.max_core
 
 
 def engaged(*pieces: Polyline | list[tuple[float, float]]) -> tuple[PocketMeasures, np.ndarray]:
@@ -136,7 +142,7 @@ def test_at_a_corner_of_a_slot_the_quarter_ahead_that_is_not_cut_yet_is_engaged(
 
 
 def test_parallel_lines_are_as_far_apart_as_they_are() -> None:
-    assert gap_of([(0, 0), (50, 0)], [(0, 6), (50, 6)], [(0, 10), (50, 10)]) == pytest.approx(6.0, abs=1e-6)
+    assert gap_of(*([(0, y), (50, y)] for y in (0, 6, 12, 16))) == pytest.approx(6.0, abs=1e-6)
     assert gap_of([(0, 0), (50, 0)], [(0, 12), (50, 12)]) == pytest.approx(12.0, abs=1e-6)
     assert gap_of([(0, 0), (50, 0)]) == 0.0
 
@@ -160,18 +166,18 @@ def test_rings_are_as_far_apart_as_their_offset_also_at_corners_round_or_sharp()
 def test_a_corner_that_is_rounded_without_coming_nearer_is_further_away() -> None:
     inner = as_polyline(shapely.box(-21, -21, 21, 21).buffer(3.0, 64).exterior.coords, True)
     # Both corners about one centre would be 6 apart at radii 3 and 9; the sharp outer one leaves more.
-    assert 6.2 < gap_of(box(-30, -30, 30, 30), inner) < 6.0 * math.sqrt(2.0)
+    assert 6.2 < gaps_of(box(-30, -30, 30, 30), inner)[1] < 6.0 * math.sqrt(2.0)
 
 
 def test_the_sides_of_a_sharp_corner_are_no_neighbours_and_those_of_a_narrow_ring_are() -> None:
     # But for the length of a step: near the tip, where it is as long as the gap.
-    assert gap_of([(0, 0), (30, 15), (0, 30)]) < 1.5
-    assert gap_of(box(0, 0, 40, 9)) == pytest.approx(9.0, abs=1e-6)
+    assert gaps_of([(0, 0), (30, 15), (0, 30)])[1] < 1.5
+    assert gaps_of(box(0, 0, 40, 9)) == pytest.approx((0.0, 9.0), abs=1e-6)
 
 
 def test_circles_are_as_far_apart_as_their_radii_differ_and_the_innermost_as_wide_as_it_is() -> None:
     assert gap_of(*(Polyline.circle(0, 0, r) for r in (2.0, 8.0, 14.0))) == pytest.approx(6.0, abs=0.01)
-    assert gap_of(*(Polyline.circle(0, 0, r) for r in (4.5, 9.0))) == pytest.approx(9.0, abs=0.02)
+    assert gaps_of(*(Polyline.circle(0, 0, r) for r in (4.5, 9.0))) == pytest.approx((4.5, 9.0), abs=0.02)
 
 
 def test_a_spiral_has_its_pitch() -> None:
@@ -180,9 +186,16 @@ def test_a_spiral_has_its_pitch() -> None:
     assert measure_path(WIDE, path_of(as_polyline(spiral)), RULES).max_step_over == pytest.approx(5.5, rel=0.01)
 
 
-def test_one_pass_left_out_is_found_among_many() -> None:
-    lines = [[(0.0, 5.0 * k), (50.0, 5.0 * k)] for k in range(10) if k != 6]
-    assert gap_of(*lines) == pytest.approx(10.0, abs=1e-6)
+def test_one_pass_left_out_among_many_is_a_core_and_counts_where_it_would_have_been_a_full_step_over_from_both() -> (
+    None
+):
+    lines = {pitch: [[(0.0, pitch * k), (50.0, pitch * k)] for k in range(10) if k != 6] for pitch in (5.0, 6.0)}
+    assert gaps_of(*lines[5.0]) == pytest.approx((5.0, 10.0), abs=1e-6)
+    assert gaps_of(*lines[6.0]) == pytest.approx((12.0, 12.0), abs=1e-6)
+
+
+def test_lines_that_are_all_too_far_apart_have_the_step_over_that_they_have() -> None:
+    assert gap_of(*([(0.0, 8.0 * k), (50.0, 8.0 * k)] for k in range(5))) == pytest.approx(8.0, abs=1e-6)
 
 
 def test_passes_on_both_sides_of_an_island_are_no_neighbours() -> None:

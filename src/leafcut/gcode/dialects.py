@@ -131,6 +131,8 @@ class Dialect:
         ``M6``, or ``pause``: T and M0, and a person changes the tool.
     arc_turns
         G2 and G3 take full turns in P.
+    corner_tolerance
+        G64 takes how far a corner may be cut short in P.
     arc_ends
         A full circle, too, says where it ends.
     hand_change_pause
@@ -179,6 +181,7 @@ class Dialect:
     tool_change: str = "M6"
     hand_change_pause: bool = False
     arc_turns: bool = False
+    corner_tolerance: bool = False
     arc_ends: bool = False
     length_offset: str = "H"
     length_offset_off: str = "G49"

@@ -14,7 +14,7 @@ STRATEGIES = ("best", "zigzag", "contour", "connected", "firefly", "ants", "adap
 USUAL = ("zigzag", "contour")
 
 #: What a piece of a path is for.
-PIECE_KINDS = ("rough", "link", "finish")
+PIECE_KINDS = ("entry", "rough", "link", "finish")
 
 #: Two places nearer than this are the same: the tool goes on without being lifted, mm.
 SAME_PLACE = 1e-6
@@ -88,7 +88,8 @@ class PocketRules:
 class PocketPiece:
     """A stretch of the way of the tool's centre at feed, open, in the plane.
 
-    `kind` is ``rough``, ``finish`` (along a wall), or ``link``: through what is cut already.
+    `kind` is ``rough``, ``finish`` (along a wall), ``link`` (through what is cut already), or ``entry``: a closed loop,
+    the first piece, along which the tool comes down as on a helix and so has cleared it when it is at depth.
     """
 
     path: Polyline
@@ -143,7 +144,9 @@ class PocketMeasures:
     uncovered_mm2
         Area of it that stays uncut.
     max_step_over
-        Largest distance between neighbouring passes, mm.
+        Largest distance of a pass from the nearer of its neighbours, mm.
+    max_core
+        Widest strip between two passes where fronts meet, mm: the sides of a last ring, of a narrow way.
     max_engagement, mean_engagement
         Angle of the tool's edge in material: the largest, and the mean over the length of the feed, rad.
     air_mm
@@ -161,6 +164,7 @@ class PocketMeasures:
     reachable_mm2: float = 0.0
     uncovered_mm2: float = 0.0
     max_step_over: float = 0.0
+    max_core: float = 0.0
     max_engagement: float = 0.0
     mean_engagement: float = 0.0
     air_mm: float = 0.0

@@ -13,7 +13,7 @@ from leafcut.plan.pocket_gaps import wide_gaps
 from leafcut.plan.pocket_joints import Layout
 from leafcut.plan.pocket_region import CentreRegion
 from leafcut.plan.pocket_rings import spaced_rings
-from leafcut.plan.pocket_shorten import GROUND_PITCH, Ground, chamfer, shorten
+from leafcut.plan.pocket_shorten import GROUND_PITCH, Ground, chamfer, mended, shorten
 
 #: A path may be this much further from a place than half the step-over: the pitch of the places, in step-overs.
 LEEWAY = 0.0035
@@ -35,7 +35,7 @@ def best(region: CentreRegion) -> PocketPath:
     ground, allowed = _ground(region, ways), region.polygon.buffer(1e-7)
     ways = [shorten(way, ground, region, allowed) for way in ways]
     cleared = Ground(ground.points, np.full(len(ground), (1.0 - SPARE) * rules.radius))
-    ways = [chamfer(way, cleared, region, allowed, links) for way in ways]
+    ways = [mended(chamfer(way, cleared, region, allowed, links), region) for way in ways]
     return PocketPath("best", tuple(PocketPiece(as_polyline(way), "rough") for way in ways))
 
 

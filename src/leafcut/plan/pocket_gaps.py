@@ -18,13 +18,15 @@ SLACK = 0.006
 #: A pass that turns by more at one place has a corner there, rad.
 SQUARE = math.radians(10.0)
 #: Places on passes are so many step-overs apart.
-SITE_STEP = 0.12
+SITE_STEP = 0.05
+#: A pass is ahead of a corner where the cosine between the way to it and straight ahead is above this.
+AHEAD = 0.5
 #: Passes further than this from a gap, in step-overs, have nothing to do with it.
 NEARBY = 1.0
 #: Distances that differ by less than this share are equal.
 EQUAL = 1e-3
 #: Gaps shorter than this, in step-overs, are let be.
-SHORT = 0.1
+SHORT = 0.02
 #: Points along the middle of a place.
 MIDDLE_POINTS = 17
 #: Passes whose directions differ by less than this run side by side, rad; others meet in a corner.
@@ -99,12 +101,26 @@ def _wide(middle: Points, sites: Points, square: Any, rules: PocketRules) -> Any
     found = np.zeros(len(middle), dtype=bool)
     first = np.searchsorted(rows, np.arange(len(middle)))
     last = np.append(first[1:], len(rows))
-    for k in np.flatnonzero(2.0 * radius > rules.step_over * (1.0 + SLACK)):
-        ways, good = apart[first[k] : last[k]], square[who[first[k] : last[k]]]
-        cosine = np.where(good[:, None] & good[None], ways @ ways.T, 1.0).min()
-        height = radius[k] * (1.0 - cosine)
-        found[k] = cosine <= -math.cos(SIDE_BY_SIDE) and height > rules.step_over * (1.0 + SLACK)
+    widest = rules.step_over * (1.0 + SLACK)
+    for k in np.flatnonzero(2.0 * radius > widest):
+        ways, touched = apart[first[k] : last[k]], who[first[k] : last[k]]
+        cosine = ways @ ways.T
+        i, j = np.unravel_index(np.argmin(cosine), cosine.shape)
+        if cosine[i, j] > -math.cos(SIDE_BY_SIDE) or radius[k] * (1.0 - cosine[i, j]) <= widest:
+            continue
+        pair = (int(touched[i]), int(touched[j]))
+        found[k] = all(square[c] or not _met(sites, tree, c, o, rules) for c, o in (pair, pair[::-1]))
     return found
+
+
+def _met(sites: Points, tree: Any, corner: int, other: int, rules: PocketRules) -> bool:
+    """Return whether a corner has the pass it looks at within the step-over, though not straight ahead."""
+    import shapely
+
+    near = tree.query(shapely.Point(sites[corner]), "dwithin", distance=rules.step_over * (1.0 + SLACK + SITE_STEP**2))
+    ways, ahead = sites[near] - sites[corner], sites[other] - sites[corner]
+    along = ways @ ahead > AHEAD * np.hypot(*ways.T) * math.hypot(*ahead)
+    return bool((along & (np.hypot(*ways.T) > 0.5 * rules.step_over)).any())
 
 
 def _beyond(ground: Any, passes: list[Any], reach: float, rules: PocketRules) -> list[Any]:

@@ -25,6 +25,8 @@ PIECE = 0.2
 REACHES = (5.0, 4.0, 3.2, 2.4, 1.8, 1.4, 1.0, 0.7, 0.5, 0.3, 0.2)
 #: Corners are cut off by so many tool radii to either side.
 CHAMFERS = (0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
+#: Detours through gaps may leave gaps: so often they are looked for.
+MENDINGS = 2
 #: How often all bends are looked at.
 PASSES = 6
 #: A turn by less than this over a tool radius is no bend, rad.
@@ -120,6 +122,26 @@ def chamfer(way: Points, ground: Ground, region: CentreRegion, allowed: Any, lin
         if len(kept) == len(edits):
             return way
         edits = kept
+
+
+def mended(way: Points, region: CentreRegion) -> Points:
+    """Return a way with a detour, there and back, through every gap that is wider than the step-over."""
+    import shapely
+
+    for _ in range(MENDINGS):
+        gaps = wide_gaps(region.polygon, [shapely.LineString(way)], region.rules)
+        for gap in gaps:
+            line = shapely.LineString(way)
+            ends = [float(line.distance(shapely.Point(end))) for end in (gap[0], gap[-1])]
+            there = gap if ends[0] <= ends[1] else gap[::-1]
+            station = line.project(shapely.Point(there[0]))
+            place = np.array(line.interpolate(station).coords)
+            stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
+            k = int(np.searchsorted(stations, station, side="right"))
+            way = np.vstack([way[:k], place, there, there[-2::-1], place, way[k:]])
+        if not gaps:
+            break
+    return way
 
 
 def _length(way: Points) -> float:

@@ -87,12 +87,14 @@ def lay_pockets(
     *,
     coolant: bool = False,
     pause: bool = False,
+    corner_tolerance: float = 0.0,
 ) -> tuple[Toolpath, tuple[Descent, ...]]:
     """Return the motions of the whole program, and every way down into what is uncut.
 
     Region after region, each level from the top; then its walls where roughing left stock: at full depth, or in steps
     of two diameters where it is deeper. Between levels the tool stays down where the next begins near the end of the
     last and the straight way is free; between pieces it rises to the R plane, or to the clearance height.
+    `corner_tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not.
 
     Raises
     ------
@@ -103,6 +105,8 @@ def lay_pockets(
     if moves > MOST_MOVES:
         raise PlanError(f"{moves:,} moves cannot be meant; raise --step-down or the tolerance of the drawing")
     builder = ToolpathBuilder()
+    if corner_tolerance > 0.0:
+        builder.blending(640, corner_tolerance)
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
     builder.tool(data.tool.number)

@@ -199,11 +199,6 @@ class _TorchWriter(Writer):
         number = self.torch.arc_output if row.kind is Kind.TORCH else self.torch.height_output
         self.out.say(f"{'M63' if row.value else 'M62'} P{number}")
 
-    def _blending(self, row: Motion) -> None:
-        exact = row.ref != 640
-        tolerance = "" if exact or not row.value else f"P{self.numbers.length(row.value)}"
-        self.out.say("G61" if exact else "G64", tolerance)
-
     def _compensation(self, row: Motion) -> None:
         words = self.torch.compensation
         if row.ref != 40 and not self.compensating:

@@ -120,6 +120,7 @@ class Writer:
             Kind.COOLANT: self._coolant,
             Kind.PAUSE: self._pause,
             Kind.MACHINE: self._machine,
+            **({Kind.BLENDING: self._blending} if self.dialect.corner_tolerance else {}),
             Kind.END: self._end,
         }
 
@@ -381,6 +382,11 @@ class Writer:
     def _coolant(self, row: Motion) -> None:
         self.out.say(*coolant_words(row.ref, self.coolant_mode, self.dialect))
         self.coolant_mode = row.ref
+
+    def _blending(self, row: Motion) -> None:
+        exact = row.ref != 640
+        tolerance = "" if exact or not row.value else f"P{self.numbers.length(row.value)}"
+        self.out.say("G61" if exact else "G64", tolerance)
 
     def _pause(self, row: Motion) -> None:
         self.out.say("M1" if row.ref else "M0")

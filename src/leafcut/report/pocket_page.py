@@ -182,7 +182,6 @@ def _cells(row: StrategyFigures) -> tuple[str, ...]:
         angle_words(m.max_engagement),
         angle_words(m.mean_engagement),
         length_words(m.air_mm),
-        time_words(m.time_s),
         time_words(row.program_s),
     )
 

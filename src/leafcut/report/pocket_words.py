@@ -102,7 +102,7 @@ def pockets_as_json(outcome: Outcome) -> dict[str, Any]:
             {
                 "strategy": row.name,
                 "chosen": row.chosen,
-                **({} if row.measures is None else {**_plain(row.measures), "program_s": plain_number(row.program_s)}),
+                **({} if row.measures is None else {**_plain(row.measures), "time_s": plain_number(row.program_s)}),
                 **({"refused": clean(row.refused)} if row.measures is None else {}),
             }
             for row in figures(plans)
@@ -122,7 +122,6 @@ def _plain(m: PocketMeasures) -> dict[str, Any]:
         "mean_engagement_deg": math.degrees(m.mean_engagement),
         "air_mm": plain_number(m.air_mm),
         "floor_mm": plain_number(m.floor_mm),
-        "time_s": plain_number(m.time_s),
     }
 
 

@@ -164,8 +164,7 @@ def _tried(
     except (PlanError, SolveError) as problem:
         return PocketResult(way.name, refused=str(problem)), []
     path = PocketPath(way.name, tuple(piece for c in clearings for piece in c.path.pieces))
-    lift = job.heights.retract - job.heights.levels[0]
-    found = measure_path(one, path, job.exact, job.run.machine, feed=job.data.tool.feed, lift=lift)
+    found = measure_path(one, path, job.exact)
     return PocketResult(way.name, path, found, program_s=_laid(job, clearings).measure.time_s), clearings
 
 
@@ -258,7 +257,10 @@ def _laid(job: PocketJob, clearings: list[Clearing]) -> LaidPockets:
     machine = job.run.machine
     pause = job.words.hand_change_pause and not machine.tool_changer
     coolant = job.run.settings.post.coolant
-    path, descents = lay_pockets(clearings, job.heights, job.data, machine, coolant=coolant, pause=pause)
+    corner = job.rules.tolerance if job.words.corner_tolerance else 0.0
+    path, descents = lay_pockets(
+        clearings, job.heights, job.data, machine, coolant=coolant, pause=pause, corner_tolerance=corner
+    )
     return LaidPockets(path, descents, measure(path, machine))
 
 

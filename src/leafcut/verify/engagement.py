@@ -21,14 +21,16 @@ from numpy.typing import NDArray
 from leafcut.model.pocket import PocketRules
 from leafcut.verify.tool_way import Floats, ToolWay
 
-#: Pairs of places that are looked at together: bounds the memory, some 200 MB.
-_PAIRS = 2_000_000
+#: Pairs of places that are looked at together: few, so that what is reckoned stays in the cache.
+_PAIRS = 120_000
+#: Places that are looked at before those that removed nothing are forgotten.
+_BLOCK = 1024
 #: Angles of one place lie within −π … π; this keeps those of different places apart when they are sorted together.
 _APART = 16.0
 _HALF = 0.5 * math.pi
 
 
-def engagement(way: ToolWay, rules: PocketRules, cleared: NDArray[np.bool_] | None = None) -> Floats:
+def engagement(way: ToolWay, rules: PocketRules, entry: NDArray[np.bool_] | None = None) -> Floats:
     """Return the engaged angle at every place of a way, rad, float64[n], at most π.
 
     Exact at the places but for what the tolerance t does to the width of material: an angle φ is true within
@@ -37,26 +39,37 @@ def engagement(way: ToolWay, rules: PocketRules, cleared: NDArray[np.bool_] | No
 
     Parameters
     ----------
-    cleared
-        Places where the tool came down and everything it sweeps is gone already: nothing is engaged there.
+    entry
+        Places on the loop along which the tool came down: it has cleared them on its way, and 0 is told.
     """
-    arcs = np.zeros(len(way))
+    angles, cuts = np.zeros(len(way)), np.ones(len(way), dtype=bool)
     place = np.cumsum(way.step)
-    for rows, who, whom in _pairs(way.xy, 2.0 * rules.radius):
-        arcs[rows] = _engaged(way, rules, place, rows, who, whom)
-    if cleared is not None:
-        arcs[cleared] = 0.0
-    return arcs
+    for first in range(0, len(way), _BLOCK):
+        block = np.arange(first, min(first + _BLOCK, len(way)))
+        # Where nothing was engaged nothing was removed: such places need not be looked at again.
+        known = np.concatenate([np.flatnonzero(cuts[:first]), block])
+        for rows, who, whom in _pairs(way, block, known, 2.0 * rules.radius):
+            angles[rows] = _engaged(way, rules, place, rows, who, whom)
+        if entry is not None:
+            angles[block[entry[block]]] = 0.0
+        cuts[block] = (angles[block] > 0.0) | ~np.isfinite(way.back[block, 0])
+        cuts[block] |= False if entry is None else entry[block]
+    return angles
 
 
 def _engaged(
-    way: ToolWay, rules: PocketRules, place: Floats, rows: slice, who: NDArray[np.int64], whom: NDArray[np.int64]
+    way: ToolWay,
+    rules: PocketRules,
+    place: Floats,
+    rows: NDArray[np.int64],
+    who: NDArray[np.int64],
+    whom: NDArray[np.int64],
 ) -> Floats:
-    """Return the engaged angles of some rows; `whom` are the earlier places near `who`."""
+    """Return the engaged angles at some rows, in order; `whom` are the earlier places near `who`."""
     edge = rules.radius - rules.tolerance
     near = 2.0 * math.sqrt(2.0 * rules.radius * rules.tolerance)
-    way_back = way.xy[whom] - way.xy[who]
-    distance = np.hypot(way_back[:, 0], way_back[:, 1])
+    to = way.xy[whom] - way.xy[who]
+    distance = np.hypot(to[:, 0], to[:, 1])
     recent = (way.run[who] == way.run[whom]) & (place[who] - place[whom] < near)
     disc = np.where(recent, edge, rules.radius)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -64,19 +77,18 @@ def _engaged(
     # A disc about the very place: covers everything when it is an old one, and nothing that `back` does not otherwise.
     cosine = np.where(distance > 0.0, cosine, np.where(recent, 2.0, -2.0))
     half = np.arccos(np.clip(cosine, -1.0, 1.0))
-    centre = _angle(way_back, way.ahead[who])
-    first = rows.start
-    behind = np.flatnonzero(np.isfinite(way.back[rows, 0]))
-    own = _angle(-way.back[rows][behind], way.ahead[rows][behind])
-    who = np.concatenate([who - first, behind])
+    centre = _angle(to, way.ahead[who])
+    behind = rows[np.isfinite(way.back[rows, 0])]
+    own = _angle(-way.back[behind], way.ahead[behind])
+    number = np.searchsorted(rows, np.concatenate([who, behind]))
     centre, half = np.concatenate([centre, own]), np.concatenate([half, np.full(len(own), _HALF)])
-    return math.pi - _covered(who, centre - half, centre + half, rows.stop - first)
+    return math.pi - _covered(number, centre - half, centre + half, len(rows))
 
 
 def _angle(vector: Floats, ahead: Floats) -> Floats:
     """Return the angles of vectors against the way ahead, counter-clockwise, rad."""
-    cross = ahead[:, 0] * vector[:, 1] - ahead[:, 1] * vector[:, 0]
-    angle: Floats = np.arctan2(cross, (ahead * vector).sum(axis=1))
+    (x, y), (ahead_x, ahead_y) = vector.T, ahead.T
+    angle: Floats = np.arctan2(ahead_x * y - ahead_y * x, ahead_x * x + ahead_y * y)
     return angle
 
 
@@ -100,14 +112,25 @@ def _covered(who: NDArray[np.int64], low: Floats, high: Floats, count: int) -> F
     return np.minimum(np.bincount(owner, new, minlength=count), math.pi)
 
 
-def _pairs(xy: Floats, reach: float) -> Iterator[tuple[slice, NDArray[np.int64], NDArray[np.int64]]]:
-    """Yield stretches of places, and the pairs (one of the stretch, an earlier one nearer to it than `reach`)."""
-    for rows, who, whom in near_pairs(xy, xy, reach):
-        earlier = whom < who
-        later, before = who[earlier], whom[earlier]
-        gap = xy[before] - xy[later]
-        near = (gap * gap).sum(axis=1) < reach * reach
-        yield rows, later[near], before[near]
+def _pairs(
+    way: ToolWay, block: NDArray[np.int64], known: NDArray[np.int64], reach: float
+) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]]:
+    """Yield some rows of a block, and the pairs (one of them, an earlier one of `known` that covers edge ahead of it).
+
+    A disc at the distance d, an angle a off the way ahead, covers its edge up to acos(d / 2r) from a on both sides: a
+    place ahead only where cos a > −√(1 − (d / 2r)²).
+    """
+    (x, y), (ahead_x, ahead_y) = np.ascontiguousarray(way.xy.T), np.ascontiguousarray(way.ahead.T)
+    for stretch, one, other in near_pairs(way.xy[block], way.xy[known], reach):
+        who, whom = block[one], known[other]
+        dx, dy = x[whom] - x[who], y[whom] - y[who]
+        square = dx * dx + dy * dy
+        keep = np.flatnonzero((square < reach * reach) & (whom < who))
+        who, whom, square = who[keep], whom[keep], square[keep]
+        side = dx[keep] * ahead_x[who] + dy[keep] * ahead_y[who]
+        # With some room for the discs that are looked at a tolerance inside their edge.
+        ahead = (side > -0.1 * reach) | (side * side < 1.1 * square * (1.0 - square / reach**2))
+        yield block[stretch], who[ahead], whom[ahead]
 
 
 def near_pairs(

@@ -15,7 +15,7 @@ from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.timing.toolpath import measure
 from leafcut.verify.difference import Difference, shorten
 from leafcut.verify.engagement import engagement
-from leafcut.verify.step_over import widest_gap
+from leafcut.verify.step_over import widest_gaps
 from leafcut.verify.tool_way import way_of
 
 #: Height of the tool over the work between two pieces, mm, where it is not told.
@@ -90,7 +90,8 @@ def measure_path(
     """Return what a path over one level of a pocket does.
 
     Areas are those of `removal`, the engagement that of `verify.engagement`, the step-over that of `verify.step_over`.
-    Air is feed on which nothing is engaged. The first stroke of the tool into full material counts as half a turn.
+    Air is feed on which nothing is engaged. The first stroke of the tool into full material counts as half a turn. A
+    piece of the kind ``entry`` is left out of engagement, air and step-over: it is cut on the way down.
 
     Parameters
     ----------
@@ -110,8 +111,11 @@ def measure_path(
     """
     found = removal(pocket, path, rules) if found is None else found
     way = way_of(path, rules)
-    engaged = engagement(way, rules)
-    length = float(way.step.sum())
+    entry = np.array([piece.kind == "entry" for piece in path.pieces], dtype=bool)[way.piece]
+    engaged = engagement(way, rules, entry)
+    step = np.where(entry, 0.0, way.step)
+    length = float(step.sum())
+    gaps = widest_gaps(way, found.centres, rules, ~entry)
     return PocketMeasures(
         feed_mm=path.feed_mm,
         rapid_mm=path.rapid_mm,
@@ -119,10 +123,11 @@ def measure_path(
         gouge_mm2=float(found.gouges.area),
         reachable_mm2=float(found.reachable.area),
         uncovered_mm2=float(found.uncovered.area),
-        max_step_over=widest_gap(way, found.centres, rules),
+        max_step_over=gaps.step_over,
+        max_core=gaps.core,
         max_engagement=float(engaged.max(initial=0.0)),
-        mean_engagement=float(engaged @ way.step) / length if length > 0.0 else 0.0,
-        air_mm=float(way.step[engaged <= _NOTHING].sum()),
+        mean_engagement=float(engaged @ step) / length if length > 0.0 else 0.0,
+        air_mm=float(step[engaged <= _NOTHING].sum()),
         floor_mm=float(found.centres.area) / rules.step_over,
         time_s=0.0 if machine is None else measure(plane_toolpath(path, machine, feed, lift), machine).time_s,
     )

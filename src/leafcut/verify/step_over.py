@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,20 +26,33 @@ _SAME = 1e-5
 _AT_ONCE = 512
 
 
-def widest_gap(way: ToolWay, centres: Any, rules: PocketRules) -> float:
-    """Return the largest distance between neighbouring passes, mm; 0 where no pass has a neighbour.
+class Gaps(NamedTuple):
+    """How far neighbouring passes are from each other, mm: `step_over`, and `core` where two fronts meet."""
+
+    step_over: float
+    core: float
+
+
+def widest_gaps(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> Gaps:
+    """Return the largest distances between neighbouring passes, mm; 0 where no pass has a neighbour.
 
     At every place of the way, on either side of it, the largest disc is laid that touches the pass there and holds no
     part of the way. Where it touches next is the neighbour of this place, and its height over the tangent of the pass
     is the gap: what a machinist measures square to the pass. Where the disc touches a corner of the neighbour, the gap
     is measured from the sides of that corner.
 
-    Why so: between straight lines it is their distance, between rings that were offset from each other their offset,
+    The step-over is the largest, over all places, of the gap on the nearer side: the pass was laid beside that
+    neighbour, or beside the wall, which is no gap. What is left on the farther side is where two fronts meet: the two
+    sides of a last ring, passes along the walls of a narrow way. Below two step-overs no further pass fits in there
+    that is a full one from both; such a core is told as `core`, and is no wider than the tool where all is cleared.
+    Wider ones count. Clearing by rings a step-over apart has
+    that step-over by this measure, whatever is left in the middle; equal lines too far apart have what they have.
+
+    Between straight lines a gap is their distance, between rings that were offset from each other their offset,
     along a spiral its pitch, without knowing what the path is made of. The diagonal between the corners of two rings
     is longer (1.41 times at a right angle), as ever in pockets cleared by offsets: the corner of one ring is still at
     the offset from both sides of the other, and so it counts. A corner that is rounded without coming nearer counts
-    more. Two sides of one narrow ring are neighbours: a last ring that fills itself is as far from itself as its
-    sides are apart. The sides of a corner of one pass are not: sides that part by more than `SIDE_BY_SIDE` are half as
+    more. The sides of a corner of one pass are no neighbours: sides that part by more than `SIDE_BY_SIDE` are half as
     far apart on average as where they are widest. Not a gap is what the path has on one side only (its distance from
     a wall; too much of it shows as uncovered ground), and a disc whose centre, or the way to it, lies where the tool
     must not be: passes on both sides of an island are no neighbours. Passes more than `FARTHEST` diameters apart have
@@ -51,12 +64,12 @@ def widest_gap(way: ToolWay, centres: Any, rules: PocketRules) -> float:
     ----------
     centres
         shapely geometry of the allowed tool centres.
+    passes
+        Places whose neighbours are looked for; None: all.
     """
-    import shapely
-
-    at = np.flatnonzero(way.step > 0.0)
+    at = np.flatnonzero((way.step > 0.0) & (True if passes is None else passes))
     if not len(at):
-        return 0.0
+        return Gaps(0.0, 0.0)
     # In the middle of the steps, where the tangent is not that of a corner.
     xy = way.xy[at] - 0.5 * way.step[at, None] * way.chord[at]
     normal = np.column_stack([-way.chord[at, 1], way.chord[at, 0]])
@@ -66,18 +79,43 @@ def widest_gap(way: ToolWay, centres: Any, rules: PocketRules) -> float:
     # Contacts an angle a apart, seen from the disc's centre, are r (1 − cos a) high over each other's tangents.
     beside = height >= radius * (1.0 + math.cos(SIDE_BY_SIDE))
     gap = _from_sides(way, at, np.where(beside, height, 0.0), touch, start, normal)
-    order = np.argsort(-gap)
-    order = order[gap[order] > 0.0]
-    middle = start + radius[:, None] * normal
-    room = shapely.buffer(centres, 2.0 * rules.tolerance)
-    shapely.prepare(room)
-    for first in range(0, len(order), _AT_ONCE):
-        rows = order[first : first + _AT_ONCE]
-        ways = shapely.linestrings(np.stack([start[rows], middle[rows], way.xy[touch[rows]]], axis=1))
-        inside = np.flatnonzero(shapely.covers(room, ways))
-        if len(inside):
-            return float(gap[rows[inside[0]]])
-    return 0.0
+    wide = np.flatnonzero(gap > 0.0)
+    discs = _Discs(start, start + radius[:, None] * normal, way.xy[touch], centres, rules)
+    # Whatever touches the disc on the other side is near there, side by side or not; nothing is a wall.
+    other = np.roll(height, len(at))
+    nearer = np.minimum(gap, other)[wide]
+    core, lost = discs.widest(wide, gap[wide], both=False), gap[wide] >= 2.0 * rules.step_over * (1.0 - _EQUAL)
+    return Gaps(max(discs.widest(wide, nearer, both=True), discs.widest(wide[lost], gap[wide[lost]], both=False)), core)
+
+
+class _Discs:
+    """Discs between neighbouring passes: on the left of every step, then on the right."""
+
+    def __init__(self, start: Floats, middle: Floats, touch: Floats, centres: Any, rules: PocketRules) -> None:
+        import shapely
+
+        self.corners = np.stack([start, middle, touch], axis=1)
+        self.room = shapely.buffer(centres, 2.0 * rules.tolerance)
+        shapely.prepare(self.room)
+
+    def widest(self, rows: Rows, sizes: Floats, both: bool) -> float:
+        """Return the largest size whose disc lies in the room; with `both`, also the one on the other side of it."""
+        order = np.argsort(-sizes)
+        rows, sizes, half = rows[order], sizes[order], len(self.corners) // 2
+        for first in range(0, len(rows), _AT_ONCE):
+            some = rows[first : first + _AT_ONCE]
+            fits = self._fits(some)
+            if both:
+                fits &= self._fits((some + half) % (2 * half))
+            if fits.any():
+                return float(sizes[first + int(np.argmax(fits))])
+        return 0.0
+
+    def _fits(self, rows: Rows) -> NDArray[np.bool_]:
+        import shapely
+
+        fits: NDArray[np.bool_] = shapely.covers(self.room, shapely.linestrings(self.corners[rows]))
+        return fits
 
 
 def _from_sides(way: ToolWay, at: Rows, height: Floats, touch: Rows, start: Floats, normal: Floats) -> Floats:
@@ -123,7 +161,7 @@ def _neighbours(xy: Floats, normal: Floats, others: Floats, rules: PocketRules) 
     that are smaller than half the reach are known when all q within the reach are, so the reach grows until it does.
     """
     height, row, radius = np.zeros(len(xy)), np.zeros(len(xy), np.int64), np.zeros(len(xy))
-    reach, most = 1.02 * rules.step_over, FARTHEST * rules.tool_diameter
+    reach, most = 0.255 * rules.step_over, FARTHEST * rules.tool_diameter
     left = np.arange(len(xy))
     while len(left):
         best = np.full(len(left), np.inf)
@@ -145,8 +183,8 @@ def _neighbours(xy: Floats, normal: Floats, others: Floats, rules: PocketRules) 
 
 def _touching(p: Floats, normal: Floats, q: Floats) -> tuple[Floats, Floats]:
     """Return the radius of the disc through q that touches the tangent at p from its side, and q's height over it."""
-    gap = q - p
-    height = (gap * normal).sum(axis=1)
+    dx, dy = q[:, 0] - p[:, 0], q[:, 1] - p[:, 1]
+    height = dx * normal[:, 0] + dy * normal[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):
-        radius = np.where(height > 0.0, (gap * gap).sum(axis=1) / (2.0 * height), np.inf)
+        radius = np.where(height > 0.0, (dx * dx + dy * dy) / (2.0 * height), np.inf)
     return radius, height

@@ -8,16 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.geometry.polyline import Points
-from leafcut.geometry.regions import FINE
+from leafcut.geometry.polyline import Points, Polyline, Segment
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketRules
 
 Floats = NDArray[np.float64]
+Place = tuple[float, float]
 
 #: A step is at most this share of the tool's diameter.
 STEP = 0.05
+#: A step along an arc turns by this at most, rad: it is then off its chord by an eight-hundredth of the radius.
+BEND = 0.1
 #: A change of direction below this is a chord of a curve, rad.
-STRAIGHT_ON = math.radians(2.0)
+STRAIGHT_ON = math.radians(4.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,13 +67,21 @@ def step_of(rules: PocketRules) -> float:
 
 
 def way_of(path: PocketPath, rules: PocketRules) -> ToolWay:
-    """Return the way of the tool in steps; arcs as chords that are true within an eighth of the tolerance."""
+    """Return the way of the tool in steps, every place and tangent on the arcs of the path exactly."""
     steps, parts, run, last = step_of(rules), [], -1, None
     for number, piece in enumerate(path.pieces):
-        points = piece.path.flattened(FINE * rules.tolerance)
         lifted = last is None or math.dist(last[0], piece.path.start) > SAME_PLACE
         run += lifted
-        parts.append(_steps(points, steps, None if lifted or last is None else last[1], run, number))
+        parts.append(
+            _steps(
+                _Line.of(piece.path, steps),
+                steps,
+                None if lifted or last is None else last[1],
+                run,
+                number,
+                piece.path.start,
+            )
+        )
         last = (piece.path.end, parts[-1].back[-1])
     if not parts:
         none = np.zeros((0, 2))
@@ -80,30 +90,66 @@ def way_of(path: PocketPath, rules: PocketRules) -> ToolWay:
     return ToolWay(*(np.concatenate([getattr(part, name) for part in parts]) for name in columns))
 
 
-def _steps(points: Points, longest: float, came: Floats | None, run: int, piece: int) -> ToolWay:
+@dataclass(frozen=True, eq=False)
+class _Line:
+    """Chords of a piece, float64[m, 2] each: where they begin, their vectors, and the tangents at both ends."""
+
+    begin: Points
+    vector: Points
+    leaves: Points
+    arrives: Points
+
+    @classmethod
+    def of(cls, path: Polyline, longest: float) -> _Line:
+        """Return lines as they are, and arcs in steps."""
+        if not path.bulges.any():
+            points = path.flattened()
+            vector = np.diff(points, axis=0)
+            there = (vector != 0.0).any(axis=1)
+            begin, vector = points[:-1][there], vector[there]
+            unit = vector / np.hypot(vector[:, 0], vector[:, 1])[:, None]
+            return cls(begin, vector, unit, unit)
+        parts = [_arc(s, longest) if s.is_arc else _straight(s) for s in path.segments()]
+        parts = [part for part in parts if len(part.begin)]
+        return cls(*(np.concatenate([getattr(p, name) for p in parts]) for name in vars(parts[0])))
+
+
+def _straight(s: Segment) -> _Line:
+    return _Line.of(Polyline.of_points([s.start, s.end]), math.inf)
+
+
+def _arc(s: Segment, longest: float) -> _Line:
+    turn = 4.0 * math.atan(s.bulge)
+    count = max(math.ceil(abs(turn) * s.radius / longest), math.ceil(abs(turn) / BEND), 1)
+    angle = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0]) + turn * np.linspace(0.0, 1.0, count + 1)
+    out = np.column_stack([np.cos(angle), np.sin(angle)])
+    points, side = np.array(s.center) + s.radius * out, math.copysign(1.0, s.bulge)
+    points[0], points[-1] = s.start, s.end
+    tangent = side * np.column_stack([-out[:, 1], out[:, 0]])
+    return _Line(points[:-1], np.diff(points, axis=0), tangent[:-1], tangent[1:])
+
+
+def _steps(line: _Line, longest: float, came: Floats | None, run: int, piece: int, start: Place) -> ToolWay:
     """Return the steps of one piece; `came` is the direction in which the tool arrives at it, None: from above."""
-    vector = np.diff(points, axis=0)
-    length = np.hypot(vector[:, 0], vector[:, 1])
-    vector, length = vector[length > 0.0], length[length > 0.0]
-    begin = points[0] + np.concatenate([np.zeros((1, 2)), np.cumsum(vector, axis=0)])[:-1]
+    length = np.hypot(line.vector[:, 0], line.vector[:, 1])
+    before = np.full((1, 2), np.nan) if came is None else came[None]
     if not len(length):
         still = np.array([[1.0, 0.0]])
-        back = np.full((1, 2), np.nan) if came is None else came[None]
-        return ToolWay(points[:1], back, still, still, np.zeros(1), np.array([run]), np.array([piece]))
-    unit = vector / length[:, None]
-    arrives = np.concatenate([np.full((1, 2), np.nan) if came is None else came[None], unit[:-1]])
-    turned = ~((arrives * unit).sum(axis=1) >= math.cos(STRAIGHT_ON))  # true, too, where the tool comes from above
+        return ToolWay(np.array([start]), before, still, still, np.zeros(1), np.array([run]), np.array([piece]))
+    unit = line.vector / length[:, None]
+    arrives = np.concatenate([before, line.arrives[:-1]])
+    turned = ~((arrives * line.leaves).sum(axis=1) >= math.cos(STRAIGHT_ON))  # true, too, where it comes from above
     count = np.maximum(np.ceil(length / longest - 1e-9).astype(np.int64), 1)
     rows = np.repeat(np.arange(len(length)), count + turned)
     first = np.cumsum(count + turned) - (count + turned)
     share_of = (np.arange(len(rows)) - first[rows] + np.where(turned, 0, 1)[rows]) / count[rows]
     at_corner, at_end = share_of == 0.0, share_of == 1.0
     smooth = np.append(~turned[1:], False)
-    tangent = unit + np.where(smooth[:, None], np.append(unit[1:], unit[-1:], axis=0), unit)
+    tangent = line.arrives + np.where(smooth[:, None], np.append(line.leaves[1:], unit[-1:], axis=0), line.arrives)
     tangent /= np.hypot(tangent[:, 0], tangent[:, 1])[:, None]
-    along = np.where((at_end & ~at_corner)[:, None], tangent[rows], unit[rows])
+    along = np.where(at_end[:, None], tangent[rows], np.where(at_corner[:, None], line.leaves[rows], unit[rows]))
     return ToolWay(
-        xy=begin[rows] + share_of[:, None] * vector[rows],
+        xy=line.begin[rows] + share_of[:, None] * line.vector[rows],
         back=np.where(at_corner[:, None], arrives[rows], along),
         ahead=along,
         chord=unit[rows],

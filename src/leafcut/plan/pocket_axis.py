@@ -1,0 +1,168 @@
+"""The middle axis of a region: the places with more than one nearest wall, as a tree that grows from the widest one."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.polyline import Points
+
+Floats = NDArray[np.float64]
+
+#: A branch that ends nearer to the edge than this many samples leads into a corner.
+_IN_CORNER = 4.0
+#: Points of the edge at most, so that a huge region does not fill the memory.
+_MOST = 200_000
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """The axis as a tree.
+
+    Attributes
+    ----------
+    xy
+        Places, float64[n, 2], mm; the root, which is the widest place, first; every other after its parent.
+    width
+        Distance from the edge of the region, float64[n], mm.
+    parent
+        int64[n]; -1 for the root.
+    """
+
+    xy: Points
+    width: Floats
+    parent: NDArray[np.int64]
+
+    def children(self) -> list[list[int]]:
+        """Return the places that follow each place, the one with the shortest branches first."""
+        below = np.zeros(len(self.xy))
+        follow: list[list[int]] = [[] for _ in below]
+        for i in range(len(below) - 1, 0, -1):
+            up = int(self.parent[i])
+            below[up] += below[i] + math.dist(self.xy[i], self.xy[up])
+            follow[up].append(i)
+        for nodes in follow:
+            nodes.sort(key=lambda i: below[i])
+        return follow
+
+
+def middle_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
+    """Return the axis of a polygon as edges of the Voronoi diagram of points on its edge, `spacing` mm apart.
+
+    Cycles round islands are cut at their narrowest places. Branches into corners are led on to the corner; those to
+    the corners of chords, whose discs reach beyond that of the fork by less than the tolerance, are left out.
+
+    Source: J. W. Brandt, "Convergence and continuity criteria for discrete approximations of the continuous planar
+    skeleton", CVGIP: Image Understanding 59 (1994): the inner edges of the diagram converge to the axis.
+    """
+    import shapely
+
+    points = _sampled(polygon, spacing)
+    lines = shapely.voronoi_polygons(shapely.MultiPoint(points), only_edges=True)
+    ends = np.concatenate([_edges(np.asarray(g.coords)) for g in getattr(lines, "geoms", [lines])])
+    shapely.prepare(polygon)
+    ends = ends[shapely.contains_properly(polygon, shapely.linestrings(ends))]
+    if not len(ends):  # a circle: the diagram's edges meet in one place
+        line = shapely.maximum_inscribed_circle(polygon, 0.1 * tolerance)
+        return Axis(np.asarray(line.coords)[:1], np.array([line.length]), np.array([-1]))
+    xy, names = np.unique(ends.reshape(-1, 2).round(7), axis=0, return_inverse=True)
+    width = shapely.distance(shapely.points(xy), polygon.boundary)
+    order, parent = _tree(xy, width, names.reshape(-1, 2))
+    axis = Axis(xy[order], width[order], parent)
+    return _pruned(_into_corners(axis, polygon, _IN_CORNER * spacing), tolerance)
+
+
+def _edges(points: Points) -> Points:
+    return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def _sampled(polygon: Any, spacing: float) -> Points:
+    """Return points on all rings, their corners among them, float64[n, 2]."""
+    parts = []
+    spacing = max(spacing, polygon.length / _MOST)
+    for ring in (polygon.exterior, *polygon.interiors):
+        points = np.asarray(ring.coords)[:, :2]
+        vector = np.diff(points, axis=0)
+        count = np.maximum(np.ceil(np.hypot(vector[:, 0], vector[:, 1]) / spacing).astype(np.int64), 1)
+        row = np.repeat(np.arange(len(vector)), count)
+        share = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)) / count[row]
+        parts.append(points[row] + share[:, None] * vector[row])
+    return np.concatenate(parts)
+
+
+def _tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int], NDArray[np.int64]]:
+    """Return the places in the order in which the widest tree reaches them, and their parents' numbers in it."""
+    near: list[list[int]] = [[] for _ in xy]
+    for a, b in pairs.tolist():
+        near[a].append(b)
+        near[b].append(a)
+    root = int(np.argmax(width))
+    number: dict[int, int] = {}
+    order: list[int] = []
+    parent: list[int] = []
+    heap = [(0.0, root, -1)]
+    while heap:
+        _, node, came = heapq.heappop(heap)
+        if node in number:
+            continue
+        number[node] = len(order)
+        order.append(node)
+        parent.append(came)
+        for other in near[node]:
+            if other not in number:
+                heapq.heappush(heap, (-float(width[other]), other, number[node]))
+    return order, np.array(parent, dtype=np.int64)
+
+
+def _into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
+    """Return the axis with every branch that ends near a corner of the edge led on to the corner itself."""
+    import shapely
+
+    leaf = np.ones(len(axis.xy), dtype=bool)
+    leaf[axis.parent[1:]] = False
+    leaf[0] = False
+    ends = np.flatnonzero(leaf & (axis.width < reach))
+    corners = np.concatenate([np.asarray(r.coords)[:-1, :2] for r in (polygon.exterior, *polygon.interiors)])
+    tree = shapely.STRtree(shapely.points(corners))
+    found, _ = tree.query_nearest(shapely.points(axis.xy[ends]), all_matches=False, return_distance=True)
+    to = corners[found[1]]
+    near = np.hypot(*(to - axis.xy[ends[found[0]]]).T) < 2.0 * reach
+    came, to = ends[found[0]][near], to[near]
+    return Axis(
+        np.concatenate([axis.xy, to]),
+        np.concatenate([axis.width, np.zeros(len(to))]),
+        np.concatenate([axis.parent, came]),
+    )
+
+
+def _pruned(axis: Axis, tolerance: float) -> Axis:
+    """Return the axis without the branches all of whose discs lie in the disc of their fork, but for the tolerance."""
+    n = len(axis.xy)
+    parent, places, width = axis.parent.tolist(), axis.xy.tolist(), axis.width.tolist()
+    keep = np.ones(n, dtype=bool)
+    many = np.bincount(axis.parent[1:], minlength=n).tolist()
+    ends = [i for i in range(1, n) if not many[i]]
+    while ends:
+        again = []
+        for end in ends:
+            branch = [end]
+            while parent[branch[-1]] > 0 and many[parent[branch[-1]]] == 1:
+                branch.append(parent[branch[-1]])
+            fork = parent[branch[-1]]
+            if fork < 0:
+                continue
+            beyond = max(math.dist(places[i], places[fork]) + width[i] for i in branch) - width[fork]
+            if beyond <= tolerance:
+                keep[branch] = False
+                many[fork] -= 1
+                if not many[fork] and fork > 0:
+                    again.append(fork)
+        ends = again
+    number = np.cumsum(keep) - 1
+    up = axis.parent[keep]
+    return Axis(axis.xy[keep], axis.width[keep], np.where(up >= 0, number[up], -1))

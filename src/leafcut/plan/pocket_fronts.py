@@ -1,0 +1,165 @@
+"""Cleared ground as discs, and what a tool that runs round one more disc meets there: exact by circles.
+
+The tool's centre has been everywhere in the discs placed so far, so that discs larger by the tool's radius are cleared.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+#: Discs that are looked at beside one place at most: the nearest. To know fewer makes the engagement seem larger.
+_NEAREST = 96
+#: Places on the arc of one disc at most between whose engagements the largest is taken.
+_MOST_PLACES = 160
+_HALF = 0.5 * math.pi
+#: Rounding of places that lie on the edge of a disc, mm.
+_SLACK = 1e-6
+
+
+class Fronts:
+    """Discs that a tool has been led through, in order; `add` one by one.
+
+    `turn` is 1 where the tool runs counter-clockwise, material on its right; -1 clockwise.
+    """
+
+    def __init__(self, tool_radius: float, turn: int, fine: float, thin: float) -> None:
+        self.tool = tool_radius
+        self.turn = turn
+        self.fine, self.thin = fine, thin
+        self.count = 0
+        self._discs = np.zeros((64, 3))
+
+    @property
+    def discs(self) -> Floats:
+        """Centre and radius of every disc, float64[n, 3]."""
+        return self._discs[: self.count]
+
+    def add(self, x: float, y: float, radius: float) -> int:
+        """Add a disc and return its number."""
+        if self.count == len(self._discs):
+            self._discs = np.concatenate([self._discs, np.zeros_like(self._discs)])
+        self._discs[self.count] = x, y, radius
+        self.count += 1
+        return self.count - 1
+
+    def arcs(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
+        """Return the arcs of a circle that lie in no disc, as start and sweep (rad, in the sense of `turn`).
+
+        An arc is left out where it lies beyond the discs by no more than `fine` mm, or `thin` in terms of
+        a straight cut.
+        """
+        return self._arcs(x, y, radius, self.discs)
+
+    def holds(self, x: float, y: float, radius: float, but: float) -> bool:
+        """Return whether one disc holds all of another but for a film of a height."""
+        discs = self.discs
+        return bool((np.hypot(discs[:, 0] - x, discs[:, 1] - y) + radius <= discs[:, 2] + but).any())
+
+    def _arcs(self, x: float, y: float, radius: float, discs: Floats) -> list[tuple[float, float]]:
+        dx, dy = discs[:, 0] - x, discs[:, 1] - y
+        distance = np.hypot(dx, dy)
+        reach, film = discs[:, 2], min(self.fine, self.thin * radius / (self.tool + radius))
+        if len(discs) and (distance + radius <= reach + film).any():
+            return []
+        touching = (distance < radius + reach) & (distance > np.abs(radius - reach))
+        if not touching.any():
+            return [(0.0, math.tau)]
+        d, r = distance[touching], reach[touching]
+        half = np.arccos(np.clip((d * d + radius * radius - r * r) / (2.0 * d * radius), -1.0, 1.0))
+        middle = self.turn * np.arctan2(dy[touching], dx[touching])
+        start = (middle - half) % math.tau
+        order = np.argsort(start)
+        start, end = start[order], (start + 2.0 * half)[order]
+        found, reached = [], float(end.max()) - math.tau
+        for a, b in zip(start.tolist(), end.tolist(), strict=True):
+            if a > reached:
+                found.append((reached, a))
+            reached = max(reached, b)
+        arcs = [(self.turn * a, b - a) for a, b in found]
+        return [arc for arc in arcs if self._beyond(x, y, radius, arc, discs) > film]
+
+    def _beyond(self, x: float, y: float, radius: float, arc: tuple[float, float], discs: Floats) -> float:
+        """Return how far an arc lies beyond the discs at most, mm."""
+        angle = arc[0] + self.turn * arc[1] * np.linspace(0.0, 1.0, 9)[1:-1]
+        px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
+        gaps = np.hypot(px[:, None] - discs[:, 0], py[:, None] - discs[:, 1]) - discs[:, 2]
+        return float(gaps.min(axis=1).max())
+
+    def engagement(self, x: float, y: float, radius: float) -> float:
+        """Return the largest engagement of a tool on the arcs of a circle, rad; 0 where it cuts nothing."""
+        discs = self.discs
+        gap = np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]
+        if len(discs) > _NEAREST:
+            discs = discs[np.argpartition(gap, _NEAREST)[:_NEAREST]]
+        arcs = self._arcs(x, y, radius, discs)
+        if not arcs:
+            return 0.0
+        step = min(0.1 * self.tool, 0.1 * radius + 1e-3)
+        angles = []
+        for start, sweep in arcs:
+            many = min(max(math.ceil(sweep * radius / step), 8), _MOST_PLACES)
+            angles.append(start + self.turn * sweep * np.linspace(0.0, 1.0, many + 1))
+        angle = np.concatenate(angles)
+        return float(self._engaged(x, y, radius, angle, discs).max())
+
+    def _engaged(self, x: float, y: float, radius: float, angle: Floats, discs: Floats) -> Floats:
+        """Return the engaged angle at places of a circle, float64[k]: the edge ahead less what is cleared."""
+        px, py = x + radius * np.cos(angle), y + radius * np.sin(angle)
+        dx, dy = discs[:, 0] - px[:, None], discs[:, 1] - py[:, None]
+        distance = np.hypot(dx, dy)
+        tool, cleared = self.tool, discs[:, 2] + self.tool
+        with np.errstate(divide="ignore", invalid="ignore"):
+            cosine = (tool * tool + distance * distance - cleared * cleared) / (2.0 * tool * distance)
+        half = np.arccos(np.clip(np.where(distance > 0.0, cosine, -1.0), -1.0, 1.0))
+        ahead = angle + self.turn * _HALF
+        # What is ahead at angle 0: both copies of an interval that crosses the angle behind are kept.
+        middle = (np.arctan2(dy, dx) - ahead[:, None] + math.pi) % math.tau - math.pi
+        low = np.concatenate([middle - half, middle - half + math.tau, middle - half - math.tau], axis=1)
+        high = np.concatenate([middle + half, middle + half + math.tau, middle + half - math.tau], axis=1)
+        low, high = np.clip(low, -_HALF, _HALF), np.clip(high, -_HALF, _HALF)
+        order = np.argsort(low, axis=1)
+        low, high = np.take_along_axis(low, order, axis=1), np.take_along_axis(high, order, axis=1)
+        reach = np.maximum.accumulate(high, axis=1)
+        before = np.concatenate([np.full((len(angle), 1), -_HALF), reach[:, :-1]], axis=1)
+        covered: Floats = np.maximum(high - np.maximum(low, before), 0.0).sum(axis=1)
+        return math.pi - np.minimum(covered, math.pi)
+
+    def nearest(self, x: float, y: float) -> int:
+        """Return the disc that a place lies deepest in, or is nearest to."""
+        discs = self.discs
+        return int(np.argmin(np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]))
+
+    def beyond(self, places: Floats) -> Floats:
+        """Return how far places lie outside all discs, float64[k], mm; negative inside."""
+        discs, gaps = self.discs, np.full(len(places), np.inf)
+        for first in range(0, len(discs), 256):
+            some = discs[first : first + 256]
+            away = np.hypot(places[:, :1] - some[:, 0], places[:, 1:2] - some[:, 1]) - some[:, 2]
+            gaps = np.minimum(gaps, away.min(axis=1))
+        return gaps
+
+    def clear(self, a: tuple[float, float], b: tuple[float, float], which: list[int]) -> bool:
+        """Return whether a straight way lies in some of the discs together."""
+        discs = self._discs[which]
+        way = np.array(b) - a
+        length = float(np.hypot(*way))
+        if length == 0.0:
+            return True
+        from_a = discs[:, :2] - a
+        along = from_a @ way / length
+        off = (from_a[:, 0] * way[1] - from_a[:, 1] * way[0]) / length
+        rest = (discs[:, 2] + _SLACK) ** 2 - off * off
+        half = np.sqrt(np.maximum(rest, 0.0))
+        there = rest > 0.0
+        low, high = (along - half)[there], (along + half)[there]
+        order = np.argsort(low)
+        reach = 0.0
+        for start, end in zip(low[order].tolist(), high[order].tolist(), strict=True):
+            if start > reach:
+                return False
+            reach = max(reach, end)
+        return reach >= length - _SLACK
