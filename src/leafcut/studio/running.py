@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut import api
+from leafcut.model.snapshot import Observer
 from leafcut.studio.history import Artefact
 from leafcut.studio.task import Call, program_name
 
@@ -41,7 +42,9 @@ class Made:
     artefacts: dict[str, Artefact]
 
 
-def run(call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.Event) -> Made:
+def run(
+    call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.Event, observe: Observer | None = None
+) -> Made:
     """Do what is asked; `names` is what a person calls the inputs.
 
     Raises
@@ -50,9 +53,9 @@ def run(call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.Eve
         One line, as on the command line.
     """
     if call.command == "optimize":
-        return _optimize(call, names[0], tell, cancelled)
+        return _optimize(call, names[0], tell, cancelled, observe)
     if call.command == "solve":
-        return _solve(call, names[0], tell, cancelled)
+        return _solve(call, names[0], tell, cancelled, observe)
     if call.command == "simulate":
         found = api.simulate(call.sources[0], **call.options)
         return Made({**found, "program": names[0]}, {"time_s": found["time_s"]}, {})
@@ -60,14 +63,16 @@ def run(call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.Eve
     return Made(answer, {"same": answer["same"]}, {})
 
 
-def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event) -> Made:
+def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event, observe: Observer | None) -> Made:
     from leafcut.report.json_answer import as_json
     from leafcut.report.views import operation_words
 
     with tempfile.TemporaryDirectory(prefix="leafcut-") as place:
         plan = Path(place) / "plan.toml"
         options = {**call.options, "save_plan": str(plan)} if call.process == "cut" else call.options
-        outcome = api.optimize(call.sources[0], process=call.process, progress=tell, cancelled=cancelled, **options)
+        outcome = api.optimize(
+            call.sources[0], process=call.process, progress=tell, observe=observe, cancelled=cancelled, **options
+        )
         text = plan.read_bytes() if plan.is_file() else b""
     output = program_name(name, api.program_extension(outcome.dialect))
     outcome = replace(outcome, output=output)
@@ -115,10 +120,10 @@ def _scene(data: bytes) -> Artefact:
     return Artefact("", "application/octet-stream", data)
 
 
-def _solve(call: Call, name: str, tell: Tell, cancelled: threading.Event) -> Made:
+def _solve(call: Call, name: str, tell: Tell, cancelled: threading.Event, observe: Observer | None) -> Made:
     from leafcut.read.tsplib import write_tour
 
-    answer, nodes = api.solve_file(call.sources[0], progress=tell, cancelled=cancelled, **call.options)
+    answer, nodes = api.solve_file(call.sources[0], progress=tell, observe=observe, cancelled=cancelled, **call.options)
     with tempfile.TemporaryDirectory(prefix="leafcut-") as place:
         file = Path(place) / "tour"
         write_tour(file, answer["instance"], nodes, every="clusters" not in answer)

@@ -4,7 +4,7 @@
 //   drawing.show(await (await fetch(url)).arrayBuffer(), "after");
 //   drawing.on("select", ({ row, line, hole }) => …);
 //
-// Layers of `show`: part, before, after, pheromone. Events of `on`: hover, select, time, drag,
+// Layers of `show`: part, before, after, pheromone, live. Events of `on`: hover, select, time, drag,
 // mode, layers, and main when there is another toolpath to select in.
 
 import { describe, mm } from "./describe.js";
@@ -31,7 +31,7 @@ export class Drawing {
     };
     this.editable = editable;
     this.selected = null;
-    this.scenes = { part: null, before: null, after: null, pheromone: null };
+    this.scenes = { part: null, before: null, after: null, pheromone: null, live: null };
     this.tracks = { before: null, after: null };
     this.mode = "after";
     this._listeners = new Map();
@@ -81,13 +81,8 @@ export class Drawing {
   /** Show a scene (ArrayBuffer) as the layer part, before, after or pheromone. */
   show(bytes, layer) {
     const scene = readScene(bytes);
-    if (scene.kind === "strength") {
-      if (this.scenes.pheromone) this.scenes.pheromone.strength = scene.strength;
-      this.panes.forEach((pane) => pane.setPheromone(this.scenes.pheromone));
-      this._wake();
-      return;
-    }
     const first = !Object.values(this.scenes).some(Boolean);
+    if (this._renew(scene, layer)) return;
     this.scenes[layer] = scene;
     if (layer === "part") this.partPaths = new PartPaths(scene);
     if (layer in this.tracks) {
@@ -98,6 +93,20 @@ export class Drawing {
     }
     this._arrange();
     if (first || this.view.fitted) this.fit();
+  }
+
+  /** Show a newer state of what moves while a search goes on; return whether the scene was one of those. */
+  _renew(scene, layer) {
+    if (scene.kind === "strength") {
+      if (this.scenes.pheromone) this.scenes.pheromone.strength = scene.strength;
+    } else if (this.scenes[layer] && ["path", "pheromone"].includes(scene.kind)) this.scenes[layer] = scene;
+    else return false;
+    this.panes.forEach((pane) => {
+      if (layer === "live") pane.setLive(scene);
+      else pane.setPheromone(this.scenes.pheromone);
+    });
+    this._wake();
+    return true;
   }
 
   /** Take everything off, or one layer. */
@@ -265,6 +274,7 @@ export class Drawing {
     for (const pane of this.panes) {
       pane.setPart(this.scenes.part, this.partPaths ?? null);
       pane.setPheromone(this.scenes.pheromone);
+      pane.setLive(this.scenes.live);
       pane.caption.hidden = !side;
     }
     this.legend.hidden = this.mode !== "overlay";

@@ -118,7 +118,7 @@ function* paintHoles(ctx, frame, part, paths, colours) {
 /** Yield while painting all moves: those of a track that is only compared with are pale. */
 export function* paintPaths(ctx, frame, pane) {
   for (const track of pane.tracks) {
-    const style = styleOf(pane, track, frame);
+    const style = styleOf(pane, pane.live ? { ...track, pale: true } : track, frame);
     const level = track.paths.levelFor(frame.scale);
     for (const what of ["rapid", "cut"]) {
       if (!pane.layers[what === "rapid" ? "rapids" : "cuts"]) continue;
@@ -133,6 +133,15 @@ export function* paintPaths(ctx, frame, pane) {
     if (pane.layers.cuts) paintLeads(ctx, frame, track.scene, style);
     ctx.globalAlpha = 1;
   }
+  if (pane.live && pane.layers.rapids) yield* paintLive(ctx, frame, pane.live, pane.colours);
+}
+
+/** Yield while painting the best path of a search that goes on. */
+function* paintLive(ctx, frame, scene, colours) {
+  frame.inMm(ctx, scene.origin);
+  setStroke(ctx, [colours.rapid, scene.point.length > 4000 ? RAPID_WIDTH : 1.6, 1], frame.scale);
+  ctx.stroke(scene.path);
+  yield scene.point.length / 2;
 }
 
 function styleOf(pane, track, frame) {

@@ -18,7 +18,7 @@ export function readScene(buffer) {
   for (const [name, [type, offset, count]] of Object.entries(header.blocks)) {
     blocks[name] = new TYPES[type](bytes, 16 + size + offset, count);
   }
-  const make = { part: PartScene, toolpath: ToolpathScene, pheromone: PheromoneScene }[header.kind];
+  const make = { part: PartScene, toolpath: ToolpathScene, path: PathScene, pheromone: PheromoneScene }[header.kind];
   return make ? new make(header, blocks) : { header, kind: header.kind, ...blocks };
 }
 
@@ -154,6 +154,23 @@ export class ToolpathScene extends Scene {
   }
 
   toolWords(tool) { return this.header.tools?.[tool] ?? (tool ? `T${tool}` : ""); }
+}
+
+/** The best path of a search that goes on. */
+export class PathScene extends Scene {
+  constructor(header, blocks) {
+    super(header, blocks);
+    this.point = blocks.point;
+  }
+
+  /** The path to draw, made once; none where all is on one place. */
+  get path() {
+    if (this._path) return this._path;
+    const { point } = this;
+    this._path = new Path2D();
+    for (let k = 0; k < point.length; k += 2) this._path.lineTo(point[k], point[k + 1]);
+    return this._path;
+  }
 }
 
 /** Edges between points with a strength that changes. */
