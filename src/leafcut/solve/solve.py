@@ -128,7 +128,7 @@ def solve(
     foresee(problem, options, best, instance)
     found = _run(instance, options, aco, firefly or FireflyOptions(), stop, best)
     solution = _solution(problem, instance.path(found.tour), options, found, best)
-    return certify(problem, solution, best.bound, stop.cancelled, instance) if options.bound else solution
+    return certify(problem, solution, best.bound_at_hand(), stop.cancelled, instance) if options.bound else solution
 
 
 def _exactly(
@@ -189,7 +189,7 @@ def _in_order(
     instance = build_directed(problem, _candidates(options))
     found = run_in_order(instance, options, aco, firefly, best)
     solution = _solution(problem, found.tour, options, found, best, known=True)
-    return certify(problem, solution, best.bound, stop.cancelled) if options.bound else solution
+    return certify(problem, solution, best.bound_at_hand(), stop.cancelled) if options.bound else solution
 
 
 def _candidates(options: SolveOptions) -> int:

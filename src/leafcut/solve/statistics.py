@@ -59,6 +59,10 @@ class Best:
         """A lower bound, where any is known."""
         return self.shown_bound if self.bound is None else self.bound
 
+    def bound_at_hand(self) -> float | None:
+        """The bound that the answer has without another being sought; of a stopped search also one only told of."""
+        return self.known_bound if self.stop.cancelled.is_set() else self.bound
+
     def tell(self, iteration: int, alone: bool = True) -> None:
         """Report the state after an iteration; `alone`: nothing of the search goes on meanwhile."""
         if self.progress is not None:

@@ -28,6 +28,12 @@ def watch_of(pace: str) -> Watch:
     return Watch(PACES[pace], paused=pace == "step")
 
 
+def pace_of(watch: Watch) -> str:
+    """Return which of `PACES` a search goes at."""
+    speeds = [pace for pace, speed in PACES.items() if speed is not None and speed == watch.speed]
+    return speeds[0] if speeds else "step" if watch.paused else "full"
+
+
 class LivePanel:
     """Shows a job while it runs, on the drawing and under it."""
 
@@ -74,7 +80,7 @@ class LivePanel:
     def show(self, live: Live) -> None:
         """Show what is new of a job that is not over."""
         number, snapshot = live.watch.look()
-        said = (live.state, live.latest, live.watch.paused, live.watch.can_hold)
+        said = (live.state, live.latest, pace_of(live.watch), live.watch.paused, live.watch.can_hold)
         if said != self._said:
             self._said = said
             self._figures(live)
@@ -91,10 +97,11 @@ class LivePanel:
         self.time.set_text(format_time(latest.seconds) if latest.seconds >= 1 else "")
         self.track.props(f"value={latest.share:.4f}")
         self.study.set_visibility(live.watch.can_hold)
+        self.pace.show({"pace": pace_of(live.watch)})
         self.hold.set_text(w("run.go_on" if live.watch.paused else "run.pause"))
         points = [(seconds, cost) for seconds, cost, what in live.points if what == latest.what]
-        self.chart.set_visibility(len(points) > 1)
-        if len(points) > 1:
+        self.chart.set_visibility(bool(points))
+        if points:
             began = points[0][0]
             bound = None if latest.gap is None or latest.cost is None else latest.cost / (1.0 + latest.gap)
             shown = [(seconds - began, cost) for seconds, cost in points[:: len(points) // _MOST_POINTS + 1]]
@@ -131,16 +138,12 @@ class LivePanel:
                     {
                         "name": f"{w('canvas.worker')} {one.worker}",
                         "value": one.seconds,
-                        "note": w("result.ants", number=f"{one.ants:,}", seconds=f"{one.seconds:.1f}"),
+                        "note": w("run.ants", number=f"{one.ants:,}"),
                         "best": one.best <= best,
                     }
                     for one in workers
                 ]
             )
-
-    def show_pace(self) -> None:
-        """Show the pace that is chosen."""
-        self.pace.show({"pace": self.view.pace})
 
     def _job(self) -> Live | None:
         return self.view.studio.jobs.live(self.view.job or "")
@@ -172,7 +175,6 @@ class LivePanel:
         if live is not None and not live.state.over:
             live.watch.go(PACES[value])
             live.watch.pause(value == "step")
-        self.show_pace()
         self.page.input.draw_pace()
 
 

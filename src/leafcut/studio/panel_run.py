@@ -27,6 +27,8 @@ class RunPanel:
         self.view, self.page = view, page
         w = view.words
         self.watching = False
+        #: Messages of the job that are told of already.
+        self._told = 0
         with box("div", "frame"):
             self.canvas = Canvas(words=w.section("canvas"))
             with box("div", "empty") as self.empty:
@@ -55,7 +57,7 @@ class RunPanel:
 
     def watch(self) -> None:
         """Show how the job goes on, from now on."""
-        self.watching = True
+        self.watching, self._told = True, 0
         self.live.clear()
         self.draw()
         self.tick()
@@ -68,6 +70,9 @@ class RunPanel:
         if live is not None and not live.state.over:
             self.page.input.ready(False)
             self.live.show(live)
+            if len(live.messages) != self._told:
+                self._told = len(live.messages)
+                self.page.result.draw()
             return
         self.watching = False
         self.live.clear()
@@ -92,9 +97,7 @@ class RunPanel:
 
     def draw(self) -> None:
         """Draw the outcome of the job, else what was opened."""
-        view = self.view
-        scenes = self._scenes()
-        now = view.job if view.job and scenes else view.seen
+        now, scenes = self._scenes()
         if now is self._drawn and scenes:
             return
         self._drawn = now
@@ -106,11 +109,12 @@ class RunPanel:
             else:
                 self.canvas.hide(layer)
 
-    def _scenes(self) -> dict[str, bytes]:
+    def _scenes(self) -> tuple[object, dict[str, bytes]]:
+        """Return what is to be drawn, and its scenes by layer."""
         view = self.view
         history = view.studio.history
         names = history.artefacts(view.job) if view.job else {}
         if "scene-after" in names:
             kept = {layer: history.artefact(view.job or "", f"scene-{layer}") for layer in _STILL}
-            return {layer: found.data for layer, found in kept.items() if found is not None}
-        return view.seen.scenes if view.seen is not None else {}
+            return view.job, {layer: found.data for layer, found in kept.items() if found is not None}
+        return view.seen, view.seen.scenes if view.seen is not None else {}

@@ -32,8 +32,8 @@ function* paintPheromone(ctx, frame, scene, colours) {
   for (let level = 0; level < STRENGTHS; level++) {
     if (!counts[level]) continue;
     const part = (level + 0.5) / STRENGTHS;
-    ctx.lineWidth = (0.8 + 5.5 * part) / frame.scale;
-    ctx.globalAlpha = 0.1 + 0.5 * part;
+    ctx.lineWidth = (0.7 + 5.6 * part ** 1.5) / frame.scale;
+    ctx.globalAlpha = 0.05 + 0.55 * part;
     ctx.stroke(paths[level]);
     ctx.globalAlpha = 1;
     yield counts[level];
