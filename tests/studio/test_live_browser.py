@@ -125,3 +125,20 @@ def test_what_is_downloaded_is_what_the_command_line_writes(
     target = tmp_path / given
     assert cli.run(["optimize", str(source), "-o", str(target), *words, "--preset", "fast", "-q"]) == 0
     assert program == target.read_bytes()
+
+
+def test_what_is_being_typed_stays_when_the_form_is_drawn_anew(page: Page) -> None:
+    opened(page, ROOT / "examples" / "plate_10.dxf")
+    page.get_by_label("Thickness", exact=True).fill("12")
+    # Another field changes meanwhile, as when a large file has been read.
+    page.evaluate(
+        """() => {
+            const effort = [...document.querySelectorAll("select")].find((e) => e.id.endsWith("preset"));
+            effort.value = "fast";
+            effort.dispatchEvent(new Event("change"));
+        }"""
+    )
+    expect(page.locator("#command")).to_contain_text("--preset fast")
+    expect(page.get_by_label("Thickness", exact=True)).to_have_value("12")
+    page.keyboard.press("Tab")
+    expect(page.locator("#command")).to_contain_text("--thickness 12")
