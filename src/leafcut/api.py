@@ -85,7 +85,7 @@ def optimize(
     began = time.perf_counter()
     settings = Settings.collect(options, Path(options_file) if options_file else None)
     profile = settings.machine.machine
-    tables = (settings.drill.tools, settings.cut.chart, settings.cut.plan)
+    tables = (settings.drill.tools, settings.drill.hole_order, settings.cut.chart, settings.cut.plan)
     inputs = [source, options_file, *tables, profile if profile.endswith(".toml") else None]
     outputs = [output, report, settings.cut.save_plan if process == "cut" else None]
     for k, target in enumerate(outputs):
