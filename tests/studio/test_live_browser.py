@@ -142,3 +142,42 @@ def test_what_is_being_typed_stays_when_the_form_is_drawn_anew(page: Page) -> No
     expect(page.get_by_label("Thickness", exact=True)).to_have_value("12")
     page.keyboard.press("Tab")
     expect(page.locator("#command")).to_contain_text("--thickness 12")
+
+
+def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
+    opened(page, ROOT / "examples" / "plate_10.dxf")
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    run(page)
+    before = downloaded(page, "Program")[1]
+    page.get_by_role("button", name="Edit by hand").click()
+    edit = page.locator(".edit")
+    expect(edit).to_be_visible()
+    page.wait_for_timeout(500)
+    length = edit.locator(".figure").text_content()
+    places = page.evaluate(
+        """async () => {
+            const { whenThere } = await import("leafcut-canvas/registry.js");
+            const id = Number(document.querySelector(".frame .lc-drawing").parentElement.id.replace(/\\D+/g, ""));
+            const drawing = await new Promise((done) => whenThere(id, done));
+            const { main, canvas } = drawing.panes[1], box = canvas.getBoundingClientRect();
+            return [0, 4].map((stop) => {
+                const [x, y] = main.scene.stopPlace(stop), [ox, oy] = main.scene.origin;
+                return [box.left + drawing.view.toX(x + ox), box.top + drawing.view.toY(y + oy)];
+            });
+        }"""
+    )
+    page.mouse.move(*places[0])
+    page.mouse.down()
+    page.mouse.move(places[0][0] + 20, places[0][1] + 20)
+    page.mouse.move(*places[1], steps=4)
+    page.mouse.up()
+    expect(edit.locator(".figure")).not_to_have_text(length or "")
+    edit.get_by_role("button", name="Undo").click()
+    expect(edit.locator(".figure")).to_have_text(length or "")
+    edit.get_by_role("button", name="Redo").click()
+    expect(edit.locator(".figure")).not_to_have_text(length or "")
+    edit.get_by_role("button", name="Run with this").click()
+    expect(page.locator("#command")).to_contain_text("--hole-order plate_10_order.json")
+    expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
+    expect(page.locator(".edit")).to_be_hidden()
+    assert downloaded(page, "Program")[1] != before

@@ -52,7 +52,7 @@ class Canvas(Element, component="static/canvas_element.js"):
     editable
         Whether pierces and stops can be dragged.
     on_hover, on_select, on_time, on_drag
-        Told of what the pointer is on, what was selected (``row``, ``line``, ``hole``, from 0 but the line), where
+        Told of what the pointer is on, what was selected (``row``, ``hole`` from 0, ``line``, ``stop`` from 1), where
         playing is (``time`` in s, None when all is shown; ``row``, ``line``), and what was dragged (``what``: order or
         pierce; ``number`` from 1, ``from`` and ``to`` in mm, ``onto``: number of a stop or None).
     """
@@ -109,6 +109,11 @@ class Canvas(Element, component="static/canvas_element.js"):
         """Take one layer off."""
         if self._scenes.pop(layer, None) is not None:
             self._tell()
+
+    def set_editable(self, editable: bool) -> None:
+        """Let pierces and stops be dragged, or not."""
+        self._props["editable"] = editable
+        self.update()
 
     def fit(self) -> None:
         """Show all of it."""

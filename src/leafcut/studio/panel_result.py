@@ -9,6 +9,7 @@ from leafcut.studio.canvas import Bars, Convergence, Program
 from leafcut.studio.elements import box, button, link, table, text
 from leafcut.studio.history import Record
 from leafcut.studio.jobs import Live
+from leafcut.studio.panel_edit import can_be_edited
 from leafcut.studio.view import View
 from leafcut.units import format_length, format_time
 
@@ -20,7 +21,7 @@ _NUMBER = "n"
 #: So much of a program is shown here; all of it is in the file.
 _MOST_LINES, _MOST_ISSUES, _MOST_WORKERS = 2000, 200, 64
 #: Files in the order in which they are offered.
-_FILES = ("program", "tour", "report", "plan", "picture-before", "picture-after")
+_FILES = ("program", "tour", "report", "plan", "order", "picture-before", "picture-after")
 
 
 class ResultPanel:
@@ -257,6 +258,8 @@ class ResultPanel:
                 words = w(f"file.{name}")
                 classes = "button primary" if name in ("program", "tour") else "button"
                 link(words, address, classes, download=files[name], title=files[name])
+            if can_be_edited(files):
+                button(w("edit.begin"), lambda: self.page.run.edit.begin(record), "")
             if "report" in files:
                 link(
                     w("file.show"), f"/api/jobs/{record.id}/files/report?show=true", "quiet small",

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from nicegui.events import GenericEventArguments
+
 from leafcut.errors import OptionError
 from leafcut.option_spec import flag_name
 from leafcut.studio.canvas import LAYERS, Canvas
 from leafcut.studio.elements import box, text
 from leafcut.studio.history import State
 from leafcut.studio.jobs import line_of
+from leafcut.studio.panel_edit import EditPanel
 from leafcut.studio.panel_live import LivePanel, watch_of
 from leafcut.studio.view import View
 
@@ -30,13 +33,20 @@ class RunPanel:
         #: Messages of the job that are told of already.
         self._told = 0
         with box("div", "frame"):
-            self.canvas = Canvas(words=w.section("canvas"))
+            self.canvas = Canvas(words=w.section("canvas"), on_select=self._select, on_drag=self._drag)
             with box("div", "empty") as self.empty:
                 text("h2", w("empty.title"))
                 text("p", w("empty.text"), "quiet")
         self.live = LivePanel(view, page, self.canvas)
+        self.edit = EditPanel(view, page, self.canvas)
         self._drawn: object = None
         self.draw()
+
+    def _select(self, event: GenericEventArguments) -> None:
+        self.edit.select(event)
+
+    def _drag(self, event: GenericEventArguments) -> None:
+        self.edit.drag(event)
 
     def begin(self) -> None:
         """Begin the run that is asked for."""
@@ -58,6 +68,7 @@ class RunPanel:
     def watch(self) -> None:
         """Show how the job goes on, from now on."""
         self.watching, self._told = True, 0
+        self.edit.end()
         self.live.clear()
         self.draw()
         self.tick()
@@ -101,6 +112,7 @@ class RunPanel:
         if now is self._drawn and scenes:
             return
         self._drawn = now
+        self.edit.end()
         self.empty.set_visibility(not scenes)
         self.canvas.set_visibility(bool(scenes))
         for layer in _STILL:

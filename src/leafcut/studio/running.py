@@ -29,6 +29,8 @@ _BOTH: tuple[Which, ...] = ("before", "after")
 _TEXT, _HTML, _SVG = "text/plain; charset=utf-8", "text/html; charset=utf-8", "image/svg+xml"
 
 
+#: An order of more holes is not changed by hand.
+_MOST_HOLES = 20_000
 #: More searches than these have no chart.
 _MOST_SEARCHES = 50
 
@@ -88,9 +90,26 @@ def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event, obs
         (operation_words(o), o.solution.history, o.solution.lower_bound, o.solution.unit) for o in outcome.operations
     ]
     artefacts["search"] = _searches(searches)
+    artefacts |= _order_files(outcome, output)
     if text:
         artefacts["plan"] = Artefact(f"{Path(output).stem}_plan.toml", "application/toml", text)
     return Made(answer, figures, artefacts)
+
+
+def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
+    """Return the order of the holes as a file, and where they are: what can be changed by hand."""
+    from leafcut.read.order_file import order_text
+
+    drilled = {n: tuple(o.hole_order) for n, o in enumerate(outcome.operations) if not o.slots}
+    count = sum(map(len, drilled.values()))
+    # A program of another CAM has no order before it.
+    if outcome.process != "drill" or outcome.nearest is None or not 0 < count <= _MOST_HOLES:
+        return {}
+    places = json.dumps(outcome.part.hole_xy.tolist()).encode()
+    return {
+        "order": Artefact(f"{Path(output).stem}_order.json", "application/json", order_text(drilled).encode()),
+        "holes": Artefact("", "application/json", places),
+    }
 
 
 def _searches(found: Sequence[tuple[str, Sequence[tuple[float, float]], float | None, str]]) -> Artefact:

@@ -213,7 +213,8 @@ export class Drawing {
     this.panes.forEach((pane) => { pane.dirty = true; });
     const scene = what?.which ? this.tracks[what.which]?.scene : null;
     if (what) this._say(describe(what, this._paneOf(what), this.words));
-    this.emit("select", what && { ...what, line: what.row === undefined || !scene ? 0 : scene.line[what.row] });
+    const known = what?.row !== undefined && scene;
+    this.emit("select", what && { ...what, line: known ? scene.line[what.row] : 0, stop: known ? scene.stopOf(what.row) : 0 });
     this._wake();
   }
 

@@ -18,7 +18,10 @@ export default {
     register(Number(this.$el.id.replace(/\D+/g, "")), null);
     this.drawing.destroy();
   },
-  watch: { scenes() { this.load(); } },
+  watch: {
+    scenes() { this.load(); },
+    editable() { this.drawing.editable = this.editable; },
+  },
   methods: {
     /** Fetch what has another address than before, and take off what has none any more; one after the other. */
     load() {

@@ -147,6 +147,18 @@ export class ToolpathScene extends Scene {
     return [first, last];
   }
 
+  /** Return the number (from 1) of the stop that a row belongs to: the way there, and the work; 0 for none. */
+  stopOf(row) {
+    const { stop } = this;
+    let low = 0, high = stop.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (stop[middle] < row) low = middle + 1; else high = middle;
+    }
+    const own = (number) => this.source[stop[number]] === this.source[row];
+    return low < stop.length && (low === 0 || !own(low - 1)) ? low + 1 : low;
+  }
+
   /** Return x and y of a stop, relative to the origin. */
   stopPlace(number) {
     const row = this.stop[number];
