@@ -176,7 +176,9 @@ def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
     expect(edit.locator(".figure")).to_have_text(length or "")
     edit.get_by_role("button", name="Redo").click()
     expect(edit.locator(".figure")).not_to_have_text(length or "")
+    address = page.url
     edit.get_by_role("button", name="Run with this").click()
+    wait_for(page, lambda: page.url != address)  # another job
     expect(page.locator("#command")).to_contain_text("--hole-order plate_10_order.json")
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
     expect(page.locator(".edit")).to_be_hidden()

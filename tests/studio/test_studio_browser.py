@@ -220,7 +220,8 @@ def test_a_page_comes_back_when_the_studio_is_started_again_under_it(browser: Br
     expect(page.locator(".headline")).to_have_text(saved or "", timeout=LONG)
     expect(page.locator(".about-part .name")).to_have_text(PLATE.name)
     page.close()
-    assert second.end()[0] == 0
+    code, _, error = second.end()
+    assert code == 0, error
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

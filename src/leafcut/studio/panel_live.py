@@ -73,6 +73,8 @@ class LivePanel:
     def clear(self) -> None:
         """Show nothing of any run."""
         self.place.set_visibility(False)
+        for part in (self.chart, self.swarm, self.crew, self.study):
+            part.set_visibility(False)
         self.canvas.hide("live")
         self.canvas.hide("pheromone")
         self._number, self._floor, self._said = 0, None, ()

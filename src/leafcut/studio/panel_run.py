@@ -64,6 +64,7 @@ class RunPanel:
         self.page.say("")
         self.page.remember()
         self.watch()
+        self.page.result.draw()
 
     def watch(self) -> None:
         """Show how the job goes on, from now on."""

@@ -230,12 +230,10 @@ export class Drawing {
   grab(pane, px, py) {
     if (!this.editable || !pane.main) return;
     const { scene } = pane.main, reach = 9 / this.view.scale, x = this.view.mmX(px), y = this.view.mmY(py);
-    for (let k = 0; k < scene.pierce.length; k += 3) {
-      const from = [scene.pierce[k] + scene.origin[0], scene.pierce[k + 1] + scene.origin[1]];
-      if (Math.hypot(from[0] - x, from[1] - y) <= reach) {
-        pane.drag = { what: "pierce", number: scene.pierce[k + 2], from, to: from };
-        return;
-      }
+    const pierced = scene.pierceNear(x, y, reach);
+    if (pierced) {
+      pane.drag = { what: "pierce", ...pierced, to: pierced.from };
+      return;
     }
     const stop = pane.stopNear(x, y, reach);
     if (stop < 0) return;
@@ -249,14 +247,15 @@ export class Drawing {
     this._wake();
   }
 
-  /** Let go: say what was dragged where, and which stop it was dropped on. */
+  /** Let go: say what was dragged where, and which stop, or which pierce, it was dropped on. */
   drop(pane, cancelled) {
     const { drag } = pane;
     pane.drag = null;
     pane.dirty = true;
     this._wake();
     if (cancelled || !drag) return;
-    const onto = pane.stopNear(drag.to[0], drag.to[1], 12 / this.view.scale) + 1;
+    const reach = 12 / this.view.scale, [x, y] = drag.to;
+    const onto = drag.what === "pierce" ? pane.main.scene.pierceNear(x, y, reach)?.number : pane.stopNear(x, y, reach) + 1;
     this.emit("drag", { ...drag, onto: onto || null, which: pane.main.scene.header.which });
   }
 

@@ -147,9 +147,25 @@ export class ToolpathScene extends Scene {
     return [first, last];
   }
 
-  /** Return the number (from 1) of the stop that a row belongs to: the way there, and the work; 0 for none. */
+  /** Return number (from 1) and place of the nearest pierce within `reach` mm of a place, or null. */
+  pierceNear(x, y, reach) {
+    let best = null, least = reach;
+    for (let k = 0; k < this.pierce.length; k += 3) {
+      const from = [this.pierce[k] + this.origin[0], this.pierce[k + 1] + this.origin[1]];
+      const away = Math.hypot(from[0] - x, from[1] - y);
+      if (away <= least) {
+        least = away;
+        best = { number: this.pierce[k + 2], from };
+      }
+    }
+    return best;
+  }
+
+  /** Return the number (from 1) of the stop that a row belongs to: the way there, and the work; 0 for none.
+   *  Where the torch comes on more than once in a cut, stops are not cuts: none either. */
   stopOf(row) {
     const { stop } = this;
+    if (this.pierce.length && this.pierce.length !== 3 * stop.length) return 0;
     let low = 0, high = stop.length;
     while (low < high) {
       const middle = (low + high) >> 1;
