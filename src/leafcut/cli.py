@@ -238,6 +238,10 @@ def _nest(
 
         _print_json(nest_as_json(outcome))
     elif quiet:
+        from leafcut.report.nest_answer import left_over
+
+        if missing := left_over(outcome):
+            _refuse(f"warning: {missing}", DONE)
         _warn(outcome.issues)
     else:
         from rich.console import Console

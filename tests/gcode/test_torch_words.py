@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import shutil
 from pathlib import Path
 
 import pytest
@@ -17,7 +16,6 @@ from leafcut.gcode.torch import for_controller
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder, position_before, positions_before
 from rs274_moves import run_rs274
 
-RS274 = shutil.which("rs274")
 HEAD = "G21 G17 G90 G91.1 G94\nM52 P1\nM65 P2\nM65 P3\nM68 E3 Q0\nF1200\n"
 
 
@@ -160,14 +158,13 @@ def test_a_controller_that_cannot_darken_the_torch_puts_it_out_at_the_end() -> N
 
 
 @pytest.mark.external
-@pytest.mark.skipif(RS274 is None, reason="rs274 is not installed")
-def test_linuxcnc_hears_the_same_words(tmp_path: Path) -> None:
+def test_linuxcnc_hears_the_same_words(rs274: str, tmp_path: Path) -> None:
     """Every output and spindle word in its order, as rs274 prints it; alone it has one spindle, and no M190."""
     text = (
         HEAD + "M66 P3 L3 Q1\nG64 P0.1\nG0 X0 Y0\nM3 $0 S1\nM62 P2\nM67 E3 Q60\nG1 X1\nM62 P3\nG1 X2\nM63 P3\nM63 P2\n"
         "M67 E3 Q100\nM5 $0\nG0 X5\nM65 P2\nM65 P3\nM68 E3 Q0\nM2\n"
     )
-    status, output = run_rs274(str(RS274), text, tmp_path)
+    status, output = run_rs274(rs274, text, tmp_path)
     assert status == 0, output
     heard = re.findall(r"(\w*(?:MOTION_OUTPUT|SPINDLE_CLOCKWISE|SPINDLE_TURNING|ADAPTIVE)\w*)\(([^)]*)\)", output)
     bits = {"SET_MOTION_OUTPUT_BIT": 0.0, "CLEAR_MOTION_OUTPUT_BIT": 1.0}

@@ -184,11 +184,25 @@ def test_the_margin_keeps_leads_further_from_the_edge() -> None:
     assert lowest >= 8.0 + 0.75 - 0.04
 
 
-def test_a_hole_narrower_than_the_kerf_is_reported_and_not_cut() -> None:
-    sheet = sheet_of((square(0, 0, 50), 0, -1, 1), (Polyline.circle(25, 25, 0.7), 1, 0, 1))
-    cutting = cutting_of(sheet)
+@pytest.mark.parametrize("radius", [0.7, 0.76, 1.0, 1.45])
+@pytest.mark.parametrize("lead_in", ["auto", "none"])
+def test_a_hole_narrower_than_two_kerfs_is_reported_and_not_cut(radius, lead_in) -> None:
+    """A pierce is a kerf wide and half a kerf away from the path, which is half a kerf beside the part."""
+    sheet = sheet_of((square(0, 0, 50), 0, -1, 1), (Polyline.circle(25, 25, radius), 1, 0, 1))
+    cutting = cutting_of(sheet, lead_in=lead_in)
     assert [c.index for c in cutting.contours] == [0]
     assert [i.code for i in cutting.issues].count("L611") == 1
+
+
+def test_a_hole_wider_than_two_kerfs_is_cut_and_a_neck_in_one_is_told() -> None:
+    sheet = sheet_of((square(0, 0, 50), 0, -1, 1), (Polyline.circle(25, 25, 1.6), 1, 0, 1))
+    assert len(cutting_of(sheet).contours) == 2
+    dumb_bell = Polyline.of_points(
+        [(5, 5), (20, 5), (20, 24.5), (30, 24.5), (30, 5), (45, 5), (45, 45), (30, 45), (30, 25.5), (20, 25.5),
+         (20, 45), (5, 45)], closed=True,
+    )  # fmt: skip
+    issues = cutting_of(sheet_of((square(0, 0, 50), 0, -1, 1), (dumb_bell, 1, 0, 1))).issues
+    assert "a neck narrower than the kerf" in next(i.message for i in issues if i.code == "L611")
 
 
 def test_a_part_whose_mouth_the_kerf_closes_is_reported_and_left_whole() -> None:
@@ -305,3 +319,17 @@ def test_a_hole_cannot_start_at_the_edge_and_is_named() -> None:
         cutting_of(sheet, thick)
     with pytest.raises(PlanError, match="--sheet-size"):
         cutting_of(two_squares(), thick)
+
+
+def test_a_part_at_the_edge_of_the_sheet_is_refused_before_its_kerf_runs_off() -> None:
+    """The middle of a kerf of 1.5 mm is 0.75 mm beyond the part."""
+    with pytest.raises(PlanError, match=r"part 1: outline at \(0.7, 50\) lies so near the edge of the sheet"):
+        cutting_of(sheet_of((square(0.7, 50, 50), 0, -1, 1), size=200))
+    cutting_of(sheet_of((square(0.8, 50, 50), 0, -1, 1), size=200))
+
+
+def test_a_hole_barely_wider_than_two_kerfs_of_a_laser_is_begun_in_its_middle() -> None:
+    sheet = sheet_of((square(0, 0, 50), 0, -1, 1), (Polyline.circle(25, 25, 0.22), 1, 0, 1))
+    cutting = cutting_of(sheet, LASER)
+    hole = next(c for c in all_cuts(cutting) if c.contours == (1,))
+    assert hole.path.start == pytest.approx((25.0, 25.0), abs=1e-3)

@@ -13,10 +13,10 @@ from cut_sheets import LASER, PLASMA, cutting_of, part_in_hole, sheet_of, square
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import CutTimes
-from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.model.toolpath import Kind, Toolpath, ToolpathBuilder
 from leafcut.options import CutOptions
 from leafcut.plan.cut_norm import cut_norm, part_areas
-from leafcut.plan.cut_toolpath import lay_cuts
+from leafcut.plan.cut_toolpath import follow, lay_cuts
 from leafcut.plan.cutting import drawing_order
 from leafcut.read.machine import load_machine
 from leafcut.timing.toolpath import measure, seconds_by_row
@@ -149,3 +149,20 @@ def test_parts_add_up_to_the_sheet_and_sheets_to_the_batch() -> None:
     ways = sum(math.dist(a.path.end, b.path.start) for a, b in itertools.pairwise(cuts))
     assert norm.sheet.length_mm == pytest.approx(perimeters + ways)
     assert CutTimes().total_s == 0.0
+
+
+@pytest.mark.parametrize("turn", [0.02, math.radians(90.0), -math.radians(200.0), 2.0 * math.pi - 1e-4])
+def test_no_arc_has_ends_that_the_decimals_of_a_program_cannot_tell_apart(turn) -> None:
+    """An arc with ends 0.001 mm apart, as a start beside a corner leaves it, is a line; nearly a circle, two arcs."""
+    chord = 0.001
+    path = Polyline(np.array([[0.0, 0.0, 0.0], [10.0, 0.0, math.tan(0.25 * turn)], [10.0 + chord, 0.0, 0.0]]))
+    builder = ToolpathBuilder()
+    builder.rapid(z=1.0)
+    builder.rapid(0.0, 0.0)
+    follow(builder, path, 10.0)
+    laid_path = builder.build()
+    arcs = [k for k in range(len(laid_path.kind)) if laid_path.kind[k] in (Kind.ARC_CW, Kind.ARC_CCW)]
+    for k in arcs:
+        assert math.dist(laid_path.end[k - 1, :2], laid_path.end[k, :2]) > 2 * 0.00254
+    assert laid_path.end[-1, :2].tolist() == pytest.approx([10.0 + chord, 0.0])
+    assert len(arcs) == (2 if turn > 6.0 else 0)

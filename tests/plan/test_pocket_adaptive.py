@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 import shapely
 from hypothesis import given, settings
@@ -13,9 +14,14 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import SAME_PLACE, Pocket, PocketMeasures, PocketPath, PocketRules
+from leafcut.model.toolpath import Kind, positions_before
+from leafcut.options import DrillOptions, PocketOptions
 from leafcut.plan.pocket_adaptive import adaptive
 from leafcut.plan.pocket_axis import middle_axis
 from leafcut.plan.pocket_region import centre_regions
+from leafcut.plan.pocket_rules import milling_data
+from leafcut.plan.pocket_toolpath import Clearing, Heights, lay_pockets
+from leafcut.read.machine import load_machine
 from leafcut.verify.removal import measure_path
 
 #: What the measure may find above the limit: it looks at places of its own.
@@ -102,6 +108,23 @@ def test_the_axis_of_a_rectangle_is_its_middle_line_and_four_diagonals() -> None
     assert length == pytest.approx(20.0 + 4 * 10.0 * math.sqrt(2.0), rel=0.01)
     distance = shapely.distance(shapely.points(axis.xy), shapely.box(0, 0, 40, 20).boundary)
     assert axis.width == pytest.approx(distance, abs=1e-6)
+
+
+def test_a_path_that_begins_with_a_loop_is_entered_round_and_round_it_no_steeper_than_asked() -> None:
+    rules = PocketRules(tool_diameter=10.0, step_over=6.0, max_engagement=1.2)
+    region = centre_regions(Pocket(Polyline.circle(0, 0, 15)), rules)[0][0]
+    angle = math.radians(3.0)
+    options = PocketOptions(tool_diameter=10.0, entry="ramp", entry_angle=angle, milling_feed=10.0)
+    mill = load_machine("linuxcnc-mill")
+    data = milling_data(options, DrillOptions(spindle_speed=3000.0), rules, mill)[0]
+    heights = Heights((-2.0, -4.0), 10.0, 2.0)
+    toolpath, down = lay_pockets([Clearing(region, region.polygon, adaptive(region))], heights, data, mill)
+    before, end = positions_before(toolpath), toolpath.end
+    dropping = np.flatnonzero((toolpath.kind == Kind.ARC_CCW) & (end[:, 2] < before[:, 2] - 1e-9))
+    # Half circles of 4.5 mm about the middle, whose slope is the drop over π · 4.5.
+    assert np.hypot(end[dropping, 0], end[dropping, 1]) == pytest.approx(np.full(len(dropping), 4.5))
+    assert ((before - end)[dropping, 2] <= math.pi * 4.5 * math.tan(angle) + 1e-9).all()
+    assert {d.kind for d in down} == {"helix"} and [d.bottom for d in down] == [-2.0, -4.0]
 
 
 numbers = st.floats(-15.0, 15.0).map(lambda v: round(v, 2))

@@ -117,6 +117,29 @@ def test_a_part_that_crosses_a_layer_named_as_a_sheet_lies_beyond_its_edge() -> 
     assert sheet(notched, box(40, 40, 30, 30)).outline is None  # beside it, not across
 
 
+@pytest.mark.parametrize(
+    "beyond",
+    [
+        [box(150, 5, 10, 10)],
+        [box(150, 0, 100, 50, "SHEET")],
+        [box(150, 0, 100, 50, "SHEET"), box(155, 5, 10, 10)],
+        [line((50, -5), (50, 55), layer="TRIM")],
+        [line((150, 5), (160, 5), layer="MARK")],
+    ],
+)
+def test_what_is_named_a_sheet_and_lies_round_some_of_the_parts_is_not_cut_as_a_part_round_holes(beyond) -> None:
+    """Parts in it would be cut as its holes: on the wrong side of every line."""
+    drawing = [box(0, 0, 100, 50, "SHEET"), box(5, 5, 10, 10), disc(10, 10, 2), *beyond]
+    assert "layer SHEET has the name of a sheet's edge" in refusal(*drawing, open_paths="cut")
+    named = sheet(*drawing, open_paths="cut", cut_layers="*")
+    assert named.outline is None and len(named.contours) == len(drawing)
+
+
+def test_an_open_cut_from_edge_to_edge_of_the_sheet_leaves_it_the_sheet() -> None:
+    found = sheet(box(0, 0, 100, 50, "SHEET"), box(5, 5, 9, 9), line((50, 0), (50, 50)), open_paths="cut")
+    assert found.outline is not None and found.n_parts == 1
+
+
 def test_a_drawing_with_nothing_but_marks_by_name_is_cut() -> None:
     assert [c.contour.kind for c in sheet(box(0, 0, 9, 9, "MARK")).contours] == ["cut"]
 
@@ -135,6 +158,11 @@ def test_a_drawing_with_nothing_but_marks_by_name_is_cut() -> None:
         ("L421", [box(0, 0, 9, 9), line((2, 2), (3, 3), layer="SCRIBE")], {}),
         ("L422", [box(0, 0, 99, 99), box(9, 9, 9, 9), box(10, 10, 3, 3)], {}),
         ("L422", [box(0, 0, 99, 99, "frame"), box(9, 9, 9, 9), box(29, 9, 9, 9)], {}),
+        (
+            "L422",
+            [box(0, 0, 99, 99), box(9, 9, 9, 9), box(10, 10, 3, 3), box(50, 9, 9, 9), disc(55, 13, 2), disc(150, 5, 3)],
+            {},
+        ),
         ("L423", [box(0, 0, 9, 9), box(9, 0, 9, 9)], {}),
         ("L424", [box(0, 0, 9, 9), line((20, 0), (30, 0))], {"open_paths": "cut"}),
         ("L424", [box(0, 0, 9, 9), line((20, 0), (30, 0))], {"open_paths": "mark"}),

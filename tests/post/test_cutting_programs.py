@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 from pathlib import Path
 
 import pytest
@@ -18,7 +17,6 @@ from leafcut.options import PostOptions
 from leafcut.post.cutting import write_cut_program
 from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 
-RS274 = shutil.which("rs274")
 DATA = CutData("plasma", "mild_steel", 6.0, 20.0, 1.5, 45.0, 3.8, 0.5, 1.5, 130.0)
 
 
@@ -182,13 +180,12 @@ def test_what_a_controller_cannot_do_is_refused(words: str, path: Toolpath, post
 
 
 @pytest.mark.external
-@pytest.mark.skipif(RS274 is None, reason="rs274 is not installed")
 @pytest.mark.parametrize("words", ["qtplasmac", "plasma"])
 @pytest.mark.parametrize("units", ["mm", "inch"])
-def test_linuxcnc_makes_the_same_moves(words: str, units: str, tmp_path: Path) -> None:
+def test_linuxcnc_makes_the_same_moves(words: str, units: str, rs274: str, tmp_path: Path) -> None:
     """QtPlasmaC lowers the feed while the program runs; rs274, which runs nothing, prints the feed of F."""
     text = written(words, two_cuts(dark=words == "qtplasmac"), PostOptions(output_units=units))
-    status, output = run_rs274(str(RS274), text, tmp_path)
+    status, output = run_rs274(rs274, text, tmp_path)
     assert status == 0, output
     path = interpret(text.replace("Q60", "Q100"), dialect(words))
     ours = [m for m in moves_of_toolpath(path) if m[0] != "dwell" or words == "plasma"]

@@ -251,6 +251,10 @@ def test_a_plan_with_bridges_is_kept_as_a_whole_or_only_where_they_are_fixed(dra
     plan.write_text(json.dumps(data))
     with pytest.raises(PlanError, match="no way through the scrap"):
         api.optimize(drawing, plan=plan, **slow)
+    data["cuts"][0] |= {"bridge": True, "fixed": ["bridge"]}
+    plan.write_text(json.dumps(data))
+    with pytest.raises(PlanError, match="cut 1: there is no cut before it"):
+        api.optimize(drawing, plan=plan, **slow)
 
 
 @pytest.mark.parametrize("keep_order", [False, True])
@@ -372,3 +376,15 @@ def test_a_plan_file_is_never_written_over_an_input(drawing: Path, tmp_path: Pat
     assert run([*words, "--save-plan", str(plan)]) == 0
     assert run([*words, "--plan", str(plan), "--save-plan", str(plan)]) == 1
     assert "never overwritten" in capsys.readouterr().err
+
+
+def test_starts_in_the_air_are_told_where_the_controller_probes_before_each_cut(tmp_path: Path) -> None:
+    """QtPlasmaC goes down to find the sheet wherever the torch goes on; a program with its own Z does not."""
+    document = ezdxf.new(units=4)
+    document.modelspace().add_lwpolyline([(20, 20), (90, 20), (90, 90), (20, 90)], close=True)
+    document.saveas(tmp_path / "thick.dxf")
+    options = {**FAST, "edge_start": "always", "sheet_size": "200x200"}
+    probing = api.optimize(tmp_path / "thick.dxf", **options)
+    assert [i.code for i in probing.issues].count("L619") == 1
+    assert "L619" not in {i.code for i in api.optimize(tmp_path / "thick.dxf", dialect="plasma", **options).issues}
+    assert "L619" not in {i.code for i in api.optimize(tmp_path / "thick.dxf", **FAST).issues}

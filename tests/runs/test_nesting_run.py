@@ -115,3 +115,19 @@ def test_the_command_line_answers_in_json(drawings: Path, capsys: pytest.Capture
     assert run(words) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["variants"]
+
+
+def test_a_refusal_among_several_drawings_names_the_drawing(drawings: Path) -> None:
+    with pytest.raises(PlanError, match=r"open\.dxf: 1 open path"):
+        api.nest([f"{drawings}/angle.dxf:1", f"{drawings}/open.dxf:2"], **SMALL)
+
+
+def test_quiet_nesting_still_tells_of_parts_that_have_no_room(
+    drawings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["nest", f"{drawings}/plate.dxf:9", "--sheet", "80x60", "--nester", "rectangles", "--max-sheets", "1"]
+    assert run([*words, "-q", "-o", str(tmp_path / "few.dxf")]) == 0
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert "no room for" in shown.err
+    assert "of plate" in shown.err

@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 from proved_sheets import checked, laid, planned, program
 
+from cut_sheets import sheet_of, square
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.machine import Probe
 from leafcut.options import CutOptions, PostOptions
 from leafcut.verify.cut_motion import check_cut_motion
+from leafcut.verify.sheet_shapes import shapes_of
 
 KERF = 1.5
 Cuts = tuple[Cut, ...]
@@ -276,3 +278,12 @@ def test_a_probe_that_nobody_asked_for_is_a_difference() -> None:
     plan, rules = planned("plasma")
     text = program(plan.cuts, "plasma", probe=PROBE)
     assert {d.what for d in checked(text, plan, rules, "plasma")} == {"probe"}
+
+
+@pytest.mark.parametrize(("radius", "wanted"), [(1.47, False), (1.49, None), (1.5, None), (1.52, None), (1.53, True)])
+def test_a_hole_wider_than_two_kerfs_must_be_cut_and_one_of_just_that_width_may(radius, wanted) -> None:
+    hole = Polyline.circle(25, 25, radius)
+    shapes = shapes_of(sheet_of((square(0, 0, 50), 0, -1, 1), (hole, 1, 0, 1)), 0.75)
+    found = [t.may_stay for t in shapes.targets if t.index == 1]
+    assert found == ([] if wanted is False else [wanted is None])
+    assert shapes.left_out == ((1,) if wanted is False else ())

@@ -70,6 +70,7 @@ CODES: dict[str, str] = {
     "L616": "how much is cut once for two parts",
     "L617": "edges a kerf apart are cut for each part",
     "L618": "the torch finds the sheet before every pierce",
+    "L619": "the controller probes the height where there is no sheet",
     "L701": "a place of a pocket cannot be reached by the tool",
     "L702": "the tool comes down in another way than was asked for",
     "L703": "holes have to be there before a program runs",

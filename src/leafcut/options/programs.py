@@ -49,7 +49,7 @@ class PostOptions(OptionGroup):
         "how far a torch may cut a corner short to keep its speed (P of G64); 0 for not at all",
         unit="mm",
         minimum=0,
-        maximum=10,
+        maximum=1,
     )
     material_number: int | None = option(
         "whole",

@@ -159,6 +159,8 @@ def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False
     """
     position = {c.index: k for k, c in enumerate(cutting.contours)}
     chains: list[list[Link]] = []
+    if plan.cuts and plan.cuts[0].bridge and (everything or "bridge" in plan.cuts[0].fixed):
+        raise PlanError(f"{plan.source}: cut 1: there is no cut before it from which a bridge could come")
     for number, (before, choice) in enumerate(itertools.pairwise(plan.cuts), 2):
         if not choice.bridge or not (everything or "bridge" in choice.fixed):
             continue

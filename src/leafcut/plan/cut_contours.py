@@ -113,7 +113,8 @@ def flat_line(path: Polyline) -> Any:
 def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], list[Issue]]:
     """Return the contours that can be cut, in the order of the sheet, and what was found about the others.
 
-    A hole into which the kerf does not go, and a part whose outline it would close up, are reported and not cut.
+    A hole into which the kerf does not go, or in which it cannot pierce, and a part whose outline it would close up,
+    are reported and not cut.
     """
     made: dict[int, CutContour] = {}
     issues: list[Issue] = []
@@ -148,7 +149,18 @@ def _prepared(index: int, source: SheetContour, rules: CutRules) -> CutContour |
             return None
         path = rings[0] if rings[0].area >= 0.0 else rings[0].reversed()
     line = flat_line(path)
+    if rules.half > 0.0 and source.is_hole and not _holds_pierce(path, line, rules):
+        return None
     return CutContour(index, source, path, line, source.is_hole, diameter, corners_along(drawn, path, line))
+
+
+def _holds_pierce(path: Polyline, line: Any, rules: CutRules) -> bool:
+    """Return whether there is a place half a kerf inside the path of a hole, where a pierce reaches no part."""
+    import shapely
+
+    if path.area > 2.0 * rules.kerf * path.length:
+        return True
+    return not shapely.Polygon(line.coords).buffer(-rules.half, quad_segs=2).is_empty
 
 
 def corners_along(drawn: Polyline, path: Polyline, line: Any) -> tuple[float, ...]:
@@ -185,7 +197,11 @@ def _too_narrow(index: int, source: SheetContour, rules: CutRules) -> Issue:
     low_x, low_y, high_x, high_y = source.contour.path.extents
     size = f"{high_x - low_x:.4g} × {high_y - low_y:.4g} mm"
     if source.is_hole:
-        words = f"a hole of {size} in part {source.part} is narrower than the kerf of {rules.kerf:g} mm: not cut"
+        if min(high_x - low_x, high_y - low_y) < 2.0 * rules.kerf:
+            narrow = f"is narrower than two kerfs of {rules.kerf:g} mm, with no room for a pierce"
+        else:
+            narrow = f"has a neck narrower than the kerf of {rules.kerf:g} mm, or no room for a pierce"
+        words = f"a hole of {size} in part {source.part} {narrow}: not cut"
     else:
         words = f"part {source.part}, {size}, has a gap narrower than the kerf of {rules.kerf:g} mm: it is not cut"
     return Issue("L611", words, _place(index, source, x, y))

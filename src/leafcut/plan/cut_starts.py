@@ -246,9 +246,14 @@ def closing_joint(contour: CutContour, rules: CutRules) -> float:
 
 
 def ways_of(contour: CutContour, rules: CutRules) -> list[Lead | None]:
-    """Return the leads to be tried, the wanted one first; None stands for one from the middle of a small hole."""
-    from_middle = contour.is_small(rules) and rules.lead_in.run_in == 0.0
-    return [*([None] if from_middle else []), *ways_to_lead(rules.lead_in, rules.kerf)]
+    """Return the leads to be tried, the wanted one first; None stands for one from the middle of a hole.
+
+    That is the first for a small hole, and the last where no other fits into a hole.
+    """
+    ways = ways_to_lead(rules.lead_in, rules.kerf)
+    if not contour.hole or rules.lead_in.run_in > 0.0:
+        return [*ways]
+    return [None, *ways] if contour.is_small(rules) else [*ways, None]
 
 
 def with_leads(

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline, Segment
@@ -16,6 +19,8 @@ Point = tuple[float, float]
 
 #: What is shorter is rounding, mm.
 SHORTEST = 1e-6
+#: An arc whose ends are closer is a line, mm: two steps of a program in inches, with four decimals, and a bit.
+SHORTEST_ARC = 0.006
 #: M3 needs a speed on most controllers; a torch has none.
 TORCH_ON = 1.0
 
@@ -61,6 +66,8 @@ def lay_cuts(
             f"the torch travels at {clearance:g} mm, not above its pierce height of {data.pierce_height:g} mm; give a "
             "larger --clearance-height"
         )
+    if not any(_pierces(cut) for cut in cuts):
+        probe = None  # nothing is found that would have to be forgotten
     builder = ToolpathBuilder()
     if tolerance > 0.0:
         builder.blending(640, tolerance)
@@ -98,12 +105,17 @@ class _Torch:
     spindle: int
 
 
+def _pierces(cut: Cut) -> bool:
+    """Return whether a cut begins by going through the sheet."""
+    return cut.pierce and cut.kind == "cut"
+
+
 def _lay(builder: ToolpathBuilder, cut: Cut, torch: _Torch, clearance: float, *, descend: bool) -> None:
     x, y = cut.path.start
     builder.rapid(x, y)
     if descend:
         builder.rapid(z=clearance)
-    pierces = cut.pierce and cut.kind == "cut"
+    pierces = _pierces(cut)
     if pierces and torch.probe is not None:
         builder.probe(-torch.probe.depth, feed=torch.probe.feed)
         builder.set_place(Kind.SHIFT, (x, y, -torch.probe.switch_offset), 0)
@@ -166,11 +178,28 @@ def _follow(builder: ToolpathBuilder, cut: Cut, torch: _Torch) -> None:
 
 def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
     """Cut along an open path from where it begins, at one speed."""
-    for s in path.segments():
+    for s in _writable(path):
         if s.is_arc:
             _arc(builder, s, feed)
         elif abs(s.end[0] - s.start[0]) > SHORTEST or abs(s.end[1] - s.start[1]) > SHORTEST:
             builder.feed(*s.end, feed=feed)
+
+
+def _writable(path: Polyline) -> Iterator[Segment]:
+    """Yield the segments of a path; no arc's ends are so near that a program's decimals would take them for one place.
+
+    A short arc becomes its chord, which it leaves by less than half its length; one that is nearly round, two arcs.
+    """
+    for s in path.segments():
+        if not s.is_arc or math.dist(s.start, s.end) >= SHORTEST_ARC:
+            yield s
+            continue
+        arc = Polyline(np.array([[*s.start, s.bulge], [*s.end, 0.0]]))
+        if arc.length < math.pi * SHORTEST_ARC:
+            yield s._replace(bulge=0.0)
+        else:
+            yield from arc.piece(0.0, 0.5 * arc.length).segments()
+            yield from arc.piece(0.5 * arc.length, arc.length).segments()
 
 
 def _arc(builder: ToolpathBuilder, s: Segment, feed: float) -> None:

@@ -26,7 +26,7 @@ from leafcut.model.sheet import Sheet
 from leafcut.options import CutOptions
 from leafcut.plan.chain_path import chain_length, make_chain
 from leafcut.plan.compensated import check_hollows
-from leafcut.plan.cut_contours import CutContour, prepare_contours
+from leafcut.plan.cut_contours import ROUNDING, CutContour, prepare_contours
 from leafcut.plan.cut_path import make_cut
 from leafcut.plan.cut_rules import CutRules
 from leafcut.plan.cut_starts import CutStart, find_starts, lead_out_of, overcut_of
@@ -128,13 +128,15 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
 
 
 def check_room(contours: list[CutContour], scrap: Scrap) -> None:
-    """Refuse a kerf that touches another part, or a clamp.
+    """Refuse a kerf that touches another part, or a clamp, or whose middle is beyond the edge of the sheet.
 
     Raises
     ------
     PlanError
         The first that does, and how many more.
     """
+    import shapely
+
     cut = [c for c in contours if c.kind == "cut"]
     lines = np.array([c.line for c in cut], dtype=object)
     found = []
@@ -153,6 +155,13 @@ def check_room(contours: list[CutContour], scrap: Scrap) -> None:
             f"{cut[k].name()} runs into the forbidden zone {low_x:g} {low_y:g} {high_x:g} {high_y:g}; move the clamp "
             "or the part"
         )
+    if scrap.sheet is not None:
+        beyond = np.flatnonzero(~shapely.contains(scrap.sheet.buffer(ROUNDING), lines))
+        found += [
+            f"{cut[k].name()} lies so near the edge of the sheet that the kerf of {scrap.rules.kerf:g} mm runs off it; "
+            "move the part in, or take a larger sheet"
+            for k in beyond.tolist()
+        ]
     if found:
         more = f" (and {len(found) - 1} more such places)" if len(found) > 1 else ""
         raise PlanError(f"{found[0]}{more}")

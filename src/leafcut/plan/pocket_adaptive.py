@@ -43,6 +43,8 @@ THIN = 0.03
 FILM = 0.6
 #: Halvings between a disc that is near enough and one that is too far.
 _HALVINGS = 5
+#: Part of the way on that is kept where a disc turns out to be a little too far.
+_BACK = 0.8
 #: A disc that is no further on than this cannot be cleared within the limit, mm.
 _STUCK = 1e-5
 
@@ -160,11 +162,15 @@ class _Work:
     def _walk(self, start: Floats, end: Floats, spot: _Spot, to_end: bool) -> _Spot:
         """Go from a place of the axis to the next, clearing discs as they are needed; return where the last one is."""
         good = 0.0
-        while not self._reaches(end, spot):
+        while not self._reaches(end, spot, to_end):
             low, high = good, 1.0
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
                 low, high = (middle, high) if self._reaches(start + middle * (end - start), spot) else (low, middle)
+            for _ in range(_HALVINGS):  # a peak between the places that were looked at
+                if self._reaches(start + low * (end - start), spot, True):
+                    break
+                low = good + _BACK * (low - good)
             at = start + low * (end - start)
             cleared = self._clear(at, spot)
             if cleared.disc == spot.disc and float(np.hypot(*(at - spot.at))) < _STUCK:
@@ -184,7 +190,7 @@ class _Work:
 
         return float(shapely.distance(self.edge, shapely.Point(at)))
 
-    def _reaches(self, at: Floats, spot: _Spot) -> bool:
+    def _reaches(self, at: Floats, spot: _Spot, sure: bool = False) -> bool:
         """Return whether the disc about a place may be cleared next: within the limit, and no large cusp left."""
         (x, y), radius = at.tolist(), self._radius(at)
         if not self._left(x, y, radius):
@@ -195,7 +201,7 @@ class _Work:
             return False
         if float(np.hypot(*(at - spot.at))) > math.sqrt(8.0 * cusp * (self.rules.radius + radius)):
             return False
-        return self.fronts.engagement(x, y, radius) <= self._allowed(radius)
+        return self.fronts.engagement(x, y, radius, sure) <= self._allowed(radius)
 
     def _left(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
         """Return the arcs of a disc that are to be cut; none in the tip of a corner, where a film is left of it."""

@@ -20,6 +20,8 @@ HELIX_RADII = (0.9, 0.75, 0.6, 0.5)
 HELIX_DIRECTIONS = 24
 #: A ramp goes back and forth at most so often; where the path is too short for it the tool goes straight down.
 MOST_LEGS = 24
+#: A loop is followed at most so often: a deep level on a very small loop is gone down to straight.
+MOST_LOOPS = 400
 #: What is shorter is written as a line, mm: no arc so short can be told from its opposite.
 SHORTEST_ARC = 0.01
 SHORTEST = 1e-6
@@ -71,6 +73,29 @@ def come_down(
     else:
         builder.feed(z=bottom, feed=data.plunge_feed)
     return Descent(kind, asked, start, high, bottom)
+
+
+def wind_down(
+    builder: ToolpathBuilder, loop: Polyline, top: float, bottom: float, data: MillingData, allowed: Any, climb: bool
+) -> Descent:
+    """Bring the tool down along a closed loop, as often round as it takes; like `come_down` where no ramp is wanted."""
+    turns = _turns(loop.length, min(builder.position[2], top + ABOVE) - bottom, data.entry_angle)
+    if data.entry not in ("ramp", "helix") or not turns:
+        return come_down(builder, loop, top, bottom, data, allowed, climb)
+    high = min(builder.position[2], top + ABOVE) if builder.position[2] > top else builder.position[2]
+    if builder.position[2] > high + SHORTEST:
+        builder.feed(z=high, feed=data.tool.feed)
+    feed = min(data.tool.feed, data.plunge_feed / math.sin(data.entry_angle))
+    for turn in range(turns):
+        begin, end = (high + (bottom - high) * (turn + k) / turns for k in (0, 1))
+        follow(builder, loop, feed, (begin, end))
+    return Descent("helix", "helix", loop.start, high, bottom)
+
+
+def _turns(length: float, drop: float, angle: float) -> int:
+    """Return how often a loop is followed for a drop, 0 where it is too short for that."""
+    turns = math.ceil(drop / (length * math.tan(angle)) - 1e-9) if length > SHORTEST else 0
+    return turns if turns <= MOST_LOOPS else 0
 
 
 # -- ramp ------------------------------------------------------------------------------------------------------------

@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 #: Discs that are looked at beside one place at most: the nearest. To know fewer makes the engagement seem larger.
 _NEAREST = 96
-#: Places on the arc of one disc at most between whose engagements the largest is taken.
-_MOST_PLACES = 160
+#: Places on an arc whose engagements are looked at: so far apart, in radii of the tool, and so many at most.
+_APART, _MOST = 0.1, 160
+#: The same where it must be sure: cusps of arcs before make short peaks.
+_APART_SURE, _MOST_SURE = 0.025, 1000
 _HALF = 0.5 * math.pi
 #: Rounding of places that lie on the edge of a disc, mm.
 _SLACK = 1e-6
@@ -89,7 +91,7 @@ class Fronts:
         gaps = np.hypot(px[:, None] - discs[:, 0], py[:, None] - discs[:, 1]) - discs[:, 2]
         return float(gaps.min(axis=1).max())
 
-    def engagement(self, x: float, y: float, radius: float) -> float:
+    def engagement(self, x: float, y: float, radius: float, sure: bool = False) -> float:
         """Return the largest engagement of a tool on the arcs of a circle, rad; 0 where it cuts nothing."""
         discs = self.discs
         gap = np.hypot(discs[:, 0] - x, discs[:, 1] - y) - discs[:, 2]
@@ -98,10 +100,11 @@ class Fronts:
         arcs = self._arcs(x, y, radius, discs)
         if not arcs:
             return 0.0
-        step = min(0.1 * self.tool, 0.1 * radius + 1e-3)
+        apart, most = (_APART_SURE, _MOST_SURE) if sure else (_APART, _MOST)
+        step = apart * min(self.tool, radius + 0.01)
         angles = []
         for start, sweep in arcs:
-            many = min(max(math.ceil(sweep * radius / step), 8), _MOST_PLACES)
+            many = min(max(math.ceil(sweep * radius / step), 8), most)
             angles.append(start + self.turn * sweep * np.linspace(0.0, 1.0, many + 1))
         angle = np.concatenate(angles)
         return float(self._engaged(x, y, radius, angle, discs).max())

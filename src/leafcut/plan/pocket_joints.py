@@ -6,10 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points
 from leafcut.plan.pocket_region import CentreRegion
-from leafcut.plan.pocket_rings import LINE, Ring
+from leafcut.plan.pocket_rings import Ring
+
+Rows = NDArray[np.int64]
 
 #: Places tried for a joint are so many step-overs apart.
 STATION_STEP = 0.25
@@ -17,14 +20,18 @@ STATION_STEP = 0.25
 LONG = 0.3
 #: So many chains of rings are tried.
 MOST_CHAINS = 12
-#: A joint that makes a gap between passes is not tried again within so many step-overs.
-CLOSED = 1.0
-#: A joint may leave out this share of a small ring.
-SMALL_GAP = 0.3
+#: What of a gap may be left out where only one of two rings has one.
+ONE_SIDED = 1.0
+#: Joints of the tree are sought among rings this near, in step-overs; among all where that is not enough.
+FAR = 2.5
+#: Rings shorter than this, in step-overs, are gone round as a whole.
+TINY = 3.0
 #: What a joint between two rings along walls costs more, in step-overs: finished walls are left as seldom as possible.
 WALL_PENALTY = 1.0
 #: A joint at a place whose gap turns costs more by this many step-overs per radian: corners are cut in one go.
 TURN_PENALTY = 0.3
+#: Joints within so many step-overs of avoided places cost so many more.
+AVOIDED, AVOIDED_PENALTY = 2.0, 4.0
 
 
 @dataclass(frozen=True)
@@ -47,7 +54,7 @@ def _beside(a: Ring, b: Ring, step_over: float) -> bool:
     import shapely
 
     small, large = (a, b) if a.length <= b.length else (b, a)
-    if LINE in (a.level, b.level) or a.level == b.level:
+    if a.level == b.level:
         return False
     n = max(math.ceil(small.length / (STATION_STEP * step_over)), 8)
     places = shapely.line_interpolate_point(small.line, np.arange(n) * small.length / n)
@@ -57,7 +64,7 @@ def _beside(a: Ring, b: Ring, step_over: float) -> bool:
 def chains(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
     """Return the ways through the tree along which rings may be cut one after the other, the most promising first.
 
-    Each goes from an inner ring to outer ones, side by side; also with a line that is gone over only once before it.
+    Each goes from an inner ring to outer ones, side by side.
     """
     inner: dict[int, list[int]] = {}
     for a, b in edges:
@@ -72,12 +79,9 @@ def chains(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> l
             deeper([*way, ring])
 
     for ring in range(len(cut)):
-        if cut[ring].level != LINE:
-            deeper([ring])
+        deeper([ring])
     found.sort(key=lambda way: (-len(way), way[-1]))
-    longest = [way for way in found if len(way) >= len(found[0]) - 2][:MOST_CHAINS]
-    lines = {(a, b) for edge in edges for a, b in (edge, edge[::-1]) if cut[a].level == LINE and cut[b].level != LINE}
-    return longest + [[line, *way] for way in longest for line, ring in sorted(lines) if ring == way[0]]
+    return [way for way in found if len(way) >= len(found[0]) - 2][:MOST_CHAINS]
 
 
 def children_of(chain: list[int], edges: list[tuple[int, int]], n: int) -> dict[int, list[int]]:
@@ -106,7 +110,16 @@ def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
     import shapely
 
     lines = np.array([ring.line for ring in cut])
-    a, b = np.triu_indices(len(cut), 1)
+    a, b = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=FAR * step_over)
+    tree = _kruskal(cut, a[a < b], b[a < b], step_over)
+    return tree if len(tree) == len(cut) - 1 else _kruskal(cut, *np.triu_indices(len(cut), 1), step_over)
+
+
+def _kruskal(cut: list[Ring], a: Rows, b: Rows, step_over: float) -> list[tuple[int, int]]:
+    """Return the shortest joints out of pairs that leave no ring apart, nor make a circle."""
+    import shapely
+
+    lines = np.array([ring.line for ring in cut])
     near = shapely.distance(lines[a], lines[b])
     levels = np.array([ring.level for ring in cut])
     both_walls = (levels[a] == 0) & (levels[b] == 0)
@@ -131,11 +144,11 @@ def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
 class Layout:
     """Where the joints are: stretches of rings that are taken, and the way that goes through all of them."""
 
-    def __init__(self, region: CentreRegion, cut: list[Ring], closed: list[Points] | None = None) -> None:
+    def __init__(self, region: CentreRegion, cut: list[Ring], avoided: Points | None = None) -> None:
         import shapely
 
         self.region, self.cut = region, cut
-        self.closed = np.array(closed).reshape(-1, 2) if closed else np.zeros((0, 2))
+        self.avoided = shapely.multipoints(np.zeros((0, 2)) if avoided is None else avoided)
         self.links: list[Points] = []
         self.edges = tree_of(cut, region.rules.step_over)
         self.step = region.rules.step_over
@@ -146,9 +159,9 @@ class Layout:
         shapely.prepare(self.allowed)
 
     def gap(self, ring: int) -> float:
-        """Return how much of a ring a joint may leave out: nothing of a wall or of a line."""
+        """Return how much of a ring a joint may leave out: nothing of a wall or of a tiny ring."""
         here = self.cut[ring]
-        return 0.0 if here.level in (0, LINE) else min(self.step, SMALL_GAP * here.length)
+        return 0.0 if here.level == 0 or here.length < TINY * self.step else self.step
 
     def ways(self) -> list[Points]:
         """Return the way through all rings, float64[n, 2]; what no free straight line leads to is a way of its own."""
@@ -169,11 +182,9 @@ class Layout:
         for chain in chains(self.cut, self.edges, self.step):
             first = self.cut[chain[0]]
             n = max(min(math.ceil(first.length / self.step), 24), 4)
-            starts = [0.0, 0.5 * first.length] if first.level == LINE else list(np.arange(n) * first.length / n)
-            # A joint that is gone over once instead of twice, and a line, spare about so much.
-            spared = self.step * len(chain) + (0.5 * first.length if first.level == LINE else 0.0)
-            spared += self.step * (self.cut[chain[-1]].level == 0)
-            for start in starts:
+            # A joint that is gone over once instead of twice spares about so much.
+            spared = self.step * (len(chain) + (self.cut[chain[-1]].level == 0))
+            for start in np.arange(n) * first.length / n:
                 cost, spans = self._chain_from(chain, float(start))
                 if best is None or cost - spared < best[0] - 1e-9:
                     best = (cost - spared, chain, spans)
@@ -184,7 +195,7 @@ class Layout:
         cost, spans = 0.0, []
         for k, ring in enumerate(chain):
             here, last = self.cut[ring], k + 1 == len(chain)
-            end = start + (0.5 * here.length if here.level == LINE else here.length - (0.0 if last else self.gap(ring)))
+            end = start + here.length - (0.0 if last else self.gap(ring))
             spans.append((start, end))
             if not last:
                 more, start = self._entry(ring, end, chain[k + 1])
@@ -194,11 +205,8 @@ class Layout:
     def _entry(self, ring: int, end: float, after: int) -> tuple[float, float]:
         """Return the cost of going on from the end of a ring to the next of the chain, and where that is entered."""
         place, to = self.cut[ring].at(end), self.cut[after]
-        if to.level == LINE:
-            options = [0.0, 0.5 * to.length]
-        else:
-            nearest = to.station_of(place)
-            options = [nearest + share * self.step for share in (0.0, 0.5, 1.0, 1.5)]
+        nearest = to.station_of(place)
+        options = [nearest + share * self.step for share in (0.0, 0.5, 1.0, 1.5)]
         costs = [
             self._link(place, to.at(s)) + TURN_PENALTY * self.step * _turn(to, s - self.gap(after), self.gap(after))
             for s in options
@@ -230,53 +238,73 @@ class Layout:
         self.taken[ring].append((station - 0.5 * gap, station + 0.5 * gap))
 
     def _best_joint(self, parent: int, child: int) -> Joint | None:
+        """Return the cheapest joint of two rings whose straight ways are free."""
+        a, b = self.cut[parent], self.cut[child]
+        stations = self._stations(parent, child)
+        options: list[tuple[float, Joint]] = []
+        for share in (1.0, 0.5, 0.0):
+            gaps = share * self.gap(parent), share * self.gap(child)
+            if not all(gaps):  # a point of a wall: what is beside the gap has but one way on either side
+                gaps = ONE_SIDED * gaps[0], ONE_SIDED * gaps[1]
+            leave, back = (a.places(stations[:, 0] + side * gaps[0]) for side in (-0.5, 0.5))
+            enter, out = (b.places(stations[:, 1] + side * gaps[1]) for side in (0.5, -0.5))
+            costs = np.hypot(*(leave - enter).T) + np.hypot(*(out - back).T) - sum(gaps)
+            for cost, (sa, sb) in zip(costs.tolist(), stations.tolist(), strict=True):
+                options.append((cost, Joint(parent, child, sa, sb, gaps[0], gaps[1])))
+            if not sum(gaps):
+                break
         best: tuple[float, Joint | None] = (math.inf, None)
-        for sa, sb in self._stations(parent, child):
-            for share in (1.0, 0.5, 0.0):
-                joint = Joint(parent, child, sa, sb, share * self.gap(parent), share * self.gap(child))
-                cost = self._cost(joint, best[0])
-                if cost < best[0] - 1e-9:
-                    best = (cost, joint)
+        for cost, joint in sorted(options, key=lambda option: option[0]):
+            if cost >= best[0]:
+                break
+            more = self._more(joint)
+            if cost + more < best[0] - 1e-9:
+                best = (cost + more, joint)
         return best[1]
 
-    def _stations(self, parent: int, child: int) -> list[tuple[float, float]]:
-        """Return pairs of places where two rings are near, the nearest first."""
+    def _stations(self, parent: int, child: int) -> Points:
+        """Return pairs of stations (of the parent, of the child) where two rings are near, float64[n, 2]."""
         import shapely
 
         a, b = self.cut[parent], self.cut[child]
         pairs = []
-        for ring, other, swap in ((b, a, False), (a, b, True)):
+        for ring, other, order in ((b, a, [1, 0]), (a, b, [0, 1])):
             n = max(math.ceil(ring.length / (STATION_STEP * self.step)), 8)
             stations = np.concatenate([np.arange(n) * ring.length / n, ring.stations[:-1]])
-            places = shapely.line_interpolate_point(ring.line, stations)
+            places = shapely.points(ring.places(stations))
             away = shapely.distance(places, other.line)
-            keep = np.flatnonzero(away <= away.min() + self.step)
+            keep = away <= away.min() + self.step
             located = shapely.line_locate_point(other.line, places[keep])
-            for near, station, there in zip(away[keep], stations[keep], located, strict=True):
-                pair = (float(station), float(there)) if swap else (float(there), float(station))
-                pairs.append((float(near), pair))
-        return [pair for _, pair in sorted(pairs)]
+            pairs.append(np.column_stack([stations[keep], located])[:, order])
+        both: Points = np.vstack(pairs)
+        return both
 
-    def _cost(self, joint: Joint, bound: float) -> float:
+    def _more(self, joint: Joint) -> float:
+        """Return what a joint costs besides its length: turns in its gaps, infinitely much where it may not be."""
         a, b = self.cut[joint.parent], self.cut[joint.child]
         ha, hb = 0.5 * joint.parent_gap, 0.5 * joint.child_gap
-        leave, back = a.at(joint.parent_station - ha), a.at(joint.parent_station + ha)
-        enter, out = b.at(joint.child_station + hb), b.at(joint.child_station - hb)
-        cost = math.dist(leave, enter) + math.dist(out, back) - 2.0 * (ha + hb)
-        if cost >= bound or (ha + hb > 0.0 and self._is_closed(b.at(joint.child_station))):
+        if not self._is_free(joint.parent, joint.parent_station, ha):
+            return math.inf
+        if not self._is_free(joint.child, joint.child_station, hb):
+            return math.inf
+        links = (
+            (a.at(joint.parent_station - ha), b.at(joint.child_station + hb)),
+            (
+                b.at(joint.child_station - hb),
+                a.at(joint.parent_station + ha),
+            ),
+        )
+        if any(math.isinf(self._link(*link)) for link in links):
             return math.inf
         turn = _turn(a, joint.parent_station - ha, 2 * ha) + _turn(b, joint.child_station - hb, 2 * hb)
-        cost += TURN_PENALTY * self.step * turn
-        free = self._is_free(joint.parent, joint.parent_station, ha) and self._is_free(
-            joint.child, joint.child_station, hb
-        )
-        if cost >= bound or not free:
-            return math.inf
-        return cost + self._link(leave, enter) + self._link(out, back) - math.dist(leave, enter) - math.dist(out, back)
+        near = self._is_avoided(b.at(joint.child_station)) or self._is_avoided(a.at(joint.parent_station))
+        return (TURN_PENALTY * turn + AVOIDED_PENALTY * near) * self.step
 
-    def _is_closed(self, place: Points) -> bool:
-        """Return whether a joint at a place may leave out nothing: it made a gap there before."""
-        return len(self.closed) > 0 and bool((np.hypot(*(self.closed - place).T) < CLOSED * self.step).any())
+    def _is_avoided(self, place: Points) -> bool:
+        """Return whether a place is near one where a joint made passes too far from each other."""
+        import shapely
+
+        return bool(shapely.dwithin(shapely.Point(place), self.avoided, AVOIDED * self.step))
 
     def _is_free(self, ring: int, station: float, half: float) -> bool:
         """Return whether a stretch of a ring is taken by no other joint."""
@@ -291,10 +319,6 @@ class Layout:
         """Return the way along a ring from one station on to another, through all that is visited in passing."""
         here = self.cut[ring]
         stops = [((joint.parent_station - 1e-9 - start) % here.length + start, joint) for joint in self.joints[ring]]
-        # What lies on the way back of a line that is gone over once is at the same place on the way there.
-        stops = [
-            (station if station <= end else 2.0 * start + here.length - station, joint) for station, joint in stops
-        ]
         parts, at = [], start
         for station, joint in sorted(stops, key=lambda stop: stop[0]):
             parts.append(here.stretch(at, max(station - 0.5 * joint.parent_gap, at)))
@@ -307,7 +331,9 @@ class Layout:
 
 def _turn(ring: Ring, start: float, length: float) -> float:
     """Return by how much a ring turns over a stretch, rad."""
-    way = ring.stretch(start, start + max(length, 1e-3))
+    if length <= 0.0:
+        return 0.0
+    way = ring.stretch(start, start + length)
     steps = np.diff(way, axis=0)
     angles = np.arctan2(steps[:, 1], steps[:, 0])
     return float(np.abs((np.diff(angles) + math.pi) % (2.0 * math.pi) - math.pi).sum())

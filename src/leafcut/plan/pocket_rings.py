@@ -12,26 +12,18 @@ import numpy as np
 from leafcut.geometry.polyline import Points
 from leafcut.geometry.regions import as_polyline, polygons, shrunk
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
-from leafcut.plan.pocket_gaps import uncut, wide_gaps
 from leafcut.plan.pocket_region import CentreRegion
+from leafcut.plan.pocket_spurs import with_spurs
 
 #: Rings as near as this share of the step-over to each other are neighbours.
 NEAR = 1.01
 #: The tool goes on at depth where the next ring begins within so many step-overs and the straight way is free.
 LINK_STEPS = 2.0
-#: Lines added may leave gaps themselves: so often they are looked for.
-ROUNDS = 3
-#: Half the width of a spike, in step-overs: its two sides are one way there and back.
-SPIKE = 0.002
-#: A spike begins at a ring that is nearer to the gap than this, in step-overs.
-ROOT_REACH = 0.75
-#: The level of a line there and back: further from the walls than any ring.
-LINE = 10**6
 
 
 @dataclass(frozen=True, eq=False)
 class Ring:
-    """A closed way of the tool's centre, or the way there and back along a line.
+    """A closed way of the tool's centre.
 
     Attributes
     ----------
@@ -49,30 +41,39 @@ class Ring:
         """The ring as a closed shapely LineString."""
         import shapely
 
-        return shapely.LineString(np.vstack([self.points, self.points[:1]]))
+        return shapely.LineString(self._closed)
 
     @cached_property
     def stations(self) -> Points:
         """Length from the first point to each and back to the first, float64[n + 1], mm."""
-        closed = np.vstack([self.points, self.points[:1]])
-        return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+        steps = np.hypot(*np.diff(self._closed, axis=0).T)
+        stations: Points = np.concatenate([[0.0], np.cumsum(steps)])
+        return stations
 
     @property
     def length(self) -> float:
         """Once around, mm."""
         return float(self.stations[-1])
 
+    @cached_property
+    def _closed(self) -> Points:
+        return np.vstack([self.points, self.points[:1]])
+
     def at(self, station: float) -> Points:
         """Return the place at a length from the first point, taken around as often as needed, float64[2]."""
-        closed = np.vstack([self.points, self.points[:1]])
-        s = station % self.length
-        return np.array([np.interp(s, self.stations, closed[:, 0]), np.interp(s, self.stations, closed[:, 1])])
+        place: Points = self.places(np.array([station]))[0]
+        return place
+
+    def places(self, stations: Points) -> Points:
+        """Return the places at lengths from the first point, float64[n, 2]."""
+        s = stations % self.length
+        columns = [np.interp(s, self.stations, self._closed[:, k]) for k in range(2)]
+        return np.column_stack(columns)
 
     def stretch(self, start: float, end: float) -> Points:
         """Return the points of the way from one station on to another (end ≥ start), float64[m, 2]."""
-        laps = range(
-            math.floor(start / self.length), max(math.floor(end / self.length), math.floor(start / self.length)) + 1
-        )
+        first = math.floor(start / self.length)
+        laps = range(first, max(math.floor(end / self.length), first) + 1)
         stations = np.concatenate([self.stations[:-1] + lap * self.length for lap in laps])
         inside = (stations > start + 1e-9) & (stations < end - 1e-9)
         between = np.tile(self.points, (len(laps), 1))[inside]
@@ -91,86 +92,14 @@ def rings(region: CentreRegion) -> list[Ring]:
     Walls and islands are passed so that the material is on the right of the tool's way (climb milling with a spindle
     that turns clockwise), or on its left.
     """
-    return _rings(region, _offsets(region), {})
-
-
-def spaced_rings(region: CentreRegion) -> list[Ring]:
-    """Return rings that leave nothing uncut and no gap wider than the step-over between passes side by side.
-
-    Where rings do, the next ring reaches as a narrow spike through the gap, often to the ring at its other end; a gap
-    with no ring at its ends gets a line of its own, there and back.
-    """
-    rules, offsets = region.rules, _offsets(region)
-    spikes: dict[int, list[Points]] = {}
-    found = _rings(region, offsets, spikes)
-    for _ in range(ROUNDS):
-        passes = [ring.line for ring in found]
-        lines = wide_gaps(region.polygon, passes, rules) + uncut(region.polygon, passes, rules)
-        if not lines:
-            break
-        for line in lines:
-            level, way = _rooted(line, found, rules)
-            spikes.setdefault(level, []).append(way)
-        found = _rings(region, offsets, spikes)
-    return found
-
-
-def filled(region: CentreRegion, passes: list[Any]) -> list[Ring]:
-    """Return lines, there and back, through what passes (shapely lines) leave uncut."""
     found: list[Ring] = []
-    for _ in range(ROUNDS):
-        lines = uncut(region.polygon, [*passes, *(ring.line for ring in found)], region.rules)
-        if not lines:
-            break
-        found += [Ring(np.vstack([line, line[-2:0:-1]]), LINE) for line in lines]
-    return found
-
-
-def _offsets(region: CentreRegion) -> list[Any]:
-    """Return the region and what is left of it at one, two, ... step-overs from the walls."""
-    rules, found = region.rules, [region.polygon]
-    while not (inner := shrunk(region.polygon, len(found) * rules.step_over, rules.tolerance)).is_empty:
-        found.append(inner)
-    return found
-
-
-def _rings(region: CentreRegion, offsets: list[Any], spikes: dict[int, list[Points]]) -> list[Ring]:
-    """Return the edges of offsets with spikes, and lines there and back."""
-    import shapely
-
-    rules, found = region.rules, []
-    for level, inner in enumerate(offsets):
-        more = [shapely.LineString(way).buffer(SPIKE * rules.step_over) for way in spikes.get(level, ())]
-        for polygon in polygons(shapely.union_all([inner, *more]) if more else inner):
-            found += [Ring(points, level) for points in CentreRegion(polygon, rules).rings]
-    found += [Ring(np.vstack([line, line[-2:0:-1]]), LINE) for line in spikes.get(LINE, ())]
+    rules, level, inner = region.rules, 0, region.polygon
+    while not inner.is_empty:
+        for polygon in polygons(inner):
+            found.extend(Ring(points, level) for points in CentreRegion(polygon, rules).rings)
+        level += 1
+        inner = shrunk(region.polygon, level * rules.step_over, rules.tolerance)
     return found if rules.climb else [Ring(ring.points[::-1], ring.level) for ring in found]
-
-
-def _rooted(line: Points, cut: list[Ring], rules: PocketRules) -> tuple[int, Points]:
-    """Return the level whose rings a line through a gap goes on from, and the line with its ends on them."""
-    import shapely
-
-    ends = []
-    for end in (line[0], line[-1]):
-        here = shapely.Point(end)
-        near = [ring for ring in cut if ring.level and ring.line.distance(here) <= ROOT_REACH * rules.step_over]
-        ring = max(near, key=lambda ring: (ring.level, -ring.line.distance(here)), default=None)
-        ends.append((ring.level, ring.at(ring.station_of(end))) if ring else (0, end))
-    level = max(ends[0][0], ends[1][0])
-    # Two legs of the ring around the gap are beside the line, not at its end.
-    beside = min(
-        (ring.level for ring in cut if ring.line.distance(shapely.LineString(line)) <= 0.75 * rules.step_over),
-        default=0,
-    )
-    parts = [line]
-    if level > beside or level == LINE:
-        if ends[0][0] == level:
-            parts.insert(0, ends[0][1][None])
-        if ends[1][0] == level:
-            parts.append(ends[1][1][None])
-        return level, np.vstack(parts)
-    return LINE, line
 
 
 def neighbours(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
@@ -191,7 +120,9 @@ def contour(region: CentreRegion) -> PocketPath:
 
     rules = region.rules
     cut = rings(region)
-    cut = _with_detours(cut, filled(region, [ring.line for ring in cut]))
+    around = [ring.stretch(0.0, ring.length) for ring in cut]
+    ways = with_spurs(around, region.polygon, rules)
+    cut = [Ring(way[:-1], ring.level) for way, ring in zip(ways, cut, strict=True)]
     inner: dict[int, set[int]] = {a: set() for a in range(len(cut))}
     for a, b in neighbours(cut, rules.step_over):
         inner[a].add(b)
@@ -213,21 +144,6 @@ def contour(region: CentreRegion) -> PocketPath:
     return PocketPath("contour", tuple(pieces))
 
 
-def _with_detours(cut: list[Ring], lines: list[Ring]) -> list[Ring]:
-    """Return rings that are left for lines beside them and gone on with where they were left."""
-    import shapely
-
-    for line in lines:
-        lead = [ring.line.distance(line.line) for ring in cut]
-        # Of rings as near the outermost: what is inside it is cut already.
-        k = min(range(len(cut)), key=lambda i: (round(lead[i], 3), cut[i].level))
-        near = shapely.get_coordinates(shapely.shortest_line(cut[k].line, line.line))
-        start, place = line.station_of(near[1]), cut[k].station_of(near[0])
-        around = cut[k].stretch(place, place + cut[k].length)
-        cut[k] = Ring(np.vstack([around, line.stretch(start, start + line.length)]), cut[k].level)
-    return cut
-
-
 def kind_of(ring: Ring, rules: PocketRules) -> str:
     """Return what a ring is for: along a wall without stock it finishes."""
     return "finish" if ring.level == 0 and rules.stock == 0.0 else "rough"
@@ -235,7 +151,7 @@ def kind_of(ring: Ring, rules: PocketRules) -> str:
 
 def _first_place(cut: list[Ring]) -> Points:
     """Return where clearing begins: on the innermost ring."""
-    first: Points = max((ring for ring in cut if ring.level < LINE), key=lambda ring: ring.level).points[0]
+    first: Points = max(cut, key=lambda ring: ring.level).points[0]
     return first
 
 

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points
 from leafcut.model.pocket import PocketRules
-from leafcut.plan.pocket_gaps import SIDE_BY_SIDE, wide_gaps
 from leafcut.plan.pocket_region import CentreRegion
 
 Rows = NDArray[np.int64]
@@ -25,12 +24,14 @@ PIECE = 0.2
 REACHES = (5.0, 4.0, 3.2, 2.4, 1.8, 1.4, 1.0, 0.7, 0.5, 0.3, 0.2)
 #: Corners are cut off by so many tool radii to either side.
 CHAMFERS = (0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
-#: Detours through gaps may leave gaps: so often they are looked for.
-MENDINGS = 2
+#: Passes whose directions differ by less than this run side by side, rad; others meet in a corner.
+SIDE_BY_SIDE = math.radians(30.0)
+#: Passes further from each other by less than this share of the step-over are what chords and rounding make.
+SLACK = 0.004
 #: How often all bends are looked at.
 PASSES = 6
 #: A turn by less than this over a tool radius is no bend, rad.
-BEND = 0.2
+BEND = 0.6
 #: A stretch is replaced where that spares so much, in tool radii.
 WORTH = 0.01
 #: Chords of a curve that replaces a stretch.
@@ -38,12 +39,12 @@ CURVE = 8
 
 
 class Ground:
-    """Points of the ground, float64[n, 2], and how far from each the way may pass at most, float64[n], mm."""
+    """Points of the ground, float64[n, 2], `pitch` mm apart, and how far from each the way may be, float64[n], mm."""
 
-    def __init__(self, points: Points, limits: Points) -> None:
+    def __init__(self, points: Points, limits: Points, pitch: float) -> None:
         import shapely
 
-        self.points, self.limits = points, limits
+        self.points, self.limits, self.pitch = points, limits, pitch
         self.geoms = shapely.points(points)
         self.tree = shapely.STRtree(self.geoms)
         self.longest = float(limits.max(initial=0.0))
@@ -79,11 +80,19 @@ def fine(way: Points, longest: float) -> Points:
     return np.column_stack([np.interp(at, station, way[:, 0]), np.interp(at, station, way[:, 1])])
 
 
-def shorten(way: Points, ground: Ground, region: CentreRegion, allowed: Any) -> Points:
-    """Return a way that is as near to all points of the ground as they ask, and no longer."""
+def shorten(way: Points, ground: Ground, region: CentreRegion, allowed: Any, kept: Points) -> Points:
+    """Return a way that is as near to all points of the ground as they ask, and no longer.
+
+    What is within a radius of the places `kept`, float64[n, 2], stays.
+    """
+    import shapely
+
     radius = region.rules.radius
     for _ in range(PASSES):
         bends = _Bends(fine(way, PIECE * radius), ground, region.rules, allowed)
+        if len(kept):
+            near = shapely.dwithin(shapely.points(bends.way), shapely.multipoints(kept), region.rules.radius)
+            bends.done |= near[:-1] | near[1:]
         bends.trim()
         bends.look()
         shorter = bends.rebuilt(bends.edits)
@@ -97,51 +106,16 @@ def shorten(way: Points, ground: Ground, region: CentreRegion, allowed: Any) -> 
 def chamfer(way: Points, ground: Ground, region: CentreRegion, allowed: Any, links: Points) -> Points:
     """Return a way whose sharp corners are cut off by straight lines where the ground is still near enough.
 
-    Corners beside the places `links` are left as they are; what makes a gap between passes side by side wider than
-    the step-over is taken back.
+    Corners beside the places `links`, float64[n, 2], are left as they are.
     """
     import shapely
 
-    rules = region.rules
-    corners = _Corners(fine(way, PIECE * rules.radius), ground, rules, allowed)
-    before = shapely.MultiLineString(wide_gaps(region.polygon, [shapely.LineString(way)], rules))
+    corners = _Corners(fine(way, PIECE * region.rules.radius), ground, region.rules, allowed)
     if len(links):
         away = shapely.distance(shapely.multipoints(links), shapely.points(corners.way))
-        corners.done |= away[:-1] < rules.radius
+        corners.done |= away[:-1] < region.rules.radius
     corners.look()
-    edits = corners.edits
-    while True:
-        way = corners.rebuilt(edits)
-        gaps = [shapely.LineString(gap) for gap in wide_gaps(region.polygon, [shapely.LineString(way)], rules)]
-        new = shapely.union_all([gap for gap in gaps if gap.distance(before) > 0.1 * rules.step_over])
-        kept = (
-            [edit for edit in edits if shapely.LineString(edit[2]).distance(new) > rules.step_over]
-            if not new.is_empty
-            else edits
-        )
-        if len(kept) == len(edits):
-            return way
-        edits = kept
-
-
-def mended(way: Points, region: CentreRegion) -> Points:
-    """Return a way with a detour, there and back, through every gap that is wider than the step-over."""
-    import shapely
-
-    for _ in range(MENDINGS):
-        gaps = wide_gaps(region.polygon, [shapely.LineString(way)], region.rules)
-        for gap in gaps:
-            line = shapely.LineString(way)
-            ends = [float(line.distance(shapely.Point(end))) for end in (gap[0], gap[-1])]
-            there = gap if ends[0] <= ends[1] else gap[::-1]
-            station = line.project(shapely.Point(there[0]))
-            place = np.array(line.interpolate(station).coords)
-            stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
-            k = int(np.searchsorted(stations, station, side="right"))
-            way = np.vstack([way[:k], place, there, there[-2::-1], place, way[k:]])
-        if not gaps:
-            break
-    return way
+    return corners.rebuilt(corners.edits)
 
 
 def _length(way: Points) -> float:
@@ -171,6 +145,8 @@ class _Bends:
         self.walls = np.concatenate([[0], np.cumsum(self.fixed)])
         self.done = np.zeros(len(way) - 1, dtype=bool)
         self.edits: list[Edit] = []
+        self.chords: list[Points] = []
+        self.gone = np.zeros(len(way), dtype=bool)
 
     def look(self) -> None:
         """Replace what can be spared around every bend."""
@@ -181,14 +157,14 @@ class _Bends:
         """Leave out what is not needed at both ends."""
         n = len(self.way) - 1
         j = 0
-        while j < n - 1 and not self.fixed[j] and self._covered(j, j + 1, None):
+        while j < n - 1 and not self.fixed[j] and not self.done[j] and self._covered(j, j + 1, None):
             self._remove(j, j + 1)
             j += 1
         if j:
             self.edits.append((0, j, self.way[j : j + 1]))
             self.done[:j] = True
         k = n
-        while k > j + 1 and not self.fixed[k - 1] and self._covered(k - 1, k, None):
+        while k > j + 1 and not self.fixed[k - 1] and not self.done[k - 1] and self._covered(k - 1, k, None):
             self._remove(k - 1, k)
             k -= 1
         if k < n:
@@ -295,4 +271,34 @@ class _Corners(_Bends):
         for side in (self.way[a + 1] - p, q - p, r - q, r - self.way[b - 1]):
             if side @ chord > math.cos(SIDE_BY_SIDE) * math.hypot(*side) * math.hypot(*chord):
                 return None
-        return np.array([p, r])
+        return np.array([p, r]) if self._near(a, i, b) else None
+
+    def _near(self, a: int, i: int, b: int) -> bool:
+        """Return whether what a straight line over a corner looks at is no further from it than the step-over.
+
+        The largest disc is laid that touches the line outside the corner and holds no part of the way; what it touches
+        first is what the line looks at. Passes that part from it are none.
+        """
+        p, q, r = self.way[a], self.way[i], self.way[b]
+        normal = np.array([p[1] - r[1], r[0] - p[0]]) / max(math.dist(p, r), 1e-9)
+        normal *= math.copysign(1.0, (q - p) @ normal)
+        others = np.vstack([self.way[:a][~self.gone[:a]], self.way[b + 1 :][~self.gone[b + 1 :]], *self.chords])
+        for share, side in ((0.1, 1.0), (0.5, 1.0), (0.9, 1.0), (0.1, -1.0), (0.5, -1.0), (0.9, -1.0)):
+            gap = others - ((1.0 - share) * p + share * r)
+            height, away = side * (gap @ normal), np.hypot(*gap.T)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                radius = np.where(height > 1e-6, away**2 / (2.0 * height), np.inf)
+            k = int(np.argmin(radius))
+            beside = height[k] >= radius[k] * (1.0 + math.cos(SIDE_BY_SIDE))
+            if beside and height[k] > (1.0 + SLACK) * self.step:
+                return False
+        return True
+
+    def _remove(self, a: int, b: int) -> None:
+        super()._remove(a, b)
+        self.gone[a + 1 : b] = True
+
+    def _add(self, curve: Points) -> None:
+        super()._add(curve)
+        share = np.linspace(0.0, 1.0, CURVE + 1)[:, None]
+        self.chords.append((1.0 - share) * curve[0] + share * curve[-1])

@@ -17,7 +17,7 @@ from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import SAME_PLACE, PocketPath
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.plan.pocket_entries import ABOVE, TOUCH, Descent, come_down, follow
+from leafcut.plan.pocket_entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
 from leafcut.plan.pocket_region import CentreRegion
 from leafcut.plan.pocket_rules import MillingData, finishing_levels
 
@@ -143,10 +143,12 @@ class _Layer:
         top = 0.0
         runs = _runs(clearing.rough)
         opened = _opened(runs, clearing)
+        first = clearing.rough.pieces[0]
+        loop = first.path if first.kind == "entry" else None
         for z in self.heights.levels:
             for number, run in enumerate(runs):
                 self._to(run.start, top if number == 0 else z, clearing.allowed if number == 0 else None, z)
-                self._enter(run, None if opened[number] else top, z, clearing)
+                self._enter(run, None if opened[number] else top, z, clearing, loop=loop if number == 0 else None)
             top = z
         if clearing.walls is not None:
             self._walls(clearing, clearing.walls)
@@ -199,8 +201,20 @@ class _Layer:
         elif builder.position[2] != self.heights.clearance and self.machine.safe_z is None:
             builder.rapid(z=self.heights.clearance)
 
-    def _enter(self, run: Polyline, top: float | None, z: float, clearing: Clearing, walls: bool = False) -> None:
-        """Come down to z, through air where `top` is None, else into what is uncut below `top`; follow the run."""
+    def _enter(
+        self,
+        run: Polyline,
+        top: float | None,
+        z: float,
+        clearing: Clearing,
+        *,
+        walls: bool = False,
+        loop: Polyline | None = None,
+    ) -> None:
+        """Come down to z, through air where `top` is None, else into what is uncut below `top`; follow the run.
+
+        A run that begins with a `loop` for coming down is entered along it, round and round.
+        """
         builder, data = self.builder, self.data
         if builder.position[2] > z:
             if top is None:
@@ -210,7 +224,8 @@ class _Layer:
             else:
                 allowed = clearing.region.polygon if walls else clearing.allowed
                 climb = clearing.region.rules.climb
-                self.descents.append(come_down(builder, run, top, z, data, allowed, climb))
+                down = come_down if loop is None else wind_down
+                self.descents.append(down(builder, run if loop is None else loop, top, z, data, allowed, climb))
         self.down = True
         follow(builder, run, data.tool.feed)
 

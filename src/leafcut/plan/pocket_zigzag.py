@@ -11,7 +11,8 @@ from leafcut.geometry.polyline import Points
 from leafcut.geometry.regions import as_polyline, polygons, shrunk
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.plan.pocket_region import CentreRegion
-from leafcut.plan.pocket_rings import LINK_STEPS, filled, free, kind_of, rings
+from leafcut.plan.pocket_rings import LINK_STEPS, free, kind_of, rings
+from leafcut.plan.pocket_spurs import with_spurs
 
 #: Angles tried where none is given.
 ANGLES = 12
@@ -42,14 +43,14 @@ def _at(region: CentreRegion, angle: float, finishing_pass: bool) -> PocketPath:
         way = path.nearest([way for run in runs for way in (run, run[::-1])])
         runs = [run for run in runs if run is not way and not np.array_equal(run[::-1], way)]
         path.go(way, "rough")
-    for ring in filled(region, [*(ring.line for ring in walls), *path.passes()]):
-        path.go(ring.points[: len(ring.points) // 2 + 1], "rough")
     while walls:
         starts = [ring.station_of(path.end) for ring in walls]
         ways = [ring.stretch(s, s + ring.length) for ring, s in zip(walls, starts, strict=True)]
         k = min(range(len(ways)), key=lambda i: math.dist(path.end, ways[i][0]))
         path.go(ways[k], kind_of(walls.pop(k), rules))
-    return PocketPath("zigzag", tuple(path.pieces))
+    ways = with_spurs([piece.path.vertices[:, :2] for piece in path.pieces], region.polygon, rules)
+    pieces = [PocketPiece(as_polyline(way), piece.kind) for way, piece in zip(ways, path.pieces, strict=True)]
+    return PocketPath("zigzag", tuple(pieces))
 
 
 def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) -> list[Points]:
@@ -119,9 +120,3 @@ class _Path:
             if 0.0 < link.length <= LINK_STEPS * self.region.rules.step_over and free(self.region, link):
                 self.pieces.append(PocketPiece(as_polyline(link.coords), "link"))
         self.pieces.append(PocketPiece(as_polyline(way), kind))
-
-    def passes(self) -> list[Any]:
-        """Return all there is as lines of shapely."""
-        import shapely
-
-        return [shapely.LineString(piece.path.vertices[:, :2]) for piece in self.pieces]

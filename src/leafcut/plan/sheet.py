@@ -51,7 +51,7 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None) -> Sheet:
     outline = _edge(found["sheet"])
     cuts, marks = found["cut"], found["mark"]
     if found["maybe sheet"]:
-        if outline is None and (named := _unambiguous(found["maybe sheet"], [*cuts, *marks])) is not None:
+        if outline is None and (named := _named_sheet(found["maybe sheet"], cuts, marks)) is not None:
             outline = named.contour.path
             message = f"layer {named.contour.layer} is taken as the edge of the sheet; --sheet-layers says otherwise"
             issues.append(Issue("L421", message, severity=Severity.NOTE))
@@ -142,24 +142,46 @@ def _edge(sheets: list[_Made]) -> Polyline | None:
     return closed[0].contour.path
 
 
-def _unambiguous(maybe: list[_Made], others: list[_Made]) -> _Made | None:
-    """Return the one closed path that lies round all others, or None.
+def _named_sheet(maybe: list[_Made], cuts: list[_Made], marks: list[_Made]) -> _Made | None:
+    """Return the outline on a layer with the name of a sheet that is its edge; None where it is cut like any other.
 
-    What crosses it counts as inside: a part that lies half off the sheet is told so, and not that two parts overlap.
+    The edge lies round all else; a part that crosses it lies half off the sheet. One with nothing that is cut in it is
+    a part. One with some in it and others beyond
+    can be either, and the wrong guess would cut every part on the wrong side of its line.
+
+    Raises
+    ------
+    PlanError
+        That is so: says what lies beyond.
     """
     import shapely
 
-    if len(maybe) != 1 or not maybe[0].contour.path.closed or not others:
+    closed = [m for m in maybe if m.contour.path.closed]
+    others = [*cuts, *marks]
+    if not closed or not others:
         return None
-    (shape,) = polygons([maybe[0].contour.path])
-    if not shape.is_valid:
-        return None
-    boxes = np.array([m.contour.path.extents for m in others])
-    beyond = np.flatnonzero(~shapely.contains(shape, shapely.box(*boxes.T)))
-    across = all(
-        shapely.crosses(shapely.LineString(others[k].contour.path.flattened()), shape) for k in beyond.tolist()
-    )
-    return maybe[0] if across else None
+    shapes = polygons([m.contour.path for m in closed])
+    lines = np.array([shapely.LineString(m.contour.path.flattened()) for m in others], dtype=object)
+    held = shapely.STRtree(lines).query(shapely.buffer(shapes, SAME), predicate="covers")
+    for k in range(len(closed)):
+        inside = np.zeros(len(others), dtype=bool)
+        inside[held[1][held[0] == k]] = True
+        if not shapes[k].is_valid:
+            continue
+        across = shapely.crosses(lines, shapes[k]) & np.array([m.contour.path.closed for m in others])
+        if len(maybe) == 1 and (inside | across).all():
+            return closed[k]
+        if inside[: len(cuts)].any():
+            beyond = [m for m, within in zip(others, inside, strict=True) if not within]
+            what = f"{_count(len(beyond), 'contour')} not inside" if beyond else "more than one path on it"
+            places = _at([m.contour.path.start for m in (beyond or maybe)])
+            layer = closed[k].contour.layer
+            raise PlanError(
+                f"layer {layer} has the name of a sheet's edge and lies round parts, but there is {what}, {places}; "
+                f"leave out what is no part with --ignore-layers, or say what {layer} is with --sheet-layers or "
+                "--cut-layers"
+            )
+    return None
 
 
 def _opened(opened: list[_Made], options: SheetOptions, issues: list[Issue]) -> tuple[list[_Made], list[_Made]]:
@@ -284,15 +306,22 @@ def _check_inside(contours: Sequence[SheetContour], outline: Polyline | None) ->
 
 
 def _look_for_frame(contours: Sequence[SheetContour], outline: Polyline | None, issues: list[Issue]) -> None:
-    """Say so (L422) when one rectangle round everything looks like the sheet and is about to be cut as a part."""
-    outer = [c for c in contours if c.parent < 0]
-    if outline is not None or len(outer) != 1 or len(contours) < 3 or not outer[0].contour.path.closed:
+    """Say so (L422) when one rectangle round most contours looks like the sheet and is about to be cut as a part."""
+    outer = [c for c in contours if c.parent < 0 and c.contour.path.closed]
+    if outline is not None or not outer or len(contours) < 3:
         return
-    path, layer = outer[0].contour.path, outer[0].contour.layer
+    frame = max(outer, key=lambda c: c.contour.path.area)
+    path, layer = frame.contour.path, frame.contour.layer
+    rest = [c for c in contours if c is not frame]
+    beyond = sum(c.part != frame.part for c in rest if c.depth < 2)
     x0, y0, x1, y1 = path.extents
-    alone = all(c.contour.layer != layer for c in contours if c is not outer[0])
-    if abs(path.area - (x1 - x0) * (y1 - y0)) <= 1e-6 * path.area and (alone or any(c.depth > 1 for c in contours)):
-        message = f"one rectangle of {x1 - x0:g} × {y1 - y0:g} mm on layer {layer or '0'} lies round everything and is "
+    alone = all(c.contour.layer != layer for c in rest)
+    if 2 * beyond >= len(rest) or abs(path.area - (x1 - x0) * (y1 - y0)) > 1e-6 * path.area:
+        return
+    # A part may have one window with a smaller part in it; several are parts with holes.
+    if alone or len({c.parent for c in rest if c.depth == 2}) > (1 if beyond else 0):
+        what = "everything" if not beyond else f"all but {_count(beyond, 'contour')}"
+        message = f"one rectangle of {x1 - x0:g} × {y1 - y0:g} mm on layer {layer or '0'} lies round {what} and is "
         message += "cut as a part; if it is the sheet, say --sheet-layers"
         issues.append(Issue("L422", message))
 

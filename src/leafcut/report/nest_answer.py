@@ -89,14 +89,19 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
         console.print(Text(clean(line)), soft_wrap=True)
 
 
+def left_over(outcome: NestOutcome) -> str:
+    """Return which parts the best nest has no room for, as a line; empty for none."""
+    first = outcome.nests[0]
+    left = [f"{n} of {part.name}" for part, n in zip(first.parts, first.unplaced, strict=True) if n]
+    more = f" and {len(left) - MOST_NAMED} kinds more" if len(left) > MOST_NAMED else ""
+    return f"no room for {', '.join(left[:MOST_NAMED])}{more}" if left else ""
+
+
 def _lines(outcome: NestOutcome) -> Iterator[str]:
     for one, files in _with_files(outcome):
         for layout, file in zip(one.layouts, files, strict=False):
             yield f"{file}: {count(len(layout.placements), 'part')}, cut {count(layout.count, 'sheet')} like this"
-    first = outcome.nests[0]
-    left = [f"{n} of {part.name}" for part, n in zip(first.parts, first.unplaced, strict=True) if n]
-    if left:
-        more = f" and {len(left) - MOST_NAMED} kinds more" if len(left) > MOST_NAMED else ""
-        yield f"no room for {', '.join(left[:MOST_NAMED])}{more}"
+    if missing := left_over(outcome):
+        yield missing
     for issue in outcome.issues:
         yield f"{'warning: ' if issue.severity is Severity.WARNING else ''}{issue}"

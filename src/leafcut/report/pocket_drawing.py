@@ -24,6 +24,8 @@ _SEEN = 0.02
 _ARROW_APART, _ARROW, _MOST_ARROWS = 70.0, 3.2, 90
 _HATCH = 4.0
 _WIDE_FROM = 1.9
+#: What is drawn under what.
+_KINDS = ("rough", "link", "entry", "finish")
 #: Discs are united so many at a time.
 _AT_ONCE = 4096
 
@@ -175,9 +177,7 @@ def _ways(frame: Frame, path: PocketPath) -> str:
         for a, b, gap in zip(path.pieces[:-1], path.pieces[1:], path.gaps, strict=True)
         if gap > 0.0
     ]
-    lines = [
-        element("path", d=data[kind], class_=f"way {kind}") for kind in ("rough", "link", "finish") if kind in data
-    ]
+    lines = [element("path", d=data[kind], class_=f"way {kind}") for kind in _KINDS if kind in data]
     if rapids:
         ways = lines_data(frame.place(np.array(rapids)))
         lines.append(element("path", d=ways, class_="rapid"))

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from leafcut.model.outcome import Outcome
-from leafcut.model.pocket import PocketPath
+from leafcut.model.pocket import PocketMeasures, PocketPath
 from leafcut.report import chart, views
 from leafcut.report.pocket_drawing import build_pocket_scene, pocket_drawing, shapes_of, small_drawing
 from leafcut.report.pocket_words import (
     StrategyFigures,
     added,
     angle_words,
+    area_words,
     chosen_words,
     figures,
     uncut_words,
@@ -34,6 +35,8 @@ Row = dict[str, Any]
 
 #: So many pieces of a drawing at most are checked for what stays uncut: it is swept anew for the picture.
 MOST_PIECES = 200_000
+#: A way that leaves so much more uncut than the usual one does not do the same work, percent.
+LESS_WORK = 0.1
 
 
 def pocket_size(outcome: Outcome) -> str:
@@ -107,24 +110,28 @@ def saved(outcome: Outcome) -> Row:
     seconds = outcome.before.time_s - outcome.after.time_s
     percent = f"{percent_words(abs(outcome.saved_percent))} {'less' if seconds >= 0 else 'more'} machine time"
     hundred = f", {time_words(100 * seconds)} on a hundred parts" if seconds > 0 else ""
-    shorter = _shorter(outcome)
+    uncut, usual = (m.uncovered_percent for m in (written(outcome.pocket_plans), _usual(outcome)))
+    less = f" But {uncut_words(uncut)} of the pocket stays uncut." if uncut > usual + LESS_WORK else ""
     return {
         "figure": time_words(abs(seconds)),
         "worse": seconds < 0,
         "words": f"{'longer than' if seconds < 0 else 'saved against'} {usual_words(outcome)}",
-        "percent": f"{percent}{hundred}.",
-        "gap": shorter,
+        "percent": f"{percent}{hundred}.{less}",
+        "gap": _shorter(outcome),
     }
 
 
 def _shorter(outcome: Outcome) -> str:
     """Return how much shorter the way over one level is than the usual one."""
-    usual = [plan.usual.measures for plan in outcome.pocket_plans if plan.usual.measures is not None]
-    length, beside = (m.feed_mm + m.rapid_mm for m in (written(outcome.pocket_plans), added(usual)))
+    length, beside = (m.feed_mm + m.rapid_mm for m in (written(outcome.pocket_plans), _usual(outcome)))
     if not beside > 0.0:
         return ""
     percent = 100.0 * (1.0 - length / beside)
     return f"The way over a level is {percent_words(abs(percent))} {'shorter' if percent >= 0.0 else 'longer'}."
+
+
+def _usual(outcome: Outcome) -> PocketMeasures:
+    return added([plan.usual.measures for plan in outcome.pocket_plans if plan.usual.measures is not None])
 
 
 def _facts(outcome: Outcome) -> list[tuple[str, str, str]]:
@@ -138,10 +145,14 @@ def _facts(outcome: Outcome) -> list[tuple[str, str, str]]:
     return [
         ("Way over a level", length_words(m.feed_mm), lifted),
         ("Above the floor", above, f"area ÷ step-over is {length_words(m.floor_mm)}"),
-        ("Uncut", uncut_words(m.uncovered_percent), f"{m.uncovered_mm2:,.3g} of {m.reachable_mm2:,.0f} mm²"),
+        ("Uncut", uncut_words(m.uncovered_percent), f"{area_words(m.uncovered_mm2)} of {area_words(m.reachable_mm2)}"),
         ("Gouge", f"{m.gouge_mm2:.3g} mm²", "by simulation of the program"),
         ("Engagement", angle_words(m.max_engagement), f"at most; {angle_words(m.mean_engagement)} on average"),
-        ("Step-over", f"{m.max_step_over:.2f} mm", f"{rules.step_over:.4g} mm asked for"),
+        (
+            "Step-over",
+            f"{m.max_step_over:.2f} mm",
+            f"{rules.step_over:.4g} mm asked for; {m.max_core:.2f} mm where fronts meet",
+        ),
         ("Levels", f"{len(levels)} × {abs(levels[0]):.4g} mm", f"to Z{levels[-1]:.4g}{walls}"),
         (
             "Tool",

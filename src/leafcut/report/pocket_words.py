@@ -62,6 +62,7 @@ def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
         reachable_mm2=sum(m.reachable_mm2 for m in every),
         uncovered_mm2=sum(m.uncovered_mm2 for m in every),
         max_step_over=max((m.max_step_over for m in every), default=0.0),
+        max_core=max((m.max_core for m in every), default=0.0),
         max_engagement=max((m.max_engagement for m in every), default=0.0),
         mean_engagement=sum(m.mean_engagement * m.feed_mm for m in every) / feed if feed > 0.0 else 0.0,
         air_mm=sum(m.air_mm for m in every),
@@ -118,6 +119,7 @@ def _plain(m: PocketMeasures) -> dict[str, Any]:
         "uncovered_percent": plain_number(m.uncovered_percent),
         "gouge_mm2": plain_number(m.gouge_mm2),
         "max_step_over": plain_number(m.max_step_over),
+        "max_core": plain_number(m.max_core),
         "max_engagement_deg": math.degrees(m.max_engagement),
         "mean_engagement_deg": math.degrees(m.mean_engagement),
         "air_mm": plain_number(m.air_mm),
@@ -150,6 +152,11 @@ def pocket_counts_words(outcome: Outcome) -> str:
 def angle_words(angle: float) -> str:
     """Return an angle in whole degrees."""
     return f"{math.degrees(angle):.0f}°"
+
+
+def area_words(area: float) -> str:
+    """Return an area in mm², whole from 100 on."""
+    return f"{area:,.0f} mm²" if area >= 100.0 else f"{area:.3g} mm²"
 
 
 def uncut_words(percent: float) -> str:

@@ -145,7 +145,7 @@ def _outcome(
         dialect=job.words.name,
         seed=settings.solve.seed,
         verified=verified,
-        issues=(*issues, *_heat_issues(job, after), *machine_issues(run.machine)),
+        issues=(*issues, *_heat_issues(job, after), *_probing_issues(job, after), *machine_issues(run.machine)),
         options=settings.changed(),
         version=__version__,
         cut_plans=(before.plan, nearest.plan, after.plan),
@@ -165,6 +165,19 @@ def _heat_issues(job: Job, laid: _Laid) -> list[Issue]:
     starts = "1 cut starts" if len(left) == 1 else f"{len(left)} cuts start"
     words = f"{starts} within {options.heat_distance:g} mm of a hot one: no small change of the order avoids that"
     return [Issue("L614", words, f"the first at ({x:.4g}, {y:.4g})")]
+
+
+def _probing_issues(job: Job, laid: _Laid) -> list[Issue]:
+    """Warn of starts in the air under a controller that probes before each cut: it would find a slat, or nothing."""
+    torch = job.words.torch
+    starts = [c.path.start for c in laid.plan.cuts if c.kind == "cut" and not c.pierce]
+    if torch is None or torch.heights != "controller" or not starts:
+        return []
+    words = (
+        f"{len(starts)} cuts start beyond the sheet's edge, where the controller probes beside the sheet: lay a piece "
+        "of the same thickness there, or give --dialect plasma --probe off"
+    )
+    return [Issue("L619", words, f"the first at ({starts[0][0]:.4g}, {starts[0][1]:.4g})")]
 
 
 def _write(job: Job, before: _Laid, after: _Laid) -> str:

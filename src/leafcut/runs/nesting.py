@@ -131,9 +131,14 @@ def _read(
     from leafcut.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
-    sheet = prepare_sheet(read_contours(file, settings.read), settings.sheet)
+    part = read_contours(file, settings.read)
+    try:
+        sheet = prepare_sheet(part, settings.sheet)
+    except PlanError as error:
+        # Of several drawings, which one; a refusal may name it already.
+        raise error if str(error).startswith(str(file)) else PlanError(f"{file}: {error}") from None
     parts, said = parts_of(sheet, quantity, angles)
-    return parts, [*sheet.issues, *said]
+    return parts, [*(replace(issue, message=f"{sheet.name}: {issue.message}") for issue in sheet.issues), *said]
 
 
 def _drawn(

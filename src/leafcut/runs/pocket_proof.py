@@ -92,6 +92,7 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> list[Issue]:
 def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
     """Return a warning for every pocket of which the program leaves more than the tolerance uncut, with places."""
     from leafcut.geometry.regions import polygons
+    from leafcut.report.pocket_words import area_words
 
     issues = []
     for number, found in removed:
@@ -102,9 +103,8 @@ def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
         points = [piece.representative_point() for piece in left[:NAMED_PLACES]]
         at = ", ".join(f"({point.x:.2f}, {point.y:.2f})" for point in points)
         more = f" and {len(left) - NAMED_PLACES} more places" if len(left) > NAMED_PLACES else ""
-        name = job.part.pockets[number].name
-        words = (
-            f"{f'pocket {name}' if name else 'the pocket'}: {found.uncovered.area:.3g} mm² stay uncut ({share:.2f} %)"
-        )
+        name = job.part.pockets[number].name or "the pocket"
+        name = name if "pocket" in name.lower() else f"pocket {name}"
+        words = f"{name}: {area_words(found.uncovered.area)} stay uncut ({share:.2f} %)"
         issues.append(Issue("L711", words, f"near {at}{more}"))
     return issues

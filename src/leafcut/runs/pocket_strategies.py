@@ -34,8 +34,15 @@ def _contour(region: CentreRegion, run: Run) -> PocketPath:
 
 def _connected(region: CentreRegion, run: Run) -> PocketPath:
     from leafcut.plan.pocket_best import best
+    from leafcut.verify.removal import too_wide
 
-    return best(region)
+    return best(region, lambda path: too_wide(region.polygon, path, region.rules))
+
+
+def _adaptive(region: CentreRegion, run: Run) -> PocketPath:
+    from leafcut.plan.pocket_adaptive import adaptive
+
+    return adaptive(region)
 
 
 def _grid(name: str) -> Strategy:
@@ -80,4 +87,5 @@ WAYS = (
     Way("connected", _connected, "one connected way, never lifted"),
     Way("firefly", _grid("firefly"), "a grid of points ordered by fireflies, then along the walls"),
     Way("ants", _grid("ants"), "a grid of points ordered by ants, then along the walls"),
+    Way("adaptive", _adaptive, "arcs that keep the engagement below a limit, then along the walls"),
 )

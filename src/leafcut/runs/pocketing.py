@@ -198,10 +198,11 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
     options = job.run.settings.pocket
     name = f"pocket {one.name}" if one.name else "the pocket"
     if options.strategy != "best":
-        index = next(k for k, r in enumerate(results) if r.strategy == options.strategy)
-        if results[index].path is None:
-            raise PlanError(f"{name}: --strategy {options.strategy} is not possible: {results[index].refused}")
-        return index
+        found = {r.strategy: (k, r) for k, r in enumerate(results)}.get(options.strategy)
+        if found is None or found[1].path is None:
+            why = "leafcut does not have it" if found is None else found[1].refused
+            raise PlanError(f"{name}: --strategy {options.strategy} is not possible: {why}")
+        return found[0]
     sound = [(k, r, r.measures) for k, r in enumerate(results) if r.measures is not None and not r.measures.gouge_mm2]
     limit = options.max_engagement
     if limit is not None:

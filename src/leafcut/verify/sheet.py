@@ -24,7 +24,7 @@ from leafcut.verify.cut_motion import read_back
 from leafcut.verify.difference import Difference, place, shorten
 from leafcut.verify.envelope import check_envelope
 from leafcut.verify.sheet_shapes import TOLERANCE, Shapes, Target, shapes_of
-from leafcut.verify.torch import check_probing, check_torch, moves_z
+from leafcut.verify.torch import check_torch
 from leafcut.verify.torch_runs import TorchRun, pieces_of, torch_runs
 
 #: Chords are looked at in pieces no longer than this, mm.
@@ -41,7 +41,7 @@ SHORT = 0.1
 class Asked:
     """What was asked for besides the plan: half of the kerf that is compensated, mm, and how parts may hang on.
 
-    `joints` micro-joints of a contour at most, each no wider than `joint_width` mm, `joint_holes` too;
+    `joints` micro-joints of a contour at most, each no wider than `joint_width` mm, `joint_holes`: of holes, too;
     `safe_height` of rapids, mm; `probe`: how the sheet is found before every pierce.
     """
 
@@ -62,8 +62,7 @@ def check_sheet(
     2. No kerf touches the metal of any part, a clamp, or the air beyond the sheet's edge.
     3. What lies inside is cut before what is around it; marks come before the outline around them.
     4. Every pierce is in scrap that is still there.
-    5. The torch is off in rapids, which are high; it finds the sheet where it is to, and pierces as the chart says;
-       feeds and directions are as planned.
+    5. The torch is off in rapids, which are high; it finds the sheet, pierces, feeds and turns as planned.
     6. A run that cuts several contours goes from one to the next through scrap that holds, and into no other kerf.
     7. Edges that are cut once for two parts are cut before what is around the parts, and by no other run.
     8. The machine can reach and do all of it.
@@ -76,8 +75,7 @@ def check_sheet(
     path = read_back(text, plan, dialect)
     by_register = dialect.torch is not None and dialect.torch.compensation == "G41"
     runs = torch_runs(path, plan.data.kerf if by_register else None)
-    found = check_torch(path, runs, plan, text, dialect, asked.safe_height)
-    found += check_probing(path, runs, plan, asked.probe if moves_z(dialect) else None)
+    found = check_torch(path, runs, plan, text, dialect, asked.safe_height, asked.probe)
     shapes = shapes_of(sheet, asked.half)
     laid = _Laid(runs, plan, shapes, dialect, asked)
     found += [*laid.missing(), *laid.repeated(), *laid.gouges(), *laid.strays(), *laid.misplaced()]
@@ -143,6 +141,8 @@ class _Laid:
         found = []
         for target in self.shapes.targets:
             claims = self.of_target.get(target.index, [])
+            if target.may_stay and not claims:
+                continue
             gaps = self._gaps(target, [self.lines[c.run] for c in claims])
             what = "marked" if target.marks else "cut"
             if sum(g.length for g in gaps) > MOST * target.way.length:
@@ -313,7 +313,7 @@ class _Laid:
         return found + [
             self._wrong("not planned", f"{target.name} is in no cut of the plan", 0)
             for target in self.shapes.targets
-            if target.index not in planned
+            if target.index not in planned and not target.may_stay
         ]
 
     def in_the_air(self) -> list[Difference]:

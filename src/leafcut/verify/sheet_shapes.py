@@ -42,6 +42,8 @@ class Target:
         Where the middle of the kerf runs (a ring about a closed contour; the line itself for a mark or an open cut).
     corners
         Corners of the drawn line, float64[k, 2]: the kerf may go round them or in a loop.
+    may_stay
+        A hole two kerfs wide within the tolerance: whether there is room for its pierce is a matter of rounding.
     """
 
     index: int
@@ -50,6 +52,7 @@ class Target:
     edge: Any
     way: Any
     corners: NDArray[np.float64]
+    may_stay: bool = False
 
     @property
     def marks(self) -> bool:
@@ -68,7 +71,7 @@ class Target:
 
 @dataclass(frozen=True, eq=False)
 class Shapes:
-    """All of a sheet: `targets` in its order, `left_out` contours the kerf does not fit, and `parts` by number.
+    """All of a sheet: `targets` in its order, `left_out` contours with no room for kerf or pierce; `parts` by number.
 
     `parts` are the metal of the finished parts less `TOLERANCE`; `numbers` their numbers.
     """
@@ -110,7 +113,7 @@ def shapes_of(sheet: Sheet, half: float) -> Shapes:
 
 
 def _target(index: int, source: SheetContour, half: float) -> Target | None:
-    """Return what is to be cut of a contour; None where the kerf closes it up, or divides it."""
+    """Return what is to be cut of a contour; None where the kerf closes it up or divides it, or no pierce has room."""
     import shapely
 
     points = source.contour.path.flattened(FLATNESS)
@@ -122,7 +125,12 @@ def _target(index: int, source: SheetContour, half: float) -> Target | None:
     rings = [ring for polygon in shapely.get_parts(grown) for ring in (polygon.exterior, *polygon.interiors)]
     if grown.is_empty or len(rings) != 1:
         return None
-    return Target(index, source, shape, edge, shapely.LineString(rings[0].coords), _corners(source.contour.path))
+    # A pierce is as wide as the kerf, half a kerf away from the way at least, and that half a kerf from the part.
+    pierces = [not source.is_hole or not shape.buffer(-2.0 * half + by).is_empty for by in (TOLERANCE, -TOLERANCE)]
+    if not pierces[0]:
+        return None
+    way = shapely.LineString(rings[0].coords)
+    return Target(index, source, shape, edge, way, _corners(source.contour.path), not pierces[1])
 
 
 def _corners(path: Polyline) -> NDArray[np.float64]:

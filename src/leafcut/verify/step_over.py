@@ -67,9 +67,42 @@ def widest_gaps(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[
     passes
         Places whose neighbours are looked for; None: all.
     """
+    found = _sides(way, centres, rules, passes)
+    if found is None:
+        return Gaps(0.0, 0.0)
+    core, lost = found.discs.widest(found.rows, found.gap, both=False), found.lost
+    nearer = found.discs.widest(found.rows, found.nearer, both=True)
+    return Gaps(max(nearer, found.discs.widest(found.rows[lost], found.gap[lost], both=False)), core)
+
+
+def wide_places(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> Floats:
+    """Return the places of a way, float64[n, 2], whose nearer neighbour is further away than the step-over."""
+    found = _sides(way, centres, rules, passes)
+    if found is None:
+        return np.zeros((0, 2))
+    wide = found.rows[(found.nearer > rules.step_over) | found.lost]
+    there = found.discs.fits(wide) & (found.discs.fits(found.discs.other(wide)) | found.lost[np.isin(found.rows, wide)])
+    places: Floats = found.discs.corners[wide[there], 0]
+    return places
+
+
+class _Sides(NamedTuple):
+    """Sides of steps that have a neighbour: rows of `discs`, the gap there, the lesser of those on both sides, mm.
+
+    `lost`: there a whole pass is missing.
+    """
+
+    discs: _Discs
+    rows: Rows
+    gap: Floats
+    nearer: Floats
+    lost: NDArray[np.bool_]
+
+
+def _sides(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None) -> _Sides | None:
     at = np.flatnonzero((way.step > 0.0) & (True if passes is None else passes))
     if not len(at):
-        return Gaps(0.0, 0.0)
+        return None
     # In the middle of the steps, where the tangent is not that of a corner.
     xy = way.xy[at] - 0.5 * way.step[at, None] * way.chord[at]
     normal = np.column_stack([-way.chord[at, 1], way.chord[at, 0]])
@@ -79,13 +112,11 @@ def widest_gaps(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[
     # Contacts an angle a apart, seen from the disc's centre, are r (1 − cos a) high over each other's tangents.
     beside = height >= radius * (1.0 + math.cos(SIDE_BY_SIDE))
     gap = _from_sides(way, at, np.where(beside, height, 0.0), touch, start, normal)
-    wide = np.flatnonzero(gap > 0.0)
+    rows = np.flatnonzero(gap > 0.0)
     discs = _Discs(start, start + radius[:, None] * normal, way.xy[touch], centres, rules)
     # Whatever touches the disc on the other side is near there, side by side or not; nothing is a wall.
-    other = np.roll(height, len(at))
-    nearer = np.minimum(gap, other)[wide]
-    core, lost = discs.widest(wide, gap[wide], both=False), gap[wide] >= 2.0 * rules.step_over * (1.0 - _EQUAL)
-    return Gaps(max(discs.widest(wide, nearer, both=True), discs.widest(wide[lost], gap[wide[lost]], both=False)), core)
+    nearer = np.minimum(gap, np.roll(height, len(at)))[rows]
+    return _Sides(discs, rows, gap[rows], nearer, gap[rows] >= 2.0 * rules.step_over * (1.0 - _EQUAL))
 
 
 class _Discs:
@@ -101,17 +132,22 @@ class _Discs:
     def widest(self, rows: Rows, sizes: Floats, both: bool) -> float:
         """Return the largest size whose disc lies in the room; with `both`, also the one on the other side of it."""
         order = np.argsort(-sizes)
-        rows, sizes, half = rows[order], sizes[order], len(self.corners) // 2
+        rows, sizes = rows[order], sizes[order]
         for first in range(0, len(rows), _AT_ONCE):
             some = rows[first : first + _AT_ONCE]
-            fits = self._fits(some)
+            fits = self.fits(some)
             if both:
-                fits &= self._fits((some + half) % (2 * half))
+                fits &= self.fits(self.other(some))
             if fits.any():
                 return float(sizes[first + int(np.argmax(fits))])
         return 0.0
 
-    def _fits(self, rows: Rows) -> NDArray[np.bool_]:
+    def other(self, rows: Rows) -> Rows:
+        """Return the rows of the discs on the other side of the same steps."""
+        return (rows + len(self.corners) // 2) % len(self.corners)
+
+    def fits(self, rows: Rows) -> NDArray[np.bool_]:
+        """Return whether discs, and the ways to their middles, lie in the room."""
         import shapely
 
         fits: NDArray[np.bool_] = shapely.covers(self.room, shapely.linestrings(self.corners[rows]))

@@ -23,15 +23,23 @@ _ALONG = 0.05
 
 
 def check_torch(
-    path: Toolpath, runs: list[TorchRun], plan: CutPlan, text: str, dialect: Dialect, safe_height: float | None
+    path: Toolpath,
+    runs: list[TorchRun],
+    plan: CutPlan,
+    text: str,
+    dialect: Dialect,
+    safe_height: float | None,
+    probe: Probe | None = None,
 ) -> list[Difference]:
     """Return what is wrong with the torch in a program that was read back.
 
-    `safe_height` is that of rapids across the sheet; None: above the pierce height.
+    `safe_height` is that of rapids across the sheet; None: above the pierce height. `probe`: how a program that moves Z
+    finds the sheet before every pierce; None: it does not.
     """
     torch, heights = dialect.torch, moves_z(dialect)
     lowest = max(plan.data.pierce_height, plan.data.cut_height) if safe_height is None else safe_height
     found = [*_rapids(path, lowest if heights else None), *_material(text, plan, dialect)]
+    found += check_probing(path, runs, plan, probe if heights else None)
     waits = torch is None or torch.waits
     for run, cut in zip(runs, plan.cuts, strict=False):
         if cut.kind == "cut":

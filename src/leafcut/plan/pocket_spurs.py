@@ -1,0 +1,81 @@
+"""Ground that passes leave uncut between them: cleared by spurs, as short as will do, there and back from a pass."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from leafcut.geometry.polyline import Points
+from leafcut.geometry.regions import polygons, quarter, swept
+from leafcut.model.pocket import PocketRules
+
+#: Uncut places smaller than this share of the tool's area are left: what the chords of rings leave between them.
+SPECK = 1e-5
+#: A spur goes so much deeper than it needs to, in tool radii: one clears more ground, and fewer are needed.
+DEEPER = 0.1
+#: Spurs that one place may take.
+MOST = 60
+
+
+def uncut(ground: Any, passes: list[Any], rules: PocketRules) -> list[Any]:
+    """Return the polygons of the ground that are further than the tool's radius from all passes (shapely lines)."""
+    import shapely
+
+    quarters = quarter(rules.radius, rules.tolerance)
+    cleared = shapely.union_all([line.buffer(rules.radius, quad_segs=quarters) for line in passes])
+    return _worth(ground.difference(cleared), rules)
+
+
+def with_spurs(ways: list[Points], ground: Any, rules: PocketRules) -> list[Points]:
+    """Return ways that leave nothing uncut of the ground: with spurs where they are nearest to what is uncut.
+
+    A spur leads straight to the deepest point of the place until the tool clears it, and back; then what is still
+    uncut is looked at.
+    """
+    import shapely
+
+    lines = [shapely.LineString(way) for way in ways]
+    spurs: list[list[tuple[float, Points]]] = [[] for _ in ways]
+    for place in uncut(ground, lines, rules):
+        k = min(range(len(ways)), key=lambda i: lines[i].distance(place))
+        left = [place]
+        for _ in range(MOST):
+            if not left:
+                break
+            station, tip = _spur(left, lines[k], rules)
+            spurs[k].append((station, tip))
+            disc = swept(shapely.Point(tip), rules.radius, rules.tolerance)
+            left = [part for some in left for part in _worth(some.difference(disc), rules)]
+    return [_spliced(way, found) for way, found in zip(ways, spurs, strict=True)]
+
+
+def _worth(shape: Any, rules: PocketRules) -> list[Any]:
+    """Return the polygons of a shape that are more than specks."""
+    return [place for place in polygons(shape) if place.area > SPECK * math.pi * rules.radius**2]
+
+
+def _spur(places: list[Any], line: Any, rules: PocketRules) -> tuple[float, Points]:
+    """Return the station of a line where a spur to the deepest point of places leaves it, and the spur's tip."""
+    import shapely
+
+    corners = shapely.get_coordinates(places)
+    away = shapely.distance(shapely.points(corners), line)
+    deepest = corners[int(np.argmax(away))]
+    station = float(line.project(shapely.Point(deepest)))
+    base = shapely.get_coordinates(line.interpolate(station))[0]
+    depth = min(float(away.max()), float(away.max()) - (1.0 - DEEPER) * rules.radius)
+    return station, base + (deepest - base) * depth / float(away.max())
+
+
+def _spliced(way: Points, spurs: list[tuple[float, Points]]) -> Points:
+    """Return a way with spurs at its stations."""
+    stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
+    parts, at = [], 0
+    for station, tip in sorted(spurs, key=lambda spur: spur[0]):
+        k = max(int(np.searchsorted(stations, station, side="right")), at)
+        base = np.array([np.interp(station, stations, way[:, i]) for i in range(2)])
+        parts += [way[at:k], base[None], tip[None], base[None]]
+        at = k
+    return np.vstack([*parts, way[at:]])
