@@ -20,6 +20,7 @@ from leafcut.files import check_output, read_program, write_together, write_whol
 from leafcut.model.nest import NestOutcome
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
+from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
 from leafcut.options import Settings
 from leafcut.runs.run import Progress, Run, for_cutting, machine_of, passing_on
@@ -42,6 +43,7 @@ def optimize(
     process: str = "auto",
     options_file: str | Path | None = None,
     progress: Progress | None = None,
+    observe: Observer | None = None,
     cancelled: threading.Event | None = None,
     **options: Any,
 ) -> Outcome:
@@ -62,6 +64,8 @@ def optimize(
         A TOML file of options.
     progress
         Called as the work goes on with (what, cost so far or None, share done, gap or None).
+    observe
+        Called by the searches between their steps, to look at them closely; see `leafcut.model.snapshot`.
     cancelled
         Set it from another thread to stop the search and keep the best.
     options
@@ -81,14 +85,14 @@ def optimize(
     began = time.perf_counter()
     settings = Settings.collect(options, Path(options_file) if options_file else None)
     profile = settings.machine.machine
-    tables = (settings.drill.tools, settings.cut.chart, settings.cut.plan)
+    tables = (settings.drill.tools, settings.drill.hole_order, settings.cut.chart, settings.cut.plan)
     inputs = [source, options_file, *tables, profile if profile.endswith(".toml") else None]
     outputs = [output, report, settings.cut.save_plan if process == "cut" else None]
     for k, target in enumerate(outputs):
         check_output(target, [*inputs, *outputs[:k]])
     if process == "cut":
         settings = for_cutting(settings)
-    run = Run(settings, machine_of(settings), progress, cancelled or threading.Event())
+    run = Run(settings, machine_of(settings), progress, cancelled or threading.Event(), observe)
     outcome = replace(_work(run, source, process), output=str(output or ""), report=str(report or ""))
     outcome = replace(outcome, seconds=time.perf_counter() - began)
     page = _page(outcome) if report else ""  # before anything is written: it may fail
@@ -188,12 +192,13 @@ def nest(
 
 
 def solve_part(
-    part: Part, *, progress: Progress | None = None, cancelled: threading.Event | None = None, **options: Any
-) -> Solution:
+    part: Part, *, progress: Progress | None = None, observe: Observer | None = None,
+    cancelled: threading.Event | None = None, **options: Any,
+) -> Solution:  # fmt: skip
     """Return a closed tour through the points of a map, by TSPLIB's rule of distance where the file has one.
 
     Where the map has sets of points, the tour visits one point of each, and keeps what must come before what.
-    `progress`, `cancelled` and `options` are those of `optimize`.
+    `progress`, `observe`, `cancelled` and `options` are those of `optimize`.
     """
     from leafcut.plan.maps import check_allowed, problem_of_map
     from leafcut.solve.compiling import announced
@@ -203,21 +208,27 @@ def solve_part(
     tell = passing_on(progress, f"solving {part.name}")
     with announced(lambda: progress("compiling (first run on this machine)", None, 0.0, None) if progress else None):
         solution = solve(
-            problem, settings.solve, settings.aco, firefly=settings.firefly, progress=tell, cancelled=cancelled
-        )
+            problem, settings.solve, settings.aco, firefly=settings.firefly, progress=tell, observe=observe,
+            cancelled=cancelled,
+        )  # fmt: skip
     check_allowed(part, solution.nodes)
     return solution
 
 
 def solve_file(
-    source: str | Path, *, progress: Progress | None = None, cancelled: threading.Event | None = None, **options: Any
+    source: str | Path,
+    *,
+    progress: Progress | None = None,
+    observe: Observer | None = None,
+    cancelled: threading.Event | None = None,
+    **options: Any,
 ) -> tuple[dict[str, Any], NDArray[np.int32]]:
     """Solve a map file as a closed tour; return the answer of ``leafcut solve --json`` and the tour int32[n]."""
     from leafcut.read import read
     from leafcut.report.json_answer import solution_as_json
 
     part = read(source, Settings.collect(options).read)
-    solution = solve_part(part, progress=progress, cancelled=cancelled, **options)
+    solution = solve_part(part, progress=progress, observe=observe, cancelled=cancelled, **options)
     return solution_as_json(part, solution), solution.nodes
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import leafcut
-from leafcut.errors import VerifyError
+from leafcut.errors import LeafcutError, VerifyError
+from leafcut.read.order_file import order_text
 from leafcut.solve import solve as room
 
 
@@ -48,3 +50,60 @@ def test_a_part_that_is_too_large_is_refused_before_anything_is_sought(
     monkeypatch.setattr(room, "solve", lambda *_, **__: pytest.fail("something was sought"))
     with pytest.raises(VerifyError, match="too large"):
         leafcut.optimize(path, units="mm")
+
+
+def order_file(tmp_path: Path, *operations: tuple[int, list[int]]) -> Path:
+    path = tmp_path / "order.json"
+    path.write_text(order_text({number: tuple(holes) for number, holes in operations}))
+    return path
+
+
+def test_holes_come_in_the_order_of_a_file_and_its_cost_is_that_of_the_order(tmp_path: Path) -> None:
+    """Eight holes in a row, from the last to the first but one: 70 mm there, by hand."""
+    row = tmp_path / "row.csv"
+    row.write_text("x,y,diameter\n" + "".join(f"{10 * k},0,3\n" for k in range(8)))
+    given = order_file(tmp_path, (0, [7, 6, 5, 4, 3, 2, 0, 1]))
+    found = leafcut.optimize(row, units="mm", objective="distance", hole_order=given, start_point="70,0")
+    assert found.verified
+    (operation,) = found.operations
+    assert operation.hole_order == (7, 6, 5, 4, 3, 2, 0, 1)
+    assert operation.solution.cost == pytest.approx(50.0 + 20.0 + 10.0)
+    assert operation.solution.lower_bound == pytest.approx(70.0)
+
+
+def test_what_a_file_does_not_name_is_found_around_it(tmp_path: Path) -> None:
+    """Six holes in a row, the third first: then one way to the end and back to the rest, 10 + 10 + … by hand."""
+    row = tmp_path / "row.csv"
+    row.write_text("x,y,diameter\n" + "".join(f"{10 * k},0,3\n" for k in range(6)))
+    found = leafcut.optimize(
+        row, units="mm", objective="distance", hole_order=order_file(tmp_path, (0, [2])), start_point="20,0"
+    )
+    (operation,) = found.operations
+    assert operation.hole_order == (2, 1, 0, 3, 4, 5)
+    assert operation.solution.cost == pytest.approx(20.0 + 50.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("{}", "'leafcut_order' must be 1"),
+        ("[", "is not JSON"),
+        ('{"leafcut_order": 1}', "'operations' must be a list"),
+        ('{"leafcut_order": 1, "operations": [{"operation": 0, "holes": []}]}', "0 is not a number from 1 on"),
+        ('{"leafcut_order": 1, "operations": [{"operation": 1, "holes": [true]}]}', "true is not a number"),
+        ('{"leafcut_order": 1, "operations": [{"operation": 9, "holes": []}]}', "operation 9: there are 1"),
+        ('{"leafcut_order": 1, "operations": [{"operation": 1, "holes": [9]}]}', "hole 9 is not one that"),
+        ('{"leafcut_order": 1, "operations": [{"operation": 1, "holes": [2, 2]}]}', "hole 2 is there twice"),
+        ('{"leafcut_order": 1, "operations": [{"holes": [2]}]}', "row 1: "),
+        (
+            '{"leafcut_order": 1, "operations": [{"operation": 1, "holes": []}, {"operation": 1, "holes": []}]}',
+            "operation 1 is there twice",
+        ),
+    ],
+)
+def test_an_order_that_cannot_be_meant_is_one_line(tmp_path: Path, text: str, line: str) -> None:
+    row, given = tmp_path / "row.csv", tmp_path / "order.json"
+    row.write_text("x,y,diameter\n0,0,3\n10,0,3\n20,0,3\n")
+    given.write_text(text)
+    with pytest.raises(LeafcutError, match=re.escape(line)):
+        leafcut.optimize(row, units="mm", hole_order=given)

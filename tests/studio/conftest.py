@@ -6,6 +6,8 @@ import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 from starlette.testclient import TestClient
@@ -47,3 +49,47 @@ def chromium() -> str:
             pytest.fail("chromium is required here: apt-get install chromium")
         pytest.skip("chromium is not installed")
     return program
+
+
+@pytest.fixture(scope="session")
+def browser(chromium: str) -> Iterator[Any]:
+    """Return Playwright's browser, one for all tests: every test has pages of its own."""
+    from canvas_server import browser as launched
+
+    with launched(chromium) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """Return a studio in a process of its own, one for all tests that change nothing of it for others."""
+    from studio_server import Server
+
+    started = Server(tmp_path_factory.mktemp("home"))
+    yield started
+    started.process.kill()
+    started.process.communicate(timeout=30)
+
+
+@pytest.fixture
+def page(browser: Any, server: Any) -> Iterator[Any]:
+    """Return a page of the studio; in the end nothing may have been complained of, nor asked of another host."""
+    from playwright.sync_api import expect
+
+    complaints: list[str] = []
+    asked: list[str] = []
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, locale="en-US", accept_downloads=True)
+    context.grant_permissions(["clipboard-read", "clipboard-write"])
+    made = context.new_page()
+    made.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
+    made.on("pageerror", lambda e: complaints.append(str(e)))
+    made.on("request", lambda r: asked.append(r.url))
+    made.goto(f"{server.origin}/?token={server.token}")
+    expect(made.locator("#view-work")).to_be_visible()
+    yield made
+    made.close()
+    context.close()
+    assert complaints == []
+    assert {urlsplit(url).netloc for url in asked if not url.startswith(("data:", "blob:"))} == {
+        f"127.0.0.1:{server.port}"
+    }

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 from canvas_scenes import CUT_LINE, MACHINE, PART, PLACES, grid_of_holes, grid_path, grid_program
-from canvas_server import browser, serving, until
+from canvas_server import serving, until
 
 from leafcut.model.issue import Issue
 from leafcut.model.part import Part
@@ -73,21 +71,9 @@ def address() -> Iterator[str]:
 
 
 @pytest.fixture(scope="module")
-def chromium() -> Iterator[Any]:
-    """Return Playwright's browser; skip without Chromium, or fail where it is required."""
-    program = shutil.which("chromium") or shutil.which("chromium-browser")
-    if program is None:
-        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
-            pytest.fail("Chromium is required here: apt-get install chromium")
-        pytest.skip("Chromium is not installed")
-    with browser(program) as launched:
-        yield launched
-
-
-@pytest.fixture(scope="module")
-def opened(chromium: Any, address: str) -> Iterator[tuple[Any, list[str]]]:
+def opened(browser: Any, address: str) -> Iterator[tuple[Any, list[str]]]:
     """Return the page, and the list of what goes wrong on it."""
-    context = chromium.new_context(viewport={"width": 1280, "height": 720}, device_scale_factor=2)
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, device_scale_factor=2)
     page = context.new_page()
     wrong: list[str] = []
     # That pixels are read back often is the tests' own doing.

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import os
-import shutil
 import socket
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
-from canvas_server import browser, until
+from canvas_server import until
 
 pytestmark = pytest.mark.external
 
@@ -51,14 +51,8 @@ def served() -> Iterator[str]:
         run.wait(20)
 
 
-def test_scenes_are_fetched_shown_chosen_in_and_taken_off(served: str) -> None:
-    program = shutil.which("chromium") or shutil.which("chromium-browser")
-    if program is None:
-        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
-            pytest.fail("Chromium is required here: apt-get install chromium")
-        pytest.skip("Chromium is not installed")
-    with browser(program) as launched:
-        page = launched.new_page()
+def test_scenes_are_fetched_shown_chosen_in_and_taken_off(served: str, browser: Any) -> None:
+    with browser.new_page() as page:
         wrong: list[str] = []
         page.on("console", lambda m: wrong.append(m.text) if m.type == "error" else None)
         page.on("pageerror", lambda error: wrong.append(str(error)))

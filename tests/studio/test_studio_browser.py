@@ -3,85 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, expect
+from studio_page import LONG, PLATE, ROOT, downloaded, opened, run, typed
 from studio_server import Server
 
 import leafcut
 from leafcut import cli
 
 pytestmark = pytest.mark.external
-
-ROOT = Path(__file__).parents[2]
-PLATE = ROOT / "examples" / "plate_10.dxf"
-#: A run on a busy machine, ms.
-LONG = 60_000
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    started = Server(tmp_path_factory.mktemp("home"))
-    yield started
-    started.process.kill()
-    started.process.communicate(timeout=30)
-
-
-@pytest.fixture(scope="module")
-def browser(chromium: str) -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox", "--disable-gpu"])
-        yield opened
-        opened.close()
-
-
-@pytest.fixture
-def page(browser: Browser, server: Server) -> Iterator[Page]:
-    """Return a page of the studio; in the end nothing may have been complained of, nor asked of another host."""
-    complaints: list[str] = []
-    asked: list[str] = []
-    context = browser.new_context(viewport={"width": 1280, "height": 720}, locale="en-US", accept_downloads=True)
-    context.grant_permissions(["clipboard-read", "clipboard-write"])
-    made = context.new_page()
-    made.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
-    made.on("pageerror", lambda e: complaints.append(str(e)))
-    made.on("request", lambda r: asked.append(r.url))
-    made.goto(f"{server.origin}/?token={server.token}")
-    expect(made.locator("#view-work")).to_be_visible()
-    yield made
-    made.close()
-    context.close()
-    assert complaints == []
-    assert {urlsplit(url).netloc for url in asked if not url.startswith(("data:", "blob:"))} == {
-        f"127.0.0.1:{server.port}"
-    }
-
-
-def opened(page: Page, file: Path) -> None:
-    page.set_input_files("#open-file", file)
-    expect(page.locator(".about-part .name")).to_have_text(file.name)
-
-
-def typed(page: Page, label: str, text: str) -> None:
-    field = page.get_by_label(label, exact=True)
-    field.fill(text)
-    field.press("Tab")
-
-
-def run(page: Page) -> None:
-    page.get_by_role("button", name="Run", exact=True).click()
-    expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
-
-
-def downloaded(page: Page, name: str) -> tuple[str, bytes]:
-    with page.expect_download() as waiting:
-        page.get_by_role("link", name=name, exact=True).click()
-    return waiting.value.suggested_filename, Path(waiting.value.path()).read_bytes()
 
 
 def test_a_drawing_is_opened_run_and_downloaded_as_the_command_line_writes_it(page: Page, tmp_path: Path) -> None:
@@ -286,7 +220,8 @@ def test_a_page_comes_back_when_the_studio_is_started_again_under_it(browser: Br
     expect(page.locator(".headline")).to_have_text(saved or "", timeout=LONG)
     expect(page.locator(".about-part .name")).to_have_text(PLATE.name)
     page.close()
-    assert second.end()[0] == 0
+    code, _, error = second.end()
+    assert code == 0, error
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

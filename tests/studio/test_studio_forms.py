@@ -15,6 +15,7 @@ from leafcut.options import ALGORITHMS, Settings, all_options
 from leafcut.studio import forms
 from leafcut.studio.app import Studio
 from leafcut.studio.history import State
+from leafcut.studio.panel_live import PACES
 from leafcut.studio.task import Task, command_line, prepare, program_name
 from leafcut.studio.view import View
 from leafcut.studio.wording import words
@@ -220,6 +221,7 @@ def test_both_languages_have_the_same_words_and_none_is_unused() -> None:
         ("work.", {f"work.{work}" for work in forms.WORKS}),
         ("state.", {f"state.{state.value}" for state in State}),
         ("process.", {f"process.{process}" for process in forms.PROGRAM_PROCESSES}),
+        ("pace.", {f"pace.{pace}" for pace in PACES}),
     ):
         assert {k for k in keys if k.startswith(stem)} == wanted
     every = "|".join(sorted({k.partition(".")[0] for k in keys}))

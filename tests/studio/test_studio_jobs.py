@@ -42,7 +42,7 @@ def test_a_job_gives_what_the_call_gives(studio: Studio) -> None:
     assert answer is not None
     assert answer["verified"] is True
     offered = {name for name, file in studio.history.artefacts(job).items() if file}
-    assert offered == {"program", "report", "picture-before", "picture-after"}
+    assert offered == {"program", "report", "order", "picture-before", "picture-after"}
     for layer in ("part", "before", "after"):
         scene = studio.history.artefact(job, f"scene-{layer}")
         assert scene is not None

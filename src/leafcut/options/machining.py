@@ -139,3 +139,9 @@ class DrillOptions(OptionGroup):
     end_point: tuple[float, ...] | None = option(
         "point", None, "where the tool ends, x,y, or free", unit="mm", default_words="at the last hole"
     )
+    hole_order: Path | None = option(
+        "path",
+        None,
+        "order file: holes that come first in the order of the file; the rest is found around them",
+        default_words="none",
+    )

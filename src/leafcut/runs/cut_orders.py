@@ -64,7 +64,7 @@ def nearest_order(job: Job) -> list[CutStart]:
     """Return the nearest-neighbour order."""
     from leafcut.plan.clear_pierces import clear_pierces
 
-    quiet = replace(job, run=replace(job.run, progress=None))
+    quiet = replace(job, run=job.run.quiet())
     order = _solve_bands(quiet, SolveOptions(algorithm="nn", bound=False, threads=1), None)[0]
     return clear_pierces(job.cutting, order, job.travel(), job.start, job.end)
 
@@ -87,7 +87,7 @@ def _solve_bands(
         name = "ordering the cuts" if len(groups) == 1 else f"ordering band {number}"
         tell = passing_on(run.progress, name, left / total, len(members) / total)
         budget = share(options, spent + sum(s.seconds for s in solutions), left, problem)
-        found = solve(problem, budget, run.settings.aco, progress=tell, cancelled=run.cancelled)
+        found = solve(problem, budget, run.settings.aco, progress=tell, observe=run.observe, cancelled=run.cancelled)
         if before is not None and options.algorithm != "nn":
             node_of = {int(n): k for k, n in enumerate(starts)}
             position = {id(s): n for n, s in enumerate(cutting.starts)}

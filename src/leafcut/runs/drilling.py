@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -62,13 +63,14 @@ def _order(run: Run, plan: DrillPlan) -> Outcome:
     refuse(check_envelope(lay([drawing_order(o) for o in plan.operations]), run.machine))
     with announced(lambda: run.tell("compiling (first run on this machine)")):
         solutions = _solve_operations(run, plan, run.settings.solve)
-        nearest = _solve_operations(replace(run, progress=None), plan, SolveOptions(algorithm="nn", bound=False))
+        nearest = _solve_operations(run.quiet(), plan, SolveOptions(algorithm="nn", bound=False))
     plans = [[drawing_order(o) for o in plan.operations], [s.nodes for s in nearest], [s.nodes for s in solutions]]
     paths = [lay(orders) for orders in plans]
     measures = [measure(path, run.machine) for path in paths]
     costs = [m.time_s if run.settings.solve.objective == "time" else m.travel_mm for m in measures]
     winner = int(np.argmin(costs))
-    if run.settings.solve.algorithm not in ("nn", "none") and costs[winner] < costs[2]:
+    free = run.settings.solve.algorithm not in ("nn", "none") and run.settings.drill.hole_order is None
+    if free and costs[winner] < costs[2]:
         # No tool's path is longer than theirs, but where one tool ends the next begins: all together may be.
         solutions = _restated(run, plan, plans[winner], solutions, ("none", "nn")[winner])
         paths[2], measures[2] = paths[winner], measures[winner]
@@ -115,23 +117,36 @@ def _problems(run: Run, plan: DrillPlan) -> list[RoutingProblem]:
 def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions) -> list[Solution]:
     """Solve one routing problem per operation, each beginning where the one before ended."""
     from leafcut.plan.routing import drawing_order, last_place
+    from leafcut.runs.hole_order import solve_after, wanted_nodes
+    from leafcut.solve.certificate import certify
     from leafcut.solve.solve import keep_better, solve
 
+    wanted = {} if options.algorithm == "nn" else wanted_nodes(plan, run.settings.drill.hole_order)
     total = left = sum(len(o.targets) for o in plan.operations)
     place, solutions = plan.start, list[Solution]()
-    for operation, endless in zip(plan.operations, _problems(run, plan), strict=True):
+    for number, (operation, endless) in enumerate(zip(plan.operations, _problems(run, plan), strict=True)):
         problem = replace(endless, start=place)
         tell = passing_on(run.progress, f"ordering {operation.tool.label}", left / total, problem.n_clusters / total)
         budget = share(options, sum(s.seconds for s in solutions), left, problem)
-        found = solve(
-            problem, budget, run.settings.aco, firefly=run.settings.firefly, progress=tell, cancelled=run.cancelled
-        )
-        if options.algorithm != "nn":
-            found = keep_better(problem, found, drawing_order(operation))
+        search = partial(
+            solve, options=budget, aco=run.settings.aco, firefly=run.settings.firefly, progress=tell,
+            observe=run.observe, cancelled=run.cancelled,
+        )  # fmt: skip
+        if number in wanted:
+            seek = partial(certify, problem, bound=None, cancelled=run.cancelled) if options.bound else _as_it_is
+            found = solve_after(problem, wanted[number], search, seek)
+        else:
+            found = search(problem)
+            if options.algorithm != "nn":
+                found = keep_better(problem, found, drawing_order(operation))
         solutions.append(found)
         left -= problem.n_clusters
         place = last_place(problem, found.nodes, place)
     return solutions
+
+
+def _as_it_is(solution: Solution) -> Solution:
+    return solution
 
 
 def _restated(

@@ -63,6 +63,7 @@ def _grid(name: str) -> Strategy:
             settings.aco,
             firefly=settings.firefly,
             progress=passing_on(run.progress, f"{name}: ordering the points of a grid"),
+            observe=run.observe,
             cancelled=run.cancelled,
         )
         return lay_grid(context, found.nodes, name)

@@ -65,9 +65,7 @@ def pocket(run: Run, source: str | Path) -> Outcome:
             found, more = _cleared(job, one, number)
             cleared.append(found)
             issues += more
-        usual = _ordered(
-            replace(job, run=replace(run, progress=None)), [c.ways[c.plan.usual.strategy] for c in cleared]
-        )[0]
+        usual = _ordered(replace(job, run=run.quiet()), [c.ways[c.plan.usual.strategy] for c in cleared])[0]
         chosen, solution = _ordered(job, [c.ways[c.plan.result.strategy] for c in cleared])
     return _outcome(job, issues, cleared, solution, (_laid(job, usual), _laid(job, chosen)))
 
@@ -246,7 +244,10 @@ def _ordered(job: PocketJob, pockets: list[list[Clearing]]) -> tuple[list[Cleari
     if len(clearings) == 1:
         options = replace(options, algorithm="none", bound=False, target_gap=None)
     tell = passing_on(run.progress, "ordering the pockets")
-    found = solve(problem, options, settings.aco, firefly=settings.firefly, progress=tell, cancelled=run.cancelled)
+    found = solve(
+        problem, options, settings.aco, firefly=settings.firefly, progress=tell, observe=run.observe,
+        cancelled=run.cancelled,
+    )  # fmt: skip
     return [clearings[int(node)] for node in found.nodes], found
 
 

@@ -137,8 +137,9 @@ def _solve_sections(run: Run, sequence: Sequence) -> list[Solution | None]:
             used = sum(s.seconds for s in solutions if s is not None)
             budget = share(run.settings.solve, used, left, problem)
             found = solve(
-                problem, budget, run.settings.aco, firefly=run.settings.firefly, progress=tell, cancelled=run.cancelled
-            )
+                problem, budget, run.settings.aco, firefly=run.settings.firefly, progress=tell, observe=run.observe,
+                cancelled=run.cancelled,
+            )  # fmt: skip
             found = keep_better(problem, found, nodes)
             solutions.append(found)
             nodes = found.nodes

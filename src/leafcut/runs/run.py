@@ -11,6 +11,7 @@ from leafcut.errors import OptionError, VerifyError
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.problem import RoutingProblem
+from leafcut.model.snapshot import Observer
 from leafcut.options import MachineOptions, Settings, SolveOptions
 
 if TYPE_CHECKING:
@@ -29,6 +30,11 @@ class Run:
     machine: Machine
     progress: Progress | None = None
     cancelled: threading.Event = field(default_factory=threading.Event)
+    observe: Observer | None = None
+
+    def quiet(self) -> Run:
+        """Return the same run with nobody to tell what it is doing."""
+        return replace(self, progress=None, observe=None)
 
     def tell(self, what: str, cost: float | None = None, share: float = 0.0, gap: float | None = None) -> None:
         """Pass on what is being done."""

@@ -15,6 +15,7 @@ from leafcut.options import SolveOptions
 from leafcut.solve.construction import nearest_neighbour
 from leafcut.solve.directed import build_directed, is_directed
 from leafcut.solve.instance import Instance, build_instance, costs_of_edges
+from leafcut.solve.observing import MOST_BOUNDED
 from leafcut.solve.statistics import Best
 
 #: Candidates of each node where a bound is asked of an order that no search made.
@@ -45,6 +46,22 @@ def aim(options: SolveOptions, instance: Instance, best: Best) -> None:
         stop.target = best.bound * (1.0 + options.target_gap / 100.0) - best.service
     elif not stop.cancelled.is_set():
         raise _no_bound(instance.problem)
+
+
+def foresee(problem: RoutingProblem, options: SolveOptions, best: Best, instance: Instance | None = None) -> None:
+    """Find a lower bound for those who watch, to tell the gap by from the beginning; the clock is stopped meanwhile.
+
+    The bound that the answer is certified with is sought afterwards as ever: nothing changes for being watched.
+    """
+    wanted = best.watched is not None and best.bound is None and options.bound
+    relaxed = relaxation(problem) if wanted and problem.n_clusters <= MOST_BOUNDED else None
+    if relaxed is None:
+        return
+    with best.stop.paused():
+        if instance is None or relaxed is not problem:
+            instance = build_instance(relaxed, CANDIDATES)
+        upper = float(tour_cost(instance.cost, nearest_neighbour(instance)))
+        best.shown_bound = bound_of(instance, upper, best.stop.cancelled)
 
 
 def aim_without_order(options: SolveOptions, problem: RoutingProblem, best: Best) -> None:

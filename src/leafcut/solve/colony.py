@@ -23,6 +23,7 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.solve.construction import greedy, random_words
 from leafcut.solve.instance import Instance
 from leafcut.solve.kicks import MANY, NODES_PER_LOOK, choices, descend, first_tour, kick_on, work_tour
+from leafcut.solve.observing import of_tours
 from leafcut.solve.pieces import kick_pieces
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
@@ -213,6 +214,8 @@ def improve_by_colony(
         champions = champions.joined_by(colony)
         champions, generations = _live(instance, champions, seed, stop, best, workers, generations)
         number, same = number + 1, same + 1 if best.cost >= before - EPSILON else 0
+    if best.watched is not None:
+        best.watched.pheromone = lambda: None  # those who kick follow nobody
     kicks = KICKS_PER_VISIT * visits
     if same == enough:
         kicks = min(kicks, LAST_KICKS * instance.n)
@@ -236,6 +239,7 @@ def _live(
         colony = following
         generations += 1
         _offer(colony, best, generations)
+        _show(instance, colony, best)
         best.tell(generations)
     return colony, generations
 
@@ -248,6 +252,12 @@ def _offer(colony: Colony, best: Best, generation: int) -> None:
     if len(colony.costs):
         winner = int(np.argmin(colony.costs))
         best.offer(colony.tours[winner], float(colony.costs[winner]), generation)
+
+
+def _show(instance: Instance, colony: Colony, best: Best) -> None:
+    """Let those who watch see where the ants of this colony go."""
+    if best.watched is not None:
+        best.watched.pheromone = lambda: of_tours(instance, colony.tours)
 
 
 def _how_many(n: int, number: int, seconds: float, stop: Stop, visits: float) -> int:

@@ -53,7 +53,16 @@ def _search_together(instance: DirectedInstance, seed: int, best: Best, kicks: f
     With a budget there is one, as what several find depends on who is first.
     """
     layers = layers_of(instance) if is_small(instance) else None
-    searches = [sequential.Search(instance, seed, best, number, layers) for number in range(threads)]
+    searches = [
+        sequential.Search(instance, seed, best, number, layers, alone=threads == 1) for number in range(threads)
+    ]
+
+    def figures() -> tuple[WorkerFigures, ...]:
+        seconds = best.stop.elapsed()
+        return tuple(WorkerFigures(s.number, s.kicks, seconds, s.shortest) for s in searches)
+
+    if best.watched is not None:
+        best.watched.workers = figures
 
     def run() -> int:
         if threads == 1:
@@ -67,9 +76,7 @@ def _search_together(instance: DirectedInstance, seed: int, best: Best, kicks: f
                 raise
 
     iterations = until_interrupted(run, best)
-    seconds = best.stop.elapsed()
-    figures = tuple(WorkerFigures(s.number, s.kicks, seconds, s.shortest) for s in searches)
-    return Found(instance.problem.cluster[best.tour].astype(np.int32), iterations, figures)
+    return Found(instance.problem.cluster[best.tour].astype(np.int32), iterations, figures())
 
 
 def warm_up_in_order(problem: RoutingProblem, algorithm: str = "colony") -> None:

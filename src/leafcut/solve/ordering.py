@@ -11,6 +11,7 @@ firefly, since every inversion is followed by the choice of all nodes.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +19,16 @@ from numpy.typing import NDArray
 from leafcut.kernels.ordering import choose_all, invert_runs, lay_order, steps_apart
 from leafcut.kernels.route import begin_bias
 from leafcut.kernels.sequential import improve_route
+from leafcut.model.snapshot import Pheromone
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.solve.aco import Parameters, Trails
 from leafcut.solve.annealing import layers_of
 from leafcut.solve.construction import random_words
 from leafcut.solve.directed import DirectedInstance
 from leafcut.solve.firefly import SHORT_MENDED, SHORT_SHARE, Flight, learn_nothing, share_done
+from leafcut.solve.instance import cluster_places
 from leafcut.solve.loop import Propose, Reinforce, search
+from leafcut.solve.observing import Places, brightness_of, on_lists
 from leafcut.solve.sequential import BREADTH, LEAST, LOOKS, greedy_path, route_of
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
@@ -205,14 +209,32 @@ class Swarm:
         self.reinforce: Reinforce = learn_nothing
         if options.algorithm == "firefly":
             flight = Flight.of(firefly, limited=options.time_limit is not None)
-            self.propose: Propose = Fireflies(ordering, flight, options.seed, first).propose
+            swarm = Fireflies(ordering, flight, options.seed, first)
+            self._show(brightness=lambda: brightness_of(swarm.lengths))
+            self.propose: Propose = swarm.propose
             self.size, self.patience = flight.fireflies, flight.patience
             self.visits = m * flight.fireflies * max(1.0, flight.attractiveness)
             return
         parameters = Parameters.of(options.algorithm, aco, m, options.local_search)
         trails = OrderTrails(ordering, parameters, max(length, 1e-9))
+        self._show(pheromone=lambda: self._pheromone(trails))
         self.propose, self.reinforce = OrderAnts(ordering, trails, options.seed).propose, trails.reinforce
         self.size, self.visits, self.patience = parameters.ants, float(m * parameters.ants), None
+
+    def _show(self, **what: Any) -> None:
+        """Let those who watch see the best path, and what else there is to see by its name in `Watched`."""
+        watched, places = self.best.watched, Places(self.ordering.instance.problem)
+        if watched is None:
+            return
+        watched.path = lambda order: places.along_nodes(self.nodes(order))
+        for name, look in what.items():
+            setattr(watched, name, look)
+
+    def _pheromone(self, trails: OrderTrails) -> Pheromone:
+        problem = self.ordering.instance.problem
+        m = problem.n_clusters
+        owner = np.arange(m, dtype=np.int32)
+        return on_lists(cluster_places(problem), owner, trails.lists[:m], trails.pheromone[:m])
 
     def run(self) -> int:
         """Run until `stop`; return the iterations that were finished."""
@@ -222,6 +244,10 @@ class Swarm:
 
     def clusters(self, order: Ints) -> Ints:
         """Return the problem's clusters int32[clusters] of an order int32[m], from its start to its end."""
-        self.ordering.length(order)
-        clusters: Ints = self.ordering.instance.problem.cluster[self.ordering.nodes()].astype(np.int32)
+        clusters: Ints = self.ordering.instance.problem.cluster[self.nodes(order)].astype(np.int32)
         return clusters
+
+    def nodes(self, order: Ints) -> Ints:
+        """Return the problem's nodes int32[clusters] of the best path of an order int32[m]."""
+        self.ordering.length(order)
+        return self.ordering.nodes()

@@ -115,10 +115,12 @@ class Search:
     """
 
     def __init__(
-        self, instance: DirectedInstance, seed: int, best: Best, number: int = 0, layers: Layers | None = None
-    ) -> None:
-        """Begin; of several searches that share `best` and `layers`, each has a number."""
+        self, instance: DirectedInstance, seed: int, best: Best, number: int = 0, layers: Layers | None = None,
+        alone: bool = True,
+    ) -> None:  # fmt: skip
+        """Begin; of several searches that share `best` and `layers`, each has a number, and none is `alone`."""
         self.instance, self.stop, self.best, self.layers = instance, best.stop, best, layers
+        self.alone = alone
         self.words, self.number = random_words(seed, number, count=1), number
         self.breadth = np.array(BREADTH, dtype=np.int64)
         self.iteration = self.kicks = 0
@@ -227,7 +229,7 @@ class Search:
     def _tell(self, iteration: int) -> None:
         """Report how far the search is, for the first of several."""
         if self.number == 0:
-            self.best.tell(iteration)
+            self.best.tell(iteration, alone=self.alone)
 
     def _offer(self) -> None:
         """Add the path up, and offer it."""

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from leafcut.errors import SolveError
 from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import RoutingProblem
+from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
-from leafcut.solve.certificate import aim, aim_without_order, certify, stands_for_its_tour
+from leafcut.solve.certificate import aim, aim_without_order, certify, foresee, stands_for_its_tour
 from leafcut.solve.clusters import choose_nodes
 from leafcut.solve.colony import improve_by_colony
 from leafcut.solve.construction import nearest_neighbour
@@ -40,6 +41,7 @@ from leafcut.solve.kicks import (
     shorten_long_edges,
     work_tour,
 )
+from leafcut.solve.observing import Places, Watched, brightness_of, on_candidates, watched_instance
 from leafcut.solve.precedence import broken_pair, checked_pairs, keeps
 from leafcut.solve.running import PRESETS, Found, set_budget, until_interrupted
 from leafcut.solve.statistics import Best, Progress, WorkerLog
@@ -74,6 +76,7 @@ def solve(
     *,
     firefly: FireflyOptions | None = None,
     progress: Progress | None = None,
+    observe: Observer | None = None,
     cancelled: threading.Event | None = None,
 ) -> Solution:
     """Return a short path for `problem`.
@@ -82,6 +85,8 @@ def solve(
     ----------
     progress
         Called after every iteration with (iteration, cost, seconds, share done, gap or None).
+    observe
+        Called after it, as `model.snapshot` says; the answer is the same with and without.
     cancelled
         Set it from another thread to stop and keep the best. Ctrl-C does the same.
 
@@ -116,12 +121,14 @@ def solve(
             f"{FULL_LISTS_LIMIT} nodes; give a number such as 16"
         )
     if ordered:
-        return _in_order(problem, options, aco, firefly or FireflyOptions(), best)
+        return _in_order(problem, options, aco, firefly or FireflyOptions(), best, observe)
     instance = build_instance(problem, _candidates(options))
     aim(options, instance, best)
+    best.watched = watched_instance(observe, instance)
+    foresee(problem, options, best, instance)
     found = _run(instance, options, aco, firefly or FireflyOptions(), stop, best)
     solution = _solution(problem, instance.path(found.tour), options, found, best)
-    return certify(problem, solution, best.bound, stop.cancelled, instance) if options.bound else solution
+    return certify(problem, solution, best.bound_at_hand(), stop.cancelled, instance) if options.bound else solution
 
 
 def _exactly(
@@ -168,17 +175,21 @@ def _goes_in_order(problem: RoutingProblem, options: SolveOptions) -> bool:
 
 
 def _in_order(
-    problem: RoutingProblem, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions, best: Best
-) -> Solution:
+    problem: RoutingProblem, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions, best: Best,
+    observe: Observer | None,
+) -> Solution:  # fmt: skip
     """Return what a search for paths with a direction finds; its costs have the service in them."""
     stop, best.service = best.stop, 0.0
     aim_without_order(options, problem, best)
     from leafcut.solve.in_order import run_in_order
 
+    if observe is not None:
+        best.watched = Watched(observe, Places(problem).along_nodes)
+        foresee(problem, options, best)
     instance = build_directed(problem, _candidates(options))
     found = run_in_order(instance, options, aco, firefly, best)
     solution = _solution(problem, found.tour, options, found, best, known=True)
-    return certify(problem, solution, best.bound, stop.cancelled) if options.bound else solution
+    return certify(problem, solution, best.bound_at_hand(), stop.cancelled) if options.bound else solution
 
 
 def _candidates(options: SolveOptions) -> int:
@@ -267,6 +278,9 @@ def _fireflies(instance: Instance, options: SolveOptions, firefly: FireflyOption
         set_budget(stop, options, room.PRESETS[options.preset][options.local_search] / moves)
         stop.patience = flight.patience
         room.first_tour(swarm, best)
+        if best.watched is not None:
+            best.watched.workers = swarm.log.figures
+            best.watched.brightness = lambda: brightness_of(swarm.lengths)
         if best.cost <= 0.0:
             return Found(best.tour)  # all nodes on one place: nothing to gain
         iterations = until_interrupted(lambda: search(swarm.propose, room.learn_nothing, stop, best), best)
@@ -290,6 +304,9 @@ def _ants(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop
     threads = min(options.threads or os.cpu_count() or 1, parameters.ants)
     with _pool(threads) as executor:
         ants = Ants(Colony(instance, parameters, c_nn), options.seed, stop, executor, threads)
+        if best.watched is not None:
+            best.watched.workers = ants.log.figures
+            best.watched.pheromone = lambda: on_candidates(instance, ants.colony.lists, ants.colony.pheromone)
         iterations = until_interrupted(lambda: search(ants.propose, ants.colony.reinforce, stop, best), best)
     return Found(best.tour, iterations, ants.log.figures())
 
@@ -303,6 +320,8 @@ def _colony(instance: Instance, options: SolveOptions, stop: Stop, best: Best) -
     threads = options.threads or os.cpu_count() or 1
     with _pool(threads) as executor:
         workers = Workers(executor, threads, stop, WorkerLog.of(threads))
+        if best.watched is not None:
+            best.watched.workers = workers.log.figures
         iterations = until_interrupted(
             lambda: improve_by_colony(instance, options.seed, stop, best, workers, visits), best
         )

@@ -6,12 +6,16 @@ import math
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.solution import WorkerFigures, gap
 from leafcut.solve.stop import Stop
+
+if TYPE_CHECKING:
+    from leafcut.solve.observing import Watched
 
 #: Told about every step: (iteration, best cost, seconds, share of the work done 0 … 1, gap as a fraction or None
 #: where there is no bound yet). Must be quick.
@@ -23,13 +27,16 @@ class Best:
     """The best tour so far, and how it came about.
 
     `cost`, `history` and `Stop.target` are in the search's costs: travel alone. `service` is what every tour costs
-    besides, and `bound` the lower bound of both together, where it is known before the search.
+    besides, and `bound` the lower bound of both together, where it is known before the search; `shown_bound` is one
+    that is only told of. `watched` is there where somebody may look.
     """
 
     stop: Stop
     progress: Progress | None = None
     service: float = 0.0
     bound: float | None = None
+    shown_bound: float | None = None
+    watched: Watched | None = None
     tour: NDArray[np.int32] = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
     cost: float = math.inf
     iteration: int = 0
@@ -47,14 +54,27 @@ class Best:
             self.stop.satisfied = True
         return True
 
-    def tell(self, iteration: int) -> None:
-        """Report the state after an iteration."""
-        if self.progress is None:
-            return
+    @property
+    def known_bound(self) -> float | None:
+        """A lower bound, where any is known."""
+        return self.shown_bound if self.bound is None else self.bound
+
+    def bound_at_hand(self) -> float | None:
+        """The bound that the answer has without another being sought; of a stopped search also one only told of."""
+        return self.known_bound if self.stop.cancelled.is_set() else self.bound
+
+    def tell(self, iteration: int, alone: bool = True) -> None:
+        """Report the state after an iteration; `alone`: nothing of the search goes on meanwhile."""
+        if self.progress is not None:
+            self._report(self.progress, iteration)
+        if self.watched is not None:
+            self.watched.look(self, iteration, alone)
+
+    def _report(self, progress: Progress, iteration: int) -> None:
         seconds = self.stop.elapsed()
         shares = (iteration / max(self.stop.iterations, 1), seconds / self.stop.seconds)
         cost = self.cost + self.service
-        self.progress(iteration, cost, seconds, min(1.0, max(shares)), gap(cost, self.bound))
+        progress(iteration, cost, seconds, min(1.0, max(shares)), gap(cost, self.known_bound))
 
 
 @dataclass

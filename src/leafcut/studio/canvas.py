@@ -28,8 +28,8 @@ from leafcut.errors import OptionError
 
 STATIC = Path(__file__).parent / "static"
 
-#: What can be shown; a scene of ``strength`` changes the layer ``pheromone``.
-LAYERS = ("part", "before", "after", "pheromone")
+#: What can be shown; a scene of ``strength`` changes the layer ``pheromone``; ``live`` is a path that moves.
+LAYERS = ("part", "before", "after", "pheromone", "live")
 
 #: Seconds between two events of the pointer or of playing.
 _PACE = 0.1
@@ -52,7 +52,7 @@ class Canvas(Element, component="static/canvas_element.js"):
     editable
         Whether pierces and stops can be dragged.
     on_hover, on_select, on_time, on_drag
-        Told of what the pointer is on, what was selected (``row``, ``line``, ``hole``, from 0 but the line), where
+        Told of what the pointer is on, what was selected (``row``, ``hole`` from 0, ``line``, ``stop`` from 1), where
         playing is (``time`` in s, None when all is shown; ``row``, ``line``), and what was dragged (``what``: order or
         pierce; ``number`` from 1, ``from`` and ``to`` in mm, ``onto``: number of a stop or None).
     """
@@ -69,7 +69,11 @@ class Canvas(Element, component="static/canvas_element.js"):
         on_drag: Handler | None = None,
     ) -> None:
         super().__init__()
-        self._scenes: dict[str, str] = {}
+        #: The scenes by layer, the number of each, and the name of the resource under which the browser fetches it. The
+        #: name of a layer stays: a browser that is late gets what is newest.
+        self._scenes: dict[str, bytes] = {}
+        self._numbers: dict[str, int] = {}
+        self._names: dict[str, str] = {}
         self._props.update(words=dict(words or {}), layers=dict(layers or {}), editable=editable, scenes={})
         for name, handler in (("select", on_select), ("drag", on_drag)):
             if handler is not None:
@@ -88,23 +92,28 @@ class Canvas(Element, component="static/canvas_element.js"):
         """
         if layer not in LAYERS:
             raise OptionError(f"the drawing has no layer '{layer}'; there are: {', '.join(LAYERS)}")
-        self._forget(layer)
-        name = f"leafcut-{layer}-{secrets.token_urlsafe(12)}"
-        register_dynamic_resource(name, lambda: Response(scene, media_type="application/octet-stream"))
-        self._scenes[layer] = name
+        if layer not in self._names:
+            self._names[layer] = f"leafcut-{layer}-{secrets.token_urlsafe(12)}"
+            register_dynamic_resource(self._names[layer], lambda: self._answer(layer))
+        self._scenes[layer] = scene
+        self._numbers[layer] = self._numbers.get(layer, 0) + 1
         self._tell()
 
     def clear(self) -> Self:
         """Take everything off."""
-        for layer in LAYERS:
-            self._forget(layer)
+        self._scenes.clear()
         self._tell()
         return self
 
     def hide(self, layer: str) -> None:
         """Take one layer off."""
-        self._forget(layer)
-        self._tell()
+        if self._scenes.pop(layer, None) is not None:
+            self._tell()
+
+    def set_editable(self, editable: bool) -> None:
+        """Let pierces and stops be dragged, or not."""
+        self._props["editable"] = editable
+        self.update()
 
     def fit(self) -> None:
         """Show all of it."""
@@ -144,15 +153,18 @@ class Canvas(Element, component="static/canvas_element.js"):
 
     def _tell(self) -> None:
         root = f"/_nicegui/{nicegui_version}/dynamic_resources"
-        self._props["scenes"] = {layer: f"{root}/{name}" for layer, name in self._scenes.items()}
+        self._props["scenes"] = {
+            layer: f"{root}/{self._names[layer]}?{self._numbers[layer]}" for layer in LAYERS if layer in self._scenes
+        }
         self.update()
 
-    def _forget(self, layer: str) -> None:
-        dynamic_resources.pop(self._scenes.pop(layer, ""), None)
+    def _answer(self, layer: str) -> Response:
+        scene = self._scenes.get(layer)
+        return Response(status_code=204) if scene is None else Response(scene, media_type="application/octet-stream")
 
     def _handle_delete(self) -> None:
-        for layer in LAYERS:
-            self._forget(layer)
+        for name in self._names.values():
+            dynamic_resources.pop(name, None)
         super()._handle_delete()
 
 

@@ -15,6 +15,8 @@ from leafcut.units import BARE_UNIT
 
 #: The algorithms that are ants and have their parameters, by `AcoOptions`.
 _ANTS = ("as", "eas", "asrank", "mmas", "acs")
+#: The algorithms of the literature, for study: their steps can be looked at one by one.
+STUDIED = (*_ANTS, "firefly")
 _SEARCH = ("preset", "time_limit", "algorithm", "objective")
 _SEARCH_MORE = ("iterations", "target_gap", "bound", "seed", "threads", "candidates", "local_search")
 _READ = ("units", "layers", "min_diameter", "max_diameter", "merge_tolerance", "concentric", "strict")

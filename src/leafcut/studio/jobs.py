@@ -17,6 +17,7 @@ from leafcut.studio.folder import Folder
 from leafcut.studio.history import History, Record, State
 from leafcut.studio.running import Made, run
 from leafcut.studio.task import Call, Task, names_of, prepare, title_of
+from leafcut.studio.watching import Watch
 
 #: So many run at once, the others wait: a search uses all cores already.
 AT_ONCE = 2
@@ -49,6 +50,8 @@ class Live:
         (seconds, cost, what) whenever the cost fell or another thing was begun.
     messages
         What was begun, once each: (seconds, words).
+    watch
+        Looks at its search for the pages that show it.
     """
 
     id: str
@@ -60,6 +63,7 @@ class Live:
     points: list[tuple[float, float, str]] = field(default_factory=list)
     messages: list[tuple[float, str]] = field(default_factory=list)
     began: float = 0.0
+    watch: Watch = field(default_factory=Watch)
     stop: threading.Event = field(default_factory=threading.Event)
     dropped: bool = False
     future: Future[None] | None = None
@@ -92,8 +96,8 @@ class Jobs:
         self._lock = threading.Lock()
         self.closed = False
 
-    def start(self, task: Task) -> str:
-        """Begin a job, or let it wait for its turn; return its id.
+    def start(self, task: Task, watch: Watch | None = None) -> str:
+        """Begin a job, or let it wait for its turn; return its id. `watch` may hold its search from the beginning.
 
         Raises
         ------
@@ -105,7 +109,7 @@ class Jobs:
         call = prepare(task, self.folder)
         if self.closed:
             raise OutputError("the studio is ending; nothing new is begun")
-        live = Live(secrets.token_urlsafe(9), call, names_of(task, self.folder))
+        live = Live(secrets.token_urlsafe(9), call, names_of(task, self.folder), watch=watch or Watch())
         self.history.add(live.id, title_of(task, self.folder), task, time.time())
         with self._lock:
             self._live[live.id] = live
@@ -129,6 +133,7 @@ class Jobs:
         live = self._live.get(job)
         if live is not None and not live.state.over:
             live.stop.set()
+            live.watch.release()
 
     def cancel(self, job: str) -> None:
         """Stop a job and keep nothing."""
@@ -137,6 +142,7 @@ class Jobs:
             return
         live.dropped = True
         live.stop.set()
+        live.watch.release()
         if live.future is not None and live.future.cancel():
             self._end(live, State.CANCELLED)
 
@@ -164,6 +170,7 @@ class Jobs:
             if not live.state.over:
                 live.dropped = True
                 live.stop.set()
+                live.watch.release()
         self._threads.shutdown(wait=True, cancel_futures=True)
         self.history.interrupt()
 
@@ -172,7 +179,7 @@ class Jobs:
         live.state, live.began = State.RUNNING, time.perf_counter()
         try:
             self.history.mark(live.id, State.RUNNING)
-            made = run(live.call, live.names, live.tell, live.stop)
+            made = run(live.call, live.names, live.tell, live.stop, live.watch)
         except BaseException as problem:
             if live.dropped:
                 self._end(live, State.INTERRUPTED if self.closed else State.CANCELLED)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 #: The views of the page, each with its key.
 _VIEWS = (("work", "1"), ("jobs", "2"), ("machines", "3"), ("tools", "4"))
 #: Keys that are explained, beside those of the views.
-_KEYS = ("o", "r", "s", "esc", "t", "?")
+_KEYS = ("o", "r", "s", "esc", "p", "n", "t", "?")
 _LEAF = (
     '<svg viewBox="0 0 24 24" aria-hidden="true"><path d="M20 4C9 4 4 9 4 15c0 1.8.5 3.5 1 5 1.5.5 3.2 1 5 1 6 0 10-6 '
     '10-17z"></path><path d="M5 20 14 10"></path><path d="M20 4l-3.5 3.5"></path></svg>'
@@ -176,6 +176,7 @@ class Page:
         self.show("work")
         self.run.watch()
         await self.input.restore(record.task)
+        self.run.draw()
 
     def remember(self) -> None:
         """Put the job into the address: the page comes back to it, also when the studio was started again under it."""

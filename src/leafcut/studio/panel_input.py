@@ -11,6 +11,7 @@ from leafcut.studio import forms
 from leafcut.studio.elements import Form, Opener, box, button, text
 from leafcut.studio.folder import BUILT_IN
 from leafcut.studio.jobs import line_of
+from leafcut.studio.panel_live import pace_field
 from leafcut.studio.safety import LARGEST_UPLOAD
 from leafcut.studio.task import Task
 from leafcut.studio.view import OF_READING, View
@@ -37,6 +38,7 @@ class InputPanel:
             with box("section", "choose", aria_label=w("choose.title")):
                 self.work = Form([], self.form_words, self._choose, self._refuse)
                 self.options = Form([], self.form_words, self._put, self._refuse)
+                self.pace = Form([pace_field(view)], self.form_words, self._set_pace, self._refuse)
         with box("footer", "foot"):
             with box("div", "command"):
                 self.command = text("code", "", id="command", tabindex="0", aria_label=w("command.title"))
@@ -147,7 +149,16 @@ class InputPanel:
     def _show_values(self) -> None:
         view = self.view
         self.options.show(view.values, view.shown, view.errors, view.form())
+        self.draw_pace()
         self._say_command()
+
+    def draw_pace(self) -> None:
+        """Show how fast the search will go, where that can be chosen."""
+        self.pace.set_visibility(self.view.studied)
+        self.pace.show({"pace": self.view.pace})
+
+    def _set_pace(self, _: str, value: str, __: str) -> None:
+        self.view.pace = value
 
     async def restore(self, task: Task) -> None:
         """Show the input and the choices of a task, so that it can be run again."""

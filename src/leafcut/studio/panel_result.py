@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 from leafcut.studio.canvas import Bars, Convergence, Program
 from leafcut.studio.elements import box, button, link, table, text
 from leafcut.studio.history import Record
+from leafcut.studio.jobs import Live
+from leafcut.studio.panel_edit import can_be_edited
 from leafcut.studio.view import View
 from leafcut.units import format_length, format_time
 
@@ -19,7 +21,7 @@ _NUMBER = "n"
 #: So much of a program is shown here; all of it is in the file.
 _MOST_LINES, _MOST_ISSUES, _MOST_WORKERS = 2000, 200, 64
 #: Files in the order in which they are offered.
-_FILES = ("program", "tour", "report", "plan", "picture-before", "picture-after")
+_FILES = ("program", "tour", "report", "plan", "order", "picture-before", "picture-after")
 
 
 class ResultPanel:
@@ -38,15 +40,12 @@ class ResultPanel:
 
     def draw(self) -> None:
         """Show the outcome, or why there is none."""
-        view, w = self.view, self.view.words
+        view = self.view
         record = view.studio.jobs.record(view.job) if view.job else None
         self.place.clear()
         with self.place:
             if record is None or not record.state.kept:
-                with box("div", "scrolls"):
-                    text("h2", w("right.title"))
-                    line = record.line if record is not None and record.line else w("result.none")
-                    text("p", line, "error" if record is not None and record.line else "quiet")
+                self._nothing(record)
                 return
             answer = view.studio.history.answer(record.id) or {}
             self._tabs(answer)
@@ -55,6 +54,27 @@ class ResultPanel:
             ):
                 getattr(self, f"_{self.tab}")(record, answer)
             self._files(record)
+
+    def _nothing(self, record: Record | None) -> None:
+        """Show what a run has said so far, or why there is no outcome."""
+        w = self.view.words
+        live = None if record is None else self.view.studio.jobs.live(record.id)
+        with box("div", "scrolls"):
+            text("h2", w("right.title"))
+            if live is not None and not live.state.over:
+                self._messages(live)
+                return
+            line = record.line if record is not None and record.line else w("result.none")
+            text("p", line, "error" if record is not None and record.line else "quiet")
+
+    def _messages(self, live: Live | None) -> None:
+        w = self.view.words
+        messages = list(live.messages) if live is not None else []
+        text("h3", w("result.messages"))
+        if messages:
+            table([("s", _NUMBER), ("", "")], [[f"{seconds:.2f}", line] for seconds, line in messages], "")
+        else:
+            text("p", w("result.no_messages"), "quiet")
 
     def _tabs(self, answer: dict[str, Any]) -> None:
         w = self.view.words
@@ -204,13 +224,7 @@ class ResultPanel:
             chart.classes("chart tall")
             chart.set(search["history"], search["bound"], search["unit"])
         self._workers(answer)
-        live = self.view.studio.jobs.live(record.id)
-        messages = list(live.messages) if live is not None else []
-        text("h3", w("result.messages"))
-        if messages:
-            table([("s", _NUMBER), ("", "")], [[f"{seconds:.2f}", line] for seconds, line in messages], "")
-        else:
-            text("p", w("result.no_messages"), "quiet")
+        self._messages(self.view.studio.jobs.live(record.id))
 
     def _workers(self, answer: dict[str, Any]) -> None:
         w = self.view.words
@@ -244,6 +258,8 @@ class ResultPanel:
                 words = w(f"file.{name}")
                 classes = "button primary" if name in ("program", "tour") else "button"
                 link(words, address, classes, download=files[name], title=files[name])
+            if can_be_edited(files):
+                button(w("edit.begin"), lambda: self.page.run.edit.begin(record), "")
             if "report" in files:
                 link(
                     w("file.show"), f"/api/jobs/{record.id}/files/report?show=true", "quiet small",

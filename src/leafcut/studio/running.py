@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut import api
+from leafcut.model.snapshot import Observer
 from leafcut.studio.history import Artefact
 from leafcut.studio.task import Call, program_name
 
@@ -28,6 +29,8 @@ _BOTH: tuple[Which, ...] = ("before", "after")
 _TEXT, _HTML, _SVG = "text/plain; charset=utf-8", "text/html; charset=utf-8", "image/svg+xml"
 
 
+#: An order of more holes is not changed by hand.
+_MOST_HOLES = 20_000
 #: More searches than these have no chart.
 _MOST_SEARCHES = 50
 
@@ -41,7 +44,9 @@ class Made:
     artefacts: dict[str, Artefact]
 
 
-def run(call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.Event) -> Made:
+def run(
+    call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.Event, observe: Observer | None = None
+) -> Made:
     """Do what is asked; `names` is what a person calls the inputs.
 
     Raises
@@ -50,9 +55,9 @@ def run(call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.Eve
         One line, as on the command line.
     """
     if call.command == "optimize":
-        return _optimize(call, names[0], tell, cancelled)
+        return _optimize(call, names[0], tell, cancelled, observe)
     if call.command == "solve":
-        return _solve(call, names[0], tell, cancelled)
+        return _solve(call, names[0], tell, cancelled, observe)
     if call.command == "simulate":
         found = api.simulate(call.sources[0], **call.options)
         return Made({**found, "program": names[0]}, {"time_s": found["time_s"]}, {})
@@ -60,14 +65,16 @@ def run(call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.Eve
     return Made(answer, {"same": answer["same"]}, {})
 
 
-def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event) -> Made:
+def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event, observe: Observer | None) -> Made:
     from leafcut.report.json_answer import as_json
     from leafcut.report.views import operation_words
 
     with tempfile.TemporaryDirectory(prefix="leafcut-") as place:
         plan = Path(place) / "plan.toml"
         options = {**call.options, "save_plan": str(plan)} if call.process == "cut" else call.options
-        outcome = api.optimize(call.sources[0], process=call.process, progress=tell, cancelled=cancelled, **options)
+        outcome = api.optimize(
+            call.sources[0], process=call.process, progress=tell, observe=observe, cancelled=cancelled, **options
+        )
         text = plan.read_bytes() if plan.is_file() else b""
     output = program_name(name, api.program_extension(outcome.dialect))
     outcome = replace(outcome, output=output)
@@ -83,9 +90,26 @@ def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event) -> 
         (operation_words(o), o.solution.history, o.solution.lower_bound, o.solution.unit) for o in outcome.operations
     ]
     artefacts["search"] = _searches(searches)
+    artefacts |= _order_files(outcome, output)
     if text:
         artefacts["plan"] = Artefact(f"{Path(output).stem}_plan.toml", "application/toml", text)
     return Made(answer, figures, artefacts)
+
+
+def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
+    """Return the order of the holes as a file, and where they are: what can be changed by hand."""
+    from leafcut.read.order_file import order_text
+
+    drilled = {n: tuple(o.hole_order) for n, o in enumerate(outcome.operations) if not o.slots}
+    count = sum(map(len, drilled.values()))
+    # A program of another CAM has no order before it.
+    if outcome.process != "drill" or outcome.nearest is None or not 0 < count <= _MOST_HOLES:
+        return {}
+    places = json.dumps(outcome.part.hole_xy.tolist()).encode()
+    return {
+        "order": Artefact(f"{Path(output).stem}_order.json", "application/json", order_text(drilled).encode()),
+        "holes": Artefact("", "application/json", places),
+    }
 
 
 def _searches(found: Sequence[tuple[str, Sequence[tuple[float, float]], float | None, str]]) -> Artefact:
@@ -115,10 +139,10 @@ def _scene(data: bytes) -> Artefact:
     return Artefact("", "application/octet-stream", data)
 
 
-def _solve(call: Call, name: str, tell: Tell, cancelled: threading.Event) -> Made:
+def _solve(call: Call, name: str, tell: Tell, cancelled: threading.Event, observe: Observer | None) -> Made:
     from leafcut.read.tsplib import write_tour
 
-    answer, nodes = api.solve_file(call.sources[0], progress=tell, cancelled=cancelled, **call.options)
+    answer, nodes = api.solve_file(call.sources[0], progress=tell, observe=observe, cancelled=cancelled, **call.options)
     with tempfile.TemporaryDirectory(prefix="leafcut-") as place:
         file = Path(place) / "tour"
         write_tour(file, answer["instance"], nodes, every="clusters" not in answer)

@@ -9,7 +9,7 @@ A scene is
 
 All numbers are little-endian. The header has
 
-- ``kind``: ``part``, ``toolpath``, ``pheromone`` or ``strength``, and ``name`` for people;
+- ``kind``: ``part``, ``toolpath``, ``path``, ``pheromone`` or ``strength``, and ``name`` for people;
 - ``origin``: x and y in mm that were taken off all float32 places, so that what lies far away stays exact;
 - ``extents``: smallest x and y, largest x and y, mm, with the origin; null where there is nothing;
 - ``blocks``: name → [type, offset from the first block in bytes, number of items, items in a row]; types are
@@ -45,6 +45,8 @@ Blocks of a ``toolpath``, a row for each move or command in the order in which t
 
 with the header's ``seconds``, ``rapid_mm``, ``cut_mm``, ``kerf`` (mm, 0: none), ``tools`` (number → words) and
 ``which`` (``before``, ``after``).
+
+Blocks of a ``path``, the best one of a search that goes on: ``point`` f4 × 2, in the order of their visit.
 
 Blocks of a ``pheromone``: ``point`` f4 × 2, ``edge`` u4 × 2 and ``strength`` f4, 0 … 1; of a ``strength``, which
 follows it for the same edges, ``strength`` alone.
@@ -166,21 +168,28 @@ def toolpath_scene(path: Toolpath, machine: Machine, *, name: str = "", text: st
 
 def pheromone_scene(points: ArrayLike, edges: ArrayLike, strength: ArrayLike) -> bytes:
     """Return edges between points (float[n, 2], mm; int[k, 2]) and how strong each is (float[k], 0 … 1)."""
-    xy = np.asarray(points, dtype=np.float64).reshape(-1, 2)
-    low, high = (xy.min(axis=0), xy.max(axis=0)) if len(xy) else (np.zeros(2), np.zeros(2))
-    origin = 0.5 * (low + high)
-    header = {
-        "kind": "pheromone",
-        "name": "pheromone",
-        "origin": origin.tolist(),
-        "extents": [*low.tolist(), *high.tolist()] if len(xy) else None,
-    }
+    header, point = _points(points)
     columns: Columns = {
-        "point": ("f4", xy - origin),
+        "point": ("f4", point),
         "edge": ("u4", np.asarray(edges).reshape(-1, 2)),
         "strength": ("f4", np.asarray(strength)),
     }
-    return packed(header, columns)
+    return packed({**header, "kind": "pheromone", "name": "pheromone"}, columns)
+
+
+def path_scene(points: ArrayLike) -> bytes:
+    """Return a path through places (float[n, 2], mm) in the order of their visit."""
+    header, point = _points(points)
+    return packed({**header, "kind": "path", "name": "path"}, {"point": ("f4", point)})
+
+
+def _points(points: ArrayLike) -> tuple[dict[str, Any], NDArray[np.float64]]:
+    """Return origin and extents of places for a header, and the places relative to the origin."""
+    xy = np.asarray(points, dtype=np.float64).reshape(-1, 2)
+    low, high = (xy.min(axis=0), xy.max(axis=0)) if len(xy) else (np.zeros(2), np.zeros(2))
+    origin = 0.5 * (low + high)
+    extents = [*low.tolist(), *high.tolist()] if len(xy) else None
+    return {"origin": origin.tolist(), "extents": extents}, xy - origin
 
 
 def strength_scene(strength: ArrayLike) -> bytes:

@@ -32,6 +32,8 @@ class View:
         Of the form: what was typed, what chosen files are called, and what is wrong.
     job
         The job whose outcome is shown, or None.
+    pace
+        How fast a search goes that is studied, by `panel_live.PACES`.
     """
 
     studio: Studio
@@ -47,6 +49,7 @@ class View:
     shown: dict[str, str] = field(default_factory=dict)
     errors: dict[str, str] = field(default_factory=dict)
     job: str | None = None
+    pace: str = "full"
 
     def look(self, work: str = "") -> Seen:
         """Read the input, for a kind of work or the likeliest; slow for a large file."""
@@ -61,6 +64,12 @@ class View:
     def works(self) -> tuple[str, ...]:
         """Return the kinds of work that the input is good for; all of them before there is one."""
         return self.seen.works if self.seen is not None else tuple(forms.WORKS)
+
+    @property
+    def studied(self) -> bool:
+        """Whether the search is one of those that people study step by step."""
+        chosen = str(self.values.get("algorithm") or "auto")
+        return "algorithm" in forms.of_work(self.work, self.values) and chosen in forms.STUDIED
 
     def put(self, name: str, value: Any, shown: str = "") -> None:
         """Take a value as typed, and note what is wrong with it."""

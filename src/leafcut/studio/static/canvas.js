@@ -4,7 +4,7 @@
 //   drawing.show(await (await fetch(url)).arrayBuffer(), "after");
 //   drawing.on("select", ({ row, line, hole }) => …);
 //
-// Layers of `show`: part, before, after, pheromone. Events of `on`: hover, select, time, drag,
+// Layers of `show`: part, before, after, pheromone, live. Events of `on`: hover, select, time, drag,
 // mode, layers, and main when there is another toolpath to select in.
 
 import { describe, mm } from "./describe.js";
@@ -31,7 +31,7 @@ export class Drawing {
     };
     this.editable = editable;
     this.selected = null;
-    this.scenes = { part: null, before: null, after: null, pheromone: null };
+    this.scenes = { part: null, before: null, after: null, pheromone: null, live: null };
     this.tracks = { before: null, after: null };
     this.mode = "after";
     this._listeners = new Map();
@@ -81,13 +81,8 @@ export class Drawing {
   /** Show a scene (ArrayBuffer) as the layer part, before, after or pheromone. */
   show(bytes, layer) {
     const scene = readScene(bytes);
-    if (scene.kind === "strength") {
-      if (this.scenes.pheromone) this.scenes.pheromone.strength = scene.strength;
-      this.panes.forEach((pane) => pane.setPheromone(this.scenes.pheromone));
-      this._wake();
-      return;
-    }
     const first = !Object.values(this.scenes).some(Boolean);
+    if (this._renew(scene, layer)) return;
     this.scenes[layer] = scene;
     if (layer === "part") this.partPaths = new PartPaths(scene);
     if (layer in this.tracks) {
@@ -98,6 +93,20 @@ export class Drawing {
     }
     this._arrange();
     if (first || this.view.fitted) this.fit();
+  }
+
+  /** Show a newer state of what moves while a search goes on; return whether the scene was one of those. */
+  _renew(scene, layer) {
+    if (scene.kind === "strength") {
+      if (this.scenes.pheromone) this.scenes.pheromone.strength = scene.strength;
+    } else if (this.scenes[layer] && ["path", "pheromone"].includes(scene.kind)) this.scenes[layer] = scene;
+    else return false;
+    this.panes.forEach((pane) => {
+      if (layer === "live") pane.setLive(scene);
+      else pane.setPheromone(this.scenes.pheromone);
+    });
+    this._wake();
+    return true;
   }
 
   /** Take everything off, or one layer. */
@@ -204,7 +213,8 @@ export class Drawing {
     this.panes.forEach((pane) => { pane.dirty = true; });
     const scene = what?.which ? this.tracks[what.which]?.scene : null;
     if (what) this._say(describe(what, this._paneOf(what), this.words));
-    this.emit("select", what && { ...what, line: what.row === undefined || !scene ? 0 : scene.line[what.row] });
+    const known = what?.row !== undefined && scene;
+    this.emit("select", what && { ...what, line: known ? scene.line[what.row] : 0, stop: known ? scene.stopOf(what.row) : 0 });
     this._wake();
   }
 
@@ -220,12 +230,10 @@ export class Drawing {
   grab(pane, px, py) {
     if (!this.editable || !pane.main) return;
     const { scene } = pane.main, reach = 9 / this.view.scale, x = this.view.mmX(px), y = this.view.mmY(py);
-    for (let k = 0; k < scene.pierce.length; k += 3) {
-      const from = [scene.pierce[k] + scene.origin[0], scene.pierce[k + 1] + scene.origin[1]];
-      if (Math.hypot(from[0] - x, from[1] - y) <= reach) {
-        pane.drag = { what: "pierce", number: scene.pierce[k + 2], from, to: from };
-        return;
-      }
+    const pierced = scene.pierceNear(x, y, reach);
+    if (pierced) {
+      pane.drag = { what: "pierce", ...pierced, to: pierced.from };
+      return;
     }
     const stop = pane.stopNear(x, y, reach);
     if (stop < 0) return;
@@ -239,14 +247,15 @@ export class Drawing {
     this._wake();
   }
 
-  /** Let go: say what was dragged where, and which stop it was dropped on. */
+  /** Let go: say what was dragged where, and which stop, or which pierce, it was dropped on. */
   drop(pane, cancelled) {
     const { drag } = pane;
     pane.drag = null;
     pane.dirty = true;
     this._wake();
     if (cancelled || !drag) return;
-    const onto = pane.stopNear(drag.to[0], drag.to[1], 12 / this.view.scale) + 1;
+    const reach = 12 / this.view.scale, [x, y] = drag.to;
+    const onto = drag.what === "pierce" ? pane.main.scene.pierceNear(x, y, reach)?.number : pane.stopNear(x, y, reach) + 1;
     this.emit("drag", { ...drag, onto: onto || null, which: pane.main.scene.header.which });
   }
 
@@ -265,6 +274,7 @@ export class Drawing {
     for (const pane of this.panes) {
       pane.setPart(this.scenes.part, this.partPaths ?? null);
       pane.setPheromone(this.scenes.pheromone);
+      pane.setLive(this.scenes.live);
       pane.caption.hidden = !side;
     }
     this.legend.hidden = this.mode !== "overlay";

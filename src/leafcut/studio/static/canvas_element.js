@@ -18,7 +18,10 @@ export default {
     register(Number(this.$el.id.replace(/\D+/g, "")), null);
     this.drawing.destroy();
   },
-  watch: { scenes() { this.load(); } },
+  watch: {
+    scenes() { this.load(); },
+    editable() { this.drawing.editable = this.editable; },
+  },
   methods: {
     /** Fetch what has another address than before, and take off what has none any more; one after the other. */
     load() {
@@ -31,10 +34,10 @@ export default {
         delete this.shown[layer];
         this.drawing.clear(layer);
       }
-      const order = ["part", "before", "after", "pheromone"];
+      const order = ["part", "before", "after", "pheromone", "live"];
       for (const layer of order.filter((name) => scenes[name] && scenes[name] !== this.shown[name])) {
         const answer = await fetch((window.path_prefix ?? "") + scenes[layer], { cache: "no-store" });
-        if (!answer.ok) continue; // there is a newer one by now, and its address is on its way
+        if (answer.status !== 200) continue; // taken off meanwhile
         this.drawing.show(await answer.arrayBuffer(), layer);
         this.shown[layer] = scenes[layer];
       }

@@ -61,7 +61,7 @@ export class Convergence {
     const spare = Math.max((high - low) * 0.08, Math.abs(high) * 1e-4, 1e-9);
     low -= spare;
     high += spare;
-    const last = Math.max(this.now ?? 0, this.history.at(-1)[0], 1), first = Math.max(Math.min(...this.history.map(([t]) => t)), 0.1);
+    const last = Math.max(this.now ?? 0, this.history.at(-1)[0], 1), first = Math.max(Math.min(...this.history.map(([t]) => t || Infinity), last), 1);
     const log = last / first > LOG_FROM, start = log ? first : 0;
     const scale = log ? (t) => Math.log(Math.max(t, first) / first) / Math.log(last / first) : (t) => t / last;
     this.x = (t) => LEFT + scale(t) * (width - LEFT - RIGHT);

@@ -12,6 +12,7 @@ export default {
   },
   emits: ["change", "refused"],
   data: () => ({ unfolded: {}, told: null }),
+  created() { this.draft = null; }, // not among the data: to type draws nothing
   methods: {
     change(field, value, shown = "") {
       this.$emit("change", { name: field.name, value, shown });
@@ -65,8 +66,11 @@ export default {
           inputmode: field.unit && field.kind !== "point" ? "decimal" : undefined,
           spellcheck: "false",
           autocomplete: "off",
-          value: value ?? "",
+          // What is being typed stays, also when the form is drawn anew meanwhile.
+          value: this.draft?.name === field.name ? this.draft.text : value ?? "",
           placeholder: field.default,
+          onInput: (e) => { this.draft = { name: field.name, text: e.target.value }; },
+          onBlur: () => { this.draft = null; },
           onChange: (e) => this.change(field, e.target.value.trim()),
         }),
         field.unit && !/[a-z"°µ]/i.test(value ?? "") ? h("span", { class: "unit", "aria-hidden": "true" }, field.unit) : null,

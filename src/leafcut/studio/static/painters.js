@@ -32,8 +32,8 @@ function* paintPheromone(ctx, frame, scene, colours) {
   for (let level = 0; level < STRENGTHS; level++) {
     if (!counts[level]) continue;
     const part = (level + 0.5) / STRENGTHS;
-    ctx.lineWidth = (0.8 + 5.5 * part) / frame.scale;
-    ctx.globalAlpha = 0.1 + 0.5 * part;
+    ctx.lineWidth = (0.7 + 5.6 * part ** 1.5) / frame.scale;
+    ctx.globalAlpha = 0.05 + 0.55 * part;
     ctx.stroke(paths[level]);
     ctx.globalAlpha = 1;
     yield counts[level];
@@ -118,7 +118,7 @@ function* paintHoles(ctx, frame, part, paths, colours) {
 /** Yield while painting all moves: those of a track that is only compared with are pale. */
 export function* paintPaths(ctx, frame, pane) {
   for (const track of pane.tracks) {
-    const style = styleOf(pane, track, frame);
+    const style = styleOf(pane, pane.live ? { ...track, pale: true } : track, frame);
     const level = track.paths.levelFor(frame.scale);
     for (const what of ["rapid", "cut"]) {
       if (!pane.layers[what === "rapid" ? "rapids" : "cuts"]) continue;
@@ -133,6 +133,15 @@ export function* paintPaths(ctx, frame, pane) {
     if (pane.layers.cuts) paintLeads(ctx, frame, track.scene, style);
     ctx.globalAlpha = 1;
   }
+  if (pane.live && pane.layers.rapids) yield* paintLive(ctx, frame, pane.live, pane.colours);
+}
+
+/** Yield while painting the best path of a search that goes on. */
+function* paintLive(ctx, frame, scene, colours) {
+  frame.inMm(ctx, scene.origin);
+  setStroke(ctx, [colours.rapid, scene.point.length > 4000 ? RAPID_WIDTH : 1.6, 1], frame.scale);
+  ctx.stroke(scene.path);
+  yield scene.point.length / 2;
 }
 
 function styleOf(pane, track, frame) {

@@ -42,7 +42,7 @@ export class Pane extends EventTarget {
     this.canvas.setAttribute("aria-label", label);
     host.append(this.canvas);
     this.ctx = this.canvas.getContext("2d", { alpha: true });
-    this.part = this.partPaths = this.pheromone = this.main = null;
+    this.part = this.partPaths = this.pheromone = this.live = this.main = null;
     this.tracks = [];
     this.time = null; // seconds, null: no playback
     this.doneRow = this.paintedRow = 0;
@@ -83,8 +83,13 @@ export class Pane extends EventTarget {
     this.invalidate("ground");
   }
 
+  setLive(scene) {
+    this.live = scene;
+    this.invalidate("path");
+  }
+
   get extents() {
-    const every = [this.part, this.pheromone, ...this.tracks.map((track) => track.scene)].filter((s) => s?.extents).map((s) => s.extents);
+    const every = [this.part, this.pheromone, this.live, ...this.tracks.map((track) => track.scene)].filter((s) => s?.extents).map((s) => s.extents);
     if (!every.length) return null;
     const over = (k, pick) => pick(...every.map((e) => e[k]));
     return [over(0, Math.min), over(1, Math.min), over(2, Math.max), over(3, Math.max)];

@@ -18,7 +18,7 @@ export function readScene(buffer) {
   for (const [name, [type, offset, count]] of Object.entries(header.blocks)) {
     blocks[name] = new TYPES[type](bytes, 16 + size + offset, count);
   }
-  const make = { part: PartScene, toolpath: ToolpathScene, pheromone: PheromoneScene }[header.kind];
+  const make = { part: PartScene, toolpath: ToolpathScene, path: PathScene, pheromone: PheromoneScene }[header.kind];
   return make ? new make(header, blocks) : { header, kind: header.kind, ...blocks };
 }
 
@@ -147,6 +147,34 @@ export class ToolpathScene extends Scene {
     return [first, last];
   }
 
+  /** Return number (from 1) and place of the nearest pierce within `reach` mm of a place, or null. */
+  pierceNear(x, y, reach) {
+    let best = null, least = reach;
+    for (let k = 0; k < this.pierce.length; k += 3) {
+      const from = [this.pierce[k] + this.origin[0], this.pierce[k + 1] + this.origin[1]];
+      const away = Math.hypot(from[0] - x, from[1] - y);
+      if (away <= least) {
+        least = away;
+        best = { number: this.pierce[k + 2], from };
+      }
+    }
+    return best;
+  }
+
+  /** Return the number (from 1) of the stop that a row belongs to: the way there, and the work; 0 for none.
+   *  Where the torch comes on more than once in a cut, stops are not cuts: none either. */
+  stopOf(row) {
+    const { stop } = this;
+    if (this.pierce.length && this.pierce.length !== 3 * stop.length) return 0;
+    let low = 0, high = stop.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (stop[middle] < row) low = middle + 1; else high = middle;
+    }
+    const own = (number) => this.source[stop[number]] === this.source[row];
+    return low < stop.length && (low === 0 || !own(low - 1)) ? low + 1 : low;
+  }
+
   /** Return x and y of a stop, relative to the origin. */
   stopPlace(number) {
     const row = this.stop[number];
@@ -154,6 +182,23 @@ export class ToolpathScene extends Scene {
   }
 
   toolWords(tool) { return this.header.tools?.[tool] ?? (tool ? `T${tool}` : ""); }
+}
+
+/** The best path of a search that goes on. */
+export class PathScene extends Scene {
+  constructor(header, blocks) {
+    super(header, blocks);
+    this.point = blocks.point;
+  }
+
+  /** The path to draw, made once; none where all is on one place. */
+  get path() {
+    if (this._path) return this._path;
+    const { point } = this;
+    this._path = new Path2D();
+    for (let k = 0; k < point.length; k += 2) this._path.lineTo(point[k], point[k + 1]);
+    return this._path;
+  }
 }
 
 /** Edges between points with a strength that changes. */

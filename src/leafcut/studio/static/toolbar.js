@@ -44,6 +44,8 @@ export class Toolbar {
       event.stopPropagation();
     });
     stage.addEventListener("pointerdown", () => { menu.open = false; }, true);
+    // A press on a label would take the focus out of the menu, which would close under it.
+    box.addEventListener("mousedown", (event) => event.preventDefault());
     menu.addEventListener("focusout", (event) => { if (event.relatedTarget && !menu.contains(event.relatedTarget)) menu.open = false; });
     return menu;
   }

@@ -1,0 +1,244 @@
+"""An order changed by hand: holes of a drilled part, cuts of a sheet; every change can be taken back.
+
+What comes of it is a file that the command line takes, too: an order file, or a plan file.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Generic, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import OptionError
+from leafcut.read.order_file import order_text
+
+Place = tuple[float, float]
+State = TypeVar("State")
+
+
+class Edited(Protocol):
+    """What the page needs of an order that is changed; stops are numbered from 1 as the drawing shows them."""
+
+    #: The option that takes the file.
+    option: str
+
+    def move(self, stop: int, onto: int) -> None:
+        """Put a stop where another one is: before it, or behind it when it came before."""
+
+    def to_end(self, stop: int, first: bool) -> None:
+        """Put a stop first or last."""
+
+    def reverse(self, stop: int) -> None:
+        """Turn the order of a stop's operation round, or the direction of a cut."""
+
+    def place(self, stop: int, to: Place) -> None:
+        """Begin a cut elsewhere."""
+
+    def free_after(self, stop: int) -> None:
+        """Leave to the search what comes after a stop."""
+
+    def undo(self) -> bool:
+        """Take the last change back; return whether there was one."""
+
+    def redo(self) -> bool:
+        """Make the last change again that was taken back; return whether there was one."""
+
+    def points(self) -> NDArray[np.float64]:
+        """Return the places in their order, float64[n, 2], mm."""
+
+    def text(self) -> str:
+        """Return the file."""
+
+
+class Steps(Generic[State]):
+    """States, with those before and those taken back."""
+
+    def __init__(self, state: State) -> None:
+        self.state = state
+        self._before: list[State] = []
+        self._after: list[State] = []
+
+    def change(self, state: State) -> None:
+        """Go to another state."""
+        if state != self.state:
+            self._before.append(self.state)
+            self._after.clear()
+            self.state = state
+
+    def undo(self) -> bool:
+        """Go back; return whether there was anything."""
+        return self._go(self._before, self._after)
+
+    def redo(self) -> bool:
+        """Go forth again; return whether there was anything."""
+        return self._go(self._after, self._before)
+
+    def _go(self, there: list[State], back: list[State]) -> bool:
+        if not there:
+            return False
+        back.append(self.state)
+        self.state = there.pop()
+        return True
+
+
+#: Of every operation the holes in their order, and how many of them are held: the rest is left to the search.
+Orders = tuple[tuple[tuple[int, ...], int], ...]
+
+
+class HoleOrder(Steps[Orders]):
+    """The holes of every operation; `operations` is operation → holes, `xy` float64[holes, 2]."""
+
+    option = "hole_order"
+
+    def __init__(self, operations: dict[int, tuple[int, ...]], xy: NDArray[np.float64]) -> None:
+        super().__init__(tuple((holes, len(holes)) for _, holes in sorted(operations.items())))
+        self._numbers, self._xy = sorted(operations), xy
+        self._stops = [(k, hole) for k, (holes, _) in enumerate(self.state) for hole in holes]
+
+    def _at(self, stop: int) -> tuple[int, int]:
+        """Return the operation of a stop, and its hole."""
+        if not 1 <= stop <= len(self._stops):
+            raise OptionError("this is no hole of the order")
+        return self._stops[stop - 1]
+
+    def _with(self, k: int, holes: list[int], held: int) -> None:
+        self.change((*self.state[:k], (tuple(holes), held), *self.state[k + 1 :]))
+
+    def move(self, stop: int, onto: int) -> None:
+        """Put a hole where another one of its operation is."""
+        (k, hole), (other, target) = self._at(stop), self._at(onto)
+        if k != other:
+            raise OptionError("these two holes are drilled by different tools; an order is changed within one tool")
+        holes, held = list(self.state[k][0]), self.state[k][1]
+        to = holes.index(target)
+        holes.remove(hole)
+        holes.insert(to, hole)
+        self._with(k, holes, held)
+
+    def to_end(self, stop: int, first: bool) -> None:
+        """Put a hole first or last; to be last, it needs all others held before it."""
+        k, hole = self._at(stop)
+        rest = [h for h in self.state[k][0] if h != hole]
+        self._with(k, [hole, *rest] if first else [*rest, hole], self.state[k][1] if first else len(rest) + 1)
+
+    def reverse(self, stop: int) -> None:
+        """Turn the order of an operation round."""
+        k, _ = self._at(stop)
+        self._with(k, list(reversed(self.state[k][0])), len(self.state[k][0]))
+
+    def place(self, stop: int, to: Place) -> None:
+        """Holes stay where they are drawn."""
+        raise OptionError("holes stay where they are drawn; drop one onto another to take its place in the order")
+
+    def free_after(self, stop: int) -> None:
+        """Hold the holes of an operation up to this one."""
+        k, hole = self._at(stop)
+        self._with(k, list(self.state[k][0]), self.state[k][0].index(hole) + 1)
+
+    def points(self) -> NDArray[np.float64]:
+        """Return the places of all holes that are held, in their order."""
+        holes = [hole for order, held in self.state for hole in order[:held]]
+        return self._xy[np.array(holes, dtype=np.int64)].reshape(-1, 2)
+
+    def text(self) -> str:
+        """Return the order file."""
+        held = {n: order[:held] for n, (order, held) in zip(self._numbers, self.state, strict=True)}
+        return order_text(held)
+
+
+_OTHER = {
+    "clockwise": "counter-clockwise",
+    "counter-clockwise": "clockwise",
+    "forward": "backward",
+    "backward": "forward",
+}
+
+
+class CutOrder(Steps[tuple[str, ...]]):
+    """The cuts of a plan file; what is changed by hand is fixed in it, the rest is found around it."""
+
+    option = "plan"
+
+    def __init__(self, text: str) -> None:
+        self._plan: dict[str, Any] = json.loads(text)
+        # Rows know their number as drawn: they move.
+        rows = [json.dumps({**row, "number": k}) for k, row in enumerate(self._plan["cuts"], 1)]
+        super().__init__(tuple(rows))
+
+    def _rows(self) -> list[dict[str, Any]]:
+        return [json.loads(row) for row in self.state]
+
+    def _keep(self, rows: list[dict[str, Any]]) -> None:
+        self.change(tuple(json.dumps(row) for row in rows))
+
+    def _find(self, rows: list[dict[str, Any]], stop: int) -> dict[str, Any]:
+        for row in rows:
+            if row["number"] == stop:
+                return row
+        raise OptionError("this is no cut of the plan")
+
+    @staticmethod
+    def _fix(row: dict[str, Any], word: str) -> None:
+        row["fixed"] = sorted({*row["fixed"], word})
+
+    def move(self, stop: int, onto: int) -> None:
+        """Put a cut where another one is; the order of these two is fixed."""
+        rows = self._rows()
+        row, target = self._find(rows, stop), self._find(rows, onto)
+        to = rows.index(target)
+        rows.remove(row)
+        rows.insert(to, row)
+        for one in (row, target):
+            self._fix(one, "order")
+        self._keep(rows)
+
+    def to_end(self, stop: int, first: bool) -> None:
+        """Put a cut first or last; its order is fixed, and that of the one that was there."""
+        numbers = [row["number"] for row in self._rows()]
+        self.move(stop, numbers[0] if first else numbers[-1])
+
+    def reverse(self, stop: int) -> None:
+        """Cut it the other way round."""
+        rows = self._rows()
+        row = self._find(rows, stop)
+        if row.get("direction") not in _OTHER:
+            raise OptionError("the plan does not say in which direction this is cut")
+        row["direction"] = _OTHER[row["direction"]]
+        self._fix(row, "direction")
+        self._keep(rows)
+
+    def place(self, stop: int, to: Place) -> None:
+        """Begin a cut elsewhere; as near to there on its contour as can be."""
+        rows = self._rows()
+        row = self._find(rows, stop)
+        row["start"] = [round(v, 3) for v in to]
+        self._fix(row, "start")
+        self._keep(rows)
+
+    def free_after(self, stop: int) -> None:
+        """Fix no order of the cuts after this one."""
+        rows = self._rows()
+        at = rows.index(self._find(rows, stop))
+        for row in rows[: at + 1]:
+            self._fix(row, "order")
+        for row in rows[at + 1 :]:
+            row["fixed"] = [word for word in row["fixed"] if word != "order"]
+        self._keep(rows)
+
+    def points(self) -> NDArray[np.float64]:
+        """Return where the cuts begin, in their order."""
+        return np.array([row["start"] for row in self._rows()], dtype=np.float64).reshape(-1, 2)
+
+    def text(self) -> str:
+        """Return the plan file."""
+        cuts = [{key: value for key, value in row.items() if key != "number"} for row in self._rows()]
+        return json.dumps({**self._plan, "cuts": cuts}, indent=1) + "\n"
+
+
+def cuts_one_by_one(text: str) -> bool:
+    """Return whether every row of a plan file is a cut of its own, with a place to begin."""
+    return all(
+        "start" in row and not row.get("bridge") and len(row["contours"]) == 1 for row in json.loads(text)["cuts"]
+    )

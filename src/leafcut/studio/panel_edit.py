@@ -1,0 +1,147 @@
+"""Changing the outcome of a run by hand: drag an order, turn it round, choose what comes first; then run with that."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from nicegui.events import GenericEventArguments
+
+from leafcut.errors import LeafcutError
+from leafcut.studio.canvas import Canvas
+from leafcut.studio.editing import CutOrder, Edited, HoleOrder, cuts_one_by_one
+from leafcut.studio.elements import box, button, text
+from leafcut.studio.history import History, Record
+from leafcut.studio.scene import path_scene
+from leafcut.studio.view import View
+from leafcut.units import format_length
+
+if TYPE_CHECKING:
+    from leafcut.studio.pages import Page
+
+#: Files of a run that can be changed by hand.
+_EDITABLE = ("order", "plan")
+
+
+def edited_of(history: History, job: str) -> Edited | None:
+    """Return what of a job's outcome can be changed by hand, or None."""
+    order, holes, plan = (history.artefact(job, name) for name in ("order", "holes", "plan"))
+    if order is not None and holes is not None:
+        rows = json.loads(order.data)["operations"]
+        operations = {row["operation"] - 1: tuple(hole - 1 for hole in row["holes"]) for row in rows}
+        return HoleOrder(operations, np.array(json.loads(holes.data), dtype=np.float64).reshape(-1, 2))
+    if plan is not None and cuts_one_by_one(plan.data.decode()):
+        return CutOrder(plan.data.decode())
+    return None
+
+
+class EditPanel:
+    """The buttons under the drawing while an order is changed."""
+
+    def __init__(self, view: View, page: Page, canvas: Canvas) -> None:
+        self.view, self.page, self.canvas = view, page, canvas
+        self.edited: Edited | None = None
+        self._stop = 0
+        w = view.words
+        with box("div", "edit", role="group", aria_label=w("edit.title")) as self.place:
+            with box("div", "line"):
+                text("b", w("edit.title"))
+                self.told = text("span", "", "what quiet")
+                self.length = text("span", "", "figure")
+            with box("div", "ends"):
+                button(w("edit.undo"), lambda: self._go(back=True), "", data_key="u")
+                button(w("edit.redo"), lambda: self._go(back=False), "", data_key="y")
+                for name, act in (
+                    ("first", lambda e: e.to_end(self._stop, True)),
+                    ("last", lambda e: e.to_end(self._stop, False)),
+                    ("reverse", lambda e: e.reverse(self._stop)),
+                    ("free", lambda e: e.free_after(self._stop)),
+                ):
+                    button(w(f"edit.{name}"), lambda act=act: self._change(act), "")
+                button(w("edit.write"), self._write, "primary")
+                button(w("edit.close"), self.end, "plain")
+        self.place.set_visibility(False)
+
+    def begin(self, record: Record) -> None:
+        """Let the outcome of a job be changed."""
+        self.edited = edited_of(self.view.studio.history, record.id)
+        if self.edited is None:
+            self.page.say(self.view.words("edit.cannot"), True)
+            return
+        self._stop = 0
+        self.place.set_visibility(True)
+        self.canvas.set_editable(True)
+        self.told.set_text(self.view.words("edit.hint"))
+        self._draw()
+
+    def end(self) -> None:
+        """Change nothing any more."""
+        if self.edited is None:
+            return
+        self.edited = None
+        self.place.set_visibility(False)
+        self.canvas.set_editable(False)
+        self.canvas.hide("live")
+
+    def select(self, event: GenericEventArguments) -> None:
+        """Note which stop is meant."""
+        self._stop = int((event.args or {}).get("stop") or 0)
+        if self.edited is not None and self._stop:
+            self.told.set_text(self.view.words("edit.chosen", number=self._stop))
+
+    def drag(self, event: GenericEventArguments) -> None:
+        """Do what was dragged."""
+        args: dict[str, Any] = event.args
+        number, onto = int(args["number"]), args.get("onto")
+        if onto is not None and int(onto) != number:
+            self._change(lambda e: e.move(number, int(onto)))
+        elif onto is None:
+            x, y = args["to"]
+            self._change(lambda e: e.place(number, (float(x), float(y))))
+
+    def _change(self, act: Any) -> None:
+        if self.edited is None:
+            return
+        try:
+            act(self.edited)
+        except LeafcutError as problem:
+            self.page.say(str(problem) if self._stop else self.view.words("edit.choose"), True)
+            return
+        self.page.say("")
+        self._draw()
+
+    def _go(self, *, back: bool) -> None:
+        if self.edited is None:
+            return
+        w = self.view.words
+        done = self.edited.undo() if back else self.edited.redo()
+        self.page.say("" if done else w("edit.nothing"))
+        self._draw()
+
+    def _draw(self) -> None:
+        """Show the order as it is now, and how long its straight ways are."""
+        if self.edited is None:
+            return
+        points = self.edited.points()
+        length = float(np.hypot(*np.diff(points, axis=0).T).sum()) if len(points) > 1 else 0.0
+        self.length.set_text(self.view.words("edit.length", length=format_length(length)))
+        self.canvas.show(path_scene(points), "live")
+
+    def _write(self) -> None:
+        """Run with the order as it is now: measured, written and proved as ever."""
+        view, edited = self.view, self.edited
+        if edited is None:
+            return
+        name = f"{Path(view.name.replace(':', '-')).stem}_{'order' if edited.option == 'hole_order' else 'plan'}.json"
+        made = view.studio.folder.add_input(name, edited.text().encode())
+        view.put(edited.option, made, name)
+        self.end()
+        self.page.input.draw()
+        self.page.run.begin()
+
+
+def can_be_edited(files: dict[str, str]) -> bool:
+    """Return whether there is something to change by hand among the files of a job."""
+    return any(name in files for name in _EDITABLE)

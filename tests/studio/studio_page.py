@@ -1,0 +1,34 @@
+"""What a person does on the studio's page, for the tests that do it in Chromium."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from playwright.sync_api import Page, expect
+
+ROOT = Path(__file__).parents[2]
+PLATE = ROOT / "examples" / "plate_10.dxf"
+#: A run on a busy machine, ms.
+LONG = 60_000
+
+
+def opened(page: Page, file: Path) -> None:
+    page.set_input_files("#open-file", file)
+    expect(page.locator(".about-part .name")).to_have_text(file.name)
+
+
+def typed(page: Page, label: str, text: str) -> None:
+    field = page.get_by_label(label, exact=True)
+    field.fill(text)
+    field.press("Tab")
+
+
+def run(page: Page) -> None:
+    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
+
+
+def downloaded(page: Page, name: str) -> tuple[str, bytes]:
+    with page.expect_download() as waiting:
+        page.get_by_role("link", name=name, exact=True).click()
+    return waiting.value.suggested_filename, Path(waiting.value.path()).read_bytes()

@@ -1,0 +1,185 @@
+"""A search as it is watched in Chromium, and programs of all kinds of work taken from the page."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+from studio_page import LONG, ROOT, downloaded, opened, run, typed
+
+from leafcut import cli
+
+pytestmark = pytest.mark.external
+
+PICTURE = "[...document.querySelectorAll('.lc-canvas')].pop().toDataURL()"
+#: Pixels of the pheromone: clearly green.
+GREEN = """() => {
+  const shown = [...document.querySelectorAll(".lc-canvas")].pop(), canvas = document.createElement("canvas");
+  Object.assign(canvas, { width: shown.width, height: shown.height });
+  const ctx = canvas.getContext("2d", { willReadFrequently: true });
+  ctx.drawImage(shown, 0, 0);
+  const { data } = ctx.getImageData(0, 0, canvas.width, canvas.height);
+  let green = 0;
+  for (let k = 0; k < data.length; k += 4) if (data[k + 1] > data[k] + 8 && data[k + 1] > data[k + 2] + 8) green++;
+  return green;
+}"""
+
+
+def make_map(page: Page, points: int, algorithm: str) -> None:
+    page.get_by_text("Examples and random maps").click()
+    typed(page, "Points", str(points))
+    page.get_by_role("button", name="Make a map").click()
+    expect(page.locator(".about-part .name")).to_have_text(f"random:{points}:1")
+    page.get_by_label("Work", exact=True).select_option("solve")
+    page.get_by_label("Algorithm", exact=True).select_option(algorithm)
+    typed(page, "Time limit", "10min")
+
+
+def gap(page: Page) -> float:
+    words = page.locator(".progress .gap").text_content() or ""
+    found = re.search(r"at most ([\d.]+) %", words)
+    assert found, words
+    return float(found.group(1))
+
+
+def wait_for(page: Page, true: object) -> None:
+    for _ in range(600):
+        if true():  # type: ignore[operator]
+            return
+        page.wait_for_timeout(50)
+    pytest.fail("it never came")
+
+
+def test_a_search_is_stepped_through_its_gap_falls_its_path_moves_and_pheromone_is_laid(page: Page) -> None:
+    make_map(page, 300, "mmas")
+    page.locator(".choose").get_by_label("Pace", exact=True).select_option("step")
+    page.get_by_role("button", name="Run", exact=True).click()
+    study, canvas = page.locator(".study"), page.locator(".lc-canvas").last
+    expect(study).to_contain_text("step 1", timeout=LONG)
+    first = gap(page)
+    study.get_by_role("button", name="One step").click()
+    expect(study).to_contain_text("step 2")
+    canvas.hover()
+    page.mouse.move(2, 2)
+    wait_for(page, lambda: page.evaluate(GREEN) > 200)
+    page.wait_for_timeout(300)
+    laid = page.evaluate(GREEN)
+    page.locator(".lc-menu summary").click()
+    page.locator("[data-layer=pheromone]").click()
+    wait_for(page, lambda: page.evaluate(GREEN) < laid / 2)
+    page.locator("[data-layer=pheromone]").click()
+    page.keyboard.press("Escape")
+    before = page.evaluate(PICTURE)
+    study.get_by_label("Pace", exact=True).select_option("full")
+    wait_for(page, lambda: gap(page) < first)
+    wait_for(page, lambda: page.evaluate(PICTURE) != before)
+    study.get_by_role("button", name="Hold").click()
+    expect(study.get_by_role("button", name="Go on")).to_be_visible()
+    page.get_by_role("button", name="Stop, keep the best").click()
+    expect(page.locator(".headline")).to_be_visible(timeout=LONG)
+    expect(page.locator(".result")).to_contain_text("above the least possible")
+
+
+def test_fireflies_are_shown_by_their_brightness(page: Page) -> None:
+    make_map(page, 60, "firefly")
+    page.locator(".choose").get_by_label("Pace", exact=True).select_option("5")
+    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.locator(".swarm rect")).to_have_count(11, timeout=LONG)
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.locator("#said")).to_contain_text("cancelled", timeout=LONG)
+    expect(page.locator(".progress")).to_be_hidden()
+
+
+@pytest.mark.parametrize(
+    ("name", "work", "fields", "words"),
+    [
+        ("sheet.dxf", "cut", {"Thickness": "6mm"}, ["--process", "cut", "--thickness", "6mm"]),
+        (
+            "pocket.dxf",
+            "pocket",
+            {"Tool diameter": "16", "Depth": "2"},
+            ["--process", "pocket", "--tool-diameter", "16", "--depth", "2", "--strategy", "zigzag"],
+        ),
+        ("points.xml", "drill", {}, []),
+    ],
+)
+def test_what_is_downloaded_is_what_the_command_line_writes(
+    page: Page, tmp_path: Path, name: str, work: str, fields: dict[str, str], words: list[str]
+) -> None:
+    source = ROOT / "examples" / name
+    if name == "points.xml":
+        source = tmp_path / name
+        points = "".join(f'<point x="{7 * k % 31}" y="{5 * k % 23}"/>' for k in range(31))
+        source.write_text(f'<?xml version="1.0"?><map units="mm">{points}</map>', encoding="utf-8")
+    opened(page, source)
+    page.get_by_label("Work", exact=True).select_option(work)
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    for label, value in fields.items():
+        typed(page, label, value)
+    if work == "pocket":
+        page.get_by_label("Strategy", exact=True).select_option("zigzag")
+    run(page)
+    given, program = downloaded(page, "Program")
+    target = tmp_path / given
+    assert cli.run(["optimize", str(source), "-o", str(target), *words, "--preset", "fast", "-q"]) == 0
+    assert program == target.read_bytes()
+
+
+def test_what_is_being_typed_stays_when_the_form_is_drawn_anew(page: Page) -> None:
+    opened(page, ROOT / "examples" / "plate_10.dxf")
+    page.get_by_label("Thickness", exact=True).fill("12")
+    # Another field changes meanwhile, as when a large file has been read.
+    page.evaluate(
+        """() => {
+            const effort = [...document.querySelectorAll("select")].find((e) => e.id.endsWith("preset"));
+            effort.value = "fast";
+            effort.dispatchEvent(new Event("change"));
+        }"""
+    )
+    expect(page.locator("#command")).to_contain_text("--preset fast")
+    expect(page.get_by_label("Thickness", exact=True)).to_have_value("12")
+    page.keyboard.press("Tab")
+    expect(page.locator("#command")).to_contain_text("--thickness 12")
+
+
+def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
+    opened(page, ROOT / "examples" / "plate_10.dxf")
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    run(page)
+    before = downloaded(page, "Program")[1]
+    page.get_by_role("button", name="Edit by hand").click()
+    edit = page.locator(".edit")
+    expect(edit).to_be_visible()
+    page.wait_for_timeout(500)
+    length = edit.locator(".figure").text_content()
+    places = page.evaluate(
+        """async () => {
+            const { whenThere } = await import("leafcut-canvas/registry.js");
+            const id = Number(document.querySelector(".frame .lc-drawing").parentElement.id.replace(/\\D+/g, ""));
+            const drawing = await new Promise((done) => whenThere(id, done));
+            const { main, canvas } = drawing.panes[1], box = canvas.getBoundingClientRect();
+            return [0, 4].map((stop) => {
+                const [x, y] = main.scene.stopPlace(stop), [ox, oy] = main.scene.origin;
+                return [box.left + drawing.view.toX(x + ox), box.top + drawing.view.toY(y + oy)];
+            });
+        }"""
+    )
+    page.mouse.move(*places[0])
+    page.mouse.down()
+    page.mouse.move(places[0][0] + 20, places[0][1] + 20)
+    page.mouse.move(*places[1], steps=4)
+    page.mouse.up()
+    expect(edit.locator(".figure")).not_to_have_text(length or "")
+    edit.get_by_role("button", name="Undo").click()
+    expect(edit.locator(".figure")).to_have_text(length or "")
+    edit.get_by_role("button", name="Redo").click()
+    expect(edit.locator(".figure")).not_to_have_text(length or "")
+    address = page.url
+    edit.get_by_role("button", name="Run with this").click()
+    wait_for(page, lambda: page.url != address)  # another job
+    expect(page.locator("#command")).to_contain_text("--hole-order plate_10_order.json")
+    expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
+    expect(page.locator(".edit")).to_be_hidden()
+    assert downloaded(page, "Program")[1] != before

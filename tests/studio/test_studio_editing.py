@@ -1,0 +1,131 @@
+"""Orders changed by hand: every change can be taken back, and what is written is what the command line writes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import leafcut
+from leafcut.errors import OptionError
+from leafcut.read.order_file import load_order
+from leafcut.studio.app import Studio
+from leafcut.studio.editing import CutOrder, HoleOrder, cuts_one_by_one
+from leafcut.studio.history import State
+from leafcut.studio.panel_edit import edited_of
+from leafcut.studio.task import Task
+
+XY = np.array([[10.0 * k, 0.0] for k in range(5)])
+CUT = {"start": [0.0, 0.0], "direction": "clockwise", "fixed": []}
+PLAN = json.dumps({"leafcut_plan": 1, "contours": [], "cuts": [{"contours": [k], **CUT} for k in (1, 2, 3)]})
+
+
+def order_of(edited: HoleOrder, tmp_path: Path) -> dict[int, tuple[int, ...]]:
+    file = tmp_path / "order.json"
+    file.write_text(edited.text())
+    return load_order(file)
+
+
+def test_a_hole_takes_the_place_of_the_one_that_it_is_dropped_on(tmp_path: Path) -> None:
+    edited = HoleOrder({0: (4, 2, 0, 1, 3)}, XY)
+    edited.move(1, 3)  # stop 1 is hole 4, stop 3 is hole 0
+    assert order_of(edited, tmp_path) == {0: (2, 0, 4, 1, 3)}
+    edited.move(5, 2)  # as the drawing numbers them still: hole 3 onto hole 2
+    assert order_of(edited, tmp_path) == {0: (3, 2, 0, 4, 1)}
+    np.testing.assert_allclose(edited.points()[:, 0], [30, 20, 0, 40, 10])
+
+
+def test_changes_are_taken_back_and_made_again_until_another_is_made(tmp_path: Path) -> None:
+    edited = HoleOrder({0: (0, 1, 2)}, XY)
+    assert not edited.undo()
+    edited.reverse(1)
+    edited.to_end(1, True)
+    assert order_of(edited, tmp_path) == {0: (0, 2, 1)}
+    assert edited.undo()
+    assert order_of(edited, tmp_path) == {0: (2, 1, 0)}
+    assert edited.redo()
+    assert not edited.redo()
+    assert order_of(edited, tmp_path) == {0: (0, 2, 1)}
+    assert edited.undo()
+    edited.to_end(3, False)
+    assert not edited.redo()
+    assert order_of(edited, tmp_path) == {0: (1, 0, 2)}
+
+
+def test_what_comes_after_a_hole_is_left_to_the_search(tmp_path: Path) -> None:
+    edited = HoleOrder({0: (0, 1, 2), 1: (3, 4)}, XY)
+    edited.free_after(2)
+    assert order_of(edited, tmp_path) == {0: (0, 1), 1: (3, 4)}
+    assert len(edited.points()) == 4
+
+
+@pytest.mark.parametrize(("stop", "onto", "line"), [(1, 4, "different tools"), (9, 1, "no hole"), (0, 1, "no hole")])
+def test_what_cannot_be_meant_changes_nothing(stop: int, onto: int, line: str) -> None:
+    edited = HoleOrder({0: (0, 1, 2), 1: (3, 4)}, XY)
+    before = edited.text()
+    with pytest.raises(OptionError, match=line):
+        edited.move(stop, onto)
+    assert edited.text() == before
+    assert not edited.undo()
+
+
+def test_changes_of_a_plan_are_fixed_in_it_and_nothing_else() -> None:
+    edited = CutOrder(PLAN)
+    edited.move(3, 1)
+    edited.reverse(2)
+    edited.place(1, (5.0, 6.00049))
+    cuts = json.loads(edited.text())["cuts"]
+    assert [cut["contours"] for cut in cuts] == [[3], [1], [2]]
+    assert [cut["fixed"] for cut in cuts] == [["order"], ["order", "start"], ["direction"]]
+    assert cuts[2]["direction"] == "counter-clockwise"
+    assert cuts[1]["start"] == [5.0, 6.0]
+    for _ in range(3):
+        assert edited.undo()
+    assert json.loads(edited.text()) == json.loads(PLAN)
+
+
+def test_plans_with_bridges_are_not_changed_by_hand() -> None:
+    assert cuts_one_by_one(PLAN)
+    assert not cuts_one_by_one(PLAN.replace('"fixed"', '"bridge": true, "fixed"', 1))
+
+
+def test_an_order_changed_in_the_studio_is_written_as_the_command_line_does(studio: Studio, tmp_path: Path) -> None:
+    first = studio.jobs.start(Task("optimize", ("example:plate-10",), options={"preset": "fast"}))
+    assert studio.jobs.wait(first, 60) is State.DONE
+    edited = edited_of(studio.history, first)
+    assert edited is not None
+    edited.reverse(1)
+    made = studio.folder.add_input("order.json", edited.text().encode())
+    again = studio.jobs.start(Task("optimize", ("example:plate-10",), options={"preset": "fast", "hole_order": made}))
+    assert studio.jobs.wait(again, 60) is State.DONE
+    program = studio.history.artefact(again, "program")
+    assert program is not None
+    file = tmp_path / "order.json"
+    file.write_text(edited.text())
+    outcome = leafcut.optimize("example:plate-10", preset="fast", hole_order=file)
+    assert program.data.decode() == outcome.text
+    before = leafcut.optimize("example:plate-10", preset="fast")
+    assert outcome.operations[0].hole_order == before.operations[0].hole_order[::-1]
+
+
+def test_a_sheet_is_cut_in_the_order_that_was_changed(studio: Studio) -> None:
+    """Of three plates side by side the last is put first, and stays there."""
+    rows = "".join(f'<rect x="{60 * k}" y="0" width="40" height="30" fill="none" stroke="black"/>' for k in range(3))
+    svg = f'<svg xmlns="http://www.w3.org/2000/svg" width="200mm" height="40mm" viewBox="0 0 200 40">{rows}</svg>'
+    sheet = studio.folder.add_input("three.svg", svg.encode())
+    options = {"thickness": "6mm", "preset": "fast"}
+    first = studio.jobs.start(Task("optimize", (sheet,), "cut", options))
+    assert studio.jobs.wait(first, 90) is State.DONE, studio.jobs.record(first)
+    edited = edited_of(studio.history, first)
+    assert edited is not None
+    edited.move(3, 1)
+    wanted = json.loads(edited.text())["cuts"]
+    made = studio.folder.add_input("plan.json", edited.text().encode())
+    again = studio.jobs.start(Task("optimize", (sheet,), "cut", {**options, "plan": made}))
+    assert studio.jobs.wait(again, 90) is State.DONE, studio.jobs.record(again)
+    plan = studio.history.artefact(again, "plan")
+    assert plan is not None
+    cuts = [cut["contours"] for cut in json.loads(plan.data)["cuts"]]
+    assert cuts.index(wanted[0]["contours"]) < cuts.index(wanted[1]["contours"])
