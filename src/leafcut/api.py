@@ -282,10 +282,17 @@ class ProgramRun:
 
 def read_run(program: str | Path, *, dialect: str | None = None, **options: Any) -> ProgramRun:
     """Return what a program does on the machine that the options name."""
+    from leafcut.gcode import dialects
+    from leafcut.gcode.foreign import interpret_program
+    from leafcut.gcode.material import with_feeds
+
     settings = Settings.collect(options)
     machine = machine_of(settings)
     name = dialect or machine.controller
-    read = _interpret(program, name)
+    words, text = dialects.dialect(name), read_program(program)
+    if words.torch is not None and words.torch.material_feed:
+        text = with_feeds(text, words.torch.material_feed, settings.cut.cut_speed, str(program))
+    read = interpret_program(text, words, str(program))
     run, unknown = _as_run(read, name, settings.drill.clearance_height)
     return ProgramRun(read.path, run, machine, name, tuple(unknown))
 

@@ -19,6 +19,7 @@ from leafcut.flags import command_of
 from leafcut.options import (
     GROUPS,
     AcoOptions,
+    CutOptions,
     DrillOptions,
     FireflyOptions,
     MachineOptions,
@@ -45,8 +46,8 @@ _OF_NESTING = {
     "read": ("units", "layers", "strict"),
     "solve": ("preset", "time_limit", "iterations", "seed", "threads"),
 }
-#: A torch whose controller moves Z travels at a height that no program says.
-_OF_SIMULATING = {"drill": ("clearance_height",)}
+#: A torch whose controller moves Z travels at a height that no program says, at the speed of its own table's material.
+_OF_SIMULATING = {"drill": ("clearance_height",), "cut": ("cut_speed",)}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -115,7 +116,7 @@ def app() -> App:
     made.command(command_of(_optimize, [g for g in GROUPS if g is not NestOptions]), name="optimize")
     made.command(command_of(_solve, (ReadOptions, *solving)), name="solve")
     made.command(command_of(_nest, (ReadOptions, SheetOptions, NestOptions, SolveOptions), _OF_NESTING), name="nest")
-    made.command(command_of(_simulate, (MachineOptions, DrillOptions), _OF_SIMULATING), name="simulate")
+    made.command(command_of(_simulate, (MachineOptions, DrillOptions, CutOptions), _OF_SIMULATING), name="simulate")
     made.command(command_of(_verify, (MachineOptions,)), name="verify")
     made.command(_machines, name="machines")
     made.command(_algorithms, name="algorithms")

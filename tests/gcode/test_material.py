@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from leafcut.errors import ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.foreign import interpret_program
-from leafcut.gcode.material import Material, as_run, materials_of
+from leafcut.gcode.material import Material, as_run, materials_of, with_feeds
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind
 from leafcut.timing.profile import trapezoid_time
@@ -77,3 +78,19 @@ def test_an_arc_after_a_start_is_as_long_as_before() -> None:
 def test_absurd_comments_cost_no_time_and_do_no_harm() -> None:
     odd = "(o=0, ph=, pd=1.2.3, ch=99999999999999)", "(o=0," + "pd=1" * 5000 + ")", "(o=9, pd=1)", "(o=0, pd=-4)"
     assert [m for _, m in materials_of(odd)] == [Material(0.0, 0.0, 0.0, 0.0)] * 2
+
+
+HAL = "F#<_hal[plasmac.cut-feed-rate]>"
+
+
+def test_a_feed_from_a_material_is_that_of_the_program_or_else_the_one_that_is_said() -> None:
+    """1200 mm/min of the program's own material; 50 mm/s are 3000 mm/min, and of an inch program 118.110236."""
+    text = f"(o=1, nu=7, fr=1200)\nM190 P7\nG1 X1 {HAL}\nM190 P8\nG1 X2 {HAL}\nG20\nX3 {HAL}\n"
+    found = with_feeds(text, HAL, 50.0, "a.ngc")
+    assert [line.partition("F")[2] for line in found.splitlines() if line.partition("F")[2]] == [
+        "1200.000000",
+        "3000.000000",
+        "118.110236",
+    ]
+    with pytest.raises(ReadError, match=r"a\.ngc:5: .*only the controller knows; say it with --cut-speed"):
+        with_feeds(text, HAL, None, "a.ngc")

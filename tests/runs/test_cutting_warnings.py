@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from importlib import resources
 from pathlib import Path
@@ -11,6 +12,7 @@ import ezdxf
 import pytest
 
 from leafcut import api
+from leafcut.cli import run
 from leafcut.errors import VerifyError
 
 FAST: dict[str, Any] = {"process": "cut", "iterations": 5, "threads": 1}
@@ -108,3 +110,19 @@ def test_a_sheet_too_large_for_the_machine_is_refused_before_places_to_pierce_ar
     with pytest.raises(VerifyError, match="too large: X goes from"):
         api.optimize(tmp_path / "long.dxf", thickness="6", progress=lambda what, *_: told.append(what), **FAST)
     assert told == ["reading"]
+
+
+def test_a_program_with_a_material_of_the_controller_is_simulated_with_the_speed_that_is_said(
+    plate: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Twice the speed, half the time of the cut: a square of 60 mm with its leads, of which corners take a little."""
+    out = tmp_path / "plate.ngc"
+    api.optimize(plate, out, thickness="6", material_number=3, ignore_layers="MARK", **FAST)
+    command = ["simulate", str(out), "--machine", "plasma-table"]
+    assert run(command) == 1
+    assert "only the controller knows; say it with --cut-speed" in capsys.readouterr().err
+    seconds = []
+    for speed in ("600mm/min", "1200mm/min"):
+        assert run([*command, "--cut-speed", speed, "--json"]) == 0
+        seconds.append(json.loads(capsys.readouterr().out)["by_kind"]["feed"])
+    assert seconds[0] == pytest.approx(2.0 * seconds[1], rel=0.02)

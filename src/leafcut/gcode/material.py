@@ -15,6 +15,7 @@ from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from leafcut.errors import ReadError
 from leafcut.model.toolpath import MOTIONS, PLACES, Kind, Motion, Toolpath
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
@@ -58,6 +59,42 @@ def materials_of(lines: Sequence[str]) -> list[Choice]:
         if chosen is not None:
             found.append((number, table.get(int(chosen.group(1)))))
     return found
+
+
+def with_feeds(text: str, word: str, feed: float | None, file: str) -> str:
+    """Return a program with the numbers of its feeds where it takes them from the controller's material.
+
+    Parameters
+    ----------
+    word
+        What says so, such as ``F#<_hal[plasmac.cut-feed-rate]>``.
+    feed
+        Of materials that the program does not tell, mm/s; None where nobody has said.
+
+    Raises
+    ------
+    ReadError
+        Such a material's feed is needed.
+    """
+    if word not in text:
+        return text
+    lines = text.splitlines(keepends=True)
+    choices, unit = materials_of(lines), 1.0
+    starts = [line for line, _ in choices]
+    for number, line in enumerate(lines, 1):
+        units = _UNITS.search(line)
+        if units is not None:
+            unit = MM_PER_INCH if units.group(1) == "20" else 1.0
+        if word not in line:
+            continue
+        chosen = bisect_right(starts, number)
+        material = choices[chosen - 1][1] if chosen else None
+        known = material.feed if material is not None and material.feed > 0.0 else feed
+        if known is None:
+            reason = "the feed is that of a material which only the controller knows; say it with --cut-speed"
+            raise ReadError(file, reason, number)
+        lines[number - 1] = line.replace(word, f"F{known * SECONDS_PER_MINUTE / unit:.6f}")
+    return "".join(lines)
 
 
 def _material(figures: dict[str, float], unit: float) -> Material:
