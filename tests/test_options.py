@@ -14,6 +14,7 @@ from leafcut.option_spec import flag_name, written
 from leafcut.options import (
     GROUPS,
     DrillOptions,
+    PocketOptions,
     PostOptions,
     ReadOptions,
     Settings,
@@ -70,6 +71,23 @@ def test_a_default_passes_its_own_check_and_has_a_help(group: type) -> None:
 )
 def test_what_cannot_be_used_is_refused_with_its_flag(group: Any, name: str, value: Any, words: str) -> None:
     with pytest.raises(OptionError, match=f"^{flag_name(name)}: .*{words}"):
+        group(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("group", "name", "value", "words"),
+    [
+        (PocketOptions, "entry_angle", "95", "95 deg is above the largest value 45.8366 deg"),
+        (PocketOptions, "milling_feed", "0", "0 mm/min is below the smallest value 0.06 mm/min"),
+        (DrillOptions, "depth", "0", "0 mm is below the smallest value 0.001 mm"),
+        (PocketOptions, "step_over", 2, "2 is above the largest value 0.95"),
+    ],
+)
+def test_a_value_out_of_bounds_is_told_in_the_units_a_person_types(
+    group: Any, name: str, value: Any, words: str
+) -> None:
+    """Who types degrees and mm/min is not answered in radians and mm/s: a factor of 57 or 60 breaks tools."""
+    with pytest.raises(OptionError, match=f"^{flag_name(name)}: {words}$"):
         group(**{name: value})
 
 

@@ -96,11 +96,18 @@ def _convert(name: str, spec: OptionSpec, value: Any) -> Any:
 def _check_bounds(flag: str, spec: OptionSpec, value: Any) -> None:
     if isinstance(value, str | tuple | bool | Path):
         return
-    unit = f" {spec.unit}" if spec.unit else ""
     if spec.minimum is not None and value < spec.minimum:
-        raise OptionError(f"{flag}: {value:g}{unit} is below the smallest value {spec.minimum:g}{unit}")
+        raise OptionError(f"{flag}: {_said(spec, value)} is below the smallest value {_said(spec, spec.minimum)}")
     if spec.maximum is not None and value > spec.maximum:
-        raise OptionError(f"{flag}: {value:g}{unit} is above the largest value {spec.maximum:g}{unit}")
+        raise OptionError(f"{flag}: {_said(spec, value)} is above the largest value {_said(spec, spec.maximum)}")
+
+
+def _said(spec: OptionSpec, value: float) -> str:
+    """Return a number in the unit a person types it in, which radians and mm/s are not."""
+    if not spec.unit:
+        return f"{value:g}"
+    unit = BARE_UNIT[spec.unit]
+    return f"{value / FACTORS[spec.unit][unit]:g} {unit}"
 
 
 def _whole(_: OptionSpec, value: Any) -> int:

@@ -192,6 +192,7 @@ def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
         ({"depth": None}, OptionError, "--depth"),
         ({"depth": 0}, OptionError, "depth"),
         ({"depth": 500}, VerifyError, "travel"),
+        ({"depth": 4, "thickness": 3}, OptionError, "--thickness 3 mm by more than --break-through 0.5 mm"),
         ({"tool_diameter": 70}, PlanError, "fits nowhere"),
         ({"stock": 16}, PlanError, "stock"),
         ({"step_over": 0.96}, OptionError, "0.95"),

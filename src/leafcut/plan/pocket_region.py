@@ -103,7 +103,9 @@ def _told(name: str, places: list[Unreached], rules: PocketRules) -> list[Issue]
         f"{place.area:.3g} mm² near ({place.place[0]:.2f}, {place.place[1]:.2f})" for place in places[:NAMED_PLACES]
     ]
     if rest := places[NAMED_PLACES:]:
-        words.append(f"{len(rest)} smaller places, {sum(place.area for place in rest):.3g} mm² in all,")
+        words.append(
+            f"{len(rest)} more place{'s' * (len(rest) > 1)}, {sum(place.area for place in rest):.3g} mm² in all,"
+        )
     return [
         Issue("L701", f"{name}: {text} cannot be reached by a tool of {rules.tool_diameter:g} mm") for text in words
     ]

@@ -75,10 +75,15 @@ def levels_of(drill: DrillOptions, options: PocketOptions) -> tuple[float, ...]:
     Raises
     ------
     OptionError
-        The depth is missing, or so many levels cannot be meant.
+        The depth is missing, goes farther through the plate than a break-through, or so many levels cannot be meant.
     """
     if drill.depth is None:
         raise OptionError("a pocket needs its depth; give --depth")
+    if drill.thickness is not None and drill.depth > drill.thickness + drill.break_through + 1e-9:
+        raise OptionError(
+            f"--depth {drill.depth:g} mm is below the plate of --thickness {drill.thickness:g} mm by more than "
+            f"--break-through {drill.break_through:g} mm: the tool would mill what the plate lies on"
+        )
     step = options.step_down or 0.5 * (options.tool_diameter or math.inf)
     count = max(math.ceil(drill.depth / step - 1e-9), 1)
     if count > MOST_LEVELS:
