@@ -201,6 +201,7 @@ def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
         ({"point_distance": 0.75}, OptionError, "stays uncut"),
         ({"strategy": "adaptive"}, OptionError, "--max-engagement"),
         ({"machine": "plasma-table"}, PlanError, "cannot mill"),
+        ({"tools": "shop.toml"}, PlanError, "load the end mill as tool 1"),
         ({"retract_height": 20}, PlanError, "R plane"),
         ({"milling_feed": "100m/min"}, PlanError, "feeds at most"),
         ({"keep_out": "20 0 40 10"}, VerifyError, "zone"),

@@ -105,9 +105,16 @@ def milling_data(
     Raises
     ------
     PlanError
-        The machine has no spindle, its heights contradict each other, or it cannot turn or feed as asked.
+        The machine has no spindle, its heights contradict each other, it cannot turn or feed as asked, or a tool
+        library is given.
     """
     check_machine(machine, drill)
+    if drill.tools is not None:
+        # The library's own tool 1 may be a drill: it would be taken up for the end mill.
+        raise PlanError(
+            "--tools: a pocket's end mill is not taken from a library; leave it out, give --tool-diameter, "
+            "--milling-feed and --spindle-speed, and load the end mill as tool 1"
+        )
     diameter = rules.tool_diameter
     rpm = 60.0 * SURFACE_SPEED / (math.pi * diameter)
     rpm = float(round(min(max(rpm, machine.spindle_min_rpm), machine.spindle_max_rpm)))
