@@ -109,9 +109,8 @@ def solve(
         warm_up_in_order(problem, options.algorithm)
     elif not tiny and options.algorithm != "none":
         warm_up(options, aco, problem.n_clusters)
-    stop = Stop(cancelled=cancelled or threading.Event())
-    if options.time_limit is not None:
-        stop.seconds = options.time_limit
+    limit = math.inf if options.time_limit is None else options.time_limit
+    stop = Stop(seconds=limit, cancelled=cancelled or threading.Event())
     best = Best(stop, progress, float(problem.service.sum()))
     if tiny or options.algorithm == "none":
         return _without_search(problem, pairs, options, best)
