@@ -23,6 +23,7 @@ from page import facts, table, write_section
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.options import Settings
+from leafcut.plan.pocket_arcs import fitted
 from leafcut.plan.pocket_region import centre_regions
 from leafcut.runs.pocket_strategies import WAYS
 from leafcut.runs.run import Run, machine_of
@@ -80,7 +81,7 @@ def ours(name: str, only: list[str]) -> list[list[str]]:
         rules = LIMITED if way.name == "adaptive" else RULES
         (region,) = centre_regions(pocket, rules)[0]
         began = time.process_time()
-        path = way.path(region, run)
+        path = fitted(way.path(region, run), rules.tolerance)
         spent = time.process_time() - began
         found = measure_path(pocket, path, rules, run.machine, feed=FEED)
         if found.gouge_mm2:
@@ -110,7 +111,8 @@ paths of others, measured for the data folder. The floor is the area of the allo
 step-over; feed and air (rapids from piece to piece) together are compared with it. A gouge would have stopped the
 measurement. The step-over is the distance of a pass from its nearer neighbour, at most (`verify.step_over`); the
 engagement is the angle of the tool's edge in the material. The time is that of linuxcnc-mill at 1200 mm/min, with its
-accelerations, lifts included; CPU is what finding the path took. *adaptive* keeps the engagement below 90°.
+accelerations, arcs fitted and lifts included; CPU is what finding the path took. *adaptive* keeps the engagement
+below 90°.
 
 {facts("pockets", sys.argv[1:], ["leafcut", "numpy", "shapely"])}
 
