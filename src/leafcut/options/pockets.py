@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -27,10 +28,10 @@ class PocketOptions(OptionGroup):
         "quantity", None, "diameter of the flat end mill", unit="mm", minimum=0.01, maximum=200, default_words="needed"
     )
     step_over: float = option(
-        "number", 0.6, "largest distance between passes, as a share of the tool's diameter", minimum=0.02, maximum=0.95
+        "share", 0.6, "largest distance between passes, as a share of the tool's diameter", minimum=0.02, maximum=0.95
     )
     point_distance: float = option(
-        "number",
+        "share",
         0.6,
         "distance between the points of a grid, as a share of the tool's diameter: above 0.5, or points crowd; below "
         "0.7, or the corners between four points stay uncut",
@@ -52,7 +53,13 @@ class PocketOptions(OptionGroup):
     finishing_pass: bool = option("flag", True, "go along every wall after zigzag and grid strategies")
     milling: str = option("text", "climb", "which side of the tool cuts", choices=("climb", "conventional"))
     zigzag_angle: float | None = option(
-        "quantity", None, "angle of the lines of a zigzag", unit="rad", default_words="the best of twelve"
+        "quantity",
+        None,
+        "angle of the lines of a zigzag",
+        unit="rad",
+        minimum=-math.tau,
+        maximum=math.tau,
+        default_words="the best of twelve",
     )
     max_engagement: float | None = option(
         "quantity",
