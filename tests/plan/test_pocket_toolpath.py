@@ -95,15 +95,6 @@ def test_depth_is_needed_and_levels_are_counted() -> None:
         levels_of(DrillOptions(depth=100.0), PocketOptions(tool_diameter=10.0, step_down=0.01))
 
 
-def test_an_assumed_mill_feeds_a_hundredth_of_its_diameter_a_revolution() -> None:
-    data, issues = milling_data(PocketOptions(tool_diameter=10.0), DrillOptions(), RULES, MILL)
-    # 20 m/min at the edge of 10 mm are 637 rpm.
-    assert data.tool.spindle_rpm == 637
-    assert data.tool.feed == pytest.approx(0.1 * 637 / 60)
-    assert data.plunge_feed == pytest.approx(data.tool.feed / 3)
-    assert [issue.code for issue in issues] == ["L401"]
-
-
 def test_a_spindle_or_a_feed_that_the_machine_does_not_have_is_refused() -> None:
     with pytest.raises(PlanError, match="rpm"):
         milling_data(PocketOptions(tool_diameter=10.0), DrillOptions(spindle_speed=50_000.0), RULES, MILL)

@@ -35,6 +35,7 @@ FAST: dict[str, Any] = {
     "threads": 1,
     "date": False,
 }
+EXAMPLES = Path(__file__).parents[2] / "examples"
 #: A round-cornered pocket of 60 × 46 mm with an island; every place of it is within reach of a tool of 10 mm.
 POCKET = shapely.box(7, 7, 53, 39).buffer(7, quad_segs=64) - shapely.Point(30, 23).buffer(5, quad_segs=64)
 
@@ -134,6 +135,16 @@ def test_with_stock_the_walls_are_finished_and_the_pocket_is_whole(drawing: Path
 
 
 @pytest.mark.usefixtures("contour_only")
+def test_the_end_mill_of_a_library_is_called_by_its_number_with_its_own_data(drawing: Path) -> None:
+    tools = EXAMPLES / "tools.toml"
+    outcome = api.optimize(drawing, tools=tools, tool_number=13, depth=4, strategy="contour", entry="plunge")
+    assert outcome.operations[0].tool.diameter == 10.0
+    words = outcome.text.split()
+    assert {"T13", "S4000", "F800", "F200"} <= set(words) and "T1" not in words
+    assert not [i for i in outcome.issues if i.code == "L401"]
+
+
+@pytest.mark.usefixtures("contour_only")
 def test_several_pockets_are_one_program_in_the_order_of_the_shortest_way(tmp_path: Path) -> None:
     centres = [(20, 20), (220, 20), (80, 20), (140, 20)]
     discs = [shapely.Point(c).buffer(14, quad_segs=64) for c in centres]
@@ -201,7 +212,7 @@ def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
         ({"point_distance": 0.75}, OptionError, "stays uncut"),
         ({"strategy": "adaptive"}, OptionError, "--max-engagement"),
         ({"machine": "plasma-table"}, PlanError, "cannot mill"),
-        ({"tools": "shop.toml"}, PlanError, "load the end mill as tool 1"),
+        ({"tools": EXAMPLES / "tools.toml", "tool_number": 2}, PlanError, "T2 drill 5.0, M6 core Ø5 is a drill"),
         ({"retract_height": 20}, PlanError, "R plane"),
         ({"milling_feed": "100m/min"}, PlanError, "feeds at most"),
         ({"keep_out": "20 0 40 10"}, VerifyError, "zone"),

@@ -25,7 +25,21 @@ class PocketOptions(OptionGroup):
         choices=("best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive"),
     )
     tool_diameter: float | None = option(
-        "quantity", None, "diameter of the flat end mill", unit="mm", minimum=0.01, maximum=200, default_words="needed"
+        "quantity",
+        None,
+        "diameter of the flat end mill",
+        unit="mm",
+        minimum=0.01,
+        maximum=200,
+        default_words="needed without a tool library",
+    )
+    tool_number: int | None = option(
+        "whole",
+        None,
+        "number of the end mill, in the tool library where one is given",
+        minimum=1,
+        maximum=99_999_999,
+        default_words="1; of a library the end mill of the diameter, or its only one",
     )
     step_over: float = option(
         "share", 0.6, "largest distance between passes, as a share of the tool's diameter", minimum=0.02, maximum=0.95
@@ -86,7 +100,12 @@ class PocketOptions(OptionGroup):
         maximum=0.8,
     )
     plunge_feed: float | None = option(
-        "quantity", None, "feed straight down", unit="mm/s", minimum=0.001, default_words="a third of the feed"
+        "quantity",
+        None,
+        "feed straight down",
+        unit="mm/s",
+        minimum=0.001,
+        default_words="that of the tool library, else a third of the feed",
     )
     milling_feed: float | None = option(
         "quantity",
@@ -94,7 +113,7 @@ class PocketOptions(OptionGroup):
         "feed of the end mill",
         unit="mm/s",
         minimum=0.001,
-        default_words="0.01 diameters a revolution",
+        default_words="that of the tool library, else two teeth, a hundredth of the diameter each, 0.05 mm at most",
     )
     pocket_layers: tuple[str, ...] = option(
         "names", (), "layers with the outlines of pockets, with * and ?", default_words="POCKET* where there are such"

@@ -16,6 +16,7 @@ from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.pocket import USUAL, Pocket, PocketPath, PocketPlan, PocketResult
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
+from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.runs.pocket_job import LaidPockets, PocketJob, holes
 from leafcut.runs.pocket_proof import prove_pockets, write_pockets
@@ -79,9 +80,11 @@ def _prepared(run: Run, source: str | Path) -> tuple[PocketJob, list[Issue]]:
     from leafcut.read import read_pockets
 
     settings = run.settings
-    rules = rules_of(settings.pocket)
-    levels = levels_of(settings.drill, settings.pocket)
-    data, issues = milling_data(settings.pocket, settings.drill, rules, run.machine)
+    mill = _library_mill(run)
+    options = settings.pocket if mill is None else replace(settings.pocket, tool_diameter=mill.diameter)
+    rules = rules_of(options)
+    levels = levels_of(settings.drill, options)
+    data, issues = milling_data(options, settings.drill, rules, run.machine, mill, settings.cut.material)
     run.tell("reading")
     part = read_pockets(source, settings.read, settings.pocket, settings.sheet)
     heights = Heights(
@@ -95,6 +98,17 @@ def _prepared(run: Run, source: str | Path) -> tuple[PocketJob, list[Issue]]:
     words = dialect(settings.post.dialect or run.machine.controller)
     job = PocketJob(run, part, rules, heights, data, words, _xy(settings.drill.start_point))
     return job, [*part.issues, *issues]
+
+
+def _library_mill(run: Run) -> Tool | None:
+    """Return the end mill of the tool library; None without one."""
+    from leafcut.plan.pocket_tool import library_mill
+    from leafcut.read.tools import load_tools
+
+    drill = run.settings.drill
+    if drill.tools is None:
+        return None
+    return library_mill(load_tools(drill.tools), run.settings.pocket, drill.diameter_tolerance, drill.depth)
 
 
 def _xy(point: tuple[float, ...] | None) -> Point | None:
