@@ -46,7 +46,7 @@ def _all(section: str, but: Iterable[str] = ()) -> tuple[str, ...]:
 
 _DRILL_MAIN = ("machine", "thickness", "depth", "tools", "retract", "peck")
 _CUT_MAIN = ("machine", "thickness", "material", "cut_process", "chains", "common_lines")
-_POCKET_MAIN = ("machine", "tools", "tool_diameter", "depth", "strategy", "milling", "stock", "pixel_size")
+_POCKET_MAIN = ("machine", "tool_diameter", "depth", "strategy", "milling", "stock", "pixel_size")
 _POCKET_PLACES = ("clearance_height", "retract_height", "spindle_speed", "start_point", "end_point", "work_offset")
 _SHEET_PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
 _PROGRAM_MAIN = ("machine", "merge_tools", "allow_reverse", "keep_order")
@@ -86,7 +86,7 @@ WORKS: dict[str, Work] = {
         (
             ("main", _POCKET_MAIN),
             ("search", _SEARCH),
-            ("pocket", (*_all("pocket", _POCKET_MAIN), "material")),
+            ("pocket", ("tools", *_all("pocket", _POCKET_MAIN), "material")),
             ("place", _POCKET_PLACES),
             ("read", ("units", "layers", "join_tolerance", "strict")),
             ("post", (*_POST, "coolant", "path_tolerance")),
