@@ -22,6 +22,7 @@ from leafcut.plan.pocket_rules import MillingData, finishing_levels, levels_of, 
 from leafcut.plan.pocket_toolpath import Clearing, Heights, lay_pockets
 from leafcut.plan.pocket_walls import wall_passes
 from leafcut.read.machine import load_machine
+from leafcut.verify.pocket import check_pockets
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 MILL = load_machine("linuxcnc-mill")
@@ -186,6 +187,19 @@ def test_pieces_apart_are_reached_over_the_r_plane_or_over_the_clearance_height_
     assert {a[2] for a, _ in sideways} == {2.0}
     path = lay(rings(1, 13, joined=False), always_clearance=True)
     assert {a[2] for a, b in rapids(path) if a[:2] != b[:2] and not math.isnan(a[0])} == {10.0}
+
+
+def test_a_rapid_goes_down_to_just_over_the_floor_that_is_cut_and_the_tool_feeds_into_what_is_not() -> None:
+    """The second line begins where the first has cut, the third where nothing has but the level above."""
+    ways = ([(10, 30), (50, 30)], [(30, 30), (30, 50)], [(50, 10), (20, 10)])
+    pieces = tuple(PocketPiece(Polyline.of_points(points)) for points in ways)
+    path = lay(PocketPath("lines", pieces), levels=(-2.0, -4.0))
+    down = [(*a[:2], b[2]) for a, b in rapids(path) if b[2] < 0.0]
+    assert down == [(30, 30, -2 + ABOVE), (10, 30, -2 + ABOVE), (30, 30, -4 + ABOVE), (50, 10, -2 + ABOVE)]
+    pocket = (Pocket(box(0, 0, 60, 60)),)
+    assert check_pockets(path, pocket, RULES, depth=4.0, retract=2.0) == []
+    low = replace(path, end=np.where(path.end == -2.0 + ABOVE, -2.0, path.end))
+    assert {d.what for d in check_pockets(low, pocket, RULES, depth=4.0, retract=2.0)} == {"rapid in the material"}
 
 
 def test_a_rapid_over_a_clamp_is_made_at_the_clearance_height() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -18,13 +17,12 @@ from leafcut.model.machine import Machine
 from leafcut.model.pocket import SAME_PLACE, PocketPath
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.plan.pocket_entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
+from leafcut.plan.pocket_ground import Ground, Opened
 from leafcut.plan.pocket_region import CentreRegion
 from leafcut.plan.pocket_rules import MillingData, finishing_levels
 
 Point = tuple[float, float]
 
-#: Part of the tool's radius by which what is cleared may miss its disc, and the tool still comes down there straight.
-_SLIVER = 0.05
 #: A program of more moves cannot be meant.
 MOST_MOVES = 3_000_000
 
@@ -93,7 +91,9 @@ def lay_pockets(
 
     Region after region, each level from the top; then its walls where roughing left stock: at full depth, or in steps
     of two diameters where it is deeper. Between levels the tool stays down where the next begins near the end of the
-    last and the straight way is free; between pieces it rises to the R plane, or to the clearance height.
+    last and the straight way is free; between pieces it rises to the R plane, or to the clearance height. Below the
+    surface it comes down by a rapid to a little over the floor that is cut there already: that of this level, or of the
+    one above.
     `corner_tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not.
 
     Raises
@@ -140,28 +140,26 @@ class _Layer:
         import shapely
 
         shapely.prepare(clearing.allowed)
-        top = 0.0
+        top, ground = 0.0, Ground(clearing.region.rules)
         runs = _runs(clearing.rough)
-        opened = _opened(runs, clearing)
+        opened = [ground.after(run) for run in runs]
         first = clearing.rough.pieces[0]
         loop = first.path if first.kind == "entry" else None
         for z in self.heights.levels:
             for number, run in enumerate(runs):
                 self._to(run.start, top if number == 0 else z, clearing.allowed if number == 0 else None, z)
-                self._enter(run, None if opened[number] else top, z, clearing, loop=loop if number == 0 else None)
+                self._enter(run, opened[number], top, z, clearing, loop=loop if number == 0 else None)
             top = z
         if clearing.walls is not None:
-            self._walls(clearing, clearing.walls)
+            self._walls(clearing, clearing.walls, ground)
 
-    def _walls(self, clearing: Clearing, walls: PocketPath) -> None:
-        import shapely
-
+    def _walls(self, clearing: Clearing, walls: PocketPath, ground: Ground) -> None:
         runs = _runs(walls)
+        opened = [ground.after(run) for run in runs]
         for z in finishing_levels(-self.heights.levels[-1], self.data.tool.diameter):
-            for run in runs:
-                clear = bool(clearing.allowed.covers(shapely.Point(run.start)))
+            for number, run in enumerate(runs):
                 self._to(run.start, z, None, z)
-                self._enter(run, None if clear else 0.0, z, clearing, walls=True)
+                self._enter(run, opened[number], 0.0, z, clearing, walls=True)
 
     def _to(self, place: Point, at: float, allowed: Any, z: float) -> None:
         """Go to where a run begins: at depth `at` where the way through `allowed` is free and quicker, else lifted."""
@@ -184,7 +182,7 @@ class _Layer:
         way = math.dist(here, place)
         rise = self._height(here, place) - self.builder.position[2]
         velocity, feed = self.machine.rapid_velocity, self.data.tool.feed
-        lifted = rise / velocity[2] + way / max(velocity[:2]) + rise / feed
+        lifted = (2.0 * rise - ABOVE) / velocity[2] + way / max(velocity[:2]) + ABOVE / feed
         return way / feed <= lifted and bool(allowed.buffer(TOUCH).covers(shapely.LineString([here, place])))
 
     def _height(self, here: Point, place: Point) -> float:
@@ -204,20 +202,24 @@ class _Layer:
     def _enter(
         self,
         run: Polyline,
-        top: float | None,
+        opened: Opened,
+        top: float,
         z: float,
         clearing: Clearing,
         *,
         walls: bool = False,
         loop: Polyline | None = None,
     ) -> None:
-        """Come down to z, through air where `top` is None, else into what is uncut below `top`; follow the run.
+        """Come down to z, through air where the place is opened, else into what is uncut below `top`; follow the run.
 
         A run that begins with a `loop` for coming down is entered along it, round and round.
         """
         builder, data = self.builder, self.data
+        floor = z if opened is Opened.CLEAR else top
+        if floor < 0.0 and builder.position[2] > floor + ABOVE:
+            builder.rapid(z=floor + ABOVE)
         if builder.position[2] > z:
-            if top is None:
+            if opened is not Opened.NO:
                 if builder.position[2] > z + ABOVE:
                     builder.feed(z=z + ABOVE, feed=data.tool.feed)
                 builder.feed(z=z, feed=data.plunge_feed)
@@ -251,18 +253,3 @@ def _runs(path: PocketPath) -> list[Polyline]:
             runs.append([])
         runs[-1].append(piece.path)
     return [joined(*run) for run in runs]
-
-
-def _opened(runs: Sequence[Polyline], clearing: Clearing) -> list[bool]:
-    """Return for every run whether the runs before it have cleared the place where it begins."""
-    import shapely
-
-    rules = clearing.region.rules
-    opened = [False]
-    cleared = shapely.Polygon()
-    for before, run in itertools.pairwise(runs):
-        line = shapely.LineString(before.flattened(rules.tolerance))
-        cleared = cleared.union(line.buffer(rules.radius, quad_segs=32))
-        disc = shapely.Point(run.start).buffer((1.0 - _SLIVER) * rules.radius)
-        opened.append(bool(cleared.covers(disc)))
-    return opened
