@@ -135,6 +135,19 @@ def test_a_ramp_is_as_steep_as_asked_stays_on_the_path_and_ends_where_it_began()
     assert path.end[first, :2].tolist() == pytest.approx(list(rings(1).pieces[0].path.start))
 
 
+def test_along_a_ring_shorter_than_the_ramp_the_tool_goes_round_and_round_and_never_back() -> None:
+    """0.5 + 2 mm at 3° are 47.7 mm: six times round a ring of 8 mm; one of 48 mm is long enough to go and come back."""
+    for half, times in ((1.0, 6), (6.0, 0)):
+        path = lay(rings(half, 13))
+        before = positions_before(path)
+        rows = [r for r in np.flatnonzero(path.kind == Kind.FEED) if path.end[r, 2] < before[r, 2] <= ABOVE + 1e-9]
+        ways = path.end[rows, :2] - before[rows, :2]
+        backwards = [a @ b < -1e-9 for a, b in itertools.pairwise(ways)]
+        assert any(backwards) is (times == 0)
+        if times:
+            assert len(rows) == 4 * times and path.end[rows[-1], :2].tolist() == list(rings(half).pieces[0].path.start)
+
+
 def test_a_helix_turns_inside_the_region_as_steep_as_asked_and_counter_clockwise_for_climb() -> None:
     path = lay(rings(1, 7, 13, 19, 25), entry="helix")
     arcs = np.flatnonzero(path.kind == Kind.ARC_CCW)

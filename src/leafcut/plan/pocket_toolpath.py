@@ -14,7 +14,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.machine import Machine
-from leafcut.model.pocket import SAME_PLACE, PocketPath
+from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.plan.pocket_entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
 from leafcut.plan.pocket_ground import Ground, Opened
@@ -142,20 +142,18 @@ class _Layer:
         shapely.prepare(clearing.allowed)
         top, ground = 0.0, Ground(clearing.region.rules)
         runs = _runs(clearing.rough)
-        opened = [ground.after(run) for run in runs]
-        first = clearing.rough.pieces[0]
-        loop = first.path if first.kind == "entry" else None
+        opened = [ground.after(run.path) for run in runs]
         for z in self.heights.levels:
             for number, run in enumerate(runs):
                 self._to(run.start, top if number == 0 else z, clearing.allowed if number == 0 else None, z)
-                self._enter(run, opened[number], top, z, clearing, loop=loop if number == 0 else None)
+                self._enter(run, opened[number], top, z, clearing)
             top = z
         if clearing.walls is not None:
             self._walls(clearing, clearing.walls, ground)
 
     def _walls(self, clearing: Clearing, walls: PocketPath, ground: Ground) -> None:
         runs = _runs(walls)
-        opened = [ground.after(run) for run in runs]
+        opened = [ground.after(run.path) for run in runs]
         for z in finishing_levels(-self.heights.levels[-1], self.data.tool.diameter):
             for number, run in enumerate(runs):
                 self._to(run.start, z, None, z)
@@ -201,19 +199,15 @@ class _Layer:
 
     def _enter(
         self,
-        run: Polyline,
+        run: _Run,
         opened: Opened,
         top: float,
         z: float,
         clearing: Clearing,
         *,
         walls: bool = False,
-        loop: Polyline | None = None,
     ) -> None:
-        """Come down to z, through air where the place is opened, else into what is uncut below `top`; follow the run.
-
-        A run that begins with a `loop` for coming down is entered along it, round and round.
-        """
+        """Come down to z, through air where the place is opened, else into what is uncut below `top`; follow."""
         builder, data = self.builder, self.data
         floor = z if opened is Opened.CLEAR else top
         if floor < 0.0 and builder.position[2] > floor + ABOVE:
@@ -226,10 +220,14 @@ class _Layer:
             else:
                 allowed = clearing.region.polygon if walls else clearing.allowed
                 climb = clearing.region.rules.climb
-                down = come_down if loop is None else wind_down
-                self.descents.append(down(builder, run if loop is None else loop, top, z, data, allowed, climb))
+                if run.entered:
+                    descent = wind_down(builder, run.first, top, z, data, allowed, climb)
+                else:
+                    ring = run.first if math.dist(run.first.start, run.first.end) <= SAME_PLACE else None
+                    descent = come_down(builder, run.path, top, z, data, allowed, climb, ring)
+                self.descents.append(descent)
         self.down = True
-        follow(builder, run, data.tool.feed)
+        follow(builder, run.path, data.tool.feed)
 
     def finish(self, coolant: bool) -> None:
         """Rise, go to the last place, and end."""
@@ -245,11 +243,27 @@ class _Layer:
         builder.end()
 
 
-def _runs(path: PocketPath) -> list[Polyline]:
-    """Return what the tool follows without being lifted, one open polyline each."""
-    runs: list[list[Polyline]] = []
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """What the tool follows without being lifted, an open polyline, and the first piece of it.
+
+    `entered`: that piece is a loop along which the tool comes down.
+    """
+
+    path: Polyline
+    first: Polyline
+    entered: bool
+
+    @property
+    def start(self) -> Point:
+        return self.path.start
+
+
+def _runs(path: PocketPath) -> list[_Run]:
+    """Return what the tool follows without being lifted."""
+    runs: list[list[PocketPiece]] = []
     for piece, gap in zip(path.pieces, (math.inf, *path.gaps), strict=True):
         if gap > 0.0:
             runs.append([])
-        runs[-1].append(piece.path)
-    return [joined(*run) for run in runs]
+        runs[-1].append(piece)
+    return [_Run(joined(*(p.path for p in run)), run[0].path, run[0].kind == "entry") for run in runs]
