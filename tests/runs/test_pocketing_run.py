@@ -38,6 +38,8 @@ FAST: dict[str, Any] = {
 EXAMPLES = Path(__file__).parents[2] / "examples"
 #: A round-cornered pocket of 60 × 46 mm with an island; every place of it is within reach of a tool of 10 mm.
 POCKET = shapely.box(7, 7, 53, 39).buffer(7, quad_segs=64) - shapely.Point(30, 23).buffer(5, quad_segs=64)
+#: Where the tool's centre may be while it leaves 0.3 mm.
+ROUGHED = POCKET.buffer(-5.28)
 
 
 @pytest.fixture(scope="module")
@@ -142,6 +144,24 @@ def test_the_end_mill_of_a_library_is_called_by_its_number_with_its_own_data(dra
     words = outcome.text.split()
     assert {"T13", "S4000", "F800", "F200"} <= set(words) and "T1" not in words
     assert not [i for i in outcome.issues if i.code == "L401"]
+
+
+@pytest.mark.usefixtures("contour_only")
+def test_on_mach3_roughing_runs_through_where_the_stock_is_more_than_what_corners_lose(drawing: Path) -> None:
+    """v² / 4a = (800 / 60)² / (4 · 600) mm = 0.074 mm: less than 0.3 mm of stock, and more than none."""
+    options = {**FAST, "machine": "mach3-router", "spindle_speed": 9000, "strategy": "contour"}
+    path = interpret(api.optimize(drawing, stock=0.3, **options).text, dialect("mach3"))
+    modes = np.flatnonzero(path.kind == Kind.BLENDING)
+    assert path.ref[modes].tolist() == [640, 610] * (len(modes) // 2) and len(modes) >= 4
+    runs_on = np.searchsorted(modes, np.arange(len(path))) % 2 == 1
+    feeds = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & np.isin(path.end[:, 2], (-2.0, -4.0))
+    at_walls = feeds & ~shapely.contains_xy(ROUGHED, path.end[:, :2])
+    assert not runs_on[path.kind == Kind.RAPID].any() and runs_on[feeds].any()
+    assert at_walls.any() and not runs_on[at_walls].any()
+    outcome = api.optimize(drawing, **options)
+    assert "G64" not in outcome.text
+    [told] = [i.message for i in outcome.issues if i.code == "L704"]
+    assert "by up to 0.074 mm" in told
 
 
 @pytest.mark.usefixtures("contour_only")

@@ -118,6 +118,15 @@ def milling_data(
     return MillingData(tool, min(plunge, machine.max_feed), options.entry, options.entry_angle), issues
 
 
+def corner_rounding(machine: Machine, feed: float) -> float:
+    """Return how far the tool leaves a corner at most where the next move begins while this one brakes, mm.
+
+    Both moves at the acceleration a take v / a; half way each has v² / 8a to the corner. A turn by θ is left by
+    2 sin(θ / 2) v² / 8a, at most a quarter of v² / a.
+    """
+    return feed * feed / (4.0 * min(machine.acceleration[:2]))
+
+
 def check_machine(machine: Machine, drill: DrillOptions) -> None:
     """Refuse a machine that does not mill, and heights in a wrong order.
 

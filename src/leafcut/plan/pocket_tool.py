@@ -120,16 +120,16 @@ def with_data(
     rpm = 1000.0 * SURFACE_SPEEDS[known] / (math.pi * tool.diameter)
     rpm = asked_rpm or float(round(min(max(rpm, machine.spindle_min_rpm), machine.spindle_max_rpm)))
     if not machine.spindle_min_rpm <= rpm <= machine.spindle_max_rpm:
+        whose = "--spindle-speed" if drill.spindle_speed else f"{tool.label}, speed"
         raise PlanError(
-            f"--spindle-speed {rpm:g}: the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to "
+            f"{whose} {rpm:g}: the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to "
             f"{machine.spindle_max_rpm:g} rpm"
         )
     per_tooth = min(FEED_PER_TOOTH * tool.diameter, MOST_PER_TOOTH)
     feed = asked_feed or min(per_tooth * (tool.teeth or TEETH) * rpm / 60.0, machine.max_feed)
     if feed > machine.max_feed * (1 + 1e-9):
-        raise PlanError(
-            f"--milling-feed {feed * 60:g} mm/min: {machine.name} feeds at most {machine.max_feed * 60:g} mm/min"
-        )
+        whose = "--milling-feed" if options.milling_feed else f"{tool.label}, feed"
+        raise PlanError(f"{whose} {feed * 60:g} mm/min: {machine.name} feeds at most {machine.max_feed * 60:g} mm/min")
     tool = replace(tool, feed=feed, spindle_rpm=rpm)
     if asked_rpm and asked_feed:
         return replace(tool, assumed=False), []

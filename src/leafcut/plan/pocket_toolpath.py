@@ -86,6 +86,7 @@ def lay_pockets(
     coolant: bool = False,
     pause: bool = False,
     corner_tolerance: float = 0.0,
+    rounded: bool = False,
 ) -> tuple[Toolpath, tuple[Descent, ...]]:
     """Return the motions of the whole program, and every way down into what is uncut.
 
@@ -94,7 +95,8 @@ def lay_pockets(
     last and the straight way is free; between pieces it rises to the R plane, or to the clearance height. Below the
     surface it comes down by a rapid to a little over the floor that is cut there already: that of this level, or of the
     one above.
-    `corner_tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not.
+    `corner_tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not. `rounded`: roughing rounds its
+    corners as its acceleration needs (G64), between G61 for all else.
 
     Raises
     ------
@@ -119,7 +121,7 @@ def lay_pockets(
         builder.dwell(machine.spindle_start_s)
     if coolant:
         builder.coolant(2)
-    layer = _Layer(builder, heights, data, machine)
+    layer = _Layer(builder, heights, data, machine, rounded)
     for clearing in clearings:
         layer.clear(clearing)
     layer.finish(coolant)
@@ -129,8 +131,11 @@ def lay_pockets(
 class _Layer:
     """Lays one clearing after the other and remembers every way down."""
 
-    def __init__(self, builder: ToolpathBuilder, heights: Heights, data: MillingData, machine: Machine) -> None:
+    def __init__(
+        self, builder: ToolpathBuilder, heights: Heights, data: MillingData, machine: Machine, rounded: bool
+    ) -> None:
         self.builder, self.heights, self.data, self.machine = builder, heights, data, machine
+        self.rounded = rounded
         self.zones = widened(heights.zones, 0.5 * data.tool.diameter)
         self.descents: list[Descent] = []
         self.down = False
@@ -227,7 +232,11 @@ class _Layer:
                     descent = come_down(builder, run.path, top, z, data, allowed, climb, ring)
                 self.descents.append(descent)
         self.down = True
+        if self.rounded and not walls:
+            builder.blending(640)
         follow(builder, run.path, data.tool.feed)
+        if self.rounded and not walls:
+            builder.blending(610)
 
     def finish(self, coolant: bool) -> None:
         """Rise, go to the last place, and end."""

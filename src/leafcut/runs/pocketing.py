@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 
-#: An engagement may be measured so much above its limit, rad: the steps of the simulation (one degree).
-ENGAGEMENT_ROOM = 0.0175
 #: So many strategies search for an order: fireflies and ants.
 SEARCHES = 2
 #: Of ways that cost little more than the best, the one that is lifted least: every way down wears the tool and marks
@@ -220,7 +218,7 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
     sound = [(k, r, r.measures) for k, r in enumerate(results) if r.measures is not None and not r.measures.gouge_mm2]
     limit = options.max_engagement
     if limit is not None:
-        sound = [row for row in sound if row[2].max_engagement <= limit + ENGAGEMENT_ROOM]
+        sound = [row for row in sound if row[2].max_engagement <= limit]
     if not sound:
         refused = "; ".join(f"{r.strategy}: {r.refused or 'gouges, or engages more'}" for r in results)
         raise PlanError(f"{name}: no strategy is possible ({refused})")
@@ -274,7 +272,14 @@ def _laid(job: PocketJob, clearings: list[Clearing]) -> LaidPockets:
     coolant = job.run.settings.post.coolant
     corner = job.rules.tolerance if job.words.corner_tolerance else 0.0
     path, descents = lay_pockets(
-        clearings, job.heights, job.data, machine, coolant=coolant, pause=pause, corner_tolerance=corner
+        clearings,
+        job.heights,
+        job.data,
+        machine,
+        coolant=coolant,
+        pause=pause,
+        corner_tolerance=corner,
+        rounded=job.words.rounding and job.rounding <= job.rules.stock,
     )
     return LaidPockets(path, descents, measure(path, machine))
 
@@ -305,11 +310,22 @@ def _outcome(
         dialect=job.words.name,
         seed=settings.solve.seed,
         verified=True,
-        issues=(*issues, *_entry_issues(after.descents), *left, *machine_issues(run.machine)),
+        issues=(*issues, *_entry_issues(after.descents), *_stops(job), *left, *machine_issues(run.machine)),
         options=settings.changed(),
         version=__version__,
         pocket_plans=tuple(c.plan for c in cleared),
     )
+
+
+def _stops(job: PocketJob) -> list[Issue]:
+    """Return that the tool stands still after every move, and why, where stock would let it go on."""
+    if not job.words.rounding or job.rounding <= job.rules.stock:
+        return []
+    words = (
+        f"{job.words.name} stands still after every move (G61): with G64 it would cut corners short by up to "
+        f"{job.rounding:.2g} mm at this feed, into walls; with --stock of as much roughing goes on without stops"
+    )
+    return [Issue("L704", words, severity=Severity.NOTE)]
 
 
 def _entry_issues(descents: Sequence[Descent]) -> list[Issue]:
