@@ -165,6 +165,15 @@ def test_on_mach3_roughing_runs_through_where_the_stock_is_more_than_what_corner
 
 
 @pytest.mark.usefixtures("contour_only")
+def test_a_strategy_that_engages_more_than_was_asked_for_is_told_and_never_the_best(drawing: Path) -> None:
+    outcome = api.optimize(drawing, strategy="contour", max_engagement=60, **FAST)
+    [told] = [i.message for i in outcome.issues if i.code == "L705"]
+    assert "contour engages the tool by up to 180.0°, and 60° were asked for" in told
+    with pytest.raises(PlanError, match="engages more"):
+        api.optimize(drawing, max_engagement=60, **FAST)
+
+
+@pytest.mark.usefixtures("contour_only")
 def test_several_pockets_are_one_program_in_the_order_of_the_shortest_way(tmp_path: Path) -> None:
     centres = [(20, 20), (220, 20), (80, 20), (140, 20)]
     discs = [shapely.Point(c).buffer(14, quad_segs=64) for c in centres]

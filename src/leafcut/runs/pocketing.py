@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -310,7 +311,14 @@ def _outcome(
         dialect=job.words.name,
         seed=settings.solve.seed,
         verified=True,
-        issues=(*issues, *_entry_issues(after.descents), *_stops(job), *left, *machine_issues(run.machine)),
+        issues=(
+            *issues,
+            *_entry_issues(after.descents),
+            *_stops(job),
+            *_engaged(cleared),
+            *left,
+            *machine_issues(run.machine),
+        ),
         options=settings.changed(),
         version=__version__,
         pocket_plans=tuple(c.plan for c in cleared),
@@ -326,6 +334,21 @@ def _stops(job: PocketJob) -> list[Issue]:
         f"{job.rounding:.2g} mm at this feed, into walls; with --stock of as much roughing goes on without stops"
     )
     return [Issue("L704", words, severity=Severity.NOTE)]
+
+
+def _engaged(cleared: list[_Cleared]) -> list[Issue]:
+    """Return for every pocket whose written path engages the tool more than was asked for by how much."""
+    issues = []
+    for plan in (c.plan for c in cleared):
+        limit, found = plan.rules.max_engagement, plan.result.measures
+        if limit is not None and found is not None and found.max_engagement > limit:
+            name = f"pocket {plan.pocket.name}" if plan.pocket.name else "the pocket"
+            most, asked = (math.degrees(angle) for angle in (found.max_engagement, limit))
+            words = (
+                f"{name}: {plan.result.strategy} engages the tool by up to {most:.1f}°, and {asked:.4g}° were asked for"
+            )
+            issues.append(Issue("L705", words))
+    return issues
 
 
 def _entry_issues(descents: Sequence[Descent]) -> list[Issue]:
