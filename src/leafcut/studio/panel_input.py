@@ -104,9 +104,10 @@ class InputPanel:
         view = self.view
         view.source, view.name = source, name or source
         view.second = view.second_name = ""
-        view.job = None
+        self.page.run.leave()
         self.page.remember()
         await self.read("")
+        self.page.run.canvas.fit()
 
     async def read(self, work: str) -> None:
         """Read the input for a kind of work, outside the event loop."""

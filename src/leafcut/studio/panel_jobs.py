@@ -83,7 +83,9 @@ class JobsPanel:
     def _delete(self, record: Record) -> None:
         self.view.studio.jobs.delete(record.id)
         if self.view.job == record.id:
-            self.view.job = None
+            self.page.run.leave()
+            self.page.remember()
             self.page.run.draw()
+            self.page.input.ready(bool(self.view.source))
             self.page.result.draw()
         self.draw()

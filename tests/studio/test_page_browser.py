@@ -1,0 +1,54 @@
+"""What the page keeps in order by itself while a person changes his mind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from playwright.sync_api import Page, expect
+from studio_page import LONG, PLATE, opened, run, typed
+
+
+def test_another_file_takes_the_place_of_a_run_which_goes_on_and_can_be_ended(page: Page) -> None:
+    opened(page, PLATE)
+    page.get_by_label("Algorithm", exact=True).select_option("mmas")
+    page.get_by_label("Pace", exact=True).first.select_option("1")
+    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.locator(".progress")).to_be_visible()
+    opened(page, PLATE.with_name("plate_27.dxf"))
+    expect(page.locator(".progress")).to_be_hidden()
+    expect(page.get_by_role("button", name="Run", exact=True)).to_be_enabled()
+    page.get_by_role("button", name="Jobs", exact=True).click()
+    row = page.locator("table.jobs tbody tr").first
+    expect(row).to_contain_text(PLATE.name)
+    expect(row).to_contain_text("running")
+    row.get_by_role("button", name="Delete").click()
+    expect(page.locator("table.jobs tbody tr", has_text="running")).to_have_count(0)
+
+
+def test_a_new_file_is_seen_whole_however_the_last_one_was_looked_at(page: Page, tmp_path: Path) -> None:
+    opened(page, PLATE)
+    expect(page.locator(".lc-canvas").last).to_be_visible()
+    for _ in range(8):
+        page.get_by_role("button", name="Zoom in").click()
+    page.locator(".lc-canvas").last.hover()
+    expect(page.locator(".lc-readout")).to_contain_text("X ")
+    page.mouse.move(5, 5)
+    opened(page, PLATE.with_name("plate_27.dxf"))
+    corner, box = [], page.locator(".lc-canvas").last.bounding_box()
+    assert box is not None
+    for x in (60, box["width"] - 4):
+        page.mouse.move(box["x"] + x, box["y"] + 10)
+        expect(page.locator(".lc-readout")).to_contain_text("X ")
+        corner.append(float(page.locator(".lc-readout").inner_text().split("X ")[1].split()[0]))
+    assert corner[1] - corner[0] > 200  # mm: the plate is 241 mm high, and wider than half of that
+
+
+def test_what_must_be_known_before_a_program_runs_stands_before_its_figures(page: Page) -> None:
+    opened(page, PLATE)
+    typed(page, "Time limit", "1s")
+    run(page)
+    expect(page.locator(".warnings")).to_contain_text("only spotted")
+    typed(page, "Thickness", "6mm")
+    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.locator(".warnings")).to_have_count(0, timeout=LONG)
+    expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
