@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from fastapi import Request
@@ -70,10 +71,13 @@ def _language(folder: Folder, request: Request, asked: str) -> str:
     """Return the language asked for, which is kept, or the one kept, or the browser's."""
     kept = folder.root / "language"
     if asked in LANGUAGES:
-        kept.write_text(asked, encoding="utf-8")
+        with suppress(OSError):  # then it is asked for again
+            kept.write_text(asked, encoding="utf-8")
         return asked
-    if kept.is_file():
-        return kept.read_text(encoding="utf-8")
+    with suppress(OSError, UnicodeDecodeError):
+        found = kept.read_text(encoding="utf-8")
+        if found in LANGUAGES:
+            return found
     return preferred(request.headers.get("accept-language", ""))
 
 
