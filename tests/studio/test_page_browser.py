@@ -22,6 +22,8 @@ def test_another_file_takes_the_place_of_a_run_which_goes_on_and_can_be_ended(pa
     expect(row).to_contain_text(PLATE.name)
     expect(row).to_contain_text("running")
     row.get_by_role("button", name="Delete").click()
+    expect(row).to_contain_text("running")  # asked twice: it cannot be taken back
+    row.get_by_role("button", name="Really delete?").click()
     expect(page.locator("table.jobs tbody tr", has_text="running")).to_have_count(0)
 
 
@@ -52,3 +54,30 @@ def test_what_must_be_known_before_a_program_runs_stands_before_its_figures(page
     page.get_by_role("button", name="Run", exact=True).click()
     expect(page.locator(".warnings")).to_have_count(0, timeout=LONG)
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
+
+
+def test_what_is_told_can_be_clicked_away_and_a_change_by_hand_be_taken_back_by_ctrl_z(page: Page) -> None:
+    opened(page, PLATE)
+    typed(page, "Time limit", "1s")
+    run(page)
+    page.get_by_role("button", name="Edit by hand").click()
+    length = page.locator(".edit .figure")
+    before = length.inner_text()
+    page.get_by_role("button", name="Reverse", exact=True).click()
+    expect(page.locator("#said")).to_contain_text("Choose a stop")
+    page.locator("#said").click()
+    expect(page.locator("#said")).to_be_hidden()
+    page.evaluate(
+        """async () => {
+            const { whenThere } = await import("leafcut-canvas/registry.js");
+            const id = Number(document.querySelector(".frame .lc-drawing").parentElement.id.replace(/\\D+/g, ""));
+            (await new Promise((done) => whenThere(id, done))).selectHole(3);
+        }"""
+    )
+    expect(page.locator(".edit .what")).to_contain_text("Chosen")
+    page.get_by_role("button", name="First", exact=True).click()
+    expect(length).not_to_have_text(before)
+    page.keyboard.press("Control+z")
+    expect(length).to_have_text(before)
+    page.keyboard.press("Control+Shift+z")
+    expect(length).not_to_have_text(before)

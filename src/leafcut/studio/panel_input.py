@@ -112,7 +112,7 @@ class InputPanel:
     async def read(self, work: str) -> None:
         """Read the input for a kind of work, outside the event loop."""
         view = self.view
-        self.page.say(view.words("open.reading", name=view.name))
+        self.page.say(view.words("open.reading", name=view.name), stays=True)
         try:
             seen = await run.io_bound(view.look, work)
         except Exception as problem:
@@ -167,7 +167,7 @@ class InputPanel:
         names = [self._named(word) for word in task.inputs]
         view.source, view.name, view.seen = task.inputs[0], names[0], None
         view.second, view.second_name = (task.inputs[1], names[1]) if len(names) > 1 else ("", "")
-        view.process, view.work = task.process, _work_of(task, view.name)
+        view.process, view.work = task.process, work_of(task, view.name)
         view.values, view.errors = dict(task.options), {}
         view.shown = {name: self._named(value) for name, value in task.options.items() if isinstance(value, str)}
         self.draw()
@@ -270,7 +270,7 @@ def _group(fields: list[dict[str, Any]]) -> dict[str, Any]:
     return {"key": "one", "title": "", "folded": False, "changed": 0, "fields": fields}
 
 
-def _work_of(task: Task, name: str) -> str:
+def work_of(task: Task, name: str) -> str:
     """Return the kind of work that a task is."""
     if task.command != "optimize":
         return task.command

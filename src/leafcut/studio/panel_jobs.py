@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from leafcut.studio.elements import box, button, text
 from leafcut.studio.history import Record
 from leafcut.studio.jobs import line_of
+from leafcut.studio.panel_input import work_of
 from leafcut.studio.view import View
 from leafcut.units import format_time
 
@@ -51,21 +52,21 @@ class JobsPanel:
         with box("tr"):
             text("td", time.strftime("%Y-%m-%d %H:%M", time.localtime(record.created)), "keep quiet")
             text("th", record.title, "", scope="row", dir="auto")
-            process = "" if record.task.process == "auto" else f" ({record.task.process})"
-            text("td", f"{record.task.command}{process}", "quiet")
+            text("td", w(f"work.{work_of(record.task, record.title)}"), "quiet")
             with box("td"):
                 text("span", w(f"state.{state.value}"), f"tag {state.value}", title=record.line)
             text("td", self._figures(record), "n")
             with box("td", "keep"):
                 button(w("jobs.open"), lambda: self.page.open_job(record.id), "small")
                 button(w("jobs.again"), lambda: self._again(record), "small")
-                button(w("jobs.delete"), lambda: self._delete(record), "small plain")
+                button(w("jobs.delete"), lambda: self._delete(record), "small plain", data_sure=w("jobs.sure"))
 
     def _figures(self, record: Record) -> str:
         found, w = record.figures, self.view.words
         if "after_s" in found and found["before_s"] is not None:
             saved = found["saved_percent"] or 0.0
-            return f"{format_time(found['before_s'])} → {format_time(found['after_s'])} (−{saved:.1f} %)"
+            change = f"{'−' if saved >= 0 else '+'}{abs(saved):.1f} %"
+            return f"{format_time(found['before_s'])} → {format_time(found['after_s'])} ({change})"
         if "length" in found:
             return f"{found['length']:,.8g}"
         if "same" in found:

@@ -67,7 +67,7 @@ class LibraryPanel:
             text("h2", self.chosen)
             button(w("library.copy"), lambda: self._copy(words), "small")
             if self.own:
-                button(w("library.delete"), self._delete, "small plain")
+                button(w("library.delete"), self._delete, "small plain", data_sure=w("jobs.sure"))
         names = {"name": w("library.name"), "save": w("library.save")}
         Editor(self.chosen, words, names, self._save if self.own else None, f"{self.chosen}.toml")
 

@@ -144,7 +144,7 @@ class ResultPanel:
         text("p", w("result.verified" if good else "result.unverified"), "badge" if good else "badge no")
         if certificate:
             counted = ", ".join(
-                f"{number:,} {what.replace('_', ' ')}" for what, number in certificate["before"].items()
+                w(f"result.{what}", number=f"{number:,}") for what, number in certificate["before"].items() if number
             )
             text("p", w("result.certificate", counted=counted), "quiet small")
 
