@@ -81,3 +81,26 @@ def test_what_is_told_can_be_clicked_away_and_a_change_by_hand_be_taken_back_by_
     expect(length).to_have_text(before)
     page.keyboard.press("Control+Shift+z")
     expect(length).not_to_have_text(before)
+
+
+def test_what_was_typed_of_a_machine_and_not_saved_is_there_when_a_person_comes_back(page: Page) -> None:
+    page.keyboard.press("3")
+    page.locator("#view-machines").get_by_role("button", name="grbl-3018", exact=True).click()
+    page.locator("#view-machines").get_by_role("button", name="Copy").click()
+    text = page.locator("#view-machines textarea")
+    expect(page.locator("#editor-name")).to_have_value("my-grbl-3018")
+    text.fill("# mine\n" + text.input_value())
+    page.locator("#view-machines").get_by_role("button", name="haas-vf2", exact=True).click()
+    expect(text).not_to_have_value("# mine")
+    page.locator("#view-machines").get_by_role("button", name="my-grbl-3018", exact=True).click()
+    expect(page.locator("#view-machines .tag")).to_have_text("not saved yet")
+    assert text.input_value().startswith("# mine\n")
+    page.get_by_role("button", name="Save").click()
+    expect(page.locator("#said")).to_contain_text("saved")
+    expect(page.locator("#view-machines .tag")).to_have_count(0)
+
+
+def test_a_wrong_value_is_not_told_as_a_missing_file(page: Page) -> None:
+    opened(page, PLATE)
+    typed(page, "Thickness", "thick")
+    expect(page.locator("#command")).to_have_text("Something above is still missing or wrong.")

@@ -241,7 +241,7 @@ class InputPanel:
     def _say_command(self) -> None:
         view = self.view
         line = view.command_line()
-        self.command.set_text(line or view.words("command.none"))
+        self.command.set_text(line or view.words("command.later" if view.source else "command.none"))
         self.copy.set_visibility(bool(line))
         self.ready(bool(view.source) and bool(view.work != "verify" or view.second))
 
