@@ -104,3 +104,15 @@ def test_a_wrong_value_is_not_told_as_a_missing_file(page: Page) -> None:
     opened(page, PLATE)
     typed(page, "Thickness", "thick")
     expect(page.locator("#command")).to_have_text("Something above is still missing or wrong.")
+
+
+def test_the_list_of_jobs_says_when_one_is_over(page: Page) -> None:
+    opened(page, PLATE)
+    typed(page, "Time limit", "2s")
+    page.get_by_label("Algorithm", exact=True).select_option("mmas")
+    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.locator(".progress")).to_be_visible()
+    page.get_by_role("button", name="Jobs", exact=True).click()
+    row = page.locator("table.jobs tbody tr").first
+    expect(row).to_contain_text("running")
+    expect(row).to_contain_text("done", timeout=LONG)

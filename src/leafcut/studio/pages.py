@@ -99,6 +99,7 @@ class Page:
         self.view = View(studio, spoken)
         #: When what is said goes away by itself, by the monotonic clock.
         self._until = math.inf
+        self.shown = ""
 
     def build(self, job: str) -> None:
         """Lay out the page; `job` is shown where it is one."""
@@ -178,6 +179,7 @@ class Page:
 
     def show(self, name: str) -> None:
         """Show one of the views."""
+        self.shown = name
         for each, view in self.views.items():
             view.set_visibility(each == name)
             self.tabs[each].props(f'aria-current="{"page" if each == name else "false"}"')
@@ -217,3 +219,5 @@ class Page:
         if time.monotonic() > self._until:
             self.say("", stays=True)
         self.run.tick()
+        if self.shown == "jobs":
+            self.jobs.tick()

@@ -6,7 +6,7 @@ import time
 from typing import TYPE_CHECKING
 
 from leafcut.studio.elements import box, button, text
-from leafcut.studio.history import Record
+from leafcut.studio.history import Record, State
 from leafcut.studio.jobs import line_of
 from leafcut.studio.panel_input import work_of
 from leafcut.studio.view import View
@@ -24,10 +24,22 @@ class JobsPanel:
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         self.place = box("div", "page")
+        self._drawn: list[tuple[str, State]] = []
+
+    def tick(self) -> None:
+        """Show the jobs anew when one of them stands otherwise than it is shown."""
+        if self._states() != self._drawn:
+            self.draw()
+
+    def _states(self) -> list[tuple[str, State]]:
+        """Return every job that is not over, and how it stands."""
+        jobs = self.view.studio.jobs
+        return [(job, live.state) for job in jobs.running() if (live := jobs.live(job)) is not None]
 
     def draw(self) -> None:
         """Show the jobs as they stand now."""
         w = self.view.words
+        self._drawn = self._states()
         records = self.view.studio.history.newest(_MOST)
         self.place.clear()
         with self.place:
