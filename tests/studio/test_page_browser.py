@@ -116,3 +116,17 @@ def test_the_list_of_jobs_says_when_one_is_over(page: Page) -> None:
     row = page.locator("table.jobs tbody tr").first
     expect(row).to_contain_text("running")
     expect(row).to_contain_text("done", timeout=LONG)
+
+
+def test_a_file_of_no_kind_takes_nothing_away(page: Page, tmp_path: Path) -> None:
+    opened(page, PLATE)
+    typed(page, "Time limit", "1s")
+    run(page)
+    saved = page.locator(".headline").inner_text()
+    wrong = tmp_path / "letter.docx"
+    wrong.write_bytes(b"PK")
+    page.set_input_files("#open-file", wrong)
+    expect(page.locator("#said")).to_contain_text("unknown kind of file")
+    expect(page.locator(".about-part .name")).to_have_text(PLATE.name)
+    expect(page.locator(".headline")).to_have_text(saved)
+    assert "job=" in page.url

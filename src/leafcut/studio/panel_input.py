@@ -100,14 +100,24 @@ class InputPanel:
         await self.open(kept["id"], kept["name"])
 
     async def open(self, source: str, name: str) -> None:
-        """Open an input: read it, say what is in it, and offer what it is good for."""
+        """Open an input: read it, say what is in it, and offer what it is good for; what is none changes nothing."""
         view = self.view
+        before = dict(vars(view))
         view.source, view.name = source, name or source
         view.second = view.second_name = ""
         self.page.run.leave()
         self.page.remember()
         await self.read("")
-        self.page.run.canvas.fit()
+        if view.source or not before["source"]:
+            self.page.run.canvas.fit()
+            return
+        line = self.page.said.text
+        vars(view).update(before)
+        self.page.remember()
+        self.draw()
+        self.page.run.watch() if view.job else self.page.run.draw()
+        self.page.result.draw()
+        self.page.say(line, True)
 
     async def read(self, work: str) -> None:
         """Read the input for a kind of work, outside the event loop."""
