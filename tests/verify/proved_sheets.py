@@ -19,7 +19,8 @@ from leafcut.plan.cutting import drawing_order, prepare_cutting
 from leafcut.post.cutting import write_cut_program
 from leafcut.read.machine import load_machine
 from leafcut.verify.difference import Difference
-from leafcut.verify.sheet import Asked, check_sheet
+from leafcut.verify.laid_runs import Asked
+from leafcut.verify.sheet import check_sheet
 
 CLEARANCE = 10.0
 STEEL = CutData("plasma", "mild_steel", 6.0, 25.0, 1.5, 45.0, 3.8, 0.5, 1.5)

@@ -211,7 +211,8 @@ def _verify(job: Job, laid: _Laid, text: str) -> bool:
         The first difference or danger, and how many more there are.
     """
     from leafcut.verify.cut_motion import check_cut_motion
-    from leafcut.verify.sheet import Asked, check_sheet
+    from leafcut.verify.laid_runs import Asked
+    from leafcut.verify.sheet import check_sheet
 
     job.run.tell("verifying")
     settings, machine = job.run.settings, job.run.machine
