@@ -74,6 +74,29 @@ def test_the_innermost_contours_come_first() -> None:
     assert {tuple(p) for p in problem.precedence.tolist()} == {(1, 0), (2, 1), (3, 2)}
 
 
+def test_a_part_in_a_hole_too_narrow_to_be_cut_comes_before_what_is_around_the_hole() -> None:
+    """The neck of the hole is 1 mm wide, the kerf 1.5 mm."""
+    left, neck, right = (30, 70), (79.5, 80.5), (90, 130)
+    hole = Polyline.of_points(
+        [
+            *((left[0], 40), (left[1], 40), (left[1], neck[0]), (right[0], neck[0]), (right[0], 40), (right[1], 40)),
+            *(
+                (right[1], 120),
+                (right[0], 120),
+                (right[0], neck[1]),
+                (left[1], neck[1]),
+                (left[1], 120),
+                (left[0], 120),
+            ),
+        ],
+        closed=True,
+    )
+    cutting = cutting_of(sheet_of((square(10, 10, 140), 0, -1, 1), (hole, 1, 0, 1), (square(40, 60, 20), 2, 1, 2)))
+    assert [c.index for c in cutting.contours] == [0, 2]
+    assert [cutting.contours[s.contour].index for s in drawing_order(cutting)] == [2, 0]
+    assert cutting.pairs == [(1, 0)]
+
+
 def test_a_mark_comes_before_the_cuts_of_its_part() -> None:
     cutting = cutting_of(ring())
     assert [cutting.contours[s.contour].index for s in drawing_order(cutting)] == [2, 1, 0]

@@ -117,7 +117,7 @@ def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
         inside: list[int] = ring.args[1]
     rank = {k: place for place, k in enumerate(in_order)}
     late, early = next(
-        ((a, b) for a, b in process_pairs(cutting.contours) if rank.get(a, -1) > rank.get(b, len(rank))),
+        ((a, b) for a, b in process_pairs(cutting.sheet, cutting.contours) if rank.get(a, -1) > rank.get(b, len(rank))),
         (inside[0], inside[1]),
     )
     names = cutting.contours[early].name(), cutting.contours[late].name()
