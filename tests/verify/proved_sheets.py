@@ -94,8 +94,13 @@ def program(
 
 
 def checked(
-    text: str, plan: CutPlan, rules: CutRules, words: str = "qtplasmac", probe: Probe | None = None
+    text: str,
+    plan: CutPlan,
+    rules: CutRules,
+    words: str = "qtplasmac",
+    probe: Probe | None = None,
+    power: float | None = None,
 ) -> list[Difference]:
     """What is wrong with a text that should be this plan's."""
-    asked = Asked(rules.half, rules.joints, rules.joint_width, rules.joint_holes, CLEARANCE, probe)
+    asked = Asked(rules.half, rules.joints, rules.joint_width, rules.joint_holes, CLEARANCE, probe, power)
     return check_sheet(plan.sheet, plan, text, dialect(words), machine_for(words), asked)

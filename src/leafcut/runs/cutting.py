@@ -224,6 +224,7 @@ def _verify(job: Job, laid: _Laid, text: str) -> bool:
         joint_holes=settings.cut.joint_holes,
         safe_height=settings.drill.clearance_height,
         probe=job.probe,
+        power=settings.post.beam_power if job.words.torch is not None and job.words.torch.power else None,
     )
     refuse(check_sheet(job.cutting.sheet, laid.plan, text, job.words, machine, asked))
     return True

@@ -24,7 +24,8 @@ class Asked:
     """What was asked for besides the plan: half of the kerf that is compensated, mm, and how parts may hang on.
 
     `joints` micro-joints of a contour at most, each no wider than `joint_width` mm, `joint_holes`: of holes, too;
-    `safe_height` of rapids, mm; `probe`: how the sheet is found before every pierce.
+    `safe_height` of rapids, mm; `probe`: how the sheet is found before every pierce; `power`: of a beam that cuts, so
+    that one with less marks; None: the most that the program says.
     """
 
     half: float
@@ -33,6 +34,7 @@ class Asked:
     joint_holes: bool = False
     safe_height: float | None = None
     probe: Probe | None = None
+    power: float | None = None
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class Laid:
         import shapely
 
         self.runs, self.plan, self.shapes, self.asked = runs, plan, shapes, asked
-        self.marks = _marking(runs, dialect)
+        self.marks = _marking(runs, dialect, asked.power)
         self.lines = np.array([shapely.MultiLineString(run.lines()) for run in runs], dtype=object)
         ways = np.array([t.way for t in shapes.targets], dtype=object)
         self.pairs = shapely.STRtree(ways).query(self.lines, predicate="dwithin", distance=TOLERANCE).T.tolist()
@@ -120,9 +122,9 @@ class Laid:
         return int(run.row_line[int(np.argmin(shapely.distance(chords, shapely.Point(x, y))))])
 
 
-def _marking(runs: list[TorchRun], dialect: Dialect) -> list[bool]:
-    """Return which runs mark: by another spindle, or by less power than the others have."""
-    most = max((light.power for run in runs for light in run.lightings), default=0.0)
+def _marking(runs: list[TorchRun], dialect: Dialect, power: float | None) -> list[bool]:
+    """Return which runs mark: by another spindle, or by less power than what cuts."""
+    most = power if power is not None else max((light.power for run in runs for light in run.lightings), default=0.0)
     by_power = dialect.torch is not None and dialect.torch.power
     return [
         bool(run.lightings) and all(light.spindle != 0 or (by_power and light.power < most) for light in run.lightings)

@@ -159,8 +159,9 @@ def strays(laid: Laid) -> list[Difference]:
     import shapely
 
     found = []
+    half = 0.5 * laid.plan.data.kerf  # what burns, whoever compensates
     for zone in laid.shapes.zones:
-        for number in np.flatnonzero(shapely.dwithin(laid.lines, zone, laid.asked.half - TOLERANCE)).tolist():
+        for number in np.flatnonzero(shapely.dwithin(laid.lines, zone, max(half - TOLERANCE, 0.0))).tolist():
             x, y = shapely.get_coordinates(shapely.shortest_line(zone, laid.lines[number]))[1]
             text = f"the kerf runs into a forbidden zone at {place(x, y)}"
             found.append(wrong("in a forbidden zone", text, laid.line_at(number, x, y)))

@@ -68,6 +68,7 @@ def in_the_air(laid: Laid) -> list[Difference]:
             if later > number and laid.pierces(later) and not laid.marks[later] and not laid.marks[number]:
                 text = f"the torch is lit at {place(*laid.runs[later].start)}, in the kerf of an earlier cut"
                 found.append(wrong("pierces in the air", text, laid.runs[later].line))
+    found += _unpierced(laid)
     for claim in laid.claims:
         if claim.target.shape is None or not laid.frees(claim):
             continue
@@ -78,6 +79,21 @@ def in_the_air(laid: Laid) -> list[Difference]:
                     "which was cut before"
                 )
                 found.append(wrong("pierces in the air", text, laid.runs[later].line))
+    return found
+
+
+def _unpierced(laid: Laid) -> list[Difference]:
+    """Return the cuts that are to begin without a pierce, and do not begin beside the sheet."""
+    import shapely
+
+    sheet, half = laid.shapes.sheet, 0.5 * laid.plan.data.kerf
+    found = []
+    for number, run in enumerate(laid.runs):
+        if laid.pierces(number) or laid.marks[number]:
+            continue
+        if sheet is None or shapely.distance(sheet, shapely.Point(*run.start)) < half - TOLERANCE:
+            text = f"the torch is lit at {place(*run.start)} without a pierce, and not beside the sheet"
+            found.append(wrong("not pierced", text, run.line))
     return found
 
 
