@@ -175,7 +175,7 @@ def test_parts_share_a_line_when_they_are_a_kerf_apart_within_a_fiftieth_of_a_mi
 
 
 def test_parts_nearer_than_a_kerf_by_more_than_the_proof_lets_pass_are_refused() -> None:
-    with pytest.raises(PlanError, match="nearer to part 2 than the kerf of 1.5 mm"):
+    with pytest.raises(PlanError, match=r"nearer to part 2 than the kerf of 1\.5 mm"):
         cutting_of(grid(2, 1, PLASMA.kerf - 0.025))
 
 
