@@ -144,7 +144,9 @@ def starts_of(number: int, contour: CutContour, scrap: Scrap, rules: CutRules, m
     """Return the starts of one contour; none where there is no room for any lead."""
     path = contour.path
     if not contour.has_leads:
-        return _plain_starts(number, contour, rules, most)
+        # Where the torch cannot pierce, an open cut has no lead along which it could come from the sheet's edge.
+        pierces = contour.kind == "cut" and not rules.data.can_pierce
+        return [] if pierces else _plain_starts(number, contour, rules, most)
     places = start_places(contour, rules, most)
     if rules.edge_start and not contour.hole:
         from leafcut.plan.edge_starts import edge_starts

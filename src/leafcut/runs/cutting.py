@@ -218,7 +218,8 @@ def _verify(job: Job, laid: _Laid, text: str) -> bool:
         The first difference or danger, and how many more there are.
     """
     from leafcut.verify.cut_motion import check_cut_motion
-    from leafcut.verify.sheet import Asked, check_sheet
+    from leafcut.verify.laid_runs import Asked
+    from leafcut.verify.sheet import check_sheet
 
     job.run.tell("verifying")
     settings, machine = job.run.settings, job.run.machine
@@ -230,6 +231,7 @@ def _verify(job: Job, laid: _Laid, text: str) -> bool:
         joint_holes=settings.cut.joint_holes,
         safe_height=settings.drill.clearance_height,
         probe=job.probe,
+        power=settings.post.beam_power if job.words.torch is not None and job.words.torch.power else None,
     )
     refuse(check_sheet(job.cutting.sheet, laid.plan, text, job.words, machine, asked))
     return True
