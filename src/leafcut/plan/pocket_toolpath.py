@@ -15,7 +15,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.machine import Machine
-from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece
+from leafcut.model.pocket import FILM, SAME_PLACE, PocketPath, PocketPiece
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.plan.pocket_entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
 from leafcut.plan.pocket_region import CentreRegion
@@ -24,9 +24,7 @@ from leafcut.plan.pocket_rules import MillingData, finishing_levels
 Point = tuple[float, float]
 
 #: Part of the tool's radius by which what is cleared may miss its disc, and the tool still comes down there straight.
-_SLIVER = 0.05
-#: A finishing pass takes off no more than this, in diameters, where it goes deeper than one level.
-FILM = 0.2
+_SLIVER = 0.02
 #: A program of more moves cannot be meant.
 MOST_MOVES = 3_000_000
 

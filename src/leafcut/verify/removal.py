@@ -70,7 +70,7 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
     centres = shrunk(shape, rules.radius, rules.tolerance)
     reachable = swept(centres, rules.radius, rules.tolerance).intersection(shape)
     steps = _steps(path, rules)
-    ground = _capsules(steps, rules.radius, rules)
+    ground = capsules(steps, rules.radius, rules)
     rest, film = reachable.difference(ground), 0.5 * rules.tolerance
     uncovered = rest.buffer(-film).buffer(film, join_style="mitre").intersection(rest)
     gouges = _gouges(shape, steps, rules) if len(steps) else shapely.Polygon()
@@ -209,7 +209,7 @@ def _steps(path: PocketPath, rules: PocketRules) -> Any:
     return np.unique(every, axis=0) if len(every) else every
 
 
-def _capsules(steps: Any, radius: float, rules: PocketRules) -> Any:
+def capsules(steps: Any, radius: float, rules: PocketRules) -> Any:
     """Return the union of the discs along all steps."""
     import shapely
 
@@ -235,7 +235,7 @@ def _gouges(shape: Any, steps: Any, rules: PocketRules) -> Any:
     near = shapely.dwithin(walls, lines, rules.radius - rules.tolerance) | ~shapely.intersects(shape, lines)
     if not near.any():
         return shapely.Polygon()
-    outside = _capsules(steps[near], rules.radius, rules).difference(shape)
+    outside = capsules(steps[near], rules.radius, rules).difference(shape)
     deep = outside.difference(shape.buffer(rules.tolerance))
     # The part of a gouge that is less than the tolerance deep belongs to it; films along sound walls do not.
     return outside.intersection(deep.buffer(2.0 * rules.tolerance))
