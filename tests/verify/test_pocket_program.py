@@ -97,6 +97,11 @@ def test_what_a_level_leaves_is_found_by_simulation_of_the_program() -> None:
     assert gouge_differences(levels, POCKETS) == []
 
 
+def test_where_the_tool_only_comes_down_to_a_level_its_disc_is_cleared() -> None:
+    [(_, _, removed)] = simulated_levels(laid(), POCKETS, RULES, (-2.0,))
+    assert removed.swept.area == pytest.approx(math.pi * 25.0, rel=1e-3)
+
+
 def test_the_moves_of_another_level_do_not_count_for_a_level() -> None:
     removed = simulated_levels(laid(*RING), POCKETS, RULES, (-1.0,))[0][2]
     assert removed.swept.is_empty

@@ -194,16 +194,18 @@ def _flat(path: Toolpath, row: int, begin: Points, end: Points, tolerance: float
 
 
 def _pieces(cuts: Sequence[_Cut], z: float) -> Iterator[Points]:
-    """Yield the ways that the tool goes at one level, each as long as it goes on."""
+    """Yield the ways that the tool goes at one level, each as long as it goes on from where it comes down."""
     run: list[Points] = []
     for cut in cuts:
-        level = bool((np.abs(cut.way[:, 2] - z) <= _ROOM).all())
-        on = level and bool(run) and np.allclose(run[-1][-1], cut.way[0, :2], rtol=0.0, atol=1e-9)
+        there = np.abs(cut.way[:, 2] - z) <= _ROOM
+        on = bool(there.all()) and bool(run) and np.allclose(run[-1][-1], cut.way[0, :2], rtol=0.0, atol=1e-9)
         if run and not on:
             yield np.concatenate(run)
             run = []
-        if level:
+        if there.all():
             run.append(cut.way[1:, :2] if run else cut.way[:, :2])
+        elif there[-1]:
+            run.append(cut.way[-1:, :2])
     if run:
         yield np.concatenate(run)
 
