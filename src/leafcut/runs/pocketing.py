@@ -229,7 +229,8 @@ def _keeps_limit(job: PocketJob, found: PocketResult, name: str) -> None:
     if limit is None or found.measures is None or found.measures.max_engagement <= limit + ENGAGEMENT_ROOM:
         return
     stock = " with the stock on its walls" if found.strategy == "adaptive" and job.rules.stock > 0.0 else ""
-    other = "leave out --stock" if stock else "say --strategy adaptive"
+    other = "choose a smaller --tool-diameter" if found.strategy == "adaptive" else "say --strategy adaptive"
+    other = "leave out --stock" if stock else other
     raise PlanError(
         f"{name}: {found.strategy}{stock} engages {math.degrees(found.measures.max_engagement):.0f}°, more than "
         f"--max-engagement {math.degrees(limit):.0f}°; {other}, or give a larger limit"
