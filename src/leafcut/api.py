@@ -333,6 +333,12 @@ def verify_programs(
     return answer
 
 
+def default_machine(process: str = "auto") -> str:
+    """Return the machine that `optimize` takes where none is named."""
+    settings = Settings()
+    return (for_cutting(settings) if process == "cut" else settings).machine.machine
+
+
 def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:
     """Return the dialect in which `optimize` would write with these options."""
     settings = Settings.collect(options)

@@ -165,15 +165,6 @@ def test_on_mach3_roughing_runs_through_where_the_stock_is_more_than_what_corner
 
 
 @pytest.mark.usefixtures("contour_only")
-def test_a_strategy_that_engages_more_than_was_asked_for_is_told_and_never_the_best(drawing: Path) -> None:
-    outcome = api.optimize(drawing, strategy="contour", max_engagement=60, **FAST)
-    [told] = [i.message for i in outcome.issues if i.code == "L705"]
-    assert "contour engages the tool by up to 180.0°, and 60° were asked for" in told
-    with pytest.raises(PlanError, match="engages more"):
-        api.optimize(drawing, max_engagement=60, **FAST)
-
-
-@pytest.mark.usefixtures("contour_only")
 def test_several_pockets_are_one_program_in_the_order_of_the_shortest_way(tmp_path: Path) -> None:
     centres = [(20, 20), (220, 20), (80, 20), (140, 20)]
     discs = [shapely.Point(c).buffer(14, quad_segs=64) for c in centres]
@@ -240,6 +231,7 @@ def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
         ({"point_distance": 0.45}, OptionError, "cut the same place twice"),
         ({"point_distance": 0.75}, OptionError, "stays uncut"),
         ({"strategy": "adaptive"}, OptionError, "--max-engagement"),
+        ({"max_engagement": "60deg"}, PlanError, "contour engages 180°, more than --max-engagement 60°"),
         ({"machine": "plasma-table"}, PlanError, "cannot mill"),
         ({"tools": EXAMPLES / "tools.toml", "tool_number": 2}, PlanError, "T2 drill 5.0, M6 core Ø5 is a drill"),
         ({"retract_height": 20}, PlanError, "R plane"),
@@ -255,6 +247,16 @@ def test_what_cannot_be_is_refused_in_one_line_and_nothing_is_written(
         api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": "contour", **options})
     assert "\n" not in str(refused.value)
     assert not (tmp_path / "p.ngc").exists()
+
+
+def test_stock_that_takes_the_limit_of_engagement_away_in_sharp_corners_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a corner of 90° the tool is engaged on both walls: by 90° at least as soon as anything is left there."""
+    monkeypatch.setattr(room, "WAYS", tuple(w for w in room.WAYS if w.name == "adaptive"))
+    (tmp_path / "box.wkt").write_text(shapely.box(0, 0, 42, 32).wkt)
+    with pytest.raises(PlanError, match="leave out --stock"):
+        api.optimize(tmp_path / "box.wkt", strategy="adaptive", max_engagement="60deg", stock=0.5, **FAST)
 
 
 @pytest.mark.usefixtures("contour_only")

@@ -9,9 +9,10 @@ from typing import Any
 
 import pytest
 
-from leafcut import cli
+from leafcut import api, cli
 from leafcut.option_spec import flag_name
 from leafcut.options import ALGORITHMS, Settings, all_options
+from leafcut.read.machine import load_machine, machine_names
 from leafcut.studio import forms
 from leafcut.studio.app import Studio
 from leafcut.studio.history import State
@@ -64,6 +65,17 @@ def test_a_field_says_what_the_option_says() -> None:
     assert [word for word, _ in fields["preset"]["choices"]] == ["fast", "default", "thorough"]
     assert fields["tools"]["file"]
     assert ["mine:shop", "shop"] in fields["tools"]["choices"]
+
+
+@pytest.mark.parametrize("work", ["drill", "cut", "pocket", "program"])
+def test_the_machine_that_is_shown_is_the_one_that_is_taken(work: str) -> None:
+    machines = {name: name for name in machine_names()}
+    groups = forms.form(work, {}, EN, machines=machines, tools=[])
+    field = next(field for group in groups for field in group["fields"] if field["name"] == "machine")
+    taken = load_machine(field["default"])
+    assert taken.controller == api.dialect_of({}, forms.WORKS[work].process)
+    assert [field["default"]] * 2 in field["choices"]
+    assert ["linuxcnc-mill"] * 2 not in field["choices"] or work != "cut"  # it would not be taken, but another one
 
 
 def test_parameters_of_an_algorithm_come_with_it() -> None:

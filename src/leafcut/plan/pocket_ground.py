@@ -12,7 +12,7 @@ from leafcut.geometry.regions import FINE, quarter
 from leafcut.model.pocket import PocketRules
 
 #: Part of the tool's radius by which what is cleared may miss its disc, and the tool still feeds straight down there.
-_SLIVER = 0.05
+_SLIVER = 0.02
 #: The same, in tolerances, where it comes down by a rapid: less than the proof allows.
 _FILM = 0.5
 
@@ -40,6 +40,12 @@ class Ground:
         points = run.flattened(FINE * self.rules.tolerance)
         self._chords.append(shapely.linestrings(np.stack([points[:-1], points[1:]], axis=1)))
         return opened
+
+    def cleared(self) -> Any:
+        """Return all that the runs clear: shapely geometry."""
+        import shapely
+
+        return shapely.union_all(shapely.buffer(np.concatenate([[], *self._chords]), self.rules.radius, quad_segs=32))
 
     def _opened(self, start: Any) -> Opened:
         import shapely

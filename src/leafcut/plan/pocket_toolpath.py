@@ -14,7 +14,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.machine import Machine
-from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece
+from leafcut.model.pocket import FILM, SAME_PLACE, PocketPath, PocketPiece
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.plan.pocket_entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
 from leafcut.plan.pocket_ground import Ground, Opened
@@ -91,7 +91,8 @@ def lay_pockets(
     """Return the motions of the whole program, and every way down into what is uncut.
 
     Region after region, each level from the top; then its walls where roughing left stock: at full depth, or in steps
-    of two diameters where it is deeper. Between levels the tool stays down where the next begins near the end of the
+    of two diameters where it is deeper; level by level where roughing left more than `FILM`, such as in a way that is
+    too narrow for tool and stock. Between levels the tool stays down where the next begins near the end of the
     last and the straight way is free; between pieces it rises to the R plane, or to the clearance height. Below the
     surface it comes down by a rapid to a little over the floor that is cut there already: that of this level, or of the
     one above.
@@ -157,12 +158,16 @@ class _Layer:
             self._walls(clearing, clearing.walls, ground)
 
     def _walls(self, clearing: Clearing, walls: PocketPath, ground: Ground) -> None:
+        radius, top = clearing.region.rules.radius, 0.0
+        left = clearing.region.polygon.buffer(radius, quad_segs=32).difference(ground.cleared())
+        thin = left.buffer(-FILM * radius).is_empty
         runs = _runs(walls)
         opened = [ground.after(run.path) for run in runs]
-        for z in finishing_levels(-self.heights.levels[-1], self.data.tool.diameter):
+        for z in finishing_levels(-self.heights.levels[-1], 2.0 * radius) if thin else self.heights.levels:
             for number, run in enumerate(runs):
                 self._to(run.start, z, None, z)
-                self._enter(run, opened[number], 0.0, z, clearing, walls=True)
+                self._enter(run, opened[number], top, z, clearing, walls=True)
+            top = z
 
     def _to(self, place: Point, at: float, allowed: Any, z: float) -> None:
         """Go to where a run begins: at depth `at` where the way through `allowed` is free and quicker, else lifted."""

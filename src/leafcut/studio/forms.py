@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from leafcut.api import default_machine
 from leafcut.errors import OptionError
 from leafcut.option_spec import OptionSpec, flag_name, written
 from leafcut.options import GROUPS, group_of
@@ -136,10 +137,13 @@ def form(
 
     `machines` are name → what it is called; `tools` the names of the person's own libraries.
     """
-    own = {"machine": list(machines.items()), "tools": [(OWN + name, name) for name in tools]}
+    usual = default_of("machine", work)
+    left_out = {default_of("machine"), usual} - {usual}  # the command line takes it for no choice
+    offered = [(name, title) for name, title in machines.items() if name not in left_out]
+    own = {"machine": offered, "tools": [(OWN + name, name) for name in tools]}
     made = []
     for key, names in names_of(work, str(values.get("algorithm") or "auto")):
-        fields = [_field(name, words, own.get(name)) for name in names]
+        fields = [_field(name, words, default_of(name, work), own.get(name)) for name in names]
         changed = sum(1 for name in names if values.get(name) not in (None, ""))
         folded = key not in ("main", "search")
         made.append(
@@ -148,9 +152,15 @@ def form(
     return made
 
 
-def _field(name: str, words: Words, own: list[tuple[str, str]] | None) -> dict[str, Any]:
+def default_of(name: str, work: str = "") -> Any:
+    """Return what an option is where a kind of work is told nothing else."""
+    if name == "machine" and work:
+        return default_machine(WORKS[work].process)
+    return group_of(name).defaults()[name]
+
+
+def _field(name: str, words: Words, default: Any, own: list[tuple[str, str]] | None) -> dict[str, Any]:
     spec = group_of(name).specs()[name]
-    default = group_of(name).defaults()[name]
     choices: list[tuple[str, str]] = [(word, word) for word in spec.choices]
     if own is not None:
         choices = own

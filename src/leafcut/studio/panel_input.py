@@ -100,18 +100,29 @@ class InputPanel:
         await self.open(kept["id"], kept["name"])
 
     async def open(self, source: str, name: str) -> None:
-        """Open an input: read it, say what is in it, and offer what it is good for."""
+        """Open an input: read it, say what is in it, and offer what it is good for; what is none changes nothing."""
         view = self.view
+        before = dict(vars(view))
         view.source, view.name = source, name or source
         view.second = view.second_name = ""
-        view.job = None
+        self.page.run.leave()
         self.page.remember()
         await self.read("")
+        if view.source or not before["source"]:
+            self.page.run.canvas.fit()
+            return
+        line = self.page.said.text
+        vars(view).update(before)
+        self.page.remember()
+        self.draw()
+        self.page.run.watch() if view.job else self.page.run.draw()
+        self.page.result.draw()
+        self.page.say(line, True)
 
     async def read(self, work: str) -> None:
         """Read the input for a kind of work, outside the event loop."""
         view = self.view
-        self.page.say(view.words("open.reading", name=view.name))
+        self.page.say(view.words("open.reading", name=view.name), stays=True)
         try:
             seen = await run.io_bound(view.look, work)
         except Exception as problem:
@@ -166,7 +177,7 @@ class InputPanel:
         names = [self._named(word) for word in task.inputs]
         view.source, view.name, view.seen = task.inputs[0], names[0], None
         view.second, view.second_name = (task.inputs[1], names[1]) if len(names) > 1 else ("", "")
-        view.process, view.work = task.process, _work_of(task, view.name)
+        view.process, view.work = task.process, work_of(task, view.name)
         view.values, view.errors = dict(task.options), {}
         view.shown = {name: self._named(value) for name, value in task.options.items() if isinstance(value, str)}
         self.draw()
@@ -240,7 +251,7 @@ class InputPanel:
     def _say_command(self) -> None:
         view = self.view
         line = view.command_line()
-        self.command.set_text(line or view.words("command.none"))
+        self.command.set_text(line or view.words("command.later" if view.source else "command.none"))
         self.copy.set_visibility(bool(line))
         self.ready(bool(view.source) and bool(view.work != "verify" or view.second))
 
@@ -269,7 +280,7 @@ def _group(fields: list[dict[str, Any]]) -> dict[str, Any]:
     return {"key": "one", "title": "", "folded": False, "changed": 0, "fields": fields}
 
 
-def _work_of(task: Task, name: str) -> str:
+def work_of(task: Task, name: str) -> str:
     """Return the kind of work that a task is."""
     if task.command != "optimize":
         return task.command

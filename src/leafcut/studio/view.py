@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut import api
 from leafcut.errors import LeafcutError
-from leafcut.options import all_options
+from leafcut.options import all_options, group_of
 from leafcut.studio import forms
 from leafcut.studio.folder import OWN
 from leafcut.studio.preview import Seen, look
@@ -73,7 +73,7 @@ class View:
 
     def put(self, name: str, value: Any, shown: str = "") -> None:
         """Take a value as typed, and note what is wrong with it."""
-        if value in (None, ""):
+        if value in (None, "", group_of(name).defaults()[name]):
             self.values.pop(name, None)
             self.shown.pop(name, None)
         else:
