@@ -165,8 +165,8 @@ class Page:
         self.said.set_text(line)
         self.said.classes(replace="said bad" if bad else "said")
 
-    async def open_job(self, job: str) -> None:
-        """Show a job, whether it runs or ran."""
+    async def open_job(self, job: str, sheet: tuple[int, int] = (1, 1)) -> None:
+        """Show a job, whether it runs or ran; of a nest, one of its sheets."""
         record = self.studio.jobs.record(job)
         if record is None:
             self.say(self.words("jobs.gone"), True)
@@ -176,7 +176,9 @@ class Page:
         self.show("work")
         self.run.watch()
         await self.input.restore(record.task)
+        self.view.sheet = sheet
         self.run.draw()
+        self.result.draw()
 
     def remember(self) -> None:
         """Put the job into the address: the page comes back to it, also when the studio was started again under it."""
@@ -185,3 +187,4 @@ class Page:
     def tick(self) -> None:
         """Look ten times a second how the job that is shown goes on."""
         self.run.tick()
+        self.result.tick()

@@ -68,6 +68,9 @@ class JobsPanel:
             return f"{format_time(found['before_s'])} → {format_time(found['after_s'])} (−{saved:.1f} %)"
         if "length" in found:
             return f"{found['length']:,.8g}"
+        if "variants" in found:
+            used = f"{found['utilisation_of_used_percent']:.1f}"
+            return w("nest.found", sheets=found["sheets"], percent=used)
         if "same" in found:
             return w("result.same" if found["same"] else "result.differs")
         return format_time(found["time_s"]) if "time_s" in found else record.line
