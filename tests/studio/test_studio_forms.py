@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from leafcut import cli
+from leafcut.model.issue import CODES
 from leafcut.option_spec import flag_name
 from leafcut.options import ALGORITHMS, Settings, all_options
 from leafcut.studio import forms
@@ -22,8 +23,8 @@ from leafcut.studio.wording import words
 
 ROOT = Path(__file__).parents[2]
 EN = words("en")
-#: Done by the studio itself, or of kinds of work that the page does not offer.
-NOT_OFFERED = {"save_plan"} | {name for group, name, _ in all_options() if group.section == "nest"}
+#: Done by the studio itself.
+NOT_OFFERED = {"save_plan", "all_variants"}
 
 
 def made(work: str, **values: Any) -> list[dict[str, Any]]:
@@ -212,9 +213,16 @@ def test_both_languages_have_the_same_words_and_none_is_unused() -> None:
     sections = {f"{name}." for name in re.findall(r'\bsection\("([a-z]+)"\)', code)}
     unused = [k for k in keys if k not in written and not k.startswith((*stems, *sections, "option."))]
     assert unused == []
+    for kind, english in (("help", "help"), ("default", "default_words")):
+        said = {n: getattr(s, english) for _, n, s in all_options() if getattr(s, english)}
+        translated = {key.removeprefix(f"{kind}.") for key in words("es").translated if key.startswith(f"{kind}.")}
+        assert translated == said.keys()
+        assert all(words("es").help(n, "") != text for n, text in said.items())
+    assert {key.removeprefix("issue.") for key in words("es").translated if key.startswith("issue.")} == CODES.keys()
     groups = {f"group.{key}" for work in forms.WORKS.values() for key, _ in work.groups} | {
         "group.aco",
         "group.firefly",
+        "group.cuts",
     }
     for stem, wanted in (
         ("group.", groups),

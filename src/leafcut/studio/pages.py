@@ -140,9 +140,24 @@ class Page:
                     self._key(key, w(f"top.{name}"))
                 for key in _KEYS:
                     self._key(key, w(f"key.{'help' if key == '?' else key}"))
+            self._lists()
             text("p", w("help.text"), "quiet")
             text("p", f"leafcut {__version__}", "quiet small")
             button(w("help.close"), None, "", data_close="")
+
+    def _lists(self) -> None:
+        """List what `leafcut formats` and `leafcut algorithms` list."""
+        from leafcut.options import ALGORITHM_TITLES
+        from leafcut.read import formats
+
+        kinds = {f"{f.name} {' '.join(f.extensions)}".strip(): f.help for f in formats()}
+        for key, rows in (("formats", kinds), ("algorithms", ALGORITHM_TITLES)):
+            with box("details", "listed"):
+                text("summary", self.words(f"help.{key}"))
+                with box("dl", "known", lang="en"):
+                    for name, about in rows.items():
+                        text("dt", name)
+                        text("dd", about)
 
     @staticmethod
     def _key(key: str, meaning: str) -> None:

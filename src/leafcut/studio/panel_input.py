@@ -41,6 +41,7 @@ class InputPanel:
             with box("section", "choose", aria_label=w("choose.title")):
                 self.work = Form([], self.form_words, self._choose, self._refuse)
                 self.options = Form([], self.form_words, self._put, self._refuse)
+                self.kept = Form([self._options_field()], self.form_words, self._take_options, self._refuse)
                 self.pace = Form([pace_field(view)], self.form_words, self._set_pace, self._refuse)
         with box("footer", "foot"):
             with box("div", "command"):
@@ -86,6 +87,21 @@ class InputPanel:
     def _random_fields(self) -> list[dict[str, Any]]:
         w = self.view.words
         return [_group([_field("points", w("open.points"), []), _field("seed", w("open.seed"), [])])]
+
+    def _options_field(self) -> dict[str, Any]:
+        w = self.view.words
+        return _group([{**_field("options", w("form.options"), []), "file": True, "default": w("form.toml")}])
+
+    def _take_options(self, _: str, value: str, name: str) -> None:
+        try:
+            self.view.take_options(value)
+        except LeafcutError as problem:
+            self.page.say(str(problem), True)
+            return
+        finally:
+            self.view.studio.folder.drop_inputs([value])
+        self.page.say(self.view.words("form.taken", name=name))
+        self.draw()
 
     def _refuse(self, line: str) -> None:
         self.page.say(line, True)

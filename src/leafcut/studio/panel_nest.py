@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from leafcut.studio.elements import Form, box, button, link, text
 from leafcut.studio.history import Record, State
 from leafcut.studio.jobs import line_of
-from leafcut.studio.sheets import SheetOfNest, comparison, plan_cuts, sheets_of
+from leafcut.studio.sheets import GOING, SheetOfNest, comparison, plan_cuts, sheets_of
 from leafcut.studio.view import View
 from leafcut.units import format_time
 
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 #: Seconds between two looks at cuts that are being planned.
 _PACE = 0.5
-_GOING = (State.WAITING.value, State.RUNNING.value)
 _NO_TIME = {
     State.FAILED.value: "nest.failed", State.CANCELLED.value: "state.cancelled",
     State.INTERRUPTED.value: "state.interrupted",
@@ -69,7 +68,7 @@ class NestPanel:
         if self._record is None or time.monotonic() < self._next:
             return
         self._next = time.monotonic() + _PACE
-        if not any(row["state"] in _GOING for row in self._rows):
+        if not any(row["state"] in GOING for row in self._rows):
             return
         rows = comparison(self.view.studio.jobs, self._record.id)
         if rows != self._rows:
@@ -120,7 +119,7 @@ class NestPanel:
         w = self.view.words
         if row["time_s"] is not None:
             return format_time(row["time_s"])
-        return "…" if row["state"] in _GOING else w(_NO_TIME[row["state"]]) if row["state"] in _NO_TIME else "–"
+        return "…" if row["state"] in GOING else w(_NO_TIME[row["state"]]) if row["state"] in _NO_TIME else "–"
 
     def _draw_sheets(self) -> None:
         """Show the sheets of the variant, with their drawings and cuts."""

@@ -12,6 +12,9 @@ from leafcut.studio.history import History, Record, State
 from leafcut.studio.jobs import Jobs
 from leafcut.studio.task import Task, given
 
+#: How cuts stand together that are not all planned yet.
+GOING = (State.WAITING.value, State.RUNNING.value)
+
 
 @dataclass(frozen=True)
 class SheetOfNest:
@@ -100,14 +103,15 @@ def comparison(jobs: Jobs, job: str) -> list[dict[str, Any]]:
     """Return what the cuts of every variant come to, all sheets together, in the order of the variants.
 
     Of the cuts planned so far those count that were planned with the options of the newest ones. What is not known, or
-    not yet, is None; ``jobs`` are the cuts of its sheets, ``quickest`` is true of one variant at most.
+    not yet, is None; ``jobs`` are the cuts of its sheets, ``quickest`` is true of the best when all are planned.
     """
     sheets = nest_of(jobs.history, job)
     newest = _newest(jobs.history.of_sheets(job))
     rows = [_row(jobs, variant, [(s, newest.get(s.origin)) for s in found]) for variant, found in _variants(sheets)]
     timed = [row["time_s"] for row in rows if row["time_s"] is not None]
+    over = len(timed) > 1 and not any(row["state"] in GOING for row in rows)
     for row in rows:
-        row["quickest"] = len(timed) > 1 and row["time_s"] == min(timed)
+        row["quickest"] = over and row["time_s"] == min(timed)
     return rows
 
 

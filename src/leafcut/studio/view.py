@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from leafcut import api
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.option_spec import flag_name
-from leafcut.options import all_options
+from leafcut.options import all_options, group_of, options_of_file
 from leafcut.studio import forms
 from leafcut.studio.folder import OWN
 from leafcut.studio.preview import Seen, look
@@ -97,6 +97,27 @@ class View:
         problem = forms.problem_with(name, value)
         if problem:
             self.errors[name] = problem
+
+    def take_options(self, made: str) -> None:
+        """Take the options of a file that was opened, in place of what was typed.
+
+        Raises
+        ------
+        OptionError
+            It is no file of options, or one that names other files: the studio looks for none.
+        """
+        try:
+            found = options_of_file(self.studio.folder.input_path(made))
+        except OptionError as problem:
+            raise OptionError(self.studio.folder.without_paths(str(problem))) from None
+        for name, value in found.items():
+            spec = group_of(name).specs()[name]
+            path = isinstance(value, str) and spec.may_be_path and value.lower().endswith(".toml")
+            if spec.kind == "path" or path:
+                raise OptionError(f"{flag_name(name)}: takes a file that was opened in the studio, not a path")
+        for name, value in found.items():
+            words = ",".join(map(str, value)) if isinstance(value, list) else value
+            self.put(name, words if isinstance(words, bool) else str(words))
 
     def form(self) -> list[dict[str, Any]]:
         """Return the options form of the work chosen."""

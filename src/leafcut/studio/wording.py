@@ -45,7 +45,8 @@ class Words:
 
     def issue(self, code: str) -> str:
         """Return what an issue of a code means; nothing in English, in which its message says it."""
-        return self.translated.get(f"issue.{code}", "")
+        meaning = self.translated.get(f"issue.{code}", "")
+        return meaning[:1].upper() + meaning[1:]
 
 
 @cache
