@@ -123,7 +123,27 @@ def test_two_tabs_have_their_own_choices(page: Page, server: Server) -> None:
     opened(other, ROOT / "examples" / "plate_27.dxf")
     expect(other.get_by_label("Thickness", exact=True)).to_have_value("")
     expect(page.locator(".about-part .name")).to_have_text("plate_10.dxf")
+    for tab in (page, other):
+        tab.get_by_label("Effort", exact=True).select_option("fast")
+        tab.get_by_role("button", name="Run", exact=True).click()
+    for tab, holes in ((page, "10"), (other, "27")):
+        expect(tab.locator("#result-panel")).to_contain_text(holes, timeout=LONG)
+        expect(tab.locator(".badge")).to_contain_text("Verified")
+    assert page.url != other.url
     other.close()
+
+
+def test_a_program_of_50_megabytes_is_opened_and_the_page_lives_on(page: Page, tmp_path: Path) -> None:
+    large = tmp_path / "large.nc"
+    blocks = (f"G0 X{k % 300} Y{k // 300}\n({'x' * 2400})\n" for k in range(20_800))
+    large.write_text("G21 G90\n" + "".join(blocks) + "M30\n")
+    assert large.stat().st_size > 50_000_000
+    opened(page, large)
+    expect(page.locator(".about-part .facts")).to_contain_text("299 × 69 mm")
+    expect(page.locator(".lc-canvas").last).to_be_visible()
+    large.unlink()
+    opened(page, PLATE)
+    expect(page.locator(".about-part .facts")).to_contain_text("10")
 
 
 def test_a_machine_is_copied_changed_and_used(page: Page) -> None:

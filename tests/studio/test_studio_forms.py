@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from leafcut import cli
+from leafcut.errors import OptionError
 from leafcut.model.issue import CODES
 from leafcut.option_spec import flag_name
 from leafcut.options import ALGORITHMS, Settings, all_options
@@ -40,6 +41,29 @@ def test_every_option_is_in_a_form() -> None:
         for field in group["fields"]
     }
     assert shown == {name for _, name, _ in all_options()} - NOT_OFFERED
+
+
+#: What a command takes that is no choice of a form: the page has inputs, downloads, lists of choices and files for it.
+BESIDE = {"options", "output", "report", "process", "json", "quiet", "tour", "help", "version"}
+#: What the points of a map have no use for: they are solved by the map's own rule of distance.
+NOT_OF_MAPS = {"objective", "min_diameter", "max_diameter", "merge_tolerance", "concentric"}
+
+
+@pytest.mark.parametrize("command", ["optimize", "nest", "solve", "simulate", "verify"])
+def test_what_a_command_takes_is_in_the_forms_of_its_work(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run([command, "--help"]) == 0
+    flags = {word.replace("-", "_") for word in re.findall(r"--([a-z][a-z0-9-]+)", capsys.readouterr().out)}
+    taken = flags & {name for _, name, _ in all_options()}
+    shown = {
+        field["name"]
+        for work, about in forms.WORKS.items()
+        if about.command == command
+        for algorithm in ALGORITHMS
+        for group in made(work, algorithm=algorithm)
+        for field in group["fields"]
+    }
+    assert taken - shown - NOT_OFFERED - (NOT_OF_MAPS if command == "solve" else set()) == set()
+    assert {f.removeprefix("no_") for f in flags} - {name for _, name, _ in all_options()} - BESIDE <= {"allow_reverse"}
 
 
 @pytest.mark.parametrize("work", list(forms.WORKS))
@@ -189,6 +213,26 @@ def test_a_page_shows_the_command_line_of_its_choices(studio: Studio) -> None:
     view.put("machine", "")
     view.put("seed", "x")
     assert view.errors == {"seed": "'x' is not a whole number"}
+
+
+def test_an_options_file_fills_in_the_form_and_names_no_files(studio: Studio) -> None:
+    view = View(studio, EN)
+
+    def take(text: str) -> None:
+        view.take_options(studio.folder.add_input("shop.toml", text.encode()))
+
+    take('[drill]\nthickness = 3\nstart_point = [1, 2]\n[post]\nheader = false\n[read]\nlayers = ["A", "B"]\n')
+    assert view.values == {"thickness": "3", "start_point": "1,2", "header": False, "layers": "A,B"}
+    assert view.errors == {}
+    for text, line in (
+        ("[drill]\nthicknes = 3\n", "^shop.toml: unknown option 'thicknes' in"),
+        ("x", "^shop.toml: not a TOML file"),
+        ('[drill]\ntools = "/etc/passwd"\n', "--tools: takes a file that was opened in the studio"),
+        ('[machine]\nmachine = "/home/me/mill.toml"\n', "--machine: takes a file that was opened"),
+    ):
+        with pytest.raises(OptionError, match=line):
+            take(text)
+    assert "tools" not in view.values
 
 
 def test_values_of_json_mean_what_they_mean_in_a_toml_file(studio: Studio) -> None:

@@ -127,7 +127,7 @@ WORKS: dict[str, Work] = {
     "simulate": Work(
         "simulate", "auto", (("main", ("machine", "dialect", "work_offset", "clearance_height", "cut_speed")),)
     ),
-    "verify": Work("verify", "auto", (("main", ("machine", "dialect", "allow_reverse")),)),
+    "verify": Work("verify", "auto", (("main", ("machine", "dialect", "allow_reverse", "work_offset")),)),
 }  # fmt: skip
 #: What a nested sheet is cut with: asked for beside the nests, before their cuts are planned.
 CUT_OF_NEST = ("machine", "thickness", "material", "cut_process")

@@ -152,7 +152,7 @@ class Page:
 
         kinds = {f"{f.name} {' '.join(f.extensions)}".strip(): f.help for f in formats()}
         for key, rows in (("formats", kinds), ("algorithms", ALGORITHM_TITLES)):
-            with box("details", "listed"):
+            with box("details", "listed", name="listed"):
                 text("summary", self.words(f"help.{key}"))
                 with box("dl", "known", lang="en"):
                     for name, about in rows.items():

@@ -291,7 +291,7 @@ class InputPanel:
     def _say_command(self) -> None:
         view = self.view
         line = view.command_line()
-        self.command.set_text(line or view.words("command.none"))
+        self.command.set_text(line or view.words("parts.none" if view.work == "nest" else "command.none"))
         self.copy.set_visibility(bool(line))
         self.ready(view.ready)
 

@@ -65,7 +65,7 @@ class JobsPanel:
         found, w = record.figures, self.view.words
         if "after_s" in found and found["before_s"] is not None:
             saved = found["saved_percent"] or 0.0
-            return f"{format_time(found['before_s'])} → {format_time(found['after_s'])} (−{saved:.1f} %)"
+            return f"{format_time(found['before_s'])} → {format_time(found['after_s'])} (−{saved:.1f} %)"
         if "length" in found:
             return f"{found['length']:,.8g}"
         if "variants" in found:
