@@ -22,6 +22,7 @@ def test_parts_are_nested_compared_cut_and_downloaded_as_the_command_line_writes
     for name, data in drawings.items():
         Path(name).write_bytes(data)
     page.get_by_label("Work", exact=True).select_option("nest")
+    expect(page.locator("#open-file[multiple]")).to_be_attached()
     expect(page.get_by_role("button", name="Run", exact=True)).to_be_disabled()
     page.set_input_files("#open-file", list(drawings))
     expect(page.locator(".piece")).to_have_text(list(drawings))
@@ -72,6 +73,7 @@ def test_parts_are_nested_compared_cut_and_downloaded_as_the_command_line_writes
 
 def test_a_list_fills_in_the_figures_of_the_drawings_that_are_there(page: Page) -> None:
     page.get_by_label("Work", exact=True).select_option("nest")
+    expect(page.locator("#open-file[multiple]")).to_be_attached()
 
     def opened(name: str, data: bytes) -> None:
         page.set_input_files("#open-file", {"name": name, "mimeType": "", "buffer": data})

@@ -280,6 +280,7 @@ def test_axe_finds_nothing_serious(browser: Browser, server: Server, scheme: Any
 def nested(page: Page) -> list[tuple[str, ...]]:
     """Return what axe finds in the parts of a nest and in its outcome."""
     page.get_by_label("Work", exact=True).select_option("nest")
+    expect(page.locator("#open-file[multiple]")).to_be_attached()
     typed(page, "Variants", "1")
     page.set_input_files("#open-file", {"name": "part.svg", "mimeType": "", "buffer": PART})
     expect(page.locator(".piece")).to_have_count(2)
