@@ -340,6 +340,12 @@ def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:
     return settings.post.dialect or machine_of(settings).controller
 
 
+def machine_name(options: Mapping[str, Any], process: str = "auto") -> str:
+    """Return the name or the path of the machine that `optimize` would take with these options."""
+    settings = Settings.collect(options)
+    return (for_cutting(settings) if process == "cut" else settings).machine.machine
+
+
 def program_extension(dialect_name: str) -> str:
     """Return what the names of a dialect's programs end in, with the dot."""
     from leafcut.gcode.dialects import dialect

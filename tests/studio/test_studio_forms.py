@@ -91,6 +91,15 @@ def test_a_field_says_what_the_option_says() -> None:
     assert ["mine:shop", "shop"] in fields["tools"]["choices"]
 
 
+def test_in_spanish_a_field_says_it_in_spanish() -> None:
+    groups = forms.form("cut", {}, words("es"), machines={}, tools=[])
+    fields = {field["name"]: field for group in groups for field in group["fields"]}
+    assert fields["kerf_width"]["help"] == "ancho de la sangría"
+    assert fields["kerf_width"]["default"] == "el de la tabla"
+    assert words("es").issue("L102") == "El archivo no dice sus unidades"
+    assert EN.issue("L102") == ""
+
+
 def test_parameters_of_an_algorithm_come_with_it() -> None:
     assert not {"aco", "firefly"} & {group["key"] for group in made("solve")}
     assert "aco" in {group["key"] for group in made("solve", algorithm="acs")}
@@ -213,6 +222,20 @@ def test_a_page_shows_the_command_line_of_its_choices(studio: Studio) -> None:
     view.put("machine", "")
     view.put("seed", "x")
     assert view.errors == {"seed": "'x' is not a whole number"}
+
+
+def test_the_machine_shown_for_a_sheet_is_the_one_that_cuts_it(studio: Studio) -> None:
+    view = View(studio, EN, work="cut")
+    view.put("machine", "linuxcnc-mill")
+    for groups in (view.form(), view.cut_form()):
+        field = next(field for group in groups for field in group["fields"] if field["name"] == "machine")
+        assert field["default"] == "plasma-table"
+        names = [name for name, _ in field["choices"]]
+        assert "plasma-table" in names
+        assert "linuxcnc-mill" not in names
+    assert view.values == {}
+    view.work = "drill"
+    assert view.form()[0]["fields"][0]["default"] == "linuxcnc-mill"
 
 
 def test_an_options_file_fills_in_the_form_and_names_no_files(studio: Studio) -> None:
