@@ -333,17 +333,17 @@ def verify_programs(
     return answer
 
 
+def default_machine(process: str = "auto") -> str:
+    """Return the machine that `optimize` takes where none is named."""
+    settings = Settings()
+    return (for_cutting(settings) if process == "cut" else settings).machine.machine
+
+
 def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:
     """Return the dialect in which `optimize` would write with these options."""
     settings = Settings.collect(options)
     settings = for_cutting(settings) if process == "cut" else settings
     return settings.post.dialect or machine_of(settings).controller
-
-
-def machine_name(options: Mapping[str, Any], process: str = "auto") -> str:
-    """Return the name or the path of the machine that `optimize` would take with these options."""
-    settings = Settings.collect(options)
-    return (for_cutting(settings) if process == "cut" else settings).machine.machine
 
 
 def program_extension(dialect_name: str) -> str:

@@ -18,6 +18,7 @@ from leafcut.options import DrillOptions, PocketOptions
 from leafcut.plan.pocket_arcs import fitted
 from leafcut.plan.pocket_entries import ABOVE
 from leafcut.plan.pocket_region import CentreRegion, centre_regions
+from leafcut.plan.pocket_rings import contour
 from leafcut.plan.pocket_rules import MillingData, finishing_levels, levels_of, milling_data, rules_of
 from leafcut.plan.pocket_toolpath import Clearing, Heights, lay_pockets
 from leafcut.plan.pocket_walls import wall_passes
@@ -217,6 +218,74 @@ def test_with_stock_all_levels_are_cleared_before_the_walls_are_finished_at_full
     assert near_wall.any() and set(path.end[near_wall, 2]) == {-4.0}
     last_rough = np.flatnonzero((path.kind == Kind.FEED) & (np.abs(path.end[:, 0] - 5.51) < 1e-3))[-1]
     assert last_rough < np.flatnonzero(near_wall)[0]
+
+
+def swept_at(path: Toolpath, z: float) -> shapely.Geometry:
+    """What a tool of 10 mm clears by feeds at one height."""
+    before, discs = positions_before(path), []
+    for row in np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)).tolist():
+        a, b = before[row], path.end[row]
+        if a[2] == b[2] == z:
+            centre = path.arcs[int(path.ref[row])].center if path.kind[row] != Kind.FEED else None
+            way = [a[:2], b[:2]] if centre is None else arc_points(a[:2], b[:2], centre, path.kind[row] == Kind.ARC_CW)
+            discs.append(shapely.LineString(way).buffer(5.0, quad_segs=32))
+    return shapely.union_all(discs)
+
+
+def arc_points(a: np.ndarray, b: np.ndarray, centre: tuple[float, ...], clockwise: bool) -> np.ndarray:
+    """Points of an arc of less than a turn."""
+    first, last = (math.atan2(p[1] - centre[1], p[0] - centre[0]) for p in (a, b))
+    turn = -((first - last) % math.tau) if clockwise else (last - first) % math.tau
+    angles = first + turn * np.linspace(0.0, 1.0, 40)
+    radius = math.dist(a, centre[:2])
+    return np.column_stack([centre[0] + radius * np.cos(angles), centre[1] + radius * np.sin(angles)])
+
+
+def test_a_way_too_narrow_for_tool_and_stock_is_cut_level_by_level() -> None:
+    """Two rooms of 30 mm, a way of 10.6 mm between them: with 0.5 mm of stock roughing leaves all of that way."""
+    rooms = shapely.union_all([shapely.box(0, 0, 30, 30), shapely.box(29, 9.7, 71, 20.3), shapely.box(70, 0, 100, 30)])
+    pocket = Pocket(Polyline.of_points(rooms.exterior.coords[:-1], closed=True))
+    region = centre_regions(pocket, RULES)[0][0]
+    roughed = centre_regions(pocket, replace(RULES, stock=0.5))[0]
+    rough = PocketPath("contour", tuple(piece for part in roughed for piece in contour(part).pieces))
+    allowed = shapely.union_all([part.polygon for part in roughed])
+    clearing = Clearing(region, allowed, rough, wall_passes(region, allowed))
+    levels = (-3.0, -6.0, -9.0, -12.0)
+    path = lay_pockets([clearing], Heights(levels, clearance=10.0, retract=2.0), data_of(), MILL)[0]
+    ground = region.polygon.buffer(4.99, quad_segs=32)
+    assert ground.difference(swept_at(path, levels[-1])).area < 1e-6
+    for above, below in itertools.pairwise(levels):
+        assert swept_at(path, below).difference(swept_at(path, above)).buffer(-0.5).is_empty
+
+
+def test_where_roughing_left_more_than_stock_the_tool_does_not_come_down_straight_to_a_wall() -> None:
+    """One line is all the roughing; the walls lie 14 mm beside it."""
+    region, roughed = square(stock=0.5)
+    line = PocketPath("line", (PocketPiece(Polyline.of_points([(20, 30), (40, 30)])),))
+    clearing = Clearing(region, roughed.polygon, line, wall_passes(region, roughed.polygon))
+    heights = Heights((-2.0, -4.0), clearance=10.0, retract=2.0)
+    path, descents = lay_pockets([clearing], heights, data_of(), MILL)
+    assert [d.kind for d in descents] == ["ramp"] * 4
+    straight = {z for way, _, z in slopes(path) if way == 0.0}
+    assert straight == {ABOVE, -2.0 + ABOVE}  # half a millimetre over what is uncut
+    assert swept_at(path, -4.0).difference(swept_at(path, -2.0)).buffer(-0.01).is_empty
+
+
+def test_every_run_that_begins_with_a_loop_is_entered_along_it() -> None:
+    """The loops are made for limited engagement: coming down anywhere else, their first round would be a full cut."""
+    loops = [Polyline.circle(x, 30, 4.5) for x in (20.0, 40.0)]
+    pieces = [PocketPiece(loop.started_at(0.0).piece(0.0, loop.length), "entry") for loop in loops]
+    region = square()[0]
+    path, descents = lay_pockets(
+        [Clearing(region, region.polygon, PocketPath("two", tuple(pieces)))],
+        Heights((-2.0,), clearance=10.0, retract=2.0),
+        data_of(),
+        MILL,
+    )
+    assert [d.kind for d in descents] == ["helix", "helix"]
+    for x in (20.0, 40.0):
+        down = path.end[(path.kind == Kind.ARC_CCW) & (np.abs(path.end[:, 0] - x) < 5.0)]
+        assert np.hypot(down[:, 0] - x, down[:, 1] - 30.0) == pytest.approx(4.5)
 
 
 @pytest.mark.parametrize("climb", [True, False])

@@ -398,3 +398,17 @@ def test_holes_of_other_diameters_than_chosen_are_not_cut(drawing: Path) -> None
     assert [i.message for i in outcome.issues if i.code == "L205"] == [
         "4 holes of other diameters than chosen left out"
     ]
+
+
+def test_where_nearest_neighbours_are_quicker_in_the_end_their_order_is_written(tmp_path: Path) -> None:
+    """Pierces that have to leave an earlier kerf cost more here than the better order saves."""
+    drawn = tmp_path / "dense.svg"
+    squares = ((10, 39, True), (10, 68, False), (39, 39, False), (39, 68, True), (68, 10, True), (68, 68, True))
+    shapes = [f'<rect x="{x}" y="{y}" width="24" height="24"/>' for x, y, _ in squares]
+    shapes += [f'<circle cx="{x + 12}" cy="{y + 12}" r="6"/>' for x, y, hole in squares if hole]
+    head = '<svg xmlns="http://www.w3.org/2000/svg" width="107mm" height="107mm" viewBox="0 0 107 107">'
+    drawn.write_text(f"{head}{''.join(shapes)}</svg>", encoding="utf-8")
+    found = api.optimize(drawn, process="cut", thickness="3", preset="fast", threads=1)
+    assert found.verified
+    assert found.nearest is not None
+    assert found.after.time_s <= found.nearest.time_s

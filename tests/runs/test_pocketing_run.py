@@ -200,6 +200,7 @@ def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
         ({"point_distance": 0.45}, OptionError, "cut the same place twice"),
         ({"point_distance": 0.75}, OptionError, "stays uncut"),
         ({"strategy": "adaptive"}, OptionError, "--max-engagement"),
+        ({"max_engagement": "60deg"}, PlanError, "contour engages 180°, more than --max-engagement 60°"),
         ({"machine": "plasma-table"}, PlanError, "cannot mill"),
         ({"tools": "shop.toml"}, PlanError, "load the end mill as tool 1"),
         ({"retract_height": 20}, PlanError, "R plane"),
@@ -215,6 +216,16 @@ def test_what_cannot_be_is_refused_in_one_line_and_nothing_is_written(
         api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": "contour", **options})
     assert "\n" not in str(refused.value)
     assert not (tmp_path / "p.ngc").exists()
+
+
+def test_stock_that_takes_the_limit_of_engagement_away_in_sharp_corners_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a corner of 90° the tool is engaged on both walls: by 90° at least as soon as anything is left there."""
+    monkeypatch.setattr(room, "WAYS", tuple(w for w in room.WAYS if w.name == "adaptive"))
+    (tmp_path / "box.wkt").write_text(shapely.box(0, 0, 42, 32).wkt)
+    with pytest.raises(PlanError, match="leave out --stock"):
+        api.optimize(tmp_path / "box.wkt", strategy="adaptive", max_engagement="60deg", stock=0.5, **FAST)
 
 
 @pytest.mark.usefixtures("contour_only")

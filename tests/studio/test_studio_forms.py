@@ -9,11 +9,12 @@ from typing import Any
 
 import pytest
 
-from leafcut import cli
+from leafcut import api, cli
 from leafcut.errors import OptionError
 from leafcut.model.issue import CODES
 from leafcut.option_spec import flag_name
 from leafcut.options import ALGORITHMS, Settings, all_options
+from leafcut.read.machine import load_machine, machine_names
 from leafcut.studio import forms
 from leafcut.studio.app import Studio
 from leafcut.studio.history import State
@@ -98,6 +99,17 @@ def test_in_spanish_a_field_says_it_in_spanish() -> None:
     assert fields["kerf_width"]["default"] == "el de la tabla"
     assert words("es").issue("L102") == "El archivo no dice sus unidades"
     assert EN.issue("L102") == ""
+
+
+@pytest.mark.parametrize("work", ["drill", "cut", "pocket", "program"])
+def test_the_machine_that_is_shown_is_the_one_that_is_taken(work: str) -> None:
+    machines = {name: name for name in machine_names()}
+    groups = forms.form(work, {}, EN, machines=machines, tools=[])
+    field = next(field for group in groups for field in group["fields"] if field["name"] == "machine")
+    taken = load_machine(field["default"])
+    assert taken.controller == api.dialect_of({}, forms.WORKS[work].process)
+    assert [field["default"]] * 2 in field["choices"]
+    assert ["linuxcnc-mill"] * 2 not in field["choices"] or work != "cut"  # it would not be taken, but another one
 
 
 def test_parameters_of_an_algorithm_come_with_it() -> None:
@@ -222,20 +234,6 @@ def test_a_page_shows_the_command_line_of_its_choices(studio: Studio) -> None:
     view.put("machine", "")
     view.put("seed", "x")
     assert view.errors == {"seed": "'x' is not a whole number"}
-
-
-def test_the_machine_shown_for_a_sheet_is_the_one_that_cuts_it(studio: Studio) -> None:
-    view = View(studio, EN, work="cut")
-    view.put("machine", "linuxcnc-mill")
-    for groups in (view.form(), view.cut_form()):
-        field = next(field for group in groups for field in group["fields"] if field["name"] == "machine")
-        assert field["default"] == "plasma-table"
-        names = [name for name, _ in field["choices"]]
-        assert "plasma-table" in names
-        assert "linuxcnc-mill" not in names
-    assert view.values == {}
-    view.work = "drill"
-    assert view.form()[0]["fields"][0]["default"] == "linuxcnc-mill"
 
 
 def test_an_options_file_fills_in_the_form_and_names_no_files(studio: Studio) -> None:

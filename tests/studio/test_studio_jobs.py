@@ -197,6 +197,24 @@ def test_a_damaged_history_is_set_aside(tmp_path: Path) -> None:
     assert len(list(tmp_path.glob("h.sqlite.damaged-*"))) == 1
 
 
+def test_a_history_with_damaged_pages_is_set_aside_with_what_lies_beside_it(tmp_path: Path) -> None:
+    path = tmp_path / "h.sqlite"
+    history = History(path)
+    for number in range(200):
+        history.add(f"job{number}", "plate " * 50, Task("optimize", ("example:plate-10",)), float(number))
+    history.close()
+    data = bytearray(path.read_bytes())
+    for page in range(8192, len(data), 4096):
+        data[page : page + 300] = bytes(range(1, 256)) + bytes(45)
+    path.write_bytes(data)
+    path.with_name("h.sqlite-wal").write_bytes(b"left by a fall of the machine")
+    history = History(path)
+    assert history.newest() == []
+    history.add("job", "plate", Task("optimize", ("example:plate-10",)), 1.0)
+    history.close()
+    assert list(tmp_path.glob("h.sqlite.damaged-*"))
+
+
 def test_two_who_write_at_once_lose_nothing(tmp_path: Path) -> None:
     history = History(tmp_path / "h.sqlite")
 

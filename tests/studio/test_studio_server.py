@@ -16,7 +16,8 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from leafcut.errors import OptionError
-from leafcut.studio.app import StudioError, _listen, parse_port
+from leafcut.files import OutputError
+from leafcut.studio.app import StudioError, _listen, open_studio, parse_port
 
 
 @pytest.fixture(scope="module")
@@ -111,3 +112,24 @@ def test_ctrl_c_ends_it_cleanly_also_while_something_runs(tmp_path: Path) -> Non
     with httpx2.Client(base_url=again.origin, headers={"authorization": f"Bearer {again.token}"}) as client:
         assert [job["state"] for job in client.get("/api/jobs").json()] == ["interrupted"]
     assert again.end()[0] == 0
+
+
+def test_what_lies_damaged_in_the_folder_ends_in_one_line_or_is_made_anew(tmp_path: Path) -> None:
+    root = tmp_path / "leafcut" / "studio"
+    root.mkdir(parents=True)
+    (root / "language").write_bytes(b"\xff\xfe")
+    started = Server(tmp_path)
+    with httpx2.Client(base_url=started.origin, follow_redirects=True) as client:
+        assert client.get("/", params={"token": started.token}).status_code == 200
+        answer = client.get("/api/nothing/here")
+        assert (answer.status_code, list(answer.json())) == (404, ["error"])
+        (root / "inputs").rmdir()
+        headers = {"Authorization": f"Bearer {started.token}"}
+        assert (
+            client.post("/api/files", params={"name": "a.nc"}, content=b"G0 X1\n", headers=headers).status_code == 200
+        )
+    assert started.end()[0] == 0
+    (root / "key").unlink()
+    (root / "key").mkdir()
+    with pytest.raises(OutputError, match="key cannot be kept"):
+        open_studio(root)

@@ -10,7 +10,7 @@ import pytest
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
-from leafcut.verify.pocket import check_pockets, gouge_differences, simulated_levels
+from leafcut.verify.pocket import check_pockets, depth_differences, gouge_differences, simulated_levels
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 WALL = Polyline.of_points([(0, 0), (40, 0), (40, 30), (0, 30)], closed=True)
@@ -97,6 +97,11 @@ def test_what_a_level_leaves_is_found_by_simulation_of_the_program() -> None:
     assert gouge_differences(levels, POCKETS) == []
 
 
+def test_where_the_tool_only_comes_down_to_a_level_its_disc_is_cleared() -> None:
+    [(_, _, removed)] = simulated_levels(laid(), POCKETS, RULES, (-2.0,))
+    assert removed.swept.area == pytest.approx(math.pi * 25.0, rel=1e-3)
+
+
 def test_the_moves_of_another_level_do_not_count_for_a_level() -> None:
     removed = simulated_levels(laid(*RING), POCKETS, RULES, (-1.0,))[0][2]
     assert removed.swept.is_empty
@@ -125,3 +130,38 @@ def test_levels_that_are_alike_are_simulated_once(monkeypatch: pytest.MonkeyPatc
     rows = simulated_levels(builder.build(), POCKETS, RULES, (-1.0, -2.0))
     assert len(rows) == 2 and len(calls) == 1
     assert np.isclose(rows[0][2].swept.area, rows[1][2].swept.area)
+
+
+def levels_at(*heights: float, ways: dict[float, tuple[tuple[float, float], ...]] | None = None) -> Toolpath:
+    """The ring at every height, or another way at some."""
+    builder = ToolpathBuilder()
+    builder.rapid(z=2.0)
+    for z in heights:
+        first, *rest = (ways or {}).get(z, ((5.0, 5.0), *((x, y) for x, y, _ in RING)))
+        builder.rapid(*first)
+        builder.feed(z=z, feed=5.0)
+        for x, y in rest:
+            builder.feed(x, y, feed=10.0)
+        builder.rapid(z=2.0)
+    builder.end()
+    return builder.build()
+
+
+ELSEWHERE = ((10.0, 7.5), (30.0, 7.5))
+
+
+@pytest.mark.parametrize(
+    ("heights", "ways", "lines"),
+    [
+        ((-2.0, -4.0, -6.0), {}, 0),
+        ((-2.0, -6.0), {}, 1),  # two levels at once
+        ((-4.0, -2.0), {}, 1),  # the lower one first
+        ((-2.0, -4.0), {-4.0: ELSEWHERE}, 1),  # 2.5 mm beside what is open
+        ((-2.0, -4.0), {-4.0: ((10.0, 6.5), (30.0, 6.5))}, 0),  # a strip of 1.5 mm: less than a fifth of the tool
+        ((-2.0, -4.0), {-2.0: ((5.0, 5.0), (35.0, 5.0)), -4.0: ((30.0, 5.0), (10.0, 5.0))}, 0),  # inside what is open
+    ],
+)
+def test_no_more_than_a_level_is_cut_at_once_but_for_a_strip_of_a_fifth_of_the_tool(
+    heights: tuple[float, ...], ways: dict[float, tuple[tuple[float, float], ...]], lines: int
+) -> None:
+    assert [d.what for d in depth_differences(levels_at(*heights, ways=ways), RULES, 2.0)] == ["too deep"] * lines

@@ -99,7 +99,7 @@ def _elsewhere(
 
     def cost(s: CutStart) -> float:
         come = travel(before, s.entry) if before is not None else 0.0
-        return come + (travel(s.exit, after) if after is not None else 0.0)
+        return come + cutting.seconds(s) + (travel(s.exit, after) if after is not None else 0.0)
 
     others = [cutting.starts[n] for n in cutting.by_contour[own.contour]]
     return next((s for s in sorted(others, key=cost) if s.pierce == own.pierce and clear(s)), None)

@@ -28,7 +28,7 @@ CORRECTIONS = 4
 #: Corners are cut off where all ground is cleared with this to spare, in tool radii: the places are so far apart.
 SPARE = 0.03
 #: So many places at most stand for the ground: bounds time and memory.
-MOST_PLACES = 400_000
+MOST_PLACES = 200_000
 #: What is nearer to a wall's way than this runs along it, mm.
 ALONG = 1e-5
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points
 from leafcut.plan.pocket_region import CentreRegion
-from leafcut.plan.pocket_rings import Ring
+from leafcut.plan.pocket_rings import NEAR, Ring
 
 Rows = NDArray[np.int64]
 
@@ -20,6 +20,8 @@ STATION_STEP = 0.25
 LONG = 0.3
 #: So many chains of rings are tried.
 MOST_CHAINS = 12
+#: So many joints of two rings are looked at after the first that will do.
+MOST_LOOKS = 60
 #: What of a gap may be left out where only one of two rings has one.
 ONE_SIDED = 1.0
 #: Joints of the tree are sought among rings this near, in step-overs; among all where that is not enough.
@@ -51,14 +53,13 @@ class Joint:
 
 def _beside(a: Ring, b: Ring, step_over: float) -> bool:
     """Return whether two rings run side by side for long: one may be gone on from to the other anywhere."""
-    import shapely
 
     small, large = (a, b) if a.length <= b.length else (b, a)
     if a.level == b.level:
         return False
     n = max(math.ceil(small.length / (STATION_STEP * step_over)), 8)
-    places = shapely.line_interpolate_point(small.line, np.arange(n) * small.length / n)
-    return bool((shapely.distance(places, large.line) <= 1.05 * step_over).mean() >= LONG)
+    away, _ = large.nearest(small.places(np.arange(n) * small.length / n))
+    return bool((away <= 1.05 * step_over).mean() >= LONG)
 
 
 def chains(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
@@ -120,8 +121,11 @@ def _kruskal(cut: list[Ring], a: Rows, b: Rows, step_over: float) -> list[tuple[
     import shapely
 
     lines = np.array([ring.line for ring in cut])
-    near = shapely.distance(lines[a], lines[b])
     levels = np.array([ring.level for ring in cut])
+    # Offsets of each other are a step-over apart; to measure long rings takes long.
+    near = np.full(len(a), step_over)
+    rest = ~((np.abs(levels[a] - levels[b]) == 1) & shapely.dwithin(lines[a], lines[b], NEAR * step_over))
+    near[rest] = shapely.distance(lines[a[rest]], lines[b[rest]])
     both_walls = (levels[a] == 0) & (levels[b] == 0)
     weight = near + np.where(levels[a] == levels[b], 0.5 * step_over, 0.0) + np.where(both_walls, step_over, 0.0)
     group = list(range(len(cut)))
@@ -254,9 +258,11 @@ class Layout:
             if not sum(gaps):
                 break
         best: tuple[float, Joint | None] = (math.inf, None)
+        looked = 0
         for cost, joint in sorted(options, key=lambda option: option[0]):
-            if cost >= best[0]:
+            if cost >= best[0] or looked > MOST_LOOKS:
                 break
+            looked += best[1] is not None
             more = self._more(joint)
             if cost + more < best[0] - 1e-9:
                 best = (cost + more, joint)
@@ -264,18 +270,15 @@ class Layout:
 
     def _stations(self, parent: int, child: int) -> Points:
         """Return pairs of stations (of the parent, of the child) where two rings are near, float64[n, 2]."""
-        import shapely
 
         a, b = self.cut[parent], self.cut[child]
         pairs = []
         for ring, other, order in ((b, a, [1, 0]), (a, b, [0, 1])):
             n = max(math.ceil(ring.length / (STATION_STEP * self.step)), 8)
             stations = np.concatenate([np.arange(n) * ring.length / n, ring.stations[:-1]])
-            places = shapely.points(ring.places(stations))
-            away = shapely.distance(places, other.line)
+            away, located = other.nearest(ring.places(stations))
             keep = away <= away.min() + self.step
-            located = shapely.line_locate_point(other.line, places[keep])
-            pairs.append(np.column_stack([stations[keep], located])[:, order])
+            pairs.append(np.column_stack([stations, located])[keep][:, order])
         both: Points = np.vstack(pairs)
         return both
 

@@ -79,11 +79,26 @@ class Ring:
         between = np.tile(self.points, (len(laps), 1))[inside]
         return np.vstack([self.at(start)[None], between, self.at(end)[None]])
 
-    def station_of(self, place: Points) -> float:
-        """Return the station of the point of the ring that is nearest to a place."""
+    @cached_property
+    def _steps(self) -> Any:
+        """Index of the steps from point to point."""
         import shapely
 
-        return float(shapely.line_locate_point(self.line, shapely.Point(place)))
+        return shapely.STRtree(shapely.linestrings(np.stack([self._closed[:-1], self._closed[1:]], axis=1)))
+
+    def nearest(self, places: Points) -> tuple[Points, Points]:
+        """Return how far places, float64[n, 2], are from the ring, and the stations of its nearest points."""
+        import shapely
+
+        (row, step), away = self._steps.query_nearest(shapely.points(places), return_distance=True, all_matches=False)
+        along = (self._closed[1:] - self._closed[:-1])[step]
+        long = np.maximum((along**2).sum(axis=1), 1e-18)
+        share = np.clip(((places[row] - self._closed[step]) * along).sum(axis=1) / long, 0.0, 1.0)
+        return away, self.stations[step] + share * np.sqrt(long)
+
+    def station_of(self, place: Points) -> float:
+        """Return the station of the point of the ring that is nearest to a place."""
+        return float(self.nearest(np.asarray(place)[None, :2])[1][0])
 
 
 def rings(region: CentreRegion) -> list[Ring]:

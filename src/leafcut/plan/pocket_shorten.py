@@ -24,6 +24,8 @@ PIECE = 0.2
 REACHES = (5.0, 4.0, 3.2, 2.4, 1.8, 1.4, 1.0, 0.7, 0.5, 0.3, 0.2)
 #: Corners are cut off by so many tool radii to either side.
 CHAMFERS = (0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
+#: What is further than so many step-overs from a corner is not beside it.
+LOOKED = 3.0
 #: Passes whose directions differ by less than this run side by side, rad; others meet in a corner.
 SIDE_BY_SIDE = math.radians(30.0)
 #: Passes further from each other by less than this share of the step-over are what chords and rounding make.
@@ -141,7 +143,9 @@ class _Bends:
         self.count = np.bincount(point, minlength=len(ground))
         # Along walls nothing is left out.
         middle = shapely.points(0.5 * (way[:-1] + way[1:]))
-        self.fixed = shapely.distance(allowed.boundary, middle) < 1e-5
+        edge = allowed.boundary
+        shapely.prepare(edge)
+        self.fixed = shapely.dwithin(edge, middle, 1e-5)
         self.walls = np.concatenate([[0], np.cumsum(self.fixed)])
         self.done = np.zeros(len(way) - 1, dtype=bool)
         self.edits: list[Edit] = []
@@ -282,15 +286,20 @@ class _Corners(_Bends):
         p, q, r = self.way[a], self.way[i], self.way[b]
         normal = np.array([p[1] - r[1], r[0] - p[0]]) / max(math.dist(p, r), 1e-9)
         normal *= math.copysign(1.0, (q - p) @ normal)
-        others = np.vstack([self.way[:a][~self.gone[:a]], self.way[b + 1 :][~self.gone[b + 1 :]], *self.chords])
+        beside = np.abs(self.way - q).max(axis=1) < LOOKED * self.step
+        beside[a : b + 1] = False
+        chords = [chord for chord in self.chords if np.abs(chord[0] - q).max() < LOOKED * self.step]
+        others = np.vstack([self.way[beside & ~self.gone], *chords])
+        if not len(others):
+            return True
         for share, side in ((0.1, 1.0), (0.5, 1.0), (0.9, 1.0), (0.1, -1.0), (0.5, -1.0), (0.9, -1.0)):
             gap = others - ((1.0 - share) * p + share * r)
             height, away = side * (gap @ normal), np.hypot(*gap.T)
             with np.errstate(divide="ignore", invalid="ignore"):
                 radius = np.where(height > 1e-6, away**2 / (2.0 * height), np.inf)
             k = int(np.argmin(radius))
-            beside = height[k] >= radius[k] * (1.0 + math.cos(SIDE_BY_SIDE))
-            if beside and height[k] > (1.0 + SLACK) * self.step:
+            parallel = height[k] >= radius[k] * (1.0 + math.cos(SIDE_BY_SIDE))
+            if parallel and height[k] > (1.0 + SLACK) * self.step:
                 return False
         return True
 

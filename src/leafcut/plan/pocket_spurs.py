@@ -38,8 +38,9 @@ def with_spurs(ways: list[Points], ground: Any, rules: PocketRules) -> list[Poin
 
     lines = [shapely.LineString(way) for way in ways]
     spurs: list[list[tuple[float, Points]]] = [[] for _ in ways]
+    tree = shapely.STRtree(lines)
     for place in uncut(ground, lines, rules):
-        k = min(range(len(ways)), key=lambda i: lines[i].distance(place))
+        k = int(tree.nearest(place))
         left = [place]
         for _ in range(MOST):
             if not left:

@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.machine import Machine
-from leafcut.model.pocket import SAME_PLACE, PocketPath
+from leafcut.model.pocket import FILM, SAME_PLACE, PocketPath, PocketPiece
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.plan.pocket_entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
 from leafcut.plan.pocket_region import CentreRegion
@@ -24,7 +24,7 @@ from leafcut.plan.pocket_rules import MillingData, finishing_levels
 Point = tuple[float, float]
 
 #: Part of the tool's radius by which what is cleared may miss its disc, and the tool still comes down there straight.
-_SLIVER = 0.05
+_SLIVER = 0.02
 #: A program of more moves cannot be meant.
 MOST_MOVES = 3_000_000
 
@@ -92,7 +92,8 @@ def lay_pockets(
     """Return the motions of the whole program, and every way down into what is uncut.
 
     Region after region, each level from the top; then its walls where roughing left stock: at full depth, or in steps
-    of two diameters where it is deeper. Between levels the tool stays down where the next begins near the end of the
+    of two diameters where it is deeper; level by level where roughing left more than `FILM`, such as in a way that is
+    too narrow for tool and stock. Between levels the tool stays down where the next begins near the end of the
     last and the straight way is free; between pieces it rises to the R plane, or to the clearance height.
     `corner_tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not.
 
@@ -143,25 +144,24 @@ class _Layer:
         top = 0.0
         runs = _runs(clearing.rough)
         opened = _opened(runs, clearing)
-        first = clearing.rough.pieces[0]
-        loop = first.path if first.kind == "entry" else None
         for z in self.heights.levels:
             for number, run in enumerate(runs):
-                self._to(run.start, top if number == 0 else z, clearing.allowed if number == 0 else None, z)
-                self._enter(run, None if opened[number] else top, z, clearing, loop=loop if number == 0 else None)
+                self._to(run.way.start, top if number == 0 else z, clearing.allowed if number == 0 else None, z)
+                self._enter(run, None if opened[number] else top, z, clearing)
             top = z
         if clearing.walls is not None:
             self._walls(clearing, clearing.walls)
 
     def _walls(self, clearing: Clearing, walls: PocketPath) -> None:
-        import shapely
-
-        runs = _runs(walls)
-        for z in finishing_levels(-self.heights.levels[-1], self.data.tool.diameter):
+        radius, top = clearing.region.rules.radius, 0.0
+        runs, cleared = _runs(walls), _ground(_runs(clearing.rough), clearing)
+        left = clearing.region.polygon.buffer(radius, quad_segs=32).difference(cleared)
+        thin = left.buffer(-FILM * radius).is_empty
+        for z in finishing_levels(-self.heights.levels[-1], 2.0 * radius) if thin else self.heights.levels:
             for run in runs:
-                clear = bool(clearing.allowed.covers(shapely.Point(run.start)))
-                self._to(run.start, z, None, z)
-                self._enter(run, None if clear else 0.0, z, clearing, walls=True)
+                self._to(run.way.start, z, None, z)
+                self._enter(run, None if _is_open(run, cleared, clearing) else top, z, clearing, walls=True)
+            top = z
 
     def _to(self, place: Point, at: float, allowed: Any, z: float) -> None:
         """Go to where a run begins: at depth `at` where the way through `allowed` is free and quicker, else lifted."""
@@ -201,20 +201,8 @@ class _Layer:
         elif builder.position[2] != self.heights.clearance and self.machine.safe_z is None:
             builder.rapid(z=self.heights.clearance)
 
-    def _enter(
-        self,
-        run: Polyline,
-        top: float | None,
-        z: float,
-        clearing: Clearing,
-        *,
-        walls: bool = False,
-        loop: Polyline | None = None,
-    ) -> None:
-        """Come down to z, through air where `top` is None, else into what is uncut below `top`; follow the run.
-
-        A run that begins with a `loop` for coming down is entered along it, round and round.
-        """
+    def _enter(self, run: _Run, top: float | None, z: float, clearing: Clearing, *, walls: bool = False) -> None:
+        """Come down to z, through air where `top` is None, else into what is uncut below `top`; follow the run."""
         builder, data = self.builder, self.data
         if builder.position[2] > z:
             if top is None:
@@ -224,10 +212,10 @@ class _Layer:
             else:
                 allowed = clearing.region.polygon if walls else clearing.allowed
                 climb = clearing.region.rules.climb
-                down = come_down if loop is None else wind_down
-                self.descents.append(down(builder, run if loop is None else loop, top, z, data, allowed, climb))
+                down, way = (come_down, run.way) if run.loop is None else (wind_down, run.loop)
+                self.descents.append(down(builder, way, top, z, data, allowed, climb))
         self.down = True
-        follow(builder, run, data.tool.feed)
+        follow(builder, run.way, data.tool.feed)
 
     def finish(self, coolant: bool) -> None:
         """Rise, go to the last place, and end."""
@@ -243,26 +231,45 @@ class _Layer:
         builder.end()
 
 
-def _runs(path: PocketPath) -> list[Polyline]:
-    """Return what the tool follows without being lifted, one open polyline each."""
-    runs: list[list[Polyline]] = []
+class _Run(NamedTuple):
+    """What the tool follows without being lifted, open; `loop`: its beginning, along which it winds down."""
+
+    way: Polyline
+    loop: Polyline | None
+
+
+def _runs(path: PocketPath) -> list[_Run]:
+    """Return the runs of a path."""
+    runs: list[list[PocketPiece]] = []
     for piece, gap in zip(path.pieces, (math.inf, *path.gaps), strict=True):
         if gap > 0.0:
             runs.append([])
-        runs[-1].append(piece.path)
-    return [joined(*run) for run in runs]
+        runs[-1].append(piece)
+    loops = (run[0].path if run[0].kind == "entry" else None for run in runs)
+    return [_Run(joined(*(p.path for p in run)), loop) for run, loop in zip(runs, loops, strict=True)]
 
 
-def _opened(runs: Sequence[Polyline], clearing: Clearing) -> list[bool]:
+def _opened(runs: Sequence[_Run], clearing: Clearing) -> list[bool]:
     """Return for every run whether the runs before it have cleared the place where it begins."""
+    opened = [False]
+    cleared = _ground(runs[:0], clearing)
+    for before, run in itertools.pairwise(runs):
+        cleared = cleared.union(_ground([before], clearing))
+        opened.append(_is_open(run, cleared, clearing))
+    return opened
+
+
+def _ground(runs: Sequence[_Run], clearing: Clearing) -> Any:
+    """Return what the tool clears along some runs: shapely geometry."""
     import shapely
 
     rules = clearing.region.rules
-    opened = [False]
-    cleared = shapely.Polygon()
-    for before, run in itertools.pairwise(runs):
-        line = shapely.LineString(before.flattened(rules.tolerance))
-        cleared = cleared.union(line.buffer(rules.radius, quad_segs=32))
-        disc = shapely.Point(run.start).buffer((1.0 - _SLIVER) * rules.radius)
-        opened.append(bool(cleared.covers(disc)))
-    return opened
+    lines = [shapely.LineString(run.way.flattened(rules.tolerance)) for run in runs]
+    return shapely.union_all(shapely.buffer(lines, rules.radius, quad_segs=32))
+
+
+def _is_open(run: _Run, cleared: Any, clearing: Clearing) -> bool:
+    """Return whether a run begins where all is cleared."""
+    import shapely
+
+    return bool(cleared.covers(shapely.Point(run.way.start).buffer((1.0 - _SLIVER) * clearing.region.rules.radius)))

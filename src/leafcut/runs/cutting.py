@@ -53,11 +53,13 @@ def cut(run: Run, source: str | Path) -> Outcome:
         found, solutions = ordered(joined, drawn if cutting is job.cutting else None, spent)
     planned = as_planned(job)
     first = drawn_laid if planned is None else _laid(*planned)
-    third = _laid(joined, found)
+    second, third = _laid(job, nearest), _laid(joined, found)
     bound = run.settings.cut.heat_distance > 0.0 or (run.settings.cut.sweep != "free" and planned is not None)
     if run.settings.resequence.keep_order or (third.score(run) > first.score(run) and not bound):
         third = first
-    return _outcome(job, issues, solutions, first, _laid(job, nearest), third)
+    elif _better_plain(job, second, third) and cutting is job.cutting and planned is None and not bound:
+        third = second
+    return _outcome(job, issues, solutions, first, second, third)
 
 
 # -- toolpath, time and program --------------------------------------------------------------------------------------
@@ -75,6 +77,11 @@ class _Laid:
 
     def score(self, run: Run) -> float:
         return self.measure.time_s if run.settings.solve.objective == "time" else self.measure.travel_mm
+
+
+def _better_plain(job: Job, nearest: _Laid, found: _Laid) -> bool:
+    """Whether nearest neighbours do better: pierces that move out of kerfs can cost what a better order saved."""
+    return job.run.settings.solve.algorithm == "auto" and nearest.score(job.run) < found.score(job.run)
 
 
 def _laid(job: Job, order: list[CutStart]) -> _Laid:
@@ -134,7 +141,7 @@ def _outcome(
         process="cut",
         operations=tuple(
             OperationOutcome(tool, "", (), False, s, cuts=len(s.nodes))
-            for s in (solutions if after is not before else [])
+            for s in (solutions if after is not before and after is not nearest else [])
         ),
         before=before.measure,
         nearest=nearest.measure,
@@ -211,7 +218,8 @@ def _verify(job: Job, laid: _Laid, text: str) -> bool:
         The first difference or danger, and how many more there are.
     """
     from leafcut.verify.cut_motion import check_cut_motion
-    from leafcut.verify.sheet import Asked, check_sheet
+    from leafcut.verify.laid_runs import Asked
+    from leafcut.verify.sheet import check_sheet
 
     job.run.tell("verifying")
     settings, machine = job.run.settings, job.run.machine
@@ -223,6 +231,7 @@ def _verify(job: Job, laid: _Laid, text: str) -> bool:
         joint_holes=settings.cut.joint_holes,
         safe_height=settings.drill.clearance_height,
         probe=job.probe,
+        power=settings.post.beam_power if job.words.torch is not None and job.words.torch.power else None,
     )
     refuse(check_sheet(job.cutting.sheet, laid.plan, text, job.words, machine, asked))
     return True

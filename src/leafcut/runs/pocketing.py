@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -193,7 +194,7 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
     Raises
     ------
     PlanError
-        The strategy asked for is refused, or none has a path without a gouge.
+        The strategy asked for is refused or engages more than it may, or none has a path without a gouge.
     """
     options = job.run.settings.pocket
     name = f"pocket {one.name}" if one.name else "the pocket"
@@ -202,6 +203,7 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
         if found is None or found[1].path is None:
             why = "leafcut does not have it" if found is None else found[1].refused
             raise PlanError(f"{name}: --strategy {options.strategy} is not possible: {why}")
+        _keeps_limit(job, found[1], name)
         return found[0]
     sound = [(k, r, r.measures) for k, r in enumerate(results) if r.measures is not None and not r.measures.gouge_mm2]
     limit = options.max_engagement
@@ -219,6 +221,20 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
         (row[2].retracts, cost, row[0]) for row, cost in zip(whole, costs, strict=True) if cost <= NEARLY * min(costs)
     ]
     return min(near)[2]
+
+
+def _keeps_limit(job: PocketJob, found: PocketResult, name: str) -> None:
+    """Refuse the strategy asked for where it engages more than it may: a limit that is given holds for all of them."""
+    limit = job.run.settings.pocket.max_engagement
+    if limit is None or found.measures is None or found.measures.max_engagement <= limit + ENGAGEMENT_ROOM:
+        return
+    stock = " with the stock on its walls" if found.strategy == "adaptive" and job.rules.stock > 0.0 else ""
+    other = "choose a smaller --tool-diameter" if found.strategy == "adaptive" else "say --strategy adaptive"
+    other = "leave out --stock" if stock else other
+    raise PlanError(
+        f"{name}: {found.strategy}{stock} engages {math.degrees(found.measures.max_engagement):.0f}°, more than "
+        f"--max-engagement {math.degrees(limit):.0f}°; {other}, or give a larger limit"
+    )
 
 
 # -- order and toolpath ----------------------------------------------------------------------------------------------

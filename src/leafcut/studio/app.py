@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError, OptionError
+from leafcut.files import OutputError
 from leafcut.studio.folder import Folder, data_folder
 from leafcut.studio.history import History
 from leafcut.studio.jobs import Jobs
@@ -72,11 +73,14 @@ def open_studio(root: Path, port: int = PORT) -> Studio:
 def _key(root: Path) -> bytes:
     """Return the secret that the cookie is made of; it stays the same over a restart, for pages that are open."""
     file = root / "key"
-    if not file.is_file() or file.stat().st_size != 32:
-        file.touch(mode=0o600)
-        file.chmod(0o600)
-        file.write_bytes(secrets.token_bytes(32))
-    return file.read_bytes()
+    try:
+        if not file.is_file() or file.stat().st_size != 32:
+            file.touch(mode=0o600)
+            file.chmod(0o600)
+            file.write_bytes(secrets.token_bytes(32))
+        return file.read_bytes()
+    except OSError as problem:
+        raise OutputError(f"{file}: the studio's key cannot be kept ({problem.strerror})") from None
 
 
 def make_api(studio: Studio) -> FastAPI:

@@ -138,12 +138,19 @@ def table(head: list[tuple[str, str]], rows: list[list[str]], label: str) -> Ele
 
 
 class Editor(Element, component="static/editor.js"):
-    """A text under a name; `on_save` is told (name, text)."""
+    """A text under a name; `on_save` is told (name, text), `on_draft` the text as it is when it is left."""
 
     def __init__(
-        self, name: str, words_in: str, words: dict[str, str], on_save: Callable[[str, str], Any] | None, label: str
+        self,
+        name: str,
+        words_in: str,
+        words: dict[str, str],
+        on_save: Callable[[str, str], Any] | None,
+        on_draft: Callable[[str], Any],
+        label: str,
     ) -> None:
         super().__init__()
         self._props.update(name=name, text=words_in, words=words, own=on_save is not None, label=label)
         if on_save is not None:
             self.on("save", lambda e: on_save(e.args["name"], e.args["text"]))
+            self.on("draft", lambda e: on_draft(e.args["text"]))

@@ -73,7 +73,7 @@ class Folder:
         """Return the id and the path of a file that is about to be written."""
         made = secrets.token_urlsafe(12)
         place = self.inputs / made
-        place.mkdir(mode=0o700)
+        place.mkdir(mode=0o700, parents=True)
         return made, place / safe_name(name)
 
     def add_input(self, name: str, data: bytes) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from leafcut.api import default_machine
 from leafcut.errors import OptionError
 from leafcut.option_spec import OptionSpec, flag_name, written
 from leafcut.options import GROUPS, group_of
@@ -153,32 +154,54 @@ def form(
 
     `machines` are name → what it is called; `tools` the names of the person's own libraries.
     """
-    own = {"machine": list(machines.items()), "tools": [(OWN + name, name) for name in tools]}
+    own = _own(machines, work, tools)
     return [
-        _group(key, names, values, words, own) for key, names in names_of(work, str(values.get("algorithm") or "auto"))
+        _group(key, names, values, words, work, own)
+        for key, names in names_of(work, str(values.get("algorithm") or "auto"))
     ]
 
 
-def form_of(key: str, names: Iterable[str], words: Words, machines: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Return a form of one group with a few options."""
-    return [_group(key, tuple(names), {}, words, {"machine": list(machines.items())})]
+def form_of(
+    key: str, names: Iterable[str], words: Words, work: str, machines: Mapping[str, str]
+) -> list[dict[str, Any]]:
+    """Return a form of one group with a few options of a kind of work."""
+    return [_group(key, tuple(names), {}, words, work, _own(machines, work))]
+
+
+def _own(machines: Mapping[str, str], work: str, tools: Iterable[str] = ()) -> dict[str, list[tuple[str, str]]]:
+    """Return what a person may choose of what has files of its own."""
+    usual = default_of("machine", work)
+    left_out = {default_of("machine"), usual} - {usual}  # the command line takes it for no choice
+    offered = [(name, title) for name, title in machines.items() if name not in left_out]
+    return {"machine": offered, "tools": [(OWN + name, name) for name in tools]}
 
 
 def _group(
-    key: str, names: tuple[str, ...], values: Mapping[str, Any], words: Words, own: Mapping[str, list[tuple[str, str]]]
+    key: str,
+    names: tuple[str, ...],
+    values: Mapping[str, Any],
+    words: Words,
+    work: str,
+    own: Mapping[str, list[tuple[str, str]]],
 ) -> dict[str, Any]:
     return {
         "key": key,
         "title": words(f"group.{key}"),
         "folded": key not in ("main", "search", "cuts"),
         "changed": sum(1 for name in names if values.get(name) not in (None, "")),
-        "fields": [_field(name, words, own.get(name)) for name in names],
+        "fields": [_field(name, words, default_of(name, work), own.get(name)) for name in names],
     }
 
 
-def _field(name: str, words: Words, own: list[tuple[str, str]] | None) -> dict[str, Any]:
+def default_of(name: str, work: str = "") -> Any:
+    """Return what an option is where a kind of work is told nothing else."""
+    if name == "machine" and work:
+        return default_machine(WORKS[work].process)
+    return group_of(name).defaults()[name]
+
+
+def _field(name: str, words: Words, default: Any, own: list[tuple[str, str]] | None) -> dict[str, Any]:
     spec = group_of(name).specs()[name]
-    default = group_of(name).defaults()[name]
     choices: list[tuple[str, str]] = [(word, word) for word in spec.choices]
     if own is not None:
         choices = own

@@ -100,7 +100,7 @@ class History:
         except sqlite3.DatabaseError as problem:
             if isinstance(problem, sqlite3.OperationalError):
                 raise OutputError(f"{path}: the history cannot be opened ({problem})") from None
-            path.replace(path.with_name(f"{path.name}.damaged-{time.time():.0f}"))
+            self._set_aside()
             self._connection = self._open()
 
     def _open(self) -> sqlite3.Connection:
@@ -108,13 +108,23 @@ class History:
         try:
             connection.execute("PRAGMA journal_mode = WAL")
             connection.execute("PRAGMA foreign_keys = ON")
-            connection.execute("PRAGMA quick_check")
+            found = connection.execute("PRAGMA quick_check(1)").fetchone()
+            if found != ("ok",):
+                raise sqlite3.DatabaseError(str(found))
             connection.executescript(_SCHEMA)
         except sqlite3.Error:
             connection.close()
             raise
         self._path.chmod(0o600)
         return connection
+
+    def _set_aside(self) -> None:
+        """Give a damaged file another name, and what SQLite keeps beside it, which must not meet the new one."""
+        mark = f"damaged-{time.time():.0f}"
+        for suffix in ("", "-wal", "-shm"):
+            file = self._path.with_name(self._path.name + suffix)
+            if file.exists():
+                file.replace(file.with_name(f"{self._path.name}.{mark}{suffix}"))
 
     @contextmanager
     def _writing(self) -> Iterator[sqlite3.Connection]:

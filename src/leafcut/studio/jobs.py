@@ -221,6 +221,8 @@ def line_of(problem: BaseException) -> str:
         line = str(problem)
     elif isinstance(problem, MemoryError):
         line = "not enough memory for this input"
+    elif isinstance(problem, OSError) and problem.strerror:
+        line = f"a file of the studio's own folder cannot be written or read ({problem.strerror})"
     else:
         if os.environ.get("LEAFCUT_TRACEBACK"):
             traceback.print_exception(problem, file=sys.stderr)

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import logging
+import math
+import time
+from contextlib import suppress
+from html import escape
 from typing import TYPE_CHECKING
 
 from fastapi import Request
@@ -28,7 +32,14 @@ if TYPE_CHECKING:
 #: The views of the page, each with its key.
 _VIEWS = (("work", "1"), ("jobs", "2"), ("machines", "3"), ("tools", "4"))
 #: Keys that are explained, beside those of the views.
-_KEYS = ("o", "r", "s", "esc", "p", "n", "t", "?")
+_KEYS = ("o", "r", "s", "esc", "p", "n", "u", "y", "t", "?")
+#: Keys of the drawing as they are shown, each with what tells of it.
+_DRAWING_KEYS = (
+    ("← ↑ → ↓", "arrows"), ("+ −", "zoom"), ("F", "fit"), ("␣", "play"), (", .", "block"), ("1 2 3 4", "modes"),
+    ("A … R", "layers"),
+)  # fmt: skip
+#: A line that is no complaint goes after so many seconds.
+_SAID_SECONDS = 6.0
 _LEAF = (
     '<svg viewBox="0 0 24 24" aria-hidden="true"><path d="M20 4C9 4 4 9 4 15c0 1.8.5 3.5 1 5 1.5.5 3.2 1 5 1 6 0 10-6 '
     '10-17z"></path><path d="M5 20 14 10"></path><path d="M20 4l-3.5 3.5"></path></svg>'
@@ -70,10 +81,13 @@ def _language(folder: Folder, request: Request, asked: str) -> str:
     """Return the language asked for, which is kept, or the one kept, or the browser's."""
     kept = folder.root / "language"
     if asked in LANGUAGES:
-        kept.write_text(asked, encoding="utf-8")
+        with suppress(OSError):  # then it is asked for again
+            kept.write_text(asked, encoding="utf-8")
         return asked
-    if kept.is_file():
-        return kept.read_text(encoding="utf-8")
+    with suppress(OSError, UnicodeDecodeError):
+        found = kept.read_text(encoding="utf-8")
+        if found in LANGUAGES:
+            return found
     return preferred(request.headers.get("accept-language", ""))
 
 
@@ -83,11 +97,17 @@ class Page:
     def __init__(self, studio: Studio, spoken: Words) -> None:
         self.studio, self.words = studio, spoken
         self.view = View(studio, spoken)
+        #: When what is said goes away by itself, by the monotonic clock.
+        self._until = math.inf
+        self.shown = ""
 
     def build(self, job: str) -> None:
         """Lay out the page; `job` is shown where it is one."""
         w = self.words
-        ui.add_head_html(f'<meta name="leafcut-language" content="{w.language}">{_HEAD}')
+        lost = escape(w("help.lost") + "|" + w("help.again"))
+        ui.add_head_html(
+            f'<meta name="leafcut-language" content="{w.language}"><meta name="leafcut-lost" content="{lost}">{_HEAD}'
+        )
         ui.context.client.content.classes("all")
         with box("div", "studio", lang=w.language):
             self._top()
@@ -106,6 +126,7 @@ class Page:
                     self.__dict__[kind] = LibraryPanel(self.view, self, kind)
             self._help()
             self.said = text("div", "", "said", id="said", role="status", aria_live="polite")
+            self.said.on("click", lambda: self.say(""))
         self.show("work")
         self.timer = ui.timer(0.1, self.tick)
         if job:
@@ -135,11 +156,17 @@ class Page:
         w = self.words
         with box("dialog", "help", id="help", aria_label=w("top.help")):
             text("h2", w("help.title"))
-            with box("dl", "keys"):
-                for name, key in _VIEWS:
-                    self._key(key, w(f"top.{name}"))
-                for key in _KEYS:
-                    self._key(key, w(f"key.{'help' if key == '?' else key}"))
+            with box("div", "columns"):
+                with box("dl", "keys"):
+                    for name, key in _VIEWS:
+                        self._key(key, w(f"top.{name}"))
+                    for key in _KEYS:
+                        self._key(key, w(f"key.{'help' if key == '?' else key}"))
+                with box("div"):
+                    text("h3", w("help.drawing"))
+                    with box("dl", "keys"):
+                        for keys, name in _DRAWING_KEYS:
+                            self._key(keys, w(f"key.{name}"))
             self._lists()
             text("p", w("help.text"), "quiet")
             text("p", f"leafcut {__version__}", "quiet small")
@@ -162,11 +189,12 @@ class Page:
     @staticmethod
     def _key(key: str, meaning: str) -> None:
         with box("dt"):
-            text("kbd", key.upper() if len(key) == 1 else "Esc")
+            text("kbd", "Esc" if key == "esc" else key.upper() if len(key) == 1 else key)
         text("dd", meaning)
 
     def show(self, name: str) -> None:
         """Show one of the views."""
+        self.shown = name
         for each, view in self.views.items():
             view.set_visibility(each == name)
             self.tabs[each].props(f'aria-current="{"page" if each == name else "false"}"')
@@ -175,8 +203,12 @@ class Page:
         elif name in ("machines", "tools"):
             self.__dict__[name].draw()
 
-    def say(self, line: str, bad: bool = False) -> None:
-        """Tell a person something, in one line at the foot of the page."""
+    def say(self, line: str, bad: bool = False, stays: bool = False) -> None:
+        """Tell a person something, in one line at the foot of the page; a click takes it away.
+
+        What is not `bad` goes by itself after a while, unless it `stays` until something else is told.
+        """
+        self._until = math.inf if bad or stays else time.monotonic() + _SAID_SECONDS
         self.said.set_text(line)
         self.said.classes(replace="said bad" if bad else "said")
 
@@ -201,5 +233,9 @@ class Page:
 
     def tick(self) -> None:
         """Look ten times a second how the job that is shown goes on."""
+        if time.monotonic() > self._until:
+            self.say("", stays=True)
         self.run.tick()
         self.result.tick()
+        if self.shown == "jobs":
+            self.jobs.tick()

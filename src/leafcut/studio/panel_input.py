@@ -120,15 +120,26 @@ class InputPanel:
         await self.open(kept["id"], kept["name"])
 
     async def open(self, source: str, name: str) -> None:
-        """Open an input: read it, say what is in it, and offer what it is good for."""
+        """Open an input: read it, say what is in it, and offer what it is good for; what is none changes nothing."""
         view = self.view
         if view.work == "nest" and await self.parts.take(source, name):
             return
+        before = dict(vars(view))
         view.source, view.name = source, name or source
         view.second = view.second_name = view.origin = ""
-        view.job = None
+        self.page.run.leave()
         self.page.remember()
         await self.read("")
+        if view.source or not before["source"]:
+            self.page.run.canvas.fit()
+            return
+        line = self.page.said.text
+        vars(view).update(before)
+        self.page.remember()
+        self.draw()
+        self.page.run.watch() if view.job else self.page.run.draw()
+        self.page.result.draw()
+        self.page.say(line, True)
 
     async def cut(self, sheet: SheetOfNest) -> None:
         """Open a sheet of a nest to be cut."""
@@ -138,16 +149,18 @@ class InputPanel:
         except LeafcutError as problem:
             self.page.say(str(problem), True)
             return
-        view.source, view.name, view.origin, view.job = source, sheet.file, sheet.origin, None
+        view.source, view.name, view.origin = source, sheet.file, sheet.origin
+        self.page.run.leave()
         view.put("quantity", str(sheet.count) if sheet.count > 1 else "")
         view.work = "cut"
         self.page.remember()
         await self.read("cut")
+        self.page.run.canvas.fit()
 
     async def read(self, work: str) -> None:
         """Read the input for a kind of work, outside the event loop."""
         view = self.view
-        self.page.say(view.words("open.reading", name=view.name))
+        self.page.say(view.words("open.reading", name=view.name), stays=True)
         try:
             seen = await run.io_bound(view.look, work)
         except Exception as problem:
@@ -210,7 +223,7 @@ class InputPanel:
             view.parts = list(parts_of(task))
             view.part_names = {one.input: name for one, name in zip(view.parts, names, strict=True)}
         view.origin = task.origin
-        view.process, view.work = task.process, _work_of(task, view.name)
+        view.process, view.work = task.process, work_of(task, view.name)
         view.values, view.errors = dict(task.options), {}
         view.shown = {name: self._named(value) for name, value in task.options.items() if isinstance(value, str)}
         self.draw()
@@ -291,7 +304,8 @@ class InputPanel:
     def _say_command(self) -> None:
         view = self.view
         line = view.command_line()
-        self.command.set_text(line or view.words("parts.none" if view.work == "nest" else "command.none"))
+        missing = "parts.none" if view.work == "nest" else "command.later" if view.source else "command.none"
+        self.command.set_text(line or view.words(missing))
         self.copy.set_visibility(bool(line))
         self.ready(view.ready)
 
@@ -320,7 +334,7 @@ def _group(fields: list[dict[str, Any]]) -> dict[str, Any]:
     return {"key": "one", "title": "", "folded": False, "changed": 0, "fields": fields}
 
 
-def _work_of(task: Task, name: str) -> str:
+def work_of(task: Task, name: str) -> str:
     """Return the kind of work that a task is."""
     if task.command != "optimize":
         return task.command

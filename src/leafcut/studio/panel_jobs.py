@@ -6,8 +6,9 @@ import time
 from typing import TYPE_CHECKING
 
 from leafcut.studio.elements import box, button, text
-from leafcut.studio.history import Record
+from leafcut.studio.history import Record, State
 from leafcut.studio.jobs import line_of
+from leafcut.studio.panel_input import work_of
 from leafcut.studio.view import View
 from leafcut.units import format_time
 
@@ -23,10 +24,22 @@ class JobsPanel:
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         self.place = box("div", "page")
+        self._drawn: list[tuple[str, State]] = []
+
+    def tick(self) -> None:
+        """Show the jobs anew when one of them stands otherwise than it is shown."""
+        if self._states() != self._drawn:
+            self.draw()
+
+    def _states(self) -> list[tuple[str, State]]:
+        """Return every job that is not over, and how it stands."""
+        jobs = self.view.studio.jobs
+        return [(job, live.state) for job in jobs.running() if (live := jobs.live(job)) is not None]
 
     def draw(self) -> None:
         """Show the jobs as they stand now."""
         w = self.view.words
+        self._drawn = self._states()
         records = self.view.studio.history.newest(_MOST)
         self.place.clear()
         with self.place:
@@ -51,21 +64,21 @@ class JobsPanel:
         with box("tr"):
             text("td", time.strftime("%Y-%m-%d %H:%M", time.localtime(record.created)), "keep quiet")
             text("th", record.title, "", scope="row", dir="auto")
-            process = "" if record.task.process == "auto" else f" ({record.task.process})"
-            text("td", f"{record.task.command}{process}", "quiet")
+            text("td", w(f"work.{work_of(record.task, record.title)}"), "quiet")
             with box("td"):
                 text("span", w(f"state.{state.value}"), f"tag {state.value}", title=record.line)
             text("td", self._figures(record), "n")
             with box("td", "keep"):
                 button(w("jobs.open"), lambda: self.page.open_job(record.id), "small")
                 button(w("jobs.again"), lambda: self._again(record), "small")
-                button(w("jobs.delete"), lambda: self._delete(record), "small plain")
+                button(w("jobs.delete"), lambda: self._delete(record), "small plain", data_sure=w("jobs.sure"))
 
     def _figures(self, record: Record) -> str:
         found, w = record.figures, self.view.words
         if "after_s" in found and found["before_s"] is not None:
             saved = found["saved_percent"] or 0.0
-            return f"{format_time(found['before_s'])} → {format_time(found['after_s'])} (−{saved:.1f} %)"
+            change = f"{'−' if saved >= 0 else '+'}{abs(saved):.1f} %"
+            return f"{format_time(found['before_s'])} → {format_time(found['after_s'])} ({change})"
         if "length" in found:
             return f"{found['length']:,.8g}"
         if "variants" in found:
@@ -86,7 +99,9 @@ class JobsPanel:
     def _delete(self, record: Record) -> None:
         self.view.studio.jobs.delete(record.id)
         if self.view.job == record.id:
-            self.view.job = None
+            self.page.run.leave()
+            self.page.remember()
             self.page.run.draw()
+            self.page.input.ready(bool(self.view.source))
             self.page.result.draw()
         self.draw()

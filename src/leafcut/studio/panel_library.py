@@ -18,7 +18,9 @@ class LibraryPanel:
 
     def __init__(self, view: View, page: Page, kind: str) -> None:
         self.view, self.page, self.kind = view, page, kind
-        self.chosen, self.own, self.draft = "", False, ""
+        self.chosen, self.own = "", False
+        #: Name → text of the person's own that were changed and not saved.
+        self.drafts: dict[str, str] = {}
         self.place = box("div", "page library")
 
     def draw(self) -> None:
@@ -49,13 +51,13 @@ class LibraryPanel:
 
     def choose(self, name: str, own: bool) -> None:
         """Show one of them."""
-        self.chosen, self.own, self.draft = name, own, ""
+        self.chosen, self.own = name, own
         self.draw()
 
     def _detail(self) -> None:
         w, folder = self.view.words, self.view.studio.folder
         try:
-            words = self.draft or (
+            words = (
                 library.own_text(folder, self.kind, self.chosen)
                 if self.own
                 else library.shipped_text(self.kind, self.chosen)
@@ -63,13 +65,22 @@ class LibraryPanel:
         except Exception as problem:
             text("p", line_of(problem), "error")
             return
+        draft = self.drafts.get(self.chosen, words) if self.own else words
         with box("div", "title"):
             text("h2", self.chosen)
+            if draft != words:
+                text("span", w("library.unsaved"), "tag cancelled")
             button(w("library.copy"), lambda: self._copy(words), "small")
             if self.own:
-                button(w("library.delete"), self._delete, "small plain")
+                button(w("library.delete"), self._delete, "small plain", data_sure=w("jobs.sure"))
         names = {"name": w("library.name"), "save": w("library.save")}
-        Editor(self.chosen, words, names, self._save if self.own else None, f"{self.chosen}.toml")
+        Editor(
+            self.chosen, draft, names, self._save if self.own else None, self._keep_draft, f"{self.chosen}.toml"
+        )  # fmt: skip
+
+    def _keep_draft(self, words: str) -> None:
+        """Keep what was typed for when the person comes back; runs and lists have what was saved."""
+        self.drafts[self.chosen] = words
 
     def _copy(self, words: str) -> None:
         taken = {*self.view.studio.folder.own(self.kind), *library.shipped(self.kind)}
@@ -87,10 +98,13 @@ class LibraryPanel:
             self.page.say(line_of(problem), True)
             return
         self.page.say(self.view.words("library.saved", name=name))
+        self.drafts.pop(self.chosen, None)
+        self.drafts.pop(name, None)
         self.choose(name, True)
         self.page.input.draw()
 
     def _delete(self) -> None:
         library.delete(self.view.studio.folder, self.kind, self.chosen)
+        self.drafts.pop(self.chosen, None)
         self.choose(library.shipped(self.kind)[0], False)
         self.page.input.draw()

@@ -67,7 +67,7 @@ class LivePanel:
                     self.iteration = text("span", "", "quiet figure")
                     self.hold = button(w("run.pause"), self._hold, "", data_key="p")
                     button(w("run.step"), self._step, "", data_key="n")
-                    self.pace = Form([pace_field(view)], {}, self._set_pace, lambda _: None)
+                    self.pace = Form([pace_field(view)], {"help": w("form.help")}, self._set_pace, lambda _: None)
         self.clear()
 
     def clear(self) -> None:
@@ -154,7 +154,7 @@ class LivePanel:
         """Stop and keep the best."""
         if self.view.job is not None:
             self.view.studio.jobs.stop(self.view.job)
-            self.page.say(self.view.words("run.stopping"))
+            self.page.say(self.view.words("run.stopping"), stays=True)
 
     def _cancel(self) -> None:
         """Stop and keep nothing."""

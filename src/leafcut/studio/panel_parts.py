@@ -39,7 +39,7 @@ class PartsPanel:
         rows = [
             {
                 "id": f"{index}-{one.input}",
-                "name": view.part_names.get(one.input, one.input),
+                "name": view.part_names.get(one.input) or "?",
                 "quantity": str(one.quantity),
                 "rotations": one.rotations,
                 "shown": one.input == view.source and view.job is None,
@@ -73,7 +73,8 @@ class PartsPanel:
         if seen is None or "nest" not in seen.works:
             view.source, view.name = before
             return False
-        view.seen, view.job = seen, None
+        view.seen = seen
+        self.page.run.leave()
         if seen.error:
             self.page.say(seen.error, True)
         else:
@@ -140,7 +141,8 @@ class PartsPanel:
         if not 0 <= index < len(view.parts):
             return
         view.source = view.parts[index].input
-        view.name, view.job = view.part_names[view.source], None
+        view.name = view.part_names[view.source]
+        self.page.run.leave()
         self.page.remember()
         await self.page.input.read("nest")
 

@@ -20,6 +20,8 @@ _TABS = ("summary", "issues", "program", "search")
 _NUMBER = "n"
 #: So much of a program is shown here; all of it is in the file.
 _MOST_LINES, _MOST_ISSUES, _MOST_WORKERS = 2000, 200, 64
+#: So many warnings stand before the figures.
+_MOST_WARNINGS = 2
 #: Files in the order in which they are offered.
 _FILES = ("program", "tour", "report", "plan", "order", "list", "picture-before", "picture-after")
 
@@ -88,14 +90,16 @@ class ResultPanel:
             for tab in _TABS:
                 number = len(_issues(answer)) if tab == "issues" else 0
                 words = w(f"result.{tab}") + (f" {number}" if number else "")
+                classes = "tab warned" if tab == "issues" and _warnings(answer) else "tab"
                 chosen = "true" if tab == self.tab else "false"
                 button(
-                    words, lambda tab=tab: self.choose(tab), "tab",
+                    words, lambda tab=tab: self.choose(tab), classes,
                     role="tab", id=f"tab-{tab}", aria_selected=chosen, aria_controls="result-panel",
                 )  # fmt: skip
 
     def _summary(self, record: Record, answer: dict[str, Any]) -> None:
         command = record.task.command
+        self._warned(answer)
         if command == "nest":
             self.nest.draw(record, answer)
         elif command == "optimize":
@@ -115,6 +119,21 @@ class ResultPanel:
             variant, number = (int(word) for word in place.split("/"))
             words = self.view.words("nest.back", variant=variant, number=number)
             button(f"‹ {words}", lambda: self.page.open_job(job, (variant, number)), "plain small back")
+
+    def _warned(self, answer: dict[str, Any]) -> None:
+        """Show first what a person must know before the program runs; all else stands among the issues."""
+        found = _warnings(answer)
+        if not found:
+            return
+        with box("ul", "warnings"):
+            for issue in found[:_MOST_WARNINGS]:
+                with box("li"):
+                    meant = self.view.words.issue(issue["code"])
+                    if meant:
+                        text("b", f"{meant}: ")
+                    text("span", issue["message"], "", dir="auto", lang="en")
+            if len(found) > _MOST_WARNINGS:
+                text("li", self.view.words("open.more", number=len(found) - _MOST_WARNINGS))
 
     def _saved(self, answer: dict[str, Any]) -> None:
         w = self.view.words
@@ -146,7 +165,7 @@ class ResultPanel:
         text("p", w("result.verified" if good else "result.unverified"), "badge" if good else "badge no")
         if certificate:
             counted = ", ".join(
-                f"{number:,} {what.replace('_', ' ')}" for what, number in certificate["before"].items()
+                w(f"result.{what}", number=f"{number:,}") for what, number in certificate["before"].items() if number
             )
             text("p", w("result.certificate", counted=counted), "quiet small")
 
@@ -296,6 +315,11 @@ def _issues(answer: dict[str, Any]) -> list[dict[str, str]]:
         issue if isinstance(issue, dict) else {"code": "", "severity": "warning", "message": str(issue), "place": ""}
         for issue in answer.get("issues", [])
     ]
+
+
+def _warnings(answer: dict[str, Any]) -> list[dict[str, str]]:
+    """Return the issues that are more than a note."""
+    return [issue for issue in _issues(answer) if issue["severity"] != "note"]
 
 
 def _seconds(value: float | None) -> str:

@@ -75,6 +75,11 @@ class RunPanel:
         self.draw()
         self.tick()
 
+    def leave(self) -> None:
+        """Show no job any more; one that runs goes on, and is among the jobs."""
+        self.view.job, self.watching = None, False
+        self.live.clear()
+
     def tick(self) -> None:
         """Show what is new; when the job is over, its outcome."""
         if not self.watching or self.view.job is None:

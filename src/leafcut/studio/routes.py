@@ -71,6 +71,12 @@ def router(studio: Studio) -> APIRouter:
     _add_files(made, studio.folder)
     _add_jobs(made, studio.jobs)
     _add_lists(made)
+
+    @made.get("", include_in_schema=False)
+    @made.get("/{rest:path}", include_in_schema=False)
+    def nothing(rest: str = "") -> None:
+        raise HTTPException(404, "there is nothing at this address")
+
     return made
 
 

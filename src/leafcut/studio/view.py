@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from leafcut import api
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.option_spec import flag_name
-from leafcut.options import MachineOptions, all_options, group_of, options_of_file
+from leafcut.options import all_options, group_of, options_of_file
 from leafcut.studio import forms
 from leafcut.studio.folder import OWN
 from leafcut.studio.preview import Seen, look
@@ -86,7 +86,7 @@ class View:
 
     def put(self, name: str, value: Any, shown: str = "") -> None:
         """Take a value as typed, and note what is wrong with it."""
-        if value in (None, "") or (name == "machine" and value == MachineOptions().machine):
+        if value in (None, "", group_of(name).defaults()[name]):
             self.values.pop(name, None)
             self.shown.pop(name, None)
         else:
@@ -122,12 +122,11 @@ class View:
     def form(self) -> list[dict[str, Any]]:
         """Return the options form of the work chosen."""
         tools = self.studio.folder.own("tools")
-        made = forms.form(self.work, self.values, self.words, machines=self._machines(), tools=tools)
-        return _for_cutting(made) if self.work == "cut" else made
+        return forms.form(self.work, self.values, self.words, machines=self._machines(), tools=tools)
 
     def cut_form(self) -> list[dict[str, Any]]:
         """Return the form of what nested sheets are cut with."""
-        return _for_cutting(forms.form_of("cuts", forms.CUT_OF_NEST, self.words, self._machines()))
+        return forms.form_of("cuts", forms.CUT_OF_NEST, self.words, "cut", self._machines())
 
     def cut_options(self) -> dict[str, Any]:
         """Return what nested sheets are cut with; how often each is cut is known from the nest.
@@ -186,14 +185,6 @@ OF_READING = frozenset(
     for group, name, _ in all_options()
     if group.section in ("read", "sheet") or name in ("machine", "pixel_size", "threshold", "speckle", "invert")
 ) | {"pocket_layers", "island_layers"}
-
-
-def _for_cutting(groups: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return a form with the machine that cuts where none is chosen in the place of the one that stands for that."""
-    for one in (one for group in groups for one in group["fields"] if one["name"] == "machine"):
-        one["choices"] = [choice for choice in one["choices"] if choice[0] != one["default"]]
-        one["default"] = api.machine_name({}, "cut")
-    return groups
 
 
 def _shipped() -> list[str]:

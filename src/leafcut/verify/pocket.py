@@ -1,9 +1,9 @@
-"""A pocketing program, read back and simulated: no gouge, nothing too deep, no rapid in the material."""
+"""A pocketing program, read back and simulated: no gouge, nothing too deep at once, no rapid in the material."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points, Polyline
 from leafcut.geometry.regions import FINE, region
-from leafcut.model.pocket import Pocket, PocketPath, PocketPiece, PocketRules
+from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath, positions_before
 from leafcut.verify.difference import Difference, place, shorten
-from leafcut.verify.removal import Removal, removal
+from leafcut.verify.removal import Removal, capsules, removal
 
 #: Room for the rounding of written heights, mm (half of 0.0001 inch is 0.00127 mm), and of the walls' chords.
 _ROOM = 0.002
@@ -87,6 +87,68 @@ def gouge_differences(removed: Sequence[tuple[float, int, Removal]], pockets: Se
     return wrong
 
 
+def depth_differences(written: Toolpath, rules: PocketRules, step: float) -> list[Difference]:
+    """Return where a level cuts what no level before it has cut at most `step` mm above: more than one level at once.
+
+    A strip narrower than `FILM` diameters may be: a finishing pass takes the stock off along its whole depth.
+    """
+    wrong, levels = [], _levels(list(_cuts(written, rules.tolerance)))
+    for number, level in enumerate(levels):
+        if level.z >= -step - _ROOM:
+            continue
+        over = (one for one in levels[:number] if level.z + _ROOM < one.z <= level.z + step + _ROOM)
+        above = np.concatenate([np.zeros((0, 2, 2)), *(one.steps for one in over)])
+        new = level.steps[~np.isin(_names(level.steps), _names(above))]
+        if not len(new):
+            continue
+        low, high = new.min(axis=(0, 1)) - rules.tool_diameter, new.max(axis=(0, 1)) + rules.tool_diameter
+        near = ((above.max(axis=1) >= low) & (above.min(axis=1) <= high)).all(axis=1)
+        left = capsules(new, rules.radius, rules).difference(capsules(above[near], rules.radius, rules))
+        wide = left.buffer(-FILM * rules.radius - 2.0 * rules.tolerance)
+        if not wide.is_empty:
+            point = wide.representative_point()
+            words = f"more than a level of {step:.3f} mm would be cut at once near {place(point.x, point.y, level.z)}"
+            wrong.append(Difference("too deep", 0, level.line, words))
+    return shorten(wrong)
+
+
+@dataclass
+class _Level:
+    """What is cut at one height before the tool goes on at another: its steps, and the line that it begins in."""
+
+    z: float
+    line: int
+    parts: list[NDArray[np.float64]] = field(default_factory=list)
+
+    @property
+    def steps(self) -> NDArray[np.float64]:
+        """All steps, float64[n, 2, 2]."""
+        return np.concatenate(self.parts)
+
+
+def _levels(cuts: Sequence[_Cut]) -> list[_Level]:
+    """Return the levels in the order in which they are cut; ways down are none."""
+    found: list[_Level] = []
+    for cut in cuts:
+        if np.ptp(cut.way[:, 2]) > _ROOM:
+            continue
+        z = float(cut.way[-1, 2])
+        if not found or abs(found[-1].z - z) > _ROOM:
+            found.append(_Level(z, cut.line))
+        found[-1].parts.append(np.stack([cut.way[:-1, :2], cut.way[1:, :2]], axis=1))
+    return found
+
+
+def _names(steps: NDArray[np.float64]) -> NDArray[Any]:
+    """Return what is equal for steps between the same places, whichever way they are gone."""
+    rounded = np.round(steps, 3) + 0.0
+    turned = (rounded[:, 0] > rounded[:, 1])[:, 0] | (
+        (rounded[:, 0, 0] == rounded[:, 1, 0]) & (rounded[:, 0, 1] > rounded[:, 1, 1])
+    )
+    rounded[turned] = rounded[turned, ::-1]
+    return np.ascontiguousarray(rounded.reshape(-1, 4)).view("V32").ravel()
+
+
 def _shape(pocket: Pocket, rules: PocketRules) -> Any:
     return region(pocket.outline, pocket.islands, rules.tolerance, pocket.name or "the pocket")
 
@@ -132,16 +194,18 @@ def _flat(path: Toolpath, row: int, begin: Points, end: Points, tolerance: float
 
 
 def _pieces(cuts: Sequence[_Cut], z: float) -> Iterator[Points]:
-    """Yield the ways that the tool goes at one level, each as long as it goes on."""
+    """Yield the ways that the tool goes at one level, each as long as it goes on from where it comes down."""
     run: list[Points] = []
     for cut in cuts:
-        level = bool((np.abs(cut.way[:, 2] - z) <= _ROOM).all())
-        on = level and bool(run) and np.allclose(run[-1][-1], cut.way[0, :2], rtol=0.0, atol=1e-9)
+        there = np.abs(cut.way[:, 2] - z) <= _ROOM
+        on = bool(there.all()) and bool(run) and np.allclose(run[-1][-1], cut.way[0, :2], rtol=0.0, atol=1e-9)
         if run and not on:
             yield np.concatenate(run)
             run = []
-        if level:
+        if there.all():
             run.append(cut.way[1:, :2] if run else cut.way[:, :2])
+        elif there[-1]:
+            run.append(cut.way[-1:, :2])
     if run:
         yield np.concatenate(run)
 

@@ -19,6 +19,8 @@ import { View } from "./view.js";
 import { make } from "./icons.js";
 import { WORDS } from "./words.js";
 
+const NUMBER_ROOM = 18; // pixels of a number beside the stop that is furthest right
+
 export const MODES = ["before", "after", "side", "overlay"];
 
 export class Drawing {
@@ -305,7 +307,8 @@ export class Drawing {
   /** Return the room that rulers and captions take at the left, top, right and bottom, pixels. */
   _insets() {
     const top = this.mode === "side" || this.mode === "overlay" ? 30 : 0;
-    return this.layers.grid ? [46, top, 0, 22] : [0, top, 0, 0];
+    const right = this.layers.numbers && this.main?.scene.stop.length ? NUMBER_ROOM : 0;
+    return this.layers.grid ? [46, top, right, 22] : [0, top, right, 0];
   }
 
   _resize() {

@@ -42,7 +42,8 @@ export default {
         this.shown[layer] = scenes[layer];
       }
     },
-    fit() { this.drawing.fit(); },
+    /** Show all, also of what is being fetched just now. */
+    fit() { this.loading = (this.loading ?? Promise.resolve()).then(() => this.drawing.fit()); },
     select(row) { this.drawing.select(row); },
     selectLine(line) { this.drawing.selectLine(line); },
     selectHole(hole) { this.drawing.selectHole(hole); },

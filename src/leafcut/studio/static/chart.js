@@ -85,7 +85,7 @@ export class Convergence {
       const x = this.x(t);
       this.svg.append(
         draw("line", { class: "lc-tick", x1: x, x2: x, y1: bottom, y2: bottom + 4 }),
-        draw("text", { x, y: bottom + 16, "text-anchor": "middle" }, t >= 1000 && log ? `${t / 1000} s` : log ? `${t} ms` : words(t, 1)),
+        draw("text", { x: Math.min(x, width - 24), y: bottom + 16, "text-anchor": "middle" }, t >= 1000 && log ? `${t / 1000} s` : log ? `${t} ms` : words(t, 1)),
       );
     }
     this.svg.append(draw("line", { class: "lc-tick", x1: LEFT, x2: width - RIGHT, y1: bottom, y2: bottom }));

@@ -3,7 +3,7 @@ import { h } from "vue";
 
 export default {
   props: { text: String, name: String, own: Boolean, words: Object, label: String },
-  emits: ["save"],
+  emits: ["save", "draft"],
   data() {
     return { now: this.text, called: this.name };
   },
@@ -40,6 +40,7 @@ export default {
         spellcheck: "false",
         "aria-label": this.label,
         onInput: (e) => (this.now = e.target.value),
+        onChange: (e) => this.own && this.$emit("draft", { text: e.target.value }),
       }),
     ]);
   },

@@ -69,6 +69,7 @@ export default {
           // What is being typed stays, also when the form is drawn anew meanwhile.
           value: this.draft?.name === field.name ? this.draft.text : value ?? "",
           placeholder: field.default,
+          title: value ? undefined : field.default,
           onInput: (e) => { this.draft = { name: field.name, text: e.target.value }; },
           onBlur: () => { this.draft = null; },
           onChange: (e) => this.change(field, e.target.value.trim()),
@@ -87,7 +88,7 @@ export default {
               value && this.shown[field.name] ? h("option", { value, selected: true }, this.shown[field.name]) : null,
             ],
           )
-        : h("span", { class: "picked" }, value ? this.shown[field.name] : field.default);
+        : h("span", { class: "picked", title: value ? this.shown[field.name] : field.default }, value ? this.shown[field.name] : field.default);
       return h("span", { class: "file" }, [
         own,
         h("label", { class: "button small" }, [

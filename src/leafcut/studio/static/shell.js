@@ -7,10 +7,33 @@
 
   const dark = () =>
     root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
-  const say = (text) => {
-    const place = document.getElementById("said");
-    if (place) place.textContent = text;
+  /** Let a button say something else for a while. */
+  const instead = (at, words, ms, then = () => {}) => {
+    if (at.dataset.words) return;
+    at.dataset.words = at.textContent;
+    at.textContent = words;
+    setTimeout(() => {
+      if (at.textContent === words) at.textContent = at.dataset.words;
+      delete at.dataset.words;
+      then();
+    }, ms);
   };
+  // What cannot be taken back is asked for twice.
+  document.addEventListener(
+    "click",
+    (event) => {
+      const at = event.target.closest?.("[data-sure]");
+      if (!at || at.dataset.asked) return;
+      event.stopPropagation();
+      at.dataset.asked = "true";
+      instead(at, at.dataset.sure, 4000, () => delete at.dataset.asked);
+    },
+    true,
+  );
+  document.addEventListener("DOMContentLoaded", () => {
+    const lost = document.querySelector("meta[name=leafcut-lost]")?.content.split("|") ?? [];
+    document.querySelectorAll("#popup > span").forEach((e, k) => { e.textContent = lost[k] ?? e.textContent; });
+  });
   const seen = (e) => e.getClientRects().length > 0;
 
   document.addEventListener("click", async (event) => {
@@ -23,7 +46,7 @@
     } else if (at.dataset.copy) {
       const from = document.getElementById(at.dataset.copy);
       await navigator.clipboard.writeText(from.textContent).then(
-        () => say(at.dataset.said),
+        () => instead(at, at.dataset.said, 2000),
         () => getSelection().selectAllChildren(from),
       );
     } else if (at.dataset.dialog) {
@@ -34,10 +57,12 @@
   });
 
   document.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
+    if (event.altKey || document.querySelector("dialog[open]")) return;
+    const undo = { z: event.shiftKey ? "y" : "u", y: "y" }[event.key.toLowerCase()], held = event.ctrlKey || event.metaKey;
+    if (held && !undo) return;
     if (event.target.closest?.("input:not([type=checkbox]), select, textarea, [contenteditable]")) return;
     if (event.defaultPrevented) return;
-    const key = event.key === "Escape" ? "esc" : event.key.toLowerCase();
+    const key = held ? undo : event.key === "Escape" ? "esc" : event.key.toLowerCase();
     const at = [...document.querySelectorAll(`[data-key="${CSS.escape(key)}"]`)].find((e) => seen(e) && !e.disabled);
     if (!at) return;
     event.preventDefault();

@@ -1,0 +1,132 @@
+"""What the page keeps in order by itself while a person changes his mind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from playwright.sync_api import Page, expect
+from studio_page import LONG, PLATE, opened, run, typed
+
+
+def test_another_file_takes_the_place_of_a_run_which_goes_on_and_can_be_ended(page: Page) -> None:
+    opened(page, PLATE)
+    page.get_by_label("Algorithm", exact=True).select_option("mmas")
+    page.get_by_label("Pace", exact=True).first.select_option("1")
+    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.locator(".progress")).to_be_visible()
+    opened(page, PLATE.with_name("plate_27.dxf"))
+    expect(page.locator(".progress")).to_be_hidden()
+    expect(page.get_by_role("button", name="Run", exact=True)).to_be_enabled()
+    page.get_by_role("button", name="Jobs", exact=True).click()
+    row = page.locator("table.jobs tbody tr").first
+    expect(row).to_contain_text(PLATE.name)
+    expect(row).to_contain_text("running")
+    row.get_by_role("button", name="Delete").click()
+    expect(row).to_contain_text("running")  # asked twice: it cannot be taken back
+    row.get_by_role("button", name="Really delete?").click()
+    expect(page.locator("table.jobs tbody tr", has_text="running")).to_have_count(0)
+
+
+def test_a_new_file_is_seen_whole_however_the_last_one_was_looked_at(page: Page, tmp_path: Path) -> None:
+    opened(page, PLATE)
+    expect(page.locator(".lc-canvas").last).to_be_visible()
+    for _ in range(8):
+        page.get_by_role("button", name="Zoom in").click()
+    page.locator(".lc-canvas").last.hover()
+    expect(page.locator(".lc-readout")).to_contain_text("X ")
+    page.mouse.move(5, 5)
+    opened(page, PLATE.with_name("plate_27.dxf"))
+    corner, box = [], page.locator(".lc-canvas").last.bounding_box()
+    assert box is not None
+    for x in (60, box["width"] - 4):
+        page.mouse.move(box["x"] + x, box["y"] + 10)
+        expect(page.locator(".lc-readout")).to_contain_text("X ")
+        corner.append(float(page.locator(".lc-readout").inner_text().split("X ")[1].split()[0]))
+    assert corner[1] - corner[0] > 200  # mm: the plate is 241 mm high, and wider than half of that
+
+
+def test_what_must_be_known_before_a_program_runs_stands_before_its_figures(page: Page) -> None:
+    opened(page, PLATE)
+    typed(page, "Time limit", "1s")
+    run(page)
+    expect(page.locator(".warnings")).to_contain_text("only spotted")
+    typed(page, "Thickness", "6mm")
+    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.locator(".warnings")).to_have_count(0, timeout=LONG)
+    expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
+
+
+def test_what_is_told_can_be_clicked_away_and_a_change_by_hand_be_taken_back_by_ctrl_z(page: Page) -> None:
+    opened(page, PLATE)
+    typed(page, "Time limit", "1s")
+    run(page)
+    page.get_by_role("button", name="Edit by hand").click()
+    length = page.locator(".edit .figure")
+    before = length.inner_text()
+    page.get_by_role("button", name="Reverse", exact=True).click()
+    expect(page.locator("#said")).to_contain_text("Choose a stop")
+    page.locator("#said").click()
+    expect(page.locator("#said")).to_be_hidden()
+    page.evaluate(
+        """async () => {
+            const { whenThere } = await import("leafcut-canvas/registry.js");
+            const id = Number(document.querySelector(".frame .lc-drawing").parentElement.id.replace(/\\D+/g, ""));
+            (await new Promise((done) => whenThere(id, done))).selectHole(3);
+        }"""
+    )
+    expect(page.locator(".edit .what")).to_contain_text("Chosen")
+    page.get_by_role("button", name="First", exact=True).click()
+    expect(length).not_to_have_text(before)
+    page.keyboard.press("Control+z")
+    expect(length).to_have_text(before)
+    page.keyboard.press("Control+Shift+z")
+    expect(length).not_to_have_text(before)
+
+
+def test_what_was_typed_of_a_machine_and_not_saved_is_there_when_a_person_comes_back(page: Page) -> None:
+    page.keyboard.press("3")
+    page.locator("#view-machines").get_by_role("button", name="grbl-3018", exact=True).click()
+    page.locator("#view-machines").get_by_role("button", name="Copy").click()
+    text = page.locator("#view-machines textarea")
+    expect(page.locator("#editor-name")).to_have_value("my-grbl-3018")
+    text.fill("# mine\n" + text.input_value())
+    page.locator("#view-machines").get_by_role("button", name="haas-vf2", exact=True).click()
+    expect(text).not_to_have_value("# mine")
+    page.locator("#view-machines").get_by_role("button", name="my-grbl-3018", exact=True).click()
+    expect(page.locator("#view-machines .tag")).to_have_text("not saved yet")
+    assert text.input_value().startswith("# mine\n")
+    page.get_by_role("button", name="Save").click()
+    expect(page.locator("#said")).to_contain_text("saved")
+    expect(page.locator("#view-machines .tag")).to_have_count(0)
+
+
+def test_a_wrong_value_is_not_told_as_a_missing_file(page: Page) -> None:
+    opened(page, PLATE)
+    typed(page, "Thickness", "thick")
+    expect(page.locator("#command")).to_have_text("Something above is still missing or wrong.")
+
+
+def test_the_list_of_jobs_says_when_one_is_over(page: Page) -> None:
+    opened(page, PLATE)
+    typed(page, "Time limit", "2s")
+    page.get_by_label("Algorithm", exact=True).select_option("mmas")
+    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.locator(".progress")).to_be_visible()
+    page.get_by_role("button", name="Jobs", exact=True).click()
+    row = page.locator("table.jobs tbody tr").first
+    expect(row).to_contain_text("running")
+    expect(row).to_contain_text("done", timeout=LONG)
+
+
+def test_a_file_of_no_kind_takes_nothing_away(page: Page, tmp_path: Path) -> None:
+    opened(page, PLATE)
+    typed(page, "Time limit", "1s")
+    run(page)
+    saved = page.locator(".headline").inner_text()
+    wrong = tmp_path / "letter.docx"
+    wrong.write_bytes(b"PK")
+    page.set_input_files("#open-file", wrong)
+    expect(page.locator("#said")).to_contain_text("unknown kind of file")
+    expect(page.locator(".about-part .name")).to_have_text(PLATE.name)
+    expect(page.locator(".headline")).to_have_text(saved)
+    assert "job=" in page.url
