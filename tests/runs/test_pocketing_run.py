@@ -308,3 +308,19 @@ def test_what_stays_uncut_is_a_warning_with_its_places(drawing: Path, monkeypatc
     outcome = api.optimize(drawing, **{**FAST, "strategy": "contour"})
     [left] = [i for i in outcome.issues if i.code == "L711"]
     assert "stay uncut" in left.message and left.place.startswith("near (")
+
+
+def test_the_connected_way_as_it_is_written_keeps_the_step_over_and_is_shorter_than_contour_parallel_feeds(
+    data: Path,
+) -> None:
+    """Arcs are fitted; the length is the feed moves that were measured of contour-parallel at the same step-over."""
+    (result,) = api.optimize(
+        data / "pockets" / "p6_islands6.wkt", **{**FAST, "depth": 2, "strategy": "connected", "step_over": 0.6}
+    ).pocket_plans
+    found = result.result.measures
+    assert found is not None
+    assert found.max_step_over <= 6.0
+    assert found.retracts == 0
+    assert found.gouge_mm2 == 0.0
+    assert found.uncovered_percent <= 0.001
+    assert found.feed_mm + found.rapid_mm <= 4704.0

@@ -33,10 +33,13 @@ def _contour(region: CentreRegion, run: Run) -> PocketPath:
 
 
 def _connected(region: CentreRegion, run: Run) -> PocketPath:
+    from leafcut.plan.pocket_arcs import fitted
     from leafcut.plan.pocket_best import best
     from leafcut.verify.removal import too_wide
 
-    return best(region, lambda path: too_wide(region.polygon, path, region.rules))
+    # As it is written: arcs move passes by a few thousandths of a millimetre.
+    rules = region.rules
+    return best(region, lambda path: too_wide(region.polygon, fitted(path, rules.tolerance), rules))
 
 
 def _adaptive(region: CentreRegion, run: Run) -> PocketPath:
