@@ -88,6 +88,8 @@ def test_fireflies_are_shown_by_their_brightness(page: Page) -> None:
     page.get_by_role("button", name="Run", exact=True).click()
     expect(page.locator(".swarm rect")).to_have_count(11, timeout=LONG)
     page.get_by_role("button", name="Cancel").click()
+    expect(page.locator(".progress")).to_be_visible()  # asked twice: it cannot be taken back
+    page.get_by_role("button", name="Really keep nothing?").click()
     expect(page.locator("#said")).to_contain_text("cancelled", timeout=LONG)
     expect(page.locator(".progress")).to_be_hidden()
 

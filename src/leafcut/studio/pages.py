@@ -32,11 +32,11 @@ if TYPE_CHECKING:
 #: The views of the page, each with its key.
 _VIEWS = (("work", "1"), ("jobs", "2"), ("machines", "3"), ("tools", "4"))
 #: Keys that are explained, beside those of the views.
-_KEYS = ("o", "r", "s", "esc", "p", "n", "u", "y", "t", "?")
+_KEYS = (("o",), ("r",), ("s", "esc"), ("p",), ("n",), ("u",), ("y",), ("t",), ("?",))
 #: Keys of the drawing as they are shown, each with what tells of it.
 _DRAWING_KEYS = (
-    ("← ↑ → ↓", "arrows"), ("+ −", "zoom"), ("F", "fit"), ("␣", "play"), (", .", "block"), ("1 2 3 4", "modes"),
-    ("A … R", "layers"),
+    ("← ↑ → ↓", "arrows"), ("+ −", "zoom"), ("F", "fit"), ("␣", "play"), (", .", "block"), ("M", "modes"),
+    ("⇧A … ⇧R", "layers"),
 )  # fmt: skip
 #: A line that is no complaint goes after so many seconds.
 _SAID_SECONDS = 6.0
@@ -159,22 +159,23 @@ class Page:
             with box("div", "columns"):
                 with box("dl", "keys"):
                     for name, key in _VIEWS:
-                        self._key(key, w(f"top.{name}"))
-                    for key in _KEYS:
-                        self._key(key, w(f"key.{'help' if key == '?' else key}"))
+                        self._key(w(f"top.{name}"), key)
+                    for keys in _KEYS:
+                        self._key(w(f"key.{'help' if keys == ('?',) else keys[0]}"), *keys)
                 with box("div"):
                     text("h3", w("help.drawing"))
                     with box("dl", "keys"):
                         for keys, name in _DRAWING_KEYS:
-                            self._key(keys, w(f"key.{name}"))
+                            self._key(w(f"key.{name}"), keys)
             text("p", w("help.text"), "quiet")
             text("p", f"leafcut {__version__}", "quiet small")
             button(w("help.close"), None, "", data_close="")
 
     @staticmethod
-    def _key(key: str, meaning: str) -> None:
+    def _key(meaning: str, *keys: str) -> None:
         with box("dt"):
-            text("kbd", "Esc" if key == "esc" else key.upper() if len(key) == 1 else key)
+            for key in keys:
+                text("kbd", "Esc" if key == "esc" else key.upper() if len(key) == 1 else key)
         text("dd", meaning)
 
     def show(self, name: str) -> None:

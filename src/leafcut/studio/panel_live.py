@@ -61,8 +61,8 @@ class LivePanel:
                     self.workers = Bars()
             self.track = box("progress", "", max="1", value="0", aria_label=w("run.progress"))
             with box("div", "ends"):
-                button(w("run.stop"), self._stop, "", data_key="s")
-                button(w("run.cancel"), self._cancel, "plain", data_key="esc")
+                button(w("run.stop"), self._stop, "", data_key="s esc")
+                button(w("run.cancel"), self._cancel, "plain", data_sure=w("run.sure"))
                 with box("div", "study", role="group", aria_label=w("run.study")) as self.study:
                     self.iteration = text("span", "", "quiet figure")
                     self.hold = button(w("run.pause"), self._hold, "", data_key="p")
