@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -161,6 +162,19 @@ def test_lines_from_either_end_need_less_travel_and_the_proof_says_how_many_were
     assert run(["verify", str(path), str(out)]) == 1
     assert run(["verify", str(path), str(out), "--allow-reverse"]) == 0
     assert f"the same work, {turned} of the cuts" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("power", ["S500", ""])
+@pytest.mark.parametrize("way", ["G0", "G1 F9000"])
+def test_a_way_at_feed_with_the_beam_off_is_travel_and_the_cutting_stays_what_it_is(
+    tmp_path: Path, way: str, power: str
+) -> None:
+    text = lines_program(3).replace("S500", power).replace("G0", way)
+    found = leafcut.optimize(written(tmp_path, text), process="laser")
+    places = np.array(re.findall(r"X(\S+) Y(\S+)", text), dtype=float).reshape(-1, 2, 2)
+    cutting = float(np.hypot(*(places[:, 1] - places[:, 0]).T).sum())
+    assert found.after.cut_mm == pytest.approx(found.before.cut_mm) == pytest.approx(cutting)
+    assert found.after.travel_mm < found.before.travel_mm
 
 
 def test_a_section_begins_where_the_one_before_it_now_ends(tmp_path: Path) -> None:

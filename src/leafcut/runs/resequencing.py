@@ -44,6 +44,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
     """
     from leafcut.gcode.dialects import dialect
     from leafcut.gcode.foreign import interpret_program
+    from leafcut.plan.chains import dark_rows
     from leafcut.plan.resequencing import find_sequence
     from leafcut.solve.compiling import announced
     from leafcut.timing.toolpath import measure
@@ -58,16 +59,16 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
     )
     with announced(lambda: run.tell("compiling (first run on this machine)")):
         solutions = _solve_sections(run, sequence)
-        measures = [measure(original.path, run.machine)]
+        measures = [measure(original.path, run.machine, dark_rows(original, sequence.process))]
         proved = write_proved(run, words, original, sequence, _orders(sequence, solutions), source)
-        measures.append(measure(proved.program.path, run.machine))
+        measures.append(measure(proved.program.path, run.machine, dark_rows(proved.program, sequence.process)))
         before, after = (m.time_s if run.settings.solve.objective == "time" else m.travel_mm for m in measures)
         stay = proved.kept
         if after > before:
             # The solver's cost leaves out what the look-ahead knows; what is no better is not written.
             stay = frozenset(range(len(solutions)))
             proved = write_proved(run, words, original, sequence, [None for _ in solutions], source)
-            measures[1] = measure(proved.program.path, run.machine)
+            measures[1] = measure(proved.program.path, run.machine, dark_rows(proved.program, sequence.process))
         solutions = [_unchanged(s) if k in stay else s for k, s in enumerate(solutions)]
     part, operations = _work_of(source, original, sequence, solutions)
     return Outcome(
