@@ -138,7 +138,7 @@ def form(
     `machines` are name → what it is called; `tools` the names of the person's own libraries.
     """
     usual = default_of("machine", work)
-    left_out = {default_of("machine"), usual} - {usual}  # the command line takes it for no choice
+    left_out = {default_of("machine"), usual} - {usual}  # it does not cut
     offered = [(name, title) for name, title in machines.items() if name not in left_out]
     own = {"machine": offered, "tools": [(OWN + name, name) for name in tools]}
     made = []
