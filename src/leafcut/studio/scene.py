@@ -44,7 +44,7 @@ Blocks of a ``toolpath``, a row for each move or command in the order in which t
 ==================== ======== =======================================================================================
 
 with the header's ``seconds``, ``rapid_mm``, ``cut_mm``, ``kerf`` (mm, 0: none), ``tools`` (number → words) and
-``which`` (``before``, ``after``).
+``which`` (``before``, ``after``). Where ``unitless`` is true, of a map or a tour through one, no number is in mm or s.
 
 Blocks of a ``path``, the best one of a search that goes on: ``point`` f4 × 2, in the order of their visit.
 
@@ -123,9 +123,15 @@ def part_scene(part: Part, tools: dict[int, int] | None = None) -> bytes:
         else None,
         "origin": origin.tolist(),
         "layers": sorted(clean(layer) for layer in layers - {""}),
+        "unitless": unitless(part),
         "issues": _issues(part.issues),
     }
     return packed(header, columns)
+
+
+def unitless(part: Part) -> bool:
+    """Return whether a part is a map whose places have no unit: TSPLIB's."""
+    return part.edge_weight_type != ""
 
 
 def outcome_scene(outcome: Outcome, which: Which) -> bytes:
@@ -155,15 +161,26 @@ def outcome_part_scene(outcome: Outcome) -> bytes:
     return part_scene(outcome.part, tools)
 
 
-def toolpath_scene(path: Toolpath, machine: Machine, *, name: str = "", text: str = "", beam: bool = False) -> bytes:
-    """Return any toolpath as the machine runs it; `text` is the program that its lines are of.
+def toolpath_scene(
+    path: Toolpath, machine: Machine, *, name: str = "", text: str = "", beam: bool = False, of: Part | None = None
+) -> bytes:
+    """Return any toolpath as the machine runs it; `text` is the program of its lines, `of` the part it goes through.
 
     Raises
     ------
     PlanError
         The drilling cycles come to more moves than can be meant.
     """
-    return _toolpath(playback(path, machine, beam), {"name": clean(name), "which": "after"}, text, None)
+    return _toolpath(
+        playback(path, machine, beam),
+        {
+            "name": clean(name),
+            "which": "after",
+            "unitless": of is not None and unitless(of),
+        },
+        text,
+        None,
+    )
 
 
 def pheromone_scene(points: ArrayLike, edges: ArrayLike, strength: ArrayLike) -> bytes:

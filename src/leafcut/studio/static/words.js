@@ -29,6 +29,7 @@ export const WORDS = {
   time: "Machine time",
   rate: "Speed of playing",
   hole: "Hole",
+  point: "Point",
   move: "Rapid",
   cut: "Cut",
   arc: "Arc",
