@@ -17,6 +17,7 @@ from leafcut.gcode.foreign import interpret_program
 from leafcut.gcode.program import Program
 from leafcut.model.sequence import Sequence
 from leafcut.post import rewriter
+from leafcut.report.views import work_words
 from leafcut.runs.proving import with_comments
 from leafcut.runs.resequencing import decoded
 from rewriting import work_of
@@ -175,6 +176,26 @@ def test_a_way_at_feed_with_the_beam_off_is_travel_and_the_cutting_stays_what_it
     cutting = float(np.hypot(*(places[:, 1] - places[:, 0]).T).sum())
     assert found.after.cut_mm == pytest.approx(found.before.cut_mm) == pytest.approx(cutting)
     assert found.after.travel_mm < found.before.travel_mm
+
+
+def test_every_hole_of_a_tool_is_counted_also_the_first_one_of_its_cycle_that_stays(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of two tools that drill the same board, the first hole of each comes with the cycle and keeps its place."""
+    first, *rest = (f"X{k * 37 % 100} Y{k * 61 % 90}" for k in range(12))
+    lines = ["%", "G21 G90 G17 G94"]
+    for tool in (1, 2):
+        top = [f"T{tool} M6", "S3000 M3", f"G0 G54 {first}", f"G43 H{tool} Z25."]
+        lines += [*top, f"G99 G81 {first} Z-3. R2. F200.", *rest, "G80", "G0 Z25.", "M5"]
+    path = written(tmp_path, "\n".join([*lines, "M30", "%", ""]))
+    assert run(["optimize", str(path), "-o", str(tmp_path / "new.nc"), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["counts"]["holes"] == 24
+    assert [(t["number"], t["holes"], t["staying"]) for t in answer["tools"]] == [(1, 12, 1), (2, 12, 1)]
+    outcome = leafcut.optimize(path)
+    assert len(outcome.part.holes) == 24
+    assert [work_words(o) for o in outcome.operations] == ["12 holes, 1 in its place"] * 2
+    assert sorted(hole for o in outcome.operations for hole in o.holes) == list(range(24))
 
 
 def test_a_section_begins_where_the_one_before_it_now_ends(tmp_path: Path) -> None:

@@ -160,9 +160,13 @@ def tool_words(tool: Tool) -> str:
 
 
 def work_words(operation: OperationOutcome) -> str:
-    """Return ``70 holes``, ``2 slots``, ``3 holes, 12 cuts``."""
-    work = [(len(operation.hole_order), "slot" if operation.slots else "hole"), (operation.cuts, "cut")]
-    return ", ".join(count(number, noun) for number, noun in work if number) or count(0, "hole")
+    """Return ``70 holes``, ``2 slots``, ``3 holes, 12 cuts``, ``121 holes, 1 in its place``."""
+    work = [(len(operation.holes), "slot" if operation.slots else "hole"), (operation.cuts, "cut")]
+    words = [count(number, noun) for number, noun in work if number] or [count(0, "hole")]
+    staying = len(operation.staying)
+    if staying:
+        words.insert(1, f"{staying:,} in {'its place' if staying == 1 else 'their places'}")
+    return ", ".join(words)
 
 
 def searches(outcome: Outcome) -> list[Row]:

@@ -157,7 +157,7 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
 
 def outcome_part_scene(outcome: Outcome) -> bytes:
     """Return the part of an outcome, every hole with the tool that works last on it."""
-    tools = {hole: o.tool.number for o in outcome.operations if not o.slots for hole in o.hole_order}
+    tools = {hole: o.tool.number for o in outcome.operations if not o.slots for hole in o.holes}
     return part_scene(outcome.part, tools)
 
 
