@@ -17,7 +17,7 @@ from websockets.sync.client import connect
 
 from leafcut.errors import OptionError
 from leafcut.files import OutputError
-from leafcut.studio.app import StudioError, _listen, open_studio, parse_port
+from leafcut.studio.app import StudioError, _listen, open_studio, parse_port, serve
 
 
 @pytest.fixture(scope="module")
@@ -133,3 +133,17 @@ def test_what_lies_damaged_in_the_folder_ends_in_one_line_or_is_made_anew(tmp_pa
     (root / "key").mkdir()
     with pytest.raises(OutputError, match="key cannot be kept"):
         open_studio(root)
+
+
+@pytest.mark.parametrize(
+    ("missing", "told"),
+    [("uvicorn", "the studio needs the package uvicorn: pip install 'leafcut[studio]'"), ("leafcut.studio.view", None)],
+)
+def test_only_a_package_that_is_not_installed_is_told_as_missing(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, missing: str, told: str | None
+) -> None:
+    for name in [n for n in sys.modules if n == missing or n.startswith("leafcut.studio.pa")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, missing, None)
+    with pytest.raises(StudioError if told else ModuleNotFoundError, match=re.escape(told or missing)):
+        serve(root=tmp_path)

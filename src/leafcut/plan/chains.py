@@ -105,7 +105,7 @@ def read_rows(program: Program, process: str) -> Rows:
 
 def dark_rows(program: Program, process: str) -> NDArray[np.bool_]:
     """Return the rows that are made at feed with the beam of the process off, bool[n]; of a tool there are none."""
-    dark = (program.path.kind == Kind.FEED) & (process in BEAMS)
+    dark: NDArray[np.bool_] = (program.path.kind == Kind.FEED) & (process in BEAMS)
     return dark & ~_beam(program) if dark.any() else dark
 
 

@@ -135,8 +135,10 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
         import uvicorn
 
         from leafcut.studio.pages import add_pages
-    except ImportError as problem:
-        package = str(problem.name or "nicegui").partition(".")[0]
+    except ModuleNotFoundError as problem:
+        package = str(problem.name).partition(".")[0]
+        if package == "leafcut":  # a fault of our own, which no installing mends
+            raise
         raise StudioError(f"the studio needs the package {package}: pip install 'leafcut[studio]'") from None
     with _listen(port) as listening:
         studio = open_studio(root or data_folder(), listening.getsockname()[1])

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 #: The views of the page, each with its key.
 _VIEWS = (("work", "1"), ("jobs", "2"), ("machines", "3"), ("tools", "4"))
 #: Keys that are explained, beside those of the views.
-_KEYS = (("o",), ("r",), ("s", "esc"), ("p",), ("n",), ("u",), ("y",), ("t",), ("?",))
+_KEYS: tuple[tuple[str, ...], ...] = (("o",), ("r",), ("s", "esc"), ("p",), ("n",), ("u",), ("y",), ("t",), ("?",))
 #: Keys of the drawing as they are shown, each with what tells of it.
 _DRAWING_KEYS = (
     ("← ↑ → ↓", "arrows"), ("+ −", "zoom"), ("F", "fit"), ("␣", "play"), (", .", "block"), ("M", "modes"),
@@ -160,8 +160,8 @@ class Page:
                 with box("dl", "keys"):
                     for name, key in _VIEWS:
                         self._key(w(f"top.{name}"), key)
-                    for keys in _KEYS:
-                        self._key(w(f"key.{'help' if keys == ('?',) else keys[0]}"), *keys)
+                    for every in _KEYS:
+                        self._key(w(f"key.{'help' if every == ('?',) else every[0]}"), *every)
                 with box("div"):
                     text("h3", w("help.drawing"))
                     with box("dl", "keys"):
