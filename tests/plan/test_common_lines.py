@@ -165,13 +165,18 @@ def test_round_corners_stay_arcs_around_a_group() -> None:
     assert_parts_are_cut_out(cutting, [line, around])
 
 
-@pytest.mark.parametrize(("off", "lines"), [(0.015, 1), (-0.015, 1), (0.03, 0), (-0.025, 0), (1.5, 0)])
+@pytest.mark.parametrize(("off", "lines"), [(0.015, 1), (-0.015, 1), (0.03, 0), (1.5, 0)])
 def test_parts_share_a_line_when_they_are_a_kerf_apart_within_a_fiftieth_of_a_millimetre(
     off: float, lines: int
 ) -> None:
     cutting = cutting_of(grid(2, 1, PLASMA.kerf + off))
     assert sum(c.common > 0 for c in cuts_of(cutting)) == lines
     assert [i.code for i in cutting.issues if i.code == "L616"] == ["L616"]
+
+
+def test_parts_nearer_than_a_kerf_by_more_than_the_proof_lets_pass_are_refused() -> None:
+    with pytest.raises(PlanError, match=r"nearer to part 2 than the kerf of 1\.5 mm"):
+        cutting_of(grid(2, 1, PLASMA.kerf - 0.025))
 
 
 def test_without_the_option_every_outline_is_cut_for_itself() -> None:

@@ -149,8 +149,10 @@ def test_a_contour_without_room_for_any_lead_is_named() -> None:
         (Polyline.circle(50, 50, 40), 0, -1, 1), (Polyline.circle(50, 50, 22.4), 1, 0, 1),
         (Polyline.circle(50, 50, 20), 2, 1, 2),
     )  # fmt: skip
-    with pytest.raises(PlanError, match=r"no lead fits .*part 1: hole at \(72\.4, 50\)"):
+    with pytest.raises(PlanError, match=r"no lead fits .*part 1: hole at \(72\.4, 50\).*--lead-in none"):
         cutting_of(sheet)
+    with pytest.raises(PlanError, match=r"no lead fits .*--compensation geometry"):
+        cutting_of(sheet, compensation="controller")
 
 
 def test_a_kerf_that_would_cut_into_the_neighbour_is_refused_with_both_names() -> None:
@@ -345,3 +347,27 @@ def test_a_hole_barely_wider_than_two_kerfs_of_a_laser_is_begun_in_its_middle() 
     cutting = cutting_of(sheet, LASER)
     hole = next(c for c in all_cuts(cutting) if c.contours == (1,))
     assert hole.path.start == pytest.approx((25.0, 25.0), abs=1e-3)
+
+
+@pytest.mark.parametrize(("off", "free"), [(0.0, True), (0.015, True), (0.026, False)])
+def test_no_lead_is_taken_that_the_proof_would_refuse(off: float, free: bool) -> None:
+    """The proof lets a kerf be 0.025 mm too near to a part; the edge of this one is at x = 70, the kerf 1.5 mm wide."""
+    sheet = two_squares()
+    cutting = cutting_of(sheet)
+    x = 70.0 + 0.75 - off
+    line = shapely.LineString([(x, 35.0), (x, 55.0)])
+    assert cutting.scrap.free([line], cutting.contours[0])[0] == free
+
+
+def test_an_open_cut_is_not_pierced_above_the_pierce_capacity() -> None:
+    thick = replace(PLASMA, thickness=20.0, pierce_delay=0.0, can_pierce=False)
+    sheet = sheet_of((square(20, 20, 60), 0, -1, 1), (Polyline.of_points([(100, 30), (100, 60)]), 0, -1, 0), size=150)
+    with pytest.raises(PlanError, match=r"no cut from there reaches cut at \(100, 30\)"):
+        cutting_of(sheet, thick)
+
+
+def test_to_pierce_above_the_pierce_capacity_takes_a_delay() -> None:
+    thick = replace(PLASMA, thickness=20.0, pierce_delay=0.0, can_pierce=False)
+    with pytest.raises(OptionError, match="give --pierce-delay"):
+        rules_of(thick, edge_start="never")
+    assert not rules_of(replace(thick, pierce_delay=2.0, can_pierce=True)).edge_start

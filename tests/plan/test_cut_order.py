@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ from cut_sheets import (
 from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
+from leafcut.model.cutting import Lead, PlanFile
 from leafcut.model.problem import Metric
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.options import CutOptions
@@ -72,6 +74,29 @@ def test_the_innermost_contours_come_first() -> None:
     assert [cutting.contours[s.contour].index for s in drawing_order(cutting)] == [3, 2, 1, 0]
     problem, _ = problem_of(cutting)
     assert {tuple(p) for p in problem.precedence.tolist()} == {(1, 0), (2, 1), (3, 2)}
+
+
+def test_a_part_in_a_hole_too_narrow_to_be_cut_comes_before_what_is_around_the_hole() -> None:
+    """The neck of the hole is 1 mm wide, the kerf 1.5 mm."""
+    left, neck, right = (30, 70), (79.5, 80.5), (90, 130)
+    hole = Polyline.of_points(
+        [
+            *((left[0], 40), (left[1], 40), (left[1], neck[0]), (right[0], neck[0]), (right[0], 40), (right[1], 40)),
+            *(
+                (right[1], 120),
+                (right[0], 120),
+                (right[0], neck[1]),
+                (left[1], neck[1]),
+                (left[1], 120),
+                (left[0], 120),
+            ),
+        ],
+        closed=True,
+    )
+    cutting = cutting_of(sheet_of((square(10, 10, 140), 0, -1, 1), (hole, 1, 0, 1), (square(40, 60, 20), 2, 1, 2)))
+    assert [c.index for c in cutting.contours] == [0, 2]
+    assert [cutting.contours[s.contour].index for s in drawing_order(cutting)] == [2, 0]
+    assert cutting.pairs == [(1, 0)]
 
 
 def test_a_mark_comes_before_the_cuts_of_its_part() -> None:
@@ -305,3 +330,41 @@ def test_a_fixed_lead_that_does_not_fit_is_refused_with_its_contour(tmp_path) ->
     plan = saved(cutting, order, tmp_path, edit)
     with pytest.raises(PlanError, match="no lead fits at the fixed start or direction of part 1"):
         follow_plan(cutting, plan)
+
+
+def fixed_plan(cutting: Cutting, *words: str, **changes: Any) -> PlanFile:
+    """The plan of a cutting in the order of the drawing, with what `words` name fixed for its first cut."""
+    plan = plan_file(cutting.sheet, cutting.rules.data, tuple(cutting.cut(s) for s in drawing_order(cutting)))
+    return replace(plan, cuts=(replace(plan.cuts[0], fixed=words, **changes), *plan.cuts[1:]))
+
+
+@pytest.mark.parametrize("words", [("start",), ("start", "direction", "lead")])
+def test_a_plan_pierces_nothing_above_the_pierce_capacity(words) -> None:
+    thick = replace(PLASMA, thickness=20.0, pierce_delay=0.0, can_pierce=False)
+    cutting = cutting_of(sheet_of((square(20, 20, 60), 0, -1, 1), size=100), thick)
+    plan = fixed_plan(cutting, *words)
+    followed = follow_plan(cutting, plan)
+    assert followed.starts
+    for start in followed.starts:
+        assert not start.pierce
+        assert followed.cut(start).choice.start == pytest.approx(plan.cuts[0].start, abs=1e-3)
+
+
+def test_a_plan_made_for_the_programs_compensation_is_refused_where_the_controller_does_it() -> None:
+    cutting = cutting_of(two_squares(), compensation="controller")
+    followed = follow_plan(cutting, fixed_plan(cutting, "start", "direction", "lead"))
+    assert [s.contour for s in followed.starts].count(0) == 1
+    for words, changes, reason in (
+        (("lead",), {"lead_in": Lead("arc", 6.0, math.radians(90.0))}, "another lead fixed"),
+        (("lead",), {"lead_in": Lead("line", 6.0, math.radians(90.0))}, "another lead fixed"),
+        (("lead",), {"lead_in": Lead()}, "another lead fixed"),
+        (("start",), {"start": (20.0, 20.0)}, "at a corner"),
+    ):
+        with pytest.raises(PlanError, match=reason):
+            follow_plan(cutting, fixed_plan(cutting, *words, **changes))
+
+
+def test_a_plan_cannot_have_a_closed_cut_run_forward() -> None:
+    cutting = cutting_of(two_squares())
+    with pytest.raises(PlanError, match="clockwise or counter-clockwise, not forward"):
+        follow_plan(cutting, fixed_plan(cutting, "direction", direction="forward"))

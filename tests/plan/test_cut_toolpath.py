@@ -166,3 +166,19 @@ def test_no_arc_has_ends_that_the_decimals_of_a_program_cannot_tell_apart(turn) 
         assert math.dist(laid_path.end[k - 1, :2], laid_path.end[k, :2]) > 2 * 0.00254
     assert laid_path.end[-1, :2].tolist() == pytest.approx([10.0 + chord, 0.0])
     assert len(arcs) == (2 if turn > 6.0 else 0)
+
+
+@pytest.mark.parametrize("bulge", [0.0, 0.4])
+@pytest.mark.parametrize("steps", [(5.0, 0.001, 5.0), (0.001, 5.0), (5.0, 0.001), (5.0, *[0.001] * 40, 5.0)])
+def test_no_step_is_so_short_that_a_program_takes_its_ends_for_one_place(steps, bulge) -> None:
+    """A program in inches with four decimals has steps of 0.00254 mm; nothing of the way gets lost."""
+    x = np.concatenate([[0.0], np.cumsum(steps)])
+    path = Polyline(np.column_stack([x, np.zeros(len(x)), np.where(np.append(steps, 0.0) > 1.0, bulge, 0.0)]))
+    builder = ToolpathBuilder()
+    builder.rapid(z=1.0)
+    builder.rapid(0.0, 0.0)
+    follow(builder, path, 10.0)
+    ends = builder.build().end[1:, :2]
+    assert (np.hypot(*np.diff(ends, axis=0).T) > math.sqrt(2.0) * 0.00254).all()
+    assert ends[-1].tolist() == pytest.approx([x[-1], 0.0])
+    assert len(ends) - 1 >= sum(s > 1.0 for s in steps)

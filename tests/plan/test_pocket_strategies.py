@@ -116,6 +116,14 @@ def test_a_slot_as_wide_as_the_tool_is_cleared_by_one_line_there_and_back() -> N
     assert path.feed_mm < 2.2 * 50.0
 
 
+@pytest.mark.parametrize("width", [10.0045, 10.008, 10.05])
+def test_a_slot_a_few_hundredths_wider_than_the_tool_has_lines_without_a_finishing_pass(width: float) -> None:
+    region = only_region(Pocket(box(0, 0, 60, width)))
+    path = zigzag(region, finishing_pass=False)
+    assert uncovered_share(region, path) < 0.01  # what is left are films along the walls
+    assert leaves(region, path) < 1e-6
+
+
 def test_the_best_way_over_a_disc_is_near_the_ideal_of_constant_pitch() -> None:
     """A way along the wall has half a step-over of its strip beyond the region: floor + half the wall is the ideal."""
     region = only_region(Pocket(Polyline.circle(0, 0, 60)))

@@ -18,10 +18,12 @@ from leafcut.options import DrillOptions, PocketOptions
 from leafcut.plan.pocket_arcs import fitted
 from leafcut.plan.pocket_entries import ABOVE
 from leafcut.plan.pocket_region import CentreRegion, centre_regions
+from leafcut.plan.pocket_rings import contour
 from leafcut.plan.pocket_rules import MillingData, finishing_levels, levels_of, milling_data, rules_of
 from leafcut.plan.pocket_toolpath import Clearing, Heights, lay_pockets
 from leafcut.plan.pocket_walls import wall_passes
 from leafcut.read.machine import load_machine
+from leafcut.verify.pocket import check_pockets
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 MILL = load_machine("linuxcnc-mill")
@@ -95,15 +97,6 @@ def test_depth_is_needed_and_levels_are_counted() -> None:
         levels_of(DrillOptions(depth=100.0), PocketOptions(tool_diameter=10.0, step_down=0.01))
 
 
-def test_an_assumed_mill_feeds_a_hundredth_of_its_diameter_a_revolution() -> None:
-    data, issues = milling_data(PocketOptions(tool_diameter=10.0), DrillOptions(), RULES, MILL)
-    # 20 m/min at the edge of 10 mm are 637 rpm.
-    assert data.tool.spindle_rpm == 637
-    assert data.tool.feed == pytest.approx(0.1 * 637 / 60)
-    assert data.plunge_feed == pytest.approx(data.tool.feed / 3)
-    assert [issue.code for issue in issues] == ["L401"]
-
-
 def test_a_spindle_or_a_feed_that_the_machine_does_not_have_is_refused() -> None:
     with pytest.raises(PlanError, match="rpm"):
         milling_data(PocketOptions(tool_diameter=10.0), DrillOptions(spindle_speed=50_000.0), RULES, MILL)
@@ -141,6 +134,19 @@ def test_a_ramp_is_as_steep_as_asked_stays_on_the_path_and_ends_where_it_began()
     assert all(ground.distance(shapely.Point(p[:2])) < 1e-6 for p in on_the_way)
     first = int(np.flatnonzero((path.kind == Kind.FEED) & (path.end[:, 2] == -2.0))[0])
     assert path.end[first, :2].tolist() == pytest.approx(list(rings(1).pieces[0].path.start))
+
+
+def test_along_a_ring_shorter_than_the_ramp_the_tool_goes_round_and_round_and_never_back() -> None:
+    """0.5 + 2 mm at 3° are 47.7 mm: six times round a ring of 8 mm; one of 48 mm is long enough to go and come back."""
+    for half, times in ((1.0, 6), (6.0, 0)):
+        path = lay(rings(half, 13))
+        before = positions_before(path)
+        rows = [r for r in np.flatnonzero(path.kind == Kind.FEED) if path.end[r, 2] < before[r, 2] <= ABOVE + 1e-9]
+        ways = path.end[rows, :2] - before[rows, :2]
+        backwards = [a @ b < -1e-9 for a, b in itertools.pairwise(ways)]
+        assert any(backwards) is (times == 0)
+        if times:
+            assert len(rows) == 4 * times and path.end[rows[-1], :2].tolist() == list(rings(half).pieces[0].path.start)
 
 
 def test_a_helix_turns_inside_the_region_as_steep_as_asked_and_counter_clockwise_for_climb() -> None:
@@ -197,6 +203,19 @@ def test_pieces_apart_are_reached_over_the_r_plane_or_over_the_clearance_height_
     assert {a[2] for a, b in rapids(path) if a[:2] != b[:2] and not math.isnan(a[0])} == {10.0}
 
 
+def test_a_rapid_goes_down_to_just_over_the_floor_that_is_cut_and_the_tool_feeds_into_what_is_not() -> None:
+    """The second line begins where the first has cut, the third where nothing has but the level above."""
+    ways = ([(10, 30), (50, 30)], [(30, 30), (30, 50)], [(50, 10), (20, 10)])
+    pieces = tuple(PocketPiece(Polyline.of_points(points)) for points in ways)
+    path = lay(PocketPath("lines", pieces), levels=(-2.0, -4.0))
+    down = [(*a[:2], b[2]) for a, b in rapids(path) if b[2] < 0.0]
+    assert down == [(30, 30, -2 + ABOVE), (10, 30, -2 + ABOVE), (30, 30, -4 + ABOVE), (50, 10, -2 + ABOVE)]
+    pocket = (Pocket(box(0, 0, 60, 60)),)
+    assert check_pockets(path, pocket, RULES, depth=4.0, retract=2.0) == []
+    low = replace(path, end=np.where(path.end == -2.0 + ABOVE, -2.0, path.end))
+    assert {d.what for d in check_pockets(low, pocket, RULES, depth=4.0, retract=2.0)} == {"rapid in the material"}
+
+
 def test_a_rapid_over_a_clamp_is_made_at_the_clearance_height() -> None:
     apart = PocketPath("two", tuple(PocketPiece(Polyline.of_points([(x, 10), (x, 50)])) for x in (10.0, 50.0)))
     zones = np.array([[25.0, -20.0, 35.0, 80.0]])
@@ -217,6 +236,75 @@ def test_with_stock_all_levels_are_cleared_before_the_walls_are_finished_at_full
     assert near_wall.any() and set(path.end[near_wall, 2]) == {-4.0}
     last_rough = np.flatnonzero((path.kind == Kind.FEED) & (np.abs(path.end[:, 0] - 5.51) < 1e-3))[-1]
     assert last_rough < np.flatnonzero(near_wall)[0]
+
+
+def swept_at(path: Toolpath, z: float) -> shapely.Geometry:
+    """What a tool of 10 mm clears by feeds at one height."""
+    before, discs = positions_before(path), []
+    for row in np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)).tolist():
+        a, b = before[row], path.end[row]
+        if a[2] == b[2] == z:
+            centre = path.arcs[int(path.ref[row])].center if path.kind[row] != Kind.FEED else None
+            way = [a[:2], b[:2]] if centre is None else arc_points(a[:2], b[:2], centre, path.kind[row] == Kind.ARC_CW)
+            discs.append(shapely.LineString(way).buffer(5.0, quad_segs=32))
+    return shapely.union_all(discs)
+
+
+def arc_points(a: np.ndarray, b: np.ndarray, centre: tuple[float, ...], clockwise: bool) -> np.ndarray:
+    """Points of an arc of less than a turn."""
+    first, last = (math.atan2(p[1] - centre[1], p[0] - centre[0]) for p in (a, b))
+    turn = -((first - last) % math.tau) if clockwise else (last - first) % math.tau
+    angles = first + turn * np.linspace(0.0, 1.0, 40)
+    radius = math.dist(a, centre[:2])
+    return np.column_stack([centre[0] + radius * np.cos(angles), centre[1] + radius * np.sin(angles)])
+
+
+def test_a_way_too_narrow_for_tool_and_stock_is_cut_level_by_level() -> None:
+    """Two rooms of 30 mm, a way of 10.6 mm between them: with 0.5 mm of stock roughing leaves all of that way."""
+    rooms = shapely.union_all([shapely.box(0, 0, 30, 30), shapely.box(29, 9.7, 71, 20.3), shapely.box(70, 0, 100, 30)])
+    pocket = Pocket(Polyline.of_points(rooms.exterior.coords[:-1], closed=True))
+    region = centre_regions(pocket, RULES)[0][0]
+    roughed = centre_regions(pocket, replace(RULES, stock=0.5))[0]
+    rough = PocketPath("contour", tuple(piece for part in roughed for piece in contour(part).pieces))
+    allowed = shapely.union_all([part.polygon for part in roughed])
+    clearing = Clearing(region, allowed, rough, wall_passes(region, allowed))
+    levels = (-3.0, -6.0, -9.0, -12.0)
+    path = lay_pockets([clearing], Heights(levels, clearance=10.0, retract=2.0), data_of(), MILL)[0]
+    ground = region.polygon.buffer(4.99, quad_segs=32)
+    assert ground.difference(swept_at(path, levels[-1])).area < 1e-6
+    for above, below in itertools.pairwise(levels):
+        assert swept_at(path, below).difference(swept_at(path, above)).buffer(-0.5).is_empty
+
+
+def test_where_roughing_left_more_than_stock_the_tool_does_not_come_down_straight_to_a_wall() -> None:
+    """One line is all the roughing; the walls lie 14 mm beside it."""
+    region, roughed = square(stock=0.5)
+    line = PocketPath("line", (PocketPiece(Polyline.of_points([(20, 30), (40, 30)])),))
+    clearing = Clearing(region, roughed.polygon, line, wall_passes(region, roughed.polygon))
+    heights = Heights((-2.0, -4.0), clearance=10.0, retract=2.0)
+    path, descents = lay_pockets([clearing], heights, data_of(), MILL)
+    assert [d.kind for d in descents] == ["ramp"] * 4
+    straight = {z for way, _, z in slopes(path) if way == 0.0}
+    assert straight == {ABOVE}  # half a millimetre over what is uncut; over what the level above has cut by a rapid
+    assert {b[2] for _, b in rapids(path) if b[2] < 0.0} == {-2.0 + ABOVE}
+    assert swept_at(path, -4.0).difference(swept_at(path, -2.0)).buffer(-0.01).is_empty
+
+
+def test_every_run_that_begins_with_a_loop_is_entered_along_it() -> None:
+    """The loops are made for limited engagement: coming down anywhere else, their first round would be a full cut."""
+    loops = [Polyline.circle(x, 30, 4.5) for x in (20.0, 40.0)]
+    pieces = [PocketPiece(loop.started_at(0.0).piece(0.0, loop.length), "entry") for loop in loops]
+    region = square()[0]
+    path, descents = lay_pockets(
+        [Clearing(region, region.polygon, PocketPath("two", tuple(pieces)))],
+        Heights((-2.0,), clearance=10.0, retract=2.0),
+        data_of(),
+        MILL,
+    )
+    assert [d.kind for d in descents] == ["helix", "helix"]
+    for x in (20.0, 40.0):
+        down = path.end[(path.kind == Kind.ARC_CCW) & (np.abs(path.end[:, 0] - x) < 5.0)]
+        assert np.hypot(down[:, 0] - x, down[:, 1] - 30.0) == pytest.approx(4.5)
 
 
 @pytest.mark.parametrize("climb", [True, False])

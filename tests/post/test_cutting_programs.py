@@ -172,6 +172,12 @@ def test_the_controllers_own_material_has_the_feed() -> None:
         ("plasma", two_cuts(dark=True), PostOptions(), "cannot keep the torch dark"),
         ("plasma", two_cuts(), PostOptions(material_number=1), "no table of materials"),
         ("linuxcnc", two_cuts(dark=True), PostOptions(), "no words for"),
+        (
+            "grbl-laser",
+            two_cuts(mark=True),
+            PostOptions(beam_power=200, mark_power=200),
+            "no weaker than one that cuts",
+        ),
     ],
 )
 def test_what_a_controller_cannot_do_is_refused(words: str, path: Toolpath, post: PostOptions, message: str) -> None:

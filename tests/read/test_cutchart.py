@@ -122,6 +122,9 @@ def test_the_shipped_chart_is_the_collected_one(data: Path) -> None:
         (HEAD + "\nplasma,steel,3,45,0,1,1,1,1\n", "cannot be"),
         (HEAD + "\nplasma,steel,3,45,inf,1,1,1,1\n", "cannot be"),
         (HEAD + "\nplasma,steel,3,45,nan,1,1,1,1\n", "cannot be"),
+        (HEAD + "\nplasma,steel,3,45,1e300,1,1,1,1\n", "cannot be"),
+        (HEAD + "\nplasma,steel,3,45,100,1,1,1,1e-300\n", "cannot be"),
+        (HEAD + "\nplasma,steel,3,45,100,1,1,1,60\n", "cannot be"),
         (HEAD + '\n"plasma,steel\n' + "x" * 200_000, "not a table"),
     ],
 )
@@ -131,3 +134,16 @@ def test_a_file_that_is_no_chart_is_refused_in_one_line(text: str, words: str, t
     with pytest.raises(ReadError, match=words) as caught:
         load_chart(file)
     assert "\n" not in str(caught.value)
+
+
+def test_a_kerf_of_nothing_is_a_kerf_that_the_chart_does_not_say(tmp_path: Path) -> None:
+    rows = chart(tmp_path, "plasma,mild_steel,3,45,1000,3,0.5,1.5,0")
+    with pytest.raises(OptionError, match="does not say the kerf"):
+        find_cut_data(rows, "plasma", "mild_steel", 3.0)
+    assert find_cut_data(rows, "plasma", "mild_steel", 3.0, kerf=1.2)[0].kerf == 1.2
+
+
+def test_a_pierce_height_that_the_chart_does_not_say_is_told() -> None:
+    data, issues = find_cut_data(load_chart(), "plasma", "mild_steel", 20.0, pierce_delay=2.0)
+    assert data.pierce_height == data.cut_height
+    assert any(i.code == "L414" and "--pierce-height" in i.message for i in issues)

@@ -46,7 +46,8 @@ def test_an_entry_of_another_name_is_the_sheet_when_it_lies_round_all_others(she
 
 
 @pytest.mark.parametrize(
-    "bad", [[[0, 0]], [[0, "x", 0], [1, 1, 0]], 7, [[0, 0, 0], [1e9, 0, 0]], [[0, 0, math.nan]] * 3]
+    "bad",
+    [[[0, 0]], [[0, "x", 0], [1, 1, 0]], 7, [{"x": 1}, {"y": 2}], [[0, 0, 0], [1e9, 0, 0]], [[0, 0, math.nan]] * 3],
 )
 def test_a_path_that_is_none_is_skipped_and_reported(sheet, bad):
     part = read_contours(sheet(("LIST", [SHEET]), ("A", [*RING, bad])))

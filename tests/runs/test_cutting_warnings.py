@@ -126,3 +126,12 @@ def test_a_program_with_a_material_of_the_controller_is_simulated_with_the_speed
         assert run([*command, "--cut-speed", speed, "--json"]) == 0
         seconds.append(json.loads(capsys.readouterr().out)["by_kind"]["feed"])
     assert seconds[0] == pytest.approx(2.0 * seconds[1], rel=0.02)
+
+
+def test_a_register_that_must_hold_half_of_the_kerf_is_told_and_stands_in_the_program(plate: Path) -> None:
+    options: dict[str, Any] = {**LASER, "thickness": "3", "compensation": "controller", "ignore_layers": "MARK"}
+    outcome = api.optimize(plate, **options)
+    (issue,) = [i for i in outcome.issues if i.code == "L622"]
+    assert "register D1: set it to 0.11 mm" in issue.message  # the chart's kerf is 0.22 mm
+    assert "(REGISTER D1 MUST HOLD HALF OF THE KERF AS A RADIUS: 0.11 MM)" in outcome.text
+    assert "L622" not in {i.code for i in api.optimize(plate, **{**options, "compensation": "geometry"}).issues}

@@ -19,7 +19,8 @@ from leafcut.plan.cutting import drawing_order, prepare_cutting
 from leafcut.post.cutting import write_cut_program
 from leafcut.read.machine import load_machine
 from leafcut.verify.difference import Difference
-from leafcut.verify.sheet import Asked, check_sheet
+from leafcut.verify.laid_runs import Asked
+from leafcut.verify.sheet import check_sheet
 
 CLEARANCE = 10.0
 STEEL = CutData("plasma", "mild_steel", 6.0, 25.0, 1.5, 45.0, 3.8, 0.5, 1.5)
@@ -93,8 +94,13 @@ def program(
 
 
 def checked(
-    text: str, plan: CutPlan, rules: CutRules, words: str = "qtplasmac", probe: Probe | None = None
+    text: str,
+    plan: CutPlan,
+    rules: CutRules,
+    words: str = "qtplasmac",
+    probe: Probe | None = None,
+    power: float | None = None,
 ) -> list[Difference]:
     """What is wrong with a text that should be this plan's."""
-    asked = Asked(rules.half, rules.joints, rules.joint_width, rules.joint_holes, CLEARANCE, probe)
+    asked = Asked(rules.half, rules.joints, rules.joint_width, rules.joint_holes, CLEARANCE, probe, power)
     return check_sheet(plan.sheet, plan, text, dialect(words), machine_for(words), asked)

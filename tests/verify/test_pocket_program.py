@@ -10,7 +10,7 @@ import pytest
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
-from leafcut.verify.pocket import check_pockets, gouge_differences, simulated_levels
+from leafcut.verify.pocket import check_pockets, depth_differences, gouge_differences, simulated_levels
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 WALL = Polyline.of_points([(0, 0), (40, 0), (40, 30), (0, 30)], closed=True)
@@ -87,6 +87,44 @@ def test_a_rapid_below_the_r_plane_is_found_but_the_rise_is_not() -> None:
     assert found(builder.build()) == ["rapid in the material"] * 2
 
 
+@pytest.mark.parametrize(
+    ("at", "z", "free"),
+    [
+        ((20.0, 5.0), -1.5, True),  # the tool's centre has been here
+        ((20.0, 5.0), -1.7, False),  # 0.3 mm over the floor
+        ((7.5, 7.5), -1.5, True),  # inside the corner: less than a radius from both ways, and its back is cleared
+        ((12.5, 12.5), -1.5, False),  # its front stands over what is uncut
+        ((20.0, 6.0), -1.5, False),  # a millimetre of the tool over what is uncut
+        ((20.0, 5.009), -1.5, True),  # a film thinner than the tolerance is no material
+    ],
+)
+def test_a_rapid_goes_down_below_the_r_plane_only_where_all_of_the_tool_is_over_cleared_ground(
+    at: tuple[float, float], z: float, free: bool
+) -> None:
+    moves = [(5.0, 5.0, -2.0), *RING]
+    if at == (7.5, 7.5):
+        moves += [(10.0, 5.0, -2.0), (10.0, 10.0, -2.0), (5.0, 10.0, -2.0), (5.0, 5.0, -2.0)]
+    for order in (1, -1):
+        builder = ToolpathBuilder()
+        builder.rapid(z=2.0)
+        steps = [(moves, None), ([], (at, z))][::order]
+        for way, down in steps:
+            if down is not None:
+                builder.rapid(z=2.0)
+                builder.rapid(*at)
+                builder.rapid(z=z)
+                builder.rapid(z=2.0)
+                continue
+            builder.rapid(*way[0][:2])
+            builder.feed(z=-2.0, feed=5.0)
+            for step in way:
+                builder.feed(*step, feed=10.0)
+        builder.rapid(z=2.0)
+        builder.end()
+        # Before anything is cut, no place is cleared.
+        assert found(builder.build()) == ([] if free and order == 1 else ["rapid in the material"])
+
+
 def test_what_a_level_leaves_is_found_by_simulation_of_the_program() -> None:
     levels = simulated_levels(laid(*RING), POCKETS, RULES, (-2.0,))
     [(z, number, removed)] = levels
@@ -95,6 +133,11 @@ def test_what_a_level_leaves_is_found_by_simulation_of_the_program() -> None:
     # 20 × 10 mm, of which the island takes π·2².
     assert removed.uncovered.area == pytest.approx(20 * 10 - math.pi * 4, rel=1e-3)
     assert gouge_differences(levels, POCKETS) == []
+
+
+def test_where_the_tool_only_comes_down_to_a_level_its_disc_is_cleared() -> None:
+    [(_, _, removed)] = simulated_levels(laid(), POCKETS, RULES, (-2.0,))
+    assert removed.swept.area == pytest.approx(math.pi * 25.0, rel=1e-3)
 
 
 def test_the_moves_of_another_level_do_not_count_for_a_level() -> None:
@@ -125,3 +168,38 @@ def test_levels_that_are_alike_are_simulated_once(monkeypatch: pytest.MonkeyPatc
     rows = simulated_levels(builder.build(), POCKETS, RULES, (-1.0, -2.0))
     assert len(rows) == 2 and len(calls) == 1
     assert np.isclose(rows[0][2].swept.area, rows[1][2].swept.area)
+
+
+def levels_at(*heights: float, ways: dict[float, tuple[tuple[float, float], ...]] | None = None) -> Toolpath:
+    """The ring at every height, or another way at some."""
+    builder = ToolpathBuilder()
+    builder.rapid(z=2.0)
+    for z in heights:
+        first, *rest = (ways or {}).get(z, ((5.0, 5.0), *((x, y) for x, y, _ in RING)))
+        builder.rapid(*first)
+        builder.feed(z=z, feed=5.0)
+        for x, y in rest:
+            builder.feed(x, y, feed=10.0)
+        builder.rapid(z=2.0)
+    builder.end()
+    return builder.build()
+
+
+ELSEWHERE = ((10.0, 7.5), (30.0, 7.5))
+
+
+@pytest.mark.parametrize(
+    ("heights", "ways", "lines"),
+    [
+        ((-2.0, -4.0, -6.0), {}, 0),
+        ((-2.0, -6.0), {}, 1),  # two levels at once
+        ((-4.0, -2.0), {}, 1),  # the lower one first
+        ((-2.0, -4.0), {-4.0: ELSEWHERE}, 1),  # 2.5 mm beside what is open
+        ((-2.0, -4.0), {-4.0: ((10.0, 6.5), (30.0, 6.5))}, 0),  # a strip of 1.5 mm: less than a fifth of the tool
+        ((-2.0, -4.0), {-2.0: ((5.0, 5.0), (35.0, 5.0)), -4.0: ((30.0, 5.0), (10.0, 5.0))}, 0),  # inside what is open
+    ],
+)
+def test_no_more_than_a_level_is_cut_at_once_but_for_a_strip_of_a_fifth_of_the_tool(
+    heights: tuple[float, ...], ways: dict[float, tuple[tuple[float, float], ...]], lines: int
+) -> None:
+    assert [d.what for d in depth_differences(levels_at(*heights, ways=ways), RULES, 2.0)] == ["too deep"] * lines

@@ -17,7 +17,8 @@ from leafcut.options import PostOptions
 from leafcut.plan.cut_toolpath import lay_cuts
 from leafcut.post.cutting import write_cut_program
 from leafcut.verify.difference import Difference
-from leafcut.verify.sheet import Asked, check_sheet
+from leafcut.verify.laid_runs import Asked
+from leafcut.verify.sheet import check_sheet
 
 HALF = 0.5 * STEEL.kerf
 

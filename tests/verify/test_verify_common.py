@@ -22,7 +22,8 @@ from leafcut.plan.cutting import drawing_order, prepare_cutting
 from leafcut.plan.leads_apart import leads_apart
 from leafcut.post.cutting import write_cut_program
 from leafcut.verify.difference import Difference
-from leafcut.verify.sheet import Asked, check_sheet
+from leafcut.verify.laid_runs import Asked
+from leafcut.verify.sheet import check_sheet
 
 Cuts = tuple[Cut, ...]
 PITCH = 60 + STEEL.kerf

@@ -73,9 +73,11 @@ CODES: dict[str, str] = {
     "L619": "the controller probes the height where there is no sheet",
     "L620": "a laser is lit again on the move in a thick sheet",
     "L621": "a plan file was made for another thickness, material or process",
+    "L622": "a register of the controller must hold half of the kerf",
     "L701": "a place of a pocket cannot be reached by the tool",
     "L702": "the tool comes down in another way than was asked for",
     "L703": "holes have to be there before a program runs",
+    "L704": "the tool stands still after every move of a pocket",
     "L711": "a path leaves ground uncut that the tool could reach",
 }
 

@@ -16,6 +16,9 @@ USUAL = ("zigzag", "contour")
 #: What a piece of a path is for.
 PIECE_KINDS = ("entry", "rough", "link", "finish")
 
+#: A finishing pass takes off no more than this, in diameters, where it goes deeper than one level.
+FILM = 0.2
+
 #: Two places nearer than this are the same: the tool goes on without being lifted, mm.
 SAME_PLACE = 1e-6
 

@@ -18,7 +18,7 @@ from leafcut.model.cutting import Lead
 from leafcut.plan.common_edges import GAP, Point, Slot
 from leafcut.plan.cut_contours import FLATNESS, OFFSET_TOLERANCE, ROUNDING, CutContour, flat_line
 from leafcut.plan.cut_rules import CutRules
-from leafcut.plan.leads import LEAST_KERFS, LEAST_LEAD, Scrap, lead_shape, placed
+from leafcut.plan.leads import LEAST_KERFS, LEAST_LEAD, SMALLER, Scrap, lead_shape, placed
 
 #: Ends and paths this near to each other meet, mm.
 MEET = 0.01
@@ -263,8 +263,8 @@ class Grouper:
         count = max(math.ceil(math.dist(*lead) / (0.25 * kerf)), 2)
         shares = np.linspace(0.0, 1.0, count + 1)[:, None]
         places = lead[1] + shares * (lead[0] - lead[1])
-        # Room is found for parts a rounding smaller than they are; along a part that would be too near.
-        if not self.scrap.clear(places, self.rules.half + 2.0 * ROUNDING - 1.5 * MEET).all():
+        # Room is found for parts a little smaller than they are; along a part that would be too near.
+        if not self.scrap.clear(places, self.rules.half + ROUNDING + SMALLER - 1.5 * MEET).all():
             return False
         apart = shapely.distance(shapely.points(places), around)
         # From the path around the group on it only comes farther away, until the kerfs are apart.

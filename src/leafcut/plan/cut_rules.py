@@ -177,6 +177,11 @@ def _check(kind: str, options: CutOptions, data: CutData) -> None:
             "--chains: the next contour of a chain begins beside the one before it, in hot metal; leave out "
             "--heat-distance, or --chains"
         )
+    if options.edge_start == "never" and not data.can_pierce:
+        raise OptionError(
+            f"--edge-start never: the chart does not say how {data.thickness:g} mm are pierced, above the pierce "
+            "capacity; give --pierce-delay, or leave out --edge-start"
+        )
     if options.common_lines:
         _check_common_lines(options, data)
     if options.compensation == "controller":

@@ -133,8 +133,10 @@ def find_starts(contours: list[CutContour], scrap: Scrap, rules: CutRules) -> li
                 f"{why}, and no cut from there reaches {names}; drill a hole there "
                 "first and give --edge-start never with --pierce-delay, or nest it nearer to the edge"
             )
+        # The controller cannot turn its compensation on without a lead.
+        instead = "--compensation geometry" if rules.compensation == "controller" else "--lead-in none"
         raise PlanError(
-            f"no lead fits into the scrap at {names}; give a shorter --lead-in-length, --lead-in none, or more room "
+            f"no lead fits into the scrap at {names}; give a shorter --lead-in-length, {instead}, or more room "
             "between the parts"
         )
     return found
@@ -144,7 +146,9 @@ def starts_of(number: int, contour: CutContour, scrap: Scrap, rules: CutRules, m
     """Return the starts of one contour; none where there is no room for any lead."""
     path = contour.path
     if not contour.has_leads:
-        return _plain_starts(number, contour, rules, most)
+        # Where the torch cannot pierce, an open cut has no lead along which it could come from the sheet's edge.
+        pierces = contour.kind == "cut" and not rules.data.can_pierce
+        return [] if pierces else _plain_starts(number, contour, rules, most)
     places = start_places(contour, rules, most)
     if rules.edge_start and not contour.hole:
         from leafcut.plan.edge_starts import edge_starts

@@ -21,6 +21,8 @@ Point = tuple[float, float]
 SHORTEST = 1e-6
 #: An arc whose ends are closer is a line, mm: two steps of a program in inches, with four decimals, and a bit.
 SHORTEST_ARC = 0.006
+#: Places nearer to each other can be one in a program, mm: the diagonal of a step in inches, with four decimals.
+LEAST_STEP = 0.0037
 #: M3 needs a speed on most controllers; a torch has none.
 TORCH_ON = 1.0
 
@@ -156,11 +158,12 @@ def _follow(builder: ToolpathBuilder, cut: Cut, torch: _Torch) -> None:
     changes = {0.0, length, *(at for at, _ in cut.speeds), *(at for span in cut.joints for at in span)}
     if cut.torch_off_at < length:
         changes.add(cut.torch_off_at)
-    places = sorted(at for at in changes if 0.0 <= at <= length)
+    places = [0.0]
+    for at in sorted(at for at in changes if 0.0 < at <= length - LEAST_STEP):
+        places += [at] if at - places[-1] >= LEAST_STEP else []
+    places.append(length)
     burning = True
     for low, high in itertools.pairwise(places):
-        if high - low < SHORTEST:
-            continue
         middle = 0.5 * (low + high)
         on = middle < cut.torch_off_at and not any(a < middle < b for a, b in cut.joints)
         if on != burning and torch.switches:
@@ -178,11 +181,30 @@ def _follow(builder: ToolpathBuilder, cut: Cut, torch: _Torch) -> None:
 
 def follow(builder: ToolpathBuilder, path: Polyline, feed: float) -> None:
     """Cut along an open path from where it begins, at one speed."""
-    for s in _writable(path):
+    for s in _writable(without_short_steps(path)):
         if s.is_arc:
             _arc(builder, s, feed)
         elif abs(s.end[0] - s.start[0]) > SHORTEST or abs(s.end[1] - s.start[1]) > SHORTEST:
             builder.feed(*s.end, feed=feed)
+
+
+def without_short_steps(path: Polyline) -> Polyline:
+    """Return an open path without segments that a program's decimals could take for one place.
+
+    It begins and ends where it did; what follows a segment that is left out begins where that one began.
+    """
+    lengths, rows = path.lengths, path.vertices
+    if lengths.min(initial=math.inf) >= LEAST_STEP:
+        return path
+    kept: list[tuple[float, float, float]] = []
+    x, y, left_out = float(rows[0, 0]), float(rows[0, 1]), 0.0
+    for length, row, after in zip(lengths.tolist(), rows.tolist(), rows[1:].tolist(), strict=False):
+        left_out += length
+        if left_out < LEAST_STEP:
+            continue
+        kept.append((x, y, row[2] if length >= LEAST_STEP else 0.0))
+        x, y, left_out = after[0], after[1], 0.0
+    return Polyline(np.array([*(kept or [(x, y, 0.0)]), (*path.end, 0.0)]))
 
 
 def _writable(path: Polyline) -> Iterator[Segment]:

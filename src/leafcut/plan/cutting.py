@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -70,7 +70,7 @@ class Cutting:
     @cached_property
     def pairs(self) -> list[tuple[int, int]]:
         """Pairs (before, after) of positions in `contours`."""
-        return sorted({*process_pairs(self.contours), *self.order})
+        return sorted({*process_pairs(self.sheet, self.contours), *self.order})
 
     @cached_property
     def by_contour(self) -> list[list[int]]:
@@ -191,12 +191,12 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
             yield Issue("L613", f"{len(group)} × {what}", names, Severity.NOTE)
 
 
-def process_pairs(contours: Sequence[CutContour]) -> Iterable[tuple[int, int]]:
+def process_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tuple[int, int]]:
     """Yield (before, after): what lies inside before what is around it, marks of a part before its cuts."""
     position = {i: k for k, c in enumerate(contours) if not c.common for i in c.indices}
     marks: dict[int, list[int]] = {}
     for k, contour in enumerate(contours):
-        around = position.get(contour.source.parent)
+        around = _around(sheet, position, contour)
         if around is not None:
             yield k, around
         if contour.kind == "mark" and contour.source.part:
@@ -205,6 +205,17 @@ def process_pairs(contours: Sequence[CutContour]) -> Iterable[tuple[int, int]]:
         if contour.kind != "mark":
             for mark in marks.get(contour.source.part, ()) if contour.source.part else ():
                 yield mark, k
+
+
+def _around(sheet: Sheet, position: Mapping[int, int], contour: CutContour) -> int | None:
+    """Return the next contour around one that is cut, by `position` of its index; a hole too narrow to be cut is not.
+
+    None: there is none.
+    """
+    parent = contour.source.parent
+    while parent >= 0 and parent not in position:
+        parent = sheet.contours[parent].parent
+    return position.get(parent)
 
 
 def build_problem(
@@ -314,8 +325,8 @@ def _root(cutting: Cutting, k: int, position: dict[int, int], outlines: dict[int
     contour = cutting.contours[k]
     if contour.kind == "mark" and contour.source.part in outlines:
         k = outlines[contour.source.part]
-    while cutting.contours[k].source.parent in position:
-        k = position[cutting.contours[k].source.parent]
+    while (around := _around(cutting.sheet, position, cutting.contours[k])) is not None:
+        k = around
     return k
 
 

@@ -13,6 +13,7 @@ from leafcut.plan.cut_contours import NO_LEAD, CutContour
 from leafcut.plan.cut_rules import CutRules
 from leafcut.plan.cut_starts import (
     CutStart,
+    away_from_corners,
     directions_of,
     end_of,
     fitting_lead_out,
@@ -21,6 +22,7 @@ from leafcut.plan.cut_starts import (
     with_leads,
 )
 from leafcut.plan.cutting import Cutting, process_pairs
+from leafcut.plan.edge_starts import edge_starts
 
 #: Lengths of a contour that is the same again differ by less than this, mm; areas by less than this times its length.
 SAME = 0.01
@@ -117,7 +119,7 @@ def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
         inside: list[int] = ring.args[1]
     rank = {k: place for place, k in enumerate(in_order)}
     late, early = next(
-        ((a, b) for a, b in process_pairs(cutting.contours) if rank.get(a, -1) > rank.get(b, len(rank))),
+        ((a, b) for a, b in process_pairs(cutting.sheet, cutting.contours) if rank.get(a, -1) > rank.get(b, len(rank))),
         (inside[0], inside[1]),
     )
     names = cutting.contours[early].name(), cutting.contours[late].name()
@@ -181,6 +183,9 @@ def _fixed_starts(cutting: Cutting, k: int, contour: CutContour, choice: CutChoi
     scrap, rules = cutting.scrap, cutting.rules
     ways = directions_of(contour, rules) if contour.path.closed else (False, True)
     if "direction" in choice.fixed:
+        if contour.path.closed != choice.direction.endswith("clockwise"):
+            words = "clockwise or counter-clockwise" if contour.path.closed else "forward or backward"
+            raise PlanError(f"{plan.source}: {contour.name()} can run {words}, not {choice.direction}")
         ways = (choice.direction in ("clockwise", "backward"),)
     if "lead" in choice.fixed and choice.lead_in is not None:
         rules = replace(rules, lead_in=choice.lead_in)
@@ -192,16 +197,63 @@ def _fixed_starts(cutting: Cutting, k: int, contour: CutContour, choice: CutChoi
                 f"{plan.source}: the fixed start ({choice.start[0]:g}, {choice.start[1]:g}) is {away:.3g} mm away from "
                 f"{contour.name()}"
             )
-        places = [shapely.line_locate_point(contour.line, point, normalized=True) * contour.path.length]
+        places = [float(shapely.line_locate_point(contour.line, point, normalized=True)) * contour.path.length]
     else:
         places = sorted({cutting.starts[n].at for n in cutting.by_contour[k]})
     if not contour.path.closed:
         own = [s for s in starts_of(k, contour, scrap, rules, 4) if s.clockwise in ways]
         return own if "start" not in choice.fixed else [min(own, key=lambda s: _away(s, choice))]
-    found = _at_places(cutting, k, contour, rules, [(at, way) for way in ways for at in places], choice)
+    if contour.has_leads and rules.edge_start:
+        found = _from_the_edge(cutting, k, contour, places, ways, choice)
+    else:
+        if contour.has_leads and rules.compensation == "controller":
+            places = _for_the_controller(contour, rules, places, plan)
+        found = _at_places(cutting, k, contour, rules, [(at, way) for way in ways for at in places], choice)
     if not found:
         raise PlanError(f"{plan.source}: no lead fits at the fixed start or direction of {contour.name()}")
     return found
+
+
+def _from_the_edge(
+    cutting: Cutting, k: int, contour: CutContour, places: list[float], ways: tuple[bool, ...], choice: CutChoice
+) -> list[CutStart]:
+    """Return the starts beyond the sheet's edge at these places: a plan pierces no more than the rules let."""
+    if contour.hole:
+        return []
+    starts = [s for s in edge_starts(k, contour, cutting.scrap, cutting.rules, places) if s.clockwise in ways]
+    lead = choice.lead_in if "lead" in choice.fixed else None
+    if lead is None:
+        return starts
+    same = [
+        s
+        for s in starts
+        if lead.style == s.lead_in.style
+        and abs(lead.length - s.lead_in.length) < SAME
+        and abs(lead.angle - s.lead_in.angle) < SAME
+    ]
+    return _left_as_fixed(cutting, contour, same, choice)
+
+
+def _for_the_controller(contour: CutContour, rules: CutRules, places: list[float], plan: PlanFile) -> list[float]:
+    """Return those places at which a controller that compensates the kerf can begin.
+
+    Raises
+    ------
+    PlanError
+        None is, or the lead is none on which the compensation can be taken up.
+    """
+    if rules.lead_in.style != "arc" or rules.lead_in.run_in <= 0.0:
+        raise PlanError(
+            f"{plan.source}: the controller compensates the kerf on a straight run-in and an arc; {contour.name()} has "
+            "another lead fixed; give it \"run_in\", or take 'lead' out of what is fixed"
+        )
+    smooth = [at for at in places if away_from_corners(contour, at, rules)]
+    if not smooth:
+        raise PlanError(
+            f"{plan.source}: a controller that compensates the kerf cannot begin {contour.name()} at a corner; move "
+            "its start, or take 'start' out of what is fixed"
+        )
+    return smooth
 
 
 def _away(start: CutStart, choice: CutChoice) -> float:
@@ -224,11 +276,16 @@ def _at_places(
     found: list[CutStart] = []
     for splash in (True, False):
         found = found or with_leads(k, contour, scrap, rules, places, list(ways), splash)
-    if lead is None or choice.lead_out is None:
-        return found
+    return found if lead is None else _left_as_fixed(cutting, contour, found, choice)
+
+
+def _left_as_fixed(cutting: Cutting, contour: CutContour, starts: list[CutStart], choice: CutChoice) -> list[CutStart]:
+    """Return those starts for whose fixed lead-out there is room, with it."""
+    if choice.lead_out is None:
+        return starts
     kept = []
-    for s in found:
-        out, leave = fitting_lead_out(contour, scrap, rules, s.at, s.clockwise, choice.lead_out)
+    for s in starts:
+        out, leave = fitting_lead_out(contour, cutting.scrap, cutting.rules, s.at, s.clockwise, choice.lead_out)
         if choice.lead_out in (out, NO_LEAD):
             kept.append(replace(s, lead_out=choice.lead_out, exit=leave))
     return kept

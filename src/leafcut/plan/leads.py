@@ -26,6 +26,9 @@ Point = tuple[float, float]
 
 #: The least lead is so many kerfs long, and so many mm: the pierce's hole must not reach the part.
 LEAST_KERFS, LEAST_LEAD = 1.0, 0.2
+#: Parts are taken so much smaller than they are, mm: more than a path beside a part may be too near to it (the offset's
+#: tolerance and the chords), less than what the proof lets pass.
+SMALLER = 0.02
 
 
 @lru_cache(maxsize=4096)
@@ -102,7 +105,7 @@ def ways_to_lead(lead: Lead, kerf: float) -> list[Lead]:
 class Scrap:
     """What there is between the parts: says whether something fits into it.
 
-    The parts are taken `ROUNDING` smaller than they are, so that a kerf that touches its own part is not in the way.
+    The parts are taken `SMALLER` mm smaller than they are, so that a kerf that touches its own part is not in the way.
     """
 
     def __init__(self, sheet: Sheet, contours: list[CutContour], rules: CutRules) -> None:
@@ -230,7 +233,7 @@ def _materials(sheet: Sheet) -> tuple[list[Any], list[int]]:
             holes.setdefault(c.parent, []).append(rings[i])
     outlines = [i for i in rings if not sheet.contours[i].is_hole]
     solid = [shapely.Polygon(rings[i], holes.get(i, [])) for i in outlines]
-    smaller = shapely.buffer(np.array(solid, dtype=object), -ROUNDING, quad_segs=2)
+    smaller = shapely.buffer(np.array(solid, dtype=object), -SMALLER, quad_segs=2)
     return list(smaller), [sheet.contours[i].part for i in outlines]
 
 

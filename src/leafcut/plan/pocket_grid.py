@@ -6,7 +6,8 @@ the exact region. Differs: the walls are finished along themselves, not from poi
 
 With a finishing pass nothing stays uncut: a place lies no farther than DP/√2 from the next point of the unbounded
 grid. Where that point is in the region, the tool comes there; where not, the boundary, along which the finishing pass
-goes, lies between the two. (Stock left on the walls must then not be more than D/2 - DP/√2.)
+goes, lies between the two. Where stock is left the pass goes that far from the walls, too; the walls themselves are
+finished by another (`plan.pocket_walls`).
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Points
-from leafcut.geometry.regions import as_polyline, polygons, swept
+from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.plan.pocket_region import CentreRegion
@@ -246,7 +247,7 @@ def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
 def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece]]:
     """Return the pieces that lead from a place along every wall, always the nearest next, and what links cost, mm."""
     ways, retract = context.ways, context.retract
-    left, walls = set(range(len(ways.rings))), _walls(context.region)
+    left, rules = set(range(len(ways.rings))), context.region.rules
     spent, pieces = 0.0, []
     last = ways.places[at]
     while left:
@@ -257,7 +258,7 @@ def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece
         found = ways.way(at, owner)
         if found is not None and length_of(found[1]) <= lifted:
             node = found[0]
-        loop = _loop(walls, ways.places[node], context.region.rules.climb)
+        loop = _loop(context.region.rings, ways.places[node], rules.climb)
         if found is not None and node == found[0]:
             link = np.concatenate([last[None], found[1], loop[:1]])
             spent += length_of(link)
@@ -265,18 +266,10 @@ def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece
                 pieces.append(PocketPiece(as_polyline(_without_repeats(link)), "link"))
         else:
             spent += lifted
-        pieces.append(PocketPiece(as_polyline(loop), "finish"))
+        pieces.append(PocketPiece(as_polyline(loop), "rough" if rules.stock else "finish"))
         left.remove(owner[node])
         at, last = node, loop[-1]
     return spent, pieces
-
-
-def _walls(region: CentreRegion) -> list[Points]:
-    """Return the ways of the tool's centre along the walls: the boundary of the region, grown by the stock."""
-    if region.rules.stock == 0.0:
-        return region.rings
-    grown = swept(region.polygon, region.rules.stock, region.rules.tolerance)
-    return [ring for piece in polygons(grown) for ring in CentreRegion(piece, region.rules).rings]
 
 
 def _loop(walls: list[Points], place: Points, climb: bool) -> Points:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -15,16 +14,15 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.machine import Machine
-from leafcut.model.pocket import SAME_PLACE, PocketPath
+from leafcut.model.pocket import FILM, SAME_PLACE, PocketPath, PocketPiece
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.plan.pocket_entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
+from leafcut.plan.pocket_ground import Ground, Opened
 from leafcut.plan.pocket_region import CentreRegion
 from leafcut.plan.pocket_rules import MillingData, finishing_levels
 
 Point = tuple[float, float]
 
-#: Part of the tool's radius by which what is cleared may miss its disc, and the tool still comes down there straight.
-_SLIVER = 0.05
 #: A program of more moves cannot be meant.
 MOST_MOVES = 3_000_000
 
@@ -88,13 +86,18 @@ def lay_pockets(
     coolant: bool = False,
     pause: bool = False,
     corner_tolerance: float = 0.0,
+    rounded: bool = False,
 ) -> tuple[Toolpath, tuple[Descent, ...]]:
     """Return the motions of the whole program, and every way down into what is uncut.
 
     Region after region, each level from the top; then its walls where roughing left stock: at full depth, or in steps
-    of two diameters where it is deeper. Between levels the tool stays down where the next begins near the end of the
-    last and the straight way is free; between pieces it rises to the R plane, or to the clearance height.
-    `corner_tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not.
+    of two diameters where it is deeper; level by level where roughing left more than `FILM`, such as in a way that is
+    too narrow for tool and stock. Between levels the tool stays down where the next begins near the end of the
+    last and the straight way is free; between pieces it rises to the R plane, or to the clearance height. Below the
+    surface it comes down by a rapid to a little over the floor that is cut there already: that of this level, or of the
+    one above.
+    `corner_tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not. `rounded`: roughing rounds its
+    corners as its acceleration needs (G64), between G61 for all else.
 
     Raises
     ------
@@ -119,7 +122,7 @@ def lay_pockets(
         builder.dwell(machine.spindle_start_s)
     if coolant:
         builder.coolant(2)
-    layer = _Layer(builder, heights, data, machine)
+    layer = _Layer(builder, heights, data, machine, rounded)
     for clearing in clearings:
         layer.clear(clearing)
     layer.finish(coolant)
@@ -129,8 +132,11 @@ def lay_pockets(
 class _Layer:
     """Lays one clearing after the other and remembers every way down."""
 
-    def __init__(self, builder: ToolpathBuilder, heights: Heights, data: MillingData, machine: Machine) -> None:
+    def __init__(
+        self, builder: ToolpathBuilder, heights: Heights, data: MillingData, machine: Machine, rounded: bool
+    ) -> None:
         self.builder, self.heights, self.data, self.machine = builder, heights, data, machine
+        self.rounded = rounded
         self.zones = widened(heights.zones, 0.5 * data.tool.diameter)
         self.descents: list[Descent] = []
         self.down = False
@@ -140,28 +146,28 @@ class _Layer:
         import shapely
 
         shapely.prepare(clearing.allowed)
-        top = 0.0
+        top, ground = 0.0, Ground(clearing.region.rules)
         runs = _runs(clearing.rough)
-        opened = _opened(runs, clearing)
-        first = clearing.rough.pieces[0]
-        loop = first.path if first.kind == "entry" else None
+        opened = [ground.after(run.path) for run in runs]
         for z in self.heights.levels:
             for number, run in enumerate(runs):
                 self._to(run.start, top if number == 0 else z, clearing.allowed if number == 0 else None, z)
-                self._enter(run, None if opened[number] else top, z, clearing, loop=loop if number == 0 else None)
+                self._enter(run, opened[number], top, z, clearing)
             top = z
         if clearing.walls is not None:
-            self._walls(clearing, clearing.walls)
+            self._walls(clearing, clearing.walls, ground)
 
-    def _walls(self, clearing: Clearing, walls: PocketPath) -> None:
-        import shapely
-
+    def _walls(self, clearing: Clearing, walls: PocketPath, ground: Ground) -> None:
+        radius, top = clearing.region.rules.radius, 0.0
+        left = clearing.region.polygon.buffer(radius, quad_segs=32).difference(ground.cleared())
+        thin = left.buffer(-FILM * radius).is_empty
         runs = _runs(walls)
-        for z in finishing_levels(-self.heights.levels[-1], self.data.tool.diameter):
-            for run in runs:
-                clear = bool(clearing.allowed.covers(shapely.Point(run.start)))
+        opened = [ground.after(run.path) for run in runs]
+        for z in finishing_levels(-self.heights.levels[-1], 2.0 * radius) if thin else self.heights.levels:
+            for number, run in enumerate(runs):
                 self._to(run.start, z, None, z)
-                self._enter(run, None if clear else 0.0, z, clearing, walls=True)
+                self._enter(run, opened[number], top, z, clearing, walls=True)
+            top = z
 
     def _to(self, place: Point, at: float, allowed: Any, z: float) -> None:
         """Go to where a run begins: at depth `at` where the way through `allowed` is free and quicker, else lifted."""
@@ -184,7 +190,7 @@ class _Layer:
         way = math.dist(here, place)
         rise = self._height(here, place) - self.builder.position[2]
         velocity, feed = self.machine.rapid_velocity, self.data.tool.feed
-        lifted = rise / velocity[2] + way / max(velocity[:2]) + rise / feed
+        lifted = (2.0 * rise - ABOVE) / velocity[2] + way / max(velocity[:2]) + ABOVE / feed
         return way / feed <= lifted and bool(allowed.buffer(TOUCH).covers(shapely.LineString([here, place])))
 
     def _height(self, here: Point, place: Point) -> float:
@@ -203,31 +209,39 @@ class _Layer:
 
     def _enter(
         self,
-        run: Polyline,
-        top: float | None,
+        run: _Run,
+        opened: Opened,
+        top: float,
         z: float,
         clearing: Clearing,
         *,
         walls: bool = False,
-        loop: Polyline | None = None,
     ) -> None:
-        """Come down to z, through air where `top` is None, else into what is uncut below `top`; follow the run.
-
-        A run that begins with a `loop` for coming down is entered along it, round and round.
-        """
+        """Come down to z, through air where the place is opened, else into what is uncut below `top`; follow."""
         builder, data = self.builder, self.data
+        floor = z if opened is Opened.CLEAR else top
+        if floor < 0.0 and builder.position[2] > floor + ABOVE:
+            builder.rapid(z=floor + ABOVE)
         if builder.position[2] > z:
-            if top is None:
+            if opened is not Opened.NO:
                 if builder.position[2] > z + ABOVE:
                     builder.feed(z=z + ABOVE, feed=data.tool.feed)
                 builder.feed(z=z, feed=data.plunge_feed)
             else:
                 allowed = clearing.region.polygon if walls else clearing.allowed
                 climb = clearing.region.rules.climb
-                down = come_down if loop is None else wind_down
-                self.descents.append(down(builder, run if loop is None else loop, top, z, data, allowed, climb))
+                if run.entered:
+                    descent = wind_down(builder, run.first, top, z, data, allowed, climb)
+                else:
+                    ring = run.first if math.dist(run.first.start, run.first.end) <= SAME_PLACE else None
+                    descent = come_down(builder, run.path, top, z, data, allowed, climb, ring)
+                self.descents.append(descent)
         self.down = True
-        follow(builder, run, data.tool.feed)
+        if self.rounded and not walls:
+            builder.blending(640)
+        follow(builder, run.path, data.tool.feed)
+        if self.rounded and not walls:
+            builder.blending(610)
 
     def finish(self, coolant: bool) -> None:
         """Rise, go to the last place, and end."""
@@ -243,26 +257,27 @@ class _Layer:
         builder.end()
 
 
-def _runs(path: PocketPath) -> list[Polyline]:
-    """Return what the tool follows without being lifted, one open polyline each."""
-    runs: list[list[Polyline]] = []
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """What the tool follows without being lifted, an open polyline, and the first piece of it.
+
+    `entered`: that piece is a loop along which the tool comes down.
+    """
+
+    path: Polyline
+    first: Polyline
+    entered: bool
+
+    @property
+    def start(self) -> Point:
+        return self.path.start
+
+
+def _runs(path: PocketPath) -> list[_Run]:
+    """Return what the tool follows without being lifted."""
+    runs: list[list[PocketPiece]] = []
     for piece, gap in zip(path.pieces, (math.inf, *path.gaps), strict=True):
         if gap > 0.0:
             runs.append([])
-        runs[-1].append(piece.path)
-    return [joined(*run) for run in runs]
-
-
-def _opened(runs: Sequence[Polyline], clearing: Clearing) -> list[bool]:
-    """Return for every run whether the runs before it have cleared the place where it begins."""
-    import shapely
-
-    rules = clearing.region.rules
-    opened = [False]
-    cleared = shapely.Polygon()
-    for before, run in itertools.pairwise(runs):
-        line = shapely.LineString(before.flattened(rules.tolerance))
-        cleared = cleared.union(line.buffer(rules.radius, quad_segs=32))
-        disc = shapely.Point(run.start).buffer((1.0 - _SLIVER) * rules.radius)
-        opened.append(bool(cleared.covers(disc)))
-    return opened
+        runs[-1].append(piece)
+    return [_Run(joined(*(p.path for p in run)), run[0].path, run[0].kind == "entry") for run in runs]

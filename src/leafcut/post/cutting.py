@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import Dialect, Torch
 from leafcut.gcode.numbers import format_number
-from leafcut.gcode.torch import LEAST_PERCENT, for_controller
+from leafcut.gcode.torch import KERF_REGISTER, LEAST_PERCENT, for_controller
 from leafcut.model.cutting import CutPlan
 from leafcut.model.toolpath import Kind, Motion, Toolpath
 from leafcut.options import PostOptions
@@ -73,6 +73,11 @@ def check_words(dialect: Dialect, options: PostOptions, *, marks: bool, compensa
         raise PostError(
             f"{name} has no words for marking; leave the marks out (--ignore-layers), or choose another dialect"
         )
+    if marks and torch is not None and torch.power and options.mark_power >= options.beam_power:
+        raise PostError(
+            f"a beam of --mark-power {options.mark_power} is no weaker than one that cuts, --beam-power "
+            f"{options.beam_power}: marks would be cut through; give a lower --mark-power"
+        )
     if compensates and (torch is None or not torch.compensation):
         raise PostError(f"{name} does not compensate the kerf (G41, G42); use --compensation geometry")
     if options.material_number is not None and (torch is None or not torch.material):
@@ -109,6 +114,10 @@ class _TorchWriter(Writer):
         super()._begin(header)
         if {610, 640} <= self.dialect.g_codes and not (self.path.kind == Kind.BLENDING).any():
             self.out.say("G61")  # a controller that was just switched on, or left so, may round its corners
+        if self.torch.compensation == "G41" and (self.path.kind == Kind.RADIUS).any():
+            half = self.numbers.length(0.5 * self.plan.data.kerf)
+            unit = "inch" if self.numbers.inch else "mm"
+            self.out.comment(f"register D{KERF_REGISTER} must hold half of the kerf as a radius: {half} {unit}")
         number = self.options.material_number
         if number is not None:
             for block in self.torch.material:

@@ -48,6 +48,8 @@ HEIGHTS = {"laser": 1.0, "waterjet": 3.0, "oxyfuel": 6.0}
 GIVEN = ("feed", "kerf", "pierce_delay", "pierce_height", "cut_height")
 
 MOST_ROWS = 100_000
+#: No figure of a chart is larger, and no kerf that is known is narrower or wider, mm.
+LARGEST, NARROWEST, WIDEST = 1e6, 0.001, 50.0
 
 
 @dataclass(frozen=True)
@@ -121,7 +123,8 @@ def _row(place: str, line: int, data: dict[str, Any]) -> Row:
             value = float(text)
         except ValueError:
             raise ReadError(place, f"'{key}' is '{shown(text)}', not a number", line) from None
-        if not math.isfinite(value) or value < 0 or (needed and value == 0):
+        kerf = key == "kerf_width_mm" and value != 0.0 and not NARROWEST <= value <= WIDEST
+        if not 0.0 <= value <= LARGEST or (needed and value == 0.0) or kerf:
             raise ReadError(place, f"'{key}' is {value:g}, which cannot be", line)
         return value
 
@@ -284,7 +287,7 @@ def _finished(
     kind = row.process.split("_")[0]
     can_pierce = kind != "plasma" or row.pierce_height is not None or values.get("pierce_delay") is not None
     missing = []
-    if values.get("kerf") is None:
+    if not values.get("kerf"):  # a chart's 0 is a figure that nobody has measured
         missing.append("kerf (--kerf-width)")
     if values.get("pierce_delay") is None and can_pierce:
         missing.append("pierce delay (--pierce-delay)")
@@ -301,6 +304,9 @@ def _finished(
         cut_height = assumed
         issues.append(Issue("L414", f"the cut chart says no cut height; {assumed:g} mm was taken (--cut-height)"))
     pierce_height = values.get("pierce_height")
+    if pierce_height is None and can_pierce and kind == "plasma":
+        words = f"the cut chart says no pierce height; the cut height, {cut_height:g} mm, was taken (--pierce-height)"
+        issues.append(Issue("L414", words))
     return CutData(
         process=row.process,
         material=row.material,

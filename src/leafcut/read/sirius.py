@@ -69,7 +69,7 @@ def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
         for k, rows in enumerate(paths):
             try:
                 path = _path(rows, factor)
-            except (ValueError, TypeError, IndexError, OverflowError):
+            except (ValueError, TypeError, LookupError, OverflowError):
                 issues.append(Issue("L203", f"path {k + 1} of part {number} skipped: it is no list of (x, y, bulge)"))
                 continue
             count += path.n_segments

@@ -110,6 +110,7 @@ def prepared(run: Run, source: str | Path) -> tuple[Job, list[Issue]]:
         plan=plan,
         probe=probe,
     )
+    issues += _register_issues(words, data, settings.cut)
     return job, [*sheet.issues, *issues, *cutting.issues, *_probe_issues(probe)]
 
 
@@ -225,6 +226,19 @@ def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
         "fixes; look at its leads and starts, or make a new plan"
     )
     return [Issue("L621", words, plan.source)]
+
+
+def _register_issues(words: Dialect, data: CutData, options: CutOptions) -> list[Issue]:
+    """Warn of a controller that takes the kerf from a register: a program cannot see what is in there."""
+    from leafcut.gcode.torch import KERF_REGISTER
+
+    if options.compensation != "controller" or words.torch is None or words.torch.compensation != "G41":
+        return []
+    text = (
+        f"the controller takes half of the kerf from register D{KERF_REGISTER}: set it to {0.5 * data.kerf:.4g} mm, "
+        "as a radius, or every part comes out at another size"
+    )
+    return [Issue("L622", text)]
 
 
 def _probe_issues(probe: Probe | None) -> list[Issue]:

@@ -63,7 +63,7 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> list[Issue]:
     """
     from leafcut.gcode.interpreter import interpret
     from leafcut.plan.pocket_rules import finishing_levels
-    from leafcut.verify.pocket import check_pockets, gouge_differences, simulated_levels
+    from leafcut.verify.pocket import check_pockets, depth_differences, gouge_differences, simulated_levels
     from leafcut.verify.program import check_program
 
     job.run.tell("verifying")
@@ -78,11 +78,13 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> list[Issue]:
             zones=heights.zones,
             zone_height=heights.clearance,
             tool_radii={tool.number: 0.5 * tool.diameter},
+            milled=True,
         )
     )
     written = interpret(text, job.words, left_over=True)
     depth = -heights.levels[-1]
     refuse(check_pockets(written, job.part.pockets, job.exact, depth, heights.retract))
+    refuse(depth_differences(written, job.exact, -heights.levels[0]))
     levels = sorted({*heights.levels, *(finishing_levels(depth, tool.diameter) if job.rules.stock else ())})
     removed = simulated_levels(written, job.part.pockets, job.exact, levels)
     refuse(gouge_differences(removed, job.part.pockets))

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels import EPSILON
-from leafcut.kernels.assembly import MOST_CHANGES, Assembly, assemble
+from leafcut.kernels.ab_cycles import Assembly
+from leafcut.kernels.assembly import MOST_CHANGES, assemble
 from leafcut.kernels.cost import tour_cost
 from leafcut.solve.construction import greedy, random_words
 from leafcut.solve.instance import Instance

@@ -7,13 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from leafcut.geometry.regions import FINE, polygons, quarter, region, shrunk, swept
-from leafcut.model.issue import Issue
+from leafcut.geometry.regions import FINE, quarter, region, shrunk, swept
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import Pocket, PocketMeasures, PocketPath, PocketRules
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.timing.toolpath import measure
-from leafcut.verify.difference import Difference, shorten
 from leafcut.verify.engagement import engagement
 from leafcut.verify.step_over import wide_places, widest_gaps
 from leafcut.verify.tool_way import Floats, way_of
@@ -24,8 +22,6 @@ LIFT = 5.0
 _AT_ONCE = 4096
 #: An engagement below this is rounding, rad.
 _NOTHING = 1e-6
-#: Uncovered ground below this share of what can be reached is not worth a word.
-UNCOVERED_SHARE = 0.001
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +66,7 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
     centres = shrunk(shape, rules.radius, rules.tolerance)
     reachable = swept(centres, rules.radius, rules.tolerance).intersection(shape)
     steps = _steps(path, rules)
-    ground = _capsules(steps, rules.radius, rules)
+    ground = capsules(steps, rules.radius, rules)
     rest, film = reachable.difference(ground), 0.5 * rules.tolerance
     uncovered = rest.buffer(-film).buffer(film, join_style="mitre").intersection(rest)
     gouges = _gouges(shape, steps, rules) if len(steps) else shapely.Polygon()
@@ -141,41 +137,6 @@ def too_wide(centres: Any, path: PocketPath, rules: PocketRules) -> Floats:
     return wide_places(way_of(path, rules), centres, rules)
 
 
-def check_path(
-    pocket: Pocket, path: PocketPath, rules: PocketRules, found: Removal | None = None
-) -> tuple[list[Difference], list[Issue]]:
-    """Return what must not be (gouges; nothing when no wall is hurt), and a warning for what stays uncut.
-
-    The places of both are `removal(…).gouges` and `.uncovered`.
-
-    Raises
-    ------
-    PlanError
-        The pocket's outline or islands cross themselves or touch.
-    """
-    found = removal(pocket, path, rules) if found is None else found
-    name = f"pocket {pocket.name}" if pocket.name else "the pocket"
-    wrong = []
-    for piece in _largest(found.gouges):
-        x, y = piece.point_on_surface().coords[0]
-        text = f"{name}: {piece.area:.3g} mm² beyond the wall near ({x:.2f}, {y:.2f}) would be cut by {path.strategy}"
-        wrong.append(Difference("gouge", 0, 0, text))
-    left = _largest(found.uncovered)
-    area = sum(piece.area for piece in left)
-    issues = []
-    if left and area > UNCOVERED_SHARE * found.reachable.area:
-        x, y = left[0].point_on_surface().coords[0]
-        places = f"{len(left)} places" if len(left) > 1 else "one place"
-        issues = [
-            Issue(
-                "L711",
-                f"{name}: {path.strategy} leaves {area:.3g} mm² uncut ({100 * area / found.reachable.area:.2f} %) in "
-                f"{places}, the largest, {left[0].area:.3g} mm², near ({x:.2f}, {y:.2f})",
-            )
-        ]
-    return shorten(wrong), issues
-
-
 def plane_toolpath(path: PocketPath, machine: Machine, feed: float | None = None, lift: float = LIFT) -> Toolpath:
     """Return a path as motions at one level, lifted by `lift` mm between pieces, without approach and departure."""
     speed = machine.max_feed if feed is None else feed
@@ -194,10 +155,6 @@ def plane_toolpath(path: PocketPath, machine: Machine, feed: float | None = None
     return builder.build()
 
 
-def _largest(shape: Any) -> list[Any]:
-    return sorted(polygons(shape), key=lambda piece: -piece.area)
-
-
 def _steps(path: PocketPath, rules: PocketRules) -> Any:
     """Return the chords of all pieces, float64[n, 2, 2]; a piece that stands still is a chord without length."""
     fine, chords = FINE * rules.tolerance, [np.zeros((0, 2, 2))]
@@ -209,7 +166,7 @@ def _steps(path: PocketPath, rules: PocketRules) -> Any:
     return np.unique(every, axis=0) if len(every) else every
 
 
-def _capsules(steps: Any, radius: float, rules: PocketRules) -> Any:
+def capsules(steps: Any, radius: float, rules: PocketRules) -> Any:
     """Return the union of the discs along all steps."""
     import shapely
 
@@ -235,7 +192,7 @@ def _gouges(shape: Any, steps: Any, rules: PocketRules) -> Any:
     near = shapely.dwithin(walls, lines, rules.radius - rules.tolerance) | ~shapely.intersects(shape, lines)
     if not near.any():
         return shapely.Polygon()
-    outside = _capsules(steps[near], rules.radius, rules).difference(shape)
+    outside = capsules(steps[near], rules.radius, rules).difference(shape)
     deep = outside.difference(shape.buffer(rules.tolerance))
     # The part of a gouge that is less than the tolerance deep belongs to it; films along sound walls do not.
     return outside.intersection(deep.buffer(2.0 * rules.tolerance))
