@@ -210,7 +210,7 @@ class Page:
         What is not `bad` goes by itself after a while, unless it `stays` until something else is told.
         """
         self._until = math.inf if bad or stays else time.monotonic() + _SAID_SECONDS
-        self.said.set_text(line)
+        self.said.set_text(self.words.plain(line))
         self.said.classes(replace="said bad" if bad else "said")
 
     async def open_job(self, job: str, sheet: tuple[int, int] = (1, 1)) -> None:

@@ -66,7 +66,7 @@ class JobsPanel:
             text("th", record.title, "", scope="row", dir="auto")
             text("td", w(f"work.{work_of(record.task, record.title)}"), "quiet")
             with box("td"):
-                text("span", w(f"state.{state.value}"), f"tag {state.value}", title=record.line)
+                text("span", w(f"state.{state.value}"), f"tag {state.value}", title=w.plain(record.line))
             text("td", self._figures(record), "n")
             with box("td", "keep"):
                 button(w("jobs.open"), lambda: self.page.open_job(record.id), "small")
@@ -86,7 +86,7 @@ class JobsPanel:
             return w("nest.found", sheets=found["sheets"], percent=used)
         if "same" in found:
             return w("result.same" if found["same"] else "result.differs")
-        return format_time(found["time_s"]) if "time_s" in found else record.line
+        return format_time(found["time_s"]) if "time_s" in found else w.plain(record.line)
 
     async def _again(self, record: Record) -> None:
         try:
