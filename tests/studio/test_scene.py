@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from canvas_scenes import ARC_LINE, CUT_LINE, MACHINE, PART, PLACES, TEXT, grid_of_holes, grid_path, grid_program
 
+from leafcut import api
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue
@@ -21,7 +22,7 @@ from leafcut.model.pocket import Pocket
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.studio.preview import look
 from leafcut.studio.running import run
-from leafcut.studio.scene import part_scene, pheromone_scene, strength_scene, toolpath_scene
+from leafcut.studio.scene import outcome_scene, part_scene, pheromone_scene, strength_scene, toolpath_scene
 from leafcut.studio.task import Call
 from leafcut.timing.toolpath import measure
 
@@ -148,3 +149,11 @@ def test_a_map_without_a_unit_is_told_without_one(tmp_path: Path) -> None:
 def test_what_a_search_costs_is_told_in_the_unit_of_what_is_made_small() -> None:
     assert Call("optimize", ("a.dxf",), "auto", {}).unit == "s"
     assert Call("optimize", ("a.dxf",), "auto", {"objective": "distance"}).unit == "mm"
+
+
+def test_of_a_pocket_it_is_told_how_wide_the_mill_clears() -> None:
+    example = str(Path(__file__).parents[2] / "examples" / "pocket.dxf")
+    options = {"tool_diameter": "16", "depth": "2", "strategy": "zigzag"}
+    outcome = api.optimize(example, process="pocket", **options)
+    assert unpacked(outcome_scene(outcome, "after"))[0]["cleared"] == 16.0
+    assert unpacked(grid_program())[0].get("cleared", 0.0) == 0.0

@@ -61,7 +61,7 @@ def test_the_work_that_is_shown_is_the_work_that_is_run(page: Page) -> None:
         expect(page.get_by_label("Work", exact=True)).to_have_value(work)
     # A run that fails says why, at the foot and beside what it said before, and the page goes on.
     page.get_by_role("button", name="Run", exact=True).click()
-    expect(page.locator("#said")).to_contain_text("--tool-diameter", timeout=LONG)
+    expect(page.locator("#said")).to_contain_text("give “Tool diameter”", timeout=LONG)
     expect(page.locator(".result .error")).to_contain_text("--tool-diameter")
     expect(page.get_by_role("button", name="Run", exact=True)).to_be_enabled()
     page.keyboard.press("2")

@@ -248,7 +248,7 @@ def _short(holds: str, room: int, words: Words) -> str:
     if len(holds) <= room:
         return holds
     head = holds.replace(";", ":").partition(":")[0]
-    return head if len(head) <= room else words("form.automatic")
+    return head if len(head) <= room else words("form.absent")
 
 
 def problem_with(name: str, value: Any) -> str:

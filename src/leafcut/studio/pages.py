@@ -36,7 +36,7 @@ _KEYS: tuple[tuple[str, ...], ...] = (("o",), ("r",), ("s", "esc"), ("p",), ("n"
 #: Keys of the drawing as they are shown, each with what tells of it.
 _DRAWING_KEYS = (
     ("← ↑ → ↓", "arrows"), ("+ −", "zoom"), ("F", "fit"), ("␣", "play"), (", .", "block"), ("M", "modes"),
-    ("⇧A … ⇧R", "layers"),
+    ("⇧A … ⇧W", "layers"),
 )  # fmt: skip
 #: A line that is no complaint goes after so many seconds.
 _SAID_SECONDS = 6.0

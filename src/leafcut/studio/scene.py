@@ -44,7 +44,8 @@ Blocks of a ``toolpath``, a row for each move or command in the order in which t
 ==================== ======== =======================================================================================
 
 with the header's ``seconds``, ``rapid_mm``, ``cut_mm``, ``kerf`` (mm, 0: none), ``tools`` (number → words) and
-``which`` (``before``, ``after``). Where ``unitless`` is true, of a map or a tour through one, no number is in mm or s.
+``which`` (``before``, ``after``), and ``cleared``, how wide a mill clears (mm, 0: not told). Where ``unitless`` is
+true, of a map or a tour through one, no number is in mm or s.
 
 Blocks of a ``path``, the best one of a search that goes on: ``point`` f4 × 2, in the order of their visit.
 
@@ -162,6 +163,7 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
         "rapid_mm": measure.travel_mm,
         "cut_mm": measure.cut_mm,
         "tools": {str(o.tool.number): _tool_words(o.tool.label, o.tool.diameter) for o in outcome.operations},
+        "cleared": outcome.operations[0].tool.diameter if outcome.pocket_plans else 0.0,
     }
     return _toolpath(outcome_playback(outcome, which), header, outcome.text if which == "after" else "", plan)
 

@@ -29,7 +29,7 @@ export class Drawing {
     this.view = new View();
     this.layers = {
       rapids: true, cuts: true, holes: true, numbers: true, arrows: true, extents: false, issues: true, pheromone: true,
-      kerf: true, grid: true, ...layers,
+      kerf: true, cleared: true, grid: true, ...layers,
     };
     this.editable = editable;
     this.selected = null;

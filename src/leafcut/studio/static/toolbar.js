@@ -2,9 +2,9 @@
 
 import { icon, iconButton, make } from "./icons.js";
 
-export const LAYERS = ["rapids", "cuts", "holes", "numbers", "arrows", "extents", "issues", "pheromone", "kerf", "grid"];
+export const LAYERS = ["rapids", "cuts", "holes", "numbers", "arrows", "extents", "issues", "pheromone", "kerf", "cleared", "grid"];
 /** The letter of each layer, with Shift: without it a letter is the page's own. */
-export const KEYS = { rapids: "R", cuts: "C", holes: "H", numbers: "N", arrows: "A", extents: "E", issues: "I", pheromone: "P", kerf: "K", grid: "G" };
+export const KEYS = { rapids: "R", cuts: "C", holes: "H", numbers: "N", arrows: "A", extents: "E", issues: "I", pheromone: "P", kerf: "K", cleared: "W", grid: "G" };
 
 export class Toolbar {
   constructor(host, drawing) {
@@ -71,7 +71,8 @@ export class Toolbar {
       button.tabIndex = on ? 0 : -1;
     }
     const has = {
-      pheromone: scenes.pheromone, kerf: (scenes.after ?? scenes.before)?.header.kerf > 0, issues: scenes.part?.issue.length,
+      pheromone: scenes.pheromone, kerf: (scenes.after ?? scenes.before)?.header.kerf > 0,
+      cleared: (scenes.after ?? scenes.before)?.header.cleared > 0, issues: scenes.part?.issue.length,
     };
     for (const [layer, input] of Object.entries(this.boxes)) {
       input.checked = drawing.layers[layer];

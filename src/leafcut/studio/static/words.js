@@ -17,6 +17,7 @@ export const WORDS = {
   issues: "Issues",
   pheromone: "Pheromone",
   kerf: "Kerf",
+  cleared: "Cleared",
   grid: "Grid",
   fit: "Fit",
   zoomIn: "Zoom in",
