@@ -62,7 +62,7 @@ def test_the_work_that_is_shown_is_the_work_that_is_run(page: Page) -> None:
     # A run that fails says why, at the foot and beside what it said before, and the page goes on.
     page.get_by_role("button", name="Run", exact=True).click()
     expect(page.locator("#said")).to_contain_text("give “Tool diameter”", timeout=LONG)
-    expect(page.locator(".result .error")).to_contain_text("--tool-diameter")
+    expect(page.locator(".result .error")).to_contain_text("give “Tool diameter”")
     expect(page.get_by_role("button", name="Run", exact=True)).to_be_enabled()
     page.keyboard.press("2")
     expect(page.locator("table.jobs tbody tr").first).to_contain_text("failed")
@@ -93,7 +93,7 @@ def test_what_cannot_be_read_is_a_line_and_the_page_lives_on(page: Page, tmp_pat
     expect(page.get_by_role("alert")).to_contain_text("'thick' is not")
     opened(page, PLATE)
     page.get_by_role("button", name="Run", exact=True).click()
-    expect(page.locator("#said")).to_contain_text("--thickness: 'thick' is not")
+    expect(page.locator("#said")).to_contain_text("“Thickness”: 'thick' is not")
     typed(page, "Thickness", "3")
     run(page)
     expect(page.locator(".headline")).to_be_visible()
