@@ -86,7 +86,7 @@ def test_units_are_those_of_the_text(tmp_path: Path) -> None:
         ('diameter = "0.25 in"', "diameter = 6.35", "must be a text with a unit"),
         ('diameter = "0.25 in"', "", "[[tool]] 1: the key 'diameter' is missing"),
         ('feed = "12 ipm"', 'fed = "12 ipm"', "[[tool]] 1: unknown key 'fed'; did you mean 'feed'"),
-        ('feed = "12 ipm"', 'feed = "0 ipm"', "'feed' is 0"),
+        ('feed = "12 ipm"', 'feed = "0 ipm"', "'feed' is 0 ipm"),
         ('kind = "tap"', 'kind = "taps"', "did you mean 'tap'"),
         ('cycle = "G83"', 'cycle = "G84"', "G84 is for taps"),
         ('cycle = "G83"', 'cycle = "G88"', "'cycle' is 'G88'"),

@@ -113,11 +113,9 @@ def test_what_a_beam_does_while_it_is_off_is_a_way() -> None:
     seen = trace(path.build(), beam=True)
     assert lengths(seen.cuts).tolist() == [10.0, 1.0]
     assert lengths(seen.rapids).tolist() == [50.0, 20.0]
-    assert seen.dark_mm == pytest.approx(70.0)
     assert seen.stops.tolist() == [[30.0, 40.0], [30.0, 70.0]]
     mill = trace(path.build())
     assert len(mill.rapids) == 0
-    assert mill.dark_mm == 0.0
 
 
 def test_every_cut_has_its_tool() -> None:

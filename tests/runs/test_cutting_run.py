@@ -318,6 +318,7 @@ def test_a_laser_table_cuts_by_the_lasers_rules(drawing: Path) -> None:
         ({"thickness": None}, OptionError, "--thickness"),
         ({"thickness": "99"}, PlanError, "nearest are"),
         ({"machine": "haas-vf2"}, OptionError, "has a spindle"),
+        ({"machine": "linuxcnc-mill"}, OptionError, "linuxcnc-mill has a spindle"),  # the default, but it was named
         ({"keep_out": "100 0 200 320"}, PlanError, "forbidden zone"),
         ({"sheet_size": "200x200"}, PlanError, "outside the sheet"),
         ({"machine": "plasma-table", "work_offset": "2400,0,0"}, VerifyError, "not written"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from leafcut.gcode.foreign import interpret_program
 from leafcut.gcode.program import Program
 from leafcut.model.sequence import Sequence
 from leafcut.post import rewriter
+from leafcut.report.views import work_words
 from leafcut.runs.proving import with_comments
 from leafcut.runs.resequencing import decoded
 from rewriting import work_of
@@ -161,6 +163,39 @@ def test_lines_from_either_end_need_less_travel_and_the_proof_says_how_many_were
     assert run(["verify", str(path), str(out)]) == 1
     assert run(["verify", str(path), str(out), "--allow-reverse"]) == 0
     assert f"the same work, {turned} of the cuts" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("power", ["S500", ""])
+@pytest.mark.parametrize("way", ["G0", "G1 F9000"])
+def test_a_way_at_feed_with_the_beam_off_is_travel_and_the_cutting_stays_what_it_is(
+    tmp_path: Path, way: str, power: str
+) -> None:
+    text = lines_program(3).replace("S500", power).replace("G0", way)
+    found = leafcut.optimize(written(tmp_path, text), process="laser")
+    places = np.array(re.findall(r"X(\S+) Y(\S+)", text), dtype=float).reshape(-1, 2, 2)
+    cutting = float(np.hypot(*(places[:, 1] - places[:, 0]).T).sum())
+    assert found.after.cut_mm == pytest.approx(found.before.cut_mm) == pytest.approx(cutting)
+    assert found.after.travel_mm < found.before.travel_mm
+
+
+def test_every_hole_of_a_tool_is_counted_also_the_first_one_of_its_cycle_that_stays(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of two tools that drill the same board, the first hole of each comes with the cycle and keeps its place."""
+    first, *rest = (f"X{k * 37 % 100} Y{k * 61 % 90}" for k in range(12))
+    lines = ["%", "G21 G90 G17 G94"]
+    for tool in (1, 2):
+        top = [f"T{tool} M6", "S3000 M3", f"G0 G54 {first}", f"G43 H{tool} Z25."]
+        lines += [*top, f"G99 G81 {first} Z-3. R2. F200.", *rest, "G80", "G0 Z25.", "M5"]
+    path = written(tmp_path, "\n".join([*lines, "M30", "%", ""]))
+    assert run(["optimize", str(path), "-o", str(tmp_path / "new.nc"), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["counts"]["holes"] == 24
+    assert [(t["number"], t["holes"], t["staying"]) for t in answer["tools"]] == [(1, 12, 1), (2, 12, 1)]
+    outcome = leafcut.optimize(path)
+    assert len(outcome.part.holes) == 24
+    assert [work_words(o) for o in outcome.operations] == ["12 holes, 1 in its place"] * 2
+    assert sorted(hole for o in outcome.operations for hole in o.holes) == list(range(24))
 
 
 def test_a_section_begins_where_the_one_before_it_now_ends(tmp_path: Path) -> None:

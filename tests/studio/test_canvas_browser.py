@@ -124,7 +124,10 @@ def test_rapids_and_cuts_have_their_own_colours_and_layers(page: Any) -> None:
     assert blue[2] > blue[0] and blue[3] > 90 and orange[0] > orange[2] and orange[3] > 90
     page.keyboard.press("Tab")
     page.evaluate("drawing.panes[1].canvas.focus()")
-    page.keyboard.press("r")
+    page.keyboard.press("r")  # a plain letter is the page's
+    page.evaluate("settled()")
+    assert page.evaluate(PIXEL, [20, 10])[3] > 90
+    page.keyboard.press("Shift+R")
     page.evaluate("settled()")
     assert page.evaluate(PIXEL, [20, 10])[3] == 0 and page.evaluate(PIXEL, [20, 70])[3] > 90
 

@@ -89,6 +89,8 @@ def test_fireflies_are_shown_by_their_brightness(page: Page) -> None:
     page.get_by_role("button", name="Run", exact=True).click()
     expect(page.locator(".swarm rect")).to_have_count(11, timeout=LONG)
     page.get_by_role("button", name="Cancel").click()
+    expect(page.locator(".progress")).to_be_visible()  # asked twice: it cannot be taken back
+    page.get_by_role("button", name="Really keep nothing?").click()
     expect(page.locator("#said")).to_contain_text("cancelled", timeout=LONG)
     expect(page.locator(".progress")).to_be_hidden()
 
@@ -158,7 +160,7 @@ def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
     edit = page.locator(".edit")
     expect(edit).to_be_visible()
     page.wait_for_timeout(500)
-    length = edit.locator(".figure").text_content()
+    length = edit.locator(".figure").first.text_content()
     places = page.evaluate(
         """async () => {
             const { whenThere } = await import("leafcut-canvas/registry.js");
@@ -176,11 +178,11 @@ def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
     page.mouse.move(places[0][0] + 20, places[0][1] + 20)
     page.mouse.move(*places[1], steps=4)
     page.mouse.up()
-    expect(edit.locator(".figure")).not_to_have_text(length or "")
+    expect(edit.locator(".figure").first).not_to_have_text(length or "")
     edit.get_by_role("button", name="Undo").click()
-    expect(edit.locator(".figure")).to_have_text(length or "")
+    expect(edit.locator(".figure").first).to_have_text(length or "")
     edit.get_by_role("button", name="Redo").click()
-    expect(edit.locator(".figure")).not_to_have_text(length or "")
+    expect(edit.locator(".figure").first).not_to_have_text(length or "")
     address = page.url
     edit.get_by_role("button", name="Run with this").click()
     wait_for(page, lambda: page.url != address)  # another job

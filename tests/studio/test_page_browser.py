@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from playwright.sync_api import Page, expect
@@ -61,7 +62,7 @@ def test_what_is_told_can_be_clicked_away_and_a_change_by_hand_be_taken_back_by_
     typed(page, "Time limit", "1s")
     run(page)
     page.get_by_role("button", name="Edit by hand").click()
-    length = page.locator(".edit .figure")
+    length = page.locator(".edit .figure").first
     before = length.inner_text()
     page.get_by_role("button", name="Reverse", exact=True).click()
     expect(page.locator("#said")).to_contain_text("Choose a stop")
@@ -77,8 +78,11 @@ def test_what_is_told_can_be_clicked_away_and_a_change_by_hand_be_taken_back_by_
     expect(page.locator(".edit .what")).to_contain_text("Chosen")
     page.get_by_role("button", name="First", exact=True).click()
     expect(length).not_to_have_text(before)
+    change = page.locator(".edit .ways .figure").last
+    expect(change).to_have_text(re.compile(r"([+−])[\d.]+ m{1,2} \(\1[\d.]+ %\)"))
     page.keyboard.press("Control+z")
     expect(length).to_have_text(before)
+    expect(change).to_have_text("as before")
     page.keyboard.press("Control+Shift+z")
     expect(length).not_to_have_text(before)
 
@@ -130,3 +134,42 @@ def test_a_file_of_no_kind_takes_nothing_away(page: Page, tmp_path: Path) -> Non
     expect(page.locator(".about-part .name")).to_have_text(PLATE.name)
     expect(page.locator(".headline")).to_have_text(saved)
     assert "job=" in page.url
+
+
+def test_the_keys_of_the_page_mean_the_same_once_the_drawing_was_clicked(page: Page) -> None:
+    """With Shift a letter is a layer's, in the drawing alone; M goes through what can be compared."""
+    opened(page, PLATE)
+    drawing = page.locator(".lc-canvas").last
+    layer = page.locator("[data-layer=rapids] input")
+    page.keyboard.press("Shift+R")
+    drawing.click(position={"x": 5, "y": 300})
+    page.keyboard.press("Shift+R")
+    expect(layer).not_to_be_checked()
+    expect(page.locator("#result-panel")).not_to_be_visible()
+    page.keyboard.press("r")
+    expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
+    expect(layer).not_to_be_checked()
+    expect(page.locator(".lc-modes")).to_be_visible()
+    drawing.click(position={"x": 5, "y": 300})
+    page.keyboard.press("m")
+    expect(page.locator(".lc-mode[data-mode=side]")).to_have_attribute("aria-checked", "true")
+    page.keyboard.press("2")
+    expect(page.locator("#view-jobs")).to_be_visible()
+
+
+def test_escape_ends_a_run_and_keeps_the_best_of_it(page: Page) -> None:
+    opened(page, PLATE)
+    page.get_by_label("Algorithm", exact=True).select_option("mmas")
+    page.get_by_label("Pace", exact=True).first.select_option("5")
+    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.locator(".progress .figure").first).not_to_have_text("", timeout=LONG)
+    page.keyboard.press("Escape")
+    expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
+    page.keyboard.press("2")
+    expect(page.locator("table.jobs tbody tr").first).to_contain_text("stopped, best kept")
+
+
+def test_an_empty_page_offers_an_example_in_its_middle(page: Page) -> None:
+    page.locator(".empty").get_by_role("button", name="plate-27").click()
+    expect(page.locator(".about-part .name")).to_have_text("plate-27")
+    expect(page.locator(".empty")).to_be_hidden()

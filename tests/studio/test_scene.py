@@ -5,19 +5,25 @@ from __future__ import annotations
 import json
 import math
 import struct
+import threading
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from canvas_scenes import ARC_LINE, CUT_LINE, MACHINE, PART, PLACES, TEXT, grid_of_holes, grid_path, grid_program
 
+from leafcut import api
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.model.pocket import Pocket
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
-from leafcut.studio.scene import part_scene, pheromone_scene, strength_scene, toolpath_scene
+from leafcut.studio.preview import look
+from leafcut.studio.running import run
+from leafcut.studio.scene import outcome_scene, part_scene, pheromone_scene, strength_scene, toolpath_scene
+from leafcut.studio.task import Call
 from leafcut.timing.toolpath import measure
 
 _SIZES = {"f4": "f", "i4": "i", "u4": "I", "u1": "B"}
@@ -124,3 +130,30 @@ def test_pheromone_has_points_edges_and_strengths() -> None:
     assert [(x + ox, y + oy) for x, y in blocks["point"]] == [(0, 0), (10, 0), (10, 20)]
     assert blocks["edge"] == [(0, 1), (1, 2)] and blocks["strength"] == [0.25, 1.0]
     assert unpacked(strength_scene(np.array([0.5, 0.5])))[1]["strength"] == [0.5, 0.5]
+
+
+def test_a_map_without_a_unit_is_told_without_one(tmp_path: Path) -> None:
+    """TSPLIB's places are plain numbers: neither mm nor machine time can be told of them."""
+    file = tmp_path / "four.tsp"
+    places = ["1 0 0", "2 30 0", "3 30 40", "4 0 40"]
+    top = ["NAME: four", "TYPE: TSP", "DIMENSION: 4", "EDGE_WEIGHT_TYPE: EUC_2D", "NODE_COORD_SECTION"]
+    file.write_text("\n".join([*top, *places, "EOF", ""]))
+    seen = look(str(file))
+    assert seen.facts == (("points", "4"), ("size", "30 × 40"))
+    assert unpacked(seen.scenes["part"])[0]["unitless"] is True
+    made = run(Call("solve", (str(file),), "auto", {}), ("four.tsp",), lambda *_: None, threading.Event())
+    assert unpacked(made.artefacts["scene-after"].data)[0]["unitless"] is True
+    assert Call("solve", (str(file),), "auto", {}).unit == ""
+
+
+def test_what_a_search_costs_is_told_in_the_unit_of_what_is_made_small() -> None:
+    assert Call("optimize", ("a.dxf",), "auto", {}).unit == "s"
+    assert Call("optimize", ("a.dxf",), "auto", {"objective": "distance"}).unit == "mm"
+
+
+def test_of_a_pocket_it_is_told_how_wide_the_mill_clears() -> None:
+    example = str(Path(__file__).parents[2] / "examples" / "pocket.dxf")
+    options = {"tool_diameter": "16", "depth": "2", "strategy": "zigzag"}
+    outcome = api.optimize(example, process="pocket", **options)
+    assert unpacked(outcome_scene(outcome, "after"))[0]["cleared"] == 16.0
+    assert unpacked(grid_program())[0].get("cleared", 0.0) == 0.0

@@ -80,7 +80,7 @@ def test_a_field_says_what_the_option_says() -> None:
     fields = {f["name"]: f for work in ("drill", "cut") for group in made(work) for f in group["fields"]}
     specs = {name: spec for _, name, spec in all_options()}
     for name, field in fields.items():
-        assert field["help"] == specs[name].help
+        assert field["help"] == EN.plain(specs[name].help)
         assert field["flag"] == flag_name(name)
         assert field["kind"] == specs[name].kind
         assert field["default"] or field["kind"] == "flag"
@@ -90,6 +90,27 @@ def test_a_field_says_what_the_option_says() -> None:
     assert [word for word, _ in fields["preset"]["choices"]] == ["fast", "default", "thorough"]
     assert fields["tools"]["file"]
     assert ["mine:shop", "shop"] in fields["tools"]["choices"]
+
+
+def test_what_holds_otherwise_has_room_in_its_field_and_is_said_whole_beside_the_help() -> None:
+    for language in ("en", "es"):
+        for work in forms.WORKS:
+            groups = forms.form(work, {"algorithm": "acs"}, words(language), machines={}, tools=[])
+            for field in [field for group in groups for field in group["fields"] if field["name"] != "machine"]:
+                assert len(field["default"]) + len(field["unit"]) <= 19, field
+    fields = {field["name"]: field for group in made("cut") for field in group["fields"]}
+    assert fields["lead_out"]["default"] == "auto"
+    assert fields["lead_out"]["rule"].startswith("otherwise auto: as the lead-in")
+    assert fields["machine"]["rule"] == ""
+
+
+def test_a_message_names_the_fields_of_the_form_and_no_flags() -> None:
+    plain = EN.plain
+    assert plain("give --thickness or --depth") == "give “Thickness” or “Depth”"
+    assert plain("use --no-bound") == "use “Lower bound” off"
+    assert plain("--process laser, not --process cut") == "“Kind of program” laser, not “Work” Cut from sheet"
+    assert plain("N10 --json x--depth") == "N10 --json x--depth"
+    assert words("es").plain("give --thickness") == "give “Espesor”"
 
 
 def test_in_spanish_a_field_says_it_in_spanish() -> None:

@@ -15,8 +15,10 @@ from leafcut.errors import OptionError
 from leafcut.studio import jobs as room
 from leafcut.studio.app import Studio, open_studio
 from leafcut.studio.history import Artefact, History, State
+from leafcut.studio.panel_jobs import choices_of
 from leafcut.studio.running import Made
 from leafcut.studio.task import Task
+from leafcut.studio.wording import words as words_of
 
 LONG = Task("solve", ("random:300:1",), options={"time_limit": "120s", "bound": False})
 SHORT = Task("optimize", ("example:plate-10",), options={"preset": "fast"})
@@ -230,3 +232,18 @@ def test_two_who_write_at_once_lose_nothing(tmp_path: Path) -> None:
         thread.join()
     assert len(history.newest(1000)) == 75
     history.close()
+
+
+def test_jobs_of_one_file_are_told_apart_by_machine_and_options(studio: Studio) -> None:
+    words = words_of("en")
+    chosen = {"machine": "haas-vf2", "thickness": "6mm", "bound": False, "preset": "default", "tools": "mine:shop"}
+    task = Task("optimize", ("example:plate-10",), options=chosen)
+    assert choices_of(task, studio.folder, words) == [
+        "haas-vf2",
+        "Thickness 6mm",
+        "Lower bound off",
+        "Tool library shop",
+    ]
+    assert choices_of(Task("optimize", ("example:plate-10",)), studio.folder, words) == ["linuxcnc-mill"]
+    assert choices_of(Task("optimize", ("a",), "cut"), studio.folder, words) == ["plasma-table"]
+    assert choices_of(Task("solve", ("random:9:1",), options={"seed": "2"}), studio.folder, words) == ["Seed 2"]

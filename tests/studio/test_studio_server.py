@@ -17,7 +17,10 @@ from websockets.sync.client import connect
 
 from leafcut.errors import OptionError
 from leafcut.files import OutputError
-from leafcut.studio.app import StudioError, _listen, open_studio, parse_port
+from leafcut.studio.app import StudioError, _listen, open_studio, parse_port, serve
+from leafcut.studio.history import State
+from leafcut.studio.lock import held
+from leafcut.studio.task import Task
 
 
 @pytest.fixture(scope="module")
@@ -133,3 +136,33 @@ def test_what_lies_damaged_in_the_folder_ends_in_one_line_or_is_made_anew(tmp_pa
     (root / "key").mkdir()
     with pytest.raises(OutputError, match="key cannot be kept"):
         open_studio(root)
+
+
+@pytest.mark.parametrize(
+    ("missing", "told"),
+    [("uvicorn", "the studio needs the package uvicorn: pip install 'leafcut[studio]'"), ("leafcut.studio.view", None)],
+)
+def test_only_a_package_that_is_not_installed_is_told_as_missing(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, missing: str, told: str | None
+) -> None:
+    for name in [n for n in sys.modules if n == missing or n.startswith("leafcut.studio.pa")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, missing, None)
+    with pytest.raises(StudioError if told else ModuleNotFoundError, match=re.escape(told or missing)):
+        serve(root=tmp_path)
+
+
+def test_a_second_studio_on_the_same_folder_is_refused_in_one_line_and_the_first_keeps_its_jobs(tmp_path: Path) -> None:
+    root = tmp_path / "studio"
+    with held(root, "http://127.0.0.1:1234"):
+        first = open_studio(root)
+        first.history.add("j", "plate", Task("optimize", ("example:plate-10",)), 0.0)
+        with pytest.raises(
+            OutputError, match=r"a studio runs already at http://127\.0\.0\.1:1234; use that one, or end it"
+        ):
+            serve(port=None, open_page=False, root=root)
+        waiting = first.history.get("j")
+        assert waiting is not None and waiting.state is State.WAITING
+        first.history.close()
+    with held(root, "http://127.0.0.1:99"):  # let go of when the first one ended
+        assert (root / "lock").read_text() == "http://127.0.0.1:99"

@@ -34,7 +34,7 @@ class OperationOutcome:
 
     `hole_order` are indices into `Part.holes` (or `Part.slots` when `slots`), in the order of machining. In a program
     that came from elsewhere, `cuts` is how many chains of cuts it orders besides, and `lines` the first and the last
-    line of the section that they stand in.
+    line of the section that they stand in, and `staying` the holes that the tool drills in their old places.
     """
 
     tool: Tool
@@ -44,6 +44,12 @@ class OperationOutcome:
     solution: Solution
     cuts: int = 0
     lines: tuple[int, int] | None = None
+    staying: tuple[int, ...] = ()
+
+    @property
+    def holes(self) -> tuple[int, ...]:
+        """All holes that the tool drills here (or slots), those that stay last."""
+        return self.hole_order + self.staying
 
 
 @dataclass(frozen=True)

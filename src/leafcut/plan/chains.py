@@ -103,6 +103,12 @@ def read_rows(program: Program, process: str) -> Rows:
     return Rows(before, block, cut, across & sideways, sideways, beam)
 
 
+def dark_rows(program: Program, process: str) -> NDArray[np.bool_]:
+    """Return the rows that are made at feed with the beam of the process off, bool[n]; of a tool there are none."""
+    dark: NDArray[np.bool_] = (program.path.kind == Kind.FEED) & (process in BEAMS)
+    return dark & ~_beam(program) if dark.any() else dark
+
+
 def _beam(program: Program) -> NDArray[np.bool_]:
     """Return for every row whether the spindle words have the beam on, with power if the program states any."""
     path = program.path

@@ -115,7 +115,7 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         probe=_probe(top) if "probe" in top else None,
         sources=_sources(top),
     )
-    _check(machine, place)
+    _check(machine, place, top)
     return machine
 
 
@@ -142,8 +142,8 @@ def _sources(top: Table) -> dict[str, str]:
     return {key: table.text(key) for key in table.values}
 
 
-def _check(machine: Machine, place: str) -> None:
-    """Refuse numbers that no machine has, before anything divides by them."""
+def _check(machine: Machine, place: str, top: Table) -> None:
+    """Refuse numbers that no machine has, before anything divides by them; they are told as they stand in the file."""
 
     def refuse(key: str, reason: str) -> OptionError:
         return OptionError(f"{place}: '{key}' {reason}")
@@ -157,7 +157,8 @@ def _check(machine: Machine, place: str) -> None:
             ("rapid.acceleration", machine.acceleration[i]),
         ):
             if not value > 0:
-                raise refuse(key, f"of {axis} is {value:g}, but must be above 0")
+                shown = top.table("rapid", _KEYS["rapid"]).typed(key.removeprefix("rapid."), i)
+                raise refuse(key, f"of {axis} is {shown}, but must be above 0")
         if not high > low:
             raise refuse("travel.max", f"of {axis} is {high:g} mm, but must be above the smallest, {low:g} mm")
         if not low - _ROOM <= machine.home[i] <= high + _ROOM:
@@ -166,7 +167,7 @@ def _check(machine: Machine, place: str) -> None:
         raise refuse("safe_z", f"is {machine.safe_z:g} mm, outside the travel of z")
     if not 0 < machine.acceleration_factor <= 1:
         raise refuse("acceleration_factor", f"is {machine.acceleration_factor:g}, but must be above 0 and at most 1")
-    _check_positive(machine, refuse)
+    _check_positive(machine, top, refuse)
     if machine.probe is not None:
         _check_probe(machine.probe, machine.max_feed, refuse)
     if not 0 <= machine.spindle_min_rpm <= machine.spindle_max_rpm or not machine.spindle_max_rpm > 0:
@@ -183,7 +184,9 @@ def _check_probe(probe: Probe, max_feed: float, refuse: Callable[[str, str], Opt
         raise refuse("probe.switch_offset", "must not be negative, and below probe.depth")
 
 
-def _check_positive(machine: Machine, refuse: Callable[[str, str], OptionError]) -> None:
-    for key, value in (("corners.deviation", machine.corner_deviation), ("max_feed", machine.max_feed)):
-        if not value > 0:
-            raise refuse(key, f"is {value:g}, but must be above 0")
+def _check_positive(machine: Machine, top: Table, refuse: Callable[[str, str], OptionError]) -> None:
+    if not machine.corner_deviation > 0:
+        shown = top.table("corners", _KEYS["corners"]).typed("deviation")
+        raise refuse("corners.deviation", f"is {shown}, but must be above 0")
+    if not machine.max_feed > 0:
+        raise refuse("max_feed", f"is {top.typed('max_feed')}, but must be above 0")

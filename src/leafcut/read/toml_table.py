@@ -130,6 +130,11 @@ class Table:
             raise self.problem(key, f"is {_shown(value)}, but must be {size} texts, one for each axis")
         return tuple(self._quantity(key, unit, one) for one in value)
 
+    def typed(self, key: str, axis: int = 0) -> str:
+        """Return a value as it stands in the file, its unit included; of a list that of one axis."""
+        value = self.values.get(key, "")
+        return _shown(value[axis] if isinstance(value, list) else value)
+
     def _get(self, key: str, default: Any) -> Any:
         if key in self.values:
             return self.values[key]

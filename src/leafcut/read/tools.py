@@ -104,14 +104,14 @@ def _positive(table: Table, key: str, unit: str) -> float:
     value = table.quantity(key, unit)
     if not value > 0 or (unit == "mm" and value > _LARGEST):
         most = f" and at most {_LARGEST:g} mm" if unit == "mm" else ""
-        raise table.problem(key, f"is {value:g}, but must be above 0{most}")
+        raise table.problem(key, f"is {table.typed(key)}, but must be above 0{most}")
     return value
 
 
 def _seconds(table: Table, key: str) -> float:
     value = table.quantity(key, "s")
     if not 0 <= value <= 100:
-        raise table.problem(key, f"is {value:g} s, but must be from 0 to 100 s")
+        raise table.problem(key, f"is {table.typed(key)}, but must be from 0 to 100 s")
     return value
 
 

@@ -90,7 +90,7 @@ def build_scene(outcome: Outcome) -> Scene:
     tools = tuple(dict.fromkeys(o.tool.number for o in outcome.operations))
     of_hole, of_slot = np.full(len(part.holes), -1), np.full(len(part.slots), -1)
     for operation in outcome.operations:
-        order = list(operation.hole_order)
+        order = list(operation.holes)
         (of_slot if operation.slots else of_hole)[order] = tools.index(operation.tool.number)
         if not operation.slots:  # a bare point becomes as wide as its drill
             diameters[order] = np.where(diameters[order] > 0, diameters[order], operation.tool.diameter)

@@ -108,7 +108,10 @@ def _measure(measure: Measure) -> dict[str, float | None]:
 
 
 def _tool(operation: OperationOutcome) -> dict[str, Any]:
-    """Return one operation's tool; a tool with two operations (holes and slots) has two entries."""
+    """Return one operation's tool; a tool with two operations (holes and slots) has two entries.
+
+    `staying` is how many of its holes are drilled in their old places, where there are such.
+    """
     tool = operation.tool
     return {
         "number": tool.number,
@@ -118,7 +121,8 @@ def _tool(operation: OperationOutcome) -> dict[str, Any]:
         "cycle": operation.cycle,
         "feed_mm_min": plain_number(feed_mm_min(tool.feed)),
         "speed_rpm": plain_number(tool.spindle_rpm),
-        "slots" if operation.slots else "holes": len(operation.hole_order),
+        "slots" if operation.slots else "holes": len(operation.holes),
+        **({"staying": len(operation.staying)} if operation.staying else {}),
         **({"cuts": operation.cuts} if operation.cuts else {}),
         "assumed": tool.assumed,
     }

@@ -16,8 +16,7 @@ from leafcut.report.pocket_words import pocket_counts_words
 from leafcut.report.sheet_drawing import build_sheet_scene, sheet_drawing
 from leafcut.report.sheet_page import plan_words, sheet_size
 from leafcut.report.svg import element
-from leafcut.report.trace import Trace
-from leafcut.report.wording import algorithm_words, clean, counts_words, length_words, order_words, time_words
+from leafcut.report.wording import BEAMS, algorithm_words, clean, counts_words, length_words, order_words, time_words
 
 
 def write_page(outcome: Outcome) -> str:
@@ -138,12 +137,12 @@ def _work(outcome: Outcome, plan: CutPlan | None) -> dict[str, Any]:
         "size": _size(outcome, scene),
         "drawn": bool(outcome.part.holes or outcome.part.slots or len(scene.after.points)),
         "saved": views.saved(outcome),
-        "orders": views.orders(outcome, (scene.before.dark_mm, scene.after.dark_mm)),
+        "orders": views.orders(outcome),
         "times": views.times(outcome),
         "before": drawing(scene, "before", _path_words(outcome, "before"), holes="=holes"),
         "after": drawing(scene, "after", _path_words(outcome, "after"), holes="#holes"),
         "wide": scene.frame.wide,
-        "travel": [_travel_words(m, t) for m, t in ((outcome.before, scene.before), (outcome.after, scene.after))],
+        "travel": [_travel_words(outcome, measure) for measure in (outcome.before, outcome.after)],
         "legend": _legend(outcome, scene),
         "tools": views.tools(outcome, scene),
         "tools_say": views.tools_say(outcome),
@@ -151,10 +150,8 @@ def _work(outcome: Outcome, plan: CutPlan | None) -> dict[str, Any]:
     }
 
 
-def _travel_words(measure: Measure, trace: Trace) -> str:
-    if trace.dark_mm > 0:
-        return f"{length_words(measure.travel_mm + trace.dark_mm)} with the beam off"
-    return f"{length_words(measure.travel_mm)} travel"
+def _travel_words(outcome: Outcome, measure: Measure) -> str:
+    return f"{length_words(measure.travel_mm)} {'with the beam off' if outcome.process in BEAMS else 'travel'}"
 
 
 def _size(outcome: Outcome, scene: Scene) -> str:

@@ -29,15 +29,12 @@ class Trace:
         float64[k, 2]: where the tool begins to work after a way, in order.
     cut_tool
         int64[n]: the number of the tool of every segment of `cuts`, 0 before the first change.
-    dark_mm
-        How long those rapids are that a beam makes at feed, switched off.
     """
 
     rapids: NDArray[np.float64]
     cuts: NDArray[np.float64]
     stops: NDArray[np.float64]
     cut_tool: NDArray[np.int64]
-    dark_mm: float = 0.0
 
     @property
     def work(self) -> NDArray[np.float64]:
@@ -76,8 +73,7 @@ def trace(path: Toolpath, beam: bool = False) -> Trace:
     feeds = np.isin(kind, [Kind.FEED, *_ARCS]) & known & ~dark & (moved | (end[:, 2] < start[:, 2]))
     changes = np.searchsorted(np.flatnonzero(path.kind == Kind.TOOL), rows)
     stops = np.where(drills[:, None], end, start)[stop_rows(drills, feeds, np.cumsum(rapid | ~known) + changes), :2]
-    dark_mm = float(np.hypot(*np.diff(segments[dark & moved], axis=1).reshape(-1, 2).T).sum())
-    return Trace(segments[rapid], cuts, stops, np.concatenate([tool[cut], of_arcs]), dark_mm)
+    return Trace(segments[rapid], cuts, stops, np.concatenate([tool[cut], of_arcs]))
 
 
 def latest(path: Toolpath, kind: Kind, column: NDArray[Any]) -> NDArray[np.float64]:

@@ -46,23 +46,19 @@ _TIMES_OF_BEAMS = {"feed": "feed moves", "spindle": "beam on, off"}
 _KIND_WORDS = {"centre-drill": "centre drill", "slot-mill": "slot mill", "end-mill": "end mill"}
 
 
-def orders(outcome: Outcome, dark_mm: tuple[float, float] = (0.0, 0.0)) -> list[Row]:
-    """Return the three orders: name, time, lengths, saved percent, and a bar of the time.
-
-    `dark_mm` is how far a beam goes at feed while it is off, before and after: that is travel.
-    """
+def orders(outcome: Outcome) -> list[Row]:
+    """Return the three orders: name, time, lengths, saved percent, and a bar of the time."""
     longest = max(m.time_s for _, m in _measures(outcome))
     rows = []
     for number, (name, measure) in enumerate(_measures(outcome)):
         part = measure.time_s / longest if longest > 0 else 0.0
-        dark = dark_mm[measure is outcome.after] if outcome.nearest is None else 0.0
         rows.append(
             {
                 "name": name,
                 "ours": name == OURS,
                 "time": time_words(measure.time_s),
-                "travel": length_words(measure.travel_mm + dark),
-                "cut": length_words(max(measure.cut_mm - dark, 0.0)),
+                "travel": length_words(measure.travel_mm),
+                "cut": length_words(measure.cut_mm),
                 "saved": percent_words(saved_percent(outcome, measure)) if number else NO_VALUE,
                 "bar": chart.bar(part, "ours" if name == OURS else "plain"),
             }
@@ -164,9 +160,13 @@ def tool_words(tool: Tool) -> str:
 
 
 def work_words(operation: OperationOutcome) -> str:
-    """Return ``70 holes``, ``2 slots``, ``3 holes, 12 cuts``."""
-    work = [(len(operation.hole_order), "slot" if operation.slots else "hole"), (operation.cuts, "cut")]
-    return ", ".join(count(number, noun) for number, noun in work if number) or count(0, "hole")
+    """Return ``70 holes``, ``2 slots``, ``3 holes, 12 cuts``, ``121 holes, 1 in its place``."""
+    work = [(len(operation.holes), "slot" if operation.slots else "hole"), (operation.cuts, "cut")]
+    words = [count(number, noun) for number, noun in work if number] or [count(0, "hole")]
+    staying = len(operation.staying)
+    if staying:
+        words.insert(1, f"{staying:,} in {'its place' if staying == 1 else 'their places'}")
+    return ", ".join(words)
 
 
 def searches(outcome: Outcome) -> list[Row]:

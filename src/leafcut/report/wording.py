@@ -159,7 +159,7 @@ def counts_words(outcome: Outcome) -> str:
 def _program_counts(outcome: Outcome, certificate: dict[str, Any]) -> list[str]:
     """Return what a program makes, how much of it could change places, and how much is made from its other end."""
     counts = certificate["before"]
-    holes, cuts = len(outcome.part.holes), sum(o.cuts for o in outcome.operations)
+    holes, cuts = sum(len(o.hole_order) for o in outcome.operations), sum(o.cuts for o in outcome.operations)
     words = [count(int(counts["holes"]), "hole")] if counts.get("holes") else []
     words += [count(int(counts["cuts"]), "cutting move")] if counts.get("cuts") else []
     free = [count(number, noun) for number, noun in ((holes, "hole"), (cuts, "cut")) if number]

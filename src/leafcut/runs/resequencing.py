@@ -44,6 +44,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
     """
     from leafcut.gcode.dialects import dialect
     from leafcut.gcode.foreign import interpret_program
+    from leafcut.plan.chains import dark_rows
     from leafcut.plan.resequencing import find_sequence
     from leafcut.solve.compiling import announced
     from leafcut.timing.toolpath import measure
@@ -58,16 +59,16 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
     )
     with announced(lambda: run.tell("compiling (first run on this machine)")):
         solutions = _solve_sections(run, sequence)
-        measures = [measure(original.path, run.machine)]
+        measures = [measure(original.path, run.machine, dark_rows(original, sequence.process))]
         proved = write_proved(run, words, original, sequence, _orders(sequence, solutions), source)
-        measures.append(measure(proved.program.path, run.machine))
+        measures.append(measure(proved.program.path, run.machine, dark_rows(proved.program, sequence.process)))
         before, after = (m.time_s if run.settings.solve.objective == "time" else m.travel_mm for m in measures)
         stay = proved.kept
         if after > before:
             # The solver's cost leaves out what the look-ahead knows; what is no better is not written.
             stay = frozenset(range(len(solutions)))
             proved = write_proved(run, words, original, sequence, [None for _ in solutions], source)
-            measures[1] = measure(proved.program.path, run.machine)
+            measures[1] = measure(proved.program.path, run.machine, dark_rows(proved.program, sequence.process))
         solutions = [_unchanged(s) if k in stay else s for k, s in enumerate(solutions)]
     part, operations = _work_of(source, original, sequence, solutions)
     return Outcome(
@@ -165,18 +166,54 @@ def _orders(sequence: Sequence, solutions: list[Solution | None]) -> Orders:
 def _work_of(
     source: str, program: Program, sequence: Sequence, solutions: list[Solution | None]
 ) -> tuple[Part, tuple[OperationOutcome, ...]]:
-    """Return the holes of a program as a part, and what was ordered, section by section."""
+    """Return the holes of a program as a part, and what was ordered, section by section.
+
+    A hole that keeps its place, such as the first one of a cycle, belongs to the next section of its tool, else to the
+    last one.
+    """
     holes: list[Hole] = []
-    operations = []
+    operations: list[OperationOutcome] = []
+    begins: list[int] = []
+    stays = np.ones(len(program.path), dtype=bool)
     for number, section in enumerate(sequence.sections):
         first = len(holes)
         drilled = [c for c in section.chains if c.kind == "hole"]
         holes += [Hole(*c.entry, 0.0) for c in drilled]
+        for chain in section.chains:
+            stays[program.first[chain.begin] : program.first[chain.end]] = False
         solution = solutions[number] if number < len(solutions) else None
         if solution is not None:
             operations.append(_operation(program, section, sequence.process, first, solution))
+            begins.append(int(program.first[section.chains[0].begin]))
+    places, staying = _staying(program.path, stays, [o.tool.number for o in operations], begins)
+    operations = [
+        replace(o, staying=tuple(len(holes) + k for k in mine)) for o, mine in zip(operations, staying, strict=True)
+    ]
+    holes += [Hole(x, y, 0.0) for x, y in places]
     part = Part(name=Path(source).stem, source=source, format="gcode", holes=tuple(holes))
     return part, tuple(operations)
+
+
+def _staying(
+    path: Toolpath, stays: NDArray[np.bool_], tools: list[int], begins: list[int]
+) -> tuple[list[tuple[float, float]], list[list[int]]]:
+    """Return the holes drilled in rows that stay, (x, y) in mm, and which of them belong to each operation.
+
+    `tools` are the operations' tools, `begins` their first rows.
+    """
+    rows = np.flatnonzero(stays & (path.kind == Kind.DRILL) & np.isfinite(path.end[:, :2]).all(axis=1))
+    changes = np.flatnonzero(path.kind == Kind.TOOL)
+    last = np.searchsorted(changes, rows) - 1
+    tool = np.where(last >= 0, path.ref[changes[last]], 0) if len(changes) else np.zeros(len(rows))
+    staying: list[list[int]] = [[] for _ in tools]
+    of_tool: dict[int, list[int]] = {}
+    for k, number in enumerate(tools):
+        of_tool.setdefault(number, []).append(k)
+    for hole, (row, number) in enumerate(zip(rows.tolist(), tool.tolist(), strict=True)):
+        mine = of_tool.get(number)
+        if mine:
+            staying[next((k for k in mine if begins[k] > row), mine[-1])].append(hole)
+    return [(x, y) for x, y in path.end[rows, :2].tolist()], staying
 
 
 def _feed(path: Toolpath, works: NDArray[np.intp]) -> float:

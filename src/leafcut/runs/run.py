@@ -57,8 +57,8 @@ CUTTING_MACHINE = "plasma-table"
 
 
 def for_cutting(settings: Settings) -> Settings:
-    """Return the settings with a machine that cuts in the place of the default one, which does not."""
-    if settings.machine.machine != MachineOptions().machine:
+    """Return the settings with a machine that cuts where nobody named one: the default one does not cut."""
+    if "machine" in settings.given or settings.machine.machine != MachineOptions().machine:
         return settings
     return replace(settings, machine=replace(settings.machine, machine=CUTTING_MACHINE))
 

@@ -21,6 +21,7 @@ from leafcut.files import OutputError
 from leafcut.studio.folder import Folder, data_folder
 from leafcut.studio.history import History
 from leafcut.studio.jobs import Jobs
+from leafcut.studio.lock import held
 from leafcut.studio.safety import LARGEST_UPLOAD, Guard
 
 if TYPE_CHECKING:
@@ -128,17 +129,20 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
     StudioError
         The extra is not installed, or the port is taken.
     OutputError
-        The studio's folder cannot be written.
+        The studio's folder cannot be written, or another studio has it.
     """
     try:
         import uvicorn
 
         from leafcut.studio.pages import add_pages
-    except ImportError as problem:
-        package = str(problem.name or "nicegui").partition(".")[0]
+    except ModuleNotFoundError as problem:
+        package = str(problem.name).partition(".")[0]
+        if package == "leafcut":  # a fault of our own, which no installing mends
+            raise
         raise StudioError(f"the studio needs the package {package}: pip install 'leafcut[studio]'") from None
-    with _listen(port) as listening:
-        studio = open_studio(root or data_folder(), listening.getsockname()[1])
+    folder = root or data_folder()
+    with _listen(port) as listening, held(folder, "http://{}:{}".format(*listening.getsockname())):
+        studio = open_studio(folder, listening.getsockname()[1])
         app = make_api(studio)
         add_pages(app, studio)
         config = uvicorn.Config(

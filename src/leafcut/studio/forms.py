@@ -53,6 +53,9 @@ _SHEET_PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
 _NEST_MAIN = ("sheet", "kerf", "gap", "margin", "rotations", "into_holes")
 _PROGRAM_MAIN = ("machine", "merge_tools", "allow_reverse", "keep_order")
 
+#: So many letters stand in a field.
+_ROOM = 19
+
 #: In the order in which they are offered.
 WORKS: dict[str, Work] = {
     "drill": Work(
@@ -171,7 +174,7 @@ def form_of(
 def _own(machines: Mapping[str, str], work: str, tools: Iterable[str] = ()) -> dict[str, list[tuple[str, str]]]:
     """Return what a person may choose of what has files of its own."""
     usual = default_of("machine", work)
-    left_out = {default_of("machine"), usual} - {usual}  # the command line takes it for no choice
+    left_out = {default_of("machine"), usual} - {usual}  # it does not cut
     offered = [(name, title) for name, title in machines.items() if name not in left_out]
     return {"machine": offered, "tools": [(OWN + name, name) for name in tools]}
 
@@ -205,15 +208,18 @@ def _field(name: str, words: Words, default: Any, own: list[tuple[str, str]] | N
     choices: list[tuple[str, str]] = [(word, word) for word in spec.choices]
     if own is not None:
         choices = own
+    holds, unit = _default(name, spec, default, words), _unit(spec)
+    short = _short(holds, _ROOM - (len(unit) + 2 if unit else 0), words)
     return {
         "name": name,
         "label": words.option(name),
         "flag": flag_name(name),
         "kind": spec.kind,
-        "unit": _unit(spec),
-        "help": words.help(name, spec.help),
+        "unit": unit,
+        "help": words.plain(words.help(name, spec.help)),
         "choices": [list(pair) for pair in choices],
-        "default": _default(name, spec, default, words),
+        "default": short,
+        "rule": "" if short == holds else words("form.otherwise", rule=holds),
         "on": default is True,
         "file": spec.kind == "path",
     }
@@ -229,12 +235,20 @@ def _unit(spec: OptionSpec) -> str:
 def _default(name: str, spec: OptionSpec, default: Any, words: Words) -> str:
     """Return what holds where nothing is given."""
     if spec.default_words:
-        return words.default(name, spec.default_words)
+        return words.plain(words.default(name, spec.default_words))
     if default in (None, (), ""):
         return words("form.none")
     text = written(spec, default)
     bare = text.removesuffix(_unit(spec))
     return bare if spec.kind in ("quantity", "percent") else text
+
+
+def _short(holds: str, room: int, words: Words) -> str:
+    """Return what holds where nothing is given, as far as a field has room for it: ``auto`` of ``auto: as …``."""
+    if len(holds) <= room:
+        return holds
+    head = holds.replace(";", ":").partition(":")[0]
+    return head if len(head) <= room else words("form.absent")
 
 
 def problem_with(name: str, value: Any) -> str:

@@ -32,11 +32,11 @@ if TYPE_CHECKING:
 #: The views of the page, each with its key.
 _VIEWS = (("work", "1"), ("jobs", "2"), ("machines", "3"), ("tools", "4"))
 #: Keys that are explained, beside those of the views.
-_KEYS = ("o", "r", "s", "esc", "p", "n", "u", "y", "t", "?")
+_KEYS: tuple[tuple[str, ...], ...] = (("o",), ("r",), ("s", "esc"), ("p",), ("n",), ("u",), ("y",), ("t",), ("?",))
 #: Keys of the drawing as they are shown, each with what tells of it.
 _DRAWING_KEYS = (
-    ("← ↑ → ↓", "arrows"), ("+ −", "zoom"), ("F", "fit"), ("␣", "play"), (", .", "block"), ("1 2 3 4", "modes"),
-    ("A … R", "layers"),
+    ("← ↑ → ↓", "arrows"), ("+ −", "zoom"), ("F", "fit"), ("␣", "play"), (", .", "block"), ("M", "modes"),
+    ("⇧A … ⇧W", "layers"),
 )  # fmt: skip
 #: A line that is no complaint goes after so many seconds.
 _SAID_SECONDS = 6.0
@@ -159,14 +159,14 @@ class Page:
             with box("div", "columns"):
                 with box("dl", "keys"):
                     for name, key in _VIEWS:
-                        self._key(key, w(f"top.{name}"))
-                    for key in _KEYS:
-                        self._key(key, w(f"key.{'help' if key == '?' else key}"))
+                        self._key(w(f"top.{name}"), key)
+                    for every in _KEYS:
+                        self._key(w(f"key.{'help' if every == ('?',) else every[0]}"), *every)
                 with box("div"):
                     text("h3", w("help.drawing"))
                     with box("dl", "keys"):
                         for keys, name in _DRAWING_KEYS:
-                            self._key(keys, w(f"key.{name}"))
+                            self._key(w(f"key.{name}"), keys)
             self._lists()
             text("p", w("help.text"), "quiet")
             text("p", f"leafcut {__version__}", "quiet small")
@@ -187,9 +187,10 @@ class Page:
                         text("dd", about)
 
     @staticmethod
-    def _key(key: str, meaning: str) -> None:
+    def _key(meaning: str, *keys: str) -> None:
         with box("dt"):
-            text("kbd", "Esc" if key == "esc" else key.upper() if len(key) == 1 else key)
+            for key in keys:
+                text("kbd", "Esc" if key == "esc" else key.upper() if len(key) == 1 else key)
         text("dd", meaning)
 
     def show(self, name: str) -> None:
@@ -209,7 +210,7 @@ class Page:
         What is not `bad` goes by itself after a while, unless it `stays` until something else is told.
         """
         self._until = math.inf if bad or stays else time.monotonic() + _SAID_SECONDS
-        self.said.set_text(line)
+        self.said.set_text(self.words.plain(line))
         self.said.classes(replace="said bad" if bad else "said")
 
     async def open_job(self, job: str, sheet: tuple[int, int] = (1, 1)) -> None:

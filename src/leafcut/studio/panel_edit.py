@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from nicegui.events import GenericEventArguments
+from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError
 from leafcut.studio.canvas import Canvas
@@ -21,6 +22,8 @@ from leafcut.units import format_length
 if TYPE_CHECKING:
     from leafcut.studio.pages import Page
 
+#: Ways that differ by less are of one length, mm.
+_SAME = 1e-6
 #: Files of a run that can be changed by hand.
 _EDITABLE = ("order", "plan")
 
@@ -44,12 +47,16 @@ class EditPanel:
         self.view, self.page, self.canvas = view, page, canvas
         self.edited: Edited | None = None
         self._stop = 0
+        #: How long the straight ways were when the editing began, mm.
+        self._before = 0.0
         w = view.words
         with box("div", "edit", role="group", aria_label=w("edit.title")) as self.place:
             with box("div", "line"):
                 text("b", w("edit.title"))
                 self.told = text("span", "", "what quiet")
-                self.length = text("span", "", "figure")
+                with box("span", "ways"):
+                    self.length = text("span", "", "figure")
+                    self.change = text("span", "", "figure quiet")
             with box("div", "ends"):
                 button(w("edit.undo"), lambda: self._go(back=True), "", data_key="u")
                 button(w("edit.redo"), lambda: self._go(back=False), "", data_key="y")
@@ -70,7 +77,7 @@ class EditPanel:
         if self.edited is None:
             self.page.say(self.view.words("edit.cannot"), True)
             return
-        self._stop = 0
+        self._stop, self._before = 0, _length(self.edited.points())
         self.place.set_visibility(True)
         self.canvas.set_editable(True)
         self.told.set_text(self.view.words("edit.hint"))
@@ -124,9 +131,19 @@ class EditPanel:
         """Show the order as it is now, and how long its straight ways are."""
         if self.edited is None:
             return
-        points = self.edited.points()
-        length = float(np.hypot(*np.diff(points, axis=0).T).sum()) if len(points) > 1 else 0.0
-        self.length.set_text(self.view.words("edit.length", length=format_length(length)))
+        points, w = self.edited.points(), self.view.words
+        length = _length(points)
+        more = length - self._before
+        self.length.set_text(w("edit.length", length=format_length(length)))
+        changed = abs(more) > _SAME and self._before > 0.0
+        sign = "+" if more > 0 else "−"
+        figures = (
+            {"more": f"{sign}{format_length(abs(more))}", "percent": f"{sign}{abs(100.0 * more / self._before):.1f}"}
+            if changed
+            else {}
+        )
+        self.change.set_text(w("edit.change", **figures) if changed else w("edit.unchanged"))
+        self.change.classes(replace=f"figure {'quiet' if not changed else 'longer' if more > 0 else 'shorter'}")
         self.canvas.show(path_scene(points), "live")
 
     def _write(self) -> None:
@@ -147,3 +164,8 @@ def can_be_edited(history: History, record: Record, files: dict[str, str]) -> bo
     if record.task.options.get("chains"):
         return edited_of(history, record.id) is not None  # not where a chain was made
     return any(name in files for name in _EDITABLE)
+
+
+def _length(points: NDArray[np.float64]) -> float:
+    """Return how long the straight ways through places are, mm."""
+    return float(np.hypot(*np.diff(points, axis=0).T).sum()) if len(points) > 1 else 0.0

@@ -282,7 +282,7 @@ class InputPanel:
                             with box("li", issue["severity"], lang="en"):
                                 if meant:
                                     text("b", f"{meant}.", "", lang=w.language)
-                                text("span", f"{issue['message']} {issue['place']}".strip())
+                                text("span", w.plain(f"{issue['message']} {issue['place']}".strip()))
                         if len(view.seen.issues) > _MOST_ISSUES:
                             text("li", w("open.more", number=len(view.seen.issues) - _MOST_ISSUES))
 

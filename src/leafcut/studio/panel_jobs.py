@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from leafcut.api import default_machine
+from leafcut.errors import LeafcutError
+from leafcut.options import group_of
 from leafcut.studio.elements import box, button, text
+from leafcut.studio.folder import OWN, Folder
+from leafcut.studio.forms import changed
 from leafcut.studio.history import Record, State
 from leafcut.studio.jobs import line_of
 from leafcut.studio.panel_input import work_of
+from leafcut.studio.task import Task
 from leafcut.studio.view import View
+from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
@@ -63,10 +71,13 @@ class JobsPanel:
         state = live.state if live is not None and not record.state.over else record.state
         with box("tr"):
             text("td", time.strftime("%Y-%m-%d %H:%M", time.localtime(record.created)), "keep quiet")
-            text("th", record.title, "", scope="row", dir="auto")
+            with box("th", "", scope="row"):
+                text("span", record.title, "", dir="auto")
+                chosen = choices_of(record.task, self.view.studio.folder, w)
+                text("small", " · ".join(chosen), "chosen quiet", title=" · ".join(chosen), dir="auto")
             text("td", w(f"work.{work_of(record.task, record.title)}"), "quiet")
             with box("td"):
-                text("span", w(f"state.{state.value}"), f"tag {state.value}", title=record.line)
+                text("span", w(f"state.{state.value}"), f"tag {state.value}", title=w.plain(record.line))
             text("td", self._figures(record), "n")
             with box("td", "keep"):
                 button(w("jobs.open"), lambda: self.page.open_job(record.id), "small")
@@ -86,7 +97,7 @@ class JobsPanel:
             return w("nest.found", sheets=found["sheets"], percent=used)
         if "same" in found:
             return w("result.same" if found["same"] else "result.differs")
-        return format_time(found["time_s"]) if "time_s" in found else record.line
+        return format_time(found["time_s"]) if "time_s" in found else w.plain(record.line)
 
     async def _again(self, record: Record) -> None:
         try:
@@ -105,3 +116,20 @@ class JobsPanel:
             self.page.input.ready(bool(self.view.source))
             self.page.result.draw()
         self.draw()
+
+
+def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
+    """Return what tells a job from others of its file: its machine, then every option that is not at its default."""
+    options = changed(task.options)
+    machine = str(options.pop("machine", "") or default_machine(task.process)).removeprefix(OWN)
+    told = [machine] if task.command == "optimize" or "machine" in task.options else []
+    for name, value in options.items():
+        if isinstance(value, bool):
+            told.append(words.option(name) if value else f"{words.option(name)} {words('form.off')}")
+            continue
+        shown = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+        if group_of(name).specs()[name].kind == "path":
+            with suppress(LeafcutError):  # else it is the name of a library, or gone
+                shown = folder.input_path(shown).name
+        told.append(f"{words.option(name)} {shown.removeprefix(OWN)}")
+    return told

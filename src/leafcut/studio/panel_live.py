@@ -61,8 +61,8 @@ class LivePanel:
                     self.workers = Bars()
             self.track = box("progress", "", max="1", value="0", aria_label=w("run.progress"))
             with box("div", "ends"):
-                button(w("run.stop"), self._stop, "", data_key="s")
-                button(w("run.cancel"), self._cancel, "plain", data_key="esc")
+                button(w("run.stop"), self._stop, "", data_key="s esc")
+                button(w("run.cancel"), self._cancel, "plain", data_sure=w("run.sure"))
                 with box("div", "study", role="group", aria_label=w("run.study")) as self.study:
                     self.iteration = text("span", "", "quiet figure")
                     self.hold = button(w("run.pause"), self._hold, "", data_key="p")
@@ -94,7 +94,8 @@ class LivePanel:
         w, latest = self.view.words, live.latest
         self.place.set_visibility(True)
         self.what.set_text(latest.what or w("run.waiting" if live.state is State.WAITING else "run.reading"))
-        self.cost.set_text("" if latest.cost is None else f"{latest.cost:,.2f}")
+        unit = live.call.unit
+        self.cost.set_text("" if latest.cost is None else f"{latest.cost:,.2f} {unit}".strip())
         self.gap.set_text("" if latest.gap is None else w("run.gap", percent=f"{100 * latest.gap:.2f}"))
         self.time.set_text(format_time(latest.seconds) if latest.seconds >= 1 else "")
         self.track.props(f"value={latest.share:.4f}")
@@ -107,7 +108,7 @@ class LivePanel:
             began = points[0][0]
             bound = None if latest.gap is None or latest.cost is None else latest.cost / (1.0 + latest.gap)
             shown = [(seconds - began, cost) for seconds, cost in points[:: len(points) // _MOST_POINTS + 1]]
-            self.chart.set([*shown, (points[-1][0] - began, points[-1][1])], bound, "", latest.seconds - began)
+            self.chart.set([*shown, (points[-1][0] - began, points[-1][1])], bound, unit, latest.seconds - began)
 
     def _draw(self, snapshot: Snapshot) -> None:
         """Show a snapshot: the path and the pheromone on the drawing, workers and fireflies beside the chart."""

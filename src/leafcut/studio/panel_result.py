@@ -71,7 +71,7 @@ class ResultPanel:
             text("h2", w("right.title"))
             if live is None or live.state.over:
                 line = record.line if record is not None and record.line else w("result.none")
-                text("p", line, "error" if record is not None and record.line else "quiet")
+                text("p", w.plain(line), "error" if record is not None and record.line else "quiet")
             if record is not None:
                 self._messages(record.id)
 
@@ -131,7 +131,7 @@ class ResultPanel:
                     meant = self.view.words.issue(issue["code"])
                     if meant:
                         text("b", f"{meant}: ")
-                    text("span", issue["message"], "", dir="auto", lang="en")
+                    text("span", self.view.words.plain(issue["message"]), "", dir="auto", lang="en")
             if len(found) > _MOST_WARNINGS:
                 text("li", self.view.words("open.more", number=len(found) - _MOST_WARNINGS))
 
@@ -206,7 +206,7 @@ class ResultPanel:
         if answer["differences"]:
             with box("ul", "plain-list"):
                 for row in answer["differences"][:_MOST_ISSUES]:
-                    text("li", row["words"])
+                    text("li", w.plain(row["words"]))
 
     def _times(self, answer: dict[str, Any]) -> None:
         w = self.view.words
@@ -234,7 +234,7 @@ class ResultPanel:
                     meant = w.issue(issue["code"])
                     if meant:
                         text("b", f"{meant}.")
-                    text("span", issue["message"], "meant" if meant else "", dir="auto", lang="en")
+                    text("span", w.plain(issue["message"]), "meant" if meant else "", dir="auto", lang="en")
                     if issue["place"]:
                         text("span", issue["place"], "quiet small")
             if len(found) > _MOST_ISSUES:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 from leafcut.errors import OptionError
 from leafcut.option_spec import flag_name
 from leafcut.studio.canvas import LAYERS, Canvas
-from leafcut.studio.elements import box, text
+from leafcut.studio.elements import box, button, text
 from leafcut.studio.history import State
 from leafcut.studio.jobs import line_of
 from leafcut.studio.panel_edit import EditPanel
@@ -19,6 +20,14 @@ from leafcut.studio.view import View
 if TYPE_CHECKING:
     from leafcut.studio.pages import Page
 
+#: Examples that are offered where nothing is open.
+_TRIED = ("plate-27", "plate-70", "board-200")
+_SHEET = (
+    '<svg class="plate" viewBox="0 0 96 64" aria-hidden="true"><rect x="1.5" y="1.5" width="93" height="61" rx="7"/>'
+    '<path d="M18 18 46 14 76 20 68 46 42 50 20 44"/><circle cx="18" cy="18" r="4.5"/><circle cx="46" cy="14" r="4.5"/>'
+    '<circle cx="76" cy="20" r="4.5"/><circle cx="68" cy="46" r="4.5"/><circle cx="42" cy="50" r="4.5"/>'
+    '<circle cx="20" cy="44" r="4.5"/></svg>'
+)
 #: The layers that stay when a search moves on.
 _STILL = tuple(layer for layer in LAYERS if layer not in ("live", "pheromone"))
 
@@ -35,12 +44,26 @@ class RunPanel:
         with box("div", "frame"):
             self.canvas = Canvas(words=w.section("canvas"), on_select=self._select, on_drag=self._drag)
             with box("div", "empty") as self.empty:
-                text("h2", w("empty.title"))
-                text("p", w("empty.text"), "quiet")
+                self._invite()
         self.live = LivePanel(view, page, self.canvas)
         self.edit = EditPanel(view, page, self.canvas)
         self._drawn: object = None
         self.draw()
+
+    def _invite(self) -> None:
+        """Show what a person may begin with where nothing is open."""
+        w = self.view.words
+        with box("div", "inviting"):
+            ui.html(_SHEET, sanitize=False)
+            text("h2", w("empty.title"))
+            text("p", w("empty.drop"), "quiet")
+            text("label", w("open.file"), "button primary", for_="open-file")
+            with box("div", "try", role="group", aria_label=w("open.built_in")):
+                text("span", w("empty.try"), "quiet")
+                for name in _TRIED:
+                    button(name, lambda name=name: self.page.input.open(f"example:{name}", name), "small")
+                button(w("empty.random"), lambda: self.page.input.open("random:200:1", ""), "small")
+        text("p", w("empty.text"), "quiet small")
 
     def _select(self, event: GenericEventArguments) -> None:
         self.edit.select(event)

@@ -89,7 +89,12 @@ def _drawing(source: str, name: str, work: str, settings: Settings) -> Seen:
 
 
 def _facts(part: Part) -> tuple[tuple[str, str], ...]:
+    from leafcut.studio.scene import unitless
+
     left, low, right, high = part.extents
+    size = f"{right - left:,.4g} × {high - low:,.4g}"
+    if unitless(part):
+        return (("points", f"{len(part.holes):,}"), ("size", size))
     counts = (
         ("holes", len(part.holes)),
         ("slots", len(part.slots)),
@@ -101,7 +106,7 @@ def _facts(part: Part) -> tuple[tuple[str, str], ...]:
     if widths:
         shown = ", ".join(f"{w:.4g}" for w in widths[:4]) + (" …" if len(widths) > 4 else "")
         facts.append(("diameters", f"{shown} mm"))
-    return (*facts, ("size", f"{right - left:,.4g} × {high - low:,.4g} mm"), ("units", part.units))
+    return (*facts, ("size", f"{size} mm"), ("units", part.units))
 
 
 def _program(source: str, name: str, settings: Settings) -> Seen:

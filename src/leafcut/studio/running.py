@@ -212,5 +212,5 @@ def _tour_scenes(call: Call, nodes: NDArray[np.int32]) -> dict[str, Artefact]:
     builder = ToolpathBuilder()
     for x, y in part.hole_xy[[*nodes, nodes[0]]].tolist():
         builder.rapid(x, y)
-    path = toolpath_scene(builder.build(), load_machine(settings.machine.machine), name=part.name)
+    path = toolpath_scene(builder.build(), load_machine(settings.machine.machine), name=part.name, of=part)
     return {"scene-part": _scene(part_scene(part)), "scene-after": _scene(path)}

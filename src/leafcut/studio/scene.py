@@ -44,7 +44,8 @@ Blocks of a ``toolpath``, a row for each move or command in the order in which t
 ==================== ======== =======================================================================================
 
 with the header's ``seconds``, ``rapid_mm``, ``cut_mm``, ``kerf`` (mm, 0: none), ``tools`` (number → words) and
-``which`` (``before``, ``after``).
+``which`` (``before``, ``after``), and ``cleared``, how wide a mill clears (mm, 0: not told). Where ``unitless`` is
+true, of a map or a tour through one, no number is in mm or s.
 
 Blocks of a ``path``, the best one of a search that goes on: ``point`` f4 × 2, in the order of their visit.
 
@@ -126,10 +127,16 @@ def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool 
         else None,
         "origin": origin.tolist(),
         "layers": sorted(clean(layer) for layer in layers - {""}),
+        "unitless": unitless(part),
         "issues": _issues(part.issues),
         "filled": filled,
     }
     return packed(header, columns)
+
+
+def unitless(part: Part) -> bool:
+    """Return whether a part is a map whose places have no unit: TSPLIB's."""
+    return part.edge_weight_type != ""
 
 
 def nest_scene(nest: Nest, layout: Layout) -> bytes:
@@ -156,25 +163,37 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
         "rapid_mm": measure.travel_mm,
         "cut_mm": measure.cut_mm,
         "tools": {str(o.tool.number): _tool_words(o.tool.label, o.tool.diameter) for o in outcome.operations},
+        "cleared": outcome.operations[0].tool.diameter if outcome.pocket_plans else 0.0,
     }
     return _toolpath(outcome_playback(outcome, which), header, outcome.text if which == "after" else "", plan)
 
 
 def outcome_part_scene(outcome: Outcome) -> bytes:
     """Return the part of an outcome, every hole with the tool that works last on it."""
-    tools = {hole: o.tool.number for o in outcome.operations if not o.slots for hole in o.hole_order}
+    tools = {hole: o.tool.number for o in outcome.operations if not o.slots for hole in o.holes}
     return part_scene(outcome.part, tools)
 
 
-def toolpath_scene(path: Toolpath, machine: Machine, *, name: str = "", text: str = "", beam: bool = False) -> bytes:
-    """Return any toolpath as the machine runs it; `text` is the program that its lines are of.
+def toolpath_scene(
+    path: Toolpath, machine: Machine, *, name: str = "", text: str = "", beam: bool = False, of: Part | None = None
+) -> bytes:
+    """Return any toolpath as the machine runs it; `text` is the program of its lines, `of` the part it goes through.
 
     Raises
     ------
     PlanError
         The drilling cycles come to more moves than can be meant.
     """
-    return _toolpath(playback(path, machine, beam), {"name": clean(name), "which": "after"}, text, None)
+    return _toolpath(
+        playback(path, machine, beam),
+        {
+            "name": clean(name),
+            "which": "after",
+            "unitless": of is not None and unitless(of),
+        },
+        text,
+        None,
+    )
 
 
 def pheromone_scene(points: ArrayLike, edges: ArrayLike, strength: ArrayLike) -> bytes:

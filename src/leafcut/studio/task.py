@@ -65,6 +65,12 @@ class Call:
     options: dict[str, Any]
     parts: tuple[WantedPart, ...] = ()
 
+    @property
+    def unit(self) -> str:
+        """The unit of what its search makes small; a map has its own rule of distance, and none that can be named."""
+        units = {"time": "s", "distance": "mm"}
+        return units.get(str(self.options.get("objective") or "time"), "") if self.command == "optimize" else ""
+
 
 def prepare(task: Task, folder: Folder) -> Call:
     """Check a task as far as that is possible without reading its inputs.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -10,6 +11,8 @@ from typing import Any
 
 #: Language → its name for itself.
 LANGUAGES = {"en": "English", "es": "Español"}
+#: A flag of the command line in a message; of ``--process`` with what is chosen by it.
+_FLAG = re.compile(r"(?<![\w-])--(?:process\b(?: (?P<process>[a-z]+))?|(?P<flag>[a-z][a-z-]*[a-z]))")
 
 
 class Words:
@@ -42,6 +45,21 @@ class Words:
     def default(self, name: str, english: str) -> str:
         """Return what holds where nothing is given, for an option that says it in words."""
         return self.translated.get(f"default.{name}", english) if english else ""
+
+    def plain(self, line: str) -> str:
+        """Return a message of leafcut's with the names of the form in the place of the command line's flags."""
+        return _FLAG.sub(self._field, line)
+
+    def _field(self, found: re.Match[str]) -> str:
+        if found["flag"] is None:
+            value = found["process"] or ""
+            field = "work" if f"work.{value}" in self.table and f"process.{value}" not in self.table else "process"
+            return f"“{self(f'choose.{field}')}” {self.table.get(f'{field}.{value}', value)}".rstrip()
+        name = found["flag"].replace("-", "_")
+        if f"option.{name}" in self.table:
+            return f"“{self.option(name)}”"
+        stem = name.removeprefix("no_")
+        return f"“{self.option(stem)}” {self('form.off')}" if f"option.{stem}" in self.table else found[0]
 
     def issue(self, code: str) -> str:
         """Return what an issue of a code means; nothing in English, in which its message says it."""

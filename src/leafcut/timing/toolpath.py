@@ -48,8 +48,10 @@ class Clock:
     seconds: Floats
 
 
-def measure(path: Toolpath, machine: Machine) -> Measure:
+def measure(path: Toolpath, machine: Machine, off: NDArray[np.bool_] | None = None) -> Measure:
     """Return lengths (mm) and machine time (s) of a toolpath.
+
+    Rows that are `off`, bool[n], are ways and no cuts although they are made at feed: those of a beam that is off.
 
     Canned cycles are expanded. Moves run into each other as the controller joins them (`timing.lookahead`); wherever
     something else is done in between, the machine stops; but a laser under GRBL is taken to be in laser mode ($32=1),
@@ -70,8 +72,9 @@ def measure(path: Toolpath, machine: Machine) -> Measure:
     PlanError
         The cycles come to more moves than can be meant.
     """
-    path, _, delta, turns, moves, each = _timed(path, machine)
-    rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE)
+    path, source, delta, turns, moves, each = _timed(path, machine)
+    dark = (path.kind == Kind.FEED) & (off[source] if off is not None else False)
+    rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE) | dark
     standing = _standing(path, machine)
     seconds = {
         "rapid": float(each[moves.rapid].sum()),
@@ -82,7 +85,7 @@ def measure(path: Toolpath, machine: Machine) -> Measure:
     }
     return Measure(
         travel_mm=_length(delta[rapid]),
-        cut_mm=_length(delta[path.kind == Kind.FEED]) + float(turns.length.sum()),
+        cut_mm=_length(delta[(path.kind == Kind.FEED) & ~dark]) + float(turns.length.sum()),
         time_s=sum(seconds.values()),
         by_kind=seconds,
     )

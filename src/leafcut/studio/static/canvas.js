@@ -29,7 +29,7 @@ export class Drawing {
     this.view = new View();
     this.layers = {
       rapids: true, cuts: true, holes: true, numbers: true, arrows: true, extents: false, issues: true, pheromone: true,
-      kerf: true, grid: true, ...layers,
+      kerf: true, cleared: true, grid: true, ...layers,
     };
     this.editable = editable;
     this.selected = null;
@@ -133,6 +133,12 @@ export class Drawing {
     this.emit("mode", { mode });
   }
 
+  /** Show the next of what can be compared: before, after, side by side, overlaid. */
+  nextMode() {
+    const modes = MODES.filter((mode) => this._modes().includes(mode));
+    if (modes.length) this.setMode(modes[(modes.indexOf(this.mode) + 1) % modes.length]);
+  }
+
   setLayers(changes) {
     Object.assign(this.layers, changes);
     this.panes.forEach((pane) => pane.invalidate());
@@ -222,10 +228,13 @@ export class Drawing {
 
   _paneOf(what) { return this.panes.find((pane) => pane.main && pane.main.scene.header.which === what.which) ?? this.panes[1]; }
 
+  /** Let go of what is dragged, else of the playback, else of what is chosen; return whether there was any of it. */
   escape() {
     if (this.panes.some((pane) => pane.drag)) this.panes.forEach((pane) => this.drop(pane, true));
     else if (this.player.time !== null) this.player.showAll();
-    else this._choose(null);
+    else if (this.selected) this._choose(null);
+    else return false;
+    return true;
   }
 
   /** Take hold of a pierce or a stop, where editing is allowed. */

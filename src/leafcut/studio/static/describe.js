@@ -24,7 +24,7 @@ export function describe(what, pane, words) {
 
 function describeHole({ hole, row }, { part, main }, words) {
   const x = part.hole[3 * hole] + part.origin[0], y = part.hole[3 * hole + 1] + part.origin[1];
-  const diameter = part.hole[3 * hole + 2], tool = part.holeTool[hole], said = [`${words.hole} ${hole + 1}`];
+  const diameter = part.hole[3 * hole + 2], tool = part.holeTool[hole], said = [`${part.header.unitless ? words.point : words.hole} ${hole + 1}`];
   if (diameter > 0) said.push(`Ø ${mm(diameter)}`);
   said.push(`X ${mm(x)}  Y ${mm(y)}`);
   if (tool) said.push(main?.scene.toolWords(tool) || `T${tool}`);
@@ -36,15 +36,16 @@ function describeHole({ hole, row }, { part, main }, words) {
 }
 
 function describeMove(row, scene, words) {
-  const what = scene.doing[row], tool = scene.tool[row];
+  const what = scene.doing[row], { unitless } = scene.header, tool = scene.tool[row];
   const names = { [RAPID]: words.move, [CUT]: words.cut, [ARC_CW]: words.arc, [ARC_CCW]: words.arc, [DARK]: words.dark };
   const said = [names[what] ?? words.stand];
   const [ox, oy] = scene.origin, arc = scene.arcAt(row);
   if (scene.moves(row)) {
-    said.push(`${mm(scene.lengthOf(row))} mm`);
+    said.push(`${mm(scene.lengthOf(row))}${unitless ? "" : " mm"}`);
     if (arc) said.push(`R ${mm(arc[2])}`);
     said.push(`X ${mm(scene.x0(row) + ox)}  Y ${mm(scene.y0(row) + oy)} → X ${mm(scene.x1(row) + ox)}  Y ${mm(scene.y1(row) + oy)}`);
   }
+  if (unitless) return said;
   if (scene.feed[row] > 0) said.push(`${(scene.feed[row] * 60).toFixed(0)} mm/min`);
   if (tool) said.push(scene.toolWords(tool));
   if (scene.line[row]) said.push(`${words.line} ${scene.line[row]}`);

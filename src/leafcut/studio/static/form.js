@@ -4,7 +4,7 @@ import { send } from "/static/send.js";
 
 export default {
   props: {
-    groups: Array, // [{key, title, folded, changed, fields: [{name, label, kind, unit, help, choices, default, on, file}]}]
+    groups: Array, // [{key, title, folded, changed, fields: [{name, label, kind, unit, help, choices, default, rule, on, file}]}]
     values: Object, // name → text or true/false
     shown: Object, // name → what a chosen file is called
     errors: Object, // name → line
@@ -69,7 +69,7 @@ export default {
           // What is being typed stays, also when the form is drawn anew meanwhile.
           value: this.draft?.name === field.name ? this.draft.text : value ?? "",
           placeholder: field.default,
-          title: value ? undefined : field.default,
+          title: value ? undefined : field.rule || field.default,
           onInput: (e) => { this.draft = { name: field.name, text: e.target.value }; },
           onBlur: () => { this.draft = null; },
           onChange: (e) => this.change(field, e.target.value.trim()),
@@ -88,7 +88,7 @@ export default {
               value && this.shown[field.name] ? h("option", { value, selected: true }, this.shown[field.name]) : null,
             ],
           )
-        : h("span", { class: "picked", title: value ? this.shown[field.name] : field.default }, value ? this.shown[field.name] : field.default);
+        : h("span", { class: "picked", title: value ? this.shown[field.name] : field.rule || field.default }, value ? this.shown[field.name] : field.default);
       return h("span", { class: "file" }, [
         own,
         h("label", { class: "button small" }, [
@@ -114,7 +114,7 @@ export default {
         this.control(field, id),
         h("p", { class: ["about", this.told === field.name && "told"], id: `${id}-help` }, [
           error ? h("span", { class: "error", role: "alert" }, error) : null,
-          h("span", { class: "help" }, `${field.help}. ${field.flag}`),
+          h("span", { class: "help" }, [field.help, field.rule, field.flag].filter(Boolean).join(". ")),
         ]),
         field.help ? h(
           "button",
@@ -123,7 +123,7 @@ export default {
             class: "what",
             "aria-label": `${this.words.help}: ${field.label}`,
             "aria-expanded": this.told === field.name ? "true" : "false",
-            title: field.help,
+            title: [field.help, field.rule].filter(Boolean).join(". "),
             onClick: () => (this.told = this.told === field.name ? null : field.name),
           },
           "?",

@@ -1,5 +1,7 @@
 // Pointer, wheel, touch and keys of a pane.
 
+import { KEYS, LAYERS } from "./toolbar.js";
+
 const CLICK = 4; // pixels that a click may move
 const PAN_STEP = 0.12; // of the pane, for a key
 const ZOOM_STEP = 1.25;
@@ -81,7 +83,6 @@ export class Input {
   _key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const { view, drawing } = this, dx = PAN_STEP * view.width, dy = PAN_STEP * view.height;
-    const layers = { r: "rapids", c: "cuts", h: "holes", n: "numbers", a: "arrows", g: "grid", k: "kerf", i: "issues", e: "extents", p: "pheromone" };
     const actions = {
       ArrowLeft: () => view.pan(dx, 0),
       ArrowRight: () => view.pan(-dx, 0),
@@ -96,16 +97,14 @@ export class Input {
       " ": () => drawing.player.toggle(),
       ".": () => drawing.player.step(1),
       ",": () => drawing.player.step(-1),
-      Escape: () => drawing.escape(),
-      1: () => drawing.setMode("before"),
-      2: () => drawing.setMode("after"),
-      3: () => drawing.setMode("side"),
-      4: () => drawing.setMode("overlay"),
+      m: () => drawing.nextMode(),
     };
-    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    const act = actions[key] ?? (layers[key] && (() => drawing.setLayers({ [layers[key]]: !drawing.layers[layers[key]] })));
-    if (!act) return;
+    // Plain letters and digits of the page mean the same here: the layers have theirs with Shift.
+    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key, letter = /^[a-z]$/.test(key);
+    const layer = letter && event.shiftKey ? LAYERS.find((name) => KEYS[name].toLowerCase() === key) : null;
+    const act = layer ? () => drawing.setLayers({ [layer]: !drawing.layers[layer] }) : letter && event.shiftKey ? null : actions[key];
+    if (event.key === "Escape" ? !drawing.escape() : !act) return;
     event.preventDefault();
-    act();
+    act?.();
   }
 }

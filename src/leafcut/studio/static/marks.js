@@ -39,7 +39,7 @@ export function drawGrid(ctx, view, colours) {
 function isMultiple(value, step) { return Math.abs(value / step - Math.round(value / step)) < 1e-3; }
 
 /** Draw ticks with millimetres along the left and the lower edge. */
-export function drawRulers(ctx, view, colours) {
+export function drawRulers(ctx, view, colours, unit = "mm") {
   const step = niceStep(BETWEEN_TICKS / view.scale), [x0, y0, x1, y1] = view.seen();
   ctx.font = FONT;
   const longest = Math.max(...[y0, y1].map((y) => ctx.measureText(tickWords(Math.round(y / step) * step, step)).width));
@@ -78,14 +78,15 @@ export function drawRulers(ctx, view, colours) {
   }
   ctx.stroke();
   ctx.textAlign = "left";
-  ctx.fillText("mm", 8, bottom + 13);
+  ctx.fillText(unit, 8, bottom + 13);
 }
 
 /** Draw a bar of a round length in the lower right corner. */
-export function drawScaleBar(ctx, view, colours) {
+export function drawScaleBar(ctx, view, colours, unit = "mm") {
   const step = niceStep(70 / view.scale), width = step * view.scale;
   const x = view.width - 16, y = view.height - RULER - 14;
-  const words = step >= 1000 && isMultiple(step, 1000) ? `${step / 1000} m` : step >= 0.001 ? `${tickWords(step, step)} mm` : "";
+  const metres = unit && step >= 1000 && isMultiple(step, 1000);
+  const words = metres ? `${step / 1000} m` : step >= 0.001 ? `${tickWords(step, step)} ${unit}`.trim() : "";
   for (const [colour, line] of [[colours.card, 5], [colours["ink-2"], 1.5]]) {
     ctx.strokeStyle = colour;
     ctx.lineWidth = line;

@@ -1,4 +1,4 @@
-// The painters of a pane's pictures: ground (pheromone, kerf, part), path, what is done, and marks.
+// The painters of a pane's pictures: ground (pheromone, what is cleared, kerf, part), path, what is done, and marks.
 
 import { drawEnds, paintArrows, paintNumbers } from "./marks.js";
 import { pathsOfRows } from "./paths.js";
@@ -12,6 +12,7 @@ export function* paintGround(ctx, frame, pane) {
   const { layers, colours, pheromone, part, partPaths } = pane;
   if (layers.pheromone && pheromone) yield* paintPheromone(ctx, frame, pheromone, colours);
   if (part && partPaths && layers.holes) yield* paintPart(ctx, frame, part, partPaths, colours);
+  if (layers.cleared) for (const track of pane.tracks) yield* paintCleared(ctx, frame, track, colours);
   if (layers.kerf) for (const track of pane.tracks) yield* paintKerf(ctx, frame, track, colours);
 }
 
@@ -38,6 +39,27 @@ function* paintPheromone(ctx, frame, scene, colours) {
     ctx.globalAlpha = 1;
     yield counts[level];
   }
+}
+
+/** Fill what a mill clears as one light band: at once, so that passes beside each other do not darken it. */
+function* paintCleared(ctx, frame, { scene, paths }, colours) {
+  const width = scene.header.cleared;
+  if (!(width > 0) || width * frame.scale < 1.5) return;
+  const level = paths.levelFor(frame.scale), band = new Path2D();
+  let cost = 0;
+  for (const piece of paths.visible(frame.seen)) {
+    const { cut, costs } = paths.paths(piece, level);
+    band.addPath(cut);
+    cost += 2 * costs.cut;
+  }
+  frame.inMm(ctx, scene.origin);
+  ctx.strokeStyle = colours.cut;
+  ctx.lineWidth = width;
+  ctx.lineCap = ctx.lineJoin = "round";
+  ctx.globalAlpha = 0.16;
+  ctx.stroke(band);
+  ctx.globalAlpha = 1;
+  yield cost;
 }
 
 function* paintKerf(ctx, frame, { scene, paths }, colours) {

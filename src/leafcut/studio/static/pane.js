@@ -172,8 +172,9 @@ export class Pane extends EventTarget {
     if (this.time !== null && this.main) this._current(ctx, frame);
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     if (this.drag) this._dragLine(ctx);
-    if (this.layers.grid) drawRulers(ctx, view, colours);
-    drawScaleBar(ctx, view, colours);
+    const unit = [this.part, this.main?.scene].some((scene) => scene?.header.unitless) ? "" : "mm";
+    if (this.layers.grid) drawRulers(ctx, view, colours, unit);
+    drawScaleBar(ctx, view, colours, unit);
   }
 
   _current(ctx, frame) {

@@ -113,8 +113,10 @@ export class Player extends EventTarget {
     const shown = time ?? this.duration;
     this.slider.value = this.duration > 0 ? (shown / this.duration) * SLIDER : 0;
     this.slider.style.setProperty("--done", `${this.duration > 0 ? (100 * shown) / this.duration : 0}%`);
-    this.slider.setAttribute("aria-valuetext", clockWords(shown));
-    this.clock.textContent = `${clockWords(shown)} / ${clockWords(this.duration)}`;
+    // Of a map there are no millimetres, so no machine time either: only how far along it is.
+    const share = this.scene?.header.unitless && this.duration > 0 ? `${((100 * shown) / this.duration).toFixed(0)} %` : "";
+    this.slider.setAttribute("aria-valuetext", share || clockWords(shown));
+    this.clock.textContent = share || `${clockWords(shown)} / ${clockWords(this.duration)}`;
     const row = time === null || !this.scene ? null : this.scene.rowAt(Math.min(time, this.scene.duration));
     this.dispatchEvent(new CustomEvent("time", { detail: { time, row, line: row === null ? 0 : this.scene.line[row] } }));
   }

@@ -62,8 +62,9 @@
     if (held && !undo) return;
     if (event.target.closest?.("input:not([type=checkbox]), select, textarea, [contenteditable]")) return;
     if (event.defaultPrevented) return;
+    if (event.shiftKey && !held && /^[a-z]$/i.test(event.key)) return; // a letter with Shift is the drawing's
     const key = held ? undo : event.key === "Escape" ? "esc" : event.key.toLowerCase();
-    const at = [...document.querySelectorAll(`[data-key="${CSS.escape(key)}"]`)].find((e) => seen(e) && !e.disabled);
+    const at = [...document.querySelectorAll(`[data-key~="${CSS.escape(key)}"]`)].find((e) => seen(e) && !e.disabled);
     if (!at) return;
     event.preventDefault();
     (at.querySelector("input[type=file]") ?? at).click();

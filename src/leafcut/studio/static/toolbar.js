@@ -2,8 +2,9 @@
 
 import { icon, iconButton, make } from "./icons.js";
 
-const LAYERS = ["rapids", "cuts", "holes", "numbers", "arrows", "extents", "issues", "pheromone", "kerf", "grid"];
-const KEYS = { rapids: "R", cuts: "C", holes: "H", numbers: "N", arrows: "A", extents: "E", issues: "I", pheromone: "P", kerf: "K", grid: "G" };
+export const LAYERS = ["rapids", "cuts", "holes", "numbers", "arrows", "extents", "issues", "pheromone", "kerf", "cleared", "grid"];
+/** The letter of each layer, with Shift: without it a letter is the page's own. */
+export const KEYS = { rapids: "R", cuts: "C", holes: "H", numbers: "N", arrows: "A", extents: "E", issues: "I", pheromone: "P", kerf: "K", cleared: "W", grid: "G" };
 
 export class Toolbar {
   constructor(host, drawing) {
@@ -32,7 +33,7 @@ export class Toolbar {
       const input = make("input", "", { type: "checkbox" });
       input.addEventListener("change", () => this.drawing.setLayers({ [layer]: input.checked }));
       this.boxes[layer] = input;
-      const key = make("kbd", "", { "aria-hidden": "true" }, KEYS[layer]);
+      const key = make("kbd", "", { "aria-hidden": "true" }, `⇧${KEYS[layer]}`);
       box.append(make("label", "", { "data-layer": layer }, input, make("i", `lc-swatch lc-${layer}`), words[layer], key));
     }
     const button = make("summary", "lc-button", { "aria-label": words.layers, title: words.layers }, icon("layers"));
@@ -70,7 +71,8 @@ export class Toolbar {
       button.tabIndex = on ? 0 : -1;
     }
     const has = {
-      pheromone: scenes.pheromone, kerf: (scenes.after ?? scenes.before)?.header.kerf > 0, issues: scenes.part?.issue.length,
+      pheromone: scenes.pheromone, kerf: (scenes.after ?? scenes.before)?.header.kerf > 0,
+      cleared: (scenes.after ?? scenes.before)?.header.cleared > 0, issues: scenes.part?.issue.length,
     };
     for (const [layer, input] of Object.entries(this.boxes)) {
       input.checked = drawing.layers[layer];

@@ -1,0 +1,74 @@
+"""One studio for one folder: a second one would take the jobs of the first for cut short, and clear its files away."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from leafcut.files import OutputError
+
+#: Where the locked byte is: behind all that is written, so that others may read who has the folder.
+_BYTE = 1 << 20
+
+
+@contextmanager
+def held(root: Path, address: str) -> Iterator[None]:
+    """Hold a folder as long as the context lasts; the system lets go of it however the process ends.
+
+    Parameters
+    ----------
+    root
+        The folder, made where it is not there.
+    address
+        What another studio tells a person of this one.
+
+    Raises
+    ------
+    OutputError
+        Another studio has it, or it cannot be written.
+    """
+    file = root / "lock"
+    try:
+        root.mkdir(mode=0o700, parents=True, exist_ok=True)
+        number = os.open(file, os.O_RDWR | os.O_CREAT, 0o600)
+    except OSError as problem:
+        raise OutputError(f"{root}: the studio's folder cannot be written ({problem.strerror})") from None
+    try:
+        if not _locked(number):
+            told = os.read(number, 200).decode("ascii", "ignore")
+            where = f" at {told}" if told.isprintable() and told else ""
+            raise OutputError(
+                f"a studio runs already{where}; use that one, or end it first: both would write to {root}"
+            )
+        os.ftruncate(number, 0)
+        os.write(number, address.encode("ascii"))
+        yield
+    finally:
+        with suppress(OSError):
+            os.close(number)
+
+
+def _locked(number: int) -> bool:
+    """Lock a byte of an open file; return whether that is done. Where a file system has no locks, it is let be."""
+    try:
+        import fcntl
+    except ImportError:
+        import msvcrt
+
+        os.lseek(number, _BYTE, os.SEEK_SET)
+        try:
+            msvcrt.locking(number, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]
+        except OSError:
+            return False
+        finally:
+            os.lseek(number, 0, os.SEEK_SET)
+        return True
+    try:
+        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+    return True
