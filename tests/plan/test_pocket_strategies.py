@@ -20,7 +20,8 @@ from leafcut.plan.pocket_region import CentreRegion, centre_regions
 from leafcut.plan.pocket_rings import contour, rings
 from leafcut.plan.pocket_spurs import with_spurs
 from leafcut.plan.pocket_zigzag import zigzag
-from leafcut.verify.removal import measure_path, too_wide
+from leafcut.verify.removal import measure_path
+from leafcut.verify.too_wide import TooWide
 
 STRATEGIES = [best, contour, zigzag]
 POCKETS = {"plate": plate(), "l_shape": l_shape(), "disc": Pocket(Polyline.circle(0, 0, 31))}
@@ -76,7 +77,7 @@ def test_no_pass_of_the_best_way_over_a_rectangle_is_further_than_the_step_over_
     """Where it came out wider it is left as rings; the core, where two fronts meet, is no wider than the tool."""
     pocket = Pocket(box(0, 0, 140, 100))
     region = only_region(pocket)
-    found = measure_path(pocket, best(region, lambda path: too_wide(region.polygon, path, RULES)), RULES)
+    found = measure_path(pocket, best(region, TooWide(region.polygon, RULES)), RULES)
     assert 0.97 * RULES.step_over < found.max_step_over <= RULES.step_over
     assert found.max_core < RULES.tool_diameter
 

@@ -87,8 +87,9 @@ def _pieces(region: CentreRegion, way: Points) -> list[PocketPiece]:
     """Return a way cut where it comes to a wall and leaves it: what runs along a wall without stock finishes it."""
     import shapely
 
-    middle = shapely.points(0.5 * (way[:-1] + way[1:]))
-    along = (shapely.distance(region.polygon.boundary, middle) < ALONG) & (region.rules.stock == 0.0)
+    middle, edge = shapely.points(0.5 * (way[:-1] + way[1:])), region.polygon.boundary
+    shapely.prepare(edge)
+    along = shapely.dwithin(edge, middle, ALONG) & (region.rules.stock == 0.0)
     cuts = [0, *(np.flatnonzero(np.diff(along)) + 1).tolist(), len(along)]
     return [PocketPiece(as_polyline(way[a : b + 1]), "finish" if along[a] else "rough") for a, b in pairwise(cuts)]
 
