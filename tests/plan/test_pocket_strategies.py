@@ -110,6 +110,16 @@ def test_lines_at_a_given_angle_run_at_that_angle_and_no_further_apart_than_the_
     assert np.diff(columns).max() <= 6.0 + 1e-6
 
 
+def test_lines_begin_with_a_run_that_has_room_for_a_ramp_and_not_in_a_corner() -> None:
+    """The floor is a flat V: the line in its tip is a point, and both ends of the next one are far away from it."""
+    pocket = Pocket(Polyline.of_points([(0, 10), (50, 0), (100, 10), (100, 50), (0, 50)], closed=True))
+    region = only_region(pocket)
+    path = zigzag(region, angle=0.0)
+    runs = [piece.path.length for piece in path.pieces if piece.kind == "rough"]
+    assert min(runs) < 0.1
+    assert path.pieces[0].path.length >= RULES.tool_diameter
+
+
 def test_a_slot_as_wide_as_the_tool_is_cleared_by_one_line_there_and_back() -> None:
     region = only_region(Pocket(box(0, 0, 60, 10.2)))
     path = best(region)

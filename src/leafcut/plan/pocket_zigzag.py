@@ -19,6 +19,8 @@ from leafcut.plan.pocket_spurs import with_spurs
 ANGLES = 12
 #: Lines end so many step-overs before the finishing pass.
 MARGIN = 0.5
+#: Runs this long, in tool diameters, have room for a ramp down to a level of the usual depth.
+ENTRY_ROOM = 1.0
 
 
 def zigzag(
@@ -119,8 +121,12 @@ class _Path:
         return np.array(self.pieces[-1].path.end) if self.pieces else self.region.rings[0][0]
 
     def nearest(self, ways: list[Points]) -> Points:
-        """Return the way that begins nearest to the tool."""
-        return min(ways, key=lambda way: math.dist(self.end, way[0])) if self.pieces else ways[0]
+        """Return the way that begins nearest to the tool; at first one along which the tool has room to come down."""
+        if self.pieces:
+            return min(ways, key=lambda way: math.dist(self.end, way[0]))
+        lengths = [float(np.hypot(*np.diff(way, axis=0).T).sum()) for way in ways]
+        enough = min(ENTRY_ROOM * self.region.rules.tool_diameter, max(lengths))
+        return next(way for way, length in zip(ways, lengths, strict=True) if length >= enough)
 
     def go(self, way: Points, kind: str) -> None:
         """Go on along a way."""
