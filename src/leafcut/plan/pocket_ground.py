@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +23,8 @@ MOST_PLACES = 200_000
 CELLS = 2
 
 
-class Places(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Places:
     """Places of the ground, float64[n, 2], and how far from each the way may be, float64[n], mm.
 
     `pieces` are the rows of the way that may be near enough to one of them.
@@ -31,14 +34,19 @@ class Places(NamedTuple):
     limits: Points
     pieces: Rows
 
+    @cached_property
+    def geoms(self) -> Any:
+        """The places as shapely Points."""
+        import shapely
+
+        return shapely.points(self.points)
+
     def near(self, way: Points) -> tuple[Rows, Rows]:
         """Return the pairs (piece of the way, place) where one is near enough to the other, sorted by piece."""
         import shapely
 
         lines = shapely.linestrings(np.stack([way[self.pieces], way[self.pieces + 1]], axis=1))
-        place, line = shapely.STRtree(lines).query(
-            shapely.points(self.points), predicate="dwithin", distance=self.limits
-        )
+        place, line = shapely.STRtree(lines).query(self.geoms, predicate="dwithin", distance=self.limits)
         order = np.argsort(line, kind="stable")
         return self.pieces[line[order]], place[order]
 

@@ -64,18 +64,18 @@ def shorten(
     What is within a radius of the places `kept`, float64[n, 2], stays. Where it is `stopped` the way is whole, and
     longer than it might be.
     """
-    radius = region.rules.radius
+    radius, changed = region.rules.radius, None
     for _ in range(PASSES):
         if stopped():
             break
-        bends = _Bends(fine(way, PIECE * radius), ground, region.rules, allowed)
+        bends = _Bends(fine(way, PIECE * radius), ground, region.rules, allowed, changed)
         near = _near_some(bends.way, kept, radius)
         bends.done |= near[:-1] | near[1:]
         bends.trim()
         bends.look(stopped)
         shorter = bends.rebuilt(bends.edits)
         spared = _length(way) - _length(shorter)
-        way = shorter
+        way, changed = shorter, bends.changed()
         if spared < WORTH * radius:
             break
     return way
@@ -111,21 +111,28 @@ def _length(way: Points) -> float:
 
 
 class _Bends:
-    """One look at every bend of a way."""
+    """One look at every bend of a way, or only at those that the places `changed`, float64[n, 2], mean something to."""
 
     reaches: tuple[float, ...] = REACHES
     least = BEND
 
-    def __init__(self, way: Points, ground: Ground, rules: PocketRules, allowed: Any) -> None:
+    def __init__(
+        self, way: Points, ground: Ground, rules: PocketRules, allowed: Any, changed: Points | None = None
+    ) -> None:
         import shapely
 
         self.way, self.allowed = way, allowed
         self.radius, self.step = rules.radius, rules.step_over
         self.station = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
         self.bends = self._bends(self.least)
+        if changed is not None:
+            # From a bend to the end of its stretch, to ground beside it, and to what else may have cleared that.
+            reach = self.reaches[0] * self.radius + 2.0 * ground.longest
+            near = _near_some(way[self.bends], changed, reach)
+            self.bends = [i for i, there in zip(self.bends, near, strict=True) if there]
         looked = self._looked()
         self.places = ground.beside(way, looked)
-        self.geoms = shapely.points(self.places.points)
+        self.geoms = self.places.geoms
         self.tree = shapely.STRtree(self.geoms)
         piece, self.point = self.places.near(way)
         self.first = np.searchsorted(piece, np.arange(len(way)))
@@ -239,6 +246,11 @@ class _Bends:
         line = shapely.LineString(curve)
         who = self.tree.query(line, predicate="dwithin", distance=float(self.places.limits.max(initial=0.0)))
         self.count[who[shapely.distance(line, self.geoms[who]) <= self.places.limits[who]]] += 1
+
+    def changed(self) -> Points:
+        """Return places along all that was replaced and along what replaces it, float64[n, 2]."""
+        places = [part for a, b, curve in self.edits for part in (self.way[a : b + 1], curve)]
+        return np.vstack([np.zeros((0, 2)), *places])
 
     def rebuilt(self, edits: list[Edit]) -> Points:
         """Return the way with stretches replaced."""
