@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -83,11 +82,3 @@ def test_a_track_is_nearest_where_shapely_finds_it() -> None:
     feet = Track(points).places(stations)
     assert np.hypot(*(feet - places).T) == pytest.approx(away)
     assert Track(points).stations[-1] == pytest.approx(17.0 + math.hypot(7.0, 2.0))
-
-
-def test_rings_by_the_hundred_are_joined_without_a_limit_of_depth() -> None:
-    """A step-over of 0.05 mm over a strip: some rings inside each other, and one way through all of them."""
-    rules = replace(RULES, tool_diameter=0.1, step_over=0.06)
-    region = only_region(Pocket(box(0, 0, 3.1, 2.1)), rules)
-    path = best(region, stopped=lambda: True)
-    assert path.retracts == 0 and leaves(region, path) < 1e-6

@@ -103,7 +103,8 @@ class Ground:
     def _cell(self, places: Points) -> Rows:
         """Return the cells that places are in, int64[n]."""
         column, row = (np.floor((places - self.low) / (self.side * self.pitch)).astype(np.int64) + CELLS + 2).T
-        return row * self.wide + column
+        cells: Rows = row * self.wide + column
+        return cells
 
     def _around(self, cells: Rows, reach: int) -> Rows:
         """Return the cells as near to some as `reach`."""

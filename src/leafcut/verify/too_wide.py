@@ -51,7 +51,8 @@ class TooWide:
     def _cells(self, places: Floats) -> Rows:
         """Return the square cells that places are in, numbered row by row, int64[n]."""
         column, row = (np.floor((places - self.low) / self.side).astype(np.int64) + 2 * _REACHES + 4).T
-        return row * self.wide + column
+        cells: Rows = row * self.wide + column
+        return cells
 
 
 def _around(cells: Rows, reach: int, wide: int) -> Rows:
