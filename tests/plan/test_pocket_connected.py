@@ -13,7 +13,7 @@ from pocket_shapes import RULES, box, l_shape, leaves, only_region, plate, uncov
 from leafcut.geometry.polyline import Points
 from leafcut.model.pocket import Pocket
 from leafcut.plan.pocket_best import best
-from leafcut.plan.pocket_ground import Ground
+from leafcut.plan.pocket_places import Ground
 from leafcut.plan.pocket_track import Track
 from leafcut.verify.too_wide import TooWide
 

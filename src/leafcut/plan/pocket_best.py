@@ -12,8 +12,8 @@ import numpy as np
 from leafcut.geometry.polyline import Points
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import PocketPath, PocketPiece
-from leafcut.plan.pocket_ground import Ground
 from leafcut.plan.pocket_joints import Layout
+from leafcut.plan.pocket_places import Ground
 from leafcut.plan.pocket_region import CentreRegion
 from leafcut.plan.pocket_rings import never, rings
 from leafcut.plan.pocket_shorten import GROUND_PITCH, chamfer, fine, shorten

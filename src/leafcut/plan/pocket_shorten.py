@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points
 from leafcut.model.pocket import PocketRules
-from leafcut.plan.pocket_ground import Ground
+from leafcut.plan.pocket_places import Ground
 from leafcut.plan.pocket_region import CentreRegion
 
 Rows = NDArray[np.int64]
