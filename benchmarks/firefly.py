@@ -133,7 +133,7 @@ def elsewhere_row(name: str, times: tuple[float, float]) -> list[str]:
     options = replace(FIREFLY, local_search=PLAIN, time_limit=times[0])
     plain = checked_gap(context, solve(problem, options).nodes)
     print(f"{name}, lying elsewhere: {plain:.3f} % plain, {gap:.3f} %", file=sys.stderr, flush=True)
-    return [name, str(problem.n_nodes), f"{math.degrees(angle):.0f}°", f"{plain:.2f}", f"{gap:.2f}"]
+    return [name, str(problem.n_nodes), f"{math.degrees(angle):.0f}°", spread([plain]), spread([gap])]
 
 
 def city_row(name: str, seeds: int) -> tuple[list[str], list[float]]:

@@ -33,6 +33,13 @@ from leafcut.read import read
 from leafcut.solve import stop
 from leafcut.solve.solve import solve
 
+#: What the sets of instances are called in the headings of the page.
+GROUPS = {
+    "gtsplib": "symmetric, up to 442 nodes",
+    "large": "symmetric, more than 442 nodes",
+    "sheets": "contours of real sheets",
+    "sequential": "with precedence",
+}
 DATA = Path(os.environ.get("LEAFCUT_DATA") or Path(__file__).parents[2] / "shared" / "data") / "gtsp"
 
 
@@ -184,7 +191,8 @@ def main() -> None:
         rows.append([f"{group}: mean", "", "", "", "", "", f"{mean(gaps):.3f}", ""])
     head = ["board", "nodes", "sets", "pairs", "best known", "PCGLNS", "gap", "clock s"]
     seeds = f"median of {options.seeds} seeds (lowest to highest)" if options.seeds > 1 else "one seed"
-    text = f"""## One node of every set: GTSP and PCGTSP
+    title = ": " + "; ".join(GROUPS[group] for group in means) if options.sheets else ""
+    text = f"""## One node of every set{title}
 
 Gap to the best known in percent, {seeds}, with one thread, after {options.time:g} s of the processor; below 0 is
 better than that. The machine was shared, so seconds by the clock are many more; where they are less than a second the

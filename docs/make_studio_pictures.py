@@ -15,12 +15,23 @@ from playwright.sync_api import Page, sync_playwright
 HERE = Path(__file__).parent
 PICTURES = HERE / "pictures"
 EXAMPLES = HERE.parent / "examples"
+#: Parts to be nested: name → width, height and what is drawn, mm.
+PARTS = {
+    "bracket.svg": (
+        200,
+        150,
+        '<path d="M0 0H180A20 20 0 0 1 200 20V40H60V130A20 20 0 0 1 40 150H20A20 20 0 0 1 0 130Z"/>'
+        '<circle cx="30" cy="30" r="9"/><circle cx="170" cy="20" r="7"/><circle cx="30" cy="125" r="7"/>',
+    ),
+    "ring.svg": (240, 240, '<circle cx="120" cy="120" r="118"/><circle cx="120" cy="120" r="75"/>'),
+    "gusset.svg": (90, 90, '<path d="M0 0H90L0 90Z"/><circle cx="25" cy="25" r="8"/>'),
+}
 #: A run, ms.
 LONG = 120_000
 
 
 def main() -> None:
-    """Write docs/pictures/studio_empty.png, studio_result.png, studio_program.png and studio_dark.png."""
+    """Write docs/pictures/studio_empty.png, and so on: result, nest, program and dark."""
     with tempfile.TemporaryDirectory() as home:
         command = [sys.executable, "-m", "leafcut.cli", "studio", "--no-open", "--port", "8399"]
         environment = {**os.environ, "XDG_DATA_HOME": home}
@@ -47,6 +58,7 @@ def take(address: str) -> None:
         shot(page, "empty")
         run(page, EXAMPLES / "plate_70.dxf")
         shot(page, "result")
+        nest(page)
         run(page, EXAMPLES / "cam_121.nc")
         page.get_by_role("tab", name="Program").click()
         shot(page, "program")
@@ -63,6 +75,40 @@ def run(page: Page, file: Path) -> None:
     page.wait_for_timeout(500)
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_selector("#result-panel", timeout=LONG)
+
+
+def nest(page: Page) -> None:
+    """Nest three parts, and compare the cuts of the nests."""
+    page.goto(page.url.partition("?")[0])
+    page.get_by_label("Work", exact=True).select_option("nest")
+    page.wait_for_selector("#open-file[multiple]", state="attached")
+    parts = [{"name": name, "mimeType": "image/svg+xml", "buffer": svg(*part).encode()} for name, part in PARTS.items()]
+    page.set_input_files("#open-file", parts)
+    for name, pieces in (("bracket.svg", "14"), ("ring.svg", "5"), ("gusset.svg", "24")):
+        fill(page, f"Pieces: {name}", pieces)
+    fill(page, "Sheet", "1000x1000")
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_selector("table.nests", timeout=LONG)
+    page.locator(".cuts").get_by_label("Thickness", exact=True).fill("6")
+    page.keyboard.press("Tab")
+    page.get_by_role("button", name="Plan all and compare").click()
+    page.wait_for_selector(".nests .best", timeout=2 * LONG)
+    page.locator(".result .scrolls").evaluate("e => e.scrollTo(0, 0)")
+    shot(page, "nest")
+    page.get_by_label("Work", exact=True).select_option("cut")
+
+
+def fill(page: Page, label: str, text: str) -> None:
+    """Type into a field, and leave it."""
+    page.get_by_label(label, exact=True).fill(text)
+    page.keyboard.press("Tab")
+
+
+def svg(width: int, height: int, body: str) -> str:
+    """Return a drawing of a part, mm."""
+    size = f'width="{width}mm" height="{height}mm" viewBox="0 0 {width} {height}"'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" {size}><g fill="none" stroke="black">{body}</g></svg>'
 
 
 def shot(page: Page, name: str) -> None:

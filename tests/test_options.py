@@ -67,6 +67,10 @@ def test_a_default_passes_its_own_check_and_has_a_help(group: type) -> None:
         (DrillOptions, "tools", 5, "a path"),
         (ReadOptions, "units", "yard", "unknown value"),
         (PostOptions, "dialect", 5, "a text"),
+        (PocketOptions, "step_over", "60 mm", "a share such as 0.6 or 60%"),
+        (PocketOptions, "step_over", "60", "above the largest value 0.95"),
+        (PocketOptions, "zigzag_angle", "361", "361 deg is above the largest value 360 deg"),
+        (PocketOptions, "zigzag_angle", "-400", "-400 deg is below the smallest value -360 deg"),
     ],
 )
 def test_what_cannot_be_used_is_refused_with_its_flag(group: Any, name: str, value: Any, words: str) -> None:
@@ -155,3 +159,8 @@ def test_what_is_written_is_read_again_as_the_same(group: Any, name: str, spec: 
     if value is None or spec.kind in ("flag", "names"):
         return
     assert getattr(group(**{name: written(spec, value)}), name) == value
+
+
+def test_a_share_is_a_number_or_percent_of_it() -> None:
+    for said in (0.45, "0.45", "45%", " 45 % "):
+        assert PocketOptions(step_over=said).step_over == pytest.approx(0.45)  # type: ignore[arg-type]

@@ -15,8 +15,8 @@ from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity
 class OptionSpec:
     """What a face needs to know about one option, beside its name and default.
 
-    `kind` is one of ``quantity`` (a float in `unit`), ``number``, ``whole``, ``flag``, ``text``, ``names`` (a comma
-    list), ``point`` (two or three lengths), ``percent`` and ``path``.
+    `kind` is one of ``quantity`` (a float in `unit`), ``number``, ``share`` (0.6 or 60%), ``whole``, ``flag``,
+    ``text``, ``names`` (a comma list), ``point`` (two or three lengths), ``percent`` and ``path``.
     """
 
     help: str
@@ -122,6 +122,13 @@ def _number(_: OptionSpec, value: Any) -> float:
     return parse_quantity(value, "rad") if not isinstance(value, str) else _finite(float(value))
 
 
+def _share(spec: OptionSpec, value: Any) -> float:
+    """Return a plain number; a text may say it in percent: 60% is 0.6."""
+    if isinstance(value, str) and value.strip().endswith("%"):
+        return _number(spec, value.strip().removesuffix("%")) / 100.0
+    return _number(spec, value)
+
+
 def _finite(value: float) -> float:
     if value - value != 0.0:
         raise OptionError(f"'{value}' is not a finite number")
@@ -157,6 +164,7 @@ def _text(_: OptionSpec, value: Any) -> str:
 _CONVERTERS: dict[str, Any] = {
     "quantity": lambda spec, value: parse_quantity(value, spec.unit),
     "number": _number,
+    "share": _share,
     "whole": _whole,
     "flag": _flag,
     "text": _text,
@@ -168,6 +176,7 @@ _CONVERTERS: dict[str, Any] = {
 _KIND_WORDS = {
     "quantity": "a number with a unit",
     "number": "a number",
+    "share": "a share such as 0.6 or 60%",
     "whole": "a whole number",
     "flag": "true or false",
     "text": "a text",

@@ -149,8 +149,10 @@ def test_a_contour_without_room_for_any_lead_is_named() -> None:
         (Polyline.circle(50, 50, 40), 0, -1, 1), (Polyline.circle(50, 50, 22.4), 1, 0, 1),
         (Polyline.circle(50, 50, 20), 2, 1, 2),
     )  # fmt: skip
-    with pytest.raises(PlanError, match=r"no lead fits .*part 1: hole at \(72\.4, 50\)"):
+    with pytest.raises(PlanError, match=r"no lead fits .*part 1: hole at \(72\.4, 50\).*--lead-in none"):
         cutting_of(sheet)
+    with pytest.raises(PlanError, match=r"no lead fits .*--compensation geometry"):
+        cutting_of(sheet, compensation="controller")
 
 
 def test_a_kerf_that_would_cut_into_the_neighbour_is_refused_with_both_names() -> None:

@@ -24,9 +24,6 @@ from leafcut.plan.pocket_toolpath import Clearing, Heights, lay_pockets
 from leafcut.read.machine import load_machine
 from leafcut.verify.removal import measure_path
 
-#: What the measure may find above the limit: it looks at places of its own.
-ROOM = math.radians(1.0)
-
 
 def box(x0: float, y0: float, x1: float, y1: float) -> Polyline:
     """A rectangle, counter-clockwise."""
@@ -43,7 +40,7 @@ def cleared(pocket: Pocket, degrees: float, climb: bool = True) -> tuple[PocketP
 def keeps_its_limit(pocket: Pocket, degrees: float, climb: bool = True) -> PocketPath:
     """Clear a pocket and check all that a path with a limit promises."""
     path, m = cleared(pocket, degrees, climb)
-    assert m.max_engagement <= math.radians(degrees) + ROOM
+    assert m.max_engagement <= math.radians(degrees)
     assert m.gouge_mm2 == 0.0
     assert m.uncovered_percent <= 0.1
     assert m.retracts == 0

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
+import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
+from leafcut.geometry.regions import as_polyline
+from leafcut.model.issue import Severity
 from leafcut.model.pocket import Pocket, PocketRules
-from leafcut.plan.pocket_region import centre_regions
+from leafcut.plan.pocket_region import centre_regions, unreached
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 
@@ -25,9 +29,11 @@ def test_a_rectangle_keeps_the_radius_and_the_stock_away_from_its_walls_and_leav
     assert len(regions) == 1
     assert regions[0].polygon.area == pytest.approx(89.0 * 49.0, rel=1e-3)
     # Each corner keeps (1 − π/4)·r² whatever the stock: the finishing pass goes to the wall.
-    assert len(issues) == 4
-    areas = [float(issue.message.split(": ")[1].split(" mm²")[0]) for issue in issues]
-    assert areas == pytest.approx([(1 - math.pi / 4) * 25] * 4, rel=0.03)
+    [told] = issues
+    assert told.severity is Severity.NOTE
+    assert told.message.startswith("the pocket: 4 corners, ") and "; the largest, " in told.message
+    areas = [float(word) for word in re.findall(r"([\d.]+) mm²", told.message)]
+    assert areas == pytest.approx([4 * (1 - math.pi / 4) * 25, (1 - math.pi / 4) * 25], rel=0.03)
 
 
 def test_a_ring_has_a_region_round_its_island() -> None:
@@ -58,7 +64,30 @@ def test_a_passage_that_is_too_narrow_parts_the_region_and_is_told() -> None:
     )
     regions, issues = centre_regions(Pocket(outline), RULES)
     assert len(regions) == 2
-    assert any("near (50" in issue.message for issue in issues)
+    # The passage by itself, and all corners (four of each square) in one line.
+    passage, corners = issues
+    assert "near (50.00, 20.00) is cut off" in passage.message and passage.severity is Severity.WARNING
+    assert "8 corners" in corners.message
+
+
+@pytest.mark.parametrize(("wide", "deep", "off"), [(8.0, 30.0, True), (9.98, 30.0, True), (8.0, 1.0, False)])
+def test_a_slot_narrower_than_the_tool_is_cut_off_and_a_shallow_notch_is_as_a_corner(
+    wide: float, deep: float, off: bool
+) -> None:
+    shape = shapely.union(shapely.box(0, 0, 60, 60), shapely.box(60, 20, 60 + deep, 20 + wide))
+    issues = centre_regions(Pocket(as_polyline(shape.exterior.coords, True)), RULES)[1]
+    assert ["is cut off" in issue.message for issue in issues] == ([True, False] if off else [False])
+
+
+@pytest.mark.parametrize("degrees", [30.0, 60.0, 120.0])
+def test_the_tip_of_a_wedge_is_a_corner_with_the_area_between_its_walls_and_the_tool(degrees: float) -> None:
+    """Between two walls at 2α a disc of radius r leaves r² (cot α − (π/2 − α))."""
+    half = math.radians(0.5 * degrees)
+    x, y = 100.0 * math.cos(half), 100.0 * math.sin(half)
+    wedge = shapely.Polygon([(0, 0), (x, -y), (x, y)]).intersection(shapely.Point(0, 0).buffer(80, quad_segs=64))
+    tips = [u for u in unreached(wedge, RULES) if math.hypot(*u.place) < 25]
+    assert [u.corner for u in tips] == [True]
+    assert tips[0].area == pytest.approx(25.0 * (1.0 / math.tan(half) - (0.5 * math.pi - half)), rel=0.03)
 
 
 def test_a_tool_that_fits_nowhere_is_refused() -> None:

@@ -23,6 +23,7 @@ from leafcut.plan.pocket_rules import MillingData, finishing_levels, levels_of, 
 from leafcut.plan.pocket_toolpath import Clearing, Heights, lay_pockets
 from leafcut.plan.pocket_walls import wall_passes
 from leafcut.read.machine import load_machine
+from leafcut.verify.pocket import check_pockets
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 MILL = load_machine("linuxcnc-mill")
@@ -96,15 +97,6 @@ def test_depth_is_needed_and_levels_are_counted() -> None:
         levels_of(DrillOptions(depth=100.0), PocketOptions(tool_diameter=10.0, step_down=0.01))
 
 
-def test_an_assumed_mill_feeds_a_hundredth_of_its_diameter_a_revolution() -> None:
-    data, issues = milling_data(PocketOptions(tool_diameter=10.0), DrillOptions(), RULES, MILL)
-    # 20 m/min at the edge of 10 mm are 637 rpm.
-    assert data.tool.spindle_rpm == 637
-    assert data.tool.feed == pytest.approx(0.1 * 637 / 60)
-    assert data.plunge_feed == pytest.approx(data.tool.feed / 3)
-    assert [issue.code for issue in issues] == ["L401"]
-
-
 def test_a_spindle_or_a_feed_that_the_machine_does_not_have_is_refused() -> None:
     with pytest.raises(PlanError, match="rpm"):
         milling_data(PocketOptions(tool_diameter=10.0), DrillOptions(spindle_speed=50_000.0), RULES, MILL)
@@ -142,6 +134,19 @@ def test_a_ramp_is_as_steep_as_asked_stays_on_the_path_and_ends_where_it_began()
     assert all(ground.distance(shapely.Point(p[:2])) < 1e-6 for p in on_the_way)
     first = int(np.flatnonzero((path.kind == Kind.FEED) & (path.end[:, 2] == -2.0))[0])
     assert path.end[first, :2].tolist() == pytest.approx(list(rings(1).pieces[0].path.start))
+
+
+def test_along_a_ring_shorter_than_the_ramp_the_tool_goes_round_and_round_and_never_back() -> None:
+    """0.5 + 2 mm at 3° are 47.7 mm: six times round a ring of 8 mm; one of 48 mm is long enough to go and come back."""
+    for half, times in ((1.0, 6), (6.0, 0)):
+        path = lay(rings(half, 13))
+        before = positions_before(path)
+        rows = [r for r in np.flatnonzero(path.kind == Kind.FEED) if path.end[r, 2] < before[r, 2] <= ABOVE + 1e-9]
+        ways = path.end[rows, :2] - before[rows, :2]
+        backwards = [a @ b < -1e-9 for a, b in itertools.pairwise(ways)]
+        assert any(backwards) is (times == 0)
+        if times:
+            assert len(rows) == 4 * times and path.end[rows[-1], :2].tolist() == list(rings(half).pieces[0].path.start)
 
 
 def test_a_helix_turns_inside_the_region_as_steep_as_asked_and_counter_clockwise_for_climb() -> None:
@@ -196,6 +201,19 @@ def test_pieces_apart_are_reached_over_the_r_plane_or_over_the_clearance_height_
     assert {a[2] for a, _ in sideways} == {2.0}
     path = lay(rings(1, 13, joined=False), always_clearance=True)
     assert {a[2] for a, b in rapids(path) if a[:2] != b[:2] and not math.isnan(a[0])} == {10.0}
+
+
+def test_a_rapid_goes_down_to_just_over_the_floor_that_is_cut_and_the_tool_feeds_into_what_is_not() -> None:
+    """The second line begins where the first has cut, the third where nothing has but the level above."""
+    ways = ([(10, 30), (50, 30)], [(30, 30), (30, 50)], [(50, 10), (20, 10)])
+    pieces = tuple(PocketPiece(Polyline.of_points(points)) for points in ways)
+    path = lay(PocketPath("lines", pieces), levels=(-2.0, -4.0))
+    down = [(*a[:2], b[2]) for a, b in rapids(path) if b[2] < 0.0]
+    assert down == [(30, 30, -2 + ABOVE), (10, 30, -2 + ABOVE), (30, 30, -4 + ABOVE), (50, 10, -2 + ABOVE)]
+    pocket = (Pocket(box(0, 0, 60, 60)),)
+    assert check_pockets(path, pocket, RULES, depth=4.0, retract=2.0) == []
+    low = replace(path, end=np.where(path.end == -2.0 + ABOVE, -2.0, path.end))
+    assert {d.what for d in check_pockets(low, pocket, RULES, depth=4.0, retract=2.0)} == {"rapid in the material"}
 
 
 def test_a_rapid_over_a_clamp_is_made_at_the_clearance_height() -> None:
@@ -267,7 +285,8 @@ def test_where_roughing_left_more_than_stock_the_tool_does_not_come_down_straigh
     path, descents = lay_pockets([clearing], heights, data_of(), MILL)
     assert [d.kind for d in descents] == ["ramp"] * 4
     straight = {z for way, _, z in slopes(path) if way == 0.0}
-    assert straight == {ABOVE, -2.0 + ABOVE}  # half a millimetre over what is uncut
+    assert straight == {ABOVE}  # half a millimetre over what is uncut; over what the level above has cut by a rapid
+    assert {b[2] for _, b in rapids(path) if b[2] < 0.0} == {-2.0 + ABOVE}
     assert swept_at(path, -4.0).difference(swept_at(path, -2.0)).buffer(-0.01).is_empty
 
 

@@ -67,7 +67,7 @@ def test_a_golden_pocket_reads_back_and_hurts_no_wall(name: str, units: str) -> 
     from leafcut.gcode.interpreter import interpret
 
     text, words = program(name, units), dialect(name)
-    assert check_program(path(), text, words, MACHINE, units) == []
+    assert check_program(path(), text, words, MACHINE, units, milled=True) == []
     assert check_pockets(interpret(text, words, left_over=True), [POCKET], RULES, 4.0, 2.0) == []
 
 

@@ -27,8 +27,7 @@ from leafcut.options import PocketOptions, ReadOptions
 from leafcut.read import read, read_pockets
 from leafcut.read.picture import otsu
 
-#: Half a pixel is 0.25 mm. What is beyond: a tip narrower than a pixel, and a blunt corner with a rounding whose arrow
-#: is half a pixel high.
+#: Half a pixel is 0.25 mm. What is beyond: a narrow free-form tip, which is no line and no arc.
 SEVEN = {
     "p1_rect_rounded": 0.02,
     "p2_circle": 0.02,
@@ -36,7 +35,7 @@ SEVEN = {
     "p4_star": 0.15,
     "p5_islands3": 0.15,
     "p6_islands6": 0.2,
-    "p7_islands11": 0.28,
+    "p7_islands11": 0.25,
 }
 #: Width of a pixel of the pictures made here, mm, and their width and height, pixels.
 SIZE, SIDE = 0.5, 80

@@ -42,9 +42,9 @@ def load(folder: Path, text: str) -> ToolLibrary:
     return load_tools(file)
 
 
-def test_the_sample_library_has_every_kind_of_tool_for_holes_and_recipes_for_threads() -> None:
+def test_the_sample_library_has_every_kind_of_tool_for_holes_and_pockets_and_recipes_for_threads() -> None:
     library = load_tools(SAMPLE)
-    assert {t.kind for t in library.tools} == set(ToolKind) - {ToolKind.TORCH, ToolKind.END_MILL}
+    assert {t.kind for t in library.tools} == set(ToolKind) - {ToolKind.TORCH}
     assert {5.0, 6.35, 6.8, 8.5} <= {t.diameter for t in library.tools}
     for recipe in library.recipes:
         kinds = [library.by_number[number].kind for number in recipe.steps]
@@ -93,6 +93,9 @@ def test_units_are_those_of_the_text(tmp_path: Path) -> None:
         ('peck = "3 mm"', "", "G83, which needs 'peck'"),
         ('peck = "3 mm"', 'point_angle = "200deg"\npeck = "3 mm"', "at most 180°"),
         ('cycle = "G83"', 'cycle = "G82"', "G82, which needs 'dwell'"),
+        ('cycle = "G83"', "teeth = 2", "'teeth' is of end mills only"),
+        ('cycle = "G83"', 'kind = "end-mill"\ncycle = "G83"', "'cycle' is of tools that drill"),
+        ('cycle = "G83"\npeck = "3 mm"', 'kind = "end-mill"', "'steps' names tool 1, an end mill"),
         ("[[hole]]", "[[holes]]", "did you mean 'hole'"),
         ("[[hole]]", '[[hole]]\ndiameter = "6 mm"\nlayer = "M6"\nsteps = [1]\n[[hole]]', "has a recipe already"),
     ],

@@ -400,8 +400,8 @@ def test_holes_of_other_diameters_than_chosen_are_not_cut(drawing: Path) -> None
     ]
 
 
-def test_where_nearest_neighbours_are_quicker_in_the_end_their_order_is_written(tmp_path: Path) -> None:
-    """Pierces that have to leave an earlier kerf cost more here than the better order saves."""
+def test_leads_that_meet_do_not_make_a_program_slower_than_the_nearest_neighbours_order(tmp_path: Path) -> None:
+    """Plates so dense that leads of the order first found meet, and what has to move costs more than was saved."""
     drawn = tmp_path / "dense.svg"
     squares = ((10, 39, True), (10, 68, False), (39, 39, False), (39, 68, True), (68, 10, True), (68, 68, True))
     shapes = [f'<rect x="{x}" y="{y}" width="24" height="24"/>' for x, y, _ in squares]
@@ -411,4 +411,5 @@ def test_where_nearest_neighbours_are_quicker_in_the_end_their_order_is_written(
     found = api.optimize(drawn, process="cut", thickness="3", preset="fast", threads=1)
     assert found.verified
     assert found.nearest is not None
-    assert found.after.time_s <= found.nearest.time_s
+    assert found.after.time_s < found.nearest.time_s
+    assert_leads_in_scrap(found.cut_plan.sheet, found.cut_plan.cuts, found.cut_plan.data.kerf)

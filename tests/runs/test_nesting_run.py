@@ -63,6 +63,12 @@ def test_the_same_seed_gives_the_same_nest(drawings: Path) -> None:
     assert all(n.repeatable for n in one.nests)
 
 
+def test_the_same_nest_is_the_same_file_whenever_it_is_written(drawings: Path, tmp_path: Path) -> None:
+    for name in ("one.dxf", "other.dxf"):
+        api.nest([f"{drawings}/angle.dxf:3"], tmp_path / name, **SMALL)
+    assert (tmp_path / "one.dxf").read_bytes() == (tmp_path / "other.dxf").read_bytes()
+
+
 def test_what_one_sheet_does_not_hold_goes_to_more_sheets(drawings: Path, tmp_path: Path) -> None:
     """Twelve angles of 60 × 60 lie on no sheet of 150 × 150: nine squares of that size would be its whole area."""
     out = tmp_path / "many.dxf"

@@ -37,8 +37,11 @@ FAST: dict[str, Any] = {
     "threads": 1,
     "date": False,
 }
+EXAMPLES = Path(__file__).parents[2] / "examples"
 #: A round-cornered pocket of 60 × 46 mm with an island; every place of it is within reach of a tool of 10 mm.
 POCKET = shapely.box(7, 7, 53, 39).buffer(7, quad_segs=64) - shapely.Point(30, 23).buffer(5, quad_segs=64)
+#: Where the tool's centre may be while it leaves 0.3 mm.
+ROUGHED = POCKET.buffer(-5.28)
 
 
 @pytest.fixture(scope="module")
@@ -136,6 +139,34 @@ def test_with_stock_the_walls_are_finished_and_the_pocket_is_whole(drawing: Path
 
 
 @pytest.mark.usefixtures("contour_only")
+def test_the_end_mill_of_a_library_is_called_by_its_number_with_its_own_data(drawing: Path) -> None:
+    tools = EXAMPLES / "tools.toml"
+    outcome = api.optimize(drawing, tools=tools, tool_number=13, depth=4, strategy="contour", entry="plunge")
+    assert outcome.operations[0].tool.diameter == 10.0
+    words = outcome.text.split()
+    assert {"T13", "S4000", "F800", "F200"} <= set(words) and "T1" not in words
+    assert not [i for i in outcome.issues if i.code == "L401"]
+
+
+@pytest.mark.usefixtures("contour_only")
+def test_on_mach3_roughing_runs_through_where_the_stock_is_more_than_what_corners_lose(drawing: Path) -> None:
+    """v² / 4a = (800 / 60)² / (4 · 600) mm = 0.074 mm: less than 0.3 mm of stock, and more than none."""
+    options = {**FAST, "machine": "mach3-router", "spindle_speed": 9000, "strategy": "contour"}
+    path = interpret(api.optimize(drawing, stock=0.3, **options).text, dialect("mach3"))
+    modes = np.flatnonzero(path.kind == Kind.BLENDING)
+    assert path.ref[modes].tolist() == [640, 610] * (len(modes) // 2) and len(modes) >= 4
+    runs_on = np.searchsorted(modes, np.arange(len(path))) % 2 == 1
+    feeds = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & np.isin(path.end[:, 2], (-2.0, -4.0))
+    at_walls = feeds & ~shapely.contains_xy(ROUGHED, path.end[:, :2])
+    assert not runs_on[path.kind == Kind.RAPID].any() and runs_on[feeds].any()
+    assert at_walls.any() and not runs_on[at_walls].any()
+    outcome = api.optimize(drawing, **options)
+    assert "G64" not in outcome.text
+    [told] = [i.message for i in outcome.issues if i.code == "L704"]
+    assert "by up to 0.074 mm" in told
+
+
+@pytest.mark.usefixtures("contour_only")
 def test_several_pockets_are_one_program_in_the_order_of_the_shortest_way(tmp_path: Path) -> None:
     centres = [(20, 20), (220, 20), (80, 20), (140, 20)]
     discs = [shapely.Point(c).buffer(14, quad_segs=64) for c in centres]
@@ -204,7 +235,7 @@ def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
         ({"strategy": "adaptive"}, OptionError, "--max-engagement"),
         ({"max_engagement": "60deg"}, PlanError, "contour engages 180°, more than --max-engagement 60°"),
         ({"machine": "plasma-table"}, PlanError, "cannot mill"),
-        ({"tools": "shop.toml"}, PlanError, "load the end mill as tool 1"),
+        ({"tools": EXAMPLES / "tools.toml", "tool_number": 2}, PlanError, "T2 drill 5.0, M6 core Ø5 is a drill"),
         ({"retract_height": 20}, PlanError, "R plane"),
         ({"milling_feed": "100m/min"}, PlanError, "feeds at most"),
         ({"keep_out": "20 0 40 10"}, VerifyError, "zone"),
@@ -309,3 +340,19 @@ def test_what_stays_uncut_is_a_warning_with_its_places(drawing: Path, monkeypatc
     outcome = api.optimize(drawing, **{**FAST, "strategy": "contour"})
     [left] = [i for i in outcome.issues if i.code == "L711"]
     assert "stay uncut" in left.message and left.place.startswith("near (")
+
+
+def test_the_connected_way_as_it_is_written_keeps_the_step_over_and_is_shorter_than_contour_parallel_feeds(
+    data: Path,
+) -> None:
+    """Arcs are fitted; the length is the feed moves that were measured of contour-parallel at the same step-over."""
+    (result,) = api.optimize(
+        data / "pockets" / "p6_islands6.wkt", **{**FAST, "depth": 2, "strategy": "connected", "step_over": 0.6}
+    ).pocket_plans
+    found = result.result.measures
+    assert found is not None
+    assert found.max_step_over <= 6.0
+    assert found.retracts == 0
+    assert found.gouge_mm2 == 0.0
+    assert found.uncovered_percent <= 0.001
+    assert found.feed_mm + found.rapid_mm <= 4704.0

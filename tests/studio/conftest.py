@@ -55,7 +55,11 @@ def chromium() -> str:
 def browser(chromium: str) -> Iterator[Any]:
     """Return Playwright's browser, one for all tests: every test has pages of its own."""
     from canvas_server import browser as launched
+    from playwright.sync_api import expect
+    from studio_page import LONG
 
+    # A studio that has just begun loads what it reads its first file with: on a busy machine longer than the usual 5 s.
+    expect.set_options(timeout=LONG)
     with launched(chromium) as opened:
         yield opened
 

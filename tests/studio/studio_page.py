@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect
 
 ROOT = Path(__file__).parents[2]
@@ -32,3 +33,12 @@ def downloaded(page: Page, name: str) -> tuple[str, bytes]:
     with page.expect_download() as waiting:
         page.get_by_role("link", name=name, exact=True).click()
     return waiting.value.suggested_filename, Path(waiting.value.path()).read_bytes()
+
+
+def serious(page: Page, where: str) -> list[tuple[str, ...]]:
+    """Return what axe finds that keeps somebody out."""
+    return [
+        (where, rule["id"], rule["nodes"][0]["html"])
+        for rule in Axe().run(page).response["violations"]
+        if rule["impact"] in ("serious", "critical")
+    ]

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+from parts_to_nest import svg
 from playwright.sync_api import Page, expect
 from studio_page import LONG, ROOT, downloaded, opened, run, typed
 
@@ -95,7 +96,7 @@ def test_fireflies_are_shown_by_their_brightness(page: Page) -> None:
 @pytest.mark.parametrize(
     ("name", "work", "fields", "words"),
     [
-        ("sheet.dxf", "cut", {"Thickness": "6mm"}, ["--process", "cut", "--thickness", "6mm"]),
+        ("sheet.svg", "cut", {"Thickness": "6mm"}, ["--process", "cut", "--thickness", "6mm"]),
         (
             "pocket.dxf",
             "pocket",
@@ -109,6 +110,10 @@ def test_what_is_downloaded_is_what_the_command_line_writes(
     page: Page, tmp_path: Path, name: str, work: str, fields: dict[str, str], words: list[str]
 ) -> None:
     source = ROOT / "examples" / name
+    if name == "sheet.svg":
+        source = tmp_path / name
+        body = '<path d="M5 5H85V45H5Z"/><circle cx="45" cy="25" r="9"/><path d="M95 5H135V45Z"/>'
+        source.write_bytes(svg(140, 50, body))
     if name == "points.xml":
         source = tmp_path / name
         points = "".join(f'<point x="{7 * k % 31}" y="{5 * k % 23}"/>' for k in range(31))

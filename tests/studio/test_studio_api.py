@@ -115,7 +115,7 @@ def test_jobs_are_listed_and_forgotten(studio: Studio, client: TestClient) -> No
 
 def test_the_description_names_every_way_in_and_loads_nothing_from_elsewhere(client: TestClient) -> None:
     described = client.get("/api/openapi.json").json()
-    for command in ("optimize", "solve", "simulate", "verify"):
+    for command in ("optimize", "nest", "solve", "simulate", "verify"):
         operation = described["paths"][f"/api/{command}"]["post"]
         assert operation["summary"]
         assert operation["description"]

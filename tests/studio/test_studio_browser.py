@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
+from parts_to_nest import PLATE as PART
 from playwright.sync_api import Browser, Page, expect
-from studio_page import LONG, PLATE, ROOT, downloaded, opened, run, typed
+from studio_page import LONG, PLATE, ROOT, downloaded, opened, run, serious, typed
 from studio_server import Server
 
 import leafcut
@@ -59,6 +59,13 @@ def test_the_work_that_is_shown_is_the_work_that_is_run(page: Page) -> None:
         expect(page.locator("#command")).to_contain_text("-o" if work == "drill" else f"--process {work}")
         expect(page.locator("#said")).to_be_empty()
         expect(page.get_by_label("Work", exact=True)).to_have_value(work)
+    # A run that fails says why, at the foot and beside what it said before, and the page goes on.
+    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.locator("#said")).to_contain_text("--tool-diameter", timeout=LONG)
+    expect(page.locator(".result .error")).to_contain_text("--tool-diameter")
+    expect(page.get_by_role("button", name="Run", exact=True)).to_be_enabled()
+    page.keyboard.press("2")
+    expect(page.locator("table.jobs tbody tr").first).to_contain_text("failed")
 
 
 def test_a_random_map_is_made_and_its_search_stopped(page: Page) -> None:
@@ -116,7 +123,27 @@ def test_two_tabs_have_their_own_choices(page: Page, server: Server) -> None:
     opened(other, ROOT / "examples" / "plate_27.dxf")
     expect(other.get_by_label("Thickness", exact=True)).to_have_value("")
     expect(page.locator(".about-part .name")).to_have_text("plate_10.dxf")
+    for tab in (page, other):
+        tab.get_by_label("Effort", exact=True).select_option("fast")
+        tab.get_by_role("button", name="Run", exact=True).click()
+    for tab, holes in ((page, "10"), (other, "27")):
+        expect(tab.locator("#result-panel")).to_contain_text(holes, timeout=LONG)
+        expect(tab.locator(".badge")).to_contain_text("Verified")
+    assert page.url != other.url
     other.close()
+
+
+def test_a_program_of_50_megabytes_is_opened_and_the_page_lives_on(page: Page, tmp_path: Path) -> None:
+    large = tmp_path / "large.nc"
+    blocks = (f"G0 X{k % 300} Y{k // 300}\n({'x' * 2400})\n" for k in range(20_800))
+    large.write_text("G21 G90\n" + "".join(blocks) + "M30\n")
+    assert large.stat().st_size > 50_000_000
+    opened(page, large)
+    expect(page.locator(".about-part .facts")).to_contain_text("299 × 69 mm")
+    expect(page.locator(".lc-canvas").last).to_be_visible()
+    large.unlink()
+    opened(page, PLATE)
+    expect(page.locator(".about-part .facts")).to_contain_text("10")
 
 
 def test_a_machine_is_copied_changed_and_used(page: Page) -> None:
@@ -221,7 +248,7 @@ def test_a_page_comes_back_when_the_studio_is_started_again_under_it(browser: Br
     expect(page.locator(".about-part .name")).to_have_text(PLATE.name)
     page.close()
     code, _, error = second.end()
-    assert code == 0, error
+    assert (code, error) == (0, "leafcut: Ctrl-C ends it\n")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -240,6 +267,8 @@ def test_axe_finds_nothing_serious(browser: Browser, server: Server, scheme: Any
         expect(page.get_by_role("tab", name=name)).to_have_attribute("aria-selected", "true")
         page.wait_for_timeout(300)
         found += serious(page, name)
+    if scheme == "light":
+        found += nested(page)
     for view in ("jobs", "machines", "tools", "help") if scheme == "light" else ("jobs",):
         page.keyboard.press({"jobs": "2", "machines": "3", "tools": "4", "help": "?"}[view])
         expect(page.locator("#help" if view == "help" else f"#view-{view}")).to_be_visible()
@@ -248,9 +277,16 @@ def test_axe_finds_nothing_serious(browser: Browser, server: Server, scheme: Any
     assert found == []
 
 
-def serious(page: Page, where: str) -> list[tuple[str, ...]]:
-    return [
-        (where, rule["id"], rule["nodes"][0]["html"])
-        for rule in Axe().run(page).response["violations"]
-        if rule["impact"] in ("serious", "critical")
-    ]
+def nested(page: Page) -> list[tuple[str, ...]]:
+    """Return what axe finds in the parts of a nest and in its outcome."""
+    page.get_by_label("Work", exact=True).select_option("nest")
+    expect(page.locator("#open-file[multiple]")).to_be_attached()
+    typed(page, "Variants", "1")
+    page.set_input_files("#open-file", {"name": "part.svg", "mimeType": "", "buffer": PART})
+    expect(page.locator(".piece")).to_have_count(2)
+    page.get_by_role("button", name="Remove: plate_10.dxf").click()
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.get_by_role("tab", name="Summary").click()
+    expect(page.locator("table.nests")).to_be_visible(timeout=LONG)
+    page.wait_for_timeout(300)
+    return serious(page, "nest")

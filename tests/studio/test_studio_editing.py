@@ -14,7 +14,7 @@ from leafcut.read.order_file import load_order
 from leafcut.studio.app import Studio
 from leafcut.studio.editing import CutOrder, HoleOrder, cuts_one_by_one
 from leafcut.studio.history import State
-from leafcut.studio.panel_edit import edited_of
+from leafcut.studio.panel_edit import can_be_edited, edited_of
 from leafcut.studio.task import Task
 
 XY = np.array([[10.0 * k, 0.0] for k in range(5)])
@@ -89,6 +89,23 @@ def test_changes_of_a_plan_are_fixed_in_it_and_nothing_else() -> None:
 def test_plans_with_bridges_are_not_changed_by_hand() -> None:
     assert cuts_one_by_one(PLAN)
     assert not cuts_one_by_one(PLAN.replace('"fixed"', '"bridge": true, "fixed"', 1))
+
+
+def test_common_lines_are_cut_and_not_changed_by_hand(studio: Studio) -> None:
+    svg = '<svg xmlns="http://www.w3.org/2000/svg" width="60mm" height="40mm" viewBox="0 0 60 40">'
+    sheet = studio.folder.add_input(
+        "one.svg", f'{svg}<path fill="none" stroke="black" d="M5 5H55V35H5Z"/></svg>'.encode()
+    )
+    options = {"thickness": "6mm", "preset": "fast", "common_lines": True}
+    job = studio.jobs.start(Task("optimize", (sheet,), "cut", options))
+    assert studio.jobs.wait(job, 90) is State.DONE, studio.jobs.record(job)
+    record, files = studio.jobs.record(job), studio.history.artefacts(job)
+    assert record is not None
+    assert "program" in files
+    assert not can_be_edited(studio.history, record, files)
+    program = studio.history.artefact(job, "program")
+    assert program is not None
+    assert program.data.decode() == leafcut.optimize(studio.folder.source(sheet), process="cut", **options).text
 
 
 def test_an_order_changed_in_the_studio_is_written_as_the_command_line_does(studio: Studio, tmp_path: Path) -> None:

@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 
 from leafcut import api, cli
+from leafcut.errors import OptionError
+from leafcut.model.issue import CODES
 from leafcut.option_spec import flag_name
 from leafcut.options import ALGORITHMS, Settings, all_options
 from leafcut.read.machine import load_machine, machine_names
@@ -23,8 +25,8 @@ from leafcut.studio.wording import words
 
 ROOT = Path(__file__).parents[2]
 EN = words("en")
-#: Done by the studio itself, or of kinds of work that the page does not offer.
-NOT_OFFERED = {"save_plan"} | {name for group, name, _ in all_options() if group.section == "nest"}
+#: Done by the studio itself.
+NOT_OFFERED = {"save_plan", "all_variants"}
 
 
 def made(work: str, **values: Any) -> list[dict[str, Any]]:
@@ -40,6 +42,29 @@ def test_every_option_is_in_a_form() -> None:
         for field in group["fields"]
     }
     assert shown == {name for _, name, _ in all_options()} - NOT_OFFERED
+
+
+#: What a command takes that is no choice of a form: the page has inputs, downloads, lists of choices and files for it.
+BESIDE = {"options", "output", "report", "process", "json", "quiet", "tour", "help", "version"}
+#: What the points of a map have no use for: they are solved by the map's own rule of distance.
+NOT_OF_MAPS = {"objective", "min_diameter", "max_diameter", "merge_tolerance", "concentric"}
+
+
+@pytest.mark.parametrize("command", ["optimize", "nest", "solve", "simulate", "verify"])
+def test_what_a_command_takes_is_in_the_forms_of_its_work(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run([command, "--help"]) == 0
+    flags = {word.replace("-", "_") for word in re.findall(r"--([a-z][a-z0-9-]+)", capsys.readouterr().out)}
+    taken = flags & {name for _, name, _ in all_options()}
+    shown = {
+        field["name"]
+        for work, about in forms.WORKS.items()
+        if about.command == command
+        for algorithm in ALGORITHMS
+        for group in made(work, algorithm=algorithm)
+        for field in group["fields"]
+    }
+    assert taken - shown - NOT_OFFERED - (NOT_OF_MAPS if command == "solve" else set()) == set()
+    assert {f.removeprefix("no_") for f in flags} - {name for _, name, _ in all_options()} - BESIDE <= {"allow_reverse"}
 
 
 @pytest.mark.parametrize("work", list(forms.WORKS))
@@ -65,6 +90,15 @@ def test_a_field_says_what_the_option_says() -> None:
     assert [word for word, _ in fields["preset"]["choices"]] == ["fast", "default", "thorough"]
     assert fields["tools"]["file"]
     assert ["mine:shop", "shop"] in fields["tools"]["choices"]
+
+
+def test_in_spanish_a_field_says_it_in_spanish() -> None:
+    groups = forms.form("cut", {}, words("es"), machines={}, tools=[])
+    fields = {field["name"]: field for group in groups for field in group["fields"]}
+    assert fields["kerf_width"]["help"] == "ancho de la sangría"
+    assert fields["kerf_width"]["default"] == "el de la tabla"
+    assert words("es").issue("L102") == "El archivo no dice sus unidades"
+    assert EN.issue("L102") == ""
 
 
 @pytest.mark.parametrize("work", ["drill", "cut", "pocket", "program"])
@@ -202,6 +236,26 @@ def test_a_page_shows_the_command_line_of_its_choices(studio: Studio) -> None:
     assert view.errors == {"seed": "'x' is not a whole number"}
 
 
+def test_an_options_file_fills_in_the_form_and_names_no_files(studio: Studio) -> None:
+    view = View(studio, EN)
+
+    def take(text: str) -> None:
+        view.take_options(studio.folder.add_input("shop.toml", text.encode()))
+
+    take('[drill]\nthickness = 3\nstart_point = [1, 2]\n[post]\nheader = false\n[read]\nlayers = ["A", "B"]\n')
+    assert view.values == {"thickness": "3", "start_point": "1,2", "header": False, "layers": "A,B"}
+    assert view.errors == {}
+    for text, line in (
+        ("[drill]\nthicknes = 3\n", "^shop.toml: unknown option 'thicknes' in"),
+        ("x", "^shop.toml: not a TOML file"),
+        ('[drill]\ntools = "/etc/passwd"\n', "--tools: takes a file that was opened in the studio"),
+        ('[machine]\nmachine = "/home/me/mill.toml"\n', "--machine: takes a file that was opened"),
+    ):
+        with pytest.raises(OptionError, match=line):
+            take(text)
+    assert "tools" not in view.values
+
+
 def test_values_of_json_mean_what_they_mean_in_a_toml_file(studio: Studio) -> None:
     task = Task(
         "optimize", ("example:plate-10",), options={"thickness": 3, "layers": ["A", "B"], "start_point": [1, 2]}
@@ -224,9 +278,16 @@ def test_both_languages_have_the_same_words_and_none_is_unused() -> None:
     sections = {f"{name}." for name in re.findall(r'\bsection\("([a-z]+)"\)', code)}
     unused = [k for k in keys if k not in written and not k.startswith((*stems, *sections, "option."))]
     assert unused == []
+    for kind, english in (("help", "help"), ("default", "default_words")):
+        said = {n: getattr(s, english) for _, n, s in all_options() if getattr(s, english)}
+        translated = {key.removeprefix(f"{kind}.") for key in words("es").translated if key.startswith(f"{kind}.")}
+        assert translated == said.keys()
+        assert all(words("es").help(n, "") != text for n, text in said.items())
+    assert {key.removeprefix("issue.") for key in words("es").translated if key.startswith("issue.")} == CODES.keys()
     groups = {f"group.{key}" for work in forms.WORKS.values() for key, _ in work.groups} | {
         "group.aco",
         "group.firefly",
+        "group.cuts",
     }
     for stem, wanted in (
         ("group.", groups),

@@ -87,6 +87,44 @@ def test_a_rapid_below_the_r_plane_is_found_but_the_rise_is_not() -> None:
     assert found(builder.build()) == ["rapid in the material"] * 2
 
 
+@pytest.mark.parametrize(
+    ("at", "z", "free"),
+    [
+        ((20.0, 5.0), -1.5, True),  # the tool's centre has been here
+        ((20.0, 5.0), -1.7, False),  # 0.3 mm over the floor
+        ((7.5, 7.5), -1.5, True),  # inside the corner: less than a radius from both ways, and its back is cleared
+        ((12.5, 12.5), -1.5, False),  # its front stands over what is uncut
+        ((20.0, 6.0), -1.5, False),  # a millimetre of the tool over what is uncut
+        ((20.0, 5.009), -1.5, True),  # a film thinner than the tolerance is no material
+    ],
+)
+def test_a_rapid_goes_down_below_the_r_plane_only_where_all_of_the_tool_is_over_cleared_ground(
+    at: tuple[float, float], z: float, free: bool
+) -> None:
+    moves = [(5.0, 5.0, -2.0), *RING]
+    if at == (7.5, 7.5):
+        moves += [(10.0, 5.0, -2.0), (10.0, 10.0, -2.0), (5.0, 10.0, -2.0), (5.0, 5.0, -2.0)]
+    for order in (1, -1):
+        builder = ToolpathBuilder()
+        builder.rapid(z=2.0)
+        steps = [(moves, None), ([], (at, z))][::order]
+        for way, down in steps:
+            if down is not None:
+                builder.rapid(z=2.0)
+                builder.rapid(*at)
+                builder.rapid(z=z)
+                builder.rapid(z=2.0)
+                continue
+            builder.rapid(*way[0][:2])
+            builder.feed(z=-2.0, feed=5.0)
+            for step in way:
+                builder.feed(*step, feed=10.0)
+        builder.rapid(z=2.0)
+        builder.end()
+        # Before anything is cut, no place is cleared.
+        assert found(builder.build()) == ([] if free and order == 1 else ["rapid in the material"])
+
+
 def test_what_a_level_leaves_is_found_by_simulation_of_the_program() -> None:
     levels = simulated_levels(laid(*RING), POCKETS, RULES, (-2.0,))
     [(z, number, removed)] = levels

@@ -133,6 +133,8 @@ class Dialect:
         G2 and G3 take full turns in P.
     corner_tolerance
         G64 takes how far a corner may be cut short in P.
+    rounding
+        Under G61 the tool stands still after every move; under G64 it cuts corners as short as its acceleration needs.
     arc_ends
         A full circle, too, says where it ends.
     hand_change_pause
@@ -182,6 +184,7 @@ class Dialect:
     hand_change_pause: bool = False
     arc_turns: bool = False
     corner_tolerance: bool = False
+    rounding: bool = False
     arc_ends: bool = False
     length_offset: str = "H"
     length_offset_off: str = "G49"

@@ -220,6 +220,10 @@ class Reader:
             tolerance = words.letters.pop("P", None)
             words.letters.pop("Q", None)
             state.path.blending(640, 0.0 if tolerance is None else state.length(tolerance), line=state.line)
+            state.rounds = True
+        elif "path" in g and state.rounds:
+            state.path.blending(g["path"], line=state.line)
+            state.rounds = False
 
     def _compensation(self, code: int | None, letters: dict[str, Word]) -> None:
         """Radius compensation, where a torch keeps half of its kerf away."""

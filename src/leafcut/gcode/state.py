@@ -36,7 +36,7 @@ class State:
     revolution with G95; with G93 every cutting block brings its own. `motion` is 0 to 3 or None, `cycle` the number of
     the canned cycle or None. `last_dwell` is the dwell of the last cycle that had one, s.
     `pending_tool` is the tool that the next change brings. `may_store` says that a cycle with no repeats is stored.
-    `radius` is 40, 41 or 42. `shift` counts changes of the origin.
+    `rounds`: G64 is on since the program said so. `radius` is 40, 41 or 42. `shift` counts changes of the origin.
     `override` is the part of the feed that an output asks for, heard while `adaptive` (M52). `dark` and
     `holds_height` say that outputs keep a torch off, and at its height, though it is lit.
     """
@@ -57,6 +57,7 @@ class State:
     cycle: int | None = None
     cycle_words: CycleWords = field(default_factory=CycleWords)
     last_dwell: float = 0.0
+    rounds: bool = False
     to_initial: bool = True
     pending_tool: int | None = None
     tool: int | None = None

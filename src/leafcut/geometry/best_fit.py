@@ -28,6 +28,8 @@ _BLOCK = 48
 #: A piece of at most so many points between two lines may be a rounded corner; it is one, tangent to both, unless its
 #: points lie off that by more than this, in squares of the noise: two numbers less, each of which costs some 12.
 FILLET_POINTS, FILLET_WORTH = 400, 24.0
+#: A radius that costs so much more than the best, in squares of the noise, is as likely.
+AS_WELL = 1.0
 #: A point farther than this from its line or arc, in units of the distance of points, shows that more pieces are
 #: needed, whatever they cost; down to this share of the fees.
 TRUE, LEAST_SHARE = 0.6, 0.1
@@ -219,7 +221,7 @@ def _fillet(points: Points, weights: Table, piece: _Piece, before: _Piece, after
 
     heavy = weights[rows]
     longest = min(_length(points, one) for one in (before, after)) + piece.beyond - piece.first
-    radius = _least(lambda r: float((heavy * off(r) ** 2).sum()), 0.3, max(longest * math.tan(half), 0.6))
+    radius = _likely(lambda r: float((heavy * off(r) ** 2).sum()), 0.3, max(longest * math.tan(half), 0.6))
     was = sum(
         float((weights[a:b] * _distances(one, points[a:b]) ** 2).sum())
         for one, (a, b) in zip((before, piece, after), sides, strict=True)
@@ -239,15 +241,23 @@ def _length(points: Points, piece: _Piece) -> float:
     return math.hypot(dx, dy)
 
 
-def _least(cost: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a cost is least: on a ladder of 64 steps, then between the neighbours of the best, by thirds."""
+def _likely(cost: Callable[[float], float], low: float, high: float) -> float:
+    """Return the middle of what explains as well as the best, for a cost of squares in units of the noise.
+
+    On a ladder of 64 steps; the best between the neighbours of the best step, by thirds. Values that cost no more than
+    `AS_WELL` beside it are one standard deviation away at most: in their middle the error can be least.
+    """
     ladder: list[float] = np.geomspace(low, high, 64).tolist()
-    best = min(range(64), key=lambda k: cost(ladder[k]))
+    costs = [cost(step) for step in ladder]
+    best = int(np.argmin(costs))
     a, b = ladder[max(best - 1, 0)], ladder[min(best + 1, 63)]
     for _ in range(24):
         c, d = a + (b - a) / 3.0, b - (b - a) / 3.0
         a, b = (a, d) if cost(c) < cost(d) else (c, b)
-    return 0.5 * (a + b)
+    found = 0.5 * (a + b)
+    enough = cost(found) + AS_WELL
+    as_well = [found, *(step for step, has in zip(ladder, costs, strict=True) if has <= enough)]
+    return 0.5 * (min(as_well) + max(as_well))
 
 
 def _distances(piece: _Piece, places: Points) -> Table:

@@ -77,6 +77,7 @@ CODES: dict[str, str] = {
     "L701": "a place of a pocket cannot be reached by the tool",
     "L702": "the tool comes down in another way than was asked for",
     "L703": "holes have to be there before a program runs",
+    "L704": "the tool stands still after every move of a pocket",
     "L711": "a path leaves ground uncut that the tool could reach",
 }
 

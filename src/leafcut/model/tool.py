@@ -37,6 +37,8 @@ class Tool:
         Deepest cut, mm; None when the library does not say.
     depth
         Depth of a centre drill's point below the surface, mm.
+    plunge_feed, teeth
+        Of an end mill: its feed straight down, 0 where the library does not say it; how many teeth it has.
     assumed
         True for a tool that stands in no library.
     """
@@ -54,6 +56,8 @@ class Tool:
     pitch: float | None = None
     flute_length: float | None = None
     depth: float | None = None
+    plunge_feed: float = 0.0
+    teeth: int | None = None
     assumed: bool = False
 
     @property

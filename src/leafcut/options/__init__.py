@@ -14,7 +14,7 @@ from leafcut.options.nests import LARGEST_SHEET, NestOptions, parse_angles
 from leafcut.options.pockets import PocketOptions
 from leafcut.options.programs import PostOptions, ResequenceOptions
 from leafcut.options.search import ALGORITHM_TITLES, ALGORITHMS, AcoOptions, FireflyOptions, SolveOptions
-from leafcut.options.settings import GROUPS, Settings, all_options, group_of
+from leafcut.options.settings import GROUPS, Settings, all_options, group_of, options_of_file
 
 __all__ = [
     "ALGORITHMS",
@@ -37,5 +37,6 @@ __all__ = [
     "SolveOptions",
     "all_options",
     "group_of",
+    "options_of_file",
     "parse_angles",
 ]

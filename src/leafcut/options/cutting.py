@@ -24,7 +24,9 @@ class CutOptions(OptionGroup):
         "plasma, laser, oxyfuel or waterjet, or a name of the cut chart such as laser_fiber_3kW",
         default_words="what the machine is: laser, else plasma",
     )
-    material: str = option("text", "mild_steel", "material, as the cut chart names it")
+    material: str = option(
+        "text", "mild_steel", "material, as the cut chart names it; of a pocket it says how fast an assumed mill turns"
+    )
     amps: float | None = option(
         "number", None, "current, where the chart has several", minimum=0, default_words="the chart's lowest"
     )

@@ -124,10 +124,10 @@ class DrillOptions(OptionGroup):
     spindle_speed: float | None = option(
         "quantity",
         None,
-        "spindle speed of assumed drills",
+        "spindle speed of assumed drills, or of a pocket's end mill",
         unit="rpm",
         minimum=1,
-        default_words="20 m/min at the drill's edge",
+        default_words="20 m/min at the tool's edge; of an end mill as its library or --material has it",
     )
     diameter_tolerance: float = option(
         "quantity", 0.05, "how far a tool may differ from the hole drawn", unit="mm", minimum=0, maximum=5

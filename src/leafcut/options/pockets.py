@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -24,13 +25,27 @@ class PocketOptions(OptionGroup):
         choices=("best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive"),
     )
     tool_diameter: float | None = option(
-        "quantity", None, "diameter of the flat end mill", unit="mm", minimum=0.01, maximum=200, default_words="needed"
+        "quantity",
+        None,
+        "diameter of the flat end mill",
+        unit="mm",
+        minimum=0.01,
+        maximum=200,
+        default_words="needed without a tool library",
+    )
+    tool_number: int | None = option(
+        "whole",
+        None,
+        "number of the end mill, in the tool library where one is given",
+        minimum=1,
+        maximum=99_999_999,
+        default_words="1; of a library the end mill of the diameter, or its only one",
     )
     step_over: float = option(
-        "number", 0.6, "largest distance between passes, as a share of the tool's diameter", minimum=0.02, maximum=0.95
+        "share", 0.6, "largest distance between passes, as a share of the tool's diameter", minimum=0.02, maximum=0.95
     )
     point_distance: float = option(
-        "number",
+        "share",
         0.6,
         "distance between the points of a grid, as a share of the tool's diameter: above 0.5, or points crowd; below "
         "0.7, or the corners between four points stay uncut",
@@ -52,7 +67,13 @@ class PocketOptions(OptionGroup):
     finishing_pass: bool = option("flag", True, "go along every wall after zigzag and grid strategies")
     milling: str = option("text", "climb", "which side of the tool cuts", choices=("climb", "conventional"))
     zigzag_angle: float | None = option(
-        "quantity", None, "angle of the lines of a zigzag", unit="rad", default_words="the best of twelve"
+        "quantity",
+        None,
+        "angle of the lines of a zigzag",
+        unit="rad",
+        minimum=-math.tau,
+        maximum=math.tau,
+        default_words="the best of twelve",
     )
     max_engagement: float | None = option(
         "quantity",
@@ -79,7 +100,12 @@ class PocketOptions(OptionGroup):
         maximum=0.8,
     )
     plunge_feed: float | None = option(
-        "quantity", None, "feed straight down", unit="mm/s", minimum=0.001, default_words="a third of the feed"
+        "quantity",
+        None,
+        "feed straight down",
+        unit="mm/s",
+        minimum=0.001,
+        default_words="that of the tool library, else a third of the feed",
     )
     milling_feed: float | None = option(
         "quantity",
@@ -87,7 +113,7 @@ class PocketOptions(OptionGroup):
         "feed of the end mill",
         unit="mm/s",
         minimum=0.001,
-        default_words="0.01 diameters a revolution",
+        default_words="that of the tool library, else two teeth, a hundredth of the diameter each, 0.05 mm at most",
     )
     pocket_layers: tuple[str, ...] = option(
         "names", (), "layers with the outlines of pockets, with * and ?", default_words="POCKET* where there are such"

@@ -97,6 +97,17 @@ def group_of(name: str) -> type[OptionGroup]:
     return names[name]
 
 
+def options_of_file(file: Path) -> dict[str, Any]:
+    """Return the options of a TOML file: name → value as it stands there.
+
+    Raises
+    ------
+    OptionError
+        The file cannot be read, or names what is none.
+    """
+    return {name: value for _, table in _file_tables(file) for name, value in table.items()}
+
+
 def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]]]:
     try:
         data = tomllib.loads(file.read_text(encoding="utf-8"))

@@ -133,8 +133,10 @@ def find_starts(contours: list[CutContour], scrap: Scrap, rules: CutRules) -> li
                 f"{why}, and no cut from there reaches {names}; drill a hole there "
                 "first and give --edge-start never with --pierce-delay, or nest it nearer to the edge"
             )
+        # The controller cannot turn its compensation on without a lead.
+        instead = "--compensation geometry" if rules.compensation == "controller" else "--lead-in none"
         raise PlanError(
-            f"no lead fits into the scrap at {names}; give a shorter --lead-in-length, --lead-in none, or more room "
+            f"no lead fits into the scrap at {names}; give a shorter --lead-in-length, {instead}, or more room "
             "between the parts"
         )
     return found

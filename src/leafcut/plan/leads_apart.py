@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from leafcut.plan.chain_starts import lead_lines
 from leafcut.plan.cut_contours import ROUNDING
@@ -42,6 +45,22 @@ def leads_apart(
         if not moved:
             break
     return order
+
+
+def starts_apart(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
+    """Return the cutting with the starts of an order, and of all others those whose leads keep away from its leads."""
+    import shapely
+
+    lines = [line for s in order for line in _extras(cutting, s)]
+    owner = np.array([k for k, s in enumerate(order) for _ in _extras(cutting, s)], dtype=np.int64)
+    at = {k: place for place, s in enumerate(order) for k in s.contours}
+    tree, reach = shapely.STRtree(lines), cutting.rules.kerf - ROUNDING
+
+    def clear(s: CutStart) -> bool:
+        near = (tree.query(line, predicate="dwithin", distance=reach) for line in _extras(cutting, s))
+        return all(bool((owner[found] == at[s.contour]).all()) for found in near)
+
+    return replace(cutting, starts=[*order, *(s for s in cutting.starts if clear(s))])
 
 
 def _extras(cutting: Cutting, s: CutStart) -> list[Any]:

@@ -169,9 +169,11 @@ class _Work:
                 low, high = (middle, high) if self._reaches(start + middle * (end - start), spot) else (low, middle)
             for _ in range(_HALVINGS):  # a peak between the places that were looked at
                 if self._reaches(start + low * (end - start), spot, True):
+                    at, on = start + low * (end - start), low
                     break
                 low = good + _BACK * (low - good)
-            at = start + low * (end - start)
+            else:
+                at, on = self._nearer(start + low * (end - start), spot), good
             cleared = self._clear(at, spot)
             if cleared.disc == spot.disc and float(np.hypot(*(at - spot.at))) < _STUCK:
                 x, y = end.tolist()
@@ -181,8 +183,20 @@ class _Work:
                     f"the engagement cannot be kept near ({x:.2f}, {y:.2f}), where the tool has hardly room to turn; "
                     "choose a larger --max-engagement or a smaller --tool-diameter"
                 )
-            spot, good = cleared, low
+            spot, good = cleared, on
         return self._clear(end, spot) if to_end else spot
+
+    def _nearer(self, at: Floats, spot: _Spot) -> Floats:
+        """Return a place on the straight way to the last disc whose disc may surely be cleared next; the last of all.
+
+        All of that way lies in the region: a place outside of it is nearer to the edge than to the last disc.
+        """
+        part = 1.0
+        while part * float(np.hypot(*(at - spot.at))) > 0.5 * _STUCK:
+            part *= 0.5
+            if self._reaches(spot.at + part * (at - spot.at), spot, True):
+                break
+        return spot.at + part * (at - spot.at)
 
     def _radius(self, at: Floats) -> float:
         """Return the radius of the disc about a place that touches the edge of the region, mm."""

@@ -43,17 +43,27 @@ class Descent:
 
 
 def come_down(
-    builder: ToolpathBuilder, way: Polyline, top: float, bottom: float, data: MillingData, allowed: Any, climb: bool
+    builder: ToolpathBuilder,
+    way: Polyline,
+    top: float,
+    bottom: float,
+    data: MillingData,
+    allowed: Any,
+    climb: bool,
+    ring: Polyline | None = None,
 ) -> Descent:
     """Bring the tool from the start of `way`, at or over `top`, down to `bottom` at the same place.
 
-    A ramp goes along the way and back, so that it ends where it began; a helix turns beside it, inside `allowed`
-    (shapely geometry of tool centres). Where neither fits the tool goes straight down.
+    A ramp goes along the way and back, so that it ends where it began; along a `ring` shorter than itself it goes round
+    and round. A helix turns beside the way, inside `allowed` (shapely geometry of tool centres). Where neither fits the
+    tool goes straight down.
 
     Parameters
     ----------
     way
         Open, in the plane: what the tool follows at the bottom afterwards.
+    ring
+        The first stretch of it where that ends where it began.
     top
         Height of what is to be cut, mm.
     """
@@ -62,12 +72,15 @@ def come_down(
     if builder.position[2] > high + SHORTEST:
         builder.feed(z=high, feed=data.tool.feed)
     circle = _helix_place(start, 0.5 * data.tool.diameter, allowed) if asked in ("ramp", "helix") else None
+    turns = 0 if ring is None else _round(ring.length, high - bottom, data.entry_angle)
     legs = _legs(way, high - bottom, data.entry_angle)
-    possible = {"ramp": legs is not None, "helix": circle is not None}
+    possible = {"ramp": legs is not None or turns > 0, "helix": circle is not None}
     kind = next((k for k in _IN_PLACE_OF[asked] if possible[k]), "plunge" if asked in possible else asked)
     feed = min(data.tool.feed, data.plunge_feed / math.sin(data.entry_angle))
     if kind == "helix" and circle is not None:
         _helix(builder, start, circle, (high, bottom), data.entry_angle, feed, climb)
+    elif kind == "ramp" and ring is not None and turns:
+        _wind(builder, ring, turns, (high, bottom), feed)
     elif kind == "ramp" and legs is not None:
         _ramp(builder, way, legs, (high, bottom), feed)
     else:
@@ -86,16 +99,27 @@ def wind_down(
     if builder.position[2] > high + SHORTEST:
         builder.feed(z=high, feed=data.tool.feed)
     feed = min(data.tool.feed, data.plunge_feed / math.sin(data.entry_angle))
-    for turn in range(turns):
-        begin, end = (high + (bottom - high) * (turn + k) / turns for k in (0, 1))
-        follow(builder, loop, feed, (begin, end))
+    _wind(builder, loop, turns, (high, bottom), feed)
     return Descent("helix", "helix", loop.start, high, bottom)
+
+
+def _wind(builder: ToolpathBuilder, loop: Polyline, turns: int, heights: tuple[float, float], feed: float) -> None:
+    high, low = heights
+    for turn in range(turns):
+        begin, end = (high + (low - high) * (turn + k) / turns for k in (0, 1))
+        follow(builder, loop, feed, (begin, end))
 
 
 def _turns(length: float, drop: float, angle: float) -> int:
     """Return how often a loop is followed for a drop, 0 where it is too short for that."""
     turns = math.ceil(drop / (length * math.tan(angle)) - 1e-9) if length > SHORTEST else 0
     return turns if turns <= MOST_LOOPS else 0
+
+
+def _round(length: float, drop: float, angle: float) -> int:
+    """Return how often a ring is followed for a drop; 0 where it is longer than a ramp, or hardly there."""
+    turns = _turns(length, drop, angle)
+    return turns if 1 < turns <= MOST_LEGS else 0
 
 
 # -- ramp ------------------------------------------------------------------------------------------------------------

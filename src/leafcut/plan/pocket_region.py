@@ -11,13 +11,17 @@ import numpy as np
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Points
 from leafcut.geometry.regions import polygons, region, shrunk, swept
-from leafcut.model.issue import Issue
+from leafcut.model.issue import Issue, Severity
 from leafcut.model.pocket import Pocket, PocketRules
 
 #: Unreachable places smaller than this share of the tool's area are not worth a word: corners of pixels.
 SMALL = 0.001
-#: So many unreachable places are told one by one.
+#: So many places that are cut off are told one by one.
 NAMED_PLACES = 4
+#: Films of so many tolerances along walls are chords beside chords.
+_THIN = 2.0
+#: Behind the mouth of a corner no circle of this part of its width fits; one as wide does in a passage.
+_AS_WIDE = 0.75
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,11 +50,16 @@ class CentreRegion:
 
 @dataclass(frozen=True, eq=False)
 class Unreached:
-    """A place of a pocket that no tool of the diameter can clear: shapely geometry, its area in mm², a point in it."""
+    """A place of a pocket that no tool of the diameter can clear: shapely geometry, its area in mm², a point in it.
+
+    `corner`: it opens to cleared ground in one mouth and narrows from there, as a sharp corner does; what is no corner
+    is cut off: a passage, or a part that the tool is too wide to get into.
+    """
 
     shape: Any
     area: float
     place: tuple[float, float]
+    corner: bool = True
 
 
 def pocket_region(pocket: Pocket, tolerance: float = 0.01) -> Any:
@@ -87,28 +96,64 @@ def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegio
 
 def unreached(shape: Any, rules: PocketRules) -> list[Unreached]:
     """Return the places of a pocket's polygon that the tool cannot clear, the largest first; tiny ones left out."""
-    rest, thin = shape.difference(reachable(shape, rules)), 2.0 * rules.tolerance
+    ground, thin = reachable(shape, rules), _THIN * rules.tolerance
+    rest, near = shape.difference(ground), ground.buffer(thin)
     found = []
-    # Slivers along walls are chords beside chords.
     for piece in polygons(rest.buffer(-thin).buffer(thin).intersection(rest)):
         if piece.area >= SMALL * math.pi * rules.radius**2:
             point = piece.point_on_surface()
-            found.append(Unreached(piece, piece.area, (point.x, point.y)))
+            found.append(Unreached(piece, piece.area, (point.x, point.y), _is_corner(piece, near, thin)))
     return sorted(found, key=lambda u: -u.area)
 
 
+def _is_corner(piece: Any, near: Any, thin: float) -> bool:
+    """Return whether an unreached place is a corner: one mouth, and no circle as wide as that fits behind it.
+
+    Between straight walls that meet at 2α the mouth is 2 r cos α wide, and the largest circle behind it has the radius
+    r (1 − sin α) / (1 + sin α): a quarter of the mouth's half at 90°, half of it at 40°. In a passage or a slot with
+    parallel walls it is all of it.
+    """
+    import shapely
+
+    mouths = shapely.line_merge(shapely.multilinestrings(_lines(piece.boundary.intersection(near))))
+    mouths = [mouth for mouth in _lines(mouths) if mouth.length > 2.0 * thin]
+    if len(mouths) != 1 or mouths[0].is_ring:
+        return False
+    ends = mouths[0].coords
+    half = 0.5 * math.dist(ends[0], ends[-1])
+    return bool(shapely.maximum_inscribed_circle(piece, thin).length <= _AS_WIDE * half)
+
+
+def _lines(shape: Any) -> list[Any]:
+    import shapely
+
+    return [part for part in shapely.get_parts(shape).tolist() if part.geom_type == "LineString"]
+
+
 def _told(name: str, places: list[Unreached], rules: PocketRules) -> list[Issue]:
-    """Return an issue for each of the largest places, and one for all others."""
-    words = [
-        f"{place.area:.3g} mm² near ({place.place[0]:.2f}, {place.place[1]:.2f})" for place in places[:NAMED_PLACES]
+    """Return an issue for each of the largest places that are cut off, one for the others, and one for all corners."""
+    tool = f"a tool of {rules.tool_diameter:g} mm"
+    corners, off = ([u for u in places if u.corner is kind] for kind in (True, False))
+    issues = [
+        Issue("L701", f"{name}: {_where(place)} is cut off: {tool} does not get into it")
+        for place in off[:NAMED_PLACES]
     ]
-    if rest := places[NAMED_PLACES:]:
-        words.append(
-            f"{len(rest)} more place{'s' * (len(rest) > 1)}, {sum(place.area for place in rest):.3g} mm² in all,"
-        )
-    return [
-        Issue("L701", f"{name}: {text} cannot be reached by a tool of {rules.tool_diameter:g} mm") for text in words
-    ]
+    if rest := off[NAMED_PLACES:]:
+        issues.append(Issue("L701", f"{name}: {_sum(rest, 'more place')} are cut off for {tool}"))
+    if corners:
+        words = f"{_sum(corners, 'corner')}, cannot be reached by {tool}; the largest, {_where(corners[0])}"
+        if len(corners) == 1:
+            words = f"a corner, {_where(corners[0])}, cannot be reached by {tool}"
+        issues.append(Issue("L701", f"{name}: {words}", severity=Severity.NOTE))
+    return issues
+
+
+def _sum(places: list[Unreached], what: str) -> str:
+    return f"{len(places)} {what}{'s' * (len(places) > 1)}, {sum(u.area for u in places):.3g} mm² in all"
+
+
+def _where(place: Unreached) -> str:
+    return f"{place.area:.3g} mm² near ({place.place[0]:.2f}, {place.place[1]:.2f})"
 
 
 def reachable(shape: Any, rules: PocketRules) -> Any:

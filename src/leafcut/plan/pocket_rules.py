@@ -6,19 +6,17 @@ import math
 from dataclasses import dataclass
 
 from leafcut.errors import OptionError, PlanError
-from leafcut.model.issue import Issue, Severity
+from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import PocketRules
-from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.tool import Tool
 from leafcut.options import DrillOptions, PocketOptions
-from leafcut.plan.tooling import SURFACE_SPEED
+from leafcut.plan.pocket_tool import UNKNOWN, with_data
 
 #: Points of a grid nearer than this share of the diameter crowd, farther ones leave the middle of four uncut: half the
 #: diagonal of a square of 0.7 D is 0.495 D, a radius but for a hundredth.
 CLOSEST_POINTS, FARTHEST_POINTS = 0.5, 0.7
 
-#: Feed of an end mill that nobody gave one for, part of the diameter per revolution (estimate, on the careful side).
-FEED_PER_REVOLUTION = 0.01
 #: Straight down an end mill cuts with its centre, where nothing turns: a third of the feed.
 PLUNGE_PART = 1.0 / 3.0
 #: A pocket of more levels is a mistake.
@@ -48,7 +46,9 @@ def rules_of(options: PocketOptions, tolerance: float = 0.01) -> PocketRules:
     """
     diameter = options.tool_diameter
     if diameter is None:
-        raise OptionError("a pocket needs the diameter of its end mill; give --tool-diameter")
+        raise OptionError(
+            "a pocket needs the diameter of its end mill; give --tool-diameter, or a tool library by --tools"
+        )
     if not CLOSEST_POINTS < options.point_distance < FARTHEST_POINTS:
         nearer = options.point_distance <= CLOSEST_POINTS
         why = "points this close cut the same place twice" if nearer else "the middle between four points stays uncut"
@@ -98,55 +98,33 @@ def finishing_levels(depth: float, diameter: float) -> tuple[float, ...]:
 
 
 def milling_data(
-    options: PocketOptions, drill: DrillOptions, rules: PocketRules, machine: Machine
+    options: PocketOptions,
+    drill: DrillOptions,
+    rules: PocketRules,
+    machine: Machine,
+    mill: Tool | None = None,
+    material: str = UNKNOWN,
 ) -> tuple[MillingData, list[Issue]]:
-    """Return the end mill with its feeds, and what was assumed of it.
+    """Return the end mill, `mill` of a library or an assumed one, with its feeds, and what was assumed of it.
 
     Raises
     ------
     PlanError
-        The machine has no spindle, its heights contradict each other, it cannot turn or feed as asked, or a tool
-        library is given.
+        The machine has no spindle, its heights contradict each other, or it cannot turn or feed as asked.
     """
     check_machine(machine, drill)
-    if drill.tools is not None:
-        # The library's own tool 1 may be a drill: it would be taken up for the end mill.
-        raise PlanError(
-            "--tools: a pocket's end mill is not taken from a library; leave it out, give --tool-diameter, "
-            "--milling-feed and --spindle-speed, and load the end mill as tool 1"
-        )
-    diameter = rules.tool_diameter
-    rpm = 60.0 * SURFACE_SPEED / (math.pi * diameter)
-    rpm = float(round(min(max(rpm, machine.spindle_min_rpm), machine.spindle_max_rpm)))
-    rpm = drill.spindle_speed or rpm
-    if not machine.spindle_min_rpm <= rpm <= machine.spindle_max_rpm:
-        raise PlanError(
-            f"--spindle-speed {rpm:g}: the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to "
-            f"{machine.spindle_max_rpm:g} rpm"
-        )
-    feed = options.milling_feed or min(FEED_PER_REVOLUTION * diameter * rpm / 60.0, machine.max_feed)
-    if feed > machine.max_feed * (1 + 1e-9):
-        raise PlanError(
-            f"--milling-feed {feed * 60:g} mm/min: {machine.name} feeds at most {machine.max_feed * 60:g} mm/min"
-        )
-    plunge = min(options.plunge_feed or PLUNGE_PART * feed, machine.max_feed)
-    assumed = not (options.milling_feed and drill.spindle_speed)
-    tool = Tool(
-        number=1,
-        diameter=diameter,
-        kind=ToolKind.END_MILL,
-        point_angle=math.pi,
-        feed=feed,
-        spindle_rpm=rpm,
-        assumed=assumed,
-    )
-    issues = []
-    if assumed:
-        words = (
-            f"{tool.label}: {feed * 60:.0f} mm/min at {rpm:.0f} rpm assumed; check them, or give --milling-feed and "
-        )
-        issues.append(Issue("L401", f"{words}--spindle-speed", severity=Severity.NOTE))
-    return MillingData(tool, plunge, options.entry, options.entry_angle), issues
+    tool, issues = with_data(mill, options, drill, rules, machine, material)
+    plunge = options.plunge_feed or tool.plunge_feed or PLUNGE_PART * tool.feed
+    return MillingData(tool, min(plunge, machine.max_feed), options.entry, options.entry_angle), issues
+
+
+def corner_rounding(machine: Machine, feed: float) -> float:
+    """Return how far the tool leaves a corner at most where the next move begins while this one brakes, mm.
+
+    Both moves at the acceleration a take v / a; half way each has v² / 8a to the corner. A turn by θ is left by
+    2 sin(θ / 2) v² / 8a, at most a quarter of v² / a.
+    """
+    return feed * feed / (4.0 * min(machine.acceleration[:2]))
 
 
 def check_machine(machine: Machine, drill: DrillOptions) -> None:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +17,12 @@ from leafcut.model.machine import Machine
 from leafcut.model.pocket import FILM, SAME_PLACE, PocketPath, PocketPiece
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.plan.pocket_entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
+from leafcut.plan.pocket_ground import Ground, Opened
 from leafcut.plan.pocket_region import CentreRegion
 from leafcut.plan.pocket_rules import MillingData, finishing_levels
 
 Point = tuple[float, float]
 
-#: Part of the tool's radius by which what is cleared may miss its disc, and the tool still comes down there straight.
-_SLIVER = 0.02
 #: A program of more moves cannot be meant.
 MOST_MOVES = 3_000_000
 
@@ -88,14 +86,18 @@ def lay_pockets(
     coolant: bool = False,
     pause: bool = False,
     corner_tolerance: float = 0.0,
+    rounded: bool = False,
 ) -> tuple[Toolpath, tuple[Descent, ...]]:
     """Return the motions of the whole program, and every way down into what is uncut.
 
     Region after region, each level from the top; then its walls where roughing left stock: at full depth, or in steps
     of two diameters where it is deeper; level by level where roughing left more than `FILM`, such as in a way that is
     too narrow for tool and stock. Between levels the tool stays down where the next begins near the end of the
-    last and the straight way is free; between pieces it rises to the R plane, or to the clearance height.
-    `corner_tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not.
+    last and the straight way is free; between pieces it rises to the R plane, or to the clearance height. Below the
+    surface it comes down by a rapid to a little over the floor that is cut there already: that of this level, or of the
+    one above.
+    `corner_tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not. `rounded`: roughing rounds its
+    corners as its acceleration needs (G64), between G61 for all else.
 
     Raises
     ------
@@ -120,7 +122,7 @@ def lay_pockets(
         builder.dwell(machine.spindle_start_s)
     if coolant:
         builder.coolant(2)
-    layer = _Layer(builder, heights, data, machine)
+    layer = _Layer(builder, heights, data, machine, rounded)
     for clearing in clearings:
         layer.clear(clearing)
     layer.finish(coolant)
@@ -130,8 +132,11 @@ def lay_pockets(
 class _Layer:
     """Lays one clearing after the other and remembers every way down."""
 
-    def __init__(self, builder: ToolpathBuilder, heights: Heights, data: MillingData, machine: Machine) -> None:
+    def __init__(
+        self, builder: ToolpathBuilder, heights: Heights, data: MillingData, machine: Machine, rounded: bool
+    ) -> None:
         self.builder, self.heights, self.data, self.machine = builder, heights, data, machine
+        self.rounded = rounded
         self.zones = widened(heights.zones, 0.5 * data.tool.diameter)
         self.descents: list[Descent] = []
         self.down = False
@@ -141,26 +146,27 @@ class _Layer:
         import shapely
 
         shapely.prepare(clearing.allowed)
-        top = 0.0
+        top, ground = 0.0, Ground(clearing.region.rules)
         runs = _runs(clearing.rough)
-        opened = _opened(runs, clearing)
+        opened = [ground.after(run.path) for run in runs]
         for z in self.heights.levels:
             for number, run in enumerate(runs):
-                self._to(run.way.start, top if number == 0 else z, clearing.allowed if number == 0 else None, z)
-                self._enter(run, None if opened[number] else top, z, clearing)
+                self._to(run.start, top if number == 0 else z, clearing.allowed if number == 0 else None, z)
+                self._enter(run, opened[number], top, z, clearing)
             top = z
         if clearing.walls is not None:
-            self._walls(clearing, clearing.walls)
+            self._walls(clearing, clearing.walls, ground)
 
-    def _walls(self, clearing: Clearing, walls: PocketPath) -> None:
+    def _walls(self, clearing: Clearing, walls: PocketPath, ground: Ground) -> None:
         radius, top = clearing.region.rules.radius, 0.0
-        runs, cleared = _runs(walls), _ground(_runs(clearing.rough), clearing)
-        left = clearing.region.polygon.buffer(radius, quad_segs=32).difference(cleared)
+        left = clearing.region.polygon.buffer(radius, quad_segs=32).difference(ground.cleared())
         thin = left.buffer(-FILM * radius).is_empty
+        runs = _runs(walls)
+        opened = [ground.after(run.path) for run in runs]
         for z in finishing_levels(-self.heights.levels[-1], 2.0 * radius) if thin else self.heights.levels:
-            for run in runs:
-                self._to(run.way.start, z, None, z)
-                self._enter(run, None if _is_open(run, cleared, clearing) else top, z, clearing, walls=True)
+            for number, run in enumerate(runs):
+                self._to(run.start, z, None, z)
+                self._enter(run, opened[number], top, z, clearing, walls=True)
             top = z
 
     def _to(self, place: Point, at: float, allowed: Any, z: float) -> None:
@@ -184,7 +190,7 @@ class _Layer:
         way = math.dist(here, place)
         rise = self._height(here, place) - self.builder.position[2]
         velocity, feed = self.machine.rapid_velocity, self.data.tool.feed
-        lifted = rise / velocity[2] + way / max(velocity[:2]) + rise / feed
+        lifted = (2.0 * rise - ABOVE) / velocity[2] + way / max(velocity[:2]) + ABOVE / feed
         return way / feed <= lifted and bool(allowed.buffer(TOUCH).covers(shapely.LineString([here, place])))
 
     def _height(self, here: Point, place: Point) -> float:
@@ -201,21 +207,41 @@ class _Layer:
         elif builder.position[2] != self.heights.clearance and self.machine.safe_z is None:
             builder.rapid(z=self.heights.clearance)
 
-    def _enter(self, run: _Run, top: float | None, z: float, clearing: Clearing, *, walls: bool = False) -> None:
-        """Come down to z, through air where `top` is None, else into what is uncut below `top`; follow the run."""
+    def _enter(
+        self,
+        run: _Run,
+        opened: Opened,
+        top: float,
+        z: float,
+        clearing: Clearing,
+        *,
+        walls: bool = False,
+    ) -> None:
+        """Come down to z, through air where the place is opened, else into what is uncut below `top`; follow."""
         builder, data = self.builder, self.data
+        floor = z if opened is Opened.CLEAR else top
+        if floor < 0.0 and builder.position[2] > floor + ABOVE:
+            builder.rapid(z=floor + ABOVE)
         if builder.position[2] > z:
-            if top is None:
+            if opened is not Opened.NO:
                 if builder.position[2] > z + ABOVE:
                     builder.feed(z=z + ABOVE, feed=data.tool.feed)
                 builder.feed(z=z, feed=data.plunge_feed)
             else:
                 allowed = clearing.region.polygon if walls else clearing.allowed
                 climb = clearing.region.rules.climb
-                down, way = (come_down, run.way) if run.loop is None else (wind_down, run.loop)
-                self.descents.append(down(builder, way, top, z, data, allowed, climb))
+                if run.entered:
+                    descent = wind_down(builder, run.first, top, z, data, allowed, climb)
+                else:
+                    ring = run.first if math.dist(run.first.start, run.first.end) <= SAME_PLACE else None
+                    descent = come_down(builder, run.path, top, z, data, allowed, climb, ring)
+                self.descents.append(descent)
         self.down = True
-        follow(builder, run.way, data.tool.feed)
+        if self.rounded and not walls:
+            builder.blending(640)
+        follow(builder, run.path, data.tool.feed)
+        if self.rounded and not walls:
+            builder.blending(610)
 
     def finish(self, coolant: bool) -> None:
         """Rise, go to the last place, and end."""
@@ -231,45 +257,27 @@ class _Layer:
         builder.end()
 
 
-class _Run(NamedTuple):
-    """What the tool follows without being lifted, open; `loop`: its beginning, along which it winds down."""
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """What the tool follows without being lifted, an open polyline, and the first piece of it.
 
-    way: Polyline
-    loop: Polyline | None
+    `entered`: that piece is a loop along which the tool comes down.
+    """
+
+    path: Polyline
+    first: Polyline
+    entered: bool
+
+    @property
+    def start(self) -> Point:
+        return self.path.start
 
 
 def _runs(path: PocketPath) -> list[_Run]:
-    """Return the runs of a path."""
+    """Return what the tool follows without being lifted."""
     runs: list[list[PocketPiece]] = []
     for piece, gap in zip(path.pieces, (math.inf, *path.gaps), strict=True):
         if gap > 0.0:
             runs.append([])
         runs[-1].append(piece)
-    loops = (run[0].path if run[0].kind == "entry" else None for run in runs)
-    return [_Run(joined(*(p.path for p in run)), loop) for run, loop in zip(runs, loops, strict=True)]
-
-
-def _opened(runs: Sequence[_Run], clearing: Clearing) -> list[bool]:
-    """Return for every run whether the runs before it have cleared the place where it begins."""
-    opened = [False]
-    cleared = _ground(runs[:0], clearing)
-    for before, run in itertools.pairwise(runs):
-        cleared = cleared.union(_ground([before], clearing))
-        opened.append(_is_open(run, cleared, clearing))
-    return opened
-
-
-def _ground(runs: Sequence[_Run], clearing: Clearing) -> Any:
-    """Return what the tool clears along some runs: shapely geometry."""
-    import shapely
-
-    rules = clearing.region.rules
-    lines = [shapely.LineString(run.way.flattened(rules.tolerance)) for run in runs]
-    return shapely.union_all(shapely.buffer(lines, rules.radius, quad_segs=32))
-
-
-def _is_open(run: _Run, cleared: Any, clearing: Clearing) -> bool:
-    """Return whether a run begins where all is cleared."""
-    import shapely
-
-    return bool(cleared.covers(shapely.Point(run.way.start).buffer((1.0 - _SLIVER) * clearing.region.rules.radius)))
+    return [_Run(joined(*(p.path for p in run)), run[0].path, run[0].kind == "entry") for run in runs]

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import io
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Layout, Nest
 
+#: Threads may write drawings at the same time.
+_ONE_BY_ONE = threading.Lock()
 #: Layers of a drawing: what is on them, and the colour (AutoCAD colour index).
 LAYERS = {"CUT": 7, "CUT_HOLES": 3, "MARK": 5, "SHEET": 8}
 #: Coordinates are written to this many digits: a nanometre, so that sums made in another order are the same text.
@@ -22,6 +27,11 @@ def write_layout(nest: Nest, layout: Layout) -> str:
     Outlines are on layer CUT, holes on CUT_HOLES, marks on MARK, the edge of the sheet on SHEET; arcs stay arcs. The
     same sheet is always the same text.
     """
+    with _without_dates():
+        return _text(_drawing(nest, layout))
+
+
+def _drawing(nest: Nest, layout: Layout) -> Any:
     import ezdxf
     from ezdxf.enums import InsertUnits
 
@@ -36,7 +46,7 @@ def write_layout(nest: Nest, layout: Layout) -> str:
             hole = number > 0 and contour.path.closed
             layer = "MARK" if contour.kind == "mark" else "CUT_HOLES" if hole else "CUT"
             _draw(space, placement.placed(contour.path), layer)
-    return _text(drawing)
+    return drawing
 
 
 def _draw(space: Any, path: Polyline, layer: str) -> None:
@@ -53,14 +63,23 @@ def _draw(space: Any, path: Polyline, layer: str) -> None:
 
 
 def _text(drawing: Any) -> str:
-    """Return the drawing's text without the date and the random number that ezdxf writes otherwise."""
+    stream = io.StringIO()
+    drawing.write(stream)
+    return stream.getvalue()
+
+
+@contextmanager
+def _without_dates() -> Iterator[None]:
+    """Let ezdxf make and write drawings without the dates and random numbers that it puts in otherwise.
+
+    That is an option of the whole process, so that one drawing is made at a time.
+    """
     import ezdxf
 
-    before = ezdxf.options.write_fixed_meta_data_for_testing
-    ezdxf.options.write_fixed_meta_data_for_testing = True
-    try:
-        stream = io.StringIO()
-        drawing.write(stream)
-    finally:
-        ezdxf.options.write_fixed_meta_data_for_testing = before
-    return stream.getvalue()
+    with _ONE_BY_ONE:
+        before = ezdxf.options.write_fixed_meta_data_for_testing
+        ezdxf.options.write_fixed_meta_data_for_testing = True
+        try:
+            yield
+        finally:
+            ezdxf.options.write_fixed_meta_data_for_testing = before

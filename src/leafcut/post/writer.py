@@ -120,7 +120,7 @@ class Writer:
             Kind.COOLANT: self._coolant,
             Kind.PAUSE: self._pause,
             Kind.MACHINE: self._machine,
-            **({Kind.BLENDING: self._blending} if self.dialect.corner_tolerance else {}),
+            **({Kind.BLENDING: self._blending} if self.dialect.corner_tolerance or self.dialect.rounding else {}),
             Kind.END: self._end,
         }
 

@@ -14,15 +14,18 @@ from leafcut.read.toml_table import Table, read_toml
 
 _TOOL_KEYS = (
     "number", "kind", "diameter", "name", "point_angle", "feed", "spindle_speed", "cycle", "peck", "dwell", "pitch",
-    "flute_length", "depth",
+    "flute_length", "depth", "plunge_feed", "teeth",
 )  # fmt: skip
 _HOLE_KEYS = ("diameter", "layer", "steps")
 
 _HIGHEST_NUMBER = 99_999_999  # eight digits: the widest T word, of Fanuc
 _LARGEST = 1000.0
 
-#: Kinds that no library of drills holds: their data come from elsewhere.
-_OTHERS = (ToolKind.TORCH, ToolKind.END_MILL)
+#: What no tool library holds: its data come from a cut chart.
+_OTHERS = (ToolKind.TORCH,)
+#: Keys of end mills only, and those that an end mill does not have.
+_MILL_KEYS, _NO_MILL_KEYS = ("plunge_feed", "teeth"), ("cycle", "peck", "dwell", "pitch", "point_angle")
+_MOST_TEETH = 100
 
 #: The full angle of the point where a tool does not say it: 118° is the common twist drill; the others end flat.
 _POINT_ANGLE = {ToolKind.DRILL: math.radians(118), ToolKind.CENTRE_DRILL: math.radians(118)}
@@ -89,7 +92,10 @@ def _tool(table: Table) -> Tool:
         pitch=table.optional("pitch", lambda key: _positive(table, key, "mm")),
         flute_length=table.optional("flute_length", lambda key: _positive(table, key, "mm")),
         depth=table.optional("depth", lambda key: _positive(table, key, "mm")),
+        plunge_feed=_positive(table, "plunge_feed", "mm/s") if "plunge_feed" in table else 0.0,
+        teeth=table.optional("teeth", lambda key: table.whole(key, 1, _MOST_TEETH)),
     )
+    _check_mill(tool, table)
     _check_cycle(tool, table)
     return _tapping(tool, table) if kind is ToolKind.TAP else tool
 
@@ -107,6 +113,14 @@ def _seconds(table: Table, key: str) -> float:
     if not 0 <= value <= 100:
         raise table.problem(key, f"is {value:g} s, but must be from 0 to 100 s")
     return value
+
+
+def _check_mill(tool: Tool, table: Table) -> None:
+    mill = tool.kind is ToolKind.END_MILL
+    wrong = next((key for key in (_NO_MILL_KEYS if mill else _MILL_KEYS) if key in table), None)
+    if wrong is not None:
+        words = "is of tools that drill; an end mill clears pockets" if mill else "is of end mills only"
+        raise table.problem(wrong, words)
 
 
 def _check_cycle(tool: Tool, table: Table) -> None:
@@ -139,6 +153,8 @@ def _recipe(table: Table, tools: dict[int, Tool]) -> Recipe:
     for number in steps:
         if number not in tools:
             raise table.problem("steps", f"names tool {number}, which is not in this library")
+        if tools[number].kind is ToolKind.END_MILL:
+            raise table.problem("steps", f"names tool {number}, an end mill, which clears pockets and makes no hole")
     if len(set(steps)) < len(steps):
         raise table.problem("steps", "names a tool twice")
     return Recipe(_positive(table, "diameter", "mm"), steps, table.text("layer", "*"))

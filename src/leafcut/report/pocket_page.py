@@ -151,7 +151,7 @@ def _facts(outcome: Outcome) -> list[tuple[str, str, str]]:
         (
             "Step-over",
             f"{m.max_step_over:.2f} mm",
-            f"{rules.step_over:.4g} mm asked for; {m.max_core:.2f} mm where fronts meet",
+            f"{rules.step_over:.4g} mm asked for; passes that meet in the middle: {m.max_core:.2f} mm apart",
         ),
         ("Levels", f"{len(levels)} × {abs(levels[0]):.4g} mm", f"to Z{levels[-1]:.4g}{walls}"),
         (

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from leafcut.plan.cut_starts import CutStart
     from leafcut.plan.cut_toolpath import LaidCut
 
+#: Where leads met, an order is sought anew so often at most; of more cuts than this never.
+ROUNDS, MOST_AGAIN = 2, 1000
+
 
 def cut(run: Run, source: str | Path) -> Outcome:
     """Return the verified cutting program of a nested sheet, and all that was found out on the way.
@@ -55,10 +58,15 @@ def cut(run: Run, source: str | Path) -> Outcome:
     first = drawn_laid if planned is None else _laid(*planned)
     second, third = _laid(job, nearest), _laid(joined, found)
     bound = run.settings.cut.heat_distance > 0.0 or (run.settings.cut.sweep != "free" and planned is not None)
+    searched = sum(s.seconds for s in solutions)
+    if run.settings.solve.algorithm == "auto" and not run.settings.resequence.keep_order:
+        met = any(a is not b for a, b in zip(found, third.order, strict=True))
+        if cutting is job.cutting and planned is None and not bound and second.score(run) < third.score(run):
+            third, solutions = second, []
+        if met and len(found) <= MOST_AGAIN:
+            third, solutions = _without_meeting(joined, third, solutions, spent + searched)
     if run.settings.resequence.keep_order or (third.score(run) > first.score(run) and not bound):
-        third = first
-    elif _better_plain(job, second, third) and cutting is job.cutting and planned is None and not bound:
-        third = second
+        third, solutions = first, []
     return _outcome(job, issues, solutions, first, second, third)
 
 
@@ -79,9 +87,24 @@ class _Laid:
         return self.measure.time_s if run.settings.solve.objective == "time" else self.measure.travel_mm
 
 
-def _better_plain(job: Job, nearest: _Laid, found: _Laid) -> bool:
-    """Whether nearest neighbours do better: pierces that move out of kerfs can cost what a better order saved."""
-    return job.run.settings.solve.algorithm == "auto" and nearest.score(job.run) < found.score(job.run)
+def _without_meeting(job: Job, best: _Laid, solutions: list[Solution], spent: float) -> tuple[_Laid, list[Solution]]:
+    """Search again where leads of the order that was found met: what moved away can cost more than the order saved.
+
+    Starts whose leads meet those of the best order are left out. Returns what is best in the end, and the solutions
+    that it came from, all seconds of searching among theirs; `spent` is all that was spent before.
+    """
+    from leafcut.plan.leads_apart import starts_apart
+
+    for _ in range(ROUNDS):
+        again = replace(job, cutting=starts_apart(job.cutting, best.order))
+        order, found = ordered(again, best.order, spent)
+        spent += sum(s.seconds for s in found)
+        other = _laid(again, order)
+        if other.score(job.run) >= best.score(job.run):
+            break
+        best, solutions = other, found
+    each = (spent - sum(s.seconds for s in solutions)) / max(len(solutions), 1)
+    return best, [replace(s, seconds=s.seconds + each) for s in solutions]
 
 
 def _laid(job: Job, order: list[CutStart]) -> _Laid:
@@ -139,10 +162,7 @@ def _outcome(
         part=job.part,
         machine=run.machine,
         process="cut",
-        operations=tuple(
-            OperationOutcome(tool, "", (), False, s, cuts=len(s.nodes))
-            for s in (solutions if after is not before and after is not nearest else [])
-        ),
+        operations=tuple(OperationOutcome(tool, "", (), False, s, cuts=len(s.nodes)) for s in solutions),
         before=before.measure,
         nearest=nearest.measure,
         after=after.measure,

@@ -38,6 +38,13 @@ class PocketJob:
         """The rules of the finished pocket: without stock."""
         return replace(self.rules, stock=0.0)
 
+    @property
+    def rounding(self) -> float:
+        """How far the tool leaves a corner that it rounds, at most, mm."""
+        from leafcut.plan.pocket_rules import corner_rounding
+
+        return corner_rounding(self.run.machine, self.data.tool.feed)
+
 
 @dataclass(frozen=True, eq=False)
 class LaidPockets:

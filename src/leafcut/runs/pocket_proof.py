@@ -78,6 +78,7 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> list[Issue]:
             zones=heights.zones,
             zone_height=heights.clearance,
             tool_radii={tool.number: 0.5 * tool.diameter},
+            milled=True,
         )
     )
     written = interpret(text, job.words, left_over=True)

@@ -42,10 +42,13 @@ def _contour(region: CentreRegion, run: Run) -> PocketPath:
 
 
 def _connected(region: CentreRegion, run: Run) -> PocketPath:
+    from leafcut.plan.pocket_arcs import fitted
     from leafcut.plan.pocket_best import best
     from leafcut.verify.too_wide import TooWide
 
-    return best(region, TooWide(region.polygon, region.rules), _clock(run))
+    # As it is written: arcs move passes by a few thousandths of a millimetre.
+    rules, wide = region.rules, TooWide(region.polygon, region.rules)
+    return best(region, lambda path: wide(fitted(path, rules.tolerance)), _clock(run))
 
 
 def _adaptive(region: CentreRegion, run: Run) -> PocketPath:

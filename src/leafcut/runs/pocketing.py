@@ -17,6 +17,7 @@ from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.pocket import USUAL, Pocket, PocketPath, PocketPlan, PocketResult
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
+from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.runs.pocket_job import LaidPockets, PocketJob, holes
 from leafcut.runs.pocket_proof import prove_pockets, write_pockets
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 
-#: An engagement may be measured so much above its limit, rad: the steps of the simulation (one degree).
-ENGAGEMENT_ROOM = 0.0175
 #: So many strategies go on as long as a time limit lets them: fireflies, ants, and the shortening of a connected way.
 SEARCHES = 3
 #: Of ways that cost little more than the best, the one that is lifted least: every way down wears the tool and marks
@@ -80,9 +79,11 @@ def _prepared(run: Run, source: str | Path) -> tuple[PocketJob, list[Issue]]:
     from leafcut.read import read_pockets
 
     settings = run.settings
-    rules = rules_of(settings.pocket)
-    levels = levels_of(settings.drill, settings.pocket)
-    data, issues = milling_data(settings.pocket, settings.drill, rules, run.machine)
+    mill = _library_mill(run)
+    options = settings.pocket if mill is None else replace(settings.pocket, tool_diameter=mill.diameter)
+    rules = rules_of(options)
+    levels = levels_of(settings.drill, options)
+    data, issues = milling_data(options, settings.drill, rules, run.machine, mill, settings.cut.material)
     run.tell("reading")
     part = read_pockets(source, settings.read, settings.pocket, settings.sheet)
     heights = Heights(
@@ -96,6 +97,17 @@ def _prepared(run: Run, source: str | Path) -> tuple[PocketJob, list[Issue]]:
     words = dialect(settings.post.dialect or run.machine.controller)
     job = PocketJob(run, part, rules, heights, data, words, _xy(settings.drill.start_point))
     return job, [*part.issues, *issues]
+
+
+def _library_mill(run: Run) -> Tool | None:
+    """Return the end mill of the tool library; None without one."""
+    from leafcut.plan.pocket_tool import library_mill
+    from leafcut.read.tools import load_tools
+
+    drill = run.settings.drill
+    if drill.tools is None:
+        return None
+    return library_mill(load_tools(drill.tools), run.settings.pocket, drill.diameter_tolerance, drill.depth)
 
 
 def _xy(point: tuple[float, ...] | None) -> Point | None:
@@ -208,7 +220,7 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
     sound = [(k, r, r.measures) for k, r in enumerate(results) if r.measures is not None and not r.measures.gouge_mm2]
     limit = options.max_engagement
     if limit is not None:
-        sound = [row for row in sound if row[2].max_engagement <= limit + ENGAGEMENT_ROOM]
+        sound = [row for row in sound if row[2].max_engagement <= limit]
     if not sound:
         refused = "; ".join(f"{r.strategy}: {r.refused or 'gouges, or engages more'}" for r in results)
         raise PlanError(f"{name}: no strategy is possible ({refused})")
@@ -226,7 +238,7 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
 def _keeps_limit(job: PocketJob, found: PocketResult, name: str) -> None:
     """Refuse the strategy asked for where it engages more than it may: a limit that is given holds for all of them."""
     limit = job.run.settings.pocket.max_engagement
-    if limit is None or found.measures is None or found.measures.max_engagement <= limit + ENGAGEMENT_ROOM:
+    if limit is None or found.measures is None or found.measures.max_engagement <= limit:
         return
     stock = " with the stock on its walls" if found.strategy == "adaptive" and job.rules.stock > 0.0 else ""
     other = "choose a smaller --tool-diameter" if found.strategy == "adaptive" else "say --strategy adaptive"
@@ -276,7 +288,14 @@ def _laid(job: PocketJob, clearings: list[Clearing]) -> LaidPockets:
     coolant = job.run.settings.post.coolant
     corner = job.rules.tolerance if job.words.corner_tolerance else 0.0
     path, descents = lay_pockets(
-        clearings, job.heights, job.data, machine, coolant=coolant, pause=pause, corner_tolerance=corner
+        clearings,
+        job.heights,
+        job.data,
+        machine,
+        coolant=coolant,
+        pause=pause,
+        corner_tolerance=corner,
+        rounded=job.words.rounding and job.rounding <= job.rules.stock,
     )
     return LaidPockets(path, descents, measure(path, machine))
 
@@ -307,11 +326,28 @@ def _outcome(
         dialect=job.words.name,
         seed=settings.solve.seed,
         verified=True,
-        issues=(*issues, *_entry_issues(after.descents), *left, *machine_issues(run.machine)),
+        issues=(
+            *issues,
+            *_entry_issues(after.descents),
+            *_stops(job),
+            *left,
+            *machine_issues(run.machine),
+        ),
         options=settings.changed(),
         version=__version__,
         pocket_plans=tuple(c.plan for c in cleared),
     )
+
+
+def _stops(job: PocketJob) -> list[Issue]:
+    """Return that the tool stands still after every move, and why, where stock would let it go on."""
+    if not job.words.rounding or job.rounding <= job.rules.stock:
+        return []
+    words = (
+        f"{job.words.name} stands still after every move (G61): with G64 it would cut corners short by up to "
+        f"{job.rounding:.2g} mm at this feed, into walls; with --stock of as much roughing goes on without stops"
+    )
+    return [Issue("L704", words, severity=Severity.NOTE)]
 
 
 def _entry_issues(descents: Sequence[Descent]) -> list[Issue]:

@@ -96,7 +96,6 @@ def make_api(studio: Studio) -> FastAPI:
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         yield
         studio.jobs.close()
-        studio.history.close()
 
     made = FastAPI(
         title="leafcut",
@@ -162,6 +161,8 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
             pass
         finally:
             studio.jobs.close()
+            # Not before: until the loop has ended, pages look into it.
+            studio.history.close()
 
 
 def _server(config: Any, studio: Studio) -> Any:

@@ -51,9 +51,42 @@ class Opener(Element, component="static/opener.js"):
         on_refused: Callable[[str], Any],
     ) -> None:
         super().__init__()
-        self._props.update(words=words, largest=largest)
+        self._props.update(words=words, largest=largest, several=False)
         self.on("opened", lambda e: on_opened(e.args))
         self.on("refused", lambda e: on_refused(e.args["line"]))
+
+    def set_several(self, several: bool) -> None:
+        """Take all files that are opened at once, or the first alone."""
+        if self._props["several"] != several:
+            self._props["several"] = several
+            self.update()
+
+
+class Parts(Element, component="static/parts.js"):
+    """The parts of a nest in rows; told are `on_change` (row, key, text), `on_remove` and `on_look` (row), from 0."""
+
+    def __init__(
+        self,
+        words: dict[str, str],
+        on_change: Callable[[int, str, str], Any],
+        on_remove: Callable[[int], Any],
+        on_look: Callable[[int], Any],
+    ) -> None:
+        super().__init__()
+        self._props.update(words=words, rows=[], rotations="", version=0)
+        self.on("change", lambda e: on_change(e.args["index"], e.args["key"], e.args["value"]))
+        self.on("remove", lambda e: on_remove(e.args["index"]))
+        self.on("look", lambda e: on_look(e.args["index"]))
+
+    def show(self, rows: list[dict[str, Any]], rotations: str) -> None:
+        """Show rows with ``id``, ``name``, ``quantity``, ``rotations`` and ``shown``, and the angles of the others."""
+        self._props.update(rows=rows, rotations=rotations)
+        self.update()
+
+    def renew(self) -> None:
+        """Put what was refused back to what it was."""
+        self._props["version"] += 1
+        self.update()
 
 
 def box(tag: str = "div", classes: str = "", **attributes: str) -> Element:

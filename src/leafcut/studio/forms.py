@@ -50,6 +50,7 @@ _CUT_MAIN = ("machine", "thickness", "material", "cut_process", "chains", "commo
 _POCKET_MAIN = ("machine", "tool_diameter", "depth", "strategy", "milling", "stock", "pixel_size")
 _POCKET_PLACES = ("clearance_height", "retract_height", "spindle_speed", "start_point", "end_point", "work_offset")
 _SHEET_PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
+_NEST_MAIN = ("sheet", "kerf", "gap", "margin", "rotations", "into_holes")
 _PROGRAM_MAIN = ("machine", "merge_tools", "allow_reverse", "keep_order")
 
 #: In the order in which they are offered.
@@ -81,13 +82,25 @@ WORKS: dict[str, Work] = {
             ("solve", _SEARCH_MORE),
         ),
     ),
+    "nest": Work(
+        "nest",
+        "auto",
+        (
+            ("main", _NEST_MAIN),
+            ("search", ("variants", "preset", "time_limit")),
+            ("nest", ("nester", "max_sheets")),
+            ("sheet", _all("sheet")),
+            ("read", ("units", "layers", "strict")),
+            ("solve", ("iterations", "seed", "threads")),
+        ),
+    ),
     "pocket": Work(
         "optimize",
         "pocket",
         (
             ("main", _POCKET_MAIN),
             ("search", _SEARCH),
-            ("pocket", _all("pocket", _POCKET_MAIN)),
+            ("pocket", ("tools", *_all("pocket", _POCKET_MAIN), "material")),
             ("place", _POCKET_PLACES),
             ("read", ("units", "layers", "join_tolerance", "strict")),
             ("post", (*_POST, "coolant", "path_tolerance")),
@@ -112,9 +125,13 @@ WORKS: dict[str, Work] = {
          ("solve", ("target_gap", "bound", "threads", "candidates", "local_search")),
          ("read", ("units", "layers", "strict"))),
     ),
-    "simulate": Work("simulate", "auto", (("main", ("machine", "dialect", "work_offset")),)),
-    "verify": Work("verify", "auto", (("main", ("machine", "dialect", "allow_reverse")),)),
+    "simulate": Work(
+        "simulate", "auto", (("main", ("machine", "dialect", "work_offset", "clearance_height", "cut_speed")),)
+    ),
+    "verify": Work("verify", "auto", (("main", ("machine", "dialect", "allow_reverse", "work_offset")),)),
 }  # fmt: skip
+#: What a nested sheet is cut with: asked for beside the nests, before their cuts are planned.
+CUT_OF_NEST = ("machine", "thickness", "material", "cut_process")
 #: What a program may be said to do, beside leaving it to leafcut to see.
 PROGRAM_PROCESSES = ("auto", "drill", "mill", "laser", "plasma")
 
@@ -137,19 +154,43 @@ def form(
 
     `machines` are name → what it is called; `tools` the names of the person's own libraries.
     """
+    own = _own(machines, work, tools)
+    return [
+        _group(key, names, values, words, work, own)
+        for key, names in names_of(work, str(values.get("algorithm") or "auto"))
+    ]
+
+
+def form_of(
+    key: str, names: Iterable[str], words: Words, work: str, machines: Mapping[str, str]
+) -> list[dict[str, Any]]:
+    """Return a form of one group with a few options of a kind of work."""
+    return [_group(key, tuple(names), {}, words, work, _own(machines, work))]
+
+
+def _own(machines: Mapping[str, str], work: str, tools: Iterable[str] = ()) -> dict[str, list[tuple[str, str]]]:
+    """Return what a person may choose of what has files of its own."""
     usual = default_of("machine", work)
     left_out = {default_of("machine"), usual} - {usual}  # the command line takes it for no choice
     offered = [(name, title) for name, title in machines.items() if name not in left_out]
-    own = {"machine": offered, "tools": [(OWN + name, name) for name in tools]}
-    made = []
-    for key, names in names_of(work, str(values.get("algorithm") or "auto")):
-        fields = [_field(name, words, default_of(name, work), own.get(name)) for name in names]
-        changed = sum(1 for name in names if values.get(name) not in (None, ""))
-        folded = key not in ("main", "search")
-        made.append(
-            {"key": key, "title": words(f"group.{key}"), "folded": folded, "changed": changed, "fields": fields}
-        )
-    return made
+    return {"machine": offered, "tools": [(OWN + name, name) for name in tools]}
+
+
+def _group(
+    key: str,
+    names: tuple[str, ...],
+    values: Mapping[str, Any],
+    words: Words,
+    work: str,
+    own: Mapping[str, list[tuple[str, str]]],
+) -> dict[str, Any]:
+    return {
+        "key": key,
+        "title": words(f"group.{key}"),
+        "folded": key not in ("main", "search", "cuts"),
+        "changed": sum(1 for name in names if values.get(name) not in (None, "")),
+        "fields": [_field(name, words, default_of(name, work), own.get(name)) for name in names],
+    }
 
 
 def default_of(name: str, work: str = "") -> Any:
@@ -170,9 +211,9 @@ def _field(name: str, words: Words, default: Any, own: list[tuple[str, str]] | N
         "flag": flag_name(name),
         "kind": spec.kind,
         "unit": _unit(spec),
-        "help": spec.help,
+        "help": words.help(name, spec.help),
         "choices": [list(pair) for pair in choices],
-        "default": _default(spec, default, words),
+        "default": _default(name, spec, default, words),
         "on": default is True,
         "file": spec.kind == "path",
     }
@@ -185,10 +226,10 @@ def _unit(spec: OptionSpec) -> str:
     return BARE_UNIT.get(spec.unit, "") if spec.kind == "quantity" else "mm" if spec.kind == "point" else ""
 
 
-def _default(spec: OptionSpec, default: Any, words: Words) -> str:
+def _default(name: str, spec: OptionSpec, default: Any, words: Words) -> str:
     """Return what holds where nothing is given."""
     if spec.default_words:
-        return spec.default_words
+        return words.default(name, spec.default_words)
     if default in (None, (), ""):
         return words("form.none")
     text = written(spec, default)

@@ -7,7 +7,7 @@ import sqlite3
 import threading
 import time
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
@@ -27,6 +27,11 @@ CREATE TABLE IF NOT EXISTS artefact (
     job TEXT NOT NULL REFERENCES job (id) ON DELETE CASCADE,
     name TEXT NOT NULL, file_name TEXT NOT NULL, media_type TEXT NOT NULL, data BLOB NOT NULL,
     PRIMARY KEY (job, name)
+);
+CREATE TABLE IF NOT EXISTS message (
+    job TEXT NOT NULL REFERENCES job (id) ON DELETE CASCADE,
+    number INTEGER NOT NULL, seconds REAL NOT NULL, words TEXT NOT NULL,
+    PRIMARY KEY (job, number)
 );
 """
 #: Of zlib: most of the gain for a tenth of the time.
@@ -161,8 +166,9 @@ class History:
         answer: dict[str, Any] | None = None,
         figures: dict[str, Any] | None = None,
         artefacts: dict[str, Artefact] | None = None,
+        messages: Sequence[tuple[float, str]] = (),
     ) -> None:
-        """Note how a job ended, with all that it made."""
+        """Note how a job ended, with all that it made and said: `messages` are (seconds, words)."""
         packed = None if answer is None else zlib.compress(json.dumps(answer).encode(), _LEVEL)
         files = [
             (job, name, made.file_name, made.media_type, zlib.compress(made.data, _LEVEL))
@@ -174,6 +180,8 @@ class History:
                 (state.value, time.time(), line, json.dumps(figures or {}), packed, job),
             )
             to.executemany("INSERT OR REPLACE INTO artefact VALUES (?, ?, ?, ?, ?)", files)
+            said = [(job, number, seconds, words) for number, (seconds, words) in enumerate(messages)]
+            to.executemany("INSERT OR REPLACE INTO message VALUES (?, ?, ?, ?)", said)
 
     def interrupt(self) -> None:
         """Note of all jobs that were not over that they were cut short; at the studio's start."""
@@ -192,6 +200,19 @@ class History:
         """Return the last jobs, the newest first."""
         return [
             _record(row) for row in self._read(f"SELECT {_COLUMNS} FROM job ORDER BY created DESC LIMIT ?", (most,))
+        ]
+
+    def of_sheets(self, job: str) -> list[Record]:
+        """Return the jobs that cut the sheets of a nest, the newest first."""
+        # An underscore stands for any letter here, so the origin is looked at once more.
+        query = f"SELECT {_COLUMNS} FROM job WHERE task LIKE ? ORDER BY created DESC, rowid DESC"
+        found = [_record(row) for row in self._read(query, (f'%"origin": "{job}/%',))]
+        return [record for record in found if record.task.origin.startswith(f"{job}/")]
+
+    def messages(self, job: str) -> list[tuple[float, str]]:
+        """Return what a job that is over said while it ran: (seconds, words)."""
+        return [
+            (s, w) for s, w in self._read("SELECT seconds, words FROM message WHERE job = ? ORDER BY number", (job,))
         ]
 
     def answer(self, job: str) -> dict[str, Any] | None:
@@ -236,4 +257,5 @@ def _record(row: tuple[Any, ...]) -> Record:
 
 def files_of(tasks: Iterable[Task]) -> set[str]:
     """Return every word of tasks that may be the id of an upload: inputs, and files among the options."""
-    return {w for task in tasks for w in (*task.inputs, *task.options.values()) if isinstance(w, str)}
+    words = (w for task in tasks for w in (*task.inputs, *task.options.values()) if isinstance(w, str))
+    return {w.partition(":")[0] for w in words}  # behind the id of a part of a nest stands its quantity

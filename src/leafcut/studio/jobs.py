@@ -21,6 +21,8 @@ from leafcut.studio.watching import Watch
 
 #: So many run at once, the others wait: a search uses all cores already.
 AT_ONCE = 2
+#: Most of what a run says that is kept: the last.
+_MOST_MESSAGES = 1000
 #: Most points of a convergence that are kept while it runs, and least seconds between two.
 _MOST_POINTS, _POINT_SECONDS = 4000, 0.02
 
@@ -75,6 +77,7 @@ class Live:
         now = time.perf_counter() - self.began
         if not self.messages or self.messages[-1][1] != what:
             self.messages.append((now, what))
+            del self.messages[:-_MOST_MESSAGES]
         self.latest = Latest(what, cost, share, gap, now)
         if cost is None:
             return
@@ -153,6 +156,11 @@ class Jobs:
         with self._lock:
             self._live.pop(job, None)
 
+    def messages(self, job: str) -> list[tuple[float, str]]:
+        """Return what a job says or said: (seconds, words)."""
+        live = self._live.get(job)
+        return list(live.messages) if live is not None else self.history.messages(job)
+
     def wait(self, job: str, seconds: float | None = None) -> State:
         """Return the state of a job when it is over, or after `seconds`."""
         live = self._live.get(job)
@@ -196,9 +204,12 @@ class Jobs:
         live.line = line
         try:
             if made is None:
-                self.history.finish(live.id, state, line=line)
+                self.history.finish(live.id, state, line=line, messages=live.messages)
             else:
-                self.history.finish(live.id, state, answer=made.answer, figures=made.figures, artefacts=made.artefacts)
+                self.history.finish(
+                    live.id, state, answer=made.answer, figures=made.figures, artefacts=made.artefacts,
+                    messages=live.messages,
+                )  # fmt: skip
         except LeafcutError as problem:
             live.line, state = str(problem), State.FAILED
         live.state = state

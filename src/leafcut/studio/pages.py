@@ -167,9 +167,24 @@ class Page:
                     with box("dl", "keys"):
                         for keys, name in _DRAWING_KEYS:
                             self._key(keys, w(f"key.{name}"))
+            self._lists()
             text("p", w("help.text"), "quiet")
             text("p", f"leafcut {__version__}", "quiet small")
             button(w("help.close"), None, "", data_close="")
+
+    def _lists(self) -> None:
+        """List what `leafcut formats` and `leafcut algorithms` list."""
+        from leafcut.options import ALGORITHM_TITLES
+        from leafcut.read import formats
+
+        kinds = {f"{f.name} {' '.join(f.extensions)}".strip(): f.help for f in formats()}
+        for key, rows in (("formats", kinds), ("algorithms", ALGORITHM_TITLES)):
+            with box("details", "listed", name="listed"):
+                text("summary", self.words(f"help.{key}"))
+                with box("dl", "known", lang="en"):
+                    for name, about in rows.items():
+                        text("dt", name)
+                        text("dd", about)
 
     @staticmethod
     def _key(key: str, meaning: str) -> None:
@@ -197,8 +212,8 @@ class Page:
         self.said.set_text(line)
         self.said.classes(replace="said bad" if bad else "said")
 
-    async def open_job(self, job: str) -> None:
-        """Show a job, whether it runs or ran."""
+    async def open_job(self, job: str, sheet: tuple[int, int] = (1, 1)) -> None:
+        """Show a job, whether it runs or ran; of a nest, one of its sheets."""
         record = self.studio.jobs.record(job)
         if record is None:
             self.say(self.words("jobs.gone"), True)
@@ -208,7 +223,9 @@ class Page:
         self.show("work")
         self.run.watch()
         await self.input.restore(record.task)
+        self.view.sheet = sheet
         self.run.draw()
+        self.result.draw()
 
     def remember(self) -> None:
         """Put the job into the address: the page comes back to it, also when the studio was started again under it."""
@@ -219,5 +236,6 @@ class Page:
         if time.monotonic() > self._until:
             self.say("", stays=True)
         self.run.tick()
+        self.result.tick()
         if self.shown == "jobs":
             self.jobs.tick()

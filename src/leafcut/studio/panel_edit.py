@@ -142,6 +142,8 @@ class EditPanel:
         self.page.run.begin()
 
 
-def can_be_edited(files: dict[str, str]) -> bool:
+def can_be_edited(history: History, record: Record, files: dict[str, str]) -> bool:
     """Return whether there is something to change by hand among the files of a job."""
+    if record.task.options.get("chains"):
+        return edited_of(history, record.id) is not None  # not where a chain was made
     return any(name in files for name in _EDITABLE)

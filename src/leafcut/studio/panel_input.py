@@ -12,8 +12,10 @@ from leafcut.studio.elements import Form, Opener, box, button, text
 from leafcut.studio.folder import BUILT_IN
 from leafcut.studio.jobs import line_of
 from leafcut.studio.panel_live import pace_field
+from leafcut.studio.panel_parts import PartsPanel
 from leafcut.studio.safety import LARGEST_UPLOAD
-from leafcut.studio.task import Task
+from leafcut.studio.sheets import SheetOfNest, take
+from leafcut.studio.task import Task, parts_of
 from leafcut.studio.view import OF_READING, View
 
 if TYPE_CHECKING:
@@ -33,11 +35,13 @@ class InputPanel:
         with box("div", "scrolls"):
             with box("section", "part", aria_label=w("open.title")):
                 self._opener()
+                self.parts = PartsPanel(view, page)
                 self.about = box("div", "about-part")
             self.second = box("div", "second")
             with box("section", "choose", aria_label=w("choose.title")):
                 self.work = Form([], self.form_words, self._choose, self._refuse)
                 self.options = Form([], self.form_words, self._put, self._refuse)
+                self.kept = Form([self._options_field()], self.form_words, self._take_options, self._refuse)
                 self.pace = Form([pace_field(view)], self.form_words, self._set_pace, self._refuse)
         with box("footer", "foot"):
             with box("div", "command"):
@@ -51,9 +55,10 @@ class InputPanel:
     def _opener(self) -> None:
         w = self.view.words
         mib = LARGEST_UPLOAD >> 20
-        Opener(
+        self.opener = Opener(
             {
                 "open": w("open.file"),
+                "add": w("open.add"),
                 "busy": w("open.busy"),
                 "drop": w("open.drop"),
                 "release": w("open.release"),
@@ -63,7 +68,7 @@ class InputPanel:
             self._opened,
             self._refuse,
         )
-        with box("details", "built-in"):
+        with box("details", "built-in") as self.built_in:
             text("summary", w("open.built_in"))
             self.example = Form([], self.form_words, self._example, self._refuse)
             self.random = {"points": "200", "seed": "1"}
@@ -82,6 +87,21 @@ class InputPanel:
     def _random_fields(self) -> list[dict[str, Any]]:
         w = self.view.words
         return [_group([_field("points", w("open.points"), []), _field("seed", w("open.seed"), [])])]
+
+    def _options_field(self) -> dict[str, Any]:
+        w = self.view.words
+        return _group([{**_field("options", w("form.options"), []), "file": True, "default": w("form.toml")}])
+
+    def _take_options(self, _: str, value: str, name: str) -> None:
+        try:
+            self.view.take_options(value)
+        except LeafcutError as problem:
+            self.page.say(str(problem), True)
+            return
+        finally:
+            self.view.studio.folder.drop_inputs([value])
+        self.page.say(self.view.words("form.taken", name=name))
+        self.draw()
 
     def _refuse(self, line: str) -> None:
         self.page.say(line, True)
@@ -102,9 +122,11 @@ class InputPanel:
     async def open(self, source: str, name: str) -> None:
         """Open an input: read it, say what is in it, and offer what it is good for; what is none changes nothing."""
         view = self.view
+        if view.work == "nest" and await self.parts.take(source, name):
+            return
         before = dict(vars(view))
         view.source, view.name = source, name or source
-        view.second = view.second_name = ""
+        view.second = view.second_name = view.origin = ""
         self.page.run.leave()
         self.page.remember()
         await self.read("")
@@ -118,6 +140,22 @@ class InputPanel:
         self.page.run.watch() if view.job else self.page.run.draw()
         self.page.result.draw()
         self.page.say(line, True)
+
+    async def cut(self, sheet: SheetOfNest) -> None:
+        """Open a sheet of a nest to be cut."""
+        view = self.view
+        try:
+            source = take(view.studio.jobs, sheet)
+        except LeafcutError as problem:
+            self.page.say(str(problem), True)
+            return
+        view.source, view.name, view.origin = source, sheet.file, sheet.origin
+        self.page.run.leave()
+        view.put("quantity", str(sheet.count) if sheet.count > 1 else "")
+        view.work = "cut"
+        self.page.remember()
+        await self.read("cut")
+        self.page.run.canvas.fit()
 
     async def read(self, work: str) -> None:
         """Read the input for a kind of work, outside the event loop."""
@@ -148,6 +186,8 @@ class InputPanel:
         view.work = value
         if view.source and view.seen is not None and view.seen.format != "gcode":
             await self.read(value)
+        if value == "nest":
+            self.parts.adopt()
         self.draw()
 
     async def _put(self, name: str, value: Any, shown: str) -> None:
@@ -175,8 +215,14 @@ class InputPanel:
         """Show the input and the choices of a task, so that it can be run again."""
         view = self.view
         names = [self._named(word) for word in task.inputs]
-        view.source, view.name, view.seen = task.inputs[0], names[0], None
-        view.second, view.second_name = (task.inputs[1], names[1]) if len(names) > 1 else ("", "")
+        view.source, view.name, view.seen = task.inputs[0].partition(":")[0], names[0], None
+        if names[0].startswith(BUILT_IN):
+            view.source = task.inputs[0]
+        view.second, view.second_name = (task.inputs[1], names[1]) if task.command == "verify" else ("", "")
+        if task.command == "nest":
+            view.parts = list(parts_of(task))
+            view.part_names = {one.input: name for one, name in zip(view.parts, names, strict=True)}
+        view.origin = task.origin
         view.process, view.work = task.process, work_of(task, view.name)
         view.values, view.errors = dict(task.options), {}
         view.shown = {name: self._named(value) for name, value in task.options.items() if isinstance(value, str)}
@@ -192,7 +238,7 @@ class InputPanel:
         if word.startswith(BUILT_IN):
             return word
         try:
-            return self.view.studio.folder.input_path(word).name
+            return self.view.studio.folder.input_path(word.partition(":")[0]).name
         except LeafcutError:
             return ""
 
@@ -207,6 +253,9 @@ class InputPanel:
             kinds = [[process, w(f"process.{process}")] for process in forms.PROGRAM_PROCESSES]
             fields.append(_field("process", w("choose.process"), kinds))
         self.work.show({"work": view.work, "process": view.process}, groups=[_group(fields)])
+        self.opener.set_several(view.work == "nest")
+        self.built_in.set_visibility(view.work != "nest")  # none of them is a drawing of a part
+        self.parts.draw()
         self._draw_part()
         self._draw_second()
         self._show_values()
@@ -229,7 +278,11 @@ class InputPanel:
                     text("summary", w("open.issues", number=len(view.seen.issues)))
                     with box("ul"):
                         for issue in view.seen.issues[:_MOST_ISSUES]:
-                            text("li", f"{issue['message']} {issue['place']}".strip(), issue["severity"])
+                            meant = w.issue(issue["code"])
+                            with box("li", issue["severity"], lang="en"):
+                                if meant:
+                                    text("b", f"{meant}.", "", lang=w.language)
+                                text("span", f"{issue['message']} {issue['place']}".strip())
                         if len(view.seen.issues) > _MOST_ISSUES:
                             text("li", w("open.more", number=len(view.seen.issues) - _MOST_ISSUES))
 
@@ -251,9 +304,10 @@ class InputPanel:
     def _say_command(self) -> None:
         view = self.view
         line = view.command_line()
-        self.command.set_text(line or view.words("command.later" if view.source else "command.none"))
+        missing = "parts.none" if view.work == "nest" else "command.later" if view.source else "command.none"
+        self.command.set_text(line or view.words(missing))
         self.copy.set_visibility(bool(line))
-        self.ready(bool(view.source) and bool(view.work != "verify" or view.second))
+        self.ready(view.ready)
 
     def ready(self, ready: bool) -> None:
         """Let the run be begun, or not."""

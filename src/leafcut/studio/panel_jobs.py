@@ -77,10 +77,13 @@ class JobsPanel:
         found, w = record.figures, self.view.words
         if "after_s" in found and found["before_s"] is not None:
             saved = found["saved_percent"] or 0.0
-            change = f"{'−' if saved >= 0 else '+'}{abs(saved):.1f} %"
+            change = f"{'−' if saved >= 0 else '+'}{abs(saved):.1f} %"
             return f"{format_time(found['before_s'])} → {format_time(found['after_s'])} ({change})"
         if "length" in found:
             return f"{found['length']:,.8g}"
+        if "variants" in found:
+            used = f"{found['utilisation_of_used_percent']:.1f}"
+            return w("nest.found", sheets=found["sheets"], percent=used)
         if "same" in found:
             return w("result.same" if found["same"] else "result.differs")
         return format_time(found["time_s"]) if "time_s" in found else record.line

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from leafcut.studio.canvas import Bars, Convergence, Program
 from leafcut.studio.elements import box, button, link, table, text
 from leafcut.studio.history import Record
-from leafcut.studio.jobs import Live
 from leafcut.studio.panel_edit import can_be_edited
+from leafcut.studio.panel_nest import NestPanel
 from leafcut.studio.view import View
 from leafcut.units import format_length, format_time
 
@@ -23,7 +23,7 @@ _MOST_LINES, _MOST_ISSUES, _MOST_WORKERS = 2000, 200, 64
 #: So many warnings stand before the figures.
 _MOST_WARNINGS = 2
 #: Files in the order in which they are offered.
-_FILES = ("program", "tour", "report", "plan", "order", "picture-before", "picture-after")
+_FILES = ("program", "tour", "report", "plan", "order", "list", "picture-before", "picture-after")
 
 
 class ResultPanel:
@@ -32,6 +32,7 @@ class ResultPanel:
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
         self.tab = "summary"
+        self.nest = NestPanel(view, page)
         self.place = box("div", "result")
         self.draw()
 
@@ -44,6 +45,7 @@ class ResultPanel:
         """Show the outcome, or why there is none."""
         view = self.view
         record = view.studio.jobs.record(view.job) if view.job else None
+        self.nest.leave()
         self.place.clear()
         with self.place:
             if record is None or not record.state.kept:
@@ -57,21 +59,25 @@ class ResultPanel:
                 getattr(self, f"_{self.tab}")(record, answer)
             self._files(record)
 
+    def tick(self) -> None:
+        """Look how what is shown here goes on."""
+        self.nest.tick()
+
     def _nothing(self, record: Record | None) -> None:
         """Show what a run has said so far, or why there is no outcome."""
         w = self.view.words
         live = None if record is None else self.view.studio.jobs.live(record.id)
         with box("div", "scrolls"):
             text("h2", w("right.title"))
-            if live is not None and not live.state.over:
-                self._messages(live)
-                return
-            line = record.line if record is not None and record.line else w("result.none")
-            text("p", line, "error" if record is not None and record.line else "quiet")
+            if live is None or live.state.over:
+                line = record.line if record is not None and record.line else w("result.none")
+                text("p", line, "error" if record is not None and record.line else "quiet")
+            if record is not None:
+                self._messages(record.id)
 
-    def _messages(self, live: Live | None) -> None:
+    def _messages(self, job: str) -> None:
         w = self.view.words
-        messages = list(live.messages) if live is not None else []
+        messages = self.view.studio.jobs.messages(job)
         text("h3", w("result.messages"))
         if messages:
             table([("s", _NUMBER), ("", "")], [[f"{seconds:.2f}", line] for seconds, line in messages], "")
@@ -94,7 +100,10 @@ class ResultPanel:
     def _summary(self, record: Record, answer: dict[str, Any]) -> None:
         command = record.task.command
         self._warned(answer)
-        if command == "optimize":
+        if command == "nest":
+            self.nest.draw(record, answer)
+        elif command == "optimize":
+            self._from_nest(record)
             self._saved(answer)
         elif command == "solve":
             self._tour(answer)
@@ -103,6 +112,14 @@ class ResultPanel:
         else:
             self._times(answer)
 
+    def _from_nest(self, record: Record) -> None:
+        """Lead back to the nest that a sheet is of."""
+        job, _, place = record.task.origin.partition("/")
+        if job and self.view.studio.jobs.record(job) is not None:
+            variant, number = (int(word) for word in place.split("/"))
+            words = self.view.words("nest.back", variant=variant, number=number)
+            button(f"‹ {words}", lambda: self.page.open_job(job, (variant, number)), "plain small back")
+
     def _warned(self, answer: dict[str, Any]) -> None:
         """Show first what a person must know before the program runs; all else stands among the issues."""
         found = _warnings(answer)
@@ -110,7 +127,11 @@ class ResultPanel:
             return
         with box("ul", "warnings"):
             for issue in found[:_MOST_WARNINGS]:
-                text("li", issue["message"], "", dir="auto")
+                with box("li"):
+                    meant = self.view.words.issue(issue["code"])
+                    if meant:
+                        text("b", f"{meant}: ")
+                    text("span", issue["message"], "", dir="auto", lang="en")
             if len(found) > _MOST_WARNINGS:
                 text("li", self.view.words("open.more", number=len(found) - _MOST_WARNINGS))
 
@@ -210,7 +231,10 @@ class ResultPanel:
             for issue in found[:_MOST_ISSUES]:
                 with box("li", issue["severity"]):
                     text("code", issue["code"])
-                    text("span", issue["message"], "", dir="auto")
+                    meant = w.issue(issue["code"])
+                    if meant:
+                        text("b", f"{meant}.")
+                    text("span", issue["message"], "meant" if meant else "", dir="auto", lang="en")
                     if issue["place"]:
                         text("span", issue["place"], "quiet small")
             if len(found) > _MOST_ISSUES:
@@ -239,7 +263,7 @@ class ResultPanel:
             chart.classes("chart tall")
             chart.set(search["history"], search["bound"], search["unit"])
         self._workers(answer)
-        self._messages(self.view.studio.jobs.live(record.id))
+        self._messages(record.id)
 
     def _workers(self, answer: dict[str, Any]) -> None:
         w = self.view.words
@@ -263,8 +287,6 @@ class ResultPanel:
     def _files(self, record: Record) -> None:
         w = self.view.words
         files = self.view.studio.history.artefacts(record.id)
-        if not files:
-            return
         with box("footer", "foot files"):
             for name in _FILES:
                 if name not in files:
@@ -273,8 +295,13 @@ class ResultPanel:
                 words = w(f"file.{name}")
                 classes = "button primary" if name in ("program", "tour") else "button"
                 link(words, address, classes, download=files[name], title=files[name])
-            if can_be_edited(files):
+            link(
+                "JSON", f"/api/jobs/{record.id}/answer", "button", download=f"{record.id}.json", title=w("file.answer")
+            )
+            if can_be_edited(self.view.studio.history, record, files):
                 button(w("edit.begin"), lambda: self.page.run.edit.begin(record), "")
+            elif any(record.task.options.get(name) for name in ("chains", "common_lines")):
+                text("p", w("edit.not_joined"), "quiet small")
             if "report" in files:
                 link(
                     w("file.show"), f"/api/jobs/{record.id}/files/report?show=true", "quiet small",

@@ -69,6 +69,7 @@ class RunPanel:
     def watch(self) -> None:
         """Show how the job goes on, from now on."""
         self.watching, self._told = True, 0
+        self.view.sheet = (1, 1)
         self.edit.end()
         self.live.clear()
         self.draw()
@@ -115,7 +116,7 @@ class RunPanel:
     def draw(self) -> None:
         """Draw the outcome of the job, else what was opened."""
         now, scenes = self._scenes()
-        if now is self._drawn and scenes:
+        if scenes and (now is self._drawn or (isinstance(now, str) and now == self._drawn)):
             return
         self._drawn = now
         self.edit.end()
@@ -132,6 +133,11 @@ class RunPanel:
         view = self.view
         history = view.studio.history
         names = history.artefacts(view.job) if view.job else {}
+        if "scene-1-1" in names:
+            variant, number = view.sheet
+            name = f"scene-{variant}-{number}"
+            kept_one = history.artefact(view.job or "", name if name in names else "scene-1-1")
+            return f"{view.job}/{name}", {} if kept_one is None else {"part": kept_one.data}
         if "scene-after" in names:
             kept = {layer: history.artefact(view.job or "", f"scene-{layer}") for layer in _STILL}
             return view.job, {layer: found.data for layer, found in kept.items() if found is not None}

@@ -60,6 +60,9 @@ def look(source: str, work: str = "", options: dict[str, Any] | None = None) -> 
     if format_.name == "gcode":
         return _program(source, loaded.file_name, settings)
     works = _EXAMPLE if format_.name == "example" else _MAPS.get(format_.name, format_.processes)
+    if "cut" in works:
+        place = works.index("cut") + 1
+        works = (*works[:place], "nest", *works[place:])
     tried = [work] if work in works else list(works)
     error = ""
     for one in tried:
@@ -76,7 +79,7 @@ def _drawing(source: str, name: str, work: str, settings: Settings) -> Seen:
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.scene import part_scene
 
-    if work == "cut":
+    if work in ("cut", "nest"):
         part = read_contours(source, settings.read)
     elif work == "pocket":
         part = read_pockets(source, settings.read, settings.pocket, settings.sheet)

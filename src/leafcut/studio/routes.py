@@ -23,7 +23,9 @@ from leafcut.studio.folder import Folder
 from leafcut.studio.history import Record
 from leafcut.studio.jobs import Jobs, line_of
 from leafcut.studio.safety import STILL_POLICY
+from leafcut.studio.sheets import comparison, plan_cuts, sheets_of
 from leafcut.studio.task import Task
+from leafcut.studio.wanted import wanted_parts
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
@@ -157,6 +159,22 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
         record, answer = await _done(jobs, task)
         return JSONResponse({**answer, "text": _text(jobs, record.id, "tour"), "job": record.id})
 
+    @made.post("/nest", summary="Parts with quantities laid on sheets, in several variants")
+    async def nest(
+        files: Annotated[list[UploadFile], File(description="drawings of parts")],
+        parts: Annotated[
+            str, Form(description='how often each, in their order: [{"quantity": 10, "rotations": "0 90"}]')
+        ] = "[]",
+        options: Options = "{}",
+    ) -> JSONResponse:
+        """Return the answer of ``leafcut nest --json``, the drawings as ``texts`` by their names, and ``job``."""
+        wanted = wanted_parts([await _keep(folder, file) for file in files], parts)
+        task = Task("nest", tuple(one.word for one in wanted), "auto", _options(options))
+        record, answer = await _done(jobs, task)
+        sheets = sheets_of(record.id, answer)
+        texts = {sheet.file: _text(jobs, record.id, sheet.drawing) for sheet in sheets}
+        return JSONResponse({**answer, "texts": texts, "job": record.id})
+
     @made.post("/simulate", summary="What a program costs on a machine, and what is dangerous in it")
     async def simulate(file: Upload = None, options: Options = "{}") -> JSONResponse:
         """Return the answer of ``leafcut simulate --json``, and the job's id as ``job``."""
@@ -241,6 +259,28 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
         record = _found(jobs, job)
         jobs.cancel(job)
         return _job_answer(jobs, record)
+
+    @made.get(
+        "/jobs/{job}/answer", summary="The answer of a job that is done, as the command line gives it with --json"
+    )
+    def answer(job: Job) -> JSONResponse:
+        found = jobs.history.answer(_found(jobs, job).id)
+        if found is None:
+            raise HTTPException(404, "this job has no answer")
+        return JSONResponse(found)
+
+    @made.post("/jobs/{job}/cuts", summary="Plan the cuts of all sheets of a nest, and compare its variants")
+    async def plan(job: Job, options: Options = "{}") -> list[dict[str, Any]]:
+        """Return, when all are planned, what the cuts of every variant come to; the jobs have the programs."""
+        _found(jobs, job)
+        for begun in plan_cuts(jobs, job, _options(options)):
+            await run_in_threadpool(jobs.wait, begun)
+        return comparison(jobs, job)
+
+    @made.get("/jobs/{job}/cuts", summary="What the cuts of a nest's variants come to, as far as they are planned")
+    def cuts(job: Job) -> list[dict[str, Any]]:
+        _found(jobs, job)
+        return comparison(jobs, job)
 
     @made.delete("/jobs/{job}", summary="Forget a job and the files that only it used")
     def delete(job: Job) -> dict[str, str]:

@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from leafcut import api
 from leafcut.model.snapshot import Observer
 from leafcut.studio.history import Artefact
-from leafcut.studio.task import Call, program_name
+from leafcut.studio.task import LIST, NEST, Call, program_name
+from leafcut.studio.wanted import list_text, needs_list
 
 if TYPE_CHECKING:
+    from leafcut.model.nest import NestOutcome
     from leafcut.model.outcome import Outcome
     from leafcut.report.drawing import Which
 
@@ -27,6 +29,7 @@ Tell = Callable[[str, float | None, float, float | None], None]
 
 _BOTH: tuple[Which, ...] = ("before", "after")
 _TEXT, _HTML, _SVG = "text/plain; charset=utf-8", "text/html; charset=utf-8", "image/svg+xml"
+_DXF, _CSV = "image/vnd.dxf", "text/csv; charset=utf-8"
 
 
 #: An order of more holes is not changed by hand.
@@ -56,6 +59,8 @@ def run(
     """
     if call.command == "optimize":
         return _optimize(call, names[0], tell, cancelled, observe)
+    if call.command == "nest":
+        return _nest(call, names, tell, cancelled)
     if call.command == "solve":
         return _solve(call, names[0], tell, cancelled, observe)
     if call.command == "simulate":
@@ -71,7 +76,9 @@ def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event, obs
 
     with tempfile.TemporaryDirectory(prefix="leafcut-") as place:
         plan = Path(place) / "plan.toml"
-        options = {**call.options, "save_plan": str(plan)} if call.process == "cut" else call.options
+        # Common lines have no plan file.
+        planned = call.process == "cut" and not call.options.get("common_lines")
+        options = {**call.options, "save_plan": str(plan)} if planned else call.options
         outcome = api.optimize(
             call.sources[0], process=call.process, progress=tell, observe=observe, cancelled=cancelled, **options
         )
@@ -94,6 +101,40 @@ def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event, obs
     if text:
         artefacts["plan"] = Artefact(f"{Path(output).stem}_plan.toml", "application/toml", text)
     return Made(answer, figures, artefacts)
+
+
+def _nest(call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.Event) -> Made:
+    """Nest parts: every variant is written, sheet by sheet, and drawn."""
+    from leafcut.report.nest_answer import nest_as_json
+    from leafcut.studio.scene import nest_scene
+
+    with tempfile.TemporaryDirectory(prefix="leafcut-") as place:
+        words = [f"{file}:{one.quantity}" for file, one in zip(call.sources, call.parts, strict=True)]
+        if needs_list(call.parts):
+            (Path(place) / LIST).write_text(list_text(call.parts, call.sources), encoding="utf-8")
+            words = [str(Path(place) / LIST)]
+        outcome = api.nest(
+            words, Path(place) / NEST, progress=tell, cancelled=cancelled, all_variants=True, **call.options
+        )
+        written = [[Path(file) for file in files] for files in outcome.files]
+        artefacts = {
+            f"sheet-{v}-{k}": Artefact(file.name, _DXF, file.read_bytes())
+            for v, files in enumerate(written, 1)
+            for k, file in enumerate(files, 1)
+        }
+    outcome = replace(outcome, files=tuple(tuple(file.name for file in files) for files in written))
+    for v, one in enumerate(outcome.nests, 1):
+        for k, layout in enumerate(one.layouts, 1):
+            artefacts[f"scene-{v}-{k}"] = _scene(nest_scene(one, layout))
+    if needs_list(call.parts):
+        artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, names).encode())
+    return Made(nest_as_json(outcome), _nest_figures(outcome), artefacts)
+
+
+def _nest_figures(outcome: NestOutcome) -> dict[str, Any]:
+    best = outcome.nests[0]
+    used = 100.0 * best.utilisation_of_used
+    return {"utilisation_of_used_percent": used, "sheets": best.n_sheets, "variants": len(outcome.nests)}
 
 
 def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:

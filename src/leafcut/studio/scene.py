@@ -63,10 +63,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import CutPlan
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
+from leafcut.model.nest import Layout, Nest
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
 from leafcut.model.pocket import Pocket
@@ -91,10 +93,11 @@ _HANDLE = re.compile(r"handle ([0-9A-Fa-f]+)")
 Columns = dict[str, tuple[str, NDArray[Any]]]
 
 
-def part_scene(part: Part, tools: dict[int, int] | None = None) -> bytes:
+def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool = False) -> bytes:
     """Return a part: holes, slots, contours, pockets and the places of its issues.
 
-    `tools`: number of the tool for each hole by its index, where that is known.
+    `tools`: number of the tool for each hole by its index, where that is known. `filled`: what is cut
+    is shown as metal.
     """
     x0, y0, x1, y1 = part.extents
     origin = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1)])
@@ -124,8 +127,16 @@ def part_scene(part: Part, tools: dict[int, int] | None = None) -> bytes:
         "origin": origin.tolist(),
         "layers": sorted(clean(layer) for layer in layers - {""}),
         "issues": _issues(part.issues),
+        "filled": filled,
     }
     return packed(header, columns)
+
+
+def nest_scene(nest: Nest, layout: Layout) -> bytes:
+    """Return one sheet of a nest as a part: its edge and what lies on it."""
+    corners = [(0.0, 0.0), (nest.length, 0.0), (nest.length, nest.width), (0.0, nest.width)]
+    edge = Contour(Polyline.of_points(corners, closed=True), "sheet")
+    return part_scene(Part(name="nest", holes=(), contours=(edge, *nest.contours(layout))), filled=True)
 
 
 def outcome_scene(outcome: Outcome, which: Which) -> bytes:

@@ -13,10 +13,16 @@ from leafcut.errors import OptionError, nearest
 from leafcut.option_spec import flag_name
 from leafcut.options import Settings, group_of
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
+from leafcut.studio.wanted import WantedPart, needs_list
 
-COMMANDS = {"optimize": 1, "solve": 1, "simulate": 1, "verify": 2}
+#: How many files each takes; `nest` as many as there are drawings.
+COMMANDS = {"optimize": 1, "nest": 0, "solve": 1, "simulate": 1, "verify": 2}
 #: Options that name what is to be written: the studio does that itself.
-_OUTPUTS = ("save_plan",)
+_OUTPUTS = ("save_plan", "all_variants")
+#: Names of the list and of the drawings of a nest.
+LIST, NEST = "parts.csv", "nest.dxf"
+#: So many drawings are named in a title.
+_MOST_NAMED = 4
 #: Where the files of an option of the kind path may also be the person's own.
 _OWN_KINDS = {"machine": "machines", "tools": "tools"}
 
@@ -26,13 +32,15 @@ class Task:
     """A command with its inputs (ids of uploads, or names of built-in parts) and options, as a page says them.
 
     Values are texts as typed, true or false, or numbers; a file among the options is the id of an upload, or ``mine:``
-    and the name of one of the person's own.
+    and the name of one of the person's own. The inputs of a nest are those of `wanted.WantedPart.word`. `origin` is the
+    nested sheet that the input is: job, variant and layout with slashes between.
     """
 
     command: str
     inputs: tuple[str, ...]
     process: str = "auto"
     options: dict[str, Any] = field(default_factory=dict)
+    origin: str = ""
 
     def as_json(self) -> str:
         """Return the task as one line of JSON."""
@@ -42,17 +50,20 @@ class Task:
     def from_json(cls, text: str) -> Task:
         """Return what `as_json` wrote."""
         plain = json.loads(text)
-        return cls(plain["command"], tuple(plain["inputs"]), plain["process"], plain["options"])
+        return cls(
+            plain["command"], tuple(plain["inputs"]), plain["process"], plain["options"], plain.get("origin", "")
+        )
 
 
 @dataclass(frozen=True)
 class Call:
-    """A task with paths in place of ids: ready to run."""
+    """A task with paths in place of ids: ready to run; `parts` are those of a nest."""
 
     command: str
     sources: tuple[str, ...]
     process: str
     options: dict[str, Any]
+    parts: tuple[WantedPart, ...] = ()
 
 
 def prepare(task: Task, folder: Folder) -> Call:
@@ -65,7 +76,10 @@ def prepare(task: Task, folder: Folder) -> Call:
     """
     if task.command not in COMMANDS:
         raise OptionError(f"unknown command '{task.command}'{nearest(task.command, COMMANDS)}")
-    if len(task.inputs) != COMMANDS[task.command]:
+    parts = parts_of(task)
+    if task.command == "nest" and not parts:
+        raise OptionError("there are no parts; open drawings to be nested")
+    if task.command != "nest" and len(task.inputs) != COMMANDS[task.command]:
         files = "one file" if COMMANDS[task.command] == 1 else f"{COMMANDS[task.command]} files"
         raise OptionError(f"{task.command} needs {files}")
     from leafcut.api import PROCESSES
@@ -74,7 +88,22 @@ def prepare(task: Task, folder: Folder) -> Call:
         raise OptionError(f"--process: '{task.process}' is not there; use one of {', '.join(PROCESSES)}")
     options = {name: _resolved(name, value, folder) for name, value in given(task.options).items()}
     Settings.collect(options)
-    return Call(task.command, tuple(folder.source(word) for word in task.inputs), task.process, options)
+    # Nothing built in is a drawing of a part, so a part is an upload.
+    sources = [str(folder.input_path(one.input)) for one in parts] or [folder.source(word) for word in task.inputs]
+    if parts and any(source.lower().endswith(".csv") for source in sources):
+        raise OptionError("a list of parts names files where the studio does not look; open the drawings themselves")
+    return Call(task.command, tuple(sources), task.process, options, parts)
+
+
+def parts_of(task: Task) -> tuple[WantedPart, ...]:
+    """Return the parts of a nest; none of another task.
+
+    Raises
+    ------
+    OptionError
+        A quantity or an angle is none.
+    """
+    return tuple(WantedPart.of(word) for word in task.inputs) if task.command == "nest" else ()
 
 
 def given(options: Mapping[str, Any]) -> dict[str, Any]:
@@ -107,13 +136,18 @@ def _resolved(name: str, value: Any, folder: Folder) -> Any:
 
 def names_of(task: Task, folder: Folder) -> tuple[str, ...]:
     """Return what a person calls the inputs."""
+    if task.command == "nest":
+        return tuple(folder.input_path(one.input).name for one in parts_of(task))
     return tuple(word if word.startswith(BUILT_IN) else folder.input_path(word).name for word in task.inputs)
 
 
 def title_of(task: Task, folder: Folder) -> str:
     """Return what the history calls a task; a file that is gone is told by a question mark."""
     try:
-        return " · ".join(names_of(task, folder))
+        names = list(names_of(task, folder))
+        if task.command == "nest":
+            names = [f"{name} × {one.quantity}" for name, one in zip(names, parts_of(task), strict=True)]
+        return " · ".join(names[:_MOST_NAMED]) + (" …" if len(names) > _MOST_NAMED else "")
     except OptionError:
         return "?"
 
@@ -127,7 +161,13 @@ def program_name(source: str, extension: str) -> str:
 
 def command_line(task: Task, folder: Folder, output: str = "") -> str:
     """Return what one types to have the same run: quoted for a shell, with the names that the files have."""
-    words = ["leafcut", task.command, *names_of(task, folder)]
+    names = names_of(task, folder)
+    if task.command == "nest":
+        parts = parts_of(task)
+        counted = [f"{name}:{one.quantity}" for name, one in zip(names, parts, strict=True)]
+        words = ["leafcut", "nest", *([LIST] if needs_list(parts) else counted), "-o", NEST, "--all-variants"]
+    else:
+        words = ["leafcut", task.command, *names]
     if task.command == "optimize":
         words += ["-o", output] if output else []
         words += ["--process", task.process] if task.process != "auto" else []

@@ -6,12 +6,14 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from leafcut import api
-from leafcut.errors import LeafcutError
-from leafcut.options import all_options, group_of
+from leafcut.errors import LeafcutError, OptionError
+from leafcut.option_spec import flag_name
+from leafcut.options import all_options, group_of, options_of_file
 from leafcut.studio import forms
 from leafcut.studio.folder import OWN
 from leafcut.studio.preview import Seen, look
 from leafcut.studio.task import Task, command_line, prepare, program_name
+from leafcut.studio.wanted import WantedPart
 from leafcut.studio.wording import Words
 
 if TYPE_CHECKING:
@@ -28,6 +30,12 @@ class View:
         The input: the id of an upload or the name of a built-in part, and what a person calls it; empty for none.
     second, second_name
         Of `verify`: the program that must do the same work.
+    parts, part_names
+        Of a nest: what is wanted, and id → what a person calls the drawing.
+    origin
+        The nested sheet that the input is (`sheets.SheetOfNest.origin`); empty for another.
+    sheet
+        Which sheet of the job's nests is shown: variant and number.
     values, shown, errors
         Of the form: what was typed, what chosen files are called, and what is wrong.
     job
@@ -42,6 +50,10 @@ class View:
     name: str = ""
     second: str = ""
     second_name: str = ""
+    parts: list[WantedPart] = field(default_factory=list)
+    part_names: dict[str, str] = field(default_factory=dict)
+    origin: str = ""
+    sheet: tuple[int, int] = (1, 1)
     seen: Seen | None = None
     work: str = "drill"
     process: str = "auto"
@@ -63,7 +75,8 @@ class View:
 
     def works(self) -> tuple[str, ...]:
         """Return the kinds of work that the input is good for; all of them before there is one."""
-        return self.seen.works if self.seen is not None else tuple(forms.WORKS)
+        known = self.seen.works if self.seen is not None else tuple(forms.WORKS)
+        return (*known, "nest") if self.parts and "nest" not in known else known
 
     @property
     def studied(self) -> bool:
@@ -85,23 +98,73 @@ class View:
         if problem:
             self.errors[name] = problem
 
+    def take_options(self, made: str) -> None:
+        """Take the options of a file that was opened, in place of what was typed.
+
+        Raises
+        ------
+        OptionError
+            It is no file of options, or one that names other files: the studio looks for none.
+        """
+        try:
+            found = options_of_file(self.studio.folder.input_path(made))
+        except OptionError as problem:
+            raise OptionError(self.studio.folder.without_paths(str(problem))) from None
+        for name, value in found.items():
+            spec = group_of(name).specs()[name]
+            path = isinstance(value, str) and spec.may_be_path and value.lower().endswith(".toml")
+            if spec.kind == "path" or path:
+                raise OptionError(f"{flag_name(name)}: takes a file that was opened in the studio, not a path")
+        for name, value in found.items():
+            words = ",".join(map(str, value)) if isinstance(value, list) else value
+            self.put(name, words if isinstance(words, bool) else str(words))
+
     def form(self) -> list[dict[str, Any]]:
         """Return the options form of the work chosen."""
-        folder = self.studio.folder
-        machines = {name: name for name in _shipped()}
-        machines |= {OWN + name: self.words("machines.own", name=name) for name in folder.own("machines")}
-        return forms.form(self.work, self.values, self.words, machines=machines, tools=folder.own("tools"))
+        tools = self.studio.folder.own("tools")
+        return forms.form(self.work, self.values, self.words, machines=self._machines(), tools=tools)
+
+    def cut_form(self) -> list[dict[str, Any]]:
+        """Return the form of what nested sheets are cut with."""
+        return forms.form_of("cuts", forms.CUT_OF_NEST, self.words, "cut", self._machines())
+
+    def cut_options(self) -> dict[str, Any]:
+        """Return what nested sheets are cut with; how often each is cut is known from the nest.
+
+        Raises
+        ------
+        OptionError
+            A value is wrong.
+        """
+        wrong = [name for name in self.errors if name in forms.CUT_OF_NEST]
+        if wrong:
+            raise OptionError(f"{flag_name(wrong[0])}: {self.errors[wrong[0]]}")
+        return {name: value for name, value in forms.of_work("cut", self.values).items() if name != "quantity"}
+
+    def _machines(self) -> dict[str, str]:
+        own = self.studio.folder.own("machines")
+        return {name: name for name in _shipped()} | {OWN + n: self.words("machines.own", name=n) for n in own}
+
+    @property
+    def ready(self) -> bool:
+        """Whether there is what the work needs."""
+        if self.work == "nest":
+            return bool(self.parts)
+        return bool(self.source) and bool(self.work != "verify" or self.second)
 
     def task(self) -> Task:
         """Return what is asked for."""
         work = forms.WORKS[self.work]
-        inputs = (self.source, self.second) if self.work == "verify" else (self.source,)
+        inputs: tuple[str, ...] = (self.source, self.second) if self.work == "verify" else (self.source,)
+        if self.work == "nest":
+            inputs = tuple(one.word for one in self.parts)
         process = self.process if self.work == "program" else work.process
-        return Task(work.command, inputs, process, forms.of_work(self.work, self.values))
+        origin = self.origin if self.work == "cut" else ""
+        return Task(work.command, inputs, process, forms.of_work(self.work, self.values), origin)
 
     def command_line(self) -> str:
         """Return what one types to have the same run; empty as long as that cannot be said."""
-        if not self.source or (self.work == "verify" and not self.second):
+        if not self.ready:
             return ""
         try:
             task = self.task()

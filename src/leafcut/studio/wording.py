@@ -15,9 +15,11 @@ LANGUAGES = {"en": "English", "es": "Español"}
 class Words:
     """The words of one language: ``words("run.begin")``, ``words("open.large", mib=64)``."""
 
-    def __init__(self, language: str, table: Mapping[str, str]) -> None:
+    def __init__(self, language: str, table: Mapping[str, str], translated: Mapping[str, str] | None = None) -> None:
         self.language = language
         self.table = table
+        #: What the options and the issues are about, in place of the English words that they have themselves.
+        self.translated = translated or {}
 
     def __call__(self, key: str, **values: Any) -> str:
         """Return the words of a key, with values in their places."""
@@ -33,13 +35,30 @@ class Words:
         """Return what an option is called beside its field."""
         return self.table[f"option.{name}"]
 
+    def help(self, name: str, english: str) -> str:
+        """Return what an option is for."""
+        return self.translated.get(f"help.{name}", english)
+
+    def default(self, name: str, english: str) -> str:
+        """Return what holds where nothing is given, for an option that says it in words."""
+        return self.translated.get(f"default.{name}", english) if english else ""
+
+    def issue(self, code: str) -> str:
+        """Return what an issue of a code means; nothing in English, in which its message says it."""
+        meaning = self.translated.get(f"issue.{code}", "")
+        return meaning[:1].upper() + meaning[1:]
+
 
 @cache
 def words(language: str) -> Words:
     """Return the words of a language; of one that the studio does not speak, the English ones."""
     known = language if language in LANGUAGES else "en"
-    text = (files("leafcut.studio") / "texts" / f"{known}.toml").read_text(encoding="utf-8")
-    return Words(known, dict(_flat("", tomllib.loads(text))))
+    return Words(known, _texts(known), {} if known == "en" else _texts(f"options_{known}"))
+
+
+def _texts(name: str) -> dict[str, str]:
+    text = (files("leafcut.studio") / "texts" / f"{name}.toml").read_text(encoding="utf-8")
+    return dict(_flat("", tomllib.loads(text)))
 
 
 def _flat(prefix: str, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -35,13 +35,15 @@ def check_clearance(
     safe_z: float = 0.0,
     dogleg: bool = False,
     torch: bool = False,
+    milled: bool = False,
 ) -> list[Difference]:
     """Return every move that could crash, with its line and place; nothing when the program is safe by these rules.
 
     1. A rapid in x or y is nowhere lower than `clearance` mm over `surface_z`, and z is known when it is made.
        After a move to machine z (G53, G28) at or above `safe_z` it is known to be high.
     2. A rapid does not go down below `surface_z`, but for the return into a hole: over a place where a feed has gone at
-       least as deep since the tool arrived there.
+       least as deep since the tool arrived there. Not looked at where an area is `milled`: how low a rapid may go
+       there, what was cut before says (`verify.pocket`).
     3. The spindle turns whenever something is cut. A tool change stops it. Of a `torch` instead: it is off in every
        rapid in x or y; over the sheet with the torch off a feed does no harm.
     4. A rapid across one of `zones` (float64[k, 4]: x0 ≤ x1, y0 ≤ y1 in order x0, y0, x1, y1, mm) is at or above
@@ -66,7 +68,11 @@ def check_clearance(
         ),
         (
             "rapid into the part",
-            rapid & _goes_down(path, before) & (path.end[:, 2] < surface_z - _ROOM) & ~_returns(path, before),
+            rapid
+            & _goes_down(path, before)
+            & (path.end[:, 2] < surface_z - _ROOM)
+            & ~_returns(path, before)
+            & (not milled),
             f"a rapid goes down below the surface, Z{surface_z:.3f}, where nothing was cut",
         ),
         ("torch burns", rapid & across & (_spindle_speed(path) != 0), "it must be off in a rapid")

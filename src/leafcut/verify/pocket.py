@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points, Polyline
-from leafcut.geometry.regions import FINE, region
+from leafcut.geometry.regions import FINE, quarter, region
 from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath, positions_before
 from leafcut.verify.difference import Difference, place, shorten
@@ -18,13 +18,16 @@ from leafcut.verify.removal import Removal, capsules, removal
 
 #: Room for the rounding of written heights, mm (half of 0.0001 inch is 0.00127 mm), and of the walls' chords.
 _ROOM = 0.002
+#: A rapid down ends at least so far over what is cleared, mm.
+OVER = 0.4
 _CUTTING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 
 
 @dataclass(frozen=True, eq=False)
 class _Cut:
-    """One feed move: its line of the program, and the way of the tool's tip as points (x, y, z) in mm."""
+    """One feed move: its row and line of the program, and the way of the tool's tip as points (x, y, z) in mm."""
 
+    row: int
     line: int
     way: NDArray[np.float64]
 
@@ -36,7 +39,8 @@ def check_pockets(
 
     1. No feed move is deeper than the pocket, and none below the surface brings the tool more than the tolerance of
        the rules beyond a wall, whether it clears, enters or links.
-    2. A rapid moves sideways, or down, at or above the R plane only.
+    2. A rapid moves sideways at or above the R plane only. Straight down it goes below it only to where it ends
+       over ground that feeds before it have cleared under all of the tool.
 
     Parameters
     ----------
@@ -48,7 +52,7 @@ def check_pockets(
         Height of the R plane, mm.
     """
     cuts = list(_cuts(written, rules.tolerance))
-    return shorten([*_rapids(written, retract), *_too_deep(cuts, depth), *_gouges(cuts, pockets, rules)])
+    return shorten([*_rapids(written, cuts, rules, retract), *_too_deep(cuts, depth), *_gouges(cuts, pockets, rules)])
 
 
 def simulated_levels(
@@ -171,7 +175,7 @@ def _cuts(path: Toolpath, tolerance: float) -> Iterator[_Cut]:
             continue
         flat = _flat(path, row, begin[:2], end[:2], FINE * tolerance)
         heights = np.linspace(begin[2], end[2], len(flat))
-        yield _Cut(int(path.line[row]), np.column_stack([flat, heights]))
+        yield _Cut(row, int(path.line[row]), np.column_stack([flat, heights]))
 
 
 def _flat(path: Toolpath, row: int, begin: Points, end: Points, tolerance: float) -> Points:
@@ -210,27 +214,69 @@ def _pieces(cuts: Sequence[_Cut], z: float) -> Iterator[Points]:
         yield np.concatenate(run)
 
 
+def _lines(cuts: Sequence[_Cut]) -> Any:
+    """Return the ways of some moves in the plane as shapely lines."""
+    import shapely
+
+    return shapely.linestrings(
+        np.concatenate([cut.way[:, :2] for cut in cuts]),
+        indices=np.repeat(np.arange(len(cuts)), [len(cut.way) for cut in cuts]),
+    )
+
+
 # -- checks ----------------------------------------------------------------------------------------------------------
 
 
-def _rapids(path: Toolpath, retract: float) -> list[Difference]:
-    """Return the rapids that go sideways or down below the R plane."""
+def _rapids(path: Toolpath, cuts: Sequence[_Cut], rules: PocketRules, retract: float) -> list[Difference]:
+    """Return the rapids below the R plane that go sideways, or down to what is not cleared."""
     before = positions_before(path)
     rapid = path.kind == Kind.RAPID
     sideways = (np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == before[:, :2])).any(axis=1)
-    lowest = np.fmin(before[:, 2], path.end[:, 2])
-    down = ~(path.end[:, 2] >= before[:, 2])
-    wrong = rapid & (sideways | down) & (lowest < retract - _ROOM)
+    low = np.fmin(before[:, 2], path.end[:, 2]) < retract - _ROOM
+    down = low & ~sideways & ~(path.end[:, 2] >= before[:, 2])
+    wrong = [
+        (row, f"a rapid goes sideways only at Z{retract:.3f} or above")
+        for row in np.flatnonzero(rapid & low & sideways).tolist()
+    ]
+    blind = _uncleared(path, before, np.flatnonzero(rapid & down).tolist(), cuts, rules)
+    wrong += [(row, f"a rapid goes down below Z{retract:.3f} only over ground that is cleared") for row in blind]
     return [
         Difference(
             "rapid in the material",
             0,
             int(path.line[row]),
-            f"a rapid goes sideways or down only at Z{retract:.3f} or above; this one goes from {place(*before[row])} "
-            f"to {place(*path.end[row])}",
+            f"{text}; this one goes from {place(*before[row])} to {place(*path.end[row])}",
         )
-        for row in np.flatnonzero(wrong).tolist()
+        for row, text in sorted(wrong)
     ]
+
+
+def _uncleared(
+    path: Toolpath, before: Points, rows: Sequence[int], cuts: Sequence[_Cut], rules: PocketRules
+) -> list[int]:
+    """Return those of some rapids straight down that end lower than `OVER` over what earlier feeds have cleared.
+
+    Cleared is a disc of the tool's radius less the tolerance: films thinner than that are no material.
+    """
+    import shapely
+
+    if not rows or not cuts:
+        return list(rows)
+    lines = _lines(cuts)
+    when, top = np.array([cut.row for cut in cuts]), np.array([cut.way[:, 2].max() for cut in cuts])
+    chords = quarter(rules.radius, FINE * rules.tolerance)
+    found = []
+    for row in rows:
+        at, z = shapely.Point(np.where(np.isnan(before[row]), path.end[row], before[row])[:2]), path.end[row, 2]
+        known = lines[(when < row) & (top <= z - OVER + _ROOM)]
+        near = known[shapely.dwithin(known, at, 2.0 * rules.radius)]
+        if shapely.dwithin(near, at, 0.1 * rules.tolerance).any():
+            continue  # the tool's centre has been here
+        steps = [shapely.linestrings(np.stack([p[:-1], p[1:]], axis=1)) for p in map(shapely.get_coordinates, near)]
+        cleared = shapely.union_all(shapely.buffer(np.concatenate([[], *steps]), rules.radius, quad_segs=chords))
+        if not cleared.covers(at.buffer(rules.radius - rules.tolerance, quad_segs=chords)):
+            found.append(row)
+    return found
 
 
 def _too_deep(cuts: Sequence[_Cut], depth: float) -> list[Difference]:
@@ -250,11 +296,7 @@ def _gouges(cuts: Sequence[_Cut], pockets: Sequence[Pocket], rules: PocketRules)
     reach = rules.radius - rules.tolerance
     rooms = shapely.union_all([_shape(p, rules).buffer(-reach, quad_segs=64) for p in pockets])
     shapely.prepare(rooms)
-    lines = shapely.linestrings(
-        np.concatenate([cut.way[:, :2] for cut in cuts]),
-        indices=np.repeat(np.arange(len(cuts)), [len(cut.way) for cut in cuts]),
-    )
-    wrong = []
+    lines, wrong = _lines(cuts), []
     for k in np.flatnonzero(~shapely.covers(rooms, lines)).tolist():
         outside = lines[k].difference(rooms)
         point = outside.representative_point() if not outside.is_empty else lines[k].centroid

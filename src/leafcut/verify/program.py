@@ -30,13 +30,15 @@ def check_program(
     zones: NDArray[np.float64] | None = None,
     zone_height: float | None = None,
     tool_radii: Mapping[int, float] = MappingProxyType({}),
+    milled: bool = False,
 ) -> list[Difference]:
     """Return all that is wrong with a program's text; an empty list is the proof.
 
     The text is interpreted as the controller would, whatever modes another program left active. What comes out must
     be the planned toolpath, with the cycles that the controller lacks written out, inside the
     machine's travel, above the work and over the keep-out zones. `units` are those of the program, mm or inch: places
-    may differ by half of the last decimal.
+    may differ by half of the last decimal. Of a program that is `milled` the rapids down below the surface are left to
+    `verify.pocket`.
 
     Raises
     ------
@@ -66,5 +68,6 @@ def check_program(
             safe_z=machine.safe_z or 0.0,
             dogleg=machine.rapid_style == "dogleg",
             torch=machine.process in ("torch", "laser"),
+            milled=milled,
         ),
     ]

@@ -116,7 +116,7 @@ export default {
           error ? h("span", { class: "error", role: "alert" }, error) : null,
           h("span", { class: "help" }, `${field.help}. ${field.flag}`),
         ]),
-        h(
+        field.help ? h(
           "button",
           {
             type: "button",
@@ -127,7 +127,7 @@ export default {
             onClick: () => (this.told = this.told === field.name ? null : field.name),
           },
           "?",
-        ),
+        ) : null,
       ]);
     },
   },

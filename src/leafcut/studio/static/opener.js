@@ -3,7 +3,7 @@ import { h } from "vue";
 import { send } from "/static/send.js";
 
 export default {
-  props: { words: Object, largest: Number },
+  props: { words: Object, largest: Number, several: Boolean }, // several: all files of one drop, else the first
   emits: ["opened", "refused"],
   data: () => ({ over: 0, busy: false }),
   mounted() {
@@ -30,29 +30,34 @@ export default {
     },
     async take(files) {
       if (!files.length || this.busy) return;
-      const file = files[0];
+      this.busy = true;
+      try {
+        for (const file of this.several ? files : files.slice(0, 1)) await this.send(file);
+      } finally {
+        this.busy = false;
+      }
+    },
+    async send(file) {
       if (file.size > this.largest) {
         this.$emit("refused", { line: `${file.name}: ${this.words.large}` });
         return;
       }
-      this.busy = true;
       try {
         this.$emit("opened", await send(file));
       } catch (problem) {
         this.$emit("refused", { line: problem.message });
-      } finally {
-        this.busy = false;
       }
     },
   },
   render() {
     return h("div", { class: "opener" }, [
       h("label", { class: ["button", "wide", this.busy && "busy"], "data-key": "o" }, [
-        this.busy ? this.words.busy : this.words.open,
+        this.busy ? this.words.busy : this.several ? this.words.add : this.words.open,
         h("input", {
           type: "file",
           class: "unseen",
           id: "open-file",
+          multiple: this.several,
           onChange: (e) => {
             this.take([...e.target.files]);
             e.target.value = "";

@@ -61,7 +61,7 @@ function* paintPart(ctx, frame, part, paths, colours) {
   frame.inMm(ctx, part.origin);
   const px = 1 / frame.scale;
   ctx.lineJoin = "round";
-  const fills = { pocket: colours.hole };
+  const fills = { pocket: colours.hole, cut: part.header.filled && colours["accent-soft"] };
   const strokes = { sheet: colours["line-2"], cut: colours["hole-rim"], mark: colours.idle, pocket: colours["hole-rim"] };
   for (const kind of ["sheet", "pocket", "cut", "mark"]) {
     const path = paths.outlines[kind];

@@ -1,0 +1,145 @@
+"""Which end mill clears a pocket: one of the tool library, or one that is assumed, with careful cutting data."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from leafcut.errors import OptionError, PlanError
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.machine import Machine
+from leafcut.model.pocket import PocketRules
+from leafcut.model.tool import Tool, ToolKind, ToolLibrary
+from leafcut.options import DrillOptions, PocketOptions
+
+#: Surface speed of end mills of high-speed steel, m/min, at the low end of what tables of workshops give for milling
+#: (mild steel 25 … 35, stainless 9 … 20, aluminium and brass 60 … 150, plastics from 20), less 40 % for cutting on the
+#: end and the side at once. Carbide takes three times as much.
+SURFACE_SPEEDS = {"mild_steel": 20.0, "stainless_304": 8.0, "aluminium": 60.0, "brass": 40.0, "plastic": 40.0}
+#: What a material is taken for of which nothing is known.
+UNKNOWN = "mild_steel"
+#: Other names of materials.
+_NAMES = {
+    "steel": "mild_steel",
+    "stainless": "stainless_304",
+    "stainless_steel": "stainless_304",
+    "aluminum": "aluminium",
+    "plastics": "plastic",
+}
+#: Feed per tooth: a part of the diameter, and at most so many mm. Catalogues of end mills give 0.005 to 0.01 diameters
+#: (Iscar, solid end mills, recommended cutting parameters); 0.05 mm of a mill of 10 mm.
+FEED_PER_TOOTH, MOST_PER_TOOTH = 0.01, 0.05
+#: Teeth of a mill that nobody counted: a slot drill has two.
+TEETH = 2
+
+
+def library_mill(library: ToolLibrary, options: PocketOptions, tolerance: float, depth: float | None) -> Tool:
+    """Return the end mill of a library that is asked for by its number, else by its diameter, else its only one.
+
+    Parameters
+    ----------
+    tolerance
+        How far its diameter may be from the one asked for, mm.
+    depth
+        Of the pocket, mm.
+
+    Raises
+    ------
+    OptionError
+        The library does not have the tool, or has several and none is asked for.
+    PlanError
+        The tool asked for is no end mill, has another diameter, or is too short for the depth.
+    """
+    tool = _numbered(library, options.tool_number) if options.tool_number is not None else _fitting(library, options)
+    asked = options.tool_diameter
+    if asked is not None and abs(tool.diameter - asked) > tolerance + 1e-9:
+        raise PlanError(
+            f"{library.source}: {tool.label} is not as wide as --tool-diameter {asked:g} mm says; {_others(library)}"
+        )
+    if depth is not None and tool.flute_length is not None and depth > tool.flute_length + 1e-9:
+        raise PlanError(
+            f"{tool.label} cuts {tool.flute_length:g} mm deep at most, but --depth is {depth:g} mm; use a longer tool"
+        )
+    return tool
+
+
+def _numbered(library: ToolLibrary, number: int) -> Tool:
+    tool = library.by_number.get(number)
+    if tool is None:
+        raise OptionError(f"--tool-number {number}: {library.source} has no such tool; {_others(library)}")
+    if tool.kind is not ToolKind.END_MILL:
+        raise PlanError(
+            f"--tool-number {number}: {tool.label} is a {tool.kind.value}, and a pocket needs an end mill; "
+            f"{_others(library)}"
+        )
+    return tool
+
+
+def _fitting(library: ToolLibrary, options: PocketOptions) -> Tool:
+    """Return the end mill nearest to the diameter asked for, or the only one."""
+    mills, asked = _mills(library), options.tool_diameter
+    if not mills:
+        raise OptionError(f'{library.source}: there is no end mill for a pocket; add a [[tool]] of kind = "end-mill"')
+    if asked is None and len(mills) > 1:
+        raise OptionError(f"{_others(library)}; say which by --tool-number or --tool-diameter")
+    return mills[0] if asked is None else min(mills, key=lambda tool: abs(tool.diameter - asked))
+
+
+def _mills(library: ToolLibrary) -> list[Tool]:
+    return [tool for tool in library.tools if tool.kind is ToolKind.END_MILL]
+
+
+def _others(library: ToolLibrary) -> str:
+    names = ", ".join(tool.label for tool in _mills(library))
+    return f"{library.source} has these end mills: {names}" if names else f"{library.source} has no end mill"
+
+
+def with_data(
+    mill: Tool | None,
+    options: PocketOptions,
+    drill: DrillOptions,
+    rules: PocketRules,
+    machine: Machine,
+    material: str,
+) -> tuple[Tool, list[Issue]]:
+    """Return the end mill with its feed and speed, and what was assumed of it.
+
+    What is asked for by an option counts before what the library says, and that before what tables say of a mill of
+    high-speed steel in the material.
+
+    Raises
+    ------
+    PlanError
+        The spindle does not turn, or the machine does not feed, as asked.
+    """
+    number = options.tool_number or 1
+    tool = mill or Tool(number, rules.tool_diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
+    asked_rpm, asked_feed = drill.spindle_speed or tool.spindle_rpm, options.milling_feed or tool.feed
+    known = _NAMES.get(_plain(material), _plain(material))
+    known = known if known in SURFACE_SPEEDS else UNKNOWN
+    rpm = 1000.0 * SURFACE_SPEEDS[known] / (math.pi * tool.diameter)
+    rpm = asked_rpm or float(round(min(max(rpm, machine.spindle_min_rpm), machine.spindle_max_rpm)))
+    if not machine.spindle_min_rpm <= rpm <= machine.spindle_max_rpm:
+        whose = "--spindle-speed" if drill.spindle_speed else f"{tool.label}, speed"
+        raise PlanError(
+            f"{whose} {rpm:g}: the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to "
+            f"{machine.spindle_max_rpm:g} rpm"
+        )
+    per_tooth = min(FEED_PER_TOOTH * tool.diameter, MOST_PER_TOOTH)
+    feed = asked_feed or min(per_tooth * (tool.teeth or TEETH) * rpm / 60.0, machine.max_feed)
+    if feed > machine.max_feed * (1 + 1e-9):
+        whose = "--milling-feed" if options.milling_feed else f"{tool.label}, feed"
+        raise PlanError(f"{whose} {feed * 60:g} mm/min: {machine.name} feeds at most {machine.max_feed * 60:g} mm/min")
+    tool = replace(tool, feed=feed, spindle_rpm=rpm)
+    if asked_rpm and asked_feed:
+        return replace(tool, assumed=False), []
+    words = (
+        f"{tool.label}: {feed * 60:.0f} mm/min at {rpm:.0f} rpm assumed, for high-speed steel in "
+        f"{known.replace('_', ' ')}, {per_tooth:.3g} mm a tooth; check them, or give --material, --milling-feed and "
+        "--spindle-speed"
+    )
+    return tool, [Issue("L401", words, severity=Severity.NOTE)]
+
+
+def _plain(material: str) -> str:
+    return "_".join(material.lower().replace("-", " ").split())

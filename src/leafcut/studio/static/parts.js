@@ -1,0 +1,51 @@
+// The parts of a nest: a row for each drawing with how often it is wanted and in which angles.
+import { h } from "vue";
+
+export default {
+  props: {
+    rows: Array, // [{id, name, quantity, rotations, shown}]
+    rotations: String, // the angles of those that say none
+    version: Number, // goes up when what was typed is refused, so that this is drawn again
+    words: Object, // {drawing, quantity, rotations, remove, show}
+  },
+  emits: ["change", "remove", "look"],
+  created() { this.draft = null; }, // not among the data: to type draws nothing
+  methods: {
+    input(row, index, key, mode, placeholder) {
+      const id = `${row.id}-${key}`;
+      return h("input", {
+        key: id,
+        class: key,
+        type: "text",
+        inputmode: mode,
+        autocomplete: "off",
+        spellcheck: "false",
+        "aria-label": `${this.words[key]}: ${row.name}`,
+        // What is being typed stays; what was refused goes back to what it was, whenever this is drawn.
+        value: this.draft?.id === id ? this.draft.text : row[key],
+        placeholder,
+        onInput: (e) => { this.draft = { id, text: e.target.value }; },
+        onBlur: () => { this.draft = null; },
+        onChange: (e) => this.$emit("change", { index, key, value: e.target.value }),
+      });
+    },
+  },
+  render() {
+    if (!this.rows.length) return h("div", { class: "wanted" });
+    const heads = ["drawing", "quantity", "rotations"].map((key) => h("span", { class: "head", "aria-hidden": "true" }, this.words[key]));
+    return h("div", { class: "wanted", role: "group", "aria-label": this.words.drawing }, [
+      ...heads,
+      h("span"),
+      ...this.rows.flatMap((row, index) => [
+        h(
+          "button",
+          { key: `${row.id}-name`, type: "button", class: "piece", "aria-pressed": row.shown ? "true" : "false", title: `${this.words.show}: ${row.name}`, onClick: () => this.$emit("look", { index }) },
+          row.name,
+        ),
+        this.input(row, index, "quantity", "numeric", "1"),
+        this.input(row, index, "rotations", undefined, this.rotations),
+        h("button", { key: `${row.id}-remove`, type: "button", class: "less", "aria-label": `${this.words.remove}: ${row.name}`, onClick: () => this.$emit("remove", { index }) }, "×"),
+      ]),
+    ]);
+  },
+};
