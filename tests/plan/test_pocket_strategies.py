@@ -20,7 +20,8 @@ from leafcut.plan.pocket_region import CentreRegion, centre_regions
 from leafcut.plan.pocket_rings import contour, rings
 from leafcut.plan.pocket_spurs import with_spurs
 from leafcut.plan.pocket_zigzag import zigzag
-from leafcut.verify.removal import measure_path, too_wide
+from leafcut.verify.removal import measure_path
+from leafcut.verify.too_wide import TooWide
 
 STRATEGIES = [best, contour, zigzag]
 POCKETS = {"plate": plate(), "l_shape": l_shape(), "disc": Pocket(Polyline.circle(0, 0, 31))}
@@ -76,7 +77,7 @@ def test_no_pass_of_the_best_way_over_a_rectangle_is_further_than_the_step_over_
     """Where it came out wider it is left as rings; the core, where two fronts meet, is no wider than the tool."""
     pocket = Pocket(box(0, 0, 140, 100))
     region = only_region(pocket)
-    found = measure_path(pocket, best(region, lambda path: too_wide(region.polygon, path, RULES)), RULES)
+    found = measure_path(pocket, best(region, TooWide(region.polygon, RULES)), RULES)
     assert 0.97 * RULES.step_over < found.max_step_over <= RULES.step_over
     assert found.max_core < RULES.tool_diameter
 
@@ -107,6 +108,16 @@ def test_lines_at_a_given_angle_run_at_that_angle_and_no_further_apart_than_the_
     assert np.abs(long[:, 0]).max() < 1e-6
     columns = np.unique(path.pieces[0].path.vertices[:, 0].round(6))
     assert np.diff(columns).max() <= 6.0 + 1e-6
+
+
+def test_lines_begin_with_a_run_that_has_room_for_a_ramp_and_not_in_a_corner() -> None:
+    """The floor is a flat V: the line in its tip is a point, and both ends of the next one are far away from it."""
+    pocket = Pocket(Polyline.of_points([(0, 10), (50, 0), (100, 10), (100, 50), (0, 50)], closed=True))
+    region = only_region(pocket)
+    path = zigzag(region, angle=0.0)
+    runs = [piece.path.length for piece in path.pieces if piece.kind == "rough"]
+    assert min(runs) < 0.1
+    assert path.pieces[0].path.length >= RULES.tool_diameter
 
 
 def test_a_slot_as_wide_as_the_tool_is_cleared_by_one_line_there_and_back() -> None:

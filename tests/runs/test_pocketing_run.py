@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import math
+import threading
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from leafcut.cli import run
 from leafcut.errors import LeafcutError, OptionError, PlanError, VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
+from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketPath
 from leafcut.model.toolpath import Kind, positions_before
 from leafcut.report.summary import print_summary
@@ -257,6 +259,36 @@ def test_stock_that_takes_the_limit_of_engagement_away_in_sharp_corners_is_refus
     (tmp_path / "box.wkt").write_text(shapely.box(0, 0, 42, 32).wkt)
     with pytest.raises(PlanError, match="leave out --stock"):
         api.optimize(tmp_path / "box.wkt", strategy="adaptive", max_engagement="60deg", stock=0.5, **FAST)
+
+
+@pytest.mark.parametrize("strategy", ["best", "connected"])
+def test_a_run_stopped_while_it_makes_the_connected_way_writes_what_is_there(drawing: Path, strategy: str) -> None:
+    """The connected way clears all even so; what was not begun is not tried."""
+    cancelled = threading.Event()
+
+    def progress(what: str, *_: Any) -> None:
+        if "connected" in what:
+            cancelled.set()
+
+    outcome = api.optimize(drawing, progress=progress, cancelled=cancelled, **{**FAST, "strategy": strategy})
+    results = {r.strategy: r for r in outcome.pocket_plans[0].results}
+    assert results["firefly"].refused == results["ants"].refused == "stopped before it was tried"
+    assert results["contour"].path is not None
+    if strategy == "connected":
+        assert outcome.pocket_plans[0].result is results["connected"]
+        assert results["connected"].measures.uncovered_percent <= 0.1
+    assert outcome.verified
+
+
+def test_a_time_limit_leaves_the_connected_way_longer_but_whole(
+    drawing: Path, outcome: Outcome, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(room, "WAYS", tuple(w for w in room.WAYS if w.name == "connected"))
+    short = api.optimize(drawing, **{**FAST, "strategy": "connected", "time_limit": "1ms"})
+    found = short.pocket_plans[0].result
+    assert found.measures.uncovered_percent <= 0.1 and found.measures.retracts == 0
+    [whole] = [r for r in outcome.pocket_plans[0].results if r.strategy == "connected"]
+    assert found.measures.feed_mm > whole.measures.feed_mm
 
 
 @pytest.mark.usefixtures("contour_only")

@@ -182,6 +182,8 @@ class Polyline:
 
         The points of a closed polyline end with the first one again.
         """
+        if not self.bulges.any():
+            return np.concatenate([self.vertices[:, :2], self.vertices[: int(self.closed), :2]])
         points = [np.array([self.start])]
         points += [_chords(s, tolerance) if s.is_arc else np.array([s.end]) for s in self.segments()]
         return np.concatenate(points)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points
 from leafcut.plan.pocket_region import CentreRegion
-from leafcut.plan.pocket_rings import NEAR, Ring
+from leafcut.plan.pocket_rings import NEAR, Ring, never
 
 Rows = NDArray[np.int64]
 
@@ -51,9 +53,17 @@ class Joint:
     child_gap: float
 
 
+class _Options(NamedTuple):
+    """Joints that two rings may have, the shortest first: extra length, float64[n]; stations and gaps of the parent
+    and of the child, float64[n, 2] each; mm."""
+
+    costs: Points
+    stations: Points
+    gaps: Points
+
+
 def _beside(a: Ring, b: Ring, step_over: float) -> bool:
     """Return whether two rings run side by side for long: one may be gone on from to the other anywhere."""
-
     small, large = (a, b) if a.length <= b.length else (b, a)
     if a.level == b.level:
         return False
@@ -146,37 +156,52 @@ def _kruskal(cut: list[Ring], a: Rows, b: Rows, step_over: float) -> list[tuple[
 
 
 class Layout:
-    """Where the joints are: stretches of rings that are taken, and the way that goes through all of them."""
+    """Where the joints are: stretches of rings that are taken, and the way that goes through all of them.
 
-    def __init__(self, region: CentreRegion, cut: list[Ring], avoided: Points | None = None) -> None:
+    Where it is `stopped` the first joints that will do are taken.
+    """
+
+    def __init__(self, region: CentreRegion, cut: list[Ring], stopped: Callable[[], bool] = never) -> None:
         import shapely
 
-        self.region, self.cut = region, cut
-        self.avoided = shapely.multipoints(np.zeros((0, 2)) if avoided is None else avoided)
-        self.links: list[Points] = []
+        self.region, self.cut, self.stopped = region, cut, stopped
         self.edges = tree_of(cut, region.rules.step_over)
         self.step = region.rules.step_over
-        self.taken: list[list[tuple[float, float]]] = [[] for _ in cut]
-        self.joints: dict[int, list[Joint]] = {i: [] for i in range(len(cut))}
-        self.apart: list[int] = []
         self.allowed = region.polygon.buffer(1e-6)
         shapely.prepare(self.allowed)
+        self.chain, self.spans = self._best_chain()
+        self.children = children_of(self.chain, self.edges, len(cut))
+        self.options: dict[tuple[int, int], _Options] = {}
+        self._clear()
+
+    def _clear(self) -> None:
+        """Forget all joints."""
+        self.taken: list[list[tuple[float, float]]] = [[] for _ in self.cut]
+        self.joints: dict[int, list[Joint]] = {i: [] for i in range(len(self.cut))}
+        self.apart: list[int] = []
+        self.links: list[Points] = []
 
     def gap(self, ring: int) -> float:
         """Return how much of a ring a joint may leave out: nothing of a wall or of a tiny ring."""
         here = self.cut[ring]
         return 0.0 if here.level == 0 or here.length < TINY * self.step else self.step
 
-    def ways(self) -> list[Points]:
-        """Return the way through all rings, float64[n, 2]; what no free straight line leads to is a way of its own."""
-        chain, spans = self._best_chain()
-        self.children = children_of(chain, self.edges, len(self.cut))
-        for ring, (start, end) in zip(chain, spans, strict=True):
+    def ways(self, avoided: Points) -> list[Points]:
+        """Return the way through all rings, float64[n, 2]; what no free straight line leads to is a way of its own.
+
+        Joints are made elsewhere than near the places `avoided`, float64[n, 2], where that costs little.
+        """
+        import shapely
+
+        self._clear()
+        self.avoided = shapely.multipoints(avoided)
+        for ring, (start, end) in zip(self.chain, self.spans, strict=True):
             self.taken[ring].append((end, start + self.cut[ring].length))
-        for ring in chain:
-            self._place_children(ring)
-        ways = [np.vstack([self._around(ring, *span) for ring, span in zip(chain, spans, strict=True)])]
-        for one, after, (_, end), (start, _) in zip(chain, chain[1:], spans, spans[1:], strict=False):
+        self._place_children()
+        ways = [np.vstack([self._around(ring, *span) for ring, span in zip(self.chain, self.spans, strict=True)])]
+        for one, after, (_, end), (start, _) in zip(
+            self.chain, self.chain[1:], self.spans, self.spans[1:], strict=False
+        ):
             self.links += [self.cut[one].at(end), self.cut[after].at(start)]
         return ways + [self._around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
 
@@ -189,6 +214,8 @@ class Layout:
             # A joint that is gone over once instead of twice spares about so much.
             spared = self.step * (len(chain) + (self.cut[chain[-1]].level == 0))
             for start in np.arange(n) * first.length / n:
+                if best is not None and math.isfinite(best[0]) and self.stopped():
+                    return best[1:]
                 cost, spans = self._chain_from(chain, float(start))
                 if best is None or cost - spared < best[0] - 1e-9:
                     best = (cost - spared, chain, spans)
@@ -225,9 +252,11 @@ class Layout:
         line = shapely.LineString([a, b])
         return float(line.length) if self.allowed.covers(line) else math.inf
 
-    def _place_children(self, ring: int) -> None:
-        """Find the best place of every ring that is visited in passing, and those of its own children."""
-        for child in self.children[ring]:
+    def _place_children(self) -> None:
+        """Find the best place of every ring that is visited in passing, of those that it leads to first."""
+        left = [(ring, child) for ring in reversed(self.chain) for child in reversed(self.children[ring])]
+        while left:
+            ring, child = left.pop()
             joint = self._best_joint(ring, child)
             if joint is None:
                 self.apart.append(child)
@@ -236,37 +265,46 @@ class Layout:
                 self.links.append(self.cut[child].at(joint.child_station))
                 self._take(ring, joint.parent_station, joint.parent_gap)
                 self._take(child, joint.child_station, joint.child_gap)
-            self._place_children(child)
+            left += [(child, further) for further in reversed(self.children[child])]
 
     def _take(self, ring: int, station: float, gap: float) -> None:
         self.taken[ring].append((station - 0.5 * gap, station + 0.5 * gap))
 
     def _best_joint(self, parent: int, child: int) -> Joint | None:
         """Return the cheapest joint of two rings whose straight ways are free."""
+        if (parent, child) not in self.options:
+            self.options[parent, child] = self._options(parent, child)
+        options = self.options[parent, child]
+        best: tuple[float, Joint | None] = (math.inf, None)
+        looked, most = 0, 0 if self.stopped() else MOST_LOOKS
+        for k, cost in enumerate(options.costs):
+            if cost >= best[0] or looked > most:
+                break
+            looked += best[1] is not None
+            joint = Joint(parent, child, *options.stations[k], *options.gaps[k])
+            more = self._more(joint)
+            if cost + more < best[0] - 1e-9:
+                best = (cost + more, joint)
+        return best[1]
+
+    def _options(self, parent: int, child: int) -> _Options:
+        """Return the joints of two rings that may do."""
         a, b = self.cut[parent], self.cut[child]
         stations = self._stations(parent, child)
-        options: list[tuple[float, Joint]] = []
+        costs, every = [], []
         for share in (1.0, 0.5, 0.0):
             gaps = share * self.gap(parent), share * self.gap(child)
             if not all(gaps):  # a point of a wall: what is beside the gap has but one way on either side
                 gaps = ONE_SIDED * gaps[0], ONE_SIDED * gaps[1]
             leave, back = (a.places(stations[:, 0] + side * gaps[0]) for side in (-0.5, 0.5))
             enter, out = (b.places(stations[:, 1] + side * gaps[1]) for side in (0.5, -0.5))
-            costs = np.hypot(*(leave - enter).T) + np.hypot(*(out - back).T) - sum(gaps)
-            for cost, (sa, sb) in zip(costs.tolist(), stations.tolist(), strict=True):
-                options.append((cost, Joint(parent, child, sa, sb, gaps[0], gaps[1])))
+            costs.append(np.hypot(*(leave - enter).T) + np.hypot(*(out - back).T) - sum(gaps))
+            every.append(np.tile(gaps, (len(stations), 1)))
             if not sum(gaps):
                 break
-        best: tuple[float, Joint | None] = (math.inf, None)
-        looked = 0
-        for cost, joint in sorted(options, key=lambda option: option[0]):
-            if cost >= best[0] or looked > MOST_LOOKS:
-                break
-            looked += best[1] is not None
-            more = self._more(joint)
-            if cost + more < best[0] - 1e-9:
-                best = (cost + more, joint)
-        return best[1]
+        cost = np.concatenate(costs)
+        order = np.argsort(cost, kind="stable")
+        return _Options(cost[order], np.tile(stations, (len(costs), 1))[order], np.vstack(every)[order])
 
     def _stations(self, parent: int, child: int) -> Points:
         """Return pairs of stations (of the parent, of the child) where two rings are near, float64[n, 2]."""

@@ -14,6 +14,7 @@ from leafcut.geometry.regions import as_polyline, polygons, shrunk
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.plan.pocket_region import CentreRegion
 from leafcut.plan.pocket_spurs import with_spurs
+from leafcut.plan.pocket_track import Track
 
 #: Rings as near as this share of the step-over to each other are neighbours.
 NEAR = 1.01
@@ -41,23 +42,22 @@ class Ring:
         """The ring as a closed shapely LineString."""
         import shapely
 
-        return shapely.LineString(self._closed)
+        return shapely.LineString(self.track.points)
 
     @cached_property
+    def track(self) -> Track:
+        """Once around, back to the first point."""
+        return Track(np.vstack([self.points, self.points[:1]]))
+
+    @property
     def stations(self) -> Points:
         """Length from the first point to each and back to the first, float64[n + 1], mm."""
-        steps = np.hypot(*np.diff(self._closed, axis=0).T)
-        stations: Points = np.concatenate([[0.0], np.cumsum(steps)])
-        return stations
+        return self.track.stations
 
     @property
     def length(self) -> float:
         """Once around, mm."""
         return float(self.stations[-1])
-
-    @cached_property
-    def _closed(self) -> Points:
-        return np.vstack([self.points, self.points[:1]])
 
     def at(self, station: float) -> Points:
         """Return the place at a length from the first point, taken around as often as needed, float64[2]."""
@@ -66,35 +66,22 @@ class Ring:
 
     def places(self, stations: Points) -> Points:
         """Return the places at lengths from the first point, float64[n, 2]."""
-        s = stations % self.length
-        columns = [np.interp(s, self.stations, self._closed[:, k]) for k in range(2)]
-        return np.column_stack(columns)
+        return self.track.places(stations % self.length)
 
     def stretch(self, start: float, end: float) -> Points:
         """Return the points of the way from one station on to another (end ≥ start), float64[m, 2]."""
-        first = math.floor(start / self.length)
-        laps = range(first, max(math.floor(end / self.length), first) + 1)
-        stations = np.concatenate([self.stations[:-1] + lap * self.length for lap in laps])
-        inside = (stations > start + 1e-9) & (stations < end - 1e-9)
-        between = np.tile(self.points, (len(laps), 1))[inside]
-        return np.vstack([self.at(start)[None], between, self.at(end)[None]])
-
-    @cached_property
-    def _steps(self) -> Any:
-        """Index of the steps from point to point."""
-        import shapely
-
-        return shapely.STRtree(shapely.linestrings(np.stack([self._closed[:-1], self._closed[1:]], axis=1)))
+        points, own = self.points, self.stations[:-1]
+        lap, last = math.floor(start / self.length), math.floor(end / self.length)
+        parts = [self.at(start)[None]]
+        while lap <= last:
+            a, b = np.searchsorted(own, (start + 1e-9 - lap * self.length, end - 1e-9 - lap * self.length))
+            parts.append(points[a:b])
+            lap += 1
+        return np.vstack([*parts, self.at(end)[None]])
 
     def nearest(self, places: Points) -> tuple[Points, Points]:
         """Return how far places, float64[n, 2], are from the ring, and the stations of its nearest points."""
-        import shapely
-
-        (row, step), away = self._steps.query_nearest(shapely.points(places), return_distance=True, all_matches=False)
-        along = (self._closed[1:] - self._closed[:-1])[step]
-        long = np.maximum((along**2).sum(axis=1), 1e-18)
-        share = np.clip(((places[row] - self._closed[step]) * along).sum(axis=1) / long, 0.0, 1.0)
-        return away, self.stations[step] + share * np.sqrt(long)
+        return self.track.nearest(places)
 
     def station_of(self, place: Points) -> float:
         """Return the station of the point of the ring that is nearest to a place."""
@@ -157,6 +144,11 @@ def contour(region: CentreRegion) -> PocketPath:
         tool = way[-1]
         left.remove(a)
     return PocketPath("contour", tuple(pieces))
+
+
+def never() -> bool:
+    """Return that nobody has stopped the work."""
+    return False
 
 
 def kind_of(ring: Ring, rules: PocketRules) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,6 +12,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points
 from leafcut.model.pocket import PocketRules
+from leafcut.plan.pocket_places import Ground
 from leafcut.plan.pocket_region import CentreRegion
 
 Rows = NDArray[np.int64]
@@ -40,37 +43,6 @@ WORTH = 0.01
 CURVE = 8
 
 
-class Ground:
-    """Points of the ground, float64[n, 2], `pitch` mm apart, and how far from each the way may be, float64[n], mm."""
-
-    def __init__(self, points: Points, limits: Points, pitch: float) -> None:
-        import shapely
-
-        self.points, self.limits, self.pitch = points, limits, pitch
-        self.geoms = shapely.points(points)
-        self.tree = shapely.STRtree(self.geoms)
-        self.longest = float(limits.max(initial=0.0))
-
-    def __len__(self) -> int:
-        return len(self.limits)
-
-    def near(self, lines: Any) -> tuple[Rows, Rows]:
-        """Return the pairs (line, point) where a line is near enough to a point, sorted by line."""
-        import shapely
-
-        point, line = shapely.STRtree(lines).query(self.geoms, predicate="dwithin", distance=self.limits)
-        order = np.argsort(line, kind="stable")
-        return line[order], point[order]
-
-    def near_one(self, line: Any) -> Rows:
-        """Return the points that a line is near enough to."""
-        import shapely
-
-        who = self.tree.query(line, predicate="dwithin", distance=self.longest)
-        found: Rows = who[shapely.distance(line, self.geoms[who]) <= self.limits[who]]
-        return found
-
-
 def fine(way: Points, longest: float) -> Points:
     """Return the way with points on its chords so that none is longer than `longest`, float64[n, 2]."""
     step = np.hypot(*np.diff(way, axis=0).T)
@@ -78,46 +50,60 @@ def fine(way: Points, longest: float) -> Points:
     step = np.hypot(*np.diff(way, axis=0).T)
     counts = np.maximum(np.ceil(step / longest).astype(int), 1)
     station = np.concatenate([[0.0], np.cumsum(step)])
-    at = np.concatenate([station[i] + step[i] * np.arange(n) / n for i, n in enumerate(counts)] + [station[-1:]])
+    row = np.repeat(np.arange(len(step)), counts)
+    share = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
+    at = np.append(station[row] + step[row] * share / counts[row], station[-1])
     return np.column_stack([np.interp(at, station, way[:, 0]), np.interp(at, station, way[:, 1])])
 
 
-def shorten(way: Points, ground: Ground, region: CentreRegion, allowed: Any, kept: Points) -> Points:
-    """Return a way that is as near to all points of the ground as they ask, and no longer.
+def shorten(
+    way: Points, ground: Ground, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
+) -> Points:
+    """Return a way that is as near to all places of the ground as they ask, and no longer.
 
-    What is within a radius of the places `kept`, float64[n, 2], stays.
+    What is within a radius of the places `kept`, float64[n, 2], stays. Where it is `stopped` the way is whole, and
+    longer than it might be.
     """
-    import shapely
-
-    radius = region.rules.radius
+    radius, changed = region.rules.radius, None
     for _ in range(PASSES):
-        bends = _Bends(fine(way, PIECE * radius), ground, region.rules, allowed)
-        if len(kept):
-            near = shapely.dwithin(shapely.points(bends.way), shapely.multipoints(kept), region.rules.radius)
-            bends.done |= near[:-1] | near[1:]
+        if stopped():
+            break
+        bends = _Bends(fine(way, PIECE * radius), ground, region.rules, allowed, changed)
+        near = _near_some(bends.way, kept, radius)
+        bends.done |= near[:-1] | near[1:]
         bends.trim()
-        bends.look()
+        bends.look(stopped)
         shorter = bends.rebuilt(bends.edits)
         spared = _length(way) - _length(shorter)
-        way = shorter
+        way, changed = shorter, bends.changed()
         if spared < WORTH * radius:
             break
     return way
 
 
-def chamfer(way: Points, ground: Ground, region: CentreRegion, allowed: Any, links: Points) -> Points:
+def chamfer(
+    way: Points, ground: Ground, region: CentreRegion, allowed: Any, links: Points, stopped: Callable[[], bool]
+) -> Points:
     """Return a way whose sharp corners are cut off by straight lines where the ground is still near enough.
 
-    Corners beside the places `links`, float64[n, 2], are left as they are.
+    Corners beside the places `links`, float64[n, 2], are left as they are, and all where it is `stopped`.
     """
+    if stopped():
+        return way
+    corners = _Corners(fine(way, PIECE * region.rules.radius), ground, region.rules, allowed)
+    corners.done |= _near_some(corners.way, links, region.rules.radius)[:-1]
+    corners.look(stopped)
+    return corners.rebuilt(corners.edits)
+
+
+def _near_some(way: Points, places: Points, distance: float) -> NDArray[np.bool_]:
+    """Return which points of a way are within a distance of any of some places, bool[n]."""
     import shapely
 
-    corners = _Corners(fine(way, PIECE * region.rules.radius), ground, region.rules, allowed)
-    if len(links):
-        away = shapely.distance(shapely.multipoints(links), shapely.points(corners.way))
-        corners.done |= away[:-1] < region.rules.radius
-    corners.look()
-    return corners.rebuilt(corners.edits)
+    near = np.zeros(len(way), dtype=bool)
+    tree = shapely.STRtree(shapely.points(places))
+    near[tree.query(shapely.points(way), predicate="dwithin", distance=distance)[0]] = True
+    return near
 
 
 def _length(way: Points) -> float:
@@ -125,36 +111,57 @@ def _length(way: Points) -> float:
 
 
 class _Bends:
-    """One look at every bend of a way."""
+    """One look at every bend of a way, or only at those that the places `changed`, float64[n, 2], mean something to."""
 
     reaches: tuple[float, ...] = REACHES
     least = BEND
 
-    def __init__(self, way: Points, ground: Ground, rules: PocketRules, allowed: Any) -> None:
+    def __init__(
+        self, way: Points, ground: Ground, rules: PocketRules, allowed: Any, changed: Points | None = None
+    ) -> None:
         import shapely
 
-        self.way, self.ground, self.allowed = way, ground, allowed
+        self.way, self.allowed = way, allowed
         self.radius, self.step = rules.radius, rules.step_over
         self.station = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
-        lines = shapely.linestrings(np.stack([way[:-1], way[1:]], axis=1))
-        piece, point = ground.near(lines)
+        self.bends = self._bends(self.least)
+        if changed is not None:
+            # From a bend to the end of its stretch, to ground beside it, and to what else may have cleared that.
+            reach = self.reaches[0] * self.radius + 2.0 * ground.longest
+            near = _near_some(way[self.bends], changed, reach)
+            self.bends = [i for i, there in zip(self.bends, near, strict=True) if there]
+        looked = self._looked()
+        self.places = ground.beside(way, looked)
+        self.geoms = self.places.geoms
+        self.tree = shapely.STRtree(self.geoms)
+        piece, self.point = self.places.near(way)
         self.first = np.searchsorted(piece, np.arange(len(way)))
-        self.point = point
-        self.count = np.bincount(point, minlength=len(ground))
-        # Along walls nothing is left out.
-        middle = shapely.points(0.5 * (way[:-1] + way[1:]))
+        self.count = np.bincount(self.point, minlength=len(self.geoms))
+        # Along walls nothing is left out, nor where the ground is not known.
+        self.fixed = ~looked
+        rows = np.flatnonzero(looked)
         edge = allowed.boundary
         shapely.prepare(edge)
-        self.fixed = shapely.dwithin(edge, middle, 1e-5)
+        self.fixed[rows] = shapely.dwithin(edge, shapely.points(0.5 * (way[rows] + way[rows + 1])), 1e-5)
         self.walls = np.concatenate([[0], np.cumsum(self.fixed)])
         self.done = np.zeros(len(way) - 1, dtype=bool)
         self.edits: list[Edit] = []
-        self.chords: list[Points] = []
-        self.gone = np.zeros(len(way), dtype=bool)
 
-    def look(self) -> None:
-        """Replace what can be spared around every bend."""
-        for i in self._bends(self.least):
+    def _looked(self) -> NDArray[np.bool_]:
+        """Return the pieces of the way that may be replaced: those near bends and at both ends, bool[n − 1]."""
+        reach = self.reaches[0] * self.radius
+        at = self.station[[0, *self.bends, len(self.way) - 1]]
+        change = np.zeros(len(self.way) + 1, np.int64)
+        np.add.at(change, np.searchsorted(self.station, at - reach), 1)
+        np.add.at(change, np.searchsorted(self.station, at + reach, side="right"), -1)
+        looked: NDArray[np.bool_] = np.cumsum(change)[: len(self.way) - 1] > 0
+        return looked
+
+    def look(self, stopped: Callable[[], bool]) -> None:
+        """Replace what can be spared around every bend, until it is `stopped`."""
+        for i in self.bends:
+            if stopped():
+                break
             self._try(i)
 
     def trim(self) -> None:
@@ -227,8 +234,8 @@ class _Bends:
             return True
         if curve is None:
             return False
-        away = shapely.distance(shapely.LineString(curve), self.ground.geoms[lost])
-        return bool((away <= self.ground.limits[lost]).all())
+        away = shapely.distance(shapely.LineString(curve), self.geoms[lost])
+        return bool((away <= self.places.limits[lost]).all())
 
     def _remove(self, a: int, b: int) -> None:
         np.subtract.at(self.count, self._points_of(a, b), 1)
@@ -236,7 +243,14 @@ class _Bends:
     def _add(self, curve: Points) -> None:
         import shapely
 
-        self.count[self.ground.near_one(shapely.LineString(curve))] += 1
+        line = shapely.LineString(curve)
+        who = self.tree.query(line, predicate="dwithin", distance=float(self.places.limits.max(initial=0.0)))
+        self.count[who[shapely.distance(line, self.geoms[who]) <= self.places.limits[who]]] += 1
+
+    def changed(self) -> Points:
+        """Return places along all that was replaced and along what replaces it, float64[n, 2]."""
+        places = [part for a, b, curve in self.edits for part in (self.way[a : b + 1], curve)]
+        return np.vstack([np.zeros((0, 2)), *places])
 
     def rebuilt(self, edits: list[Edit]) -> Points:
         """Return the way with stretches replaced."""
@@ -262,6 +276,12 @@ class _Corners(_Bends):
 
     reaches, least = CHAMFERS, 2.0 * SIDE_BY_SIDE
 
+    def __init__(self, way: Points, ground: Ground, rules: PocketRules, allowed: Any) -> None:
+        super().__init__(way, ground, rules, allowed)
+        self.cells = _Cells(way, LOOKED * self.step)
+        self.chords: dict[tuple[int, int], list[Points]] = {}
+        self.gone = np.zeros(len(way), dtype=bool)
+
     def _curve(self, a: int, i: int, b: int) -> Points | None:
         p, q, r = self.way[a], self.way[i], self.way[b]
         before, after = q - p, r - q
@@ -286,10 +306,11 @@ class _Corners(_Bends):
         p, q, r = self.way[a], self.way[i], self.way[b]
         normal = np.array([p[1] - r[1], r[0] - p[0]]) / max(math.dist(p, r), 1e-9)
         normal *= math.copysign(1.0, (q - p) @ normal)
-        beside = np.abs(self.way - q).max(axis=1) < LOOKED * self.step
-        beside[a : b + 1] = False
-        chords = [chord for chord in self.chords if np.abs(chord[0] - q).max() < LOOKED * self.step]
-        others = np.vstack([self.way[beside & ~self.gone], *chords])
+        rows = self.cells.near(q)
+        rows = rows[(rows < a) | (rows > b)]
+        rows = rows[~self.gone[rows] & (np.abs(self.way[rows] - q).max(axis=1, initial=0.0) < LOOKED * self.step)]
+        chords = [chord for chord in self._chords_near(q) if np.abs(chord[0] - q).max() < LOOKED * self.step]
+        others = np.vstack([self.way[rows], *chords])
         if not len(others):
             return True
         for share, side in ((0.1, 1.0), (0.5, 1.0), (0.9, 1.0), (0.1, -1.0), (0.5, -1.0), (0.9, -1.0)):
@@ -310,4 +331,33 @@ class _Corners(_Bends):
     def _add(self, curve: Points) -> None:
         super()._add(curve)
         share = np.linspace(0.0, 1.0, CURVE + 1)[:, None]
-        self.chords.append((1.0 - share) * curve[0] + share * curve[-1])
+        chord = (1.0 - share) * curve[0] + share * curve[-1]
+        self.chords.setdefault(self.cells.cell(chord[0]), []).append(chord)
+
+    def _chords_near(self, q: Points) -> list[Points]:
+        column, row = self.cells.cell(q)
+        around = itertools.product((column - 1, column, column + 1), (row - 1, row, row + 1))
+        return [chord for cell in around for chord in self.chords.get(cell, ())]
+
+
+class _Cells:
+    """Points, float64[n, 2], by the square cell that they are in."""
+
+    def __init__(self, points: Points, side: float) -> None:
+        self.low, self.side = points.min(axis=0), side
+        column, row = np.floor((points - self.low) / side).astype(np.int64).T
+        self.wide = int(column.max()) + 3
+        key = (row + 1) * self.wide + column + 1
+        self.order = np.argsort(key, kind="stable")
+        self.key = key[self.order]
+
+    def cell(self, place: Points) -> tuple[int, int]:
+        """Return the column and the row of the cell that a place is in."""
+        return math.floor((place[0] - self.low[0]) / self.side), math.floor((place[1] - self.low[1]) / self.side)
+
+    def near(self, place: Points) -> Rows:
+        """Return the rows of the points in the cell of a place, one among them, and in those around it, sorted."""
+        column, row = self.cell(place)
+        middle = (row + 1 + np.arange(-1, 2)) * self.wide + column + 1
+        first, end = np.searchsorted(self.key, middle - 1), np.searchsorted(self.key, middle + 1, side="right")
+        return np.sort(np.concatenate([self.order[a:b] for a, b in zip(first, end, strict=True)]))

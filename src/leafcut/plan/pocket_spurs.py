@@ -10,6 +10,7 @@ import numpy as np
 from leafcut.geometry.polyline import Points
 from leafcut.geometry.regions import polygons, quarter, swept
 from leafcut.model.pocket import PocketRules
+from leafcut.plan.pocket_track import Track
 
 #: Uncut places smaller than this share of the tool's area are left: what the chords of rings leave between them.
 SPECK = 1e-5
@@ -37,15 +38,16 @@ def with_spurs(ways: list[Points], ground: Any, rules: PocketRules) -> list[Poin
     import shapely
 
     lines = [shapely.LineString(way) for way in ways]
+    tracks = [Track(way) for way in ways]
     spurs: list[list[tuple[float, Points]]] = [[] for _ in ways]
     tree = shapely.STRtree(lines)
     for place in uncut(ground, lines, rules):
-        k = int(tree.nearest(place))
+        k = int(tree.nearest(place)) if len(ways) > 1 else 0
         left = [place]
         for _ in range(MOST):
             if not left:
                 break
-            station, tip = _spur(left, lines[k], rules)
+            station, tip = _spur(left, tracks[k], rules)
             spurs[k].append((station, tip))
             disc = swept(shapely.Point(tip), rules.radius, rules.tolerance)
             left = [part for some in left for part in _worth(some.difference(disc), rules)]
@@ -57,17 +59,16 @@ def _worth(shape: Any, rules: PocketRules) -> list[Any]:
     return [place for place in polygons(shape) if place.area > SPECK * math.pi * rules.radius**2]
 
 
-def _spur(places: list[Any], line: Any, rules: PocketRules) -> tuple[float, Points]:
-    """Return the station of a line where a spur to the deepest point of places leaves it, and the spur's tip."""
+def _spur(places: list[Any], track: Track, rules: PocketRules) -> tuple[float, Points]:
+    """Return the station of a way where a spur to the deepest point of places leaves it, and the spur's tip."""
     import shapely
 
     corners = shapely.get_coordinates(places)
-    away = shapely.distance(shapely.points(corners), line)
-    deepest = corners[int(np.argmax(away))]
-    station = float(line.project(shapely.Point(deepest)))
-    base = shapely.get_coordinates(line.interpolate(station))[0]
-    depth = min(float(away.max()), float(away.max()) - (1.0 - DEEPER) * rules.radius)
-    return station, base + (deepest - base) * depth / float(away.max())
+    away, stations = track.nearest(corners)
+    deepest = int(np.argmax(away))
+    most, station = float(away[deepest]), float(stations[deepest])
+    base = track.places(np.array([station]))[0]
+    return station, base + (corners[deepest] - base) * min(most, most - (1.0 - DEEPER) * rules.radius) / most
 
 
 def _spliced(way: Points, spurs: list[tuple[float, Points]]) -> Points:

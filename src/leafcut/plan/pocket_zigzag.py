@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,23 +12,35 @@ from leafcut.geometry.polyline import Points
 from leafcut.geometry.regions import as_polyline, polygons, shrunk
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.plan.pocket_region import CentreRegion
-from leafcut.plan.pocket_rings import LINK_STEPS, free, kind_of, rings
+from leafcut.plan.pocket_rings import LINK_STEPS, free, kind_of, never, rings
 from leafcut.plan.pocket_spurs import with_spurs
 
 #: Angles tried where none is given.
 ANGLES = 12
 #: Lines end so many step-overs before the finishing pass.
 MARGIN = 0.5
+#: Runs this long, in tool diameters, have room for a ramp down to a level of the usual depth.
+ENTRY_ROOM = 1.0
 
 
-def zigzag(region: CentreRegion, angle: float | None = None, finishing_pass: bool = True) -> PocketPath:
+def zigzag(
+    region: CentreRegion,
+    angle: float | None = None,
+    finishing_pass: bool = True,
+    stopped: Callable[[], bool] = never,
+) -> PocketPath:
     """Return lines to and fro at an angle (rad; None: the best of twelve), linked along their ends, and the walls.
 
     Neighbouring lines hang together as long as the straight way between their ends is free; where a run of lines ends
-    the nearest end of the rest follows. What lines and walls leave uncut gets lines of its own.
+    the nearest end of the rest follows. What lines and walls leave uncut gets lines of its own. Where it is
+    `stopped` no further angle is tried.
     """
     angles = [math.pi * k / ANGLES for k in range(ANGLES)] if angle is None else [angle]
-    paths = [_at(region, turn, finishing_pass) for turn in angles]
+    paths: list[PocketPath] = []
+    for turn in angles:
+        if paths and stopped():
+            break
+        paths.append(_at(region, turn, finishing_pass))
     return min(paths, key=lambda path: path.feed_mm + path.rapid_mm)
 
 
@@ -108,8 +121,12 @@ class _Path:
         return np.array(self.pieces[-1].path.end) if self.pieces else self.region.rings[0][0]
 
     def nearest(self, ways: list[Points]) -> Points:
-        """Return the way that begins nearest to the tool."""
-        return min(ways, key=lambda way: math.dist(self.end, way[0])) if self.pieces else ways[0]
+        """Return the way that begins nearest to the tool; at first one along which the tool has room to come down."""
+        if self.pieces:
+            return min(ways, key=lambda way: math.dist(self.end, way[0]))
+        lengths = [float(np.hypot(*np.diff(way, axis=0).T).sum()) for way in ways]
+        enough = min(ENTRY_ROOM * self.region.rules.tool_diameter, max(lengths))
+        return next(way for way, length in zip(ways, lengths, strict=True) if length >= enough)
 
     def go(self, way: Points, kind: str) -> None:
         """Go on along a way."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -19,11 +21,18 @@ ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
 Strategy = Callable[["CentreRegion", Run], PocketPath]
 
 
+def _clock(run: Run) -> Callable[[], bool]:
+    """Return what says whether the run is cancelled, or its time limit used up from now on."""
+    limit = run.settings.solve.time_limit
+    end = math.inf if limit is None else time.monotonic() + limit
+    return lambda: run.cancelled.is_set() or time.monotonic() >= end
+
+
 def _zigzag(region: CentreRegion, run: Run) -> PocketPath:
     from leafcut.plan.pocket_zigzag import zigzag
 
     options = run.settings.pocket
-    return zigzag(region, options.zigzag_angle, options.finishing_pass)
+    return zigzag(region, options.zigzag_angle, options.finishing_pass, _clock(run))
 
 
 def _contour(region: CentreRegion, run: Run) -> PocketPath:
@@ -35,11 +44,11 @@ def _contour(region: CentreRegion, run: Run) -> PocketPath:
 def _connected(region: CentreRegion, run: Run) -> PocketPath:
     from leafcut.plan.pocket_arcs import fitted
     from leafcut.plan.pocket_best import best
-    from leafcut.verify.removal import too_wide
+    from leafcut.verify.too_wide import TooWide
 
     # As it is written: arcs move passes by a few thousandths of a millimetre.
-    rules = region.rules
-    return best(region, lambda path: too_wide(region.polygon, fitted(path, rules.tolerance), rules))
+    rules, wide = region.rules, TooWide(region.polygon, region.rules)
+    return best(region, lambda path: wide(fitted(path, rules.tolerance)), _clock(run))
 
 
 def _adaptive(region: CentreRegion, run: Run) -> PocketPath:

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 
-#: So many strategies search for an order: fireflies and ants.
-SEARCHES = 2
+#: So many strategies go on as long as a time limit lets them: fireflies, ants, and the shortening of a connected way.
+SEARCHES = 3
 #: Of ways that cost little more than the best, the one that is lifted least: every way down wears the tool and marks
 #: the floor.
 NEARLY = 1.05
@@ -170,7 +170,7 @@ def _tried(
     """Return what a strategy does to a pocket, and its regions; none where it is refused."""
     from leafcut.verify.removal import measure_path
 
-    if job.run.cancelled.is_set() and way.name not in USUAL:
+    if job.run.cancelled.is_set() and way.name not in (*USUAL, job.run.settings.pocket.strategy):
         return PocketResult(way.name, refused="stopped before it was tried"), []
     try:
         clearings = [_clearing(job, way, region, roughed) for region in regions]

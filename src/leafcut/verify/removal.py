@@ -13,8 +13,8 @@ from leafcut.model.pocket import Pocket, PocketMeasures, PocketPath, PocketRules
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.timing.toolpath import measure
 from leafcut.verify.engagement import engagement
-from leafcut.verify.step_over import wide_places, widest_gaps
-from leafcut.verify.tool_way import Floats, way_of
+from leafcut.verify.step_over import widest_gaps
+from leafcut.verify.tool_way import way_of
 
 #: Height of the tool over the work between two pieces, mm, where it is not told.
 LIFT = 5.0
@@ -127,14 +127,6 @@ def measure_path(
         floor_mm=float(found.centres.area) / rules.step_over,
         time_s=0.0 if machine is None else measure(plane_toolpath(path, machine, feed, lift), machine).time_s,
     )
-
-
-def too_wide(centres: Any, path: PocketPath, rules: PocketRules) -> Floats:
-    """Return the places of a path, float64[n, 2], mm, whose nearer neighbour is further away than the step-over.
-
-    `centres` is the shapely geometry of the allowed tool centres.
-    """
-    return wide_places(way_of(path, rules), centres, rules)
 
 
 def plane_toolpath(path: PocketPath, machine: Machine, feed: float | None = None, lift: float = LIFT) -> Toolpath:

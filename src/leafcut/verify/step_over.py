@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -106,8 +107,7 @@ def _sides(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bo
     # In the middle of the steps, where the tangent is not that of a corner.
     xy = way.xy[at] - 0.5 * way.step[at, None] * way.chord[at]
     normal = np.column_stack([-way.chord[at, 1], way.chord[at, 0]])
-    found = [_neighbours(xy, side * normal, way.xy, rules) for side in (1.0, -1.0)]
-    height, touch, radius = (np.concatenate(column) for column in zip(*found, strict=True))
+    height, touch, radius = _neighbours(xy, normal, way.xy, rules)
     start, normal = np.concatenate([xy, xy]), np.concatenate([normal, -normal])
     # Contacts an angle a apart, seen from the disc's centre, are r (1 − cos a) high over each other's tangents.
     beside = height >= radius * (1.0 + math.cos(SIDE_BY_SIDE))
@@ -191,36 +191,46 @@ def _turned(ahead: Floats, corner: Rows) -> NDArray[np.bool_]:
 
 
 def _neighbours(xy: Floats, normal: Floats, others: Floats, rules: PocketRules) -> tuple[Floats, Rows, Floats]:
-    """Return for every place the height of its neighbour over its tangent (0: none), its row, and the disc's radius.
+    """Return the height of the neighbour over the tangent (0: none), its row, and the disc's radius.
+
+    For every place on the side of its normal, then on the other side: twice as many rows as places.
 
     A disc through q that touches the tangent at p has the radius (q − p)² / (2 n·(q − p)); the smallest is sought. All
     that are smaller than half the reach are known when all q within the reach are, so the reach grows until it does.
     """
-    height, row, radius = np.zeros(len(xy)), np.zeros(len(xy), np.int64), np.zeros(len(xy))
+    n = len(xy)
+    height, row, radius = np.zeros(2 * n), np.zeros(2 * n, np.int64), np.zeros(2 * n)
+    best = np.full(2 * n, np.inf)
     reach, most = 0.255 * rules.step_over, FARTHEST * rules.tool_diameter
-    left = np.arange(len(xy))
+    left = np.arange(n)
     while len(left):
-        best = np.full(len(left), np.inf)
-        for _, one, other in near_pairs(xy[left], others, reach):
-            every, heights = _touching(xy[left][one], normal[left][one], others[other])
-            small = every <= 0.5 * reach
-            who, whom, r, h = one[small], other[small], every[small], heights[small]
+        known = np.isfinite(best)
+        for one, other, every, high in _touching(xy[left], normal[left], others, reach):
+            who = left[one] + np.where(high > 0.0, 0, n)
+            new = np.flatnonzero(~known[who])
+            who, whom, r, h = who[new], other[new], every[new], np.abs(high[new])
             np.minimum.at(best, who, r)
             equal = np.flatnonzero(r <= best[who] * (1.0 + _EQUAL))
             order = equal[np.argsort(h[equal], kind="stable")]  # the highest of equals is set last
-            owner = left[who[order]]
+            owner = who[order]
             height[owner], row[owner], radius[owner] = h[order], whom[order], r[order]
-        left = left[np.isinf(best)]
+        left = left[~np.isfinite(best[left] + best[left + n])]
         if reach >= most:
             break
         reach = min(2.0 * reach, most)
     return height, row, radius
 
 
-def _touching(p: Floats, normal: Floats, q: Floats) -> tuple[Floats, Floats]:
-    """Return the radius of the disc through q that touches the tangent at p from its side, and q's height over it."""
-    dx, dy = q[:, 0] - p[:, 0], q[:, 1] - p[:, 1]
-    height = dx * normal[:, 0] + dy * normal[:, 1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        radius = np.where(height > 0.0, (dx * dx + dy * dy) / (2.0 * height), np.inf)
-    return radius, height
+def _touching(p: Floats, normal: Floats, others: Floats, reach: float) -> Iterator[tuple[Rows, Rows, Floats, Floats]]:
+    """Yield pairs (row of p, row of q in `others`) whose disc through q that touches the tangent at p is small.
+
+    Its radius, no larger than half the reach, and q's height over the tangent come along; the disc is on the side of q,
+    where the height is negative it is the side away from the normal. All pairs of one row of p come together.
+    """
+    (px, py), (nx, ny), (qx, qy) = (np.ascontiguousarray(column) for column in (p.T, normal.T, others.T))
+    for _, mine, theirs in near_pairs(p, others, reach):
+        dx, dy = qx[theirs] - px[mine], qy[theirs] - py[mine]
+        height = dx * nx[mine] + dy * ny[mine]
+        square = dx * dx + dy * dy
+        small = np.flatnonzero((square <= reach * np.abs(height)) & (height != 0.0))
+        yield mine[small], theirs[small], square[small] / (2.0 * np.abs(height[small])), height[small]

@@ -1,0 +1,45 @@
+"""A way of the tool as a line with stations: places along it, and what of it is nearest to other places."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from leafcut.geometry.polyline import Points
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Straight lines through points, float64[n, 2], mm; a station is a length from the first of them."""
+
+    points: Points
+
+    @cached_property
+    def stations(self) -> Points:
+        """The station of each point, float64[n], mm."""
+        stations: Points = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self.points, axis=0).T))])
+        return stations
+
+    def places(self, stations: Points) -> Points:
+        """Return the places at stations, float64[m, 2]."""
+        return np.column_stack([np.interp(stations, self.stations, self.points[:, k]) for k in range(2)])
+
+    @cached_property
+    def _steps(self) -> Any:
+        """Index of the steps from point to point."""
+        import shapely
+
+        return shapely.STRtree(shapely.linestrings(np.stack([self.points[:-1], self.points[1:]], axis=1)))
+
+    def nearest(self, places: Points) -> tuple[Points, Points]:
+        """Return how far places, float64[m, 2], are from the track, and the stations of its nearest points."""
+        import shapely
+
+        (row, step), away = self._steps.query_nearest(shapely.points(places), return_distance=True, all_matches=False)
+        along = (self.points[1:] - self.points[:-1])[step]
+        long = np.maximum((along**2).sum(axis=1), 1e-18)
+        share = np.clip(((places[row] - self.points[step]) * along).sum(axis=1) / long, 0.0, 1.0)
+        return away, self.stations[step] + share * np.sqrt(long)
