@@ -10,8 +10,10 @@ import pytest
 import shapely
 from pocket_shapes import RULES, box, l_shape, leaves, only_region, plate, uncovered_share
 
+from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Points
 from leafcut.model.pocket import Pocket
+from leafcut.plan import pocket_best
 from leafcut.plan.pocket_best import best
 from leafcut.plan.pocket_places import Ground
 from leafcut.plan.pocket_track import Track
@@ -82,3 +84,15 @@ def test_a_track_is_nearest_where_shapely_finds_it() -> None:
     feet = Track(points).places(stations)
     assert np.hypot(*(feet - places).T) == pytest.approx(away)
     assert Track(points).stations[-1] == pytest.approx(17.0 + math.hypot(7.0, 2.0))
+
+
+def test_more_rings_in_each_other_than_can_be_joined_are_refused_with_what_to_do(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Rings of 80 × 60 mm by a tool of 10 mm, 6 mm apart: there are five."""
+    region = only_region(Pocket(box(0, 0, 80, 60)))
+    monkeypatch.setattr(pocket_best, "MOST_LEVELS", 4)
+    with pytest.raises(PlanError, match="4 rings in each other or more; use --strategy contour"):
+        best(region)
+    monkeypatch.setattr(pocket_best, "MOST_LEVELS", 5)
+    assert best(region).retracts == 0

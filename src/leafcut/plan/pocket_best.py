@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Points
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import PocketPath, PocketPiece
@@ -33,6 +34,8 @@ LONGEST_LIMIT = 1.25
 LONGEST_LOOKED = 4.0
 #: Asked now and then: whether there is no time left.
 Stopped = Callable[[], bool]
+#: Rings are joined from the inside out: so many in each other at most.
+MOST_LEVELS = 400
 #: What is nearer to a wall's way than this runs along it, mm.
 ALONG = 1e-5
 
@@ -53,10 +56,21 @@ def best(
     stopped
         Whether there is no time left: the way clears all ground even so, but is longer than it might be, or wider
         somewhere.
+
+    Raises
+    ------
+    PlanError
+        There are too many rings in each other.
     """
     # Chords and the places that stand for the ground must not add up to more than the step-over.
     region = replace(region, rules=replace(region.rules, step_over=(1.0 - LESS) * region.rules.step_over))
-    layout = Layout(region, rings(region), stopped)
+    cut = rings(region)
+    if max((ring.level for ring in cut), default=0) >= MOST_LEVELS:
+        raise PlanError(
+            f"the connected way would have {MOST_LEVELS} rings in each other or more; use --strategy contour or "
+            "zigzag, or a larger tool or step-over"
+        )
+    layout = Layout(region, cut, stopped)
     found: list[tuple[int, PocketPath]] = []
     kept = np.zeros((0, 2))
     for _ in range(CORRECTIONS):
