@@ -153,8 +153,11 @@ class ResultPanel:
         heads = [("", ""), *((w(f"result.{name}"), _NUMBER) for name in ("time", "travel", "cutting"))]
         table(heads, rows, w("result.times"))
         self._tools(answer)
+        if "strategies" in answer:
+            self._strategies(answer)
         with box("dl", "facts"):
-            for key in ("machine", "dialect", "algorithm", "seed"):
+            # A pocket has no algorithm but that of its strategy.
+            for key in ("machine", "dialect", *(() if "strategies" in answer else ("algorithm", "seed"))):
                 text("dt", w(f"result.{key}"))
                 text("dd", str(answer[key]))
             text("dt", w("result.computing"))
@@ -184,6 +187,28 @@ class ResultPanel:
         if rows:
             keys = (("tool", ""), ("kind", ""), ("diameter", _NUMBER), ("cycle", ""), ("number", _NUMBER))
             table([(w(f"result.{key}"), classes) for key, classes in keys], rows, w("result.tools"))
+
+    def _strategies(self, answer: dict[str, Any]) -> None:
+        """Show what every strategy makes of one level of the pockets; the one that is written is marked."""
+        w = self.view.words
+        rows = [
+            [
+                f"{row['strategy']}\u00a0✓" if row["chosen"] else row["strategy"],
+                *(
+                    ("–", "–", "–", "–")
+                    if "refused" in row
+                    else (
+                        _metres(row["feed_mm"] + row["rapid_mm"]),
+                        f"{row['retracts']:,}",
+                        f"{row['uncovered_percent']:.2f}",
+                        _clock(row["time_s"]),
+                    )
+                ),
+            ]
+            for row in answer["strategies"]
+        ]
+        heads = [(w("result.strategy"), ""), *((w(f"result.{k}"), _NUMBER) for k in ("way", "lifts", "uncut", "time"))]
+        table(heads, rows, w("result.strategies"))
 
     def _tour(self, answer: dict[str, Any]) -> None:
         w = self.view.words
@@ -320,6 +345,12 @@ def _issues(answer: dict[str, Any]) -> list[dict[str, str]]:
 def _warnings(answer: dict[str, Any]) -> list[dict[str, str]]:
     """Return the issues that are more than a note."""
     return [issue for issue in _issues(answer) if issue["severity"] != "note"]
+
+
+def _clock(seconds: float) -> str:
+    """Return minutes and seconds, where there is little room."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes}:{rest:02d}"
 
 
 def _seconds(value: float | None) -> str:
