@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels import part
+from leafcut.kernels import kernel, part
 from leafcut.kernels.cost import CostModel, travel
 
 #: log2 of the places that share one entry of `Route.shift`.
@@ -160,7 +160,7 @@ def set_bias(cost: CostModel, route: Route, low: int, high: int) -> None:
             shift[b] += change
 
 
-@part
+@kernel
 def begin_bias(cost: CostModel, route: Route) -> None:
     """Make bias anew: its changes would carry their rounding on for ever. Changes: bias, shift."""
     if route.flags[TWISTED] == 1:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 #: So many different issues are named; the report page has them all.
 MOST_ISSUES = 12
-MOST_CHARACTERS = 146
+MOST_CHARACTERS = 219
 
 
 def summary(outcome: Outcome) -> RenderableType:
@@ -159,7 +159,7 @@ def _issues(outcome: Outcome) -> Table:
         number = f"{group.number:,} × " if group.number > 1 else ""
         place = f" ({group.place})" if group.place else ""
         words = Text.assemble((number, "dim"), group.message, (place, "dim"))
-        # The end of a message says what to do, so it is cut only when it is longer than two lines.
+        # The end of a message says what to do, so it is cut only when it is longer than three lines.
         words.truncate(MOST_CHARACTERS, overflow="ellipsis")
         table.add_row(Text(group.code, style), words)
     rest = sum(group.number for group in groups[MOST_ISSUES:])

@@ -125,7 +125,9 @@ def feed_mm_min(feed: float) -> float:
 
 
 def order_words(outcome: Outcome) -> str:
-    """Return whose order the work came in: ``drawing`` or ``program``."""
+    """Return whose order the work came in: ``drawing``, ``plan`` file or ``program``."""
+    if outcome.process == "cut" and "--plan" in outcome.options:
+        return "plan"
     return "drawing" if outcome.certificate is None else "program"
 
 

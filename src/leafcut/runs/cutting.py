@@ -187,7 +187,10 @@ def _heat_issues(job: Job, laid: _Laid) -> list[Issue]:
         return []
     left = too_near(job.cutting, laid.order, HeatRule(options.heat_distance, options.heat_time))
     if not left:
-        return [Issue("L614", f"no cut starts within {options.heat_distance:g} mm of a hot one", "", Severity.NOTE)]
+        words = (
+            f"no cut starts within {options.heat_distance:g} mm of a hot one; nearest neighbour beside it does not ask"
+        )
+        return [Issue("L614", words, "", Severity.NOTE)]
     x, y = laid.order[left[0][1]].entry
     starts = "1 cut starts" if len(left) == 1 else f"{len(left)} cuts start"
     words = f"{starts} within {options.heat_distance:g} mm of a hot one: no small change of the order avoids that"
