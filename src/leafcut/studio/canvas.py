@@ -13,6 +13,7 @@ Import it only where the studio runs: NiceGUI is an extra. The page must have th
 
 from __future__ import annotations
 
+import asyncio
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -33,6 +34,9 @@ LAYERS = ("part", "before", "after", "pheromone", "live")
 
 #: Seconds between two events of the pointer or of playing.
 _PACE = 0.1
+
+#: So long a page may still ask for what was taken off, s.
+_FAREWELL = 30.0
 
 Handler = Callable[[GenericEventArguments], Any]
 
@@ -163,9 +167,17 @@ class Canvas(Element, component="static/canvas_element.js"):
         return Response(status_code=204) if scene is None else Response(scene, media_type="application/octet-stream")
 
     def _handle_delete(self) -> None:
+        # A page may just be asking for what is taken off: for a while it is told that nothing is there.
+        self._scenes.clear()
+        try:
+            asyncio.get_running_loop().call_later(_FAREWELL, self._forget)
+        except RuntimeError:
+            self._forget()
+        super()._handle_delete()
+
+    def _forget(self) -> None:
         for name in self._names.values():
             dynamic_resources.pop(name, None)
-        super()._handle_delete()
 
 
 class Program(Element, component="static/gcode_element.js"):

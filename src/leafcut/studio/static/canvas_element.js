@@ -15,6 +15,7 @@ export default {
     this.load();
   },
   unmounted() {
+    this.gone = true;
     register(Number(this.$el.id.replace(/\D+/g, "")), null);
     this.drawing.destroy();
   },
@@ -25,9 +26,13 @@ export default {
   methods: {
     /** Fetch what has another address than before, and take off what has none any more; one after the other. */
     load() {
+      if (this.waiting) return; // what is about to be fetched is what is wanted then
+      this.waiting = true;
       this.loading = (this.loading ?? Promise.resolve()).then(() => this.update()).catch((error) => console.error(error.message));
     },
     async update() {
+      this.waiting = false;
+      if (this.gone) return;
       const scenes = { ...this.scenes };
       for (const layer of Object.keys(this.shown)) {
         if (layer in scenes) continue;
@@ -36,6 +41,7 @@ export default {
       }
       const order = ["part", "before", "after", "pheromone", "live"];
       for (const layer of order.filter((name) => scenes[name] && scenes[name] !== this.shown[name])) {
+        if (this.gone) return;
         const answer = await fetch((window.path_prefix ?? "") + scenes[layer], { cache: "no-store" });
         if (answer.status !== 200) continue; // taken off meanwhile
         this.drawing.show(await answer.arrayBuffer(), layer);
