@@ -17,6 +17,9 @@ from leafcut.solve.stop import Stop
 if TYPE_CHECKING:
     from leafcut.solve.observing import Watched
 
+#: Costs that differ by less than this share differ by the order in which they were added up.
+ROUNDING = 1e-12
+
 #: Told about every step: (iteration, best cost, seconds, share of the work done 0 … 1, gap as a fraction or None
 #: where there is no bound yet). Must be quick.
 Progress = Callable[[int, float, float, float, float | None], None]
@@ -44,9 +47,9 @@ class Best:
     lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
 
     def offer(self, tour: NDArray[np.int32], cost: float, iteration: int) -> bool:
-        """Keep the tour if it is better; return whether it was."""
+        """Keep the tour if it is better, by more than rounding; return whether it was."""
         with self.lock:
-            if not cost < self.cost:
+            if not cost + ROUNDING * abs(cost) < self.cost:
                 return False
             self.tour, self.cost, self.iteration = tour.copy(), float(cost), iteration
             self.history.append((self.stop.elapsed(), float(cost)))
