@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 ROOT = Path(__file__).parents[2]
 PLATE = ROOT / "examples" / "plate_10.dxf"
@@ -27,6 +28,12 @@ def typed(page: Page, label: str, text: str) -> None:
 def run(page: Page) -> None:
     page.get_by_role("button", name="Run", exact=True).click()
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
+
+
+def said_by(place: Locator) -> str:
+    """Return what stands at a place, once something does: the page may be there before its figures."""
+    expect(place).to_have_text(re.compile(r"\S"))
+    return place.inner_text()
 
 
 def downloaded(page: Page, name: str) -> tuple[str, bytes]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from parts_to_nest import svg
 from playwright.sync_api import Page, expect
-from studio_page import LONG, ROOT, downloaded, opened, run, typed
+from studio_page import LONG, ROOT, downloaded, opened, run, said_by, typed
 
 from leafcut import cli
 
@@ -39,9 +39,9 @@ def make_map(page: Page, points: int, algorithm: str) -> None:
 
 
 def gap(page: Page) -> float:
-    words = page.locator(".progress .gap").text_content() or ""
-    found = re.search(r"at most ([\d.]+) %", words)
-    assert found, words
+    told = page.locator(".progress .gap").text_content() or ""
+    found = re.search(r"at most ([\d.]+) %", told)
+    assert found, told
     return float(found.group(1))
 
 
@@ -81,6 +81,31 @@ def test_a_search_is_stepped_through_its_gap_falls_its_path_moves_and_pheromone_
     page.get_by_role("button", name="Stop, keep the best").click()
     expect(page.locator(".headline")).to_be_visible(timeout=LONG)
     expect(page.locator(".result")).to_contain_text("above the least possible")
+
+
+def test_a_drawing_whose_search_is_stopped_gives_the_program_that_the_command_line_writes(
+    page: Page, tmp_path: Path
+) -> None:
+    """The ants have found their best order after five steps: what the command line does later changes nothing."""
+    source = ROOT / "examples" / "plate_70.dxf"
+    opened(page, source)
+    typed(page, "Thickness", "6")
+    page.get_by_label("Algorithm", exact=True).select_option("mmas")
+    page.locator(".choose").get_by_label("Pace", exact=True).select_option("step")
+    page.get_by_role("button", name="Run", exact=True).click()
+    study = page.locator(".study")
+    expect(study).to_contain_text("step 1", timeout=LONG)
+    first = gap(page)
+    for step in range(2, 9):
+        study.get_by_role("button", name="One step").click()
+        expect(study).to_contain_text(f"step {step}")
+    wait_for(page, lambda: gap(page) < first)
+    page.get_by_role("button", name="Stop, keep the best").click()
+    expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
+    given, program = downloaded(page, "Program")
+    target = tmp_path / given
+    assert cli.run(["optimize", str(source), "-o", str(target), "--thickness", "6", "--algorithm", "mmas", "-q"]) == 0
+    assert program == target.read_bytes()
 
 
 def test_fireflies_are_shown_by_their_brightness(page: Page) -> None:
@@ -160,7 +185,7 @@ def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
     edit = page.locator(".edit")
     expect(edit).to_be_visible()
     page.wait_for_timeout(500)
-    length = edit.locator(".figure").first.text_content()
+    length = said_by(edit.locator(".figure").first)
     places = page.evaluate(
         """async () => {
             const { whenThere } = await import("leafcut-canvas/registry.js");
@@ -178,11 +203,11 @@ def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
     page.mouse.move(places[0][0] + 20, places[0][1] + 20)
     page.mouse.move(*places[1], steps=4)
     page.mouse.up()
-    expect(edit.locator(".figure").first).not_to_have_text(length or "")
+    expect(edit.locator(".figure").first).not_to_have_text(length)
     edit.get_by_role("button", name="Undo").click()
-    expect(edit.locator(".figure").first).to_have_text(length or "")
+    expect(edit.locator(".figure").first).to_have_text(length)
     edit.get_by_role("button", name="Redo").click()
-    expect(edit.locator(".figure").first).not_to_have_text(length or "")
+    expect(edit.locator(".figure").first).not_to_have_text(length)
     address = page.url
     edit.get_by_role("button", name="Run with this").click()
     wait_for(page, lambda: page.url != address)  # another job

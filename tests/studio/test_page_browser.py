@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from playwright.sync_api import Page, expect
-from studio_page import LONG, PLATE, opened, run, typed
+from studio_page import LONG, PLATE, opened, run, said_by, typed
 
 
 def test_another_file_takes_the_place_of_a_run_which_goes_on_and_can_be_ended(page: Page) -> None:
@@ -63,7 +63,7 @@ def test_what_is_told_can_be_clicked_away_and_a_change_by_hand_be_taken_back_by_
     run(page)
     page.get_by_role("button", name="Edit by hand").click()
     length = page.locator(".edit .figure").first
-    before = length.inner_text()
+    before = said_by(length)
     page.get_by_role("button", name="Reverse", exact=True).click()
     expect(page.locator("#said")).to_contain_text("Choose a stop")
     page.locator("#said").click()
@@ -93,6 +93,7 @@ def test_what_was_typed_of_a_machine_and_not_saved_is_there_when_a_person_comes_
     page.locator("#view-machines").get_by_role("button", name="Copy").click()
     text = page.locator("#view-machines textarea")
     expect(page.locator("#editor-name")).to_have_value("my-grbl-3018")
+    expect(text).to_have_value(re.compile("grbl"))
     text.fill("# mine\n" + text.input_value())
     page.locator("#view-machines").get_by_role("button", name="haas-vf2", exact=True).click()
     expect(text).not_to_have_value("# mine")
@@ -126,7 +127,7 @@ def test_a_file_of_no_kind_takes_nothing_away(page: Page, tmp_path: Path) -> Non
     opened(page, PLATE)
     typed(page, "Time limit", "1s")
     run(page)
-    saved = page.locator(".headline").inner_text()
+    saved = said_by(page.locator(".headline"))
     wrong = tmp_path / "letter.docx"
     wrong.write_bytes(b"PK")
     page.set_input_files("#open-file", wrong)

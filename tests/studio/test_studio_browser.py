@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from parts_to_nest import PLATE as PART
 from playwright.sync_api import Browser, Page, expect
-from studio_page import LONG, PLATE, ROOT, downloaded, opened, run, serious, typed
+from studio_page import LONG, PLATE, ROOT, downloaded, opened, run, said_by, serious, typed
 from studio_server import Server
 
 import leafcut
@@ -152,6 +152,7 @@ def test_a_machine_is_copied_changed_and_used(page: Page) -> None:
     page.get_by_role("button", name="Copy", exact=True).click()
     expect(page.locator("#said")).to_contain_text("my-pcb-drill was checked and saved")
     text = page.get_by_label("my-pcb-drill.toml")
+    expect(text).to_have_value(re.compile("controller ="))
     text.fill(text.input_value().replace("controller =", "controler ="))
     page.get_by_role("button", name="Save").click()
     expect(page.locator("#said")).to_contain_text("unknown key 'controler'; did you mean 'controller'?")
@@ -238,13 +239,13 @@ def test_a_page_comes_back_when_the_studio_is_started_again_under_it(browser: Br
     opened(page, PLATE)
     page.get_by_label("Effort", exact=True).select_option("fast")
     run(page)
-    saved = page.locator(".headline").text_content()
+    saved = said_by(page.locator(".headline"))
     first.process.kill()
     first.process.communicate(timeout=30)
     page.evaluate("window.before = true")
     second = Server(tmp_path, first.port)
     page.wait_for_function("!window.before", timeout=LONG)
-    expect(page.locator(".headline")).to_have_text(saved or "", timeout=LONG)
+    expect(page.locator(".headline")).to_have_text(saved, timeout=LONG)
     expect(page.locator(".about-part .name")).to_have_text(PLATE.name)
     page.close()
     code, _, error = second.end()
