@@ -67,12 +67,10 @@ def browser(chromium: str) -> Iterator[Any]:
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """Return a studio in a process of its own, one for all tests that change nothing of it for others."""
-    from studio_server import Server
+    from studio_server import running
 
-    started = Server(tmp_path_factory.mktemp("home"))
-    yield started
-    started.process.kill()
-    started.process.communicate(timeout=30)
+    with running(tmp_path_factory.mktemp("home")) as started:
+        yield started
 
 
 @pytest.fixture

@@ -9,6 +9,8 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import httpx2
@@ -47,3 +49,14 @@ class Server:
         self.process.send_signal(signal.SIGINT)
         out, error = self.process.communicate(timeout=30)
         return self.process.returncode, out, error
+
+
+@contextmanager
+def running(home: Path) -> Iterator[Server]:
+    """Start a studio, and kill it in the end whatever it does then."""
+    started = Server(home)
+    try:
+        yield started
+    finally:
+        started.process.kill()
+        started.process.communicate(timeout=30)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import httpx2
 import pytest
-from studio_server import Server
+from studio_server import Server, running
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
@@ -26,10 +26,8 @@ from leafcut.studio.task import Task
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """Return a running studio."""
-    started = Server(tmp_path_factory.mktemp("home"))
-    yield started
-    started.process.kill()
-    started.process.communicate(timeout=30)
+    with running(tmp_path_factory.mktemp("home")) as started:
+        yield started
 
 
 def test_the_page_is_served_to_who_has_the_address(server: Server) -> None:

@@ -51,8 +51,9 @@ def starts_apart(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
     """Return the cutting with the starts of an order, and of all others those whose leads keep away from its leads."""
     import shapely
 
-    lines = [line for s in order for line in _extras(cutting, s)]
-    owner = np.array([k for k, s in enumerate(order) for _ in _extras(cutting, s)], dtype=np.int64)
+    extras = [_extras(cutting, s) for s in order]
+    lines = [line for own in extras for line in own]
+    owner = np.array([k for k, own in enumerate(extras) for _ in own], dtype=np.int64)
     at = {k: place for place, s in enumerate(order) for k in s.contours}
     tree, reach = shapely.STRtree(lines), cutting.rules.kerf - ROUNDING
 

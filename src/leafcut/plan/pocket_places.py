@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.cells import Cells, Rows
 from leafcut.geometry.polyline import Points
 
-Rows = NDArray[np.int64]
 #: How far a way may be from places, float64[n, 2], that are so many mm apart: float64[n], mm.
 Limit = Callable[[Points, float], Points]
 
@@ -70,7 +70,6 @@ class Ground:
         import shapely
 
         self.polygon, self.longest, self.limit = polygon, longest, limit
-        self.low = np.array(polygon.bounds[:2])
         shapely.prepare(polygon)
         self._set(pitch)
 
@@ -78,8 +77,7 @@ class Ground:
         """Forget all places, and take others so far apart."""
         self.pitch = pitch
         self.side = max(round(self.longest / (CELLS * pitch)), 1)
-        # Cells are numbered row by row, with room for the neighbours of the outermost.
-        self.wide = math.ceil((self.polygon.bounds[2] - self.low[0]) / (self.side * pitch)) + 2 * CELLS + 4
+        self.grid = Cells(self.polygon.bounds, self.side * pitch, CELLS + 2)
         self.cells = np.zeros(0, np.int64)
         self.points, self.limits = np.zeros((0, 2)), np.zeros(0)
         self.first = np.zeros(1, np.int64)
@@ -90,38 +88,25 @@ class Ground:
         Pieces are short: no longer than half the longest limit.
         """
         middle = 0.5 * (way[:-1] + way[1:])
-        wanted = self._around(np.unique(self._cell(middle[looked])), CELLS + 1)
+        wanted = self.grid.around(self.grid.of(middle[looked]), CELLS + 1)
         while len(wanted) * self.side**2 > MOST_PLACES and self.side > 1:
             self._set(self.pitch * math.sqrt(1.05 * len(wanted) * self.side**2 / MOST_PLACES))
-            wanted = self._around(np.unique(self._cell(middle[looked])), CELLS + 1)
+            wanted = self.grid.around(self.grid.of(middle[looked]), CELLS + 1)
         self._learn(np.setdiff1d(wanted, self.cells, assume_unique=True))
         k = np.searchsorted(self.cells, wanted)
         rows = _spans(self.first[k], self.first[k + 1])
-        near = np.isin(self._cell(middle), self._around(wanted, CELLS + 1))
+        near = np.isin(self.grid.of(middle), self.grid.around(wanted, CELLS + 1))
         return Places(self.points[rows], self.limits[rows], np.flatnonzero(near))
-
-    def _cell(self, places: Points) -> Rows:
-        """Return the cells that places are in, int64[n]."""
-        column, row = (np.floor((places - self.low) / (self.side * self.pitch)).astype(np.int64) + CELLS + 2).T
-        cells: Rows = row * self.wide + column
-        return cells
-
-    def _around(self, cells: Rows, reach: int) -> Rows:
-        """Return the cells as near to some as `reach`."""
-        offsets = np.arange(-reach, reach + 1)
-        for step in (1, self.wide):
-            cells = np.unique(cells[:, None] + step * offsets)
-        return cells
 
     def _learn(self, cells: Rows) -> None:
         """Find the places in cells, and their limits."""
         import shapely
 
         inside = np.arange(self.side**2)
-        row, column = cells // self.wide - CELLS - 2, cells % self.wide - CELLS - 2
+        column, row = self.grid.columns_and_rows(cells)
         x = (column[:, None] * self.side + inside % self.side).ravel()
         y = (row[:, None] * self.side + inside // self.side).ravel()
-        points = self.low + self.pitch * np.column_stack([x, y])
+        points = self.grid.low + self.pitch * np.column_stack([x, y])
         there = shapely.contains_xy(self.polygon, points[:, 0], points[:, 1])
         points = points[there]
         count = there.reshape(len(cells), self.side**2).sum(axis=1)

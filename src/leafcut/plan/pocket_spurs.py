@@ -51,7 +51,7 @@ def with_spurs(ways: list[Points], ground: Any, rules: PocketRules) -> list[Poin
             spurs[k].append((station, tip))
             disc = swept(shapely.Point(tip), rules.radius, rules.tolerance)
             left = [part for some in left for part in _worth(some.difference(disc), rules)]
-    return [_spliced(way, found) for way, found in zip(ways, spurs, strict=True)]
+    return [_spliced(track, found) for track, found in zip(tracks, spurs, strict=True)]
 
 
 def _worth(shape: Any, rules: PocketRules) -> list[Any]:
@@ -71,13 +71,12 @@ def _spur(places: list[Any], track: Track, rules: PocketRules) -> tuple[float, P
     return station, base + (corners[deepest] - base) * min(most, most - (1.0 - DEEPER) * rules.radius) / most
 
 
-def _spliced(way: Points, spurs: list[tuple[float, Points]]) -> Points:
+def _spliced(track: Track, spurs: list[tuple[float, Points]]) -> Points:
     """Return a way with spurs at its stations."""
-    stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
-    parts, at = [], 0
+    way, parts, at = track.points, [], 0
     for station, tip in sorted(spurs, key=lambda spur: spur[0]):
-        k = max(int(np.searchsorted(stations, station, side="right")), at)
-        base = np.array([np.interp(station, stations, way[:, i]) for i in range(2)])
-        parts += [way[at:k], base[None], tip[None], base[None]]
+        k = max(int(np.searchsorted(track.stations, station, side="right")), at)
+        base = track.places(np.array([station]))
+        parts += [way[at:k], base, tip[None], base]
         at = k
     return np.vstack([*parts, way[at:]])

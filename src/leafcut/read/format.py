@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import stat
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
+from typing import Any
 
 from leafcut.errors import ReadError
 from leafcut.model import Issue, Part, Severity
@@ -144,6 +146,20 @@ def load(path: str | Path) -> Source:
     if not data.strip():
         raise ReadError(path, "the file is empty")
     return Source(str(path), data)
+
+
+def load_json(path: str | Path) -> Any:
+    """Return what a JSON file holds.
+
+    Raises
+    ------
+    ReadError
+        The file cannot be read (`load`), or is not JSON.
+    """
+    try:
+        return json.loads(load(path).text())
+    except (ValueError, RecursionError) as problem:
+        raise ReadError(path, f"is not JSON ({shown(str(problem), 100)})") from None
 
 
 def shown(text: str, limit: int = 60) -> str:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import ReadError
-from leafcut.read.format import load, shown
+from leafcut.read.format import load_json, shown
 
 #: The version of the format; another one is refused.
 VERSION = 1
@@ -37,10 +37,7 @@ def load_order(path: Path) -> dict[int, tuple[int, ...]]:
         It is no order file; says what is wrong, and in which operation.
     """
     place = str(path)
-    try:
-        data = json.loads(load(path).text())
-    except (ValueError, RecursionError) as problem:
-        raise ReadError(place, f"is not JSON ({shown(str(problem), 100)})") from None
+    data = load_json(path)
     if not isinstance(data, dict) or data.get("leafcut_order") != VERSION:
         raise ReadError(place, f"is no order file of this version of leafcut: 'leafcut_order' must be {VERSION}")
     rows = data.get("operations")

@@ -17,7 +17,7 @@ from typing import Any
 
 from leafcut.errors import ReadError, nearest
 from leafcut.model.cutting import DIRECTIONS, FIXABLE, LEAD_STYLES, ContourPrint, CutChoice, Lead, PlanFile
-from leafcut.read.format import load, shown
+from leafcut.read.format import load_json, shown
 
 #: The version of the format; another one is refused.
 VERSION = 1
@@ -79,10 +79,7 @@ def load_plan(path: Path) -> PlanFile:
         It is no plan file; says what is wrong, and in which cut.
     """
     place = str(path)
-    try:
-        data = json.loads(load(path).text())
-    except (ValueError, RecursionError) as problem:
-        raise ReadError(place, f"is not JSON ({shown(str(problem), 100)})") from None
+    data = load_json(path)
     reader = _Reader(place)
     reader.table(data, "the file", ("contours", "cuts"))
     if data.get("leafcut_plan") != VERSION:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -23,9 +22,10 @@ Strategy = Callable[["CentreRegion", Run], PocketPath]
 
 def _clock(run: Run) -> Callable[[], bool]:
     """Return what says whether the run is cancelled, or its time limit used up from now on."""
+    from leafcut.solve.stop import Stop
+
     limit = run.settings.solve.time_limit
-    end = math.inf if limit is None else time.monotonic() + limit
-    return lambda: run.cancelled.is_set() or time.monotonic() >= end
+    return Stop(seconds=math.inf if limit is None else limit, cancelled=run.cancelled).now
 
 
 def _zigzag(region: CentreRegion, run: Run) -> PocketPath:

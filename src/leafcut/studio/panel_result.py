@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
+from leafcut.report.cut_words import clock
 from leafcut.studio.canvas import Bars, Convergence, Program
 from leafcut.studio.elements import box, button, link, table, text
 from leafcut.studio.history import Record
@@ -201,7 +202,7 @@ class ResultPanel:
                         _metres(row["feed_mm"] + row["rapid_mm"]),
                         f"{row['retracts']:,}",
                         f"{row['uncovered_percent']:.2f}",
-                        _clock(row["time_s"]),
+                        clock(row["time_s"]),
                     )
                 ),
             ]
@@ -345,12 +346,6 @@ def _issues(answer: dict[str, Any]) -> list[dict[str, str]]:
 def _warnings(answer: dict[str, Any]) -> list[dict[str, str]]:
     """Return the issues that are more than a note."""
     return [issue for issue in _issues(answer) if issue["severity"] != "note"]
-
-
-def _clock(seconds: float) -> str:
-    """Return minutes and seconds, where there is little room."""
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes}:{rest:02d}"
 
 
 def _seconds(value: float | None) -> str:

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from leafcut.geometry.cells import Cells
 from leafcut.model.pocket import PocketPath, PocketRules
 from leafcut.verify.step_over import FARTHEST, wide_places
 from leafcut.verify.tool_way import Floats, way_of
-
-Rows = NDArray[np.int64]
 
 #: Places this near to each other are the same, mm.
 _SAME = 1e-4
@@ -32,35 +30,19 @@ class TooWide:
 
     def __init__(self, centres: Any, rules: PocketRules) -> None:
         self.centres, self.rules = centres, rules
-        self.low = np.array(centres.bounds[:2])
-        self.side = FARTHEST * rules.tool_diameter
-        self.wide = int((centres.bounds[2] - self.low[0]) / self.side) + 4 * _REACHES + 8
+        self.cells = Cells(centres.bounds, FARTHEST * rules.tool_diameter, 2 * _REACHES + 4)
         self.last, self.found = np.zeros((0, 2)), np.zeros((0, 2))
 
     def __call__(self, path: PocketPath) -> Floats:
         """Return the places of a path."""
         way = way_of(path, self.rules)
-        moved = self._cells(np.vstack([_not_in(way.xy, self.last), _not_in(self.last, way.xy)]))
-        changed = _around(np.unique(moved), _REACHES, self.wide)
-        looked = np.isin(self._cells(way.xy), _around(changed, 1, self.wide))
+        moved = self.cells.of(np.vstack([_not_in(way.xy, self.last), _not_in(self.last, way.xy)]))
+        changed = self.cells.around(moved, _REACHES)
+        looked = np.isin(self.cells.of(way.xy), self.cells.around(changed, 1))
         new = wide_places(way, self.centres, self.rules, looked)
-        old = self.found[~np.isin(self._cells(self.found), changed)]
-        self.last, self.found = way.xy, np.vstack([old, new[np.isin(self._cells(new), changed)]])
+        old = self.found[~np.isin(self.cells.of(self.found), changed)]
+        self.last, self.found = way.xy, np.vstack([old, new[np.isin(self.cells.of(new), changed)]])
         return self.found
-
-    def _cells(self, places: Floats) -> Rows:
-        """Return the square cells that places are in, numbered row by row, int64[n]."""
-        column, row = (np.floor((places - self.low) / self.side).astype(np.int64) + 2 * _REACHES + 4).T
-        cells: Rows = row * self.wide + column
-        return cells
-
-
-def _around(cells: Rows, reach: int, wide: int) -> Rows:
-    """Return the cells as near to some as `reach`."""
-    offsets = np.arange(-reach, reach + 1)
-    for step in (1, wide):
-        cells = np.unique(cells[:, None] + step * offsets)
-    return cells
 
 
 def _not_in(places: Floats, others: Floats) -> Floats:

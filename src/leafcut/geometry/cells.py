@@ -1,0 +1,47 @@
+"""Square cells of the plane, numbered, so that what is near a place is found without looking at everything."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.polyline import Points
+
+Rows = NDArray[np.int64]
+
+
+class Cells:
+    """Square cells, numbered row by row, with as many more around a box as the `margin` says.
+
+    Parameters
+    ----------
+    bounds
+        The box that places lie in: lowest x and y, highest x and y, mm.
+    side
+        Of a cell, mm.
+    margin
+        How many cells beyond the box are numbered, too: as far as `around` may go.
+    """
+
+    def __init__(self, bounds: tuple[float, float, float, float], side: float, margin: int) -> None:
+        self.low, self.side, self.margin = np.array(bounds[:2]), side, margin
+        self.wide = math.ceil((bounds[2] - bounds[0]) / side) + 2 * margin
+
+    def of(self, places: Points) -> Rows:
+        """Return the cells that places, float64[n, 2], are in, int64[n]."""
+        column, row = (np.floor((places - self.low) / self.side).astype(np.int64) + self.margin).T
+        cells: Rows = row * self.wide + column
+        return cells
+
+    def around(self, cells: Rows, reach: int) -> Rows:
+        """Return the cells as near to some as `reach`, each once, sorted."""
+        cells, offsets = np.unique(cells), np.arange(-reach, reach + 1)
+        for step in (1, self.wide):
+            cells = np.unique(cells[:, None] + step * offsets)
+        return cells
+
+    def columns_and_rows(self, cells: Rows) -> tuple[Rows, Rows]:
+        """Return which column and which row of cells each is in, 0 at the corner of the box."""
+        return cells % self.wide - self.margin, cells // self.wide - self.margin
