@@ -192,6 +192,20 @@ def test_bad_input_gets_one_clear_line_and_writes_nothing(
     assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
 
 
+def test_a_refusal_tells_that_the_program_of_an_earlier_run_is_still_there(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    program = tmp_path / "plate.ngc"
+    words = ["optimize", "example:plate-10", "--output", str(program)]
+    assert run([*words, "--seed", "x"]) == 2
+    assert str(program) not in capsys.readouterr().err
+    program.write_text("G0 X1\n")
+    assert run([*words, "--seed", "x"]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1 and lines[0].endswith(f"; {program} is as it was before this run")
+    assert program.read_text() == "G0 X1\n"
+
+
 def test_an_output_that_may_not_be_written_is_refused_before_any_work(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,7 +11,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import ezdxf
 import pytest
 
 from leafcut.cli import run
@@ -81,18 +80,10 @@ def test_the_names_in_a_page_exist(page: str) -> None:
 
 
 def test_the_commands_of_the_page_on_sheets_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A drawing with two plates, a hole and a mark stands for the reader's; every program is verified and written."""
-    text = (ROOT / "docs" / "sheets.md").read_text(encoding="utf-8")
-    commands = re.findall(r"^    leafcut (optimize sheet\.dxf .+)$", text, flags=re.MULTILINE)
+    """Every program is verified and written."""
+    commands = commands_of("sheets.md")
     assert len(commands) >= 6
-    document = ezdxf.new(units=4)
-    space = document.modelspace()
-    for x in (20, 150):
-        corners = [(x, 20), (x + 100, 20), (x + 100, 100), (x, 100)]
-        space.add_lwpolyline(corners, close=True)
-    space.add_circle((60, 60), 20)
-    space.add_line((160, 40), (200, 40), dxfattribs={"layer": "MARKS"})
-    document.saveas(tmp_path / "sheet.dxf")
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
     monkeypatch.chdir(tmp_path)
     for command in commands:
         words = shlex.split(command)
@@ -100,6 +91,16 @@ def test_the_commands_of_the_page_on_sheets_run(tmp_path: Path, monkeypatch: pyt
         output.unlink(missing_ok=True)
         assert run([*words, "--preset", "fast"]) == 0, command
         assert output.read_text().count("M3") >= 3
+
+
+def test_the_commands_of_the_page_on_nesting_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    nest, cut = commands_of("nesting.md")
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    assert run([*shlex.split(nest), "--preset", "fast", "-q"]) == 0
+    assert run([*shlex.split(cut), "--preset", "fast", "-q"]) == 0
+    # A bracket has two holes and a gusset has one; each contour is pierced once.
+    assert Path("sheet.ngc").read_text().count("M3 $0") == 10 * 3 + 4 * 2
 
 
 def test_the_sheet_that_the_readme_cuts_is_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -130,6 +131,11 @@ def test_the_commands_of_the_page_on_pockets_run(tmp_path: Path, monkeypatch: py
         assert "G1" in output.read_text()
 
 
+def commands_of(page: str) -> list[str]:
+    """Return the commands that a page shows, without the first word."""
+    return re.findall(r"^    leafcut (.+)$", (ROOT / "docs" / page).read_text(encoding="utf-8"), flags=re.MULTILINE)
+
+
 def exists(name: str) -> bool:
     """Return whether leafcut.NAME is a module, or an attribute of one (of a class in it)."""
     parts = name.split(".")
@@ -157,6 +163,6 @@ def test_example_scripts_run(script: str, tmp_path: Path) -> None:
         [sys.executable, f"examples/{script}"], cwd=tmp_path, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    if script == "make_plates.py":
-        for plate in [*(ROOT / "examples").glob("*.dxf"), ROOT / "examples" / "cam_121.nc"]:
-            assert (tmp_path / "examples" / plate.name).read_bytes() == plate.read_bytes(), plate.name
+    for drawn in (ROOT / "examples").iterdir():
+        if drawn.suffix in (".dxf", ".svg", ".nc"):
+            assert (tmp_path / "examples" / drawn.name).read_bytes() == drawn.read_bytes(), drawn.name

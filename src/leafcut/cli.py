@@ -7,8 +7,8 @@ import io
 import json
 import os
 import sys
-from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from typing import Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter
@@ -66,10 +66,9 @@ def run(arguments: Sequence[str]) -> int:
         return int(status or DONE)
     except CycloptsError as problem:
         return _refuse(" ".join(str(problem).split()) + " (see leafcut --help)", USAGE)
-    except OptionError as problem:
-        return _refuse(str(problem), USAGE)
     except LeafcutError as problem:
-        return _refuse(str(problem), REFUSED)
+        line = "; ".join([str(problem), *getattr(problem, "__notes__", ())])
+        return _refuse(line, USAGE if isinstance(problem, OptionError) else REFUSED)
     except KeyboardInterrupt:
         return _refuse("interrupted; nothing was written", REFUSED)
     except BrokenPipeError:
@@ -99,6 +98,19 @@ def _refuse(line: str, status: int) -> int:
     shown = "".join(c if c.isprintable() else "?" for c in line)  # names of files may hold anything
     print(f"leafcut: {shown}", file=sys.stderr)
     return status
+
+
+@contextmanager
+def _nothing_new_in(output: str | None) -> Iterator[None]:
+    """Let a refusal tell that what an earlier run wrote is still there: it would run on the machine as well."""
+    try:
+        yield
+    except LeafcutError as problem:
+        from leafcut.files import OutputError
+
+        if output and os.path.isfile(output) and not isinstance(problem, OutputError):
+            problem.add_note(f"{output} is as it was before this run")
+        raise
 
 
 def app() -> App:
@@ -149,7 +161,7 @@ def _optimize(
     """
     from leafcut import api
 
-    with Reporter(quiet=quiet) as reporter:
+    with _nothing_new_in(output), Reporter(quiet=quiet) as reporter:
         outcome = api.optimize(
             source,
             output,
@@ -232,7 +244,7 @@ def _nest(
     """Lay parts on sheets, in several variants, and write the best as DXF to be cut."""
     from leafcut import api
 
-    with Reporter(quiet=quiet) as reporter:
+    with _nothing_new_in(output), Reporter(quiet=quiet) as reporter:
         outcome = api.nest(parts, output, options_file=options_file, progress=reporter, **_given(options))
     if as_json:
         from leafcut.report.nest_answer import nest_as_json
