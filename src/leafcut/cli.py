@@ -9,6 +9,7 @@ import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter
@@ -108,7 +109,7 @@ def _nothing_new_in(output: str | None) -> Iterator[None]:
     except LeafcutError as problem:
         from leafcut.files import OutputError
 
-        if output and os.path.isfile(output) and not isinstance(problem, OutputError):
+        if output and Path(output).is_file() and not isinstance(problem, OutputError):
             problem.add_note(f"{output} is as it was before this run")
         raise
 

@@ -95,6 +95,22 @@ def test_a_beam_that_is_off_is_dark_at_feed() -> None:
     assert doing == [Doing.RAPID, Doing.STAND, Doing.CUT, Doing.STAND, Doing.DARK]
 
 
+def test_an_arc_of_a_beam_that_is_off_is_no_cut_and_lies_where_it_is_gone_along() -> None:
+    path = started()
+    path.spindle(1000.0)
+    path.spindle(0.0)
+    path.feed(x=10.0, feed=50.0)
+    path.arc(True, (20.0, 0.0, 5.0), Arc((15.0, 0.0, 5.0)), feed=50.0)
+    built = path.build()
+    rows = playback(built, MILL, beam=True)
+    gone = rows.doing != Doing.STAND
+    assert set(rows.doing[gone].tolist()) == {Doing.RAPID, Doing.DARK}
+    assert len(rows.arc_row) == len(rows.stops) == 0
+    assert np.hypot(*(rows.place[4:, :2] - (15.0, 0.0)).T) == pytest.approx(5.0)
+    assert rows.place[:, 1].max() > 4.9
+    assert rows.seconds.sum() == pytest.approx(measure(built, MILL).time_s, rel=1e-12)
+
+
 def test_an_empty_toolpath_has_no_rows() -> None:
     assert len(playback(Toolpath.of_motions([]), MILL).doing) == 0
 

@@ -111,6 +111,7 @@ def playback(path: Toolpath, machine: Machine, beam: bool = False, program: str 
     travels = np.isin(doing, (Doing.RAPID, Doing.DARK)) & moved
     changes = np.cumsum((rows.kind == Kind.TOOL) | ~known)
     arc_row, arc = _arcs(rows, before)
+    arc_row, arc = arc_row[arcs[arc_row]], arc[arcs[arc_row]]
     feeds = np.isin(rows.kind, (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW))
     whole = Playback(
         doing=doing,
@@ -145,7 +146,7 @@ def _doing(path: Toolpath, beam: bool) -> NDArray[np.uint8]:
     doing[path.kind == Kind.ARC_CCW] = Doing.ARC_CCW
     if beam:
         dark = (spindle_speed(path) == 0.0) | (latest(path, Kind.TORCH, 1.0 - path.value) == 1.0)
-        doing[(path.kind == Kind.FEED) & dark] = Doing.DARK
+        doing[np.isin(path.kind, (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)) & dark] = Doing.DARK
     return doing
 
 
@@ -163,8 +164,8 @@ def _arcs(path: Toolpath, before: NDArray[np.float64]) -> tuple[NDArray[np.int64
 
 
 def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -> Playback:
-    """Return the rows with arcs that do not lie flat as chords, which share their time."""
-    unflat = (whole.doing == Doing.ARC_CW) | (whole.doing == Doing.ARC_CCW)
+    """Return the rows with arcs that do not lie flat, or are dark, as chords, which share their time."""
+    unflat = (path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)
     unflat[whole.arc_row] = False
     upright = np.flatnonzero(unflat)
     if not len(upright):
@@ -176,7 +177,7 @@ def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -
     share = np.arange(1, _CHORDS + 1) / _CHORDS
     for row in upright.tolist():
         here = slice(int(first[row]), int(first[row]) + _CHORDS)
-        doing[here] = Doing.CUT
+        doing[here] = Doing.DARK if whole.doing[row] == Doing.DARK else Doing.CUT
         centre, (u, v, w) = path.arcs[int(path.ref[row])], plane_axes(path.arcs[int(path.ref[row])].plane)
         radius, angle, sweep = arc_sweep(path, row)
         place[here, u] = centre.center[u] + radius * np.cos(angle + sweep * share)
