@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
+import threading
 from pathlib import Path
 from typing import Any
 
+import httpx2
 import pytest
 from starlette.testclient import TestClient
 
 from leafcut import cli
-from leafcut.studio.app import Studio
+from leafcut.studio import jobs
+from leafcut.studio.app import Studio, make_api
+from leafcut.studio.running import Made
 
 ROOT = Path(__file__).parents[2]
 PLATE = ROOT / "examples" / "plate_10.dxf"
@@ -102,6 +107,30 @@ def test_a_request_that_lacks_something_is_refused_in_the_same_form(client: Test
         answer = client.request(method, address)
         assert answer.status_code == status, address
         assert list(answer.json()) == ["error"]
+
+
+def test_however_many_wait_for_their_answers_the_others_are_answered(
+    studio: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Sixty requests wait, more than the server has threads for; the next one is answered all the same."""
+    release = threading.Event()
+    monkeypatch.setattr(jobs, "run", lambda *_: release.wait(60) and Made({}, {}, {}))
+
+    async def ask() -> None:
+        transport = httpx2.ASGITransport(make_api(studio))
+        async with httpx2.AsyncClient(transport=transport, base_url="http://studio", timeout=60) as client:
+            waiting = [asyncio.create_task(client.post("/api/solve", data={"source": "random:9:1"})) for _ in range(60)]
+            while len(studio.jobs.running()) < 60:
+                await asyncio.sleep(0.01)
+            assert (await client.get("/api/machines")).status_code == 200
+            assert not any(task.done() for task in waiting)
+            release.set()
+            assert {answer.status_code for answer in await asyncio.gather(*waiting)} == {200}
+
+    try:
+        asyncio.run(asyncio.wait_for(ask(), 50))
+    finally:
+        release.set()
 
 
 def test_jobs_are_listed_and_forgotten(studio: Studio, client: TestClient) -> None:

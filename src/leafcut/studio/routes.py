@@ -13,7 +13,6 @@ from urllib.parse import quote
 
 from fastapi import APIRouter, File, Form, HTTPException, Path, Query, Request, UploadFile
 from fastapi.responses import JSONResponse, Response
-from starlette.concurrency import run_in_threadpool
 from starlette.staticfiles import StaticFiles
 
 from leafcut.errors import LeafcutError, OptionError
@@ -129,7 +128,7 @@ def _options(text: str) -> dict[str, Any]:
 async def _done(jobs: Jobs, task: Task) -> tuple[Record, dict[str, Any]]:
     """Run a task as a job and wait for it; return its record and its answer."""
     job = jobs.start(task)
-    await run_in_threadpool(jobs.wait, job)
+    await jobs.over(job)
     record = jobs.record(job)
     if record is None or not record.state.kept:
         line = record.line if record else ""
@@ -220,7 +219,7 @@ def _job_answer(jobs: Jobs, record: Record) -> dict[str, Any]:
         "command": record.task.command,
         "process": record.task.process,
         "options": record.task.options,
-        "state": (live.state if live is not None and not record.state.over else record.state).value,
+        "state": record.state.value,
         "created": record.created,
         "finished": record.finished,
         "error": record.line,
@@ -242,7 +241,7 @@ def _found(jobs: Jobs, job: str) -> Record:
 def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
     @made.get("/jobs", summary="The last jobs, the newest first")
     def every(most: Annotated[int, Query(ge=1, le=1000)] = 100) -> list[dict[str, Any]]:
-        return [_job_answer(jobs, record) for record in jobs.history.newest(most)]
+        return [_job_answer(jobs, record) for record in jobs.newest(most)]
 
     @made.get("/jobs/{job}", summary="A job: how it stands, and its answer where it is done")
     def one(job: Job) -> dict[str, Any]:
@@ -250,15 +249,15 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
 
     @made.post("/jobs/{job}/stop", summary="Stop a job and keep the best that it has")
     def stop(job: Job) -> dict[str, Any]:
-        record = _found(jobs, job)
+        _found(jobs, job)
         jobs.stop(job)
-        return _job_answer(jobs, record)
+        return _job_answer(jobs, _found(jobs, job))
 
     @made.post("/jobs/{job}/cancel", summary="Stop a job and keep nothing")
     def cancel(job: Job) -> dict[str, Any]:
-        record = _found(jobs, job)
+        _found(jobs, job)
         jobs.cancel(job)
-        return _job_answer(jobs, record)
+        return _job_answer(jobs, _found(jobs, job))
 
     @made.get(
         "/jobs/{job}/answer", summary="The answer of a job that is done, as the command line gives it with --json"
@@ -274,7 +273,7 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
         """Return, when all are planned, what the cuts of every variant come to; the jobs have the programs."""
         _found(jobs, job)
         for begun in plan_cuts(jobs, job, _options(options)):
-            await run_in_threadpool(jobs.wait, begun)
+            await jobs.over(begun)
         return comparison(jobs, job)
 
     @made.get("/jobs/{job}/cuts", summary="What the cuts of a nest's variants come to, as far as they are planned")
