@@ -71,6 +71,38 @@ def test_solve_simulate_and_verify_answer_as_the_command_line(
     assert answer["same"] is True
 
 
+def test_the_text_of_a_program_is_its_own_letters_and_no_answer_says_where_the_studio_keeps_it(
+    studio: Studio, client: TestClient
+) -> None:
+    """A comment in Latin-1 comes back as it was, in the file and in the text."""
+    program = CAM.read_bytes().replace(b"(", "(PIEZA Ñ 5° ".encode("latin-1"), 1)
+    file = {"file": ("cam_121.nc", program)}
+    answer = client.post("/api/optimize", files=file, data={"options": '{"preset": "fast"}'}).json()
+    assert "(PIEZA Ñ 5° " in answer["text"]
+    assert answer["input"] == "cam_121.nc"
+    made = client.get(f"/api/jobs/{answer['job']}/files/program").content
+    assert made == answer["text"].encode("latin-1")
+    for name in studio.history.artefacts(answer["job"]):
+        found = studio.history.artefact(answer["job"], name)
+        assert found is not None
+        assert str(studio.folder.root).encode() not in found.data, name
+
+
+def test_what_comes_with_a_request_that_is_refused_is_not_kept(studio: Studio, client: TestClient) -> None:
+    """A file that was opened before stays: a better request may follow."""
+    opened = client.post("/api/files?name=plate.dxf", content=PLATE.read_bytes()).json()["id"]
+    file = ("plate.dxf", PLATE.read_bytes())
+    for options in ("[]", '{"thicknes": 1}'):
+        data = {"options": options}
+        for command in ("optimize", "solve", "simulate"):
+            assert client.post(f"/api/{command}", files={"file": file}, data=data).status_code == 400
+        assert client.post("/api/optimize", data={"source": opened, **data}).status_code == 400
+        assert client.post("/api/verify", files={"original": file, "new": file}, data=data).status_code == 400
+        assert client.post("/api/nest", files=[("files", file)], data={**data, "parts": "[{}]"}).status_code == 400
+    assert client.post("/api/nest", files=[("files", file)], data={"parts": "x"}).status_code == 400
+    assert [place.name for place in studio.folder.inputs.iterdir()] == [opened]
+
+
 @pytest.mark.parametrize(
     ("data", "status", "line"),
     [

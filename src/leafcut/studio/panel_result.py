@@ -275,7 +275,7 @@ class ResultPanel:
         if made is None:
             text("p", w("result.no_program"), "quiet")
             return
-        lines = made.data.decode("utf-8", "replace").split("\n")
+        lines = made.text.split("\n")
         text("pre", "\n".join(lines[:_MOST_LINES]), "listing", tabindex="0", aria_label=made.file_name)
         if len(lines) > _MOST_LINES:
             text("p", w("open.more", number=len(lines) - _MOST_LINES), "quiet")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 from urllib.parse import quote
 
@@ -19,7 +20,7 @@ from leafcut.errors import LeafcutError, OptionError
 from leafcut.option_spec import flag_name
 from leafcut.options import ALGORITHM_TITLES, GROUPS
 from leafcut.studio.folder import Folder
-from leafcut.studio.history import Record
+from leafcut.studio.history import Record, files_of
 from leafcut.studio.jobs import Jobs, line_of
 from leafcut.studio.safety import STILL_POLICY
 from leafcut.studio.sheets import comparison, plan_cuts, sheets_of
@@ -125,9 +126,16 @@ def _options(text: str) -> dict[str, Any]:
     return found
 
 
-async def _done(jobs: Jobs, task: Task) -> tuple[Record, dict[str, Any]]:
-    """Run a task as a job and wait for it; return its record and its answer."""
-    job = jobs.start(task)
+async def _done(jobs: Jobs, task: Task, named: str = "") -> tuple[Record, dict[str, Any]]:
+    """Run a task as a job and wait for it; return its record and its answer.
+
+    What came with a request that is refused is not kept; an input that was `named` was there before.
+    """
+    try:
+        job = jobs.start(task)
+    except BaseException:
+        jobs.folder.drop_inputs(files_of([replace(task, options={})]) - {named})
+        raise
     await jobs.over(job)
     record = jobs.record(job)
     if record is None or not record.state.kept:
@@ -138,7 +146,7 @@ async def _done(jobs: Jobs, task: Task) -> tuple[Record, dict[str, Any]]:
 
 def _text(jobs: Jobs, job: str, name: str) -> str:
     found = jobs.history.artefact(job, name)
-    return "" if found is None else found.data.decode("utf-8", "replace")
+    return "" if found is None else found.text
 
 
 def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
@@ -147,15 +155,17 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
         file: Upload = None, source: Named = "", process: Annotated[str, Form()] = "auto", options: Options = "{}"
     ) -> JSONResponse:
         """Return the answer of ``leafcut optimize --json``, the program as ``text``, and the job's id as ``job``."""
-        task = Task("optimize", (await _input(folder, file, source),), process, _options(options))
-        record, answer = await _done(jobs, task)
+        given = _options(options)
+        task = Task("optimize", (await _input(folder, file, source),), process, given)
+        record, answer = await _done(jobs, task, "" if file is not None else source)
         return JSONResponse({**answer, "text": _text(jobs, record.id, "program"), "job": record.id})
 
     @made.post("/solve", summary="A short closed tour through the points of a map")
     async def solve(file: Upload = None, source: Named = "", options: Options = "{}") -> JSONResponse:
         """Return the answer of ``leafcut solve --json``, the tour in TSPLIB's form as ``text``, and ``job``."""
-        task = Task("solve", (await _input(folder, file, source),), "auto", _options(options))
-        record, answer = await _done(jobs, task)
+        given = _options(options)
+        task = Task("solve", (await _input(folder, file, source),), "auto", given)
+        record, answer = await _done(jobs, task, "" if file is not None else source)
         return JSONResponse({**answer, "text": _text(jobs, record.id, "tour"), "job": record.id})
 
     @made.post("/nest", summary="Parts with quantities laid on sheets, in several variants")
@@ -167,8 +177,9 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
         options: Options = "{}",
     ) -> JSONResponse:
         """Return the answer of ``leafcut nest --json``, the drawings as ``texts`` by their names, and ``job``."""
-        wanted = wanted_parts([await _keep(folder, file) for file in files], parts)
-        task = Task("nest", tuple(one.word for one in wanted), "auto", _options(options))
+        given, wanted = _options(options), wanted_parts([""] * len(files), parts)
+        words = [replace(one, input=await _keep(folder, file)).word for one, file in zip(wanted, files, strict=True)]
+        task = Task("nest", tuple(words), "auto", given)
         record, answer = await _done(jobs, task)
         sheets = sheets_of(record.id, answer)
         texts = {sheet.file: _text(jobs, record.id, sheet.drawing) for sheet in sheets}
@@ -177,7 +188,8 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
     @made.post("/simulate", summary="What a program costs on a machine, and what is dangerous in it")
     async def simulate(file: Upload = None, options: Options = "{}") -> JSONResponse:
         """Return the answer of ``leafcut simulate --json``, and the job's id as ``job``."""
-        task = Task("simulate", (await _input(folder, file, ""),), "auto", _options(options))
+        given = _options(options)
+        task = Task("simulate", (await _input(folder, file, ""),), "auto", given)
         record, answer = await _done(jobs, task)
         return JSONResponse({**answer, "job": record.id})
 
@@ -188,8 +200,9 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
         options: Options = "{}",
     ) -> JSONResponse:
         """Return the answer of ``leafcut verify --json``, and the job's id as ``job``."""
+        given = _options(options)
         files = (await _keep(folder, original), await _keep(folder, new))
-        record, answer = await _done(jobs, Task("verify", files, "auto", _options(options)))
+        record, answer = await _done(jobs, Task("verify", files, "auto", given))
         return JSONResponse({**answer, "job": record.id})
 
 
