@@ -180,7 +180,15 @@ def test_the_description_names_every_way_in_and_loads_nothing_from_elsewhere(cli
         operation = described["paths"][f"/api/{command}"]["post"]
         assert operation["summary"]
         assert operation["description"]
-    assert all(operation["summary"] for path in described["paths"].values() for operation in path.values())
+    for path in described["paths"]:
+        assert all(operation["summary"] for operation in described["paths"][path].values())
+        for operation in described["paths"][path].values():
+            for status, answer in operation["responses"].items():
+                schema = answer["content"]["application/json"]["schema"] if status != "200" else {}
+                assert schema in ({}, {"$ref": "#/components/schemas/Refusal"}), (path, status)
+            assert operation["security"] == [{"HTTPBearer": []}]
+    assert described["components"]["schemas"]["Refusal"]["required"] == ["error"]
+    assert described["paths"]["/api/files"]["post"]["requestBody"]["content"].keys() == {"application/octet-stream"}
     assert client.get("/docs").status_code == client.get("/redoc").status_code == 404
 
 

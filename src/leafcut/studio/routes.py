@@ -12,8 +12,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 from urllib.parse import quote
 
-from fastapi import APIRouter, File, Form, HTTPException, Path, Query, Request, UploadFile
+from fastapi import APIRouter, File, Form, HTTPException, Path, Query, Request, Security, UploadFile
 from fastapi.responses import JSONResponse, Response
+from fastapi.security import HTTPBearer
+from pydantic import BaseModel
 from starlette.staticfiles import StaticFiles
 
 from leafcut.errors import LeafcutError, OptionError
@@ -64,9 +66,33 @@ def colours_css() -> str:
     )
 
 
+class Refusal(BaseModel):
+    """What every refusal is."""
+
+    error: str
+
+
+#: What of the statuses is meant, in every route.
+_REFUSED: dict[int | str, dict[str, Any]] = {
+    400: {"model": Refusal, "description": "options that cannot be meant"},
+    401: {"model": Refusal, "description": "the token is missing"},
+    403: {"model": Refusal, "description": "another host or origin than the studio's own"},
+    404: {"model": Refusal, "description": "there is no such thing"},
+    413: {"model": Refusal, "description": "more than the studio takes"},
+    422: {
+        "model": Refusal,
+        "description": "an input that cannot be done, or a field that is missing or of a wrong kind",
+    },
+    500: {"model": Refusal, "description": "a fault of leafcut"},
+}
+_BINARY = {"type": "string", "format": "binary"}
+_BODY = {"required": True, "content": {"application/octet-stream": {"schema": _BINARY}}}
+
+
 def router(studio: Studio) -> APIRouter:
     """Return the routes under ``/api`` of a studio."""
-    made = APIRouter(prefix="/api")
+    token = HTTPBearer(auto_error=False, description="the token that the studio printed")  # the guard has looked
+    made = APIRouter(prefix="/api", responses=_REFUSED, dependencies=[Security(token)])
     _add_commands(made, studio.folder, studio.jobs)
     _add_files(made, studio.folder)
     _add_jobs(made, studio.jobs)
@@ -207,7 +233,7 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
 
 
 def _add_files(made: APIRouter, folder: Folder) -> None:
-    @made.post("/files", summary="Open a file in the studio")
+    @made.post("/files", summary="Open a file in the studio", openapi_extra={"requestBody": _BODY})
     async def open_file(request: Request, name: Annotated[str, Query(max_length=1000)]) -> dict[str, Any]:
         """Keep the body of the request as a file; return its ``id``, its ``name`` and its ``size`` in bytes."""
         made_id, path = folder.new_input(name)
@@ -300,7 +326,12 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
         jobs.delete(job)
         return {"deleted": job}
 
-    @made.get("/jobs/{job}/files/{name}", summary="A file that a run made", response_class=Response)
+    @made.get(
+        "/jobs/{job}/files/{name}",
+        summary="A file that a run made",
+        response_class=Response,
+        responses={200: {"description": "the file", "content": {"*/*": {"schema": _BINARY}}}},
+    )
     def artefact(job: Job, name: Annotated[str, Path(max_length=40)], show: bool = False) -> Response:
         found = jobs.history.artefact(job, name)
         if found is None:
