@@ -223,7 +223,8 @@ class Page:
         self.remember()
         self.show("work")
         self.run.watch()
-        await self.input.restore(record.task)
+        if not await self.input.restore(record.task):
+            return
         self.view.sheet = sheet
         self.run.draw()
         self.result.draw()

@@ -77,8 +77,8 @@ class RunPanel:
         if view.job is not None and view.job in view.studio.jobs.running():
             return
         try:
-            if view.errors:
-                name, line = next(iter(view.errors.items()))
+            if view.wrong:
+                name, line = next(iter(view.wrong.items()))
                 raise OptionError(f"{flag_name(name)}: {line}")
             view.job = view.studio.jobs.start(view.task(), watch_of(view.pace if view.studied else "full"))
         except Exception as problem:
@@ -120,7 +120,7 @@ class RunPanel:
         self._tell_end()
         self.draw()
         self.page.result.draw()
-        self.page.input.ready(True)
+        self.page.input.ready(self.view.ready)
 
     def _tell_end(self) -> None:
         record = self.view.studio.jobs.record(self.view.job or "")
