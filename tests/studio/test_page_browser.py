@@ -96,13 +96,40 @@ def test_what_was_typed_of_a_machine_and_not_saved_is_there_when_a_person_comes_
     expect(text).to_have_value(re.compile("grbl"))
     text.fill("# mine\n" + text.input_value())
     page.locator("#view-machines").get_by_role("button", name="haas-vf2", exact=True).click()
-    expect(text).not_to_have_value("# mine")
+    expect(text).to_have_value(re.compile('^name = "haas-vf2"', re.MULTILINE))
     page.locator("#view-machines").get_by_role("button", name="my-grbl-3018", exact=True).click()
     expect(page.locator("#view-machines .tag")).to_have_text("not saved yet")
-    assert text.input_value().startswith("# mine\n")
+    expect(text).to_have_value(re.compile("^# mine\n"))
+    # A copy is one of what was saved, under its own name; what was typed stays with the first.
+    page.locator("#view-machines").get_by_role("button", name="Copy").click()
+    expect(page.locator("#editor-name")).to_have_value("my-grbl-3018-2")
+    expect(text).to_have_value(re.compile('^name = "my-grbl-3018-2"'))
+    page.locator("#view-machines").get_by_role("button", name="my-grbl-3018", exact=True).click()
+    expect(text).to_have_value(re.compile("^# mine\n"))
     page.get_by_role("button", name="Save").click()
     expect(page.locator("#said")).to_contain_text("saved")
     expect(page.locator("#view-machines .tag")).to_have_count(0)
+
+
+def test_a_program_that_is_looked_at_again_and_again_leaves_nothing_behind(page: Page) -> None:
+    """What listens to the drawing is what is on the page: a list of the program that was taken off is let go."""
+    opened(page, PLATE)
+    typed(page, "Time limit", "1s")
+    run(page)
+    listening = """async () => {
+        const { whenThere } = await import("leafcut-canvas/registry.js");
+        const id = Number(document.querySelector(".frame .lc-drawing").parentElement.id.replace(/\\D+/g, ""));
+        const drawing = await new Promise((done) => whenThere(id, done));
+        return [...drawing._listeners.values()].reduce((sum, acts) => sum + acts.size, 0);
+    }"""
+    before = page.evaluate(listening)
+    for _ in range(3):
+        page.get_by_role("tab", name="Program").click()
+        expect(page.locator(".lc-line").first).to_be_visible()
+        assert page.evaluate(listening) == before + 3  # another program, another choice, playing
+        page.get_by_role("tab", name="Summary").click()
+        expect(page.locator(".lc-gcode")).to_have_count(0)
+    assert page.evaluate(listening) == before
 
 
 def test_a_wrong_value_is_not_told_as_a_missing_file(page: Page) -> None:
