@@ -15,6 +15,7 @@ import pytest
 from leafcut import api, cli
 from leafcut.errors import OptionError, ReadError
 from leafcut.model.issue import CODES
+from leafcut.model.toolpath import Toolpath
 from leafcut.option_spec import flag_name
 from leafcut.options import ALGORITHMS, Settings, all_options
 from leafcut.read.machine import load_machine, machine_names
@@ -26,6 +27,7 @@ from leafcut.studio.panel_live import PACES
 from leafcut.studio.task import Task, command_line, prepare, program_name
 from leafcut.studio.view import View
 from leafcut.studio.wording import words
+from leafcut.timing.toolpath import measure
 
 ROOT = Path(__file__).parents[2]
 EN = words("en")
@@ -332,6 +334,15 @@ def test_an_options_file_fills_in_the_form_and_names_no_files(studio: Studio) ->
     assert "tools" not in view.values
 
 
+def test_files_of_one_name_are_told_apart(studio: Studio) -> None:
+    """A program compared with itself is always the same: the command line must not say that."""
+    first, second, third = (studio.folder.add_input(name, b"M30\n") for name in ("a.nc", "a.nc", "b.nc"))
+    assert command_line(Task("verify", (first, second)), studio.folder) == "leafcut verify 1/a.nc 2/a.nc"
+    assert command_line(Task("verify", (first, third)), studio.folder) == "leafcut verify a.nc b.nc"
+    nest = command_line(Task("nest", (f"{first}:2", f"{third}:3", f"{second}:4")), studio.folder)
+    assert nest.startswith("leafcut nest 1/a.nc:2 b.nc:3 3/a.nc:4 -o ")
+
+
 def test_values_of_json_mean_what_they_mean_in_a_toml_file(studio: Studio) -> None:
     task = Task(
         "optimize", ("example:plate-10",), options={"thickness": 3, "layers": ["A", "B"], "start_point": [1, 2]}
@@ -369,6 +380,7 @@ def test_both_languages_have_the_same_words_and_none_is_unused() -> None:
         ("group.", groups),
         ("work.", {f"work.{work}" for work in forms.WORKS}),
         ("state.", {f"state.{state.value}" for state in State}),
+        ("kind.", {f"kind.{kind}" for kind in measure(Toolpath.of_motions([]), load_machine("haas-vf2")).by_kind}),
         ("process.", {f"process.{process}" for process in forms.PROGRAM_PROCESSES}),
         ("pace.", {f"pace.{pace}" for pace in PACES}),
     ):

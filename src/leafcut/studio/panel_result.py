@@ -243,7 +243,7 @@ class ResultPanel:
             [w("result.feed"), format_length(answer["feed_mm"])],
         ]
         table([("", ""), (w("result.length_of"), _NUMBER)], rows, w("result.times"))
-        kinds = [[kind.replace("_", " "), format_time(s)] for kind, s in answer["by_kind"].items() if s > 0]
+        kinds = [[w(f"kind.{kind}"), format_time(s)] for kind, s in answer["by_kind"].items() if s > 0]
         table([("", ""), (w("result.time"), _NUMBER)], kinds, w("result.times"))
         limits = [[axis.upper(), f"{low:.3f}", f"{high:.3f}"] for axis, (low, high) in answer["extents"].items()]
         table([("mm", ""), (w("result.from"), _NUMBER), (w("result.to"), _NUMBER)], limits, w("result.extents"))

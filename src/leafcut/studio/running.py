@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from leafcut import api
 from leafcut.model.snapshot import Observer
 from leafcut.studio.history import Artefact
-from leafcut.studio.task import LIST, NEST, Call, program_name
+from leafcut.studio.task import LIST, NEST, Call, program_name, told_apart
 from leafcut.studio.wanted import list_text, needs_list
 
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ def _nest(call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.E
         for k, layout in enumerate(one.layouts, 1):
             artefacts[f"scene-{v}-{k}"] = _scene(nest_scene(one, layout))
     if needs_list(call.parts):
-        artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, names).encode())
+        artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, told_apart(names)).encode())
     return Made(nest_as_json(outcome), _nest_figures(outcome), artefacts)
 
 
