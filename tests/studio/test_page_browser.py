@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from playwright.sync_api import Page, expect
-from studio_page import LONG, PLATE, opened, run, said_by, typed
+from studio_page import LONG, PLATE, opened, run, said_by, typed, wait_for
 
 
 def test_another_file_takes_the_place_of_a_run_which_goes_on_and_can_be_ended(page: Page) -> None:
@@ -37,13 +37,20 @@ def test_a_new_file_is_seen_whole_however_the_last_one_was_looked_at(page: Page,
     expect(page.locator(".lc-readout")).to_contain_text("X ")
     page.mouse.move(5, 5)
     opened(page, PLATE.with_name("plate_27.dxf"))
-    corner, box = [], page.locator(".lc-canvas").last.bounding_box()
+    box = page.locator(".lc-canvas").last.bounding_box()
     assert box is not None
-    for x in (60, box["width"] - 4):
-        page.mouse.move(box["x"] + x, box["y"] + 10)
-        expect(page.locator(".lc-readout")).to_contain_text("X ")
-        corner.append(float(page.locator(".lc-readout").inner_text().split("X ")[1].split()[0]))
-    assert corner[1] - corner[0] > 200  # mm: the plate is 241 mm high, and wider than half of that
+
+    def seen() -> float:
+        """Return how wide what is seen is, mm; the pointer leaves in between, so that each place is told anew."""
+        told = []
+        for x in (60, box["width"] - 4):
+            page.mouse.move(5, 5)
+            expect(page.locator(".lc-readout")).to_be_hidden()
+            page.mouse.move(box["x"] + x, box["y"] + 10)
+            told.append(float(said_by(page.locator(".lc-readout")).split("X ")[1].split()[0]))
+        return told[1] - told[0]
+
+    wait_for(page, lambda: seen() > 200)  # mm: the plate is 241 mm high, and wider than half of that
 
 
 def test_what_must_be_known_before_a_program_runs_stands_before_its_figures(page: Page) -> None:
