@@ -103,6 +103,10 @@ class RunPanel:
         self.view.job, self.watching = None, False
         self.live.clear()
 
+    def forget(self) -> None:
+        """Know no more what is drawn."""
+        self._drawn = None
+
     def tick(self) -> None:
         """Show what is new; when the job is over, its outcome."""
         if not self.watching or self.view.job is None:
