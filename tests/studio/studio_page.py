@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Locator, Page, expect
 
@@ -34,6 +35,19 @@ def said_by(place: Locator) -> str:
     """Return what stands at a place, once something does: the page may be there before its figures."""
     expect(place).to_have_text(re.compile(r"\S"))
     return place.inner_text()
+
+
+def wait_for(page: Page, true: object) -> None:
+    for _ in range(600):
+        if true():  # type: ignore[operator]
+            return
+        page.wait_for_timeout(50)
+    pytest.fail("it never came")
+
+
+def at_rest(page: Page) -> None:
+    """Wait until nothing fades or slides any more: axe would take what is half there for too pale."""
+    page.evaluate("Promise.all(document.getAnimations().map((one) => one.finished.catch(() => {})))")
 
 
 def downloaded(page: Page, name: str) -> tuple[str, bytes]:

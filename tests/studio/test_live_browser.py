@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from parts_to_nest import svg
 from playwright.sync_api import Page, expect
-from studio_page import LONG, ROOT, downloaded, opened, run, said_by, typed
+from studio_page import LONG, ROOT, downloaded, opened, run, said_by, typed, wait_for
 
 from leafcut import cli
 
@@ -43,14 +43,6 @@ def gap(page: Page) -> float:
     found = re.search(r"at most ([\d.]+) %", told)
     assert found, told
     return float(found.group(1))
-
-
-def wait_for(page: Page, true: object) -> None:
-    for _ in range(600):
-        if true():  # type: ignore[operator]
-            return
-        page.wait_for_timeout(50)
-    pytest.fail("it never came")
 
 
 def test_a_search_is_stepped_through_its_gap_falls_its_path_moves_and_pheromone_is_laid(page: Page) -> None:
@@ -184,13 +176,15 @@ def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
     page.get_by_role("button", name="Edit by hand").click()
     edit = page.locator(".edit")
     expect(edit).to_be_visible()
-    page.wait_for_timeout(500)
     length = said_by(edit.locator(".figure").first)
     places = page.evaluate(
         """async () => {
             const { whenThere } = await import("leafcut-canvas/registry.js");
             const id = Number(document.querySelector(".frame .lc-drawing").parentElement.id.replace(/\\D+/g, ""));
             const drawing = await new Promise((done) => whenThere(id, done));
+            // The path is there, may be changed, and has been drawn where it stays.
+            const still = () => drawing.editable && drawing.scenes.live && !drawing._request;
+            while (!still()) await new Promise(requestAnimationFrame);
             const { main, canvas } = drawing.panes[1], box = canvas.getBoundingClientRect();
             return [0, 4].map((stop) => {
                 const [x, y] = main.scene.stopPlace(stop), [ox, oy] = main.scene.origin;

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from playwright.sync_api import Page, expect
-from studio_page import LONG, PLATE, opened, run, said_by, typed
+from studio_page import LONG, PLATE, opened, run, said_by, typed, wait_for
 
 
 def test_another_file_takes_the_place_of_a_run_which_goes_on_and_can_be_ended(page: Page) -> None:
@@ -37,13 +37,20 @@ def test_a_new_file_is_seen_whole_however_the_last_one_was_looked_at(page: Page,
     expect(page.locator(".lc-readout")).to_contain_text("X ")
     page.mouse.move(5, 5)
     opened(page, PLATE.with_name("plate_27.dxf"))
-    corner, box = [], page.locator(".lc-canvas").last.bounding_box()
+    box = page.locator(".lc-canvas").last.bounding_box()
     assert box is not None
-    for x in (60, box["width"] - 4):
-        page.mouse.move(box["x"] + x, box["y"] + 10)
-        expect(page.locator(".lc-readout")).to_contain_text("X ")
-        corner.append(float(page.locator(".lc-readout").inner_text().split("X ")[1].split()[0]))
-    assert corner[1] - corner[0] > 200  # mm: the plate is 241 mm high, and wider than half of that
+
+    def seen() -> float:
+        """Return how wide what is seen is, mm; the pointer leaves in between, so that each place is told anew."""
+        told = []
+        for x in (60, box["width"] - 4):
+            page.mouse.move(5, 5)
+            expect(page.locator(".lc-readout")).to_be_hidden()
+            page.mouse.move(box["x"] + x, box["y"] + 10)
+            told.append(float(said_by(page.locator(".lc-readout")).split("X ")[1].split()[0]))
+        return told[1] - told[0]
+
+    wait_for(page, lambda: seen() > 200)  # mm: the plate is 241 mm high, and wider than half of that
 
 
 def test_what_must_be_known_before_a_program_runs_stands_before_its_figures(page: Page) -> None:
@@ -96,13 +103,40 @@ def test_what_was_typed_of_a_machine_and_not_saved_is_there_when_a_person_comes_
     expect(text).to_have_value(re.compile("grbl"))
     text.fill("# mine\n" + text.input_value())
     page.locator("#view-machines").get_by_role("button", name="haas-vf2", exact=True).click()
-    expect(text).not_to_have_value("# mine")
+    expect(text).to_have_value(re.compile('^name = "haas-vf2"', re.MULTILINE))
     page.locator("#view-machines").get_by_role("button", name="my-grbl-3018", exact=True).click()
     expect(page.locator("#view-machines .tag")).to_have_text("not saved yet")
-    assert text.input_value().startswith("# mine\n")
+    expect(text).to_have_value(re.compile("^# mine\n"))
+    # A copy is one of what was saved, under its own name; what was typed stays with the first.
+    page.locator("#view-machines").get_by_role("button", name="Copy").click()
+    expect(page.locator("#editor-name")).to_have_value("my-grbl-3018-2")
+    expect(text).to_have_value(re.compile('^name = "my-grbl-3018-2"'))
+    page.locator("#view-machines").get_by_role("button", name="my-grbl-3018", exact=True).click()
+    expect(text).to_have_value(re.compile("^# mine\n"))
     page.get_by_role("button", name="Save").click()
     expect(page.locator("#said")).to_contain_text("saved")
     expect(page.locator("#view-machines .tag")).to_have_count(0)
+
+
+def test_a_program_that_is_looked_at_again_and_again_leaves_nothing_behind(page: Page) -> None:
+    """What listens to the drawing is what is on the page: a list of the program that was taken off is let go."""
+    opened(page, PLATE)
+    typed(page, "Time limit", "1s")
+    run(page)
+    listening = """async () => {
+        const { whenThere } = await import("leafcut-canvas/registry.js");
+        const id = Number(document.querySelector(".frame .lc-drawing").parentElement.id.replace(/\\D+/g, ""));
+        const drawing = await new Promise((done) => whenThere(id, done));
+        return [...drawing._listeners.values()].reduce((sum, acts) => sum + acts.size, 0);
+    }"""
+    before = page.evaluate(listening)
+    for _ in range(3):
+        page.get_by_role("tab", name="Program").click()
+        expect(page.locator(".lc-line").first).to_be_visible()
+        assert page.evaluate(listening) == before + 3  # another program, another choice, playing
+        page.get_by_role("tab", name="Summary").click()
+        expect(page.locator(".lc-gcode")).to_have_count(0)
+    assert page.evaluate(listening) == before
 
 
 def test_a_wrong_value_is_not_told_as_a_missing_file(page: Page) -> None:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
+import threading
 from pathlib import Path
 from typing import Any
 
+import httpx2
 import pytest
 from starlette.testclient import TestClient
 
 from leafcut import cli
-from leafcut.studio.app import Studio
+from leafcut.studio import jobs
+from leafcut.studio.app import Studio, make_api
+from leafcut.studio.running import Made
 
 ROOT = Path(__file__).parents[2]
 PLATE = ROOT / "examples" / "plate_10.dxf"
@@ -66,6 +71,38 @@ def test_solve_simulate_and_verify_answer_as_the_command_line(
     assert answer["same"] is True
 
 
+def test_the_text_of_a_program_is_its_own_letters_and_no_answer_says_where_the_studio_keeps_it(
+    studio: Studio, client: TestClient
+) -> None:
+    """A comment in Latin-1 comes back as it was, in the file and in the text."""
+    program = CAM.read_bytes().replace(b"(", "(PIEZA Ñ 5° ".encode("latin-1"), 1)
+    file = {"file": ("cam_121.nc", program)}
+    answer = client.post("/api/optimize", files=file, data={"options": '{"preset": "fast"}'}).json()
+    assert "(PIEZA Ñ 5° " in answer["text"]
+    assert answer["input"] == "cam_121.nc"
+    made = client.get(f"/api/jobs/{answer['job']}/files/program").content
+    assert made == answer["text"].encode("latin-1")
+    for name in studio.history.artefacts(answer["job"]):
+        found = studio.history.artefact(answer["job"], name)
+        assert found is not None
+        assert str(studio.folder.root).encode() not in found.data, name
+
+
+def test_what_comes_with_a_request_that_is_refused_is_not_kept(studio: Studio, client: TestClient) -> None:
+    """A file that was opened before stays: a better request may follow."""
+    opened = client.post("/api/files?name=plate.dxf", content=PLATE.read_bytes()).json()["id"]
+    file = ("plate.dxf", PLATE.read_bytes())
+    for options in ("[]", '{"thicknes": 1}'):
+        data = {"options": options}
+        for command in ("optimize", "solve", "simulate"):
+            assert client.post(f"/api/{command}", files={"file": file}, data=data).status_code == 400
+        assert client.post("/api/optimize", data={"source": opened, **data}).status_code == 400
+        assert client.post("/api/verify", files={"original": file, "new": file}, data=data).status_code == 400
+        assert client.post("/api/nest", files=[("files", file)], data={**data, "parts": "[{}]"}).status_code == 400
+    assert client.post("/api/nest", files=[("files", file)], data={"parts": "x"}).status_code == 400
+    assert [place.name for place in studio.folder.inputs.iterdir()] == [opened]
+
+
 @pytest.mark.parametrize(
     ("data", "status", "line"),
     [
@@ -104,6 +141,30 @@ def test_a_request_that_lacks_something_is_refused_in_the_same_form(client: Test
         assert list(answer.json()) == ["error"]
 
 
+def test_however_many_wait_for_their_answers_the_others_are_answered(
+    studio: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Sixty requests wait, more than the server has threads for; the next one is answered all the same."""
+    release = threading.Event()
+    monkeypatch.setattr(jobs, "run", lambda *_: release.wait(60) and Made({}, {}, {}))
+
+    async def ask() -> None:
+        transport = httpx2.ASGITransport(make_api(studio))
+        async with httpx2.AsyncClient(transport=transport, base_url="http://studio", timeout=60) as client:
+            waiting = [asyncio.create_task(client.post("/api/solve", data={"source": "random:9:1"})) for _ in range(60)]
+            while len(studio.jobs.running()) < 60:
+                await asyncio.sleep(0.01)
+            assert (await client.get("/api/machines")).status_code == 200
+            assert not any(task.done() for task in waiting)
+            release.set()
+            assert {answer.status_code for answer in await asyncio.gather(*waiting)} == {200}
+
+    try:
+        asyncio.run(asyncio.wait_for(ask(), 50))
+    finally:
+        release.set()
+
+
 def test_jobs_are_listed_and_forgotten(studio: Studio, client: TestClient) -> None:
     made = client.post("/api/solve", data={"source": "random:9:1"}).json()["job"]
     listed = client.get("/api/jobs").json()
@@ -119,7 +180,15 @@ def test_the_description_names_every_way_in_and_loads_nothing_from_elsewhere(cli
         operation = described["paths"][f"/api/{command}"]["post"]
         assert operation["summary"]
         assert operation["description"]
-    assert all(operation["summary"] for path in described["paths"].values() for operation in path.values())
+    for path in described["paths"]:
+        assert all(operation["summary"] for operation in described["paths"][path].values())
+        for operation in described["paths"][path].values():
+            for status, answer in operation["responses"].items():
+                schema = answer["content"]["application/json"]["schema"] if status != "200" else {}
+                assert schema in ({}, {"$ref": "#/components/schemas/Refusal"}), (path, status)
+            assert operation["security"] == [{"HTTPBearer": []}]
+    assert described["components"]["schemas"]["Refusal"]["required"] == ["error"]
+    assert described["paths"]["/api/files"]["post"]["requestBody"]["content"].keys() == {"application/octet-stream"}
     assert client.get("/docs").status_code == client.get("/redoc").status_code == 404
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from parts_to_nest import PLATE as PART
 from playwright.sync_api import Browser, Page, expect
-from studio_page import LONG, PLATE, ROOT, downloaded, opened, run, said_by, serious, typed
+from studio_page import LONG, PLATE, ROOT, at_rest, downloaded, opened, run, said_by, serious, typed
 from studio_server import Server
 
 import leafcut
@@ -103,6 +103,8 @@ def test_a_job_goes_on_when_its_tab_is_closed_and_is_found_in_the_history(page: 
     opened(page, PLATE)
     page.get_by_label("Effort", exact=True).select_option("fast")
     page.get_by_role("button", name="Run", exact=True).click()
+    expect(page).to_have_url(re.compile("job="))
+    job = page.url.partition("job=")[2]
     other = page.context.new_page()
     page.goto("about:blank")
     other.goto(server.origin)
@@ -110,6 +112,7 @@ def test_a_job_goes_on_when_its_tab_is_closed_and_is_found_in_the_history(page: 
     row = other.locator("table.jobs tbody tr").first
     expect(row).to_contain_text("plate_10.dxf")
     row.get_by_role("button", name="Open").click()
+    expect(other).to_have_url(re.compile(f"job={job}"))
     expect(other.locator(".headline")).to_be_visible(timeout=LONG)
     expect(other.get_by_label("Effort", exact=True)).to_have_value("fast")
     other.close()
@@ -127,8 +130,9 @@ def test_two_tabs_have_their_own_choices(page: Page, server: Server) -> None:
         tab.get_by_label("Effort", exact=True).select_option("fast")
         tab.get_by_role("button", name="Run", exact=True).click()
     for tab, holes in ((page, "10"), (other, "27")):
-        expect(tab.locator("#result-panel")).to_contain_text(holes, timeout=LONG)
-        expect(tab.locator(".badge")).to_contain_text("Verified")
+        expect(tab.locator(".badge")).to_contain_text("Verified", timeout=LONG)
+        tools = tab.get_by_role("table", name="Tools", exact=True).locator("tbody tr")
+        expect(tools.first.locator("td").last).to_have_text(holes)
     assert page.url != other.url
     other.close()
 
@@ -266,7 +270,7 @@ def test_axe_finds_nothing_serious(browser: Browser, server: Server, scheme: Any
     for name in ("Summary", "Issues", "Program", "Search") if scheme == "light" else ("Program",):
         page.get_by_role("tab", name=name).click()
         expect(page.get_by_role("tab", name=name)).to_have_attribute("aria-selected", "true")
-        page.wait_for_timeout(300)
+        at_rest(page)
         found += serious(page, name)
     if scheme == "light":
         found += nested(page)
@@ -289,5 +293,5 @@ def nested(page: Page) -> list[tuple[str, ...]]:
     page.get_by_role("button", name="Run", exact=True).click()
     page.get_by_role("tab", name="Summary").click()
     expect(page.locator("table.nests")).to_be_visible(timeout=LONG)
-    page.wait_for_timeout(300)
+    at_rest(page)
     return serious(page, "nest")

@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 import shlex
+import threading
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from leafcut import api, cli
-from leafcut.errors import OptionError
+from leafcut.errors import OptionError, ReadError
 from leafcut.model.issue import CODES
+from leafcut.model.toolpath import Toolpath
 from leafcut.option_spec import flag_name
 from leafcut.options import ALGORITHMS, Settings, all_options
 from leafcut.read.machine import load_machine, machine_names
 from leafcut.studio import forms
 from leafcut.studio.app import Studio
 from leafcut.studio.history import State
+from leafcut.studio.panel_input import InputPanel
 from leafcut.studio.panel_live import PACES
 from leafcut.studio.task import Task, command_line, prepare, program_name
 from leafcut.studio.view import View
 from leafcut.studio.wording import words
+from leafcut.timing.toolpath import measure
 
 ROOT = Path(__file__).parents[2]
 EN = words("en")
@@ -257,6 +263,57 @@ def test_a_page_shows_the_command_line_of_its_choices(studio: Studio) -> None:
     assert view.errors == {"seed": "'x' is not a whole number"}
 
 
+def test_what_was_put_for_one_input_does_not_hold_for_the_next(studio: Studio) -> None:
+    """The sheet that is cut three times, its origin in a nest, and an order that was made by hand go with it."""
+    view = View(studio, EN, work="cut")
+    view.take("A" * 16, "sheet.dxf", "nest-of-jobs/1/2")
+    view.put_for_input("quantity", "3")
+    view.put_for_input("plan", "P" * 16, "sheet_plan.json")
+    view.put("thickness", "6mm")
+    assert (view.task().origin, view.task().options["quantity"]) == ("nest-of-jobs/1/2", "3")
+    view.take("B" * 16, "other.dxf")
+    assert view.task() == Task("optimize", ("B" * 16,), "cut", {"thickness": "6mm"})
+    assert view.shown == {}
+    view.put_for_input("quantity", "3")
+    view.put("quantity", "5")  # now it is what the person wants
+    view.take("C" * 16, "third.dxf")
+    assert view.task().options == {"thickness": "6mm", "quantity": "5"}
+
+
+def test_a_wrong_value_of_another_work_stands_in_nobodys_way(studio: Studio) -> None:
+    view = View(studio, EN, source="example:plate-10", name="plate-10")
+    view.put("thickness", "thick")
+    view.put("merge_tolerance", "near")
+    assert view.wrong.keys() == {"thickness", "merge_tolerance"}
+    assert view.look().error == ""
+    view.work = "program"
+    assert view.wrong == {}
+
+
+def test_what_an_older_reading_found_is_not_the_newest() -> None:
+    """The first input takes longer to be read than the second, which was opened meanwhile."""
+    release = threading.Event()
+    ready: list[bool] = []
+    panel: Any = SimpleNamespace(_turn=0, ready=ready.append)
+
+    def slow(_: str) -> str:
+        release.wait(30)
+        return "first"
+
+    def broken(_: str) -> None:
+        raise ReadError("second.dxf", "is empty")
+
+    async def open_both() -> list[Any]:
+        first = asyncio.create_task(InputPanel.look(panel, SimpleNamespace(look=slow), ""))
+        await asyncio.sleep(0)
+        second = await InputPanel.look(panel, SimpleNamespace(look=broken), "")
+        release.set()
+        return [await first, second]
+
+    assert asyncio.run(open_both()) == [("first", "", False), (None, "second.dxf: is empty", True)]
+    assert ready == [False, False]
+
+
 def test_an_options_file_fills_in_the_form_and_names_no_files(studio: Studio) -> None:
     view = View(studio, EN)
 
@@ -275,6 +332,15 @@ def test_an_options_file_fills_in_the_form_and_names_no_files(studio: Studio) ->
         with pytest.raises(OptionError, match=line):
             take(text)
     assert "tools" not in view.values
+
+
+def test_files_of_one_name_are_told_apart(studio: Studio) -> None:
+    """A program compared with itself is always the same: the command line must not say that."""
+    first, second, third = (studio.folder.add_input(name, b"M30\n") for name in ("a.nc", "a.nc", "b.nc"))
+    assert command_line(Task("verify", (first, second)), studio.folder) == "leafcut verify 1/a.nc 2/a.nc"
+    assert command_line(Task("verify", (first, third)), studio.folder) == "leafcut verify a.nc b.nc"
+    nest = command_line(Task("nest", (f"{first}:2", f"{third}:3", f"{second}:4")), studio.folder)
+    assert nest.startswith("leafcut nest 1/a.nc:2 b.nc:3 3/a.nc:4 -o ")
 
 
 def test_values_of_json_mean_what_they_mean_in_a_toml_file(studio: Studio) -> None:
@@ -314,6 +380,7 @@ def test_both_languages_have_the_same_words_and_none_is_unused() -> None:
         ("group.", groups),
         ("work.", {f"work.{work}" for work in forms.WORKS}),
         ("state.", {f"state.{state.value}" for state in State}),
+        ("kind.", {f"kind.{kind}" for kind in measure(Toolpath.of_motions([]), load_machine("haas-vf2")).by_kind}),
         ("process.", {f"process.{process}" for process in forms.PROGRAM_PROCESSES}),
         ("pace.", {f"pace.{pace}" for pace in PACES}),
     ):

@@ -12,6 +12,7 @@ import pytest
 
 import leafcut
 from leafcut.errors import OptionError
+from leafcut.files import OutputError
 from leafcut.studio import jobs as room
 from leafcut.studio.app import Studio, open_studio
 from leafcut.studio.history import Artefact, History, State
@@ -78,6 +79,60 @@ def test_a_job_that_waits_can_be_cancelled(studio: Studio, monkeypatch: pytest.M
     studio.jobs.cancel(jobs[-1])
     release.set()
     assert [studio.jobs.wait(job, 30) for job in jobs] == [State.DONE] * room.AT_ONCE + [State.CANCELLED]
+
+
+def test_who_waits_for_a_job_that_has_no_turn_is_told_at_once_that_it_is_over(
+    studio: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    release = threading.Event()
+    monkeypatch.setattr(room, "run", lambda *_: release.wait(30) and Made({}, {}, {}))
+    jobs = [studio.jobs.start(SHORT) for _ in range(room.AT_ONCE + 2)]
+    studio.jobs.cancel(jobs[-1])
+    assert studio.jobs.wait(jobs[-1], 30) is State.CANCELLED
+    assert not release.is_set()
+    ending = threading.Thread(target=studio.jobs.close)
+    ending.start()
+    until(lambda: studio.jobs.closed)
+    release.set()
+    assert studio.jobs.wait(jobs[-2], 30) is State.INTERRUPTED
+    ending.join(30)
+
+
+def test_a_job_whose_outcome_cannot_be_kept_is_over_and_says_so(
+    studio: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a history that takes nothing more, the server still knows; of a fault in storing, the history, too."""
+    monkeypatch.setattr(room, "run", lambda *_: Made({"odd": object()}, {}, {}))
+    job = studio.jobs.start(SHORT)
+    assert studio.jobs.wait(job, 30) is State.FAILED
+    kept = studio.history.get(job)
+    assert kept is not None
+    assert (kept.state, "fault in leafcut itself (TypeError" in kept.line) == (State.FAILED, True)
+
+    def full(*_: object, **__: object) -> None:
+        raise OutputError("the history cannot be written (disk full)")
+
+    monkeypatch.setattr(studio.history, "finish", full)
+    job = studio.jobs.start(SHORT)
+    assert studio.jobs.wait(job, 30) is State.FAILED
+    for record in (studio.jobs.record(job), studio.jobs.newest()[0]):
+        assert record is not None
+        assert (record.id, record.state, record.line) == (
+            job,
+            State.FAILED,
+            "the history cannot be written (disk full)",
+        )
+
+
+def test_a_job_that_is_over_keeps_nothing_large(studio: Studio) -> None:
+    job = studio.jobs.start(LONG)
+    live = studio.jobs.live(job)
+    assert live is not None
+    until(lambda: live.watch.look()[1] is not None)
+    studio.jobs.stop(job)
+    assert studio.jobs.wait(job, 60) is State.STOPPED
+    assert live.watch.look() == (0, None)
+    assert live.points == []
 
 
 def test_a_run_that_fails_says_its_line_and_nothing_else_ends(studio: Studio) -> None:
@@ -245,5 +300,8 @@ def test_jobs_of_one_file_are_told_apart_by_machine_and_options(studio: Studio) 
         "Tool library shop",
     ]
     assert choices_of(Task("optimize", ("example:plate-10",)), studio.folder, words) == ["linuxcnc-mill"]
+    # A job of an older leafcut is still told.
+    older = Task("optimize", ("example:plate-10",), options={"an_option_of_old": "3", "thickness": "6mm"})
+    assert choices_of(older, studio.folder, words) == ["linuxcnc-mill", "Thickness 6mm"]
     assert choices_of(Task("optimize", ("a",), "cut"), studio.folder, words) == ["plasma-table"]
     assert choices_of(Task("solve", ("random:9:1",), options={"seed": "2"}), studio.folder, words) == ["Seed 2"]

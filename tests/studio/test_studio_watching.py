@@ -101,6 +101,32 @@ def test_a_search_that_nobody_looks_at_is_neither_held_nor_seen(
     until(lambda: search.taken > taken)
 
 
+def test_who_holds_a_search_does_not_wait_for_its_picture() -> None:
+    """While a picture is taken of a search that is held, its buttons are answered: they are pressed by the server."""
+    watch, taking, release, pressed = Watch(paused=True), threading.Event(), threading.Event(), threading.Event()
+
+    def take() -> Snapshot:
+        taking.set()
+        release.wait(30)
+        return Snapshot(np.zeros((2, 2)), 1.0, None, 0, 0.0)
+
+    def press() -> None:
+        watch.step()
+        watch.pause(False)
+        watch.go(None)
+        pressed.set()
+
+    held = threading.Thread(target=lambda: watch._hold(take), daemon=True)
+    watch.look()
+    held.start()
+    assert taking.wait(30)
+    threading.Thread(target=press, daemon=True).start()
+    assert pressed.wait(20)
+    release.set()
+    held.join(30)
+    assert not held.is_alive()
+
+
 def test_a_search_that_is_to_end_is_held_no_more(search: Search) -> None:
     until(lambda: search.watch.can_hold)
     assert search.rests()

@@ -9,7 +9,7 @@ from typing import Any
 from leafcut.api import default_machine
 from leafcut.errors import OptionError
 from leafcut.option_spec import OptionSpec, flag_name, written
-from leafcut.options import GROUPS, group_of
+from leafcut.options import GROUPS, all_options, group_of
 from leafcut.studio.folder import OWN
 from leafcut.studio.wording import Words
 from leafcut.units import BARE_UNIT
@@ -266,9 +266,14 @@ def problem_with(name: str, value: Any) -> str:
 
 
 def changed(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values that differ from the defaults: the others say nothing on a command line."""
-    kept = {}
+    """Return the values that differ from the defaults: the others say nothing on a command line.
+
+    A job of an older leafcut may have options that are none any more: they mean nothing either.
+    """
+    known, kept = {name for _, name, _ in all_options()}, {}
     for name, value in values.items():
+        if name not in known:
+            continue
         spec, default = group_of(name).specs()[name], group_of(name).defaults()[name]
         same = value in (None, "") or value == default
         if not same and isinstance(value, str) and default is not None and spec.kind != "path":

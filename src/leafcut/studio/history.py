@@ -68,6 +68,11 @@ class Artefact:
     media_type: str
     data: bytes
 
+    @property
+    def text(self) -> str:
+        """The file as text, in the encoding that its media type names."""
+        return self.data.decode(self.media_type.partition("charset=")[2] or "utf-8", "replace")
+
 
 @dataclass(frozen=True)
 class Record:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import secrets
 import sys
 import threading
 import time
 import traceback
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 
 from leafcut.errors import LeafcutError
 from leafcut.files import OutputError
@@ -54,6 +57,8 @@ class Live:
         What was begun, once each: (seconds, words).
     watch
         Looks at its search for the pages that show it.
+    ended
+        Done when it is over and the history knows it.
     """
 
     id: str
@@ -69,6 +74,7 @@ class Live:
     stop: threading.Event = field(default_factory=threading.Event)
     dropped: bool = False
     future: Future[None] | None = None
+    ended: Future[None] = field(default_factory=Future)
 
     def tell(self, what: str, cost: float | None, share: float, gap: float | None) -> None:
         """Note what is being done; called by the run, often."""
@@ -124,8 +130,28 @@ class Jobs:
         return self._live.get(job)
 
     def record(self, job: str) -> Record | None:
-        """Return a job as the history has it."""
-        return self.history.get(job)
+        """Return a job as it stands, or None."""
+        found = self._as_they_stand(lambda: [one for one in [self.history.get(job)] if one is not None])
+        return found[0] if found else None
+
+    def newest(self, most: int = 200) -> list[Record]:
+        """Return the last jobs as they stand, the newest first."""
+        return self._as_they_stand(lambda: self.history.newest(most))
+
+    def of_sheets(self, job: str) -> list[Record]:
+        """Return the jobs that cut the sheets of a nest, as they stand, the newest first."""
+        return self._as_they_stand(lambda: self.history.of_sheets(job))
+
+    def _as_they_stand(self, read: Callable[[], list[Record]]) -> list[Record]:
+        """Return records; those that the history could not be told of stand as this server knows."""
+        # Looked at before the history is read: what is over here by then is over there, too, if it could be written.
+        known = {job: (live.state, live.line) for job, live in list(self._live.items())}
+        return [
+            record
+            if record.state.over or record.id not in known
+            else replace(record, state=known[record.id][0], line=known[record.id][1])
+            for record in read()
+        ]
 
     def running(self) -> list[str]:
         """Return the ids of the jobs that are not over."""
@@ -164,10 +190,16 @@ class Jobs:
     def wait(self, job: str, seconds: float | None = None) -> State:
         """Return the state of a job when it is over, or after `seconds`."""
         live = self._live.get(job)
-        if live is not None and live.future is not None:
-            wait([live.future], seconds)
-        record = self.history.get(job)
+        if live is not None:
+            wait([live.ended], seconds)
+        record = self.record(job)
         return record.state if record else State.CANCELLED
+
+    async def over(self, job: str) -> None:
+        """Wait until a job is over; no thread waits, so that any number of jobs can be waited for."""
+        live = self._live.get(job)
+        if live is not None:
+            await asyncio.shield(asyncio.wrap_future(live.ended))
 
     def close(self) -> None:
         """End all runs; those that were not over are told as cut short."""
@@ -181,6 +213,10 @@ class Jobs:
                 live.watch.release()
         self._threads.shutdown(wait=True, cancel_futures=True)
         self.history.interrupt()
+        for live in list(self._live.values()):
+            if not live.ended.done():  # it had no turn
+                live.state = State.INTERRUPTED
+                live.ended.set_result(None)
 
     def _work(self, live: Live) -> None:
         """Do one job, in a thread of its own; nothing that happens in it reaches the server."""
@@ -210,9 +246,14 @@ class Jobs:
                     live.id, state, answer=made.answer, figures=made.figures, artefacts=made.artefacts,
                     messages=live.messages,
                 )  # fmt: skip
-        except LeafcutError as problem:
-            live.line, state = str(problem), State.FAILED
+        except BaseException as problem:
+            live.line, state = self.folder.without_paths(line_of(problem)), State.FAILED
+            with suppress(LeafcutError):
+                self.history.finish(live.id, state, line=live.line, messages=live.messages)
         live.state = state
+        # Else every job of a day would keep the last picture of its search.
+        live.points, live.watch = [], Watch()
+        live.ended.set_result(None)
 
 
 def line_of(problem: BaseException) -> str:

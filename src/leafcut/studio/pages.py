@@ -129,8 +129,14 @@ class Page:
             self.said.on("click", lambda: self.say(""))
         self.show("work")
         self.timer = ui.timer(0.1, self.tick)
+        ui.context.client.on_delete(self._forget)
         if job:
             ui.timer(0.0, lambda: self.open_job(job), once=True)
+
+    def _forget(self) -> None:
+        """Let go of what is large, now that nobody sees the page any more; the rest goes when memory is tidied up."""
+        self.view.seen = None
+        self.run.forget()
 
     def _top(self) -> None:
         w = self.words
@@ -223,7 +229,8 @@ class Page:
         self.remember()
         self.show("work")
         self.run.watch()
-        await self.input.restore(record.task)
+        if not await self.input.restore(record.task):
+            return
         self.view.sheet = sheet
         self.run.draw()
         self.result.draw()

@@ -153,7 +153,7 @@ class EditPanel:
             return
         name = f"{Path(view.name.replace(':', '-')).stem}_{'order' if edited.option == 'hole_order' else 'plan'}.json"
         made = view.studio.folder.add_input(name, edited.text().encode())
-        view.put(edited.option, made, name)
+        view.put_for_input(edited.option, made, name)
         self.end()
         self.page.input.draw()
         self.page.run.begin()

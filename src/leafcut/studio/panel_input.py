@@ -13,6 +13,7 @@ from leafcut.studio.folder import BUILT_IN
 from leafcut.studio.jobs import line_of
 from leafcut.studio.panel_live import pace_field
 from leafcut.studio.panel_parts import PartsPanel
+from leafcut.studio.preview import Seen
 from leafcut.studio.safety import LARGEST_UPLOAD
 from leafcut.studio.sheets import SheetOfNest, take
 from leafcut.studio.task import Task, parts_of
@@ -30,6 +31,8 @@ class InputPanel:
 
     def __init__(self, view: View, page: Page) -> None:
         self.view, self.page = view, page
+        #: Counts the readings: what an older one found is not shown.
+        self._turn = 0
         w = view.words
         self.form_words = {key: w(f"form.{key}") for key in ("choose", "remove", "help")}
         with box("div", "scrolls"):
@@ -124,17 +127,19 @@ class InputPanel:
         view = self.view
         if view.work == "nest" and await self.parts.take(source, name):
             return
-        before = dict(vars(view))
-        view.source, view.name = source, name or source
-        view.second = view.second_name = view.origin = ""
+        before = {k: v.copy() if isinstance(v, dict | list | set) else v for k, v in vars(view).items()}
+        view.take(source, name or source)
         self.page.run.leave()
         self.page.remember()
-        await self.read("")
+        if not await self.read(""):
+            return
         if view.source or not before["source"]:
             self.page.run.canvas.fit()
             return
         line = self.page.said.text
         vars(view).update(before)
+        if view.seen is None:  # it was being read when this one came
+            await self.read("")
         self.page.remember()
         self.draw()
         self.page.run.watch() if view.job else self.page.run.draw()
@@ -149,33 +154,48 @@ class InputPanel:
         except LeafcutError as problem:
             self.page.say(str(problem), True)
             return
-        view.source, view.name, view.origin = source, sheet.file, sheet.origin
+        view.take(source, sheet.file, sheet.origin)
         self.page.run.leave()
-        view.put("quantity", str(sheet.count) if sheet.count > 1 else "")
+        view.put_for_input("quantity", str(sheet.count) if sheet.count > 1 else "")
         view.work = "cut"
         self.page.remember()
-        await self.read("cut")
-        self.page.run.canvas.fit()
+        if await self.read("cut"):
+            self.page.run.canvas.fit()
 
-    async def read(self, work: str) -> None:
-        """Read the input for a kind of work, outside the event loop."""
-        view = self.view
-        self.page.say(view.words("open.reading", name=view.name), stays=True)
+    async def look(self, view: View, work: str) -> tuple[Seen | None, str, bool]:
+        """Read an input outside the event loop; return what is seen, why nothing is, and whether this is the newest.
+
+        Reading takes a while, and a person may open something else meanwhile.
+        """
+        self._turn += 1
+        turn = self._turn
+        self.ready(False)
+        seen, line = None, ""
         try:
             seen = await run.io_bound(view.look, work)
         except Exception as problem:
-            view.seen = None
-            self.page.say(line_of(problem), True)
-            if not work:
-                view.source = view.name = ""
-        else:
-            view.seen = seen
-            self.page.say(seen.error if seen is not None else "", True)
-            if seen is not None:  # None: the studio is ending
-                view.work = work or seen.work or (view.work if view.work in seen.works else seen.works[0])
+            line = line_of(problem)
+        return seen, line, turn == self._turn
+
+    async def read(self, work: str) -> bool:
+        """Read the input for a kind of work; return False, and show nothing, if another was read meanwhile."""
+        view = self.view
+        self.page.say(view.words("open.reading", name=view.name), stays=True)
+        seen, line, newest = await self.look(view, work)
+        if not newest:
+            return False
+        view.seen = seen
+        if line and not work:
+            view.source = view.name = ""
+        if seen is not None:
+            line = seen.error
+            fits = work in (*seen.works, "nest")
+            view.work = work if fits else seen.work or (view.work if view.work in seen.works else seen.works[0])
+        self.page.say(line, True)
         self.draw()
         self.page.run.draw()
         self.page.result.draw()
+        return True
 
     async def _choose(self, name: str, value: str, _: str) -> None:
         view = self.view
@@ -184,8 +204,8 @@ class InputPanel:
             self._say_command()
             return
         view.work = value
-        if view.source and view.seen is not None and view.seen.format != "gcode":
-            await self.read(value)
+        if view.source and view.seen is not None and view.seen.format != "gcode" and not await self.read(value):
+            return
         if value == "nest":
             self.parts.adopt()
         self.draw()
@@ -211,8 +231,8 @@ class InputPanel:
     def _set_pace(self, _: str, value: str, __: str) -> None:
         self.view.pace = value
 
-    async def restore(self, task: Task) -> None:
-        """Show the input and the choices of a task, so that it can be run again."""
+    async def restore(self, task: Task) -> bool:
+        """Show the input and the choices of a task, to be run again; return False if another was read meanwhile."""
         view = self.view
         names = [self._named(word) for word in task.inputs]
         view.source, view.name, view.seen = task.inputs[0].partition(":")[0], names[0], None
@@ -226,12 +246,16 @@ class InputPanel:
         view.process, view.work = task.process, work_of(task, view.name)
         view.values, view.errors = dict(task.options), {}
         view.shown = {name: self._named(value) for name, value in task.options.items() if isinstance(value, str)}
+        view.of_input = {"hole_order", "plan", *(("quantity",) if task.origin else ())} & view.values.keys()
         self.draw()
-        try:
-            view.seen = await run.io_bound(view.look, view.work)
-        except LeafcutError as problem:
-            self.page.say(str(problem), True)
+        seen, line, newest = await self.look(view, view.work)
+        if not newest:
+            return False
+        view.seen = seen
+        if line:
+            self.page.say(line, True)
         self.draw()
+        return True
 
     def _named(self, word: str) -> str:
         """Return what a person calls an input, or a file among the options; nothing for what is none."""

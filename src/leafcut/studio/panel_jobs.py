@@ -48,7 +48,7 @@ class JobsPanel:
         """Show the jobs as they stand now."""
         w = self.view.words
         self._drawn = self._states()
-        records = self.view.studio.history.newest(_MOST)
+        records = self.view.studio.jobs.newest(_MOST)
         self.place.clear()
         with self.place:
             text("h1", w("top.jobs"))
@@ -67,8 +67,6 @@ class JobsPanel:
 
     def _row(self, record: Record) -> None:
         w = self.view.words
-        live = self.view.studio.jobs.live(record.id)
-        state = live.state if live is not None and not record.state.over else record.state
         with box("tr"):
             text("td", time.strftime("%Y-%m-%d %H:%M", time.localtime(record.created)), "keep quiet")
             with box("th", "", scope="row"):
@@ -77,7 +75,7 @@ class JobsPanel:
                 text("small", " · ".join(chosen), "chosen quiet", title=" · ".join(chosen), dir="auto")
             text("td", w(f"work.{work_of(record.task, record.title)}"), "quiet")
             with box("td"):
-                text("span", w(f"state.{state.value}"), f"tag {state.value}", title=w.plain(record.line))
+                text("span", w(f"state.{record.state.value}"), f"tag {record.state.value}", title=w.plain(record.line))
             text("td", self._figures(record), "n")
             with box("td", "keep"):
                 button(w("jobs.open"), lambda: self.page.open_job(record.id), "small")

@@ -87,21 +87,28 @@ class LibraryPanel:
         base = f"my-{self.chosen.removeprefix('my-')}"
         names = [base, *(f"{base}-{number}" for number in range(2, 1000))]
         name = next(name for name in names if name not in taken)
-        if self.kind == "machines" and not self.own:
+        if self.kind == "machines":
             words = words.replace(f'name = "{self.chosen}"', f'name = "{name}"', 1)
-        self._save(name, words)
+        self._keep(name, words)
 
     def _save(self, name: str, words: str) -> None:
+        """Save what was typed, under the name of what is shown or another one."""
+        shown = self.chosen
+        if self._keep(name, words):
+            self.drafts.pop(shown, None)
+
+    def _keep(self, name: str, words: str) -> bool:
+        """Check and write one of the person's own, and show it; return whether that is done."""
         try:
             library.save(self.view.studio.folder, self.kind, name, words)
         except Exception as problem:
             self.page.say(line_of(problem), True)
-            return
+            return False
         self.page.say(self.view.words("library.saved", name=name))
-        self.drafts.pop(self.chosen, None)
         self.drafts.pop(name, None)
         self.choose(name, True)
         self.page.input.draw()
+        return True
 
     def _delete(self) -> None:
         library.delete(self.view.studio.folder, self.kind, self.chosen)

@@ -6,8 +6,6 @@ import asyncio
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from nicegui import run
-
 from leafcut.errors import LeafcutError
 from leafcut.studio.elements import Parts, box, text
 from leafcut.studio.folder import BUILT_IN
@@ -62,19 +60,20 @@ class PartsPanel:
 
     async def _add(self, source: str, name: str) -> bool:
         view = self.view
-        before = (view.source, view.name)
-        view.source, view.name = source, name
-        try:
-            seen = await run.io_bound(view.look, "nest")
-        except LeafcutError as problem:
-            view.source, view.name = before
-            self.page.say(str(problem), True)
+        parts = view.parts
+        seen, line, newest = await self.page.input.look(replace(view, source=source), "nest")
+        if line:
+            self.page.say(line, True)
+            self.page.input.ready(view.ready)
             return True
+        if view.work != "nest" or view.parts is not parts:
+            return True  # the page is at another work by now
         if seen is None or "nest" not in seen.works:
-            view.source, view.name = before
             return False
-        view.seen = seen
-        self.page.run.leave()
+        if newest:
+            view.take(source, name)
+            view.seen = seen
+            self.page.run.leave()
         if seen.error:
             self.page.say(seen.error, True)
         else:
@@ -140,8 +139,8 @@ class PartsPanel:
         view = self.view
         if not 0 <= index < len(view.parts):
             return
-        view.source = view.parts[index].input
-        view.name = view.part_names[view.source]
+        one = view.parts[index].input
+        view.take(one, view.part_names[one])
         self.page.run.leave()
         self.page.remember()
         await self.page.input.read("nest")

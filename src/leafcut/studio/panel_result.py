@@ -243,7 +243,7 @@ class ResultPanel:
             [w("result.feed"), format_length(answer["feed_mm"])],
         ]
         table([("", ""), (w("result.length_of"), _NUMBER)], rows, w("result.times"))
-        kinds = [[kind.replace("_", " "), format_time(s)] for kind, s in answer["by_kind"].items() if s > 0]
+        kinds = [[w(f"kind.{kind}"), format_time(s)] for kind, s in answer["by_kind"].items() if s > 0]
         table([("", ""), (w("result.time"), _NUMBER)], kinds, w("result.times"))
         limits = [[axis.upper(), f"{low:.3f}", f"{high:.3f}"] for axis, (low, high) in answer["extents"].items()]
         table([("mm", ""), (w("result.from"), _NUMBER), (w("result.to"), _NUMBER)], limits, w("result.extents"))
@@ -275,7 +275,7 @@ class ResultPanel:
         if made is None:
             text("p", w("result.no_program"), "quiet")
             return
-        lines = made.data.decode("utf-8", "replace").split("\n")
+        lines = made.text.split("\n")
         text("pre", "\n".join(lines[:_MOST_LINES]), "listing", tabindex="0", aria_label=made.file_name)
         if len(lines) > _MOST_LINES:
             text("p", w("open.more", number=len(lines) - _MOST_LINES), "quiet")

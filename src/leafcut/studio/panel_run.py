@@ -77,8 +77,8 @@ class RunPanel:
         if view.job is not None and view.job in view.studio.jobs.running():
             return
         try:
-            if view.errors:
-                name, line = next(iter(view.errors.items()))
+            if view.wrong:
+                name, line = next(iter(view.wrong.items()))
                 raise OptionError(f"{flag_name(name)}: {line}")
             view.job = view.studio.jobs.start(view.task(), watch_of(view.pace if view.studied else "full"))
         except Exception as problem:
@@ -103,6 +103,10 @@ class RunPanel:
         self.view.job, self.watching = None, False
         self.live.clear()
 
+    def forget(self) -> None:
+        """Know no more what is drawn."""
+        self._drawn = None
+
     def tick(self) -> None:
         """Show what is new; when the job is over, its outcome."""
         if not self.watching or self.view.job is None:
@@ -120,7 +124,7 @@ class RunPanel:
         self._tell_end()
         self.draw()
         self.page.result.draw()
-        self.page.input.ready(True)
+        self.page.input.ready(self.view.ready)
 
     def _tell_end(self) -> None:
         record = self.view.studio.jobs.record(self.view.job or "")

@@ -8,19 +8,21 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 from urllib.parse import quote
 
-from fastapi import APIRouter, File, Form, HTTPException, Path, Query, Request, UploadFile
+from fastapi import APIRouter, File, Form, HTTPException, Path, Query, Request, Security, UploadFile
 from fastapi.responses import JSONResponse, Response
-from starlette.concurrency import run_in_threadpool
+from fastapi.security import HTTPBearer
+from pydantic import BaseModel
 from starlette.staticfiles import StaticFiles
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.option_spec import flag_name
 from leafcut.options import ALGORITHM_TITLES, GROUPS
 from leafcut.studio.folder import Folder
-from leafcut.studio.history import Record
+from leafcut.studio.history import Record, files_of
 from leafcut.studio.jobs import Jobs, line_of
 from leafcut.studio.safety import STILL_POLICY
 from leafcut.studio.sheets import comparison, plan_cuts, sheets_of
@@ -64,9 +66,33 @@ def colours_css() -> str:
     )
 
 
+class Refusal(BaseModel):
+    """What every refusal is."""
+
+    error: str
+
+
+#: What of the statuses is meant, in every route.
+_REFUSED: dict[int | str, dict[str, Any]] = {
+    400: {"model": Refusal, "description": "options that cannot be meant"},
+    401: {"model": Refusal, "description": "the token is missing"},
+    403: {"model": Refusal, "description": "another host or origin than the studio's own"},
+    404: {"model": Refusal, "description": "there is no such thing"},
+    413: {"model": Refusal, "description": "more than the studio takes"},
+    422: {
+        "model": Refusal,
+        "description": "an input that cannot be done, or a field that is missing or of a wrong kind",
+    },
+    500: {"model": Refusal, "description": "a fault of leafcut"},
+}
+_BINARY = {"type": "string", "format": "binary"}
+_BODY = {"required": True, "content": {"application/octet-stream": {"schema": _BINARY}}}
+
+
 def router(studio: Studio) -> APIRouter:
     """Return the routes under ``/api`` of a studio."""
-    made = APIRouter(prefix="/api")
+    token = HTTPBearer(auto_error=False, description="the token that the studio printed")  # the guard has looked
+    made = APIRouter(prefix="/api", responses=_REFUSED, dependencies=[Security(token)])
     _add_commands(made, studio.folder, studio.jobs)
     _add_files(made, studio.folder)
     _add_jobs(made, studio.jobs)
@@ -126,10 +152,17 @@ def _options(text: str) -> dict[str, Any]:
     return found
 
 
-async def _done(jobs: Jobs, task: Task) -> tuple[Record, dict[str, Any]]:
-    """Run a task as a job and wait for it; return its record and its answer."""
-    job = jobs.start(task)
-    await run_in_threadpool(jobs.wait, job)
+async def _done(jobs: Jobs, task: Task, named: str = "") -> tuple[Record, dict[str, Any]]:
+    """Run a task as a job and wait for it; return its record and its answer.
+
+    What came with a request that is refused is not kept; an input that was `named` was there before.
+    """
+    try:
+        job = jobs.start(task)
+    except BaseException:
+        jobs.folder.drop_inputs(files_of([replace(task, options={})]) - {named})
+        raise
+    await jobs.over(job)
     record = jobs.record(job)
     if record is None or not record.state.kept:
         line = record.line if record else ""
@@ -139,7 +172,7 @@ async def _done(jobs: Jobs, task: Task) -> tuple[Record, dict[str, Any]]:
 
 def _text(jobs: Jobs, job: str, name: str) -> str:
     found = jobs.history.artefact(job, name)
-    return "" if found is None else found.data.decode("utf-8", "replace")
+    return "" if found is None else found.text
 
 
 def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
@@ -148,15 +181,17 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
         file: Upload = None, source: Named = "", process: Annotated[str, Form()] = "auto", options: Options = "{}"
     ) -> JSONResponse:
         """Return the answer of ``leafcut optimize --json``, the program as ``text``, and the job's id as ``job``."""
-        task = Task("optimize", (await _input(folder, file, source),), process, _options(options))
-        record, answer = await _done(jobs, task)
+        given = _options(options)
+        task = Task("optimize", (await _input(folder, file, source),), process, given)
+        record, answer = await _done(jobs, task, "" if file is not None else source)
         return JSONResponse({**answer, "text": _text(jobs, record.id, "program"), "job": record.id})
 
     @made.post("/solve", summary="A short closed tour through the points of a map")
     async def solve(file: Upload = None, source: Named = "", options: Options = "{}") -> JSONResponse:
         """Return the answer of ``leafcut solve --json``, the tour in TSPLIB's form as ``text``, and ``job``."""
-        task = Task("solve", (await _input(folder, file, source),), "auto", _options(options))
-        record, answer = await _done(jobs, task)
+        given = _options(options)
+        task = Task("solve", (await _input(folder, file, source),), "auto", given)
+        record, answer = await _done(jobs, task, "" if file is not None else source)
         return JSONResponse({**answer, "text": _text(jobs, record.id, "tour"), "job": record.id})
 
     @made.post("/nest", summary="Parts with quantities laid on sheets, in several variants")
@@ -168,8 +203,9 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
         options: Options = "{}",
     ) -> JSONResponse:
         """Return the answer of ``leafcut nest --json``, the drawings as ``texts`` by their names, and ``job``."""
-        wanted = wanted_parts([await _keep(folder, file) for file in files], parts)
-        task = Task("nest", tuple(one.word for one in wanted), "auto", _options(options))
+        given, wanted = _options(options), wanted_parts([""] * len(files), parts)
+        words = [replace(one, input=await _keep(folder, file)).word for one, file in zip(wanted, files, strict=True)]
+        task = Task("nest", tuple(words), "auto", given)
         record, answer = await _done(jobs, task)
         sheets = sheets_of(record.id, answer)
         texts = {sheet.file: _text(jobs, record.id, sheet.drawing) for sheet in sheets}
@@ -178,7 +214,8 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
     @made.post("/simulate", summary="What a program costs on a machine, and what is dangerous in it")
     async def simulate(file: Upload = None, options: Options = "{}") -> JSONResponse:
         """Return the answer of ``leafcut simulate --json``, and the job's id as ``job``."""
-        task = Task("simulate", (await _input(folder, file, ""),), "auto", _options(options))
+        given = _options(options)
+        task = Task("simulate", (await _input(folder, file, ""),), "auto", given)
         record, answer = await _done(jobs, task)
         return JSONResponse({**answer, "job": record.id})
 
@@ -189,13 +226,14 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
         options: Options = "{}",
     ) -> JSONResponse:
         """Return the answer of ``leafcut verify --json``, and the job's id as ``job``."""
+        given = _options(options)
         files = (await _keep(folder, original), await _keep(folder, new))
-        record, answer = await _done(jobs, Task("verify", files, "auto", _options(options)))
+        record, answer = await _done(jobs, Task("verify", files, "auto", given))
         return JSONResponse({**answer, "job": record.id})
 
 
 def _add_files(made: APIRouter, folder: Folder) -> None:
-    @made.post("/files", summary="Open a file in the studio")
+    @made.post("/files", summary="Open a file in the studio", openapi_extra={"requestBody": _BODY})
     async def open_file(request: Request, name: Annotated[str, Query(max_length=1000)]) -> dict[str, Any]:
         """Keep the body of the request as a file; return its ``id``, its ``name`` and its ``size`` in bytes."""
         made_id, path = folder.new_input(name)
@@ -220,7 +258,7 @@ def _job_answer(jobs: Jobs, record: Record) -> dict[str, Any]:
         "command": record.task.command,
         "process": record.task.process,
         "options": record.task.options,
-        "state": (live.state if live is not None and not record.state.over else record.state).value,
+        "state": record.state.value,
         "created": record.created,
         "finished": record.finished,
         "error": record.line,
@@ -242,7 +280,7 @@ def _found(jobs: Jobs, job: str) -> Record:
 def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
     @made.get("/jobs", summary="The last jobs, the newest first")
     def every(most: Annotated[int, Query(ge=1, le=1000)] = 100) -> list[dict[str, Any]]:
-        return [_job_answer(jobs, record) for record in jobs.history.newest(most)]
+        return [_job_answer(jobs, record) for record in jobs.newest(most)]
 
     @made.get("/jobs/{job}", summary="A job: how it stands, and its answer where it is done")
     def one(job: Job) -> dict[str, Any]:
@@ -250,15 +288,15 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
 
     @made.post("/jobs/{job}/stop", summary="Stop a job and keep the best that it has")
     def stop(job: Job) -> dict[str, Any]:
-        record = _found(jobs, job)
+        _found(jobs, job)
         jobs.stop(job)
-        return _job_answer(jobs, record)
+        return _job_answer(jobs, _found(jobs, job))
 
     @made.post("/jobs/{job}/cancel", summary="Stop a job and keep nothing")
     def cancel(job: Job) -> dict[str, Any]:
-        record = _found(jobs, job)
+        _found(jobs, job)
         jobs.cancel(job)
-        return _job_answer(jobs, record)
+        return _job_answer(jobs, _found(jobs, job))
 
     @made.get(
         "/jobs/{job}/answer", summary="The answer of a job that is done, as the command line gives it with --json"
@@ -274,7 +312,7 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
         """Return, when all are planned, what the cuts of every variant come to; the jobs have the programs."""
         _found(jobs, job)
         for begun in plan_cuts(jobs, job, _options(options)):
-            await run_in_threadpool(jobs.wait, begun)
+            await jobs.over(begun)
         return comparison(jobs, job)
 
     @made.get("/jobs/{job}/cuts", summary="What the cuts of a nest's variants come to, as far as they are planned")
@@ -288,7 +326,12 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
         jobs.delete(job)
         return {"deleted": job}
 
-    @made.get("/jobs/{job}/files/{name}", summary="A file that a run made", response_class=Response)
+    @made.get(
+        "/jobs/{job}/files/{name}",
+        summary="A file that a run made",
+        response_class=Response,
+        responses={200: {"description": "the file", "content": {"*/*": {"schema": _BINARY}}}},
+    )
     def artefact(job: Job, name: Annotated[str, Path(max_length=40)], show: bool = False) -> Response:
         found = jobs.history.artefact(job, name)
         if found is None:

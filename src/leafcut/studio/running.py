@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from leafcut import api
 from leafcut.model.snapshot import Observer
 from leafcut.studio.history import Artefact
-from leafcut.studio.task import LIST, NEST, Call, program_name
+from leafcut.studio.task import LIST, NEST, Call, program_name, told_apart
 from leafcut.studio.wanted import list_text, needs_list
 
 if TYPE_CHECKING:
@@ -84,7 +84,9 @@ def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event, obs
         )
         text = plan.read_bytes() if plan.is_file() else b""
     output = program_name(name, api.program_extension(outcome.dialect))
-    outcome = replace(outcome, output=output)
+    # A report is handed on: it says what the person calls the file, and not where the studio keeps it.
+    source = name if outcome.part.source else ""
+    outcome = replace(outcome, output=output, part=replace(outcome.part, source=source))
     answer = as_json(outcome)
     figures = {
         "before_s": answer["before"]["time_s"],
@@ -92,7 +94,8 @@ def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event, obs
         "saved_percent": answer["saved_percent"],
         "gap_percent": answer["gap_percent"],
     }
-    artefacts = {"program": Artefact(output, _TEXT, outcome.text.encode(outcome.encoding)), **_pages(outcome, output)}
+    kind = f"text/plain; charset={outcome.encoding}"
+    artefacts = {"program": Artefact(output, kind, outcome.text.encode(outcome.encoding)), **_pages(outcome, output)}
     searches = [
         (operation_words(o), o.solution.history, o.solution.lower_bound, o.solution.unit) for o in outcome.operations
     ]
@@ -127,7 +130,7 @@ def _nest(call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.E
         for k, layout in enumerate(one.layouts, 1):
             artefacts[f"scene-{v}-{k}"] = _scene(nest_scene(one, layout))
     if needs_list(call.parts):
-        artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, names).encode())
+        artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, told_apart(names)).encode())
     return Made(nest_as_json(outcome), _nest_figures(outcome), artefacts)
 
 

@@ -106,7 +106,7 @@ def comparison(jobs: Jobs, job: str) -> list[dict[str, Any]]:
     not yet, is None; ``jobs`` are the cuts of its sheets, ``quickest`` is true of the best when all are planned.
     """
     sheets = nest_of(jobs.history, job)
-    newest = _newest(jobs.history.of_sheets(job))
+    newest = _newest(jobs.of_sheets(job))
     rows = [_row(jobs, variant, [(s, newest.get(s.origin)) for s in found]) for variant, found in _variants(sheets)]
     timed = [row["time_s"] for row in rows if row["time_s"] is not None]
     over = len(timed) > 1 and not any(row["state"] in GOING for row in rows)
@@ -136,7 +136,7 @@ def _but_quantity(options: Mapping[str, Any]) -> dict[str, Any]:
 def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, Record | None]]) -> dict[str, Any]:
     """Return what the sheets of one variant come to."""
     records = [record for _, record in cuts if record is not None]
-    states = [_state(jobs, record) for record in records]
+    states = [record.state for record in records]
     row: dict[str, Any] = {
         "variant": variant,
         "state": _together(states, len(cuts)),
@@ -152,11 +152,6 @@ def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, Record | None]]
     cost = None if None in costs else sum(count * answer["cutting"]["cost"] for count, answer in answers)
     time_s = sum(count * answer["after"]["time_s"] for count, answer in answers)
     return {**row, "time_s": time_s, **sums, "cost": cost or None}
-
-
-def _state(jobs: Jobs, record: Record) -> State:
-    live = jobs.live(record.id)
-    return live.state if live is not None and not record.state.over else record.state
 
 
 def _together(states: list[State], wanted: int) -> str:

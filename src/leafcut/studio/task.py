@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -147,6 +147,11 @@ def names_of(task: Task, folder: Folder) -> tuple[str, ...]:
     return tuple(word if word.startswith(BUILT_IN) else folder.input_path(word).name for word in task.inputs)
 
 
+def told_apart(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names of files as they can lie beside each other: those of one name in folders, ``1/a.nc 2/a.nc``."""
+    return tuple(f"{k}/{name}" if names.count(name) > 1 else name for k, name in enumerate(names, 1))
+
+
 def title_of(task: Task, folder: Folder) -> str:
     """Return what the history calls a task; a file that is gone is told by a question mark."""
     try:
@@ -167,7 +172,7 @@ def program_name(source: str, extension: str) -> str:
 
 def command_line(task: Task, folder: Folder, output: str = "") -> str:
     """Return what one types to have the same run: quoted for a shell, with the names that the files have."""
-    names = names_of(task, folder)
+    names = told_apart(names_of(task, folder))
     if task.command == "nest":
         parts = parts_of(task)
         counted = [f"{name}:{one.quantity}" for name, one in zip(names, parts, strict=True)]

@@ -38,6 +38,8 @@ class View:
         Which sheet of the job's nests is shown: variant and number.
     values, shown, errors
         Of the form: what was typed, what chosen files are called, and what is wrong.
+    of_input
+        Names of values that were put for this input alone: they go when another one comes.
     job
         The job whose outcome is shown, or None.
     pace
@@ -60,13 +62,15 @@ class View:
     values: dict[str, Any] = field(default_factory=dict)
     shown: dict[str, str] = field(default_factory=dict)
     errors: dict[str, str] = field(default_factory=dict)
+    of_input: set[str] = field(default_factory=set)
     job: str | None = None
     pace: str = "full"
 
     def look(self, work: str = "") -> Seen:
         """Read the input, for a kind of work or the likeliest; slow for a large file."""
         try:
-            options = {n: v for n, v in forms.of_work(work or "drill", self.values).items() if n in OF_READING}
+            known = forms.of_work(work or "drill", self.values)
+            options = {n: v for n, v in known.items() if n in OF_READING and n not in self.errors}
             call = prepare(Task("simulate", (self.source,), "auto", options), self.studio.folder)
             seen = look(call.sources[0], work, call.options)
         except LeafcutError as problem:
@@ -84,8 +88,27 @@ class View:
         chosen = str(self.values.get("algorithm") or "auto")
         return "algorithm" in forms.of_work(self.work, self.values) and chosen in forms.STUDIED
 
+    def take(self, source: str, name: str, origin: str = "") -> None:
+        """Be at another input; what was put for the one before goes with it."""
+        for put in tuple(self.of_input):
+            self.put(put, "")
+        self.source, self.name, self.origin = source, name, origin
+        self.second = self.second_name = ""
+
+    @property
+    def wrong(self) -> dict[str, str]:
+        """What is wrong with the options that mean something to the work chosen: name → line."""
+        known = forms.of_work(self.work, self.values)
+        return {name: line for name, line in self.errors.items() if name in known}
+
+    def put_for_input(self, name: str, value: Any, shown: str = "") -> None:
+        """Take a value that holds for this input alone."""
+        self.put(name, value, shown)
+        self.of_input.add(name)
+
     def put(self, name: str, value: Any, shown: str = "") -> None:
         """Take a value as typed, and note what is wrong with it."""
+        self.of_input.discard(name)
         if value in (None, "", group_of(name).defaults()[name]):
             self.values.pop(name, None)
             self.shown.pop(name, None)

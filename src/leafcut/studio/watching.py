@@ -94,15 +94,22 @@ class Watch:
     def _hold(self, take: Callable[[], Snapshot]) -> None:
         """Return when the next step may be made."""
         seen = self.number
+        while self._waits():
+            if self.number == seen and time.perf_counter() - self._looked < LOOKS_AWAY:
+                # Somebody came to look while it stood still. A large map takes a second: nobody may wait for it.
+                self._see(take, time.perf_counter())
+        self._stepped = time.perf_counter()
+
+    def _waits(self) -> bool:
+        """Wait a moment, if the next step may not be made yet; return whether that was so."""
         with self._changed:
-            while not self._released and time.perf_counter() - self._looked < LEFT_ALONE:
-                if self._paused and self._steps:
-                    self._steps -= 1
-                    break
-                rest = 0.0 if self._speed is None else self._stepped + 1.0 / self._speed - time.perf_counter()
-                if not self._paused and rest <= 0.0:
-                    break
-                self._changed.wait(min(rest, EVERY) if not self._paused else EVERY)
-                if self.number == seen and time.perf_counter() - self._looked < LOOKS_AWAY:
-                    self._see(take, time.perf_counter())  # somebody came to look while it stood still
-            self._stepped = time.perf_counter()
+            if self._released or time.perf_counter() - self._looked >= LEFT_ALONE:
+                return False
+            if self._paused and self._steps:
+                self._steps -= 1
+                return False
+            rest = 0.0 if self._speed is None else self._stepped + 1.0 / self._speed - time.perf_counter()
+            if not self._paused and rest <= 0.0:
+                return False
+            self._changed.wait(min(rest, EVERY) if not self._paused else EVERY)
+            return True

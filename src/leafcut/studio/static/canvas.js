@@ -71,14 +71,14 @@ export class Drawing {
     this.player = new Player(this.root, words);
   }
 
-  /** Call `act` with every event of a name. */
+  /** Call `act` with every event of a name; return a function that ends this. */
   on(name, act) {
-    if (!this._listeners.has(name)) this._listeners.set(name, []);
-    this._listeners.get(name).push(act);
-    return this;
+    if (!this._listeners.has(name)) this._listeners.set(name, new Set());
+    this._listeners.get(name).add(act);
+    return () => this._listeners.get(name).delete(act);
   }
 
-  emit(name, detail) { (this._listeners.get(name) ?? []).forEach((act) => act(detail)); }
+  emit(name, detail) { [...(this._listeners.get(name) ?? [])].forEach((act) => act(detail)); }
 
   /** Show a scene (ArrayBuffer) as the layer part, before, after or pheromone. */
   show(bytes, layer) {

@@ -188,15 +188,16 @@ export function coloured(text) {
 }
 
 /** Link a drawing and a list: the list has the drawing's program, what is selected in one is selected in both, and
- * playing moves both. */
+ * playing moves both. Return a function that ends this: a drawing outlives its lists. */
 export function link(drawing, list) {
   const take = () => list.setText(drawing.main?.scene.text ?? new Uint8Array(0));
-  drawing.on("main", take);
+  const ends = [drawing.on("main", take)];
   take();
   list.onSelect((line) => drawing.selectLine(line));
-  drawing.on("select", (what) => {
+  ends.push(drawing.on("select", (what) => {
     const line = what?.line ?? 0;
     if (line !== list.selected) list.select(line);
-  });
-  drawing.on("time", ({ line }) => list.run(line));
+  }));
+  ends.push(drawing.on("time", ({ line }) => list.run(line)));
+  return () => ends.forEach((end) => end());
 }

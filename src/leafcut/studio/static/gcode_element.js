@@ -9,7 +9,11 @@ export default {
   mounted() {
     withStyle();
     this.list = new GcodeList(this.$el, { words: this.words });
-    whenThere(this.drawing, (drawing) => link(drawing, this.list));
+    whenThere(this.drawing, (drawing) => { if (!this.gone) this.unlink = link(drawing, this.list); });
   },
-  unmounted() { this.list.destroy(); },
+  unmounted() {
+    this.gone = true;
+    this.unlink?.();
+    this.list.destroy();
+  },
 };

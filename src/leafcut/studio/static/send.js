@@ -8,7 +8,8 @@ export async function send(file) {
       headers: { "content-type": "application/octet-stream" },
     });
   } catch {
-    throw new Error(file.name + ": ×");
+    const lost = document.querySelector("meta[name=leafcut-lost]")?.content.split("|")[0];
+    throw new Error(`${file.name}: ${lost}`);
   }
   const text = await answer.text();
   if (answer.ok) return JSON.parse(text);
