@@ -87,6 +87,15 @@ def test_changes_of_a_plan_are_fixed_in_it_and_nothing_else() -> None:
     assert json.loads(edited.text()) == json.loads(PLAN)
 
 
+def test_what_is_left_to_the_search_comes_after_the_cuts_that_are_held() -> None:
+    edited = CutOrder(PLAN)
+    edited.move(3, 1)
+    edited.free_after(1)
+    edited.free_after(3)
+    cuts = json.loads(edited.text())["cuts"]
+    assert [(cut["contours"], cut["fixed"]) for cut in cuts] == [([3], ["ahead", "order"]), ([1], []), ([2], [])]
+
+
 def test_a_cut_put_first_is_cut_first_and_one_put_last_is_cut_last(studio: Studio) -> None:
     """Of five plates in a row the middle one is put at either end, where the way is longer."""
     rows = "".join(f'<rect x="{60 * k}" y="0" width="40" height="30" fill="none" stroke="black"/>' for k in range(5))
@@ -100,6 +109,8 @@ def test_a_cut_put_first_is_cut_first_and_one_put_last_is_cut_last(studio: Studi
         assert edited is not None
         middle = json.loads(edited.text())["cuts"][2]["contours"]
         edited.to_end(3, at == 0)
+        if at == 0:
+            edited.free_after(3)
         given = edited.text().encode()
         made = studio.folder.add_input("five_edited.json", given)
         again = studio.jobs.start(Task("optimize", (sheet,), "cut", {**options, "plan": made}))

@@ -218,13 +218,14 @@ class CutOrder(Steps[tuple[str, ...]]):
         self._keep(rows)
 
     def free_after(self, stop: int) -> None:
-        """Fix no order of the cuts after this one."""
+        """Fix no order of the cuts after this one, but that they come after it."""
         rows = self._rows()
         at = rows.index(self._find(rows, stop))
+        for row in rows:
+            row["fixed"] = [word for word in row["fixed"] if word not in ("order", "ahead")]
         for row in rows[: at + 1]:
             self._fix(row, "order")
-        for row in rows[at + 1 :]:
-            row["fixed"] = [word for word in row["fixed"] if word != "order"]
+        self._fix(rows[at], "ahead")
         self._keep(rows)
 
     def points(self) -> NDArray[np.float64]:
