@@ -286,6 +286,13 @@ def test_a_fixed_order_is_kept_and_one_that_cuts_a_part_loose_first_is_refused(t
         follow_plan(cutting_of(part_in_hole()), plan)
 
 
+def test_a_cut_that_goes_ahead_comes_before_all_below_it_in_the_plan_and_nothing_else_is_held(tmp_path) -> None:
+    sheet = sheet_of(*((square(70 * k, 20, 50), 0, -1, k + 1) for k in range(4)))
+    order = [drawing_order(cutting_of(sheet))[k] for k in (3, 1, 0, 2)]
+    plan = saved(cutting_of(sheet), order, tmp_path, lambda text: text.replace('"fixed": []', '"fixed": ["ahead"]', 1))
+    assert set(follow_plan(cutting_of(sheet), plan).pairs) == {(3, 0), (3, 1), (3, 2)}
+
+
 @pytest.mark.parametrize(
     ("sheet", "words"),
     [

@@ -7,6 +7,7 @@ import math
 import pytest
 
 from leafcut.errors import LeafcutError
+from leafcut.model.issue import Severity
 from leafcut.model.pocket import PocketRules
 from leafcut.model.tool import Tool, ToolKind, ToolLibrary
 from leafcut.options import DrillOptions, PocketOptions
@@ -85,3 +86,15 @@ def test_what_nobody_says_is_assumed_for_the_material_and_told(
     assert data.tool.feed == pytest.approx(feed * rpm / 60.0)
     assert data.plunge_feed == pytest.approx(data.tool.feed / 3.0)
     assert told.code == "L401" and f"at {rpm} rpm assumed" in told.message
+
+
+def test_a_spindle_that_turns_no_slower_than_too_fast_for_the_mill_is_a_warning() -> None:
+    """20 m/min at 10 mm are 637 rpm; a router's spindle turns 6000 at least, and 3 mm in aluminium may turn 6366."""
+    router = load_machine("mach3-router")
+    rules = PocketRules(tool_diameter=10.0, step_over=6.0)
+    data, [told] = milling_data(PocketOptions(), DrillOptions(), rules, router, None, "mild steel")
+    assert data.tool.spindle_rpm == router.spindle_min_rpm == 6000
+    assert told.severity is Severity.WARNING and "637 rpm would be right" in told.message
+    rules = PocketRules(tool_diameter=3.0, step_over=1.8)
+    _, [told] = milling_data(PocketOptions(), DrillOptions(), rules, router, None, "aluminium")
+    assert told.severity is Severity.NOTE

@@ -28,6 +28,22 @@ GREEN = """() => {
 }"""
 
 
+#: Where stops are on the page.
+STOPS = """async (stops) => {
+  const { whenThere } = await import("leafcut-canvas/registry.js");
+  const id = Number(document.querySelector(".frame .lc-drawing").parentElement.id.replace(/\\D+/g, ""));
+  const drawing = await new Promise((done) => whenThere(id, done));
+  // The path is there, may be changed, and has been drawn where it stays.
+  const still = () => drawing.editable && drawing.scenes.live && !drawing._request;
+  while (!still()) await new Promise(requestAnimationFrame);
+  const { main, canvas } = drawing.panes[1], box = canvas.getBoundingClientRect();
+  return stops.map((stop) => {
+    const [x, y] = main.scene.stopPlace(stop), [ox, oy] = main.scene.origin;
+    return [box.left + drawing.view.toX(x + ox), box.top + drawing.view.toY(y + oy)];
+  });
+}"""
+
+
 def make_map(page: Page, points: int, algorithm: str) -> None:
     page.get_by_text("Examples and random maps").click()
     typed(page, "Points", str(points))
@@ -177,21 +193,7 @@ def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
     edit = page.locator(".edit")
     expect(edit).to_be_visible()
     length = said_by(edit.locator(".figure").first)
-    places = page.evaluate(
-        """async () => {
-            const { whenThere } = await import("leafcut-canvas/registry.js");
-            const id = Number(document.querySelector(".frame .lc-drawing").parentElement.id.replace(/\\D+/g, ""));
-            const drawing = await new Promise((done) => whenThere(id, done));
-            // The path is there, may be changed, and has been drawn where it stays.
-            const still = () => drawing.editable && drawing.scenes.live && !drawing._request;
-            while (!still()) await new Promise(requestAnimationFrame);
-            const { main, canvas } = drawing.panes[1], box = canvas.getBoundingClientRect();
-            return [0, 4].map((stop) => {
-                const [x, y] = main.scene.stopPlace(stop), [ox, oy] = main.scene.origin;
-                return [box.left + drawing.view.toX(x + ox), box.top + drawing.view.toY(y + oy)];
-            });
-        }"""
-    )
+    places = page.evaluate(STOPS, [0, 4])
     page.mouse.move(*places[0])
     page.mouse.down()
     page.mouse.move(places[0][0] + 20, places[0][1] + 20)
@@ -205,7 +207,50 @@ def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
     address = page.url
     edit.get_by_role("button", name="Run with this").click()
     wait_for(page, lambda: page.url != address)  # another job
-    expect(page.locator("#command")).to_contain_text("--hole-order plate_10_order.json")
+    expect(page.locator("#command")).to_contain_text("--hole-order plate_10_edited.json")
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
     expect(page.locator(".edit")).to_be_hidden()
     assert downloaded(page, "Program")[1] != before
+    assert downloaded(page, "What was given")[0] == "plate_10_edited.json"
+
+
+def test_a_cut_is_chosen_by_its_pierce_begun_elsewhere_and_written_by_the_plan_that_is_given(
+    page: Page, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The drawing stays where it is when a cut is chosen: what follows is under the pointer."""
+    monkeypatch.chdir(tmp_path)
+    body = "".join(
+        f'<path d="M{60 * k + 5} 5h40v30h-40z"/><circle cx="{60 * k + 25}" cy="20" r="6"/>' for k in range(3)
+    )
+    Path("three.svg").write_bytes(svg(180, 40, body))
+    opened(page, Path("three.svg"))
+    page.get_by_label("Work", exact=True).select_option("cut")
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    typed(page, "Thickness", "6")
+    run(page)
+    page.get_by_role("button", name="Edit by hand").click()
+    edit = page.locator(".edit")
+    expect(edit).to_contain_text("Drag a pierce along its contour")
+    page.wait_for_timeout(500)
+    places = page.evaluate(STOPS, list(range(6)))
+    for number, place in enumerate(places, 1):
+        page.mouse.click(*place)
+        expect(edit).to_contain_text(f"Chosen: stop {number} ")
+    assert page.evaluate(STOPS, list(range(6))) == places
+    page.mouse.move(*places[5])
+    page.mouse.down()
+    page.mouse.move(places[5][0] + 30, places[5][1] + 15, steps=4)
+    page.mouse.up()
+    expect(edit.locator(".figure").last).not_to_have_text("as before")
+    address = page.url
+    edit.get_by_role("button", name="Run with this").click()
+    wait_for(page, lambda: page.url != address)
+    expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
+    expect(page.locator("#command")).to_contain_text("--plan three_edited.json")
+    words = (page.locator("#command").text_content() or "").split()
+    given, plan = downloaded(page, "What was given")
+    Path(given).write_bytes(plan)
+    program, text = downloaded(page, "Program")
+    assert cli.run([*words[1:], "--quiet"]) == 0
+    assert text == Path(program).read_bytes()
+    assert downloaded(page, "Plan")[0] == "three_plan.json"

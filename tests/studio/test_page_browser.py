@@ -208,3 +208,14 @@ def test_an_empty_page_offers_an_example_in_its_middle(page: Page) -> None:
     page.locator(".empty").get_by_role("button", name="plate-27").click()
     expect(page.locator(".about-part .name")).to_have_text("plate-27")
     expect(page.locator(".empty")).to_be_hidden()
+
+
+def test_another_language_shows_the_same_job(page: Page) -> None:
+    opened(page, PLATE)
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    run(page)
+    page.locator(".languages").get_by_role("link", name="Español").click()
+    expect(page.locator("#result-panel")).to_contain_text("Verificado")
+    expect(page.locator(".about-part .name")).to_have_text(PLATE.name)
+    page.locator(".languages").get_by_role("link", name="English").click()
+    expect(page.locator("#result-panel")).to_contain_text("Verified")

@@ -72,18 +72,53 @@ def test_what_cannot_be_meant_changes_nothing(stop: int, onto: int, line: str) -
 
 
 def test_changes_of_a_plan_are_fixed_in_it_and_nothing_else() -> None:
+    """A cut has its place in the order among all others: the order of all is fixed with it."""
     edited = CutOrder(PLAN)
     edited.move(3, 1)
     edited.reverse(2)
     edited.place(1, (5.0, 6.00049))
     cuts = json.loads(edited.text())["cuts"]
     assert [cut["contours"] for cut in cuts] == [[3], [1], [2]]
-    assert [cut["fixed"] for cut in cuts] == [["order"], ["order", "start"], ["direction"]]
+    assert [cut["fixed"] for cut in cuts] == [["order"], ["order", "start"], ["direction", "order"]]
     assert cuts[2]["direction"] == "counter-clockwise"
     assert cuts[1]["start"] == [5.0, 6.0]
     for _ in range(3):
         assert edited.undo()
     assert json.loads(edited.text()) == json.loads(PLAN)
+
+
+def test_what_is_left_to_the_search_comes_after_the_cuts_that_are_held() -> None:
+    edited = CutOrder(PLAN)
+    edited.move(3, 1)
+    edited.free_after(1)
+    edited.free_after(3)
+    cuts = json.loads(edited.text())["cuts"]
+    assert [(cut["contours"], cut["fixed"]) for cut in cuts] == [([3], ["ahead", "order"]), ([1], []), ([2], [])]
+
+
+def test_a_cut_put_first_is_cut_first_and_one_put_last_is_cut_last(studio: Studio) -> None:
+    """Of five plates in a row the middle one is put at either end, where the way is longer."""
+    rows = "".join(f'<rect x="{60 * k}" y="0" width="40" height="30" fill="none" stroke="black"/>' for k in range(5))
+    svg = f'<svg xmlns="http://www.w3.org/2000/svg" width="300mm" height="40mm" viewBox="0 0 300 40">{rows}</svg>'
+    sheet = studio.folder.add_input("five.svg", svg.encode())
+    options = {"thickness": "6mm", "preset": "fast"}
+    first = studio.jobs.start(Task("optimize", (sheet,), "cut", options))
+    assert studio.jobs.wait(first, 90) is State.DONE, studio.jobs.record(first)
+    for at in (0, -1):
+        edited = edited_of(studio.history, first)
+        assert edited is not None
+        middle = json.loads(edited.text())["cuts"][2]["contours"]
+        edited.to_end(3, at == 0)
+        if at == 0:
+            edited.free_after(3)
+        given = edited.text().encode()
+        made = studio.folder.add_input("five_edited.json", given)
+        again = studio.jobs.start(Task("optimize", (sheet,), "cut", {**options, "plan": made}))
+        assert studio.jobs.wait(again, 90) is State.DONE, studio.jobs.record(again)
+        plan, kept = (studio.history.artefact(again, name) for name in ("plan", "given"))
+        assert plan is not None and json.loads(plan.data)["cuts"][at]["contours"] == middle
+        # The file that the command line is shown with is among the downloads.
+        assert kept is not None and (kept.file_name, kept.data) == ("five_edited.json", given)
 
 
 def test_plans_with_bridges_are_not_changed_by_hand() -> None:

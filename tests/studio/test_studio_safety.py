@@ -72,6 +72,11 @@ def test_a_page_of_another_origin_can_neither_send_nor_load(studio: Studio, stra
     assert not list(studio.folder.inputs.iterdir())
 
 
+def test_what_sends_no_key_or_a_wrong_one_is_told_that_it_is_the_key(stranger: TestClient) -> None:
+    for headers in ({}, {"authorization": "Bearer wrong"}, {"origin": OWN}):
+        assert stranger.post("/api/files?name=a.csv", content=b"x", headers=headers).status_code == 401
+
+
 def test_a_cookie_alone_changes_nothing_without_an_origin(studio: Studio, stranger: TestClient) -> None:
     stranger.get("/", params={"token": studio.token})
     assert stranger.post("/api/files?name=a.csv", content=b"x").status_code == 403

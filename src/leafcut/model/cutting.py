@@ -16,7 +16,7 @@ from leafcut.model.sheet import Sheet
 DIRECTIONS = ("clockwise", "counter-clockwise", "forward", "backward")
 
 #: What of a cut a plan file can fix.
-FIXABLE = ("order", "start", "direction", "lead", "bridge")
+FIXABLE = ("order", "start", "direction", "lead", "bridge", "ahead")
 
 #: What a lead can look like.
 LEAD_STYLES = ("arc", "line", "none")
@@ -106,7 +106,7 @@ class CutChoice:
     fixed
         What must stay as it is, of `FIXABLE`: its ``order`` (it comes after the cuts before it in the plan whose order
         is fixed, too), where it begins (``start``), its ``direction``, its ``lead``, that it is come
-        to by a ``bridge``.
+        to by a ``bridge``, that it goes ``ahead``: all that follow it in the plan come after it.
     bridge
         True: the torch comes from the cut before through the scrap, burning, without a pierce.
     """

@@ -88,21 +88,24 @@ def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -
     position = {c.index: k for k, c in enumerate(cutting.contours)}
     chosen: dict[int, CutChoice] = {}
     in_order: list[int] = []
+    rows: list[int] = []
     for number, choice in enumerate(plan.cuts, 1):
         k = _position(plan, number, choice, position, chosen)
         words = ("order", *(w for w in ("start", "direction", "lead") if _says(choice, w))) if everything else ()
         chosen[k] = replace(choice, fixed=tuple(dict.fromkeys((*choice.fixed, *words))))
+        rows.append(k)
         if "order" in chosen[k].fixed:
             in_order.append(k)
     starts: list[CutStart] = []
     for k, contour in enumerate(cutting.contours):
         wanted = chosen.get(k)
         own = [cutting.starts[n] for n in cutting.by_contour[k]]
-        if wanted is not None and set(wanted.fixed) - {"order"}:
+        if wanted is not None and set(wanted.fixed) - {"order", "ahead"}:
             own = _fixed_starts(cutting, k, contour, wanted, plan)
         starts += own
     fixed = {k: c.fixed for k, c in chosen.items() if c.fixed}
-    made = replace(cutting, starts=starts, order=tuple(itertools.pairwise(in_order)), fixed=fixed)
+    ahead = [(k, later) for n, k in enumerate(rows) if "ahead" in fixed.get(k, ()) for later in rows[n + 1 :]]
+    made = replace(cutting, starts=starts, order=(*itertools.pairwise(in_order), *ahead), fixed=fixed)
     _check_order(made, in_order, plan)
     return made
 
@@ -125,7 +128,7 @@ def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
     names = cutting.contours[early].name(), cutting.contours[late].name()
     raise PlanError(
         f"{plan.source}: the fixed order has {names[0]} before {names[1]}, which must be cut first; move it there, or "
-        "take 'order' out of what is fixed"
+        "take 'order' or 'ahead' out of what is fixed"
     )
 
 

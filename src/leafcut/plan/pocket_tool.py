@@ -117,8 +117,8 @@ def with_data(
     asked_rpm, asked_feed = drill.spindle_speed or tool.spindle_rpm, options.milling_feed or tool.feed
     known = _NAMES.get(_plain(material), _plain(material))
     known = known if known in SURFACE_SPEEDS else UNKNOWN
-    rpm = 1000.0 * SURFACE_SPEEDS[known] / (math.pi * tool.diameter)
-    rpm = asked_rpm or float(round(min(max(rpm, machine.spindle_min_rpm), machine.spindle_max_rpm)))
+    careful = 1000.0 * SURFACE_SPEEDS[known] / (math.pi * tool.diameter)
+    rpm = asked_rpm or float(round(min(max(careful, machine.spindle_min_rpm), machine.spindle_max_rpm)))
     if not machine.spindle_min_rpm <= rpm <= machine.spindle_max_rpm:
         whose = "--spindle-speed" if drill.spindle_speed else f"{tool.label}, speed"
         raise PlanError(
@@ -133,12 +133,15 @@ def with_data(
     tool = replace(tool, feed=feed, spindle_rpm=rpm)
     if asked_rpm and asked_feed:
         return replace(tool, assumed=False), []
+    too_fast = not asked_rpm and rpm > 1.5 * careful
     words = (
         f"{tool.label}: {feed * 60:.0f} mm/min at {rpm:.0f} rpm assumed, for high-speed steel in "
         f"{known.replace('_', ' ')}, {per_tooth:.3g} mm a tooth; check them, or give --material, --milling-feed and "
         "--spindle-speed"
     )
-    return tool, [Issue("L401", words, severity=Severity.NOTE)]
+    if too_fast:
+        words += f"; {careful:.0f} rpm would be right, and the spindle of {machine.name} turns no slower than {rpm:.0f}"
+    return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast else Severity.NOTE)]
 
 
 def _plain(material: str) -> str:

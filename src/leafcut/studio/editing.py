@@ -184,18 +184,18 @@ class CutOrder(Steps[tuple[str, ...]]):
         row["fixed"] = sorted({*row["fixed"], word})
 
     def move(self, stop: int, onto: int) -> None:
-        """Put a cut where another one is; the order of these two is fixed."""
+        """Put a cut where another one is; the order of all is fixed: a cut between two others is nowhere else."""
         rows = self._rows()
         row, target = self._find(rows, stop), self._find(rows, onto)
         to = rows.index(target)
         rows.remove(row)
         rows.insert(to, row)
-        for one in (row, target):
+        for one in rows:
             self._fix(one, "order")
         self._keep(rows)
 
     def to_end(self, stop: int, first: bool) -> None:
-        """Put a cut first or last; its order is fixed, and that of the one that was there."""
+        """Put a cut first or last; the order of all is fixed."""
         numbers = [row["number"] for row in self._rows()]
         self.move(stop, numbers[0] if first else numbers[-1])
 
@@ -218,13 +218,14 @@ class CutOrder(Steps[tuple[str, ...]]):
         self._keep(rows)
 
     def free_after(self, stop: int) -> None:
-        """Fix no order of the cuts after this one."""
+        """Fix no order of the cuts after this one, but that they come after it."""
         rows = self._rows()
         at = rows.index(self._find(rows, stop))
+        for row in rows:
+            row["fixed"] = [word for word in row["fixed"] if word not in ("order", "ahead")]
         for row in rows[: at + 1]:
             self._fix(row, "order")
-        for row in rows[at + 1 :]:
-            row["fixed"] = [word for word in row["fixed"] if word != "order"]
+        self._fix(rows[at], "ahead")
         self._keep(rows)
 
     def points(self) -> NDArray[np.float64]:

@@ -53,7 +53,8 @@ class EditPanel:
         with box("div", "edit", role="group", aria_label=w("edit.title")) as self.place:
             with box("div", "line"):
                 text("b", w("edit.title"))
-                self.told = text("span", "", "what quiet")
+                self.hint = text("span", "", "what quiet")
+                self.chosen = text("span", "", "quiet")
                 with box("span", "ways"):
                     self.length = text("span", "", "figure")
                     self.change = text("span", "", "figure quiet")
@@ -80,7 +81,8 @@ class EditPanel:
         self._stop, self._before = 0, _length(self.edited.points())
         self.place.set_visibility(True)
         self.canvas.set_editable(True)
-        self.told.set_text(self.view.words("edit.hint"))
+        self.hint.set_text(self.view.words("edit.hint_cuts" if isinstance(self.edited, CutOrder) else "edit.hint"))
+        self.chosen.set_text("")
         self._draw()
 
     def end(self) -> None:
@@ -96,7 +98,7 @@ class EditPanel:
         """Note which stop is meant."""
         self._stop = int((event.args or {}).get("stop") or 0)
         if self.edited is not None and self._stop:
-            self.told.set_text(self.view.words("edit.chosen", number=self._stop))
+            self.chosen.set_text(self.view.words("edit.chosen", number=self._stop))
 
     def drag(self, event: GenericEventArguments) -> None:
         """Do what was dragged."""
@@ -151,7 +153,8 @@ class EditPanel:
         view, edited = self.view, self.edited
         if edited is None:
             return
-        name = f"{Path(view.name.replace(':', '-')).stem}_{'order' if edited.option == 'hole_order' else 'plan'}.json"
+        # Not the name of the outcome's own plan or order, which is another file.
+        name = f"{Path(view.name.replace(':', '-')).stem}_edited.json"
         made = view.studio.folder.add_input(name, edited.text().encode())
         view.put_for_input(edited.option, made, name)
         self.end()

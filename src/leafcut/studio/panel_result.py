@@ -24,7 +24,7 @@ _MOST_LINES, _MOST_ISSUES, _MOST_WORKERS = 2000, 200, 64
 #: So many warnings stand before the figures.
 _MOST_WARNINGS = 2
 #: Files in the order in which they are offered.
-_FILES = ("program", "tour", "report", "plan", "order", "list", "picture-before", "picture-after")
+_FILES = ("program", "tour", "report", "plan", "order", "given", "list", "picture-before", "picture-after")
 
 
 class ResultPanel:

@@ -75,7 +75,7 @@ def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event, obs
     from leafcut.report.views import operation_words
 
     with tempfile.TemporaryDirectory(prefix="leafcut-") as place:
-        plan = Path(place) / "plan.toml"
+        plan = Path(place) / "plan.json"
         # Common lines have no plan file.
         planned = call.process == "cut" and not call.options.get("common_lines")
         options = {**call.options, "save_plan": str(plan)} if planned else call.options
@@ -100,9 +100,9 @@ def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event, obs
         (operation_words(o), o.solution.history, o.solution.lower_bound, o.solution.unit) for o in outcome.operations
     ]
     artefacts["search"] = _searches(searches)
-    artefacts |= _order_files(outcome, output)
+    artefacts |= _order_files(outcome, output) | _given_file(call)
     if text:
-        artefacts["plan"] = Artefact(f"{Path(output).stem}_plan.toml", "application/toml", text)
+        artefacts["plan"] = Artefact(f"{Path(output).stem}_plan.json", "application/json", text)
     return Made(answer, figures, artefacts)
 
 
@@ -154,6 +154,15 @@ def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
         "order": Artefact(f"{Path(output).stem}_order.json", "application/json", order_text(drilled).encode()),
         "holes": Artefact("", "application/json", places),
     }
+
+
+def _given_file(call: Call) -> dict[str, Artefact]:
+    """Return the order or the plan that a run was given: with it the command line does the same again."""
+    for option in ("hole_order", "plan"):
+        if option in call.options:
+            file = Path(call.options[option])
+            return {"given": Artefact(file.name, "application/json", file.read_bytes())}
+    return {}
 
 
 def _searches(found: Sequence[tuple[str, Sequence[tuple[float, float]], float | None, str]]) -> Artefact:

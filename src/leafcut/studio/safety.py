@@ -121,7 +121,8 @@ class Guard:
         own = f"http://{asked.host}"
         if asked.origin is not None and asked.origin != own:
             return "A page of another origin may not speak to the studio."
-        if asked.changes and asked.origin is None and not self._bearer(asked):
+        # Without any key it is the key that is missing, not the origin.
+        if asked.changes and asked.origin is None and self._known(asked) and not self._bearer(asked):
             return "A request that changes something needs its origin, or the token in an Authorization header."
         if asked.site in ("cross-site", "same-site") and asked.mode != "navigate":
             return "A page of another origin may not load from the studio."

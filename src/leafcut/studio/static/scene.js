@@ -171,8 +171,10 @@ export class ToolpathScene extends Scene {
       const middle = (low + high) >> 1;
       if (stop[middle] < row) low = middle + 1; else high = middle;
     }
-    const own = (number) => this.source[stop[number]] === this.source[row];
-    return low < stop.length && (low === 0 || !own(low - 1)) ? low + 1 : low;
+    if (low === 0 || low === stop.length || stop[low] === row) return Math.min(low + 1, stop.length);
+    // Rows after the one that begins: the rest of a canned cycle, or of a cut; then the way to the next.
+    const works = this.doing[row] !== RAPID && this.doing[row] !== STAND;
+    return works || this.source[stop[low - 1]] === this.source[row] ? low : low + 1;
   }
 
   /** Return x and y of a stop, relative to the origin. */

@@ -34,6 +34,11 @@
     const lost = document.querySelector("meta[name=leafcut-lost]")?.content.split("|") ?? [];
     document.querySelectorAll("#popup > span").forEach((e, k) => { e.textContent = lost[k] ?? e.textContent; });
   });
+  // Another language shows the same job.
+  document.addEventListener("click", (event) => {
+    const at = event.target.closest?.(".languages a"), job = new URLSearchParams(location.search).get("job");
+    if (at && job) at.search = new URLSearchParams({ lang: at.lang, job });
+  });
   const seen = (e) => e.getClientRects().length > 0;
 
   document.addEventListener("click", async (event) => {
