@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 from nicegui import run
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 
 #: So many issues of a file are told before it is run.
 _MOST_ISSUES = 30
+#: Options whose files number the holes or the cuts of one drawing.
+_OF_DRAWING = ("hole_order", "plan")
 
 
 class InputPanel:
@@ -45,7 +48,7 @@ class InputPanel:
                 self.pace = Form([pace_field(view)], self.form_words, self._set_pace, self._refuse)
         with box("footer", "foot"):
             with box("div", "command"):
-                self.command = text("code", "", id="command", tabindex="0", aria_label=w("command.title"))
+                self.command = box("code", "", id="command", tabindex="0", aria_label=w("command.title"))
                 self.copy = button(
                     w("command.copy"), None, "plain small", data_copy="command", data_said=w("command.copied")
                 )
@@ -112,6 +115,7 @@ class InputPanel:
 
     def _random(self, name: str, value: str, _: str) -> None:
         self.random[name] = value
+        self.map.show(self.random)
 
     async def _make_random(self) -> None:
         await self.open(f"random:{self.random['points']}:{self.random['seed']}", "")
@@ -131,6 +135,8 @@ class InputPanel:
         self.page.remember()
         await self.read("")
         if view.source or not before["source"]:
+            if before["source"] not in ("", view.source):
+                self._forget_order()
             self.page.run.canvas.fit()
             return
         line = self.page.said.text
@@ -140,6 +146,13 @@ class InputPanel:
         self.page.run.watch() if view.job else self.page.run.draw()
         self.page.result.draw()
         self.page.say(line, True)
+
+    def _forget_order(self) -> None:
+        """Drop an order made or chosen for what was open before: its numbers mean other holes and cuts here."""
+        for option in _OF_DRAWING:
+            if option in self.view.values:
+                self.view.put(option, "", "")
+        self._show_values()
 
     async def cut(self, sheet: SheetOfNest) -> None:
         """Open a sheet of a nest to be cut."""
@@ -151,6 +164,7 @@ class InputPanel:
             return
         view.source, view.name, view.origin = source, sheet.file, sheet.origin
         self.page.run.leave()
+        self._forget_order()
         view.put("quantity", str(sheet.count) if sheet.count > 1 else "")
         view.work = "cut"
         self.page.remember()
@@ -305,7 +319,10 @@ class InputPanel:
         view = self.view
         line = view.command_line()
         missing = "parts.none" if view.work == "nest" else "command.later" if view.source else "command.none"
-        self.command.set_text(line or view.words(missing))
+        self.command.clear()
+        with self.command:
+            for word in re.findall(r"\S+\s*", line or view.words(missing)):
+                text("span", word)
         self.copy.set_visibility(bool(line))
         self.ready(view.ready)
 
