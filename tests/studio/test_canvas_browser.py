@@ -326,6 +326,14 @@ def test_a_list_of_a_million_lines_shows_any_of_them(page: Any) -> None:
     page.wait_for_selector("[data-line='1000000']")
 
 
+def test_the_keys_go_through_every_line_of_a_program_also_those_that_draw_nothing(page: Any) -> None:
+    page.locator(".lc-gcode").focus()
+    page.keyboard.press("Home")
+    for line in range(1, 12):
+        assert page.evaluate("list.selected") == line
+        page.keyboard.press("ArrowDown")
+
+
 def test_bytes_that_are_no_scene_are_refused_with_one_line(page: Any) -> None:
     said = page.evaluate("() => { try { drawing.show(new ArrayBuffer(3), 'after'); } catch (e) { return e.message; } }")
     assert said == "this is no scene of leafcut's"
@@ -336,6 +344,13 @@ def test_a_text_in_a_program_is_never_taken_as_html(page: Any) -> None:
     page.evaluate("list.setText(new TextEncoder().encode('(<img src=x onerror=alert>)\\n'))")
     assert page.inner_text(".lc-comment") == "(<img src=x onerror=alert>)"
     assert page.locator(".lc-gcode img").count() == 0
+
+
+@pytest.mark.parametrize("last", [0.0004, 0.0021, 0.4, 30.0])
+def test_no_two_moments_of_the_chart_are_told_by_one_number(page: Any, last: float) -> None:
+    page.evaluate("last => convergence.set({history: [[last / 2, 60], [last, 50]], bound: null, unit: 's'})", last)
+    told = page.locator("#chart text[text-anchor=middle]").all_text_contents()
+    assert len(told) > 1 and len(set(told)) == len(told)
 
 
 def test_convergence_says_the_best_and_the_bound_and_long_searches_are_logarithmic(page: Any) -> None:

@@ -219,3 +219,69 @@ def test_another_language_shows_the_same_job(page: Page) -> None:
     expect(page.locator(".about-part .name")).to_have_text(PLATE.name)
     page.locator(".languages").get_by_role("link", name="English").click()
     expect(page.locator("#result-panel")).to_contain_text("Verified")
+
+
+def test_the_figures_of_a_random_map_stay_when_the_page_is_drawn_anew(page: Page) -> None:
+    page.get_by_text("Examples and random maps").click()
+    typed(page, "Points", "31")
+    page.get_by_role("button", name="Make a map").click()
+    expect(page.locator(".about-part .name")).to_have_text("random:31:1")
+    typed(page, "Thickness", "6")
+    expect(page.locator("#command")).to_contain_text("--thickness 6")
+    expect(page.get_by_label("Points", exact=True)).to_have_value("31")
+
+
+def test_what_is_told_covers_no_button_a_hand_made_order_is_of_one_drawing_and_jobs_show_all_buttons(
+    page: Page,
+) -> None:
+    page.set_viewport_size({"width": 1280, "height": 720})
+    opened(page, PLATE)
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    typed(page, "Thickness", "6")
+    run(page)
+    page.get_by_role("button", name="Edit by hand").click()
+    page.locator(".edit").get_by_role("button", name="Undo").click()
+    said = page.locator("#said").bounding_box()
+    assert said is not None
+    for button in page.locator("button:visible").all():
+        box = button.bounding_box()
+        assert box is not None
+        apart = box["x"] >= said["x"] + said["width"] or box["x"] + box["width"] <= said["x"]
+        assert apart or box["y"] >= said["y"] + said["height"] or box["y"] + box["height"] <= said["y"]
+    page.locator(".edit").get_by_role("button", name="Run with this").click()
+    expect(page.locator("#command")).to_contain_text("--hole-order")
+    expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
+    opened(page, PLATE.with_name("plate_27.dxf"))  # the order is that of other holes
+    expect(page.locator("#command")).to_have_text(
+        "leafcut optimize plate_27.dxf -o plate_27.ngc --preset fast --thickness 6"
+    )
+    page.keyboard.press("2")
+    page.get_by_role("button", name="Delete").first.click()
+    expect(page.get_by_role("button", name="Really delete?")).to_be_in_viewport(ratio=1)
+    assert page.locator("#view-jobs .scroll").evaluate("e => e.scrollWidth <= e.clientWidth")
+
+
+def test_an_option_of_the_command_line_is_not_broken_at_its_hyphens(page: Page) -> None:
+    opened(page, PLATE)
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    typed(page, "Thickness", "6")
+    expect(page.locator("#command")).to_have_text(
+        "leafcut optimize plate_10.dxf -o plate_10.ngc --preset fast --thickness 6"
+    )
+    lines = page.locator("#command span").evaluate_all("words => words.map((word) => word.getClientRects().length)")
+    assert lines == [1] * 9
+    assert page.locator("#command span").evaluate_all(
+        "words => words.every((word) => word.getBoundingClientRect().height < 24)"
+    )
+
+
+def test_a_run_that_was_cancelled_is_not_told_as_none(page: Page) -> None:
+    opened(page, PLATE)
+    page.get_by_label("Algorithm", exact=True).select_option("mmas")
+    page.locator(".choose").get_by_label("Pace", exact=True).select_option("step")
+    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.locator(".study")).to_contain_text("step 1", timeout=LONG)
+    page.get_by_role("button", name="Cancel").click()
+    page.get_by_role("button", name="Really keep nothing?").click()
+    expect(page.locator(".result")).to_contain_text("cancelled", timeout=LONG)
+    expect(page.locator(".result")).not_to_contain_text("Nothing has been run yet")

@@ -146,6 +146,12 @@ def test_a_map_without_a_unit_is_told_without_one(tmp_path: Path) -> None:
     assert Call("solve", (str(file),), "auto", {}).unit == ""
 
 
+def test_a_size_is_told_without_powers_of_ten(tmp_path: Path) -> None:
+    file = tmp_path / "far.csv"
+    file.write_text("x,y\n0,0\n23456.7,0.5\n")
+    assert dict(look(str(file)).facts)["size"] == "23,457 × 0.5 mm"
+
+
 def test_what_a_search_costs_is_told_in_the_unit_of_what_is_made_small() -> None:
     assert Call("optimize", ("a.dxf",), "auto", {}).unit == "s"
     assert Call("optimize", ("a.dxf",), "auto", {"objective": "distance"}).unit == "mm"

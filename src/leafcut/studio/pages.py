@@ -211,7 +211,7 @@ class Page:
             self.__dict__[name].draw()
 
     def say(self, line: str, bad: bool = False, stays: bool = False) -> None:
-        """Tell a person something, in one line at the foot of the page; a click takes it away.
+        """Tell a person something, in one line over the page; a click takes it away.
 
         What is not `bad` goes by itself after a while, unless it `stays` until something else is told.
         """

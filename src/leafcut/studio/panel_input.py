@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 from nicegui import run
@@ -48,7 +49,7 @@ class InputPanel:
                 self.pace = Form([pace_field(view)], self.form_words, self._set_pace, self._refuse)
         with box("footer", "foot"):
             with box("div", "command"):
-                self.command = text("code", "", id="command", tabindex="0", aria_label=w("command.title"))
+                self.command = box("code", "", id="command", tabindex="0", aria_label=w("command.title"))
                 self.copy = button(
                     w("command.copy"), None, "plain small", data_copy="command", data_said=w("command.copied")
                 )
@@ -115,6 +116,7 @@ class InputPanel:
 
     def _random(self, name: str, value: str, _: str) -> None:
         self.random[name] = value
+        self.map.show(self.random)
 
     async def _make_random(self) -> None:
         await self.open(f"random:{self.random['points']}:{self.random['seed']}", "")
@@ -329,7 +331,10 @@ class InputPanel:
         view = self.view
         line = view.command_line()
         missing = "parts.none" if view.work == "nest" else "command.later" if view.source else "command.none"
-        self.command.set_text(line or view.words(missing))
+        self.command.clear()
+        with self.command:
+            for word in re.findall(r"\S+\s*", line or view.words(missing)):
+                text("span", word)
         self.copy.set_visibility(bool(line))
         self.ready(view.ready)
 

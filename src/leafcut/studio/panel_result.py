@@ -71,7 +71,8 @@ class ResultPanel:
         with box("div", "scrolls"):
             text("h2", w("right.title"))
             if live is None or live.state.over:
-                line = record.line if record is not None and record.line else w("result.none")
+                over = w("result.none") if record is None else w(f"state.{record.state.value}")
+                line = record.line if record is not None and record.line else over
                 text("p", w.plain(line), "error" if record is not None and record.line else "quiet")
             if record is not None:
                 self._messages(record.id)
@@ -157,8 +158,9 @@ class ResultPanel:
         if "strategies" in answer:
             self._strategies(answer)
         with box("dl", "facts"):
-            # A pocket has no algorithm but that of its strategy.
-            for key in ("machine", "dialect", *(() if "strategies" in answer else ("algorithm", "seed"))):
+            # A pocket has no algorithm but that of its strategy, and a program with one way alone has none.
+            searched = ("algorithm", "seed") if answer["algorithm"] and "strategies" not in answer else ()
+            for key in ("machine", "dialect", *searched):
                 text("dt", w(f"result.{key}"))
                 text("dd", str(answer[key]))
             text("dt", w("result.computing"))

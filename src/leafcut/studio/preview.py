@@ -92,7 +92,7 @@ def _facts(part: Part) -> tuple[tuple[str, str], ...]:
     from leafcut.studio.scene import unitless
 
     left, low, right, high = part.extents
-    size = f"{right - left:,.4g} × {high - low:,.4g}"
+    size = _size(right - left, high - low)
     if unitless(part):
         return (("points", f"{len(part.holes):,}"), ("size", size))
     counts = (
@@ -107,6 +107,11 @@ def _facts(part: Part) -> tuple[tuple[str, str], ...]:
         shown = ", ".join(f"{w:.4g}" for w in widths[:4]) + (" …" if len(widths) > 4 else "")
         facts.append(("diameters", f"{shown} mm"))
     return (*facts, ("size", f"{size} mm"), ("units", part.units))
+
+
+def _size(width: float, height: float) -> str:
+    """Return a size to four figures, with all those before the point, never as a power of ten."""
+    return " × ".join(f"{side:,.0f}" if abs(side) >= 1000.0 else f"{side:.4g}" for side in (width, height))
 
 
 def _program(source: str, name: str, settings: Settings) -> Seen:
@@ -126,7 +131,7 @@ def _program(source: str, name: str, settings: Settings) -> Seen:
         ("time", format_time(found["time_s"])),
         ("rapid", format_length(found["rapid_mm"])),
         ("feed", format_length(found["feed_mm"])),
-        ("size", f"{x[1] - x[0]:,.4g} × {y[1] - y[0]:,.4g} mm"),
+        ("size", f"{_size(x[1] - x[0], y[1] - y[0])} mm"),
     )
     issues = tuple({"code": "", "severity": "warning", "message": line, "place": ""} for line in found["issues"])
     return Seen("gcode", _PROGRAM, facts, issues, shown)

@@ -19,6 +19,9 @@ from leafcut.studio.wording import Words
 if TYPE_CHECKING:
     from leafcut.studio.app import Studio
 
+#: Options that count the holes and cuts of one drawing: of another they mean others.
+OF_DRAWING = ("hole_order", "plan")
+
 
 @dataclass
 class View:
@@ -90,7 +93,8 @@ class View:
 
     def take(self, source: str, name: str, origin: str = "") -> None:
         """Be at another input; what was put for the one before goes with it."""
-        for put in tuple(self.of_input):
+        orders = OF_DRAWING if self.source not in ("", source) else ()
+        for put in {*self.of_input, *orders} & self.values.keys():
             self.put(put, "")
         self.source, self.name, self.origin = source, name, origin
         self.second = self.second_name = ""

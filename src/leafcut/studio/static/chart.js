@@ -81,11 +81,12 @@ export class Convergence {
         draw("text", { x: LEFT - 7, y, dy: "0.34em", "text-anchor": "end" }, words(k * step, step)),
       );
     }
-    for (const t of log ? decades(start, last) : linear(last, width)) {
+    const apart = linearStep(last, width);
+    for (const t of log ? decades(start, last) : linear(last, apart)) {
       const x = this.x(t);
       this.svg.append(
         draw("line", { class: "lc-tick", x1: x, x2: x, y1: bottom, y2: bottom + 4 }),
-        draw("text", { x: Math.min(x, width - 24), y: bottom + 16, "text-anchor": "middle" }, t >= 1000 && log ? `${t / 1000} s` : log ? `${t} ms` : words(t, 1)),
+        draw("text", { x: Math.min(x, width - 24), y: bottom + 16, "text-anchor": "middle" }, t >= 1000 && log ? `${t / 1000} s` : log ? `${t} ms` : words(t, apart)),
       );
     }
     this.svg.append(draw("line", { class: "lc-tick", x1: LEFT, x2: width - RIGHT, y1: bottom, y2: bottom }));
@@ -112,8 +113,10 @@ export class Convergence {
   }
 }
 
-function linear(last, width) {
-  const step = niceStep(last / Math.max((width - LEFT - RIGHT) / 70, 1)), ticks = [];
+function linearStep(last, width) { return niceStep(last / Math.max((width - LEFT - RIGHT) / 70, 1)); }
+
+function linear(last, step) {
+  const ticks = [];
   for (let k = 0; k * step <= last; k++) ticks.push(k * step);
   return ticks;
 }

@@ -193,9 +193,14 @@ export function link(drawing, list) {
   const take = () => list.setText(drawing.main?.scene.text ?? new Uint8Array(0));
   const ends = [drawing.on("main", take)];
   take();
-  list.onSelect((line) => drawing.selectLine(line));
+  let chosen = 0; // the line that the list asks for: it stays chosen where nothing is drawn of it, as of a comment
+  list.onSelect((line) => {
+    chosen = line;
+    drawing.selectLine(line);
+    chosen = 0;
+  });
   ends.push(drawing.on("select", (what) => {
-    const line = what?.line ?? 0;
+    const line = chosen || (what?.line ?? 0);
     if (line !== list.selected) list.select(line);
   }));
   ends.push(drawing.on("time", ({ line }) => list.run(line)));
