@@ -82,7 +82,7 @@ def test_what_is_told_can_be_clicked_away_and_a_change_by_hand_be_taken_back_by_
             (await new Promise((done) => whenThere(id, done))).selectHole(3);
         }"""
     )
-    expect(page.locator(".edit .what")).to_contain_text("Chosen")
+    expect(page.locator(".edit")).to_contain_text("Chosen")
     page.get_by_role("button", name="First", exact=True).click()
     expect(length).not_to_have_text(before)
     change = page.locator(".edit .ways .figure").last

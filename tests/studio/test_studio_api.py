@@ -10,6 +10,7 @@ from typing import Any
 
 import httpx2
 import pytest
+from own_loop import awaited
 from starlette.testclient import TestClient
 
 from leafcut import cli
@@ -150,7 +151,10 @@ def test_however_many_wait_for_their_answers_the_others_are_answered(
 
     async def ask() -> None:
         transport = httpx2.ASGITransport(make_api(studio))
-        async with httpx2.AsyncClient(transport=transport, base_url="http://studio", timeout=60) as client:
+        async with (
+            asyncio.timeout(50),
+            httpx2.AsyncClient(transport=transport, base_url="http://studio", timeout=60) as client,
+        ):
             waiting = [asyncio.create_task(client.post("/api/solve", data={"source": "random:9:1"})) for _ in range(60)]
             while len(studio.jobs.running()) < 60:
                 await asyncio.sleep(0.01)
@@ -160,7 +164,7 @@ def test_however_many_wait_for_their_answers_the_others_are_answered(
             assert {answer.status_code for answer in await asyncio.gather(*waiting)} == {200}
 
     try:
-        asyncio.run(asyncio.wait_for(ask(), 50))
+        awaited(ask())
     finally:
         release.set()
 

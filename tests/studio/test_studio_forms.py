@@ -11,6 +11,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from own_loop import awaited
 
 from leafcut import api, cli
 from leafcut.errors import OptionError, ReadError
@@ -310,7 +311,7 @@ def test_what_an_older_reading_found_is_not_the_newest() -> None:
         release.set()
         return [await first, second]
 
-    assert asyncio.run(open_both()) == [("first", "", False), (None, "second.dxf: is empty", True)]
+    assert awaited(open_both()) == [("first", "", False), (None, "second.dxf: is empty", True)]
     assert ready == [False, False]
 
 

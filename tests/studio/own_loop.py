@@ -1,0 +1,15 @@
+"""An event loop of its own: in the thread of the tests, the one of a browser may be running."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+Made = TypeVar("Made")
+
+
+def awaited(work: Coroutine[object, object, Made]) -> Made:
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(asyncio.run, work).result()
