@@ -43,6 +43,24 @@ STOPS = """async (stops) => {
   });
 }"""
 
+#: The numbers that are written beside the stops now, each with its place on the drawing.
+NUMBERS = """async () => {
+  const { whenThere } = await import("leafcut-canvas/registry.js");
+  const id = Number(document.querySelector(".frame .lc-drawing").parentElement.id.replace(/\\D+/g, ""));
+  const drawing = await new Promise((done) => whenThere(id, done)), pen = CanvasRenderingContext2D.prototype;
+  while (drawing._request) await new Promise(requestAnimationFrame);
+  const { fillText } = pen, written = {};
+  pen.fillText = function (words, x, y) {
+    if (this.textAlign === "left" && /^\\d+\\D?$/.test(words)) written[`${Math.round(x)},${Math.round(y)}`] = words;
+    return fillText.call(this, words, x, y);
+  };
+  drawing.panes[1].invalidate("marks");
+  drawing._wake();
+  while (drawing._request) await new Promise(requestAnimationFrame);
+  pen.fillText = fillText;
+  return written;
+}"""
+
 
 def make_map(page: Page, points: int, algorithm: str) -> None:
     page.get_by_text("Examples and random maps").click()
@@ -212,6 +230,39 @@ def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
     expect(page.locator(".edit")).to_be_hidden()
     assert downloaded(page, "Program")[1] != before
     assert downloaded(page, "What was given")[0] == "plate_10_edited.json"
+
+
+def test_the_drawing_shows_the_order_as_it_is_changed_and_what_is_chosen_has_its_new_number(page: Page) -> None:
+    opened(page, ROOT / "examples" / "plate_10.dxf")
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    run(page)
+    page.get_by_role("button", name="Edit by hand").click()
+    edit, readout = page.locator(".edit"), page.locator(".lc-readout")
+    expect(edit).to_be_visible()
+    places = page.evaluate(STOPS, list(range(10)))
+    page.mouse.click(*places[3])
+    expect(edit).to_contain_text("Chosen: stop 4 ")
+    before = page.evaluate(NUMBERS)
+    assert len(before) > 2
+    edit.get_by_role("button", name="Reverse").click()
+    expect(edit).to_contain_text("Chosen: stop 7 ")
+    wait_for(page, lambda: page.evaluate(NUMBERS) != before)
+    after = page.evaluate(NUMBERS)
+    both = before.keys() & after.keys()
+    assert len(both) > 1
+    assert all(int(before[place]) + int(after[place]) == 11 for place in both)
+    page.mouse.move(*places[9])
+    expect(readout).to_contain_text("no. 1")
+    edit.get_by_role("button", name="First").click()
+    expect(edit).to_contain_text("Chosen: stop 1 ")
+    page.mouse.move(*places[9])
+    expect(readout).to_contain_text("no. 2")
+    edit.get_by_role("button", name="Free the rest").click()
+    expect(edit).to_contain_text("1 of 10 are held")
+    expect(edit.locator(".shorter, .longer")).to_have_count(0)
+    wait_for(page, lambda: set(page.evaluate(NUMBERS).values()) == {"1"})
+    page.mouse.click(*places[0])
+    expect(edit).to_contain_text("Chosen: a stop that the search orders")
 
 
 def test_a_cut_is_chosen_by_its_pierce_begun_elsewhere_and_written_by_the_plan_that_is_given(

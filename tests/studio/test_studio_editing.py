@@ -12,7 +12,7 @@ import leafcut
 from leafcut.errors import OptionError
 from leafcut.read.order_file import load_order
 from leafcut.studio.app import Studio
-from leafcut.studio.editing import CutOrder, HoleOrder, cuts_one_by_one
+from leafcut.studio.editing import CutOrder, HoleOrder, Stop, cuts_one_by_one
 from leafcut.studio.history import State
 from leafcut.studio.panel_edit import can_be_edited, edited_of
 from leafcut.studio.task import Task
@@ -34,7 +34,8 @@ def test_a_hole_takes_the_place_of_the_one_that_it_is_dropped_on(tmp_path: Path)
     assert order_of(edited, tmp_path) == {0: (2, 0, 4, 1, 3)}
     edited.move(5, 2)  # as the drawing numbers them still: hole 3 onto hole 2
     assert order_of(edited, tmp_path) == {0: (3, 2, 0, 4, 1)}
-    np.testing.assert_allclose(edited.points()[:, 0], [30, 20, 0, 40, 10])
+    assert [stop.place[0] for stop in edited.stops()] == [30, 20, 0, 40, 10]
+    assert [stop.name for stop in edited.stops()] == [5, 2, 3, 1, 4]
 
 
 def test_changes_are_taken_back_and_made_again_until_another_is_made(tmp_path: Path) -> None:
@@ -58,7 +59,20 @@ def test_what_comes_after_a_hole_is_left_to_the_search(tmp_path: Path) -> None:
     edited = HoleOrder({0: (0, 1, 2), 1: (3, 4)}, XY)
     edited.free_after(2)
     assert order_of(edited, tmp_path) == {0: (0, 1), 1: (3, 4)}
-    assert len(edited.points()) == 4
+    assert [stop.held for stop in edited.stops()] == [True, True, False, True, True]
+
+
+def test_a_hole_put_among_those_that_are_held_is_held_and_one_put_among_the_others_is_not(tmp_path: Path) -> None:
+    edited = HoleOrder({0: (0, 1, 2, 3, 4)}, XY)
+    edited.free_after(2)
+    edited.to_end(4, True)
+    assert order_of(edited, tmp_path) == {0: (3, 0, 1)}
+    edited.move(5, 1)
+    assert order_of(edited, tmp_path) == {0: (3, 4, 0, 1)}
+    edited.move(4, 3)
+    assert order_of(edited, tmp_path) == {0: (4, 0, 1)}
+    edited.to_end(2, False)
+    assert order_of(edited, tmp_path) == {0: (4, 0, 2, 3, 1)}
 
 
 @pytest.mark.parametrize(("stop", "onto", "line"), [(1, 4, "different tools"), (9, 1, "no hole"), (0, 1, "no hole")])
@@ -82,6 +96,8 @@ def test_changes_of_a_plan_are_fixed_in_it_and_nothing_else() -> None:
     assert [cut["fixed"] for cut in cuts] == [["order"], ["order", "start"], ["direction", "order"]]
     assert cuts[2]["direction"] == "counter-clockwise"
     assert cuts[1]["start"] == [5.0, 6.0]
+    assert [stop.sign for stop in edited.stops()] == ["", "", "↺"]
+    assert edited.stops()[1] == Stop(1, (5.0, 6.0), moved=True)
     for _ in range(3):
         assert edited.undo()
     assert json.loads(edited.text()) == json.loads(PLAN)
@@ -94,6 +110,7 @@ def test_what_is_left_to_the_search_comes_after_the_cuts_that_are_held() -> None
     edited.free_after(3)
     cuts = json.loads(edited.text())["cuts"]
     assert [(cut["contours"], cut["fixed"]) for cut in cuts] == [([3], ["ahead", "order"]), ([1], []), ([2], [])]
+    assert [(stop.name, stop.held) for stop in edited.stops()] == [(3, True), (1, False), (2, False)]
 
 
 def test_a_cut_put_first_is_cut_first_and_one_put_last_is_cut_last(studio: Studio) -> None:

@@ -6,6 +6,7 @@ What comes of it is a file that the command line takes, too: an order file, or a
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
@@ -18,8 +19,34 @@ Place = tuple[float, float]
 State = TypeVar("State")
 
 
+@dataclass(frozen=True)
+class Stop:
+    """A stop of an order that is changed.
+
+    Attributes
+    ----------
+    name
+        What it is called in every change: its number in the order that was begun with, from 1.
+    place
+        Where it is, mm.
+    held
+        Whether its place in the order is what will be run; else the search orders it.
+    sign
+        What was changed of it beside the order: ``↻`` or ``↺`` for a direction clockwise or counter-clockwise, ``⇄``
+        for another one; empty for nothing.
+    moved
+        Whether it is elsewhere than the toolpath has it.
+    """
+
+    name: int
+    place: Place
+    held: bool = True
+    sign: str = ""
+    moved: bool = False
+
+
 class Edited(Protocol):
-    """What the page needs of an order that is changed; stops are numbered from 1 as the drawing shows them."""
+    """What the page needs of an order that is changed; stops are called as in `Stop.name`."""
 
     #: The option that takes the file.
     option: str
@@ -45,8 +72,8 @@ class Edited(Protocol):
     def redo(self) -> bool:
         """Make the last change again that was taken back; return whether there was one."""
 
-    def points(self) -> NDArray[np.float64]:
-        """Return the places in their order, float64[n, 2], mm."""
+    def stops(self) -> list[Stop]:
+        """Return all stops in the order as it is now."""
 
     def text(self) -> str:
         """Return the file."""
@@ -112,16 +139,21 @@ class HoleOrder(Steps[Orders]):
         if k != other:
             raise OptionError("these two holes are drilled by different tools; an order is changed within one tool")
         holes, held = list(self.state[k][0]), self.state[k][1]
-        to = holes.index(target)
+        at, to = holes.index(hole), holes.index(target)
         holes.remove(hole)
         holes.insert(to, hole)
-        self._with(k, holes, held)
+        # What comes among the held ones is held, what comes among the others is not.
+        self._with(k, holes, held + (to < held) - (at < held))
 
     def to_end(self, stop: int, first: bool) -> None:
         """Put a hole first or last; to be last, it needs all others held before it."""
         k, hole = self._at(stop)
-        rest = [h for h in self.state[k][0] if h != hole]
-        self._with(k, [hole, *rest] if first else [*rest, hole], self.state[k][1] if first else len(rest) + 1)
+        holes, held = self.state[k]
+        rest = [h for h in holes if h != hole]
+        if first:
+            self._with(k, [hole, *rest], held + (holes.index(hole) >= held))
+        else:
+            self._with(k, [*rest, hole], len(holes))
 
     def reverse(self, stop: int) -> None:
         """Turn the order of an operation round."""
@@ -137,10 +169,14 @@ class HoleOrder(Steps[Orders]):
         k, hole = self._at(stop)
         self._with(k, list(self.state[k][0]), self.state[k][0].index(hole) + 1)
 
-    def points(self) -> NDArray[np.float64]:
-        """Return the places of all holes that are held, in their order."""
-        holes = [hole for order, held in self.state for hole in order[:held]]
-        return self._xy[np.array(holes, dtype=np.int64)].reshape(-1, 2)
+    def stops(self) -> list[Stop]:
+        """Return all holes in their order."""
+        names = {stop: name for name, stop in enumerate(self._stops, 1)}
+        return [
+            Stop(names[k, hole], (float(self._xy[hole, 0]), float(self._xy[hole, 1])), at < held)
+            for k, (holes, held) in enumerate(self.state)
+            for at, hole in enumerate(holes)
+        ]
 
     def text(self) -> str:
         """Return the order file."""
@@ -155,6 +191,8 @@ _OTHER = {
     "backward": "forward",
 }
 
+_SIGNS = {"clockwise": "↻", "counter-clockwise": "↺"}
+
 
 class CutOrder(Steps[tuple[str, ...]]):
     """The cuts of a plan file; what is changed by hand is fixed in it, the rest is found around it."""
@@ -166,6 +204,7 @@ class CutOrder(Steps[tuple[str, ...]]):
         # Rows know their number as drawn: they move.
         rows = [json.dumps({**row, "number": k}) for k, row in enumerate(self._plan["cuts"], 1)]
         super().__init__(tuple(rows))
+        self._starts = {row["number"]: row["start"] for row in self._rows() if "start" in row}
 
     def _rows(self) -> list[dict[str, Any]]:
         return [json.loads(row) for row in self.state]
@@ -228,9 +267,20 @@ class CutOrder(Steps[tuple[str, ...]]):
         self._fix(rows[at], "ahead")
         self._keep(rows)
 
-    def points(self) -> NDArray[np.float64]:
-        """Return where the cuts begin, in their order."""
-        return np.array([row["start"] for row in self._rows()], dtype=np.float64).reshape(-1, 2)
+    def stops(self) -> list[Stop]:
+        """Return all cuts in their order, each where it begins; while no order is fixed, that found is held."""
+        rows = self._rows()
+        free = any("order" in row["fixed"] for row in rows)
+        return [
+            Stop(
+                row["number"],
+                (float(row["start"][0]), float(row["start"][1])),
+                not free or "order" in row["fixed"],
+                _SIGNS.get(row.get("direction", ""), "⇄") if "direction" in row["fixed"] else "",
+                row["start"] != self._starts[row["number"]],
+            )
+            for row in rows
+        ]
 
     def text(self) -> str:
         """Return the plan file."""

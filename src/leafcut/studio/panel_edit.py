@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import json
+import math
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from nicegui.events import GenericEventArguments
-from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError
 from leafcut.studio.canvas import Canvas
-from leafcut.studio.editing import CutOrder, Edited, HoleOrder, cuts_one_by_one
+from leafcut.studio.editing import CutOrder, Edited, HoleOrder, Stop, cuts_one_by_one
 from leafcut.studio.elements import box, button, text
 from leafcut.studio.history import History, Record
-from leafcut.studio.scene import path_scene
+from leafcut.studio.scene import edited_scene
 from leafcut.studio.view import View
 from leafcut.units import format_length
 
@@ -78,11 +79,11 @@ class EditPanel:
         if self.edited is None:
             self.page.say(self.view.words("edit.cannot"), True)
             return
-        self._stop, self._before = 0, _length(self.edited.points())
+        self._stop, self._before = 0, _length(self.edited.stops())
+        self.canvas.select(None)
         self.place.set_visibility(True)
         self.canvas.set_editable(True)
         self.hint.set_text(self.view.words("edit.hint_cuts" if isinstance(self.edited, CutOrder) else "edit.hint"))
-        self.chosen.set_text("")
         self._draw()
 
     def end(self) -> None:
@@ -97,8 +98,17 @@ class EditPanel:
     def select(self, event: GenericEventArguments) -> None:
         """Note which stop is meant."""
         self._stop = int((event.args or {}).get("stop") or 0)
-        if self.edited is not None and self._stop:
-            self.chosen.set_text(self.view.words("edit.chosen", number=self._stop))
+        if self.edited is not None:
+            self._tell_chosen(self.edited.stops())
+
+    def _tell_chosen(self, stops: list[Stop]) -> None:
+        """Say which stop is chosen, by its number in the order as it is now."""
+        w = self.view.words
+        at = next((k for k, stop in enumerate(stops) if stop.name == self._stop), None)
+        if at is None:
+            self.chosen.set_text("")
+        else:
+            self.chosen.set_text(w("edit.chosen", number=at + 1) if stops[at].held else w("edit.chosen_free"))
 
     def drag(self, event: GenericEventArguments) -> None:
         """Do what was dragged."""
@@ -133,8 +143,16 @@ class EditPanel:
         """Show the order as it is now, and how long its straight ways are."""
         if self.edited is None:
             return
-        points, w = self.edited.points(), self.view.words
-        length = _length(points)
+        stops, w = self.edited.stops(), self.view.words
+        self.canvas.show(edited_scene(stops), "live")
+        self._tell_chosen(stops)
+        length, held = _length(stops), sum(stop.held for stop in stops)
+        if held < len(stops):
+            # The ways of some are no measure of those of all.
+            self.length.set_text(w("edit.held", held=held, count=len(stops), length=format_length(length)))
+            self.change.set_text("")
+            self.change.classes(replace="figure quiet")
+            return
         more = length - self._before
         self.length.set_text(w("edit.length", length=format_length(length)))
         changed = abs(more) > _SAME and self._before > 0.0
@@ -146,7 +164,6 @@ class EditPanel:
         )
         self.change.set_text(w("edit.change", **figures) if changed else w("edit.unchanged"))
         self.change.classes(replace=f"figure {'quiet' if not changed else 'longer' if more > 0 else 'shorter'}")
-        self.canvas.show(path_scene(points), "live")
 
     def _write(self) -> None:
         """Run with the order as it is now: measured, written and proved as ever."""
@@ -169,6 +186,6 @@ def can_be_edited(history: History, record: Record, files: dict[str, str]) -> bo
     return any(name in files for name in _EDITABLE)
 
 
-def _length(points: NDArray[np.float64]) -> float:
-    """Return how long the straight ways through places are, mm."""
-    return float(np.hypot(*np.diff(points, axis=0).T).sum()) if len(points) > 1 else 0.0
+def _length(stops: list[Stop]) -> float:
+    """Return how long the straight ways between stops that are held are, mm."""
+    return sum(math.dist(one.place, other.place) for one, other in pairwise(stops) if one.held and other.held)

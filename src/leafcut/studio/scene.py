@@ -47,7 +47,10 @@ with the header's ``seconds``, ``rapid_mm``, ``cut_mm``, ``kerf`` (mm, 0: none),
 ``which`` (``before``, ``after``), and ``cleared``, how wide a mill clears (mm, 0: not told). Where ``unitless`` is
 true, of a map or a tour through one, no number is in mm or s.
 
-Blocks of a ``path``, the best one of a search that goes on: ``point`` f4 × 2, in the order of their visit.
+Blocks of a ``path``, the best one of a search that goes on: ``point`` f4 × 2, in the order of their visit. Of an order
+that is changed by hand also ``visit`` u4, the number that the toolpath has for each of them, from 1, ``held`` u1,
+whether its place in the order is held, and ``moved`` u1, whether it is elsewhere than there; the header's ``signs``
+(index of a point → sign) stand beside the numbers.
 
 Blocks of a ``pheromone``: ``point`` f4 × 2, ``edge`` u4 × 2 and ``strength`` f4, 0 … 1; of a ``strength``, which
 follows it for the same edges, ``strength`` alone.
@@ -58,7 +61,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -77,6 +80,7 @@ from leafcut.model.toolpath import Toolpath
 from leafcut.report.drawing import Which
 from leafcut.report.playback import Playback, outcome_playback, playback
 from leafcut.report.wording import clean
+from leafcut.studio.editing import Stop
 
 MAGIC = b"LCSCENE1"
 
@@ -211,6 +215,19 @@ def path_scene(points: ArrayLike) -> bytes:
     """Return a path through places (float[n, 2], mm) in the order of their visit."""
     header, point = _points(points)
     return packed({**header, "kind": "path", "name": "path"}, {"point": ("f4", point)})
+
+
+def edited_scene(stops: Sequence[Stop]) -> bytes:
+    """Return an order that is changed by hand, as a path that knows its numbers."""
+    header, point = _points([stop.place for stop in stops])
+    signs = {str(k): stop.sign for k, stop in enumerate(stops) if stop.sign}
+    columns: Columns = {
+        "point": ("f4", point),
+        "visit": ("u4", np.array([stop.name for stop in stops], dtype=np.int64)),
+        "held": ("u1", np.array([stop.held for stop in stops], dtype=np.bool_)),
+        "moved": ("u1", np.array([stop.moved for stop in stops], dtype=np.bool_)),
+    }
+    return packed({**header, "kind": "path", "name": "path", "signs": signs}, columns)
 
 
 def _points(points: ArrayLike) -> tuple[dict[str, Any], NDArray[np.float64]]:

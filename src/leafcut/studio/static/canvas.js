@@ -126,7 +126,7 @@ export class Drawing {
   fit() { this.view.fit(this._extents(), this._insets()); }
 
   setMode(mode) {
-    if (!MODES.includes(mode) || !this._modes().includes(mode)) return;
+    if (!MODES.includes(mode) || !this.modes.includes(mode)) return;
     this.mode = this._chosen = mode;
     this._arrange();
     if (this.view.fitted) this.fit();
@@ -135,7 +135,7 @@ export class Drawing {
 
   /** Show the next of what can be compared: before, after, side by side, overlaid. */
   nextMode() {
-    const modes = MODES.filter((mode) => this._modes().includes(mode));
+    const modes = MODES.filter((mode) => this.modes.includes(mode));
     if (modes.length) this.setMode(modes[(modes.indexOf(this.mode) + 1) % modes.length]);
   }
 
@@ -222,7 +222,7 @@ export class Drawing {
     const scene = what?.which ? this.tracks[what.which]?.scene : null;
     if (what) this._say(describe(what, this._paneOf(what), this.words));
     const known = what?.row !== undefined && scene;
-    this.emit("select", what && { ...what, line: known ? scene.line[what.row] : 0, stop: known ? scene.stopOf(what.row) : 0 });
+    this.emit("select", what && { ...what, line: known ? scene.line[what.row] : 0, stop: what.stop ?? (known ? scene.stopOf(what.row) : 0) });
     this._wake();
   }
 
@@ -241,6 +241,11 @@ export class Drawing {
   grab(pane, px, py) {
     if (!this.editable || !pane.main) return;
     const { scene } = pane.main, reach = 9 / this.view.scale, x = this.view.mmX(px), y = this.view.mmY(py);
+    if (pane.edited) {
+      const found = pane.edited.near(x, y, reach), what = scene.pierce.length ? "pierce" : "order";
+      if (found) pane.drag = { what, ...found, to: found.from };
+      return;
+    }
     const pierced = scene.pierceNear(x, y, reach);
     if (pierced) {
       pane.drag = { what: "pierce", ...pierced, to: pierced.from };
@@ -266,20 +271,22 @@ export class Drawing {
     this._wake();
     if (cancelled || !drag) return;
     const reach = 12 / this.view.scale, [x, y] = drag.to;
-    const onto = drag.what === "pierce" ? pane.main.scene.pierceNear(x, y, reach)?.number : pane.stopNear(x, y, reach) + 1;
+    const onto = pane.edited ? pane.edited.near(x, y, reach)?.number : drag.what === "pierce" ? pane.main.scene.pierceNear(x, y, reach)?.number : pane.stopNear(x, y, reach) + 1;
     this.emit("drag", { ...drag, onto: onto || null, which: pane.main.scene.header.which });
   }
 
   // What is where.
 
-  _modes() {
+  /** What of the toolpaths can be shown: one, or both in several ways. */
+  get modes() {
     const { before, after } = this.tracks;
+    if (this.scenes.live?.visit && after) return ["after"]; // what is changed by hand is the order of this one
     return before && after ? MODES : before ? ["before"] : ["after"];
   }
 
   /** Give every pane what it shows. */
   _arrange() {
-    if (!this._modes().includes(this.mode)) this.mode = this._modes()[0];
+    if (!this.modes.includes(this.mode)) this.mode = this.modes[0];
     const { before, after } = this.tracks, [left, right] = this.panes, side = this.mode === "side";
     left.host.hidden = !side;
     for (const pane of this.panes) {

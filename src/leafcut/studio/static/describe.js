@@ -19,16 +19,32 @@ export function describe(what, pane, words) {
     const [code, , message, place] = pane.part.header.issues[what.issue];
     return [code, message, place].filter(Boolean);
   }
+  if (what.stop && what.hole === undefined) return describeStop(what, pane, words);
   return what.hole !== undefined ? describeHole(what, pane, words) : describeMove(what.row, pane.main.scene, words);
 }
 
-function describeHole({ hole, row }, { part, main }, words) {
+/** Return the place in the order that is changed by hand of a stop of the toolpath; nothing where the search orders it. */
+function describeOrder(stop, { edited }, words) {
+  const k = edited?.indexOf(stop) ?? -1;
+  return k >= 0 && edited.held[k] ? [`${words.ordered} ${edited.label(k)}`] : [];
+}
+
+function describeStop({ stop }, pane, words) {
+  const { edited } = pane, k = edited?.indexOf(stop) ?? -1;
+  if (k < 0) return [];
+  const x = edited.x1(k) + edited.origin[0], y = edited.y1(k) + edited.origin[1];
+  return [words.cut, `X ${mm(x)}  Y ${mm(y)}`, ...describeOrder(stop, pane, words)];
+}
+
+function describeHole({ hole, row, stop }, pane, words) {
+  const { part, main } = pane;
   const x = part.hole[3 * hole] + part.origin[0], y = part.hole[3 * hole + 1] + part.origin[1];
   const diameter = part.hole[3 * hole + 2], tool = part.holeTool[hole], said = [`${part.header.unitless ? words.point : words.hole} ${hole + 1}`];
   if (diameter > 0) said.push(`Ø ${mm(diameter)}`);
   said.push(`X ${mm(x)}  Y ${mm(y)}`);
   if (tool) said.push(main?.scene.toolWords(tool) || `T${tool}`);
-  if (row !== undefined) {
+  if (pane.edited) said.push(...describeOrder(stop, pane, words));
+  else if (row !== undefined) {
     said.push(`${words.ordered} ${main.scene.stop.indexOf(row) + 1}`);
     if (main.scene.line[row]) said.push(`${words.line} ${main.scene.line[row]}`);
   }

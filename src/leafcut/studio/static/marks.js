@@ -1,7 +1,6 @@
 // Grid, axes, scale bar, arrows, numbers and the tool: what stands on the drawing and keeps its size.
 
 import { niceStep, tickWords } from "./view.js";
-import { DARK, RAPID } from "./scene.js";
 
 export const FONT = '500 11px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif';
 const NUMBER_FONT = '600 11px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif';
@@ -139,8 +138,7 @@ export function* paintArrows(ctx, frame, scene, colour) {
   const path = new Path2D();
   for (let row = 1; row < scene.rows; row++) {
     if (row % 20000 === 0) yield 400;
-    const what = scene.doing[row];
-    if (what !== RAPID && what !== DARK) continue;
+    if (!scene.idle(row)) continue;
     const x0 = scene.x0(row), y0 = scene.y0(row), dx = scene.x1(row) - x0, dy = scene.y1(row) - y0;
     const length = Math.hypot(dx, dy);
     if (!(length >= least)) continue;
@@ -159,21 +157,10 @@ export function* paintArrows(ctx, frame, scene, colour) {
   yield 50;
 }
 
-/** Return the stops in the order in which they get a number: ends, then hundreds, tens, fives, all. */
-export function numberOrder(count) {
-  const levels = [[], [], [], [], []];
-  for (let k = 0; k < count; k++) {
-    const number = k + 1;
-    const level = k === 0 || k === count - 1 ? 0 : number % 100 === 0 ? 1 : number % 10 === 0 ? 2 : number % 5 === 0 ? 3 : 4;
-    levels[level].push(k);
-  }
-  return levels.flat();
-}
-
 /** Return how many numbers may be written where stops are so many pixels apart: none but the ends on a dense field. */
 function mostNumbers(apart) { return apart > 15 ? 900 : apart > 9 ? 40 : 2; }
 
-/** Yield while writing the numbers of the stops, as many as have room; `radius(stop)` of the hole there, mm. */
+/** Yield while writing the numbers of the stops, as many as have room; `radius(x, y)` of the hole there, mm. */
 export function* paintNumbers(ctx, frame, scene, order, colours, radius) {
   const seen = frame.seen, [ox, oy] = scene.origin, shown = [];
   for (let k = 0; k < order.length; k++) {
@@ -191,10 +178,10 @@ export function* paintNumbers(ctx, frame, scene, order, colours, radius) {
   let written = 0;
   for (const [stop, x, y] of shown) {
     // Outside of the hole, to the upper right, as long as that is near enough to belong to it.
-    const off = Math.min(Math.max(radius(stop) * frame.scale * 0.75 + 2, 5), 60), px = frame.toX(x) + off, py = frame.toY(y) - off;
+    const off = Math.min(Math.max(radius(x, y) * frame.scale * 0.75 + 2, 5), 60), px = frame.toX(x) + off, py = frame.toY(y) - off;
     if (written >= most) break;
     if (!room.take(px, py)) continue;
-    haloed(ctx, String(stop + 1), px, py, colours.ink, colours.card);
+    haloed(ctx, scene.label(stop), px, py, colours.ink, colours.card);
     if (++written % 50 === 0) yield 600;
   }
   yield 20;
@@ -213,11 +200,10 @@ function spread(shown, frame, screen) {
   return Math.sqrt(Math.min(area, 2 * screen) / Math.max(shown.length, 1));
 }
 
-/** Draw a ring round the first stop and a square round the last one. */
-export function drawEnds(ctx, frame, scene, colours) {
-  if (!scene.stop.length) return;
+/** Draw a ring round the first stop and a square round the last one, numbered from 0. */
+export function drawEnds(ctx, frame, scene, colours, first, last) {
   frame.inPixels(ctx);
-  const places = [scene.stopPlace(0), scene.stopPlace(scene.stop.length - 1)];
+  const places = [scene.stopPlace(first), scene.stopPlace(last)];
   for (const [colour, width] of [[colours.card, 5], [colours.ink, 2]]) {
     ctx.strokeStyle = colour;
     ctx.lineWidth = width;

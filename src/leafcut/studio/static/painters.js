@@ -155,7 +155,7 @@ export function* paintPaths(ctx, frame, pane) {
     if (pane.layers.cuts) paintLeads(ctx, frame, track.scene, style);
     ctx.globalAlpha = 1;
   }
-  if (pane.live && pane.layers.rapids) yield* paintLive(ctx, frame, pane.live, pane.colours);
+  if (pane.live && pane.layers.rapids) yield* paintLive(ctx, frame, pane.edited ?? pane.live, pane.colours);
 }
 
 /** Yield while painting the best path of a search that goes on. */
@@ -267,12 +267,15 @@ export function paintMore(ctx, frame, pane, first, end) {
 
 /** Yield while painting what stands on the paths: arrows, pierces, first and last stop, numbers, issues. */
 export function* paintMarks(ctx, frame, pane) {
-  const { layers, colours, main } = pane;
-  if (main) {
-    if (layers.arrows && layers.rapids) yield* paintArrows(ctx, frame, main.scene, colours.rapid);
-    if (layers.cuts) yield* paintPierces(ctx, frame, main.scene, colours);
-    drawEnds(ctx, frame, main.scene, colours);
-    if (layers.numbers) yield* paintNumbers(ctx, frame, main.scene, main.numbers, colours, (stop) => pane.holeRadius(stop));
+  const { layers, colours, main, edited } = pane, scene = edited ?? main?.scene;
+  if (scene) {
+    const ends = edited ? [edited.held[0] - 1, edited.held.at(-1) ? edited.rows - 1 : -1] : [0, scene.stop.length - 1];
+    if (layers.arrows && layers.rapids) yield* paintArrows(ctx, frame, scene, colours.rapid);
+    if (layers.cuts && main?.scene.pierce.length) yield* paintPierces(ctx, frame, scene, colours);
+    drawEnds(ctx, frame, scene, colours, ...ends);
+    if (layers.numbers) {
+      yield* paintNumbers(ctx, frame, scene, (edited ?? main).numbers, colours, (x, y) => pane.holeRadius(x, y));
+    }
   }
   if (layers.extents) paintExtents(ctx, frame, pane);
   if (layers.issues && pane.part) paintIssues(ctx, frame, pane.part, colours);

@@ -1,11 +1,11 @@
 // A pane: one canvas with one or two toolpaths over a part, drawn from cached pictures.
 
 import { Buffer, Frame, budget } from "./buffer.js";
-import { drawGrid, drawRulers, drawScaleBar, drawTool, numberOrder } from "./marks.js";
+import { drawGrid, drawRulers, drawScaleBar, drawTool } from "./marks.js";
 import { distanceToMove, gridOfHoles, gridOfMoves, nearest } from "./near.js";
 import { paintDone, paintGround, paintMarks, paintMore, paintPaths } from "./painters.js";
 import { PartPaths, ToolpathPaths, pathsOfRows } from "./paths.js";
-import { DARK, RAPID, STAND } from "./scene.js";
+import { DARK, RAPID, STAND, numberOrder } from "./scene.js";
 import { coloursOf } from "./theme.js";
 
 const PALE = 0.3;
@@ -85,8 +85,11 @@ export class Pane extends EventTarget {
 
   setLive(scene) {
     this.live = scene;
-    this.invalidate("path");
+    this.invalidate("path", "marks");
   }
+
+  /** The order that is changed by hand: what is numbered, marked and taken hold of, in place of the toolpath's. */
+  get edited() { return this.live?.visit && this.main ? this.live.settled(this.main.scene) : null; }
 
   get extents() {
     const every = [this.part, this.pheromone, this.live, ...this.tracks.map((track) => track.scene)].filter((s) => s?.extents).map((s) => s.extents);
@@ -195,7 +198,9 @@ export class Pane extends EventTarget {
   _highlight(ctx, frame, what, colour, alpha) {
     ctx.globalAlpha = alpha;
     if (what.hole !== undefined && this.part && what.hole < this.part.holes) this._ringHole(ctx, frame, what.hole, colour);
-    if (what.row !== undefined && what.which === this.main?.scene.header.which) this._strokeRows(ctx, frame, what.row, colour);
+    const drawn = what.row !== undefined && what.which === this.main?.scene.header.which;
+    if (drawn && !(this.edited && this.main.scene.idle(what.row))) this._strokeRows(ctx, frame, what.row, colour);
+    if (this.edited && what.stop) this._strokeWay(ctx, frame, this.edited.indexOf(what.stop), colour);
     ctx.globalAlpha = 1;
   }
 
@@ -227,6 +232,25 @@ export class Pane extends EventTarget {
     ctx.fill();
   }
 
+  /** Draw the way to a stop as the order is now, and the stop. */
+  _strokeWay(ctx, frame, k, colour) {
+    const { edited } = this, [ox, oy] = edited.origin, px = frame.toX(edited.x1(k) + ox), py = frame.toY(edited.y1(k) + oy);
+    if (k < 0) return;
+    frame.inPixels(ctx);
+    ctx.strokeStyle = ctx.fillStyle = colour;
+    ctx.lineWidth = 3.4;
+    ctx.lineCap = "round";
+    ctx.beginPath();
+    if (edited.idle(k)) {
+      ctx.moveTo(frame.toX(edited.x0(k) + ox), frame.toY(edited.y0(k) + oy));
+      ctx.lineTo(px, py);
+      ctx.stroke();
+    }
+    ctx.beginPath();
+    ctx.arc(px, py, 4, 0, 2 * Math.PI);
+    ctx.fill();
+  }
+
   _dragLine(ctx) {
     const { from, to } = this.drag;
     ctx.strokeStyle = this.colours.accent;
@@ -242,8 +266,19 @@ export class Pane extends EventTarget {
     ctx.stroke();
   }
 
-  /** Return what is at a place on the screen: { issue }, { hole, row, which } or { row, which }, or null. */
+  /** Return what is at a place on the screen: { issue }, { hole, row, which } or { row, which }, or null; of an order
+   *  that is changed with the `stop`: its number in the toolpath, from 1. */
   pick(px, py) {
+    const found = this._pick(px, py), { edited } = this;
+    if (!edited || found?.issue !== undefined) return found;
+    const reach = REACH / this.view.scale, near = edited.near(this.view.mmX(px), this.view.mmY(py), reach);
+    if (!near && found?.hole === undefined) return found && { ...found, stop: this.main.scene.stopOf(found.row) };
+    const { part } = this, hole = found?.hole, at = hole === undefined ? near : edited.near(
+      part.hole[3 * hole] + part.origin[0], part.hole[3 * hole + 1] + part.origin[1], 0.02) ?? near;
+    return at ? { ...found, stop: at.number, which: this.main.scene.header.which } : found;
+  }
+
+  _pick(px, py) {
     const x = this.view.mmX(px), y = this.view.mmY(py), reach = REACH / this.view.scale;
     const issue = this.layers.issues ? this._pickIssue(x, y, reach) : -1;
     if (issue >= 0) return { issue };
@@ -254,7 +289,7 @@ export class Pane extends EventTarget {
     const [ox, oy] = main.scene.origin;
     const [row] = nearest(main.grid, x - ox, y - oy, reach, (item) => {
       const rapid = main.scene.doing[item] === RAPID || main.scene.doing[item] === DARK;
-      if (!this.layers[rapid ? "rapids" : "cuts"]) return Infinity;
+      if (!this.layers[rapid ? "rapids" : "cuts"] || (rapid && this.edited)) return Infinity;
       return distanceToMove(main.scene, item, x - ox, y - oy) + (rapid ? reach * 0.2 : 0);
     });
     return row >= 0 ? { row, which: main.scene.header.which } : null;
@@ -294,11 +329,10 @@ export class Pane extends EventTarget {
     return stop < 0 ? undefined : main.scene.stop[stop];
   }
 
-  /** Return the radius of the largest hole at a stop, mm; 0 where there is none. */
-  holeRadius(stop) {
+  /** Return the radius of the largest hole at a place, mm; 0 where there is none. */
+  holeRadius(atX, atY) {
     if (!this.part?.holes) return 0;
-    const [sx, sy] = this.main.scene.stopPlace(stop), [mx, my] = this.main.scene.origin, [ox, oy] = this.part.origin;
-    const x = sx + mx - ox, y = sy + my - oy, { hole } = this.part;
+    const x = atX - this.part.origin[0], y = atY - this.part.origin[1], { hole } = this.part;
     let radius = 0;
     this._holesGrid().grid.around(x, y, 0.05, (k) => {
       if (Math.hypot(hole[3 * k] - x, hole[3 * k + 1] - y) <= 0.05) radius = Math.max(radius, hole[3 * k + 2] / 2);

@@ -183,24 +183,100 @@ export class ToolpathScene extends Scene {
     return row > 0 ? [this.x0(row), this.y0(row)] : [NaN, NaN];
   }
 
+  /** Whether a row is a way without work, that an arrow may show. */
+  idle(row) { return this.doing[row] === RAPID || this.doing[row] === DARK; }
+
+  /** Return the number that is written at a stop. */
+  label(stop) { return String(stop + 1); }
+
   toolWords(tool) { return this.header.tools?.[tool] ?? (tool ? `T${tool}` : ""); }
 }
 
-/** The best path of a search that goes on. */
+/** The best path of a search that goes on, or an order that is changed by hand: then it has `visit`. */
 export class PathScene extends Scene {
   constructor(header, blocks) {
     super(header, blocks);
     this.point = blocks.point;
+    this.visit = blocks.visit ?? null;
+    this.held = blocks.held ?? null;
+    this.rows = this.point.length / 2;
   }
+
+  x0(k) { return this.point[2 * k - 2]; }
+  y0(k) { return this.point[2 * k - 1]; }
+  x1(k) { return this.point[2 * k]; }
+  y1(k) { return this.point[2 * k + 1]; }
+
+  /** Whether there is a way to a point from the one before: none to where the search goes as it finds best. */
+  idle(k) { return k > 0 && (!this.held || Boolean(this.held[k] && this.held[k - 1])); }
 
   /** The path to draw, made once; none where all is on one place. */
   get path() {
     if (this._path) return this._path;
-    const { point } = this;
     this._path = new Path2D();
-    for (let k = 0; k < point.length; k += 2) this._path.lineTo(point[k], point[k + 1]);
+    for (let k = 0; k < this.rows; k++) {
+      if (this.idle(k)) this._path.lineTo(this.x1(k), this.y1(k));
+      else this._path.moveTo(this.x1(k), this.y1(k));
+    }
     return this._path;
   }
+
+  /** The points in the order in which their numbers are written; none for those that the search orders. */
+  get numbers() { return (this._numbers ??= numberOrder(this.rows).filter((k) => this.held[k])); }
+
+  /** The points as a toolpath has its pierces. */
+  get pierce() {
+    const pierce = new Float32Array(3 * this.rows);
+    for (let k = 0; k < this.rows; k++) pierce.set([this.x1(k), this.y1(k), this.visit[k]], 3 * k);
+    return pierce;
+  }
+
+  stopPlace(k) { return k >= 0 && k < this.rows ? [this.x1(k), this.y1(k)] : [NaN, NaN]; }
+
+  label(k) { return `${k + 1}${this.header.signs[k] ?? ""}`; }
+
+  /** Put what is a pierce of a toolpath where that has it: beside its contour, unless it was moved; return itself. */
+  settled(toolpath) {
+    if (this._settled === toolpath) return this;
+    this._settled = toolpath;
+    this._path = null;
+    const { pierce, origin } = toolpath, at = new Map();
+    for (let k = 0; k < pierce.length; k += 3) at.set(pierce[k + 2], k);
+    for (let k = 0; k < this.rows; k++) {
+      const found = at.get(this.visit[k]);
+      if (found === undefined || this.blocks.moved[k]) continue;
+      this.point[2 * k] = pierce[found] + origin[0] - this.origin[0];
+      this.point[2 * k + 1] = pierce[found + 1] + origin[1] - this.origin[1];
+    }
+    return this;
+  }
+
+  /** Return where a stop of the toolpath is in the order now, from 0, or -1. */
+  indexOf(number) { return this.visit.indexOf(number); }
+
+  /** Return number (that of the toolpath, from 1) and place of the nearest stop within `reach` mm, or null. */
+  near(x, y, reach) {
+    let best = null, least = reach;
+    for (let k = 0; k < this.rows; k++) {
+      const from = [this.x1(k) + this.origin[0], this.y1(k) + this.origin[1]], away = Math.hypot(from[0] - x, from[1] - y);
+      if (away < least || (away === least && !best)) {
+        least = away;
+        best = { number: this.visit[k], from };
+      }
+    }
+    return best;
+  }
+}
+
+/** Return the stops in the order in which they get a number: ends, then hundreds, tens, fives, all. */
+export function numberOrder(count) {
+  const levels = [[], [], [], [], []];
+  for (let k = 0; k < count; k++) {
+    const number = k + 1;
+    const level = k === 0 || k === count - 1 ? 0 : number % 100 === 0 ? 1 : number % 10 === 0 ? 2 : number % 5 === 0 ? 3 : 4;
+    levels[level].push(k);
+  }
+  return levels.flat();
 }
 
 /** Edges between points with a strength that changes. */

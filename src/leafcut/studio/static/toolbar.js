@@ -64,7 +64,7 @@ export class Toolbar {
   /** Show the drawing's mode and layers; leave out what there is nothing of. */
   update() {
     const { drawing } = this, { scenes, tracks } = drawing;
-    this.modes.hidden = !(tracks.before && tracks.after);
+    this.modes.hidden = drawing.modes.length < 2;
     for (const button of this.modes.children) {
       const on = button.dataset.mode === drawing.mode;
       button.setAttribute("aria-checked", on);
