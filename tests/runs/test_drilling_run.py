@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import leafcut
-from leafcut.errors import LeafcutError, VerifyError
-from leafcut.read.order_file import order_text
+from leafcut.errors import LeafcutError, PlanError, VerifyError
+from leafcut.read.order_file import drawing_of, order_text
 from leafcut.solve import solve as room
 
 
@@ -83,6 +83,33 @@ def test_what_a_file_does_not_name_is_found_around_it(tmp_path: Path) -> None:
     assert operation.solution.cost == pytest.approx(20.0 + 50.0)
 
 
+PLACES = [(0.0, 0.0), (10.0, 0.0), (20.0, 5.125), (3.175, 7.5)]
+
+
+@pytest.mark.parametrize(
+    ("places", "line"),
+    [
+        (PLACES, ""),
+        ([(x + 0.1 + 0.2, y - 700.3) for x, y in PLACES], ""),  # moved as a whole
+        ([(round(x, 3) + 1e-9, y - 1e-9) for x, y in PLACES], ""),
+        (PLACES[:-1], "with 4 holes; this one has 3;"),
+        ([*PLACES, (50.0, 50.0)], "with 4 holes; this one has 5;"),
+        ([PLACES[1], PLACES[0], *PLACES[2:]], "with 4 holes; this one has as many, in other places;"),
+        ([*PLACES[:-1], (3.275, 7.5)], "with 4 holes; this one has as many, in other places;"),
+    ],
+)
+def test_an_order_is_that_of_one_drawing(tmp_path: Path, places: list[tuple[float, float]], line: str) -> None:
+    plate, given = tmp_path / "plate.csv", tmp_path / "order.json"
+    plate.write_text("x,y,diameter\n" + "".join(f"{x!r},{y!r},3\n" for x, y in places))
+    given.write_text(order_text({0: (2, 0)}, drawing_of(PLACES)))
+    if line:
+        with pytest.raises(PlanError, match=re.escape(line)):
+            leafcut.optimize(plate, units="mm", hole_order=given)
+    else:
+        found = leafcut.optimize(plate, units="mm", preset="fast", hole_order=given)
+        assert found.operations[0].hole_order[:2] == (2, 0)
+
+
 @pytest.mark.parametrize(
     ("text", "line"),
     [
@@ -95,6 +122,8 @@ def test_what_a_file_does_not_name_is_found_around_it(tmp_path: Path) -> None:
         ('{"leafcut_order": 1, "operations": [{"operation": 1, "holes": [9]}]}', "hole 9 is not one that"),
         ('{"leafcut_order": 1, "operations": [{"operation": 1, "holes": [2, 2]}]}', "hole 2 is there twice"),
         ('{"leafcut_order": 1, "operations": [{"holes": [2]}]}', "row 1: "),
+        ('{"leafcut_order": 1, "operations": [], "drawing": 7}', "'drawing': {"),
+        ('{"leafcut_order": 1, "operations": [], "drawing": {"holes": "3", "print": ""}}', "'holes': \"3\" is not"),
         (
             '{"leafcut_order": 1, "operations": [{"operation": 1, "holes": []}, {"operation": 1, "holes": []}]}',
             "operation 1 is there twice",

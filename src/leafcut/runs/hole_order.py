@@ -28,14 +28,21 @@ def wanted_nodes(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
     ReadError
         It is no order file.
     PlanError
-        It names what the program has not, or twice.
+        It is the order of another drawing, or names what the program has not, or twice.
     """
-    from leafcut.read.order_file import load_order
+    from leafcut.read.order_file import drawing_of, load_order
 
     if path is None:
         return {}
+    order, here = load_order(path), drawing_of(plan.part.hole_xy.tolist())
+    if order.drawing is not None and order.drawing != here:
+        has = "as many, in other places" if order.drawing.holes == here.holes else f"{here.holes}"
+        raise PlanError(
+            f"{path}: this is the order of another drawing, with {order.drawing.holes} holes; this one has {has}; "
+            "make a new file for it, or take 'drawing' out of this one if it is meant"
+        )
     found = {}
-    for number, holes in load_order(path).items():
+    for number, holes in order.operations.items():
         what = f"{path}: operation {number + 1}"
         if number >= len(plan.operations):
             raise PlanError(f"{what}: there are {len(plan.operations)}; make a new file")

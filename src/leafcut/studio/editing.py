@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
-from leafcut.read.order_file import order_text
+from leafcut.read.order_file import drawing_of, order_text
 
 Place = tuple[float, float]
 State = TypeVar("State")
@@ -181,7 +181,7 @@ class HoleOrder(Steps[Orders]):
     def text(self) -> str:
         """Return the order file."""
         held = {n: order[:held] for n, (order, held) in zip(self._numbers, self.state, strict=True)}
-        return order_text(held)
+        return order_text(held, drawing_of(self._xy.tolist()))
 
 
 _OTHER = {

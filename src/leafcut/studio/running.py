@@ -142,17 +142,18 @@ def _nest_figures(outcome: NestOutcome) -> dict[str, Any]:
 
 def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
     """Return the order of the holes as a file, and where they are: what can be changed by hand."""
-    from leafcut.read.order_file import order_text
+    from leafcut.read.order_file import drawing_of, order_text
 
     drilled = {n: tuple(o.hole_order) for n, o in enumerate(outcome.operations) if not o.slots}
     count = sum(map(len, drilled.values()))
     # A program of another CAM has no order before it.
     if outcome.process != "drill" or outcome.nearest is None or not 0 < count <= _MOST_HOLES:
         return {}
-    places = json.dumps(outcome.part.hole_xy.tolist()).encode()
+    places = outcome.part.hole_xy.tolist()
+    order = order_text(drilled, drawing_of(places)).encode()
     return {
-        "order": Artefact(f"{Path(output).stem}_order.json", "application/json", order_text(drilled).encode()),
-        "holes": Artefact("", "application/json", places),
+        "order": Artefact(f"{Path(output).stem}_order.json", "application/json", order),
+        "holes": Artefact("", "application/json", json.dumps(places).encode()),
     }
 
 
