@@ -261,8 +261,41 @@ def test_the_drawing_shows_the_order_as_it_is_changed_and_what_is_chosen_has_its
     expect(edit).to_contain_text("1 of 10 are held")
     expect(edit.locator(".shorter, .longer")).to_have_count(0)
     wait_for(page, lambda: set(page.evaluate(NUMBERS).values()) == {"1"})
-    page.mouse.click(*places[0])
+    page.mouse.click(*page.evaluate(STOPS, [0])[0])
     expect(edit).to_contain_text("Chosen: a stop that the search orders")
+
+
+def test_after_an_edit_that_is_refused_it_can_be_taken_back_and_the_next_run_is_without_it(
+    page: Page, tmp_path: Path
+) -> None:
+    """An outline before its hole is refused: the hole would be cut in a plate that lies loose."""
+    sheet = tmp_path / "one.svg"
+    body = '<path d="M5 5h40v30h-40z"/><circle cx="25" cy="20" r="6"/><path d="M65 5h20v30h-20z"/>'
+    sheet.write_bytes(svg(90, 40, body))
+    opened(page, sheet)
+    page.get_by_label("Work", exact=True).select_option("cut")
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    typed(page, "Thickness", "6")
+    run(page)
+    address = page.url
+    page.get_by_role("button", name="Edit by hand").click()
+    edit = page.locator(".edit")
+    expect(edit).to_contain_text("as before")
+    places = page.evaluate(STOPS, [0, 1])
+    page.mouse.click(*places[1])
+    expect(edit).to_contain_text("Chosen: stop 2 ")
+    edit.get_by_role("button", name="First").click()
+    expect(edit).to_contain_text("Chosen: stop 1 ")
+    edit.get_by_role("button", name="Run with this").click()
+    expect(page.locator("#said")).to_contain_text("must be cut first", timeout=LONG)
+    expect(edit).to_be_visible()
+    expect(page.locator("#command")).not_to_contain_text("--plan")
+    assert page.url == address
+    expect(edit).not_to_contain_text("as before")
+    edit.get_by_role("button", name="Undo").click()
+    expect(edit).to_contain_text("as before")
+    run(page)
+    expect(page.locator("#said")).to_have_text("")
 
 
 def test_a_cut_is_chosen_by_its_pierce_begun_elsewhere_and_written_by_the_plan_that_is_given(

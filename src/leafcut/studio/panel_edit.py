@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -41,6 +42,20 @@ def edited_of(history: History, job: str) -> Edited | None:
     return None
 
 
+@dataclass(frozen=True)
+class Tried:
+    """A run with an order that was changed: what there was before it, should it come to nothing."""
+
+    edited: Edited
+    #: The job whose outcome was changed, and which of its sheets; the job that was begun with that.
+    base: str | None
+    sheet: tuple[int, int]
+    job: str | None
+    #: What the option was that has the file now, and what it is called.
+    value: Any
+    shown: str
+
+
 class EditPanel:
     """The buttons under the drawing while an order is changed."""
 
@@ -48,6 +63,7 @@ class EditPanel:
         self.view, self.page, self.canvas = view, page, canvas
         self.edited: Edited | None = None
         self._stop = 0
+        self._tried: Tried | None = None
         #: How long the straight ways were when the editing began, mm.
         self._before = 0.0
         w = view.words
@@ -75,11 +91,15 @@ class EditPanel:
 
     def begin(self, record: Record) -> None:
         """Let the outcome of a job be changed."""
-        self.edited = edited_of(self.view.studio.history, record.id)
-        if self.edited is None:
+        edited = edited_of(self.view.studio.history, record.id)
+        if edited is None:
             self.page.say(self.view.words("edit.cannot"), True)
             return
-        self._stop, self._before = 0, _length(self.edited.stops())
+        self._before = _length(edited.stops())
+        self._open(edited)
+
+    def _open(self, edited: Edited) -> None:
+        self.edited, self._stop = edited, 0
         self.canvas.select(None)
         self.place.set_visibility(True)
         self.canvas.set_editable(True)
@@ -173,10 +193,30 @@ class EditPanel:
         # Not the name of the outcome's own plan or order, which is another file.
         name = f"{Path(view.name.replace(':', '-')).stem}_edited.json"
         made = view.studio.folder.add_input(name, edited.text().encode())
+        base, sheet = view.job, view.sheet
+        value, shown = view.values.get(edited.option, ""), view.shown.get(edited.option, "")
         view.put_for_input(edited.option, made, name)
-        self.end()
         self.page.input.draw()
         self.page.run.begin()
+        self._tried = Tried(edited, base, sheet, view.job, value, shown)
+        if view.job == base:
+            self.take_back()
+
+    def take_back(self) -> bool:
+        """Be where the last run was begun from, as nothing came of it; return whether it was begun from here.
+
+        The job that was changed is shown again, and the option is as it was: the next run is not refused for the same.
+        """
+        view, tried, self._tried = self.view, self._tried, None
+        if tried is None or tried.job != view.job:
+            return False
+        view.job, view.sheet = tried.base, tried.sheet
+        view.put_for_input(tried.edited.option, tried.value, tried.shown)
+        self.page.remember()
+        self.page.input.draw()
+        self.page.run.draw()
+        self._open(tried.edited)
+        return True
 
 
 def can_be_edited(history: History, record: Record, files: dict[str, str]) -> bool:

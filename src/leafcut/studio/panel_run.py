@@ -121,16 +121,20 @@ class RunPanel:
             return
         self.watching = False
         self.live.clear()
-        self._tell_end()
+        if not self._tell_end() and self.edit.take_back():
+            self.page.result.draw()
+            self.page.input.ready(self.view.ready)
+            return
         self.draw()
         self.page.result.draw()
         self.page.input.ready(self.view.ready)
 
-    def _tell_end(self) -> None:
+    def _tell_end(self) -> bool:
+        """Say how the job ended; return whether anything came of it."""
         record = self.view.studio.jobs.record(self.view.job or "")
         w = self.view.words
         if record is None:
-            return
+            return False
         if record.state is State.FAILED:
             self.page.say(record.line, True)
         elif record.state is State.STOPPED:
@@ -139,6 +143,7 @@ class RunPanel:
             self.page.say("")
         else:
             self.page.say(w(f"state.{record.state.value}"))
+        return record.state.kept
 
     def draw(self) -> None:
         """Draw the outcome of the job, else what was opened."""

@@ -199,7 +199,8 @@ export class Pane extends EventTarget {
     ctx.globalAlpha = alpha;
     if (what.hole !== undefined && this.part && what.hole < this.part.holes) this._ringHole(ctx, frame, what.hole, colour);
     const drawn = what.row !== undefined && what.which === this.main?.scene.header.which;
-    if (drawn && !(this.edited && this.main.scene.idle(what.row))) this._strokeRows(ctx, frame, what.row, colour);
+    const { scene } = this.main ?? {}, still = !this.edited || (scene.pierce.length && !scene.idle(what.row));
+    if (drawn && still) this._strokeRows(ctx, frame, what.row, colour);
     if (this.edited && what.stop) this._strokeWay(ctx, frame, this.edited.indexOf(what.stop), colour);
     ctx.globalAlpha = 1;
   }
