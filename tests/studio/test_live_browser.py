@@ -338,3 +338,63 @@ def test_a_cut_is_chosen_by_its_pierce_begun_elsewhere_and_written_by_the_plan_t
     assert cli.run([*words[1:], "--quiet"]) == 0
     assert text == Path(program).read_bytes()
     assert downloaded(page, "Plan")[0] == "three_plan.json"
+
+
+def test_what_is_told_of_a_stop_covers_none_that_the_pointer_is_at(page: Page) -> None:
+    """Also while one is dragged there; away from there it is told where it was."""
+    opened(page, ROOT / "examples" / "plate_10.dxf")
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    run(page)
+    page.get_by_role("button", name="Edit by hand").click()
+    expect(page.locator(".edit")).to_be_visible()
+    places = page.evaluate(STOPS, list(range(10)))
+    readout = page.locator(".lc-readout")
+    left = min(places, key=lambda place: place[0] - place[1])
+
+    def clear_of(place: list[float]) -> bool:
+        box = readout.bounding_box()
+        if box is None:
+            return False
+        (x, y), reach = place, 12
+        beside = x < box["x"] - reach or x > box["x"] + box["width"] + reach
+        return bool(beside or y < box["y"] - reach or y > box["y"] + box["height"] + reach)
+
+    far = max(places, key=lambda place: place[0] - place[1])
+    page.mouse.move(*far)
+    expect(readout).to_contain_text("Hole")
+    assert not clear_of(left)  # else this says nothing
+    page.mouse.down()
+    page.mouse.move(*left, steps=5)
+    wait_for(page, lambda: clear_of(left))
+    page.mouse.up()
+    page.mouse.move(*left)
+    expect(readout).to_contain_text("Hole")
+    wait_for(page, lambda: clear_of(left))
+    page.mouse.move(*far)
+    wait_for(page, lambda: not clear_of(left))
+
+
+def test_beside_the_path_of_before_the_new_program_is_shown_and_told_as_that(page: Page) -> None:
+    opened(page, ROOT / "examples" / "plate_10.dxf")
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    run(page)
+    page.get_by_role("tab", name="Program").click()
+    told, lines = page.locator(".lc-told"), page.locator(".lc-gcode .lc-line")
+    expect(lines.first).to_be_visible()
+    expect(told).to_be_hidden()
+    first = [line.inner_text() for line in lines.all()]
+    page.get_by_role("radio", name="Before").click()
+    expect(told).to_contain_text("This is the new program")
+    now = [line.inner_text() for line in lines.all()]
+    assert len(now) > 5
+    assert now == first[: len(now)]
+    lines.nth(5).click()
+    expect(lines.nth(5)).to_have_class(re.compile("lc-selected"))
+    typed(page, "Thickness", "6")  # another program: it is shown in place of the one before
+    address = page.url
+    page.get_by_role("button", name="Run", exact=True).click()
+    wait_for(page, lambda: page.url != address)
+    expect(page.locator(".lc-gcode")).to_contain_text("--thickness 6", timeout=LONG)
+    expect(told).to_contain_text("This is the new program")
+    page.get_by_role("radio", name="After").click()
+    expect(told).to_be_hidden()

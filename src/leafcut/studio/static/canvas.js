@@ -5,7 +5,7 @@
 //   drawing.on("select", ({ row, line, hole }) => …);
 //
 // Layers of `show`: part, before, after, pheromone, live. Events of `on`: hover, select, time, drag,
-// mode, layers, and main when there is another toolpath to select in.
+// mode, layers, and main when there is another toolpath to select in, or another program.
 
 import { describe, mm } from "./describe.js";
 import { Input } from "./input.js";
@@ -20,6 +20,9 @@ import { make } from "./icons.js";
 import { WORDS } from "./words.js";
 
 const NUMBER_ROOM = 18; // pixels of a number beside the stop that is furthest right
+
+// Of what tells what the pointer is on, pixels: where it stands, how wide it is at least, how near the pointer may come.
+const ROOM_LEFT = 56, ROOM_BELOW = 32, ROOM_LEAST = 200, ROOM_BESIDE = 44;
 
 export const MODES = ["before", "after", "side", "overlay"];
 
@@ -207,6 +210,7 @@ export class Drawing {
     if (what) this._say(describe(what, pane, this.words));
     else if (px || py) this._say([`X ${mm(this.view.mmX(px))}  Y ${mm(this.view.mmY(py))}`], true);
     else this._say([]);
+    this._makeRoom(pane, px, py);
     if (!same) this.emit("hover", what && { ...what, words: this.readout.textContent });
     this._wake();
   }
@@ -258,6 +262,7 @@ export class Drawing {
   }
 
   dragTo(pane, px, py) {
+    this._makeRoom(pane, px, py);
     pane.drag.to = [this.view.mmX(px), this.view.mmY(py)];
     pane.dirty = true;
     this._wake();
@@ -306,8 +311,9 @@ export class Drawing {
     } else right.setTracks(main ? [main] : [], main ?? null);
     const durations = [main, side ? before : null].map((track) => track?.scene.duration ?? 0);
     this.player.setScene(main?.scene ?? null, Math.max(...durations));
-    if (main !== this._told) this.emit("main", {});
-    this._told = main;
+    const told = [main, after];
+    if (told.some((track, k) => track !== this._told?.[k])) this.emit("main", {});
+    this._told = told;
     this.empty.hidden = Object.values(this.scenes).some(Boolean);
     this.toolbar.update();
     this._resize();
@@ -350,6 +356,14 @@ export class Drawing {
     this.readout.setAttribute("aria-live", quiet ? "off" : "polite");
     const spans = parts.map((part, k) => make("span", k || quiet ? "" : "lc-name", {}, part));
     this.readout.replaceChildren(...spans.flatMap((span, k) => (k ? [" · ", span] : [span])));
+  }
+
+  /** Say what is said at the top of the drawing as long as the pointer is at what it would cover at the bottom. */
+  _makeRoom(pane, px, py) {
+    const stage = this.stage.getBoundingClientRect(), box = pane.canvas.getBoundingClientRect(), { readout } = this;
+    const right = ROOM_LEFT + Math.max(readout.offsetWidth, ROOM_LEAST), low = stage.height - ROOM_BELOW - readout.offsetHeight;
+    const over = box.left - stage.left + px < right + ROOM_BESIDE && box.top - stage.top + py > low - ROOM_BESIDE;
+    readout.classList.toggle("lc-above", over);
   }
 
   _wake() {

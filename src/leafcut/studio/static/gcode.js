@@ -27,13 +27,20 @@ export class GcodeList {
     this.spacer = make("div", "lc-spacer");
     this.rows = make("div", "lc-rows");
     this.box = make("div", "lc-gcode", { role: "listbox", tabindex: 0, "aria-label": this.words.lines }, this.spacer, this.rows);
-    host.append(this.box);
+    this.note = make("div", "lc-told", { role: "status", hidden: "" });
+    host.append(this.note, this.box);
     this.box.addEventListener("scroll", () => this._scrolled());
     this.box.addEventListener("wheel", (event) => this._wheel(event), { passive: false });
     this.box.addEventListener("keydown", (event) => this._key(event));
     this.box.addEventListener("click", (event) => this._click(event));
     this._observer = new ResizeObserver(() => this._draw());
     this._observer.observe(this.box);
+  }
+
+  /** Say what the program is, above it; nothing takes that away. */
+  tell(words) {
+    this.note.textContent = words;
+    this.note.hidden = !words;
   }
 
   onSelect(act) { this._listeners.push(act); }
@@ -95,6 +102,7 @@ export class GcodeList {
     this._observer.disconnect();
     clearTimeout(this._timer);
     this.box.remove();
+    this.note.remove();
   }
 
   _seen() { return Math.max(this.box.clientHeight / HEIGHT, 1); }
@@ -190,19 +198,27 @@ export function coloured(text) {
 /** Link a drawing and a list: the list has the drawing's program, what is selected in one is selected in both, and
  * playing moves both. Return a function that ends this: a drawing outlives its lists. */
 export function link(drawing, list) {
-  const take = () => list.setText(drawing.main?.scene.text ?? new Uint8Array(0));
+  // The toolpath before has no text: the new program is shown, and told as that; nothing of it is linked then.
+  let own = true;
+  const take = () => {
+    const text = drawing.main?.scene.text, other = drawing.tracks.after?.scene.text;
+    own = Boolean(text?.length) || !other?.length;
+    list.setText((own ? text : other) ?? new Uint8Array(0));
+    list.tell(own ? "" : list.words.newProgram);
+  };
   const ends = [drawing.on("main", take)];
   take();
   let chosen = 0; // the line that the list asks for: it stays chosen where nothing is drawn of it, as of a comment
   list.onSelect((line) => {
+    if (!own) return;
     chosen = line;
     drawing.selectLine(line);
     chosen = 0;
   });
   ends.push(drawing.on("select", (what) => {
     const line = chosen || (what?.line ?? 0);
-    if (line !== list.selected) list.select(line);
+    if (own && line !== list.selected) list.select(line);
   }));
-  ends.push(drawing.on("time", ({ line }) => list.run(line)));
+  ends.push(drawing.on("time", ({ line }) => list.run(own ? line : 0)));
   return () => ends.forEach((end) => end());
 }

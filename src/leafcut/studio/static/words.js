@@ -40,6 +40,7 @@ export const WORDS = {
   line: "line",
   at: "at",
   lines: "Program",
+  newProgram: "This is the new program; of the one before only the path is shown.",
   empty: "Nothing to show yet",
   seconds: "Seconds of search",
   milliseconds: "Milliseconds of search",
