@@ -40,13 +40,17 @@ def closed_together(
     one, other = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=TOUCHING)
     begins, ends, tabs = _tabs(shapely, lines, tab)
     one, other = np.concatenate([one[one != other], begins]), np.concatenate([other[one != other], ends])
-    for members in _hanging_together(len(paths), one, other):
+    group = linked(len(paths), one, other)
+    order = np.argsort(group[begins], kind="stable")
+    tabs, of = tabs[order], group[begins[order]]
+    for members in _together(group):
         chains = sorted({paths[k][0] for k in members})
         # Passes at several depths go along the same line.
         alone = np.unique(shapely.to_wkb(shapely.normalize(shapely.set_precision(lines[members], TOUCHING / 10))))
         if len(alone) > _MOST_TOGETHER:
             continue
-        area = _enclosed(shapely, np.concatenate([lines[members], tabs[np.isin(begins, members)]]))
+        here = slice(*np.searchsorted(of, group[members[0]] + np.arange(2)))
+        area = _enclosed(shapely, np.concatenate([lines[members], tabs[here]]))
         if area.area > 0:
             yield area, chains
 
@@ -76,12 +80,12 @@ def _tabs(
     return line_of[begin], line_of[end], tabs
 
 
-def _hanging_together(n: int, one: NDArray[np.int64], other: NDArray[np.int64]) -> list[list[int]]:
-    """Return the numbers 0 … n - 1 in groups joined by pairs, without those that stand alone."""
+def _together(group: NDArray[np.int64]) -> list[list[int]]:
+    """Return the places that have the same number, without those that stand alone; groups by their first place."""
     groups: dict[int, list[int]] = {}
-    for k, group in enumerate(linked(n, one, other).tolist()):
-        groups.setdefault(group, []).append(k)
-    return [group for group in groups.values() if len(group) > 1]
+    for k, number in enumerate(group.tolist()):
+        groups.setdefault(number, []).append(k)
+    return [members for members in groups.values() if len(members) > 1]
 
 
 def _enclosed(shapely: Any, lines: NDArray[np.object_]) -> Any:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
+from leafcut.geometry.index import linked
 from leafcut.model.sequence import Chain
 from leafcut.model.toolpath import Kind, arc_extremes, arc_sweep
 from leafcut.plan.chains import BEAMS, TOLERANCE, Rows, works_with_beam
@@ -24,6 +25,8 @@ _SAGITTA = 0.02
 _PIECE = 32
 #: A path of more points is not made into an area; the hull of its points stands for it.
 _MOST_POINTS = 20_000
+#: So many chains are looked at together for what they imply.
+_BITS = 8192
 #: The number of a chain, and float64[n, 2]: a line along which it cuts.
 _Path = tuple[int, NDArray[np.float64]]
 
@@ -208,20 +211,43 @@ def _area(shapely: Any, path: NDArray[np.float64]) -> Any:
 
 
 def _without_implied(pairs: NDArray[np.int64], n: int) -> NDArray[np.int32]:
-    """Return the pairs (before, after), all from a lower to a higher number, without those that others imply."""
+    """Return the pairs (before, after), all from a lower to a higher number, without those that others imply.
+
+    What hangs together is looked at by itself, and of that so many chains at a time: memory grows with n alone.
+    """
     if not len(pairs):
         return np.zeros((0, 2), dtype=np.int32)
-    before_of: list[list[int]] = [[] for _ in range(n)]
-    for before, after in pairs.tolist():
-        before_of[after].append(before)
-    # Bit k of `ancestors[i]`: chain k must come before chain i.
-    ancestors = [0] * n
+    group = linked(n, pairs[:, 0], pairs[:, 1])
+    # Chains in the order of their groups: the numbers of what hangs together are near to each other.
+    order = np.argsort(group, kind="stable")
+    rank = np.empty(n, dtype=np.int64)
+    rank[order] = np.arange(n)
+    pairs = np.unique(rank[pairs], axis=0)
+    stop = np.searchsorted(group[order], group[order], side="right")
+    kept: list[tuple[int, int]] = []
+    by_after = pairs[np.lexsort([-pairs[:, 0], pairs[:, 1]])]
+    for low in range(0, n, _BITS):
+        high = min(low + _BITS, n)
+        first, last = np.searchsorted(by_after[:, 1], [low, stop[high - 1]])
+        kept += _kept_from(by_after[first:last].tolist(), low, high)
+    whole = order[np.array(kept, dtype=np.int64)]
+    return whole[np.lexsort([-whole[:, 0], whole[:, 1]])].astype(np.int32)
+
+
+def _kept_from(pairs: list[list[int]], low: int, high: int) -> list[tuple[int, int]]:
+    """Return which pairs that begin at low ≤ before < high no others imply.
+
+    `pairs` are sorted by their ends, those of one end with the highest beginning first.
+    """
+    # Bit k of `ancestors[i]`: chain low + k must come before chain i.
+    ancestors: dict[int, int] = {}
     kept = []
-    for after, those in enumerate(before_of):
-        known = 0
-        for before in sorted(set(those), reverse=True):
-            if not known >> before & 1:
-                kept.append((before, after))
-                known |= ancestors[before] | 1 << before
-        ancestors[after] = known
-    return np.array(kept, dtype=np.int32)
+    for before, after in pairs:
+        known = ancestors.get(after, 0)
+        if low <= before < high and not known >> (before - low) & 1:
+            kept.append((before, after))
+            known |= 1 << (before - low)
+        known |= ancestors.get(before, 0)
+        if known:
+            ancestors[after] = known
+    return kept

@@ -75,20 +75,26 @@ def freed(traces: Traces, chain: Ints, rank: Ints, tab: float, *, inner_may_come
     """
     if not len(traces.feature):
         return []
+    import shapely
+
     cuts = _cuts(traces, chain, rank)
-    number = np.arange(len(cuts.first))
+    spots = cuts.tips[:, 0]
+    tree = shapely.STRtree(shapely.points(spots))
     found: list[tuple[int, int]] = []
     for loop in _outlines(traces, cuts, tab):
         outer = np.array(sorted({cut for line, _ in loop for cut in line.cuts}))
         if (cuts.begins[outer] < 0).any():
             continue
-        closes, closed = outer[-1], cuts.ends[outer].max()
-        changed = (number < closes) & (cuts.begins > closed)
+        around = _around(traces, cuts, loop)
+        if not len(around):
+            continue
+        near = np.sort(tree.query(shapely.box(*(around.min(axis=0) - _ONE_PLACE), *(around.max(axis=0) + _ONE_PLACE))))
+        closes, closed, begins = outer[-1], cuts.ends[outer].max(), cuts.begins[near]
+        changed = (near < closes) & (begins > closed)
         if not inner_may_come_first:
-            changed |= (number > closes) & (cuts.begins < closed) & (cuts.begins >= 0)
-        inner = np.setdiff1d(np.flatnonzero(changed), outer)
-        if len(inner):
-            inner = inner[within_loop(cuts.tips[inner, 0], _around(traces, cuts, loop))]
+            changed |= (near > closes) & (begins < closed) & (begins >= 0)
+        inner = np.setdiff1d(near[changed], outer)
+        inner = inner[within_loop(spots[inner], around)]
         found += [(int(cuts.first[k]), int(cuts.last[closes])) for k in inner]
         if len(found) > MOST_LISTED:
             break
