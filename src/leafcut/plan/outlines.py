@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.index import linked
+from leafcut.model.look import Look, unseen
 
 #: Cuts closer than this are at the same place, mm.
 TOUCHING = 0.05
@@ -20,7 +21,7 @@ _MOST_TOGETHER = 64
 
 
 def closed_together(
-    shapely: Any, paths: Sequence[tuple[int, NDArray[np.float64]]], tab: float
+    shapely: Any, paths: Sequence[tuple[int, NDArray[np.float64]]], tab: float, look: Look = unseen
 ) -> Iterator[tuple[Any, list[int]]]:
     """Yield (area, chains): what open lines enclose that touch each other, and the chains that they belong to.
 
@@ -30,6 +31,8 @@ def closed_together(
         The number of a chain and a line of it, float64[n, 2], mm; none encloses anything by itself.
     tab
         How far two ends may lie from each other, mm, that only a tab parts.
+    look
+        Called as it goes on.
     """
     if len(paths) < 2:
         return
@@ -44,6 +47,7 @@ def closed_together(
     order = np.argsort(group[begins], kind="stable")
     tabs, of = tabs[order], group[begins[order]]
     for members in _together(group):
+        look()
         chains = sorted({paths[k][0] for k in members})
         # Passes at several depths go along the same line.
         alone = np.unique(shapely.to_wkb(shapely.normalize(shapely.set_precision(lines[members], TOUCHING / 10))))
