@@ -273,3 +273,26 @@ def test_the_proof_stands_below_the_percent_sign_and_the_number() -> None:
 def test_a_binary_file_is_no_program() -> None:
     with pytest.raises(ReadError, match="binary"):
         decoded("x.nc", b"G0\0")
+
+
+@pytest.mark.parametrize("stage", ["reading", "finding what may change places", "writing", "verifying"])
+def test_every_stage_names_itself_and_who_is_told_can_end_it_while_it_goes_on(
+    stage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("leafcut.runs.run._TOLD_AGAIN", 0.0)
+    told: list[str] = []
+
+    class Cancelled(Exception):
+        pass
+
+    def tell(what: str, *_: object) -> None:
+        told.append(what)
+        if told.count(stage) == 3:
+            raise Cancelled
+
+    cuts = "".join(f"G0 X{37 * k % 40} Y{k % 7}\nM3\nG1 X{k}\nM5\n" for k in range(20))
+    source = written(tmp_path, f"G21 G90\nF1000 S500\n{cuts}M2\n")
+    with pytest.raises(Cancelled):
+        leafcut.optimize(source, tmp_path / "new.nc", progress=tell, iterations=2)
+    assert told[-1] == stage
+    assert not (tmp_path / "new.nc").exists()

@@ -21,6 +21,7 @@ from leafcut.gcode.program import Program
 from leafcut.gcode.quick import QuickWay
 from leafcut.gcode.record import Record
 from leafcut.gcode.words import BlockError
+from leafcut.model.look import Look, unseen
 from leafcut.units import MM_PER_UNIT
 
 #: Spaces, and what old editors and tape punches leave at the end of a file.
@@ -30,7 +31,9 @@ _LOOPED = "it is run from a loop or a subprogram"
 _COMPUTED = "its numbers come from parameters or expressions"
 
 
-def interpret_program(text: str, dialect: Dialect, file: str = "program", *, units: str | None = None) -> Program:
+def interpret_program(
+    text: str, dialect: Dialect, file: str = "program", *, units: str | None = None, look: Look = unseen
+) -> Program:
     """Return what a program of any CAM does, block by block.
 
     Blocks are lines with words, O-words or messages; blank lines and plain comments are none. What stands after the end
@@ -48,6 +51,8 @@ def interpret_program(text: str, dialect: Dialect, file: str = "program", *, uni
         Its name, for messages.
     units
         "mm" or "in" for a program that does not state them before its first length; None: that is an error.
+    look
+        Called as it goes on.
 
     Raises
     ------
@@ -58,14 +63,14 @@ def interpret_program(text: str, dialect: Dialect, file: str = "program", *, uni
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
     state = ForeignState(dialect, unit=None if units is None else MM_PER_UNIT[units])
-    return _Run(text, state, file).program()
+    return _Run(text, state, file, look).program()
 
 
 class _Run:
     """One program on its way through."""
 
-    def __init__(self, text: str, state: ForeignState, file: str) -> None:
-        self.file = file
+    def __init__(self, text: str, state: ForeignState, file: str, look: Look) -> None:
+        self.file, self.look = file, look
         self.lines = tuple(io.StringIO(text, newline=""))
         self.state = state
         self.runner = BlockRunner(state)
@@ -75,9 +80,10 @@ class _Run:
         self.ended = False
 
     def program(self) -> Program:
-        quick, flow, n = QuickWay(self.lines, self.state, self.record), self.flow, len(self.lines)
+        quick, flow, n = QuickWay(self.lines, self.state, self.record, self.look), self.flow, len(self.lines)
         at = 0
         while at < n and not self.ended:
+            self.look()
             if not flow.looped(at) and quick.open():
                 at = quick.run(at)
                 if at == n:

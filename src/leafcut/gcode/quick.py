@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from leafcut.gcode.foreign_state import ForeignState
 from leafcut.gcode.motion import RADIUS_RELATIVE_TOLERANCE, RADIUS_TOLERANCE
 from leafcut.gcode.record import Record
+from leafcut.model.look import Look, unseen
 from leafcut.model.toolpath import Arc
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -29,13 +30,18 @@ def _pattern(number: str) -> re.Pattern[str]:
     return re.compile(f"{start}{words}(?:[Ff]{_SPACES}{_ANY}{_SPACES})?+[\r\n]*+")
 
 
+#: Somebody looks at one in so many lines, less one.
+_LOOKS = 0xFFF
+
+
 class QuickWay:
     """Runs plain lines of one program."""
 
-    def __init__(self, lines: Sequence[str], state: ForeignState, record: Record) -> None:
+    def __init__(self, lines: Sequence[str], state: ForeignState, record: Record, look: Look = unseen) -> None:
         self._lines = lines
         self._state = state
         self._record = record
+        self._look = look
         self._match = _pattern(_POINTED if state.dialect.point_required else _ANY).fullmatch
 
     def open(self) -> bool:
@@ -60,6 +66,8 @@ class QuickWay:
         add_first, add_before = record.first.append, record.before.append
         count = len(path)
         for at in range(start, len(lines)):
+            if not at & _LOOKS:
+                self._look()
             found = match(lines[at])
             if found is None or found.lastindex is None:
                 return at

@@ -11,6 +11,7 @@ import numpy as np
 
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reliance import HERE, BlockReader, next_place
+from leafcut.model.look import Look, unseen
 from leafcut.model.sequence import Chain, Kept, Section
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.plan.chains import BEAMS, TOLERANCE, Rows, find_barriers, free_runs, read_rows
@@ -36,8 +37,8 @@ class _Start:
 class Finder:
     """Finds the sections of a program."""
 
-    def __init__(self, program: Program, process: str) -> None:
-        self.program, self.process = program, process
+    def __init__(self, program: Program, process: str, look: Look = unseen) -> None:
+        self.program, self.process, self.look = program, process, look
         self.rows: Rows = read_rows(program, process)
         self.barriers = find_barriers(program, self.rows)
         self.reader = BlockReader(program)
@@ -253,6 +254,7 @@ class Finder:
         return float(self.rows.before[row + 1, 2]) if row + 1 < len(path) else float(path.end[row, 2])
 
     def _chain(self, start: _Start, end: int, end_row: int, clearance: float) -> Chain:
+        self.look()
         path, before = self.program.path, self.rows.before
         rows = slice(start.row, int(self.first[end]))
         if end_row < len(path):
@@ -339,7 +341,7 @@ class Finder:
         before = self.rows.before[first.row, :2]
         return Section(
             tuple(chains),
-            find_precedence(self.program, self.rows, chains, self.process),
+            find_precedence(self.program, self.rows, chains, self.process, self.look),
             (float(before[0]), float(before[1])) if np.isfinite(before).all() else None,
             None,
             clearance,

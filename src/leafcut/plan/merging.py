@@ -9,6 +9,7 @@ import numpy as np
 from leafcut.gcode.program import Program
 from leafcut.gcode.reliance import BlockReader
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.look import Look, unseen
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.toolpath import Kind
 from leafcut.plan.chains import TOLERANCE, Rows
@@ -32,13 +33,13 @@ _STATED_BY = {
 }
 
 
-def merge_sections(program: Program, sequence: Sequence, rows: Rows) -> Sequence:
+def merge_sections(program: Program, sequence: Sequence, rows: Rows, look: Look = unseen) -> Sequence:
     """Return the sequence with later sections joined to earlier ones of the same tool, where nothing forbids it.
 
     Forbidden is to pass a stop, a change of offset, anything that is not understood, work that stays, and work of
     another tool that touches. The change of tool before the later section is dropped.
     """
-    merger = _Merger(program, sequence, rows)
+    merger = _Merger(program, sequence, rows, look)
     at = 1
     while at < len(merger.items):
         if not merger.join(at):
@@ -56,8 +57,9 @@ def merge_sections(program: Program, sequence: Sequence, rows: Rows) -> Sequence
 
 
 class _Merger:
-    def __init__(self, program: Program, sequence: Sequence, rows: Rows) -> None:
+    def __init__(self, program: Program, sequence: Sequence, rows: Rows, look: Look) -> None:
         self.program, self.rows, self.process = program, rows, sequence.process
+        self.look = look
         self.items = list(sequence.items)
         self.dropped: list[Kept] = []
         self.saved = 0
@@ -78,7 +80,7 @@ class _Merger:
             elif self._alike(item, later):
                 self._do_join(place, at)
                 return True
-            elif len(related(self.program, self.rows, item.chains, later.chains, self.process)):
+            elif len(related(self.program, self.rows, item.chains, later.chains, self.process, self.look)):
                 return False
         return False
 
@@ -86,7 +88,7 @@ class _Merger:
         earlier, later, change = self.items[place], self.items[at], self.items[at - 1]
         assert isinstance(earlier, Section) and isinstance(later, Section) and isinstance(change, Kept)
         chains = (*earlier.chains, *later.chains)
-        precedence = find_precedence(self.program, self.rows, chains, self.process)
+        precedence = find_precedence(self.program, self.rows, chains, self.process, self.look)
         self.items[place] = replace(earlier, chains=chains, precedence=precedence)
         self.dropped.append(replace(change, reason="a change to a tool that did all its work before"))
         self.saved += self._kinds(change).count(Kind.TOOL)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.index import linked
+from leafcut.model.look import Look, unseen
 
 #: Cuts closer than this are at the same place, mm.
 TOUCHING = 0.05
@@ -20,7 +21,7 @@ _MOST_TOGETHER = 64
 
 
 def closed_together(
-    shapely: Any, paths: Sequence[tuple[int, NDArray[np.float64]]], tab: float
+    shapely: Any, paths: Sequence[tuple[int, NDArray[np.float64]]], tab: float, look: Look = unseen
 ) -> Iterator[tuple[Any, list[int]]]:
     """Yield (area, chains): what open lines enclose that touch each other, and the chains that they belong to.
 
@@ -30,6 +31,8 @@ def closed_together(
         The number of a chain and a line of it, float64[n, 2], mm; none encloses anything by itself.
     tab
         How far two ends may lie from each other, mm, that only a tab parts.
+    look
+        Called as it goes on.
     """
     if len(paths) < 2:
         return
@@ -40,13 +43,18 @@ def closed_together(
     one, other = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=TOUCHING)
     begins, ends, tabs = _tabs(shapely, lines, tab)
     one, other = np.concatenate([one[one != other], begins]), np.concatenate([other[one != other], ends])
-    for members in _hanging_together(len(paths), one, other):
+    group = linked(len(paths), one, other)
+    order = np.argsort(group[begins], kind="stable")
+    tabs, of = tabs[order], group[begins[order]]
+    for members in _together(group):
+        look()
         chains = sorted({paths[k][0] for k in members})
         # Passes at several depths go along the same line.
         alone = np.unique(shapely.to_wkb(shapely.normalize(shapely.set_precision(lines[members], TOUCHING / 10))))
         if len(alone) > _MOST_TOGETHER:
             continue
-        area = _enclosed(shapely, np.concatenate([lines[members], tabs[np.isin(begins, members)]]))
+        here = slice(*np.searchsorted(of, group[members[0]] + np.arange(2)))
+        area = _enclosed(shapely, np.concatenate([lines[members], tabs[here]]))
         if area.area > 0:
             yield area, chains
 
@@ -76,12 +84,12 @@ def _tabs(
     return line_of[begin], line_of[end], tabs
 
 
-def _hanging_together(n: int, one: NDArray[np.int64], other: NDArray[np.int64]) -> list[list[int]]:
-    """Return the numbers 0 … n - 1 in groups joined by pairs, without those that stand alone."""
+def _together(group: NDArray[np.int64]) -> list[list[int]]:
+    """Return the places that have the same number, without those that stand alone; groups by their first place."""
     groups: dict[int, list[int]] = {}
-    for k, group in enumerate(linked(n, one, other).tolist()):
-        groups.setdefault(group, []).append(k)
-    return [group for group in groups.values() if len(group) > 1]
+    for k, number in enumerate(group.tolist()):
+        groups.setdefault(number, []).append(k)
+    return [members for members in groups.values() if len(members) > 1]
 
 
 def _enclosed(shapely: Any, lines: NDArray[np.object_]) -> Any:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
+from leafcut.geometry.index import linked
+from leafcut.model.look import Look, unseen
 from leafcut.model.sequence import Chain
 from leafcut.model.toolpath import Kind, arc_extremes, arc_sweep
 from leafcut.plan.chains import BEAMS, TOLERANCE, Rows, works_with_beam
@@ -24,38 +26,47 @@ _SAGITTA = 0.02
 _PIECE = 32
 #: A path of more points is not made into an area; the hull of its points stands for it.
 _MOST_POINTS = 20_000
+#: So many lines are asked for at once.
+_AT_ONCE = 1024
+#: So many chains are looked at together for what they imply.
+_BITS = 8192
 #: The number of a chain, and float64[n, 2]: a line along which it cuts.
 _Path = tuple[int, NDArray[np.float64]]
 
 
-def find_precedence(program: Program, rows: Rows, chains: Sequence[Chain], process: str) -> NDArray[np.int32]:
+def find_precedence(
+    program: Program, rows: Rows, chains: Sequence[Chain], process: str, look: Look = unseen
+) -> NDArray[np.int32]:
     """Return int32[k, 2], pairs (before, after) of chains, in which the order of the program is kept.
 
     Two cuts that come nearer to each other than the tool is wide (where a comment says how wide; else than
     `TOUCHING`) keep their order: passes over the same place, a finishing pass, a hole drilled again. A closed cut
     stays behind what is inside it and came before it, also where several pieces close it together; what a mill makes
     inside a closed cut stays behind that, too, as the outer one may be the rough one. What follows from others is left
-    out.
+    out. `look` is called as it goes on.
     """
-    pairs = related(program, rows, chains, chains, process)
+    pairs = related(program, rows, chains, chains, process, look)
     keep = pairs[pairs[:, 0] < pairs[:, 1]]
-    return _without_implied(keep, len(chains))
+    return _without_implied(keep, len(chains), look)
 
 
 def related(
-    program: Program, rows: Rows, ones: Sequence[Chain], others: Sequence[Chain], process: str
+    program: Program, rows: Rows, ones: Sequence[Chain], others: Sequence[Chain], process: str, look: Look = unseen
 ) -> NDArray[np.int64]:
     """Return int64[k, 2], pairs of a chain of `ones` and one of `others` whose order has meaning, in that order."""
     import shapely
 
     widths = tool_width(program, ones[0].begin), tool_width(program, others[0].begin)
     reach = TOUCHING + 2 * _SAGITTA + max(widths)
-    first = _paths(program, rows, ones)
-    second = first if others is ones else _paths(program, rows, others)
+    first = _paths(program, rows, ones, look)
+    second = first if others is ones else _paths(program, rows, others, look)
     lines, owner = _pieces(shapely, first)
     other_lines, other_owner = (lines, owner) if others is ones else _pieces(shapely, second)
-    found = shapely.STRtree(lines).query(other_lines, predicate="dwithin", distance=reach)
-    pairs = [np.stack([owner[found[1]], other_owner[found[0]]], axis=1)]
+    tree, pairs = shapely.STRtree(lines), []
+    for begin in range(0, len(other_lines), _AT_ONCE):
+        look()
+        found = tree.query(other_lines[begin : begin + _AT_ONCE], predicate="dwithin", distance=reach)
+        pairs.append(np.stack([owner[found[1]], other_owner[begin + found[0]]], axis=1))
     if process not in BEAMS and not all(widths):
         pieces = [(lines, owner), (other_lines, other_owner)]
         pairs += passes_in_order(shapely, program, rows, ones, others, pieces)
@@ -63,42 +74,83 @@ def related(
             pairs.append(rows_in_order(first, ones))
     # Inside something that came before it, work is free again, unless a mill goes round.
     tab = BEAM_TAB if process in BEAMS else MILL_TAB
-    pairs.append(_inside(shapely, first, second, tab))
+    pairs.append(_inside(shapely, first, second, tab, look))
     if process not in BEAMS or not works_with_beam(program, rows):
-        pairs.append(_inside(shapely, second, first, tab)[:, ::-1])
+        pairs.append(_inside(shapely, second, first, tab, look)[:, ::-1])
     every = np.concatenate(pairs)
     return np.unique(every, axis=0) if len(every) else every
 
 
-def _paths(program: Program, rows: Rows, chains: Sequence[Chain]) -> list[_Path]:
+def _paths(program: Program, rows: Rows, chains: Sequence[Chain], look: Look) -> list[_Path]:
     """Return the lines that the cuts of chains go along, in order."""
-    return [(number, points) for number, c in enumerate(chains) for points in _lines_of(program, rows, c)]
+    low = min(int(program.first[c.begin]) for c in chains)
+    steps = _steps(program, rows, low, max(int(program.first[c.end]) for c in chains))
+    paths: list[_Path] = []
+    for number, chain in enumerate(chains):
+        look()
+        paths += [(number, points) for points in _lines_of(program, rows, steps, chain)]
+    return paths
 
 
-def _lines_of(program: Program, rows: Rows, chain: Chain) -> list[NDArray[np.float64]]:
+class _Steps(NamedTuple):
+    """The rows of some chains that cut, and those in which the tool waits.
+
+    Attributes
+    ----------
+    row
+        int64[k]: the rows that cut, or may.
+    ends
+        float64[k, 2, 2]: where each begins and ends.
+    parts, bent
+        bool[k]: the one before ends elsewhere; it is an arc, or where it goes is not known.
+    waits
+        int64[m]: the rows of dwells.
+    """
+
+    row: NDArray[np.int64]
+    ends: NDArray[np.float64]
+    parts: NDArray[np.bool_]
+    bent: NDArray[np.bool_]
+    waits: NDArray[np.int64]
+
+
+def _steps(program: Program, rows: Rows, low: int, high: int) -> _Steps:
+    path = program.path
+    kind, part = path.kind[low:high], slice(low, high)
+    # A beam without power that was not switched off may cut for all that is known.
+    dim = (kind >= Kind.FEED) & (kind <= Kind.ARC_CCW) & rows.sideways[part] & ~rows.travel[part]
+    row = low + np.flatnonzero((rows.cut[part] & (kind != Kind.DWELL)) | dim)
+    kinds, end = path.kind[row], path.end[row, :2]
+    begin = np.where((kinds == Kind.DRILL)[:, None], end, rows.before[row, :2])
+    with np.errstate(invalid="ignore"):
+        goes_on = (np.abs(begin[1:] - end[:-1]) <= TOLERANCE).all(axis=1)
+    ends = np.stack([begin, end], axis=1)
+    bent = np.isin(kinds, [Kind.ARC_CW, Kind.ARC_CCW]) | ~np.isfinite(ends).all(axis=(1, 2))
+    parts = np.concatenate([np.ones(min(len(row), 1), dtype=bool), ~goes_on])
+    return _Steps(row, ends, parts, bent, low + np.flatnonzero(kind == Kind.DWELL))
+
+
+def _lines_of(program: Program, rows: Rows, steps: _Steps, chain: Chain) -> list[NDArray[np.float64]]:
     """Return float64[n, 2] for every line that the cut of a chain goes along without a way in between, arcs as chords.
 
     A line has two points at least; a hole has its place twice, and so has where the tool waits.
     """
-    path = program.path
-    low, high = int(program.first[chain.begin]), int(program.first[chain.end])
-    kind, part = path.kind[low:high], slice(low, high)
-    # A beam without power that was not switched off may cut for all that is known.
-    dim = (kind >= Kind.FEED) & (kind <= Kind.ARC_CCW) & rows.sideways[part] & ~rows.travel[part]
-    chosen = low + np.flatnonzero((rows.cut[part] & (kind != Kind.DWELL)) | dim)
-    kinds, end = path.kind[chosen], path.end[chosen, :2]
-    begin = np.where((kinds == Kind.DRILL)[:, None], end, rows.before[chosen, :2])
-    with np.errstate(invalid="ignore"):
-        goes_on = (np.abs(begin[1:] - end[:-1]) <= TOLERANCE).all(axis=1)
-    edges = [0, *(np.flatnonzero(~goes_on) + 1).tolist(), len(chosen)]
-    lines = []
+    rims = program.first[chain.begin], program.first[chain.end]
+    low, high = np.searchsorted(steps.row, rims).tolist()
+    waits = steps.waits[slice(*np.searchsorted(steps.waits, rims))]
+    lines: list[NDArray[np.float64]] = []
+    edges = [low, *(low + 1 + np.flatnonzero(steps.parts[low + 1 : high])).tolist(), high] if high > low else []
     for one, other in pairwise(edges):
-        points = np.concatenate([begin[one : one + 1], *_corners(program, chosen[one:other])])
+        if other == one + 1 and not steps.bent[one]:
+            lines.append(steps.ends[one])
+            continue
+        points = np.concatenate([steps.ends[one, :1], *_corners(program, steps.row[one:other])])
         points = points[np.isfinite(points).all(axis=1)]
         if len(points):
             lines.append(points if len(points) > 1 else np.repeat(points, 2, axis=0))
-    waits = rows.before[low:high, :2][kind == Kind.DWELL]
-    lines += [np.array([place, place]) for place in np.unique(waits[np.isfinite(waits).all(axis=1)], axis=0)]
+    if len(waits):
+        places = rows.before[waits, :2]
+        lines += [np.array([place, place]) for place in np.unique(places[np.isfinite(places).all(axis=1)], axis=0)]
     return lines or [np.array([chain.entry, chain.entry])]
 
 
@@ -146,7 +198,7 @@ def _pieces(shapely: Any, paths: list[_Path]) -> tuple[NDArray[np.object_], NDAr
     return lines, np.array(owner, dtype=np.int64)
 
 
-def _inside(shapely: Any, inner: list[_Path], outer: list[_Path], tab: float) -> NDArray[np.int64]:
+def _inside(shapely: Any, inner: list[_Path], outer: list[_Path], tab: float, look: Look) -> NDArray[np.int64]:
     """Return int64[k, 2], pairs of a chain of `inner` that begins inside an outline of `outer`, and one that cuts it.
 
     An outline that several chains cut together is closed by the last of them, whichever that will be: what is inside
@@ -156,24 +208,24 @@ def _inside(shapely: Any, inner: list[_Path], outer: list[_Path], tab: float) ->
     owners: list[list[int]] = []
     open_: list[_Path] = []
     for number, path in outer:
+        look()
         area = _area(shapely, path)
         if area is not None:
             areas.append(area)
             owners.append([number])
         elif (path != path[0]).any():
             open_.append((number, path))
-    for area, numbers in closed_together(shapely, open_, tab):
+    for area, numbers in closed_together(shapely, open_, tab, look):
         areas.append(area)
         owners.append(numbers)
     if not areas or not inner:
         return np.zeros((0, 2), dtype=np.int64)
-    points = shapely.points(np.array([path[0] for _, path in inner]))
-    area_at, point_at = shapely.STRtree(points).query(np.array(areas, dtype=object), predicate="contains")
-    pairs = {
-        (inner[point][0], owner)
-        for area, point in zip(area_at.tolist(), point_at.tolist(), strict=True)
-        for owner in owners[area]
-    }
+    tree = shapely.STRtree(shapely.points(np.array([path[0] for _, path in inner])))
+    pairs: set[tuple[int, int]] = set()
+    for area, numbers in zip(areas, owners, strict=True):
+        look()
+        points = tree.query(area, predicate="contains").tolist()
+        pairs.update((inner[point][0], owner) for point in points for owner in numbers)
     # A chain of several lines may lie inside one of its own, or inside an outline that it helps to close.
     found = [pair for pair in pairs if inner is not outer or pair[0] != pair[1]]
     return np.array(found, dtype=np.int64).reshape(-1, 2)
@@ -207,21 +259,45 @@ def _area(shapely: Any, path: NDArray[np.float64]) -> Any:
     return area if area.area > 0 else None
 
 
-def _without_implied(pairs: NDArray[np.int64], n: int) -> NDArray[np.int32]:
-    """Return the pairs (before, after), all from a lower to a higher number, without those that others imply."""
+def _without_implied(pairs: NDArray[np.int64], n: int, look: Look = unseen) -> NDArray[np.int32]:
+    """Return the pairs (before, after), all from a lower to a higher number, without those that others imply.
+
+    What hangs together is looked at by itself, and of that so many chains at a time: memory grows with n alone.
+    """
     if not len(pairs):
         return np.zeros((0, 2), dtype=np.int32)
-    before_of: list[list[int]] = [[] for _ in range(n)]
-    for before, after in pairs.tolist():
-        before_of[after].append(before)
-    # Bit k of `ancestors[i]`: chain k must come before chain i.
-    ancestors = [0] * n
+    group = linked(n, pairs[:, 0], pairs[:, 1])
+    # Chains in the order of their groups: the numbers of what hangs together are near to each other.
+    order = np.argsort(group, kind="stable")
+    rank = np.empty(n, dtype=np.int64)
+    rank[order] = np.arange(n)
+    pairs = np.unique(rank[pairs], axis=0)
+    stop = np.searchsorted(group[order], group[order], side="right")
+    kept: list[tuple[int, int]] = []
+    by_after = pairs[np.lexsort([-pairs[:, 0], pairs[:, 1]])]
+    for low in range(0, n, _BITS):
+        look()
+        high = min(low + _BITS, n)
+        first, last = np.searchsorted(by_after[:, 1], [low, stop[high - 1]])
+        kept += _kept_from(by_after[first:last].tolist(), low, high)
+    whole = order[np.array(kept, dtype=np.int64)]
+    return whole[np.lexsort([-whole[:, 0], whole[:, 1]])].astype(np.int32)
+
+
+def _kept_from(pairs: list[list[int]], low: int, high: int) -> list[tuple[int, int]]:
+    """Return which pairs that begin at low ≤ before < high no others imply.
+
+    `pairs` are sorted by their ends, those of one end with the highest beginning first.
+    """
+    # Bit k of `ancestors[i]`: chain low + k must come before chain i.
+    ancestors: dict[int, int] = {}
     kept = []
-    for after, those in enumerate(before_of):
-        known = 0
-        for before in sorted(set(those), reverse=True):
-            if not known >> before & 1:
-                kept.append((before, after))
-                known |= ancestors[before] | 1 << before
-        ancestors[after] = known
-    return np.array(kept, dtype=np.int32)
+    for before, after in pairs:
+        known = ancestors.get(after, 0)
+        if low <= before < high and not known >> (before - low) & 1:
+            kept.append((before, after))
+            known |= 1 << (before - low)
+        known |= ancestors.get(before, 0)
+        if known:
+            ancestors[after] = known
+    return kept

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError, nearest
 from leafcut.gcode.program import Program
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.look import Look, unseen
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.plan.chains import PROCESSES, known_process
@@ -26,7 +27,12 @@ Point = tuple[float, float]
 
 
 def find_sequence(
-    program: Program, *, process: str = "auto", merge_tools: bool = False, allow_reverse: bool = False
+    program: Program,
+    *,
+    process: str = "auto",
+    merge_tools: bool = False,
+    allow_reverse: bool = False,
+    look: Look = unseen,
 ) -> Sequence:
     """Return the program in pieces: sections whose chains may change places, and all that stays.
 
@@ -38,6 +44,8 @@ def find_sequence(
         Join sections of one tool where nothing between them forbids it, which saves changes of tool.
     allow_reverse
         Let open cuts at one depth be made from either end (`leafcut.plan.reversing`).
+    look
+        Called as it goes on.
 
     Raises
     ------
@@ -47,13 +55,13 @@ def find_sequence(
     if process != "auto" and process not in PROCESSES:
         raise PlanError(f"unknown process '{process}'{nearest(process, ['auto', *PROCESSES])}")
     found = known_process(program) if process == "auto" else process
-    finder = Finder(program, found)
+    finder = Finder(program, found, look)
     items = finder.items()
     sequence = Sequence(tuple(items), found, (), tuple(_issues(finder, items)))
     if merge_tools:
         from leafcut.plan.merging import merge_sections
 
-        sequence = merge_sections(program, sequence, finder.rows)
+        sequence = merge_sections(program, sequence, finder.rows, look)
     if allow_reverse:
         from leafcut.plan.reversing import with_reversible
 

@@ -23,6 +23,7 @@ from leafcut.errors import PostError
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reliance import HERE, BlockReader, Reliance, height_matters, next_place
 from leafcut.gcode.stroke import find_stroke
+from leafcut.model.look import Look, unseen
 from leafcut.model.sequence import Chain, Kept, Section, Sequence
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.post.insertion import format_length, format_value, insert_words_within, renumbered
@@ -46,8 +47,9 @@ _FIELDS: dict[str, tuple[str, ...]] = {
 
 
 def rewrite(
-    program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False, longest: int = 255
-) -> str:
+    program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False, longest: int = 255,
+    look: Look = unseen,
+) -> str:  # fmt: skip
     """Return the text of the program with the chains of every section in their order.
 
     Parameters
@@ -56,8 +58,8 @@ def rewrite(
         One permutation of its chains for every section, integers; ~k is chain k from its other end.
     renumber
         Give new N-numbers to all lines that have one.
-    longest
-        Characters that the controller takes in a line: none that has gained words has more, unless it had before.
+    longest, look
+        Most characters of a line that gains words, unless it had more before; what is called as it goes on.
 
     Raises
     ------
@@ -73,9 +75,9 @@ def rewrite(
     same = not sequence.dropped and all((p == np.arange(len(p))).all() for p in permutations)
     if same and not renumber:
         return "".join(program.lines)
-    lines = (
-        [(line, False) for line in program.lines] if same else _Rewriter(program, sequence, longest).lines(permutations)
-    )
+    lines = [(line, False) for line in program.lines]
+    if not same:
+        lines = _Rewriter(program, sequence, longest, look).lines(permutations)
     return "".join(renumbered(lines, longest) if renumber else (text for text, _ in lines))
 
 
@@ -91,8 +93,8 @@ def _of_section(number: int) -> Iterator[None]:
 class _Rewriter:
     """Writes piece after piece, and remembers what the machine then has active, and where the tool is."""
 
-    def __init__(self, program: Program, sequence: Sequence, longest: int) -> None:
-        self.program, self.sequence, self.longest = program, sequence, longest
+    def __init__(self, program: Program, sequence: Sequence, longest: int, look: Look) -> None:
+        self.program, self.sequence, self.longest, self.look = program, sequence, longest, look
         self.reader = BlockReader(program)
         self.territory = Territory(program, sequence)
         self.original = Original(program)
@@ -177,6 +179,7 @@ class _Rewriter:
 
     def _chain(self, chain: Chain, floor: float, turned: bool) -> None:
         """Write one chain, `turned` from its other end, arriving no lower than `floor`."""
+        self.look()
         program = self.program
         block, row = self.original.arrival(chain)
         entry = chain.exit if turned else chain.entry

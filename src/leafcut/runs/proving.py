@@ -64,7 +64,6 @@ def write_proved(
         Not even the program as it is can be written so, or proved to be safe.
     """
     writer = _Writer(run, words, original, sequence, source)
-    run.tell("verifying")
     free = {number for number, order in enumerate(orders) if order is not None}
     kept: dict[int, str] = {}
     trials = 0
@@ -110,7 +109,14 @@ class _Writer:
         own = [np.arange(len(s.chains), dtype=np.int32) if order is None else order for s, order in given]
         try:
             options = self.run.settings.resequence
-            return rewrite(self.original, self.sequence, own, renumber=options.renumber, longest=self.words.max_line)
+            return rewrite(
+                self.original,
+                self.sequence,
+                own,
+                renumber=options.renumber,
+                longest=self.words.max_line,
+                look=self.run.looking("writing"),
+            )
         except PostError as problem:
             if problem.section is None:
                 raise
@@ -122,12 +128,13 @@ class _Writer:
         from leafcut.verify.certificate import certify
 
         settings = self.run.settings
+        look = self.run.looking("verifying")
         try:
-            new = interpret_program(text, self.words, "the new program")
+            new = interpret_program(text, self.words, "the new program", look=look)
         except ReadError as problem:
             raise _Refused(str(problem), set()) from None
         either_way = settings.resequence.allow_reverse
-        certificate = certify(self.original, new, machine=self.run.machine, allow_reverse=either_way)
+        certificate = certify(self.original, new, machine=self.run.machine, allow_reverse=either_way, look=look)
         if not certificate.same:
             more = len(certificate.differences) - 1
             said = f"{certificate.differences[0]}{f' (and {more} more)' if more > 0 else ''}"
@@ -135,7 +142,7 @@ class _Writer:
             raise _Refused(said, guilty - {-1})
         if settings.post.header and text != "".join(self.original.lines):
             text = with_comments(text, certificate.comment_lines(Path(self.source).name), self.words)
-            new = interpret_program(text, self.words, "the new program")
+            new = interpret_program(text, self.words, "the new program", look=look)
         return Proved(text, new, certificate)
 
     def issues(self, kept: dict[int, str]) -> Iterator[Issue]:

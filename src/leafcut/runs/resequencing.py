@@ -52,10 +52,13 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
     words = dialect(run.settings.post.dialect or run.machine.controller)
     options = run.settings.resequence
     text, encoding = decoded(source, data)
-    run.tell("reading")
-    original = interpret_program(text, words, source)
+    original = interpret_program(text, words, source, look=run.looking("reading"))
     sequence = find_sequence(
-        original, process=process, merge_tools=options.merge_tools, allow_reverse=options.allow_reverse
+        original,
+        process=process,
+        merge_tools=options.merge_tools,
+        allow_reverse=options.allow_reverse,
+        look=run.looking("finding what may change places"),
     )
     with announced(lambda: run.tell("compiling (first run on this machine)")):
         solutions = _solve_sections(run, sequence)

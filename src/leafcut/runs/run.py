@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, VerifyError
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.look import Look
 from leafcut.model.machine import Machine
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
@@ -20,6 +22,9 @@ if TYPE_CHECKING:
 #: Told about the work as it goes: (what is being done, cost so far or None, share done 0 … 1, how far at most the cost
 #: is above the least possible as a fraction, or None where no bound is known yet). Must be quick.
 Progress = Callable[[str, float | None, float, float | None], None]
+
+#: Who waits is told this often, at most, that a stage goes on, s.
+_TOLD_AGAIN = 0.1
 
 
 @dataclass(frozen=True)
@@ -40,6 +45,23 @@ class Run:
         """Pass on what is being done."""
         if self.progress is not None:
             self.progress(what, cost, share, gap)
+
+    def looking(self, what: str) -> Look:
+        """Tell what is begun; return what the stage calls as it goes on.
+
+        That tells the same again, now and then: who is told can end the run, as a job that is cancelled does.
+        """
+        self.tell(what)
+        told = time.monotonic()
+
+        def look() -> None:
+            nonlocal told
+            now = time.monotonic()
+            if now - told >= _TOLD_AGAIN:
+                told = now
+                self.tell(what)
+
+        return look
 
 
 def machine_of(settings: Settings) -> Machine:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from leafcut.gcode.program import Program
+from leafcut.model.look import Look, unseen
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.verify.difference import MOST_LISTED, Difference, place, shorten
@@ -130,6 +131,7 @@ def certify(
     machine: Machine | None = None,
     tolerance_mm: float = 0.002,
     allow_reverse: bool = False,
+    look: Look = unseen,
 ) -> Certificate:
     """Return the proof that two programs do the same work, or in what they differ.
 
@@ -148,6 +150,7 @@ def certify(
     drilling cycles, both are compared as single moves. Coordinates agree within `tolerance_mm` on every axis.
 
     With `allow_reverse`, open cuts at one level may be made from their other end (`leafcut.verify.turning`).
+    `look` is called as it goes on.
 
     Raises
     ------
@@ -157,7 +160,7 @@ def certify(
     written_out, beam = only_moves(original.path) != only_moves(new.path), cuts_with_beam(original)
     before, after = (read_work(program, written_out=written_out, beam=beam) for program in (original, new))
     grouping = compare_walls(before.walls, after.walls)
-    found = _Found()
+    found = _Found(look)
     found.add(grouping.differences)
     found.add(misplaced(before.marks, grouping.mark_of, tolerance_mm))
     turned = _compare_work(before, after, grouping, tolerance_mm, beam, allow_reverse, told_width(original), found)
@@ -173,11 +176,13 @@ def certify(
 class _Found:
     """Differences as they come: the first of each sort, and how many there are in all."""
 
-    def __init__(self) -> None:
+    def __init__(self, look: Look) -> None:
+        self.look = look
         self.differences: list[Difference] = []
         self.count = 0
 
     def add(self, differences: Iterable[Difference], count: int = 0) -> None:
+        self.look()
         new = list(differences)
         self.differences += new[:MOST_LISTED]
         self.count += max(count, len(new))
@@ -209,7 +214,7 @@ def _compare_work(
     turned = runs_turned(both[0], both[1], pairing.new_of)
     found.add(*compare_rapids(before, after, pairing.new_of, turned, grouping.mark_of, tolerance, beam))
     no_mill = beam or _is_flat(before.path)
-    found.add(_disordered(before, after, pairing.new_of, tolerance, no_mill))
+    found.add(_disordered(before, after, pairing.new_of, tolerance, no_mill, found.look))
     if not no_mill:
         found.add(_passes(before, after, pairing.new_of, width))
     return len(np.unique(turned[turned >= 0]))
@@ -221,7 +226,9 @@ def _is_flat(path: Toolpath) -> bool:
     return not bool((np.abs(np.diff(z[np.isfinite(z)])) > STILL).any() or (path.kind == Kind.DRILL).any())
 
 
-def _disordered(before: Work, after: Work, new_of: Ints, tolerance: float, flat: bool) -> Iterator[Difference]:
+def _disordered(
+    before: Work, after: Work, new_of: Ints, tolerance: float, flat: bool, look: Look
+) -> Iterator[Difference]:
     """Yield the cuts whose order has meaning, and has changed."""
     features = before.features
     if (np.diff(new_of[new_of >= 0]) > 0).all():
@@ -230,11 +237,13 @@ def _disordered(before: Work, after: Work, new_of: Ints, tolerance: float, flat:
     for one in _overtaken(new_of, np.flatnonzero(~known)):
         yield _both(before, after, new_of, one, one, "order", "where {} is, is not known, and it has changed places")
     traces = traces_of(features)
+    look()
     touching = inverted(traces, new_of, tolerance)
     for one, other in touching.pairs[:MOST_LISTED].tolist():
         yield _both(before, after, new_of, one, other, "order", "{} touches {}, which came after it and is now before")
     if not touching.proved:
         yield Difference("order", 0, 0, "so many cuts lie on top of each other that their order cannot be proved")
+    look()
     chain = np.cumsum(heights_of(before, gaps_of(before)).follows == 0)
     places = features.place[:, :2]
     for inner, outer in exchanged(traces, places, chain - chain[0], new_of, inner_may_come_first=flat):
@@ -242,7 +251,7 @@ def _disordered(before: Work, after: Work, new_of: Ints, tolerance: float, flat:
         text = f"{{}} lies inside a closed cut that ends at {{}}, and was made {was} it; now it is made {now} it"
         yield _both(before, after, new_of, inner, outer, f"inner {now} outer", text)
     tab = BEAM_TAB if flat else MILL_TAB
-    for inner, outer in freed(traces, chain - chain[0], new_of, tab, inner_may_come_first=flat):
+    for inner, outer in freed(traces, chain - chain[0], new_of, tab, look, inner_may_come_first=flat):
         was, now = ("before", "after") if inner < outer else ("after", "before")
         text = (
             f"{{}} lies inside an outline with tabs that ends at {{}}, and was made {was} it; now it is made {now} it"

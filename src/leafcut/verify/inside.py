@@ -20,6 +20,8 @@ _CLOSED = 0.01
 _HALVINGS = 4
 #: A chain of more pieces is closed only where one of its corners is met again; a shorter one where it crosses itself.
 _MOST_PIECES = 1500
+#: Places times lines that are looked at together.
+_AT_ONCE = 1_000_000
 
 
 def exchanged(
@@ -145,11 +147,17 @@ def _crossing(begin: Floats, end: Floats, other_begin: Floats, other_end: Floats
 
 def within_loop(spots: Floats, loop: Floats) -> Mask:
     """Return which places lie inside a closed line, by how often a ray to the right crosses it."""
-    inside = np.zeros(len(spots), dtype=bool)
     begin, end = loop, np.roll(loop, -1, axis=0)
-    for number, (x, y) in enumerate(spots.tolist()):
-        over = (begin[:, 1] > y) != (end[:, 1] > y)
-        a, b = begin[over], end[over]
-        crossing = a[:, 0] + (y - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])
-        inside[number] = np.count_nonzero(crossing > x) % 2 == 1
-    return inside
+    rows = max(1, _AT_ONCE // max(len(loop), 1))
+    inside = [_ray_odd(spots[k : k + rows], begin, end) for k in range(0, len(spots), rows)]
+    return np.concatenate(inside) if inside else np.zeros(0, dtype=bool)
+
+
+def _ray_odd(spots: Floats, begin: Floats, end: Floats) -> Mask:
+    """Return for which places a ray to the right crosses an odd number of lines."""
+    x, y = spots.T
+    spot, line = np.nonzero((begin[:, 1] > y[:, None]) != (end[:, 1] > y[:, None]))
+    a, b = begin[line], end[line]
+    crossing = a[:, 0] + (y[spot] - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])
+    odd: Mask = np.bincount(spot[crossing > x[spot]], minlength=len(spots)) % 2 == 1
+    return odd

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.model.look import Look, unseen
 from leafcut.verify.difference import MOST_LISTED
 from leafcut.verify.features import Floats, Ints
 from leafcut.verify.inside import loops_in, outline_of, within_loop
@@ -67,32 +68,49 @@ class _Line(NamedTuple):
     cuts: list[int]
 
 
-def freed(traces: Traces, chain: Ints, rank: Ints, tab: float, *, inner_may_come_first: bool) -> list[tuple[int, int]]:
+def freed(
+    traces: Traces, chain: Ints, rank: Ints, tab: float, look: Look = unseen, *, inner_may_come_first: bool
+) -> list[tuple[int, int]]:
     """Return (inner, outer) features that have changed places: outer ends the last cut of an outline around inner.
 
     `chain`, `rank` and `inner_may_come_first` are as for `leafcut.verify.inside.exchanged`; `tab` is how wide a tab
-    may be, mm.
+    may be, mm; `look` is called as it goes on.
     """
     if not len(traces.feature):
         return []
+    import shapely
+
     cuts = _cuts(traces, chain, rank)
-    number = np.arange(len(cuts.first))
+    spots = cuts.tips[:, 0]
+    tree = shapely.STRtree(shapely.points(spots))
     found: list[tuple[int, int]] = []
     for loop in _outlines(traces, cuts, tab):
+        look()
         outer = np.array(sorted({cut for line, _ in loop for cut in line.cuts}))
         if (cuts.begins[outer] < 0).any():
             continue
-        closes, closed = outer[-1], cuts.ends[outer].max()
-        changed = (number < closes) & (cuts.begins > closed)
+        around = _around(traces, cuts, loop)
+        if not len(around):
+            continue
+        near = _near(tree, around)
+        closes, closed, begins = outer[-1], cuts.ends[outer].max(), cuts.begins[near]
+        changed = (near < closes) & (begins > closed)
         if not inner_may_come_first:
-            changed |= (number > closes) & (cuts.begins < closed) & (cuts.begins >= 0)
-        inner = np.setdiff1d(np.flatnonzero(changed), outer)
-        if len(inner):
-            inner = inner[within_loop(cuts.tips[inner, 0], _around(traces, cuts, loop))]
+            changed |= (near > closes) & (begins < closed) & (begins >= 0)
+        inner = np.setdiff1d(near[changed], outer)
+        inner = inner[within_loop(spots[inner], around)]
         found += [(int(cuts.first[k]), int(cuts.last[closes])) for k in inner]
         if len(found) > MOST_LISTED:
             break
     return found
+
+
+def _near(tree: Any, corners: Floats) -> Ints:
+    """Return which points of an index are in the box around some corners, or a hair outside, rising."""
+    import shapely
+
+    low, high = corners.min(axis=0) - _ONE_PLACE, corners.max(axis=0) + _ONE_PLACE
+    return np.sort(tree.query(shapely.box(*low, *high)))
 
 
 def _around(traces: Traces, cuts: _Cuts, loop: Sequence[tuple[_Line, bool]]) -> Floats:
