@@ -109,6 +109,7 @@ export class Drawing {
     this.panes.forEach((pane) => {
       if (layer === "live") pane.setLive(scene);
       else pane.setPheromone(this.scenes.pheromone);
+      if (layer === "live" && pane.hovered?.stop) this._say(describe(pane.hovered, pane, this.words)); // it has another number
     });
     this._wake();
     return true;
