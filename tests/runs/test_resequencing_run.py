@@ -275,7 +275,9 @@ def test_a_binary_file_is_no_program() -> None:
         decoded("x.nc", b"G0\0")
 
 
-@pytest.mark.parametrize("stage", ["reading", "finding what may change places", "writing", "verifying"])
+@pytest.mark.parametrize(
+    "stage", ["reading", "finding what may change places", "ordering section 1", "writing", "verifying"]
+)
 def test_every_stage_names_itself_and_who_is_told_can_end_it_while_it_goes_on(
     stage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -137,6 +137,7 @@ def _solve_sections(run: Run, sequence: Sequence) -> list[Solution | None]:
         if chains < 2:
             solutions.append(None)
         else:
+            run.tell(f"ordering section {number}", share=1.0 - left / total)
             tell = passing_on(run.progress, f"ordering section {number}", left / total, chains / total)
             used = sum(s.seconds for s in solutions if s is not None)
             budget = share(run.settings.solve, used, left, problem)
