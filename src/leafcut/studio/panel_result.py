@@ -152,7 +152,8 @@ class ResultPanel:
             for name in ("before", "nearest", "after")
             if (m := answer[name]) is not None
         ]
-        heads = [("", ""), *((w(f"result.{name}"), _NUMBER) for name in ("time", "travel", "cutting"))]
+        way = "between" if "cutting" in answer else "travel"
+        heads = [("", ""), *((w(f"result.{name}"), _NUMBER) for name in ("time", way, "cutting"))]
         table(heads, rows, w("result.times"))
         self._tools(answer)
         if "strategies" in answer:
