@@ -213,6 +213,9 @@ class ResultPanel:
         ]
         heads = [(w("result.strategy"), ""), *((w(f"result.{k}"), _NUMBER) for k in ("way", "lifts", "uncut", "time"))]
         table(heads, rows, w("result.strategies"))
+        for row in answer["strategies"]:
+            if "refused" in row:
+                text("p", f"{row['strategy']}: {w.plain(row['refused'])}", "quiet small", lang="en")
 
     def _tour(self, answer: dict[str, Any]) -> None:
         w = self.view.words
