@@ -15,7 +15,8 @@ HERE = Path(__file__).parent
 OPTIONS_INTRODUCTION = (
     "Each is a flag of the command line, a key of a TOML file given with `--options`, and a keyword of",
     "`leafcut.optimize`, and means the same in all three. Bare numbers are millimetres, seconds, mm/min or rpm;",
-    "any can carry its own unit: `0.25in`, `90ipm`, `500ms`.",
+    "any can carry its own unit: `0.25in`, `90ipm`, `500ms`. A decimal comma is a point where it",
+    "cannot be anything else: `6,5` is 6.5, but not in lists, and `1,250` is asked back.",
 )
 
 

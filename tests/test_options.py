@@ -164,3 +164,10 @@ def test_what_is_written_is_read_again_as_the_same(group: Any, name: str, spec: 
 def test_a_share_is_a_number_or_percent_of_it() -> None:
     for said in (0.45, "0.45", "45%", " 45 % "):
         assert PocketOptions(step_over=said).step_over == pytest.approx(0.45)  # type: ignore[arg-type]
+
+
+def test_a_decimal_comma_is_a_point_in_what_holds_one_number_and_parts_what_holds_several() -> None:
+    found = Settings.collect({"thickness": "6,5", "dwell": "0,5s", "start_point": "10,20", "step_over": "62,5%"})
+    assert (found.drill.thickness, found.drill.dwell) == (6.5, 0.5)
+    assert found.drill.start_point == (10.0, 20.0)
+    assert found.pocket.step_over == 0.625

@@ -32,6 +32,11 @@ from leafcut.units import BARE_UNIT, FACTORS, format_length, format_time, parse_
         ("2.5 m/s2", "mm/s²", 2500.0),
         ("0.1g", "mm/s²", 980.665),
         ("24krpm", "rpm", 24000.0),
+        ("6,5", "mm", 6.5),
+        ("-0,125 in", "mm", -3.175),
+        ("1,5 min", "s", 90.0),
+        ("22,5deg", "rad", math.radians(22.5)),
+        ("1250,125", "mm", 1250.125),
     ],
 )
 def test_a_text_carries_its_unit_or_has_the_one_of_the_shop(text: str, unit: str, value: float) -> None:
@@ -59,6 +64,11 @@ def test_a_number_is_in_inner_units_already() -> None:
         (math.nan, "not a finite"),
         (True, "not a number"),
         ("3mm4", "unknown unit"),
+        ("6,5,4", "'6,5,4' is not one number; write it with a point, such as 6.5"),
+        (",5", "such as 6.5"),
+        ("6,", "such as 6.5"),
+        ("1,250.5", "such as 6.5"),
+        ("1,250mm", "may be 1250 or 1.250; write the one that is meant"),
     ],
 )
 def test_what_is_no_quantity_is_refused(value: str | float, words: str) -> None:

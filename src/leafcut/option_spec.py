@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from leafcut.errors import OptionError, nearest
-from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity
+from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity, with_point
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ def _whole(_: OptionSpec, value: Any) -> int:
 def _number(_: OptionSpec, value: Any) -> float:
     if isinstance(value, bool):
         raise ValueError(value)
-    return parse_quantity(value, "rad") if not isinstance(value, str) else _finite(float(value))
+    return parse_quantity(value, "rad") if not isinstance(value, str) else _finite(float(with_point(value)))
 
 
 def _share(spec: OptionSpec, value: Any) -> float:

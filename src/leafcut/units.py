@@ -63,12 +63,34 @@ BARE_UNIT = {"mm": "mm", "s": "s", "mm/s": "mm/min", "mm/s²": "mm/s²", "rad": 
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*\Z")
 
+_COMMA = re.compile(r"\s*([-+]?\d+),(\d+)(?![\d.])([^,]*)\Z")
+
+
+def with_point(text: str) -> str:
+    """Return the text of a number with a point in the place of a decimal comma: ``6,5 mm`` is ``6.5 mm``.
+
+    Raises
+    ------
+    OptionError
+        There is more than one comma, or one that may stand between thousands: ``1,250``.
+    """
+    if "," not in text:
+        return text
+    match = _COMMA.match(text)
+    if match is None:
+        raise OptionError(f"'{text}' is not one number; write it with a point, such as 6.5")
+    whole, part, rest = match.groups()
+    if len(part) == 3 and 1 <= len(whole.lstrip("+-0")) <= 3:
+        raise OptionError(f"'{text}' may be {whole}{part} or {whole}.{part}; write the one that is meant")
+    return f"{whole}.{part}{rest}"
+
 
 def parse_quantity(value: str | float, unit: str) -> float:
     """Return `value` in the inner `unit` (a key of `FACTORS`).
 
     A number is taken to be in the inner unit already. A text may carry its own unit ("3mm", "0.1in", "90 ipm",
     "118deg"); a text without one is in the unit a person would mean (`BARE_UNIT`: feeds in mm/min, angles in degrees).
+    A comma is taken for a point where it cannot be anything else (`with_point`).
 
     Raises
     ------
@@ -80,7 +102,7 @@ def parse_quantity(value: str | float, unit: str) -> float:
     if isinstance(value, int | float):
         number, factor = float(value), 1.0
     else:
-        match = _QUANTITY.match(value)
+        match = _QUANTITY.match(with_point(value))
         if not match:
             raise OptionError(f"'{value}' is not a number with a unit, such as '3{BARE_UNIT[unit]}'")
         word = match.group(2)

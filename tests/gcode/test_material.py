@@ -47,6 +47,14 @@ def test_a_cut_by_hand() -> None:
     assert found.by_kind["feed"] == pytest.approx(sum(feeds), abs=1e-6)
 
 
+def test_the_torch_goes_down_at_the_feed_that_the_cut_begins_with() -> None:
+    """2.5 mm at 10 mm/s, then 10 mm at 10 and 10 mm at 20: holes are cut slower than the material's own feed."""
+    path, _ = run(f"{STEEL}\nG0 X0 Y0\nM3 $0 S1\nM62 P2\nG1 X10 F600\nX20 F1200\nM5 $0\n")
+    feeds = path.value[path.kind == Kind.FEED]
+    assert feeds.tolist() == pytest.approx([10.0, 10.0, 20.0])
+    assert not (run(f"{STEEL}\nG0 X0 Y0\nM3 $0 S1\nM5 $0\n")[0].kind == Kind.FEED).any()
+
+
 def test_the_figures_are_in_the_units_of_the_program() -> None:
     assert materials_of(["G20", "(o=0, ph=0.1, pd=1.5, ch=0.05, fr=60)"]) == [
         (2, Material(pytest.approx(2.54), 1.5, pytest.approx(1.27), pytest.approx(25.4)))

@@ -97,8 +97,10 @@ def test_a_hole_without_a_tool_names_the_nearest() -> None:
 
 
 def test_a_hole_deeper_than_its_tool_is_refused() -> None:
-    with pytest.raises(PlanError, match=r"cuts 30 mm deep at most, but the hole needs 32"):
+    with pytest.raises(PlanError, match=r"cuts 30 mm deep at most, but the hole needs 32.* for --thickness 30 mm; use"):
         plan(thickness=30.0)
+    with pytest.raises(PlanError, match=r"the hole needs 32\.5 mm for --depth 31 mm; use a longer tool$"):
+        plan(thickness=None, depth=31.0)
 
 
 def test_a_tool_too_fast_for_the_spindle_or_the_feed_is_refused() -> None:
@@ -127,6 +129,8 @@ def test_assumed_tools_are_one_per_diameter_and_listed() -> None:
         (2.0, ToolKind.SLOT_MILL, 1),
     ]
     assert [i.code for i in made.issues] == ["L401"] * 3
+    for operation, issue in zip(made.operations, made.issues, strict=True):  # to the three decimals of a program
+        assert f"{round(operation.tool.feed * 60, 3):g} mm/min" in issue.message
 
 
 def test_cycles_need_their_words() -> None:

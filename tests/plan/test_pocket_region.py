@@ -95,6 +95,11 @@ def test_a_tool_that_fits_nowhere_is_refused() -> None:
         centre_regions(Pocket(box(0, 0, 9, 50)), RULES)
 
 
+def test_a_pocket_is_named_once() -> None:
+    named = [Pocket(box(0, 0, 9, 9), name=name).label for name in ("", "pocket", "3", "POCKET_A")]
+    assert named == ["the pocket", "the pocket", "pocket 3", "POCKET_A"]
+
+
 def test_an_island_that_crosses_the_wall_is_refused() -> None:
     with pytest.raises(PlanError, match="must not cross or touch"):
         centre_regions(Pocket(box(0, 0, 50, 50), (box(40, 10, 60, 20).reversed(),)), RULES)

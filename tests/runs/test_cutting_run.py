@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from importlib.resources import files
@@ -19,6 +20,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.model.toolpath import Kind
 from leafcut.read.plan_file import load_plan
+from leafcut.report.json_answer import as_json
 from rs274_moves import run_rs274
 
 FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "iterations": 20, "threads": 1}
@@ -56,6 +58,25 @@ def test_a_sheet_becomes_a_verified_program_that_takes_less_time(outcome) -> Non
     assert len(plan.cuts) == 16
     assert_nothing_is_gouged(plan.sheet, plan.cuts, plan.data.kerf)
     assert_leads_in_scrap(plan.sheet, plan.cuts, plan.data.kerf)
+
+
+def test_a_program_read_again_takes_the_time_of_its_plan_but_for_rounded_places(outcome, tmp_path: Path) -> None:
+    (tmp_path / "a.ngc").write_text(outcome.text)
+    found = api.simulate(tmp_path / "a.ngc", machine="plasma-table")
+    assert any(cut.small_hole for cut in outcome.cut_plan.cuts)  # which begin slower than the material's own feed
+    assert found["time_s"] == pytest.approx(outcome.after.time_s, abs=0.001 * len(outcome.cut_plan.cuts))
+
+
+def test_every_face_states_the_lengths_of_the_plan_of_a_sheet(outcome) -> None:
+    """Cuts along themselves, ways between them in X and Y; the toolpath's rises and descents are in neither."""
+    cuts = outcome.cut_plan.cuts
+    along = sum(cut.path.length for cut in cuts)
+    between = sum(math.dist(a.path.end, b.path.start) for a, b in itertools.pairwise(cuts))
+    answer = as_json(outcome)
+    sheet = answer["cutting"]["after"]
+    assert answer["after"]["cut_mm"] == sheet["cut_mm"] == pytest.approx(along)
+    assert answer["after"]["travel_mm"] == sheet["rapid_mm"] == pytest.approx(between)
+    assert outcome.after.travel_mm > between
 
 
 def test_holes_and_marks_of_a_part_come_before_its_outline(outcome) -> None:

@@ -285,3 +285,23 @@ def test_a_run_that_was_cancelled_is_not_told_as_none(page: Page) -> None:
     page.get_by_role("button", name="Really keep nothing?").click()
     expect(page.locator(".result")).to_contain_text("cancelled", timeout=LONG)
     expect(page.locator(".result")).not_to_contain_text("Nothing has been run yet")
+
+
+def test_a_machine_saved_under_another_name_has_it_and_another_is_replaced_only_when_asked_twice(page: Page) -> None:
+    page.get_by_role("button", name="Machines", exact=True).click()
+    page.get_by_role("button", name="laser-table", exact=True).click()
+    page.get_by_role("button", name="Copy", exact=True).last.click()
+    name, said = page.locator("#editor-name"), page.locator("#said")
+    save = page.get_by_role("button", name="Save", exact=True)
+    expect(name).to_have_value("my-laser-table")
+    name.fill("other-laser")
+    save.click()
+    expect(said).to_contain_text("other-laser was checked")
+    assert page.locator("textarea:visible").input_value().startswith('name = "other-laser"')
+    page.get_by_role("button", name="my-laser-table", exact=True).click()
+    expect(name).to_have_value("my-laser-table")
+    name.fill("other-laser")
+    save.click()
+    expect(said).to_contain_text("once more")
+    save.click()
+    expect(said).to_contain_text("other-laser was checked")

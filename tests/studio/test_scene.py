@@ -149,7 +149,14 @@ def test_a_map_without_a_unit_is_told_without_one(tmp_path: Path) -> None:
 def test_a_size_is_told_without_powers_of_ten(tmp_path: Path) -> None:
     file = tmp_path / "far.csv"
     file.write_text("x,y\n0,0\n23456.7,0.5\n")
-    assert dict(look(str(file)).facts)["size"] == "23,457 × 0.5 mm"
+    assert dict(look(str(file)).facts)["centres"] == "23,457 × 0.5 mm"
+
+
+def test_a_size_is_that_of_outlines_or_else_between_centres() -> None:
+    """Of holes alone nobody knows how far the plate goes beyond them."""
+    plate = str(Path(__file__).parents[2] / "examples" / "plate_10.dxf")
+    assert "centres" in dict(look(plate, "drill").facts) and "size" not in dict(look(plate, "drill").facts)
+    assert "size" in dict(look(plate, "cut").facts)
 
 
 def test_what_a_search_costs_is_told_in_the_unit_of_what_is_made_small() -> None:

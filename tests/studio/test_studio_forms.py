@@ -124,7 +124,7 @@ def test_in_spanish_a_field_says_it_in_spanish() -> None:
     groups = forms.form("cut", {}, words("es"), machines={}, tools=[])
     fields = {field["name"]: field for group in groups for field in group["fields"]}
     assert fields["kerf_width"]["help"] == "ancho de la sangría"
-    assert fields["kerf_width"]["default"] == "el de la tabla"
+    assert fields["kerf_width"]["default"] == "de la tabla"
     assert words("es").issue("L102") == "El archivo no dice sus unidades"
     assert EN.issue("L102") == ""
 

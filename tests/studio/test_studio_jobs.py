@@ -16,9 +16,10 @@ from leafcut.files import OutputError
 from leafcut.studio import jobs as room
 from leafcut.studio.app import Studio, open_studio
 from leafcut.studio.history import Artefact, History, State
-from leafcut.studio.panel_jobs import choices_of
+from leafcut.studio.jobs import Live
+from leafcut.studio.panel_jobs import change_words, choices_of
 from leafcut.studio.running import Made
-from leafcut.studio.task import Task
+from leafcut.studio.task import Call, Task, title_of
 from leafcut.studio.wording import words as words_of
 
 LONG = Task("solve", ("random:300:1",), options={"time_limit": "120s", "bound": False})
@@ -289,6 +290,17 @@ def test_two_who_write_at_once_lose_nothing(tmp_path: Path) -> None:
     history.close()
 
 
+def test_what_is_built_in_is_called_by_its_name(studio: Studio) -> None:
+    assert title_of(SHORT, studio.folder) == "plate-10"
+    assert title_of(Task("solve", ("random:9:1",)), studio.folder) == "random:9:1"
+
+
+def test_a_time_that_has_not_changed_has_no_sign() -> None:
+    assert [change_words(saved) for saved in (2.46, 0.04, -0.04, -1.0)] == [
+        "−2.5\u00a0%", "0.0\u00a0%", "0.0\u00a0%", "+1.0\u00a0%"
+    ]  # fmt: skip
+
+
 def test_jobs_of_one_file_are_told_apart_by_machine_and_options(studio: Studio) -> None:
     words = words_of("en")
     chosen = {"machine": "haas-vf2", "thickness": "6mm", "bound": False, "preset": "default", "tools": "mine:shop"}
@@ -305,3 +317,11 @@ def test_jobs_of_one_file_are_told_apart_by_machine_and_options(studio: Studio) 
     assert choices_of(older, studio.folder, words) == ["linuxcnc-mill", "Thickness 6mm"]
     assert choices_of(Task("optimize", ("a",), "cut"), studio.folder, words) == ["plasma-table"]
     assert choices_of(Task("solve", ("random:9:1",), options={"seed": "2"}), studio.folder, words) == ["Seed 2"]
+
+
+def test_messages_are_counted_also_when_only_the_last_are_kept() -> None:
+    live = Live("a", Call("optimize", ("a.dxf",), "auto", {}), ("a.dxf",))
+    for number in range(1500):
+        live.tell(f"pocket {number}", None, 0.0, None)
+    assert (len(live.messages), live.said) == (1000, 1500)
+    assert live.messages[-1][1] == "pocket 1499"

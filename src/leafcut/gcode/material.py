@@ -15,6 +15,8 @@ from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from leafcut.errors import ReadError
 from leafcut.model.toolpath import MOTIONS, PLACES, Kind, Motion, Toolpath
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
@@ -24,6 +26,10 @@ _FIGURE = re.compile(r"\b([a-z]{2})\s*=\s*([0-9]{1,9}(?:\.[0-9]{0,9})?|\.[0-9]{1
 _CHOICE = re.compile(r"(?:^|[\s0-9])M190\s*P([0-9]{1,9})", re.IGNORECASE)
 _FLOWING = re.compile(r"^(?:\s*N[0-9]+)?\s*M(?:62|63|67)(?![0-9])", re.IGNORECASE)
 _UNITS = re.compile(r"(?:^|[\s0-9])G(20|21)(?![0-9.])", re.IGNORECASE)
+#: A cut begins within so many rows of the start of the torch: outputs and pauses stand between.
+_NEAR = 40
+_CUTTING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
+_MOVING = [int(kind) for kind in MOTIONS]
 
 
 @dataclass(frozen=True)
@@ -109,9 +115,10 @@ def _material(figures: dict[str, float], unit: float) -> Material:
 def as_run(path: Toolpath, lines: Sequence[str], clearance: float) -> tuple[Toolpath, int]:
     """Return a path with what its controller adds at every cut, and how many cuts have no known material.
 
-    Down to the pierce height, the delay, down to the cut height, and up again; what marks has no delay. How the
-    controller finds the sheet is not there: its way and feed are settings. Outputs that change with the motion (M62,
-    M63, M67) are left out, since the machine does not stop for them.
+    Down to the pierce height, the delay, down to the cut height at the feed that the cut begins with (as our plans have
+    it: what a controller takes is a setting), and up again; what marks has no delay. How the controller finds the sheet
+    is not there: its way and feed are settings. Outputs that change with the motion (M62, M63, M67) are left out, since
+    the machine does not stop for them.
 
     Parameters
     ----------
@@ -124,10 +131,11 @@ def as_run(path: Toolpath, lines: Sequence[str], clearance: float) -> tuple[Tool
     """
     choices = materials_of(lines)
     starts = [line for line, _ in choices]
-    unknown, place = 0, (math.nan, math.nan, clearance)
+    unknown, switched, place = 0, 0, (math.nan, math.nan, clearance)
     rows = [Motion(Kind.RAPID, place, 0.0, 0, 0)]
-    for row in path:
-        if row.kind is Kind.FOREIGN and _FLOWING.search(lines[row.line - 1]):
+    for index, row in enumerate(path):
+        # The word that says which tool the torch is ($1) is not understood elsewhere; it stops nothing besides.
+        if row.kind is Kind.FOREIGN and (row.line == switched or _FLOWING.search(lines[row.line - 1])):
             continue
         if row.kind in PLACES:
             place = (row.end[0], row.end[1], place[2])
@@ -136,17 +144,27 @@ def as_run(path: Toolpath, lines: Sequence[str], clearance: float) -> tuple[Tool
         if row.kind is not Kind.SPINDLE:
             rows.append(row)
             continue
-        number = bisect_right(starts, row.line)
+        switched, number = row.line, bisect_right(starts, row.line)
         material = choices[number - 1][1] if number else None
         unknown += material is None and row.value != 0.0 and row.ref == 0
-        made = [row] if material is None else list(_switching(row, material, place, clearance))
+        made = (
+            [row] if material is None else list(_switching(row, material, place, clearance, _feed_after(path, index)))
+        )
         place = next((m.end for m in reversed(made) if m.kind in MOTIONS), place)
         rows += made
     return replace(Toolpath.of_motions(rows), cycles=path.cycles, arcs=path.arcs), unknown
 
 
-def _switching(row: Motion, material: Material, place: Place, clearance: float) -> Iterator[Motion]:
-    """Yield what a controller does where the program switches the torch at a place."""
+def _feed_after(path: Toolpath, index: int) -> float:
+    """Return the feed of the first cut behind a row, mm/s; 0 where a rapid comes before one, or nothing."""
+    ahead = path.kind[index + 1 : index + 1 + _NEAR]
+    moving = np.flatnonzero(np.isin(ahead, _MOVING))
+    first = index + 1 + int(moving[0]) if len(moving) else index
+    return float(path.value[first]) if path.kind[first] in _CUTTING else 0.0
+
+
+def _switching(row: Motion, material: Material, place: Place, clearance: float, feed: float) -> Iterator[Motion]:
+    """Yield what a controller does where the program switches the torch at a place and then cuts at a feed."""
 
     def to(kind: Kind, z: float, feed: float = 0.0) -> Motion:
         return Motion(kind, (place[0], place[1], z), feed, 0, row.line)
@@ -161,5 +179,5 @@ def _switching(row: Motion, material: Material, place: Place, clearance: float) 
         yield to(Kind.RAPID, material.pierce_height)
         yield row
         yield Motion(Kind.DWELL, (math.nan, math.nan, math.nan), material.pierce_delay, 0, row.line)
-        if material.feed > 0.0:
-            yield to(Kind.FEED, material.cut_height, material.feed)
+        if feed > 0.0:
+            yield to(Kind.FEED, material.cut_height, feed)

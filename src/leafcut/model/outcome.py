@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from leafcut.model.cutting import CutMeasures, CutPlan
@@ -122,6 +122,17 @@ class Outcome:
         return tuple(None if plan is None else plan.measures for plan in self.cut_plans)
 
     @property
+    def stated(self) -> tuple[Measure, Measure | None, Measure]:
+        """The three orders as every face states them: before, nearest neighbour, as written.
+
+        Of a sheet the lengths are those of its plan: along the cuts, and between them in X and Y. What the torch rises
+        and descends, `Measure` has besides; a controller that finds the sheet itself does that without the program.
+        """
+        before, nearest, after = self.norms or (None, None, None)
+        near = None if self.nearest is None else _of_sheet(self.nearest, nearest)
+        return _of_sheet(self.before, before), near, _of_sheet(self.after, after)
+
+    @property
     def saved_percent(self) -> float:
         """Machine time saved against the drawing's order, percent."""
         return 100.0 * (1.0 - self.after.time_s / self.before.time_s) if self.before.time_s > 0 else 0.0
@@ -140,3 +151,8 @@ class Outcome:
     def gap(self) -> float | None:
         """How far at most the orders are above the least possible, as a fraction; None without a bound."""
         return gap(sum(o.solution.cost for o in self.operations), self.lower_bound)
+
+
+def _of_sheet(measure: Measure, norm: CutMeasures | None) -> Measure:
+    """Return a measure with the lengths of a sheet's plan, where there is one."""
+    return measure if norm is None else replace(measure, travel_mm=norm.sheet.rapid_mm, cut_mm=norm.sheet.cut_mm)

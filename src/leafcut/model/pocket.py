@@ -46,6 +46,13 @@ class Pocket:
     handle: str = ""
 
     @property
+    def label(self) -> str:
+        """For messages: ``the pocket``, ``pocket 3``, or its name where that says what it is."""
+        if self.name.lower() in ("", "pocket"):
+            return "the pocket"
+        return self.name if "pocket" in self.name.lower() else f"pocket {self.name}"
+
+    @property
     def area(self) -> float:
         """Area inside the outline and outside the islands, mm²."""
         return abs(self.outline.area) - sum(abs(island.area) for island in self.islands)

@@ -122,7 +122,13 @@ class PocketOptions(OptionGroup):
         "names", (), "layers with the outlines of islands", default_words="ISLAND* where there are such"
     )
     pixel_size: float | None = option(
-        "quantity", None, "width of a pixel of a picture", unit="mm", minimum=1e-4, maximum=100, default_words="needed"
+        "quantity",
+        None,
+        "width of a pixel of a picture",
+        unit="mm",
+        minimum=1e-4,
+        maximum=100,
+        default_words="for pictures: needed",
     )
     threshold: float | None = option(
         "percent",

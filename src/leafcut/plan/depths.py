@@ -34,6 +34,11 @@ class DepthRule:
     thickness: float | None = None
     issues: tuple[Issue, ...] = ()
 
+    @property
+    def given(self) -> str:
+        """What a person gave, for a message that the depth is too much: `` for --thickness 80 mm``."""
+        return f" for {'--thickness' if self.through else '--depth'} {self.depth:g} mm"
+
     def tip_depth(self, tool: Tool) -> float:
         """Return how far the tip of `tool` goes below the surface, mm.
 

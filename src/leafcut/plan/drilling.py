@@ -178,8 +178,8 @@ def _operation(step: Step, targets: list[int], rule: DepthRule, options: DrillOp
     bottom = -rule.tip_depth(tool)
     if tool.flute_length is not None and -bottom > tool.flute_length + 1e-9:
         raise PlanError(
-            f"{tool.label} cuts {tool.flute_length:g} mm deep at most, but the hole needs {-bottom:.3g} mm; "
-            "use a longer tool or a smaller --depth"
+            f"{tool.label} cuts {tool.flute_length:g} mm deep at most, but the hole needs {-bottom:.3g} mm"
+            f"{'' if tool.kind is ToolKind.CENTRE_DRILL else rule.given}; use a longer tool"
         )
     cycle = DrillCycle(
         name=_cycle_name(tool, options),

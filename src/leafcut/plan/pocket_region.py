@@ -70,7 +70,7 @@ def pocket_region(pocket: Pocket, tolerance: float = 0.01) -> Any:
     PlanError
         The outline or an island crosses itself, or an island touches the wall or another island.
     """
-    return region(pocket.outline, pocket.islands, tolerance, _named(pocket))
+    return region(pocket.outline, pocket.islands, tolerance, pocket.label)
 
 
 def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegion], list[Issue]]:
@@ -87,10 +87,10 @@ def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegio
     if not pieces:
         left = f" and {rules.stock:g} mm of stock" if rules.stock else ""
         raise PlanError(
-            f"{_named(pocket)}: a tool of {rules.tool_diameter:g} mm{left} fits nowhere in it; choose a smaller "
+            f"{pocket.label}: a tool of {rules.tool_diameter:g} mm{left} fits nowhere in it; choose a smaller "
             "--tool-diameter"
         )
-    issues = _told(_named(pocket), unreached(shape, rules), rules)
+    issues = _told(pocket.label, unreached(shape, rules), rules)
     return [CentreRegion(piece, rules) for piece in pieces], issues
 
 
@@ -160,7 +160,3 @@ def reachable(shape: Any, rules: PocketRules) -> Any:
     """Return what of a pocket's polygon a tool of the diameter can clear."""
     inner = shrunk(shape, rules.radius, rules.tolerance)
     return swept(inner, rules.radius, rules.tolerance).intersection(shape)
-
-
-def _named(pocket: Pocket) -> str:
-    return f"pocket {pocket.name}" if pocket.name else "the pocket"

@@ -135,7 +135,7 @@ def with_data(
         return replace(tool, assumed=False), []
     too_fast = not asked_rpm and rpm > 1.5 * careful
     words = (
-        f"{tool.label}: {feed * 60:.0f} mm/min at {rpm:.0f} rpm assumed, for high-speed steel in "
+        f"{tool.label}: {feed * 60:.6g} mm/min at {rpm:.0f} rpm assumed, for high-speed steel in "
         f"{known.replace('_', ' ')}, {per_tooth:.3g} mm a tooth; check them, or give --material, --milling-feed and "
         "--spindle-speed"
     )

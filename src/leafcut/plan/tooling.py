@@ -94,7 +94,7 @@ class ToolChooser:
         for tool in self._assumed.values():
             yield Issue(
                 "L401",
-                f"{tool.label} assumed: {tool.feed * 60:.0f} mm/min at {tool.spindle_rpm:.0f} rpm; "
+                f"{tool.label} assumed: {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm; "
                 "check it, or give --tools",
                 severity=Severity.NOTE,
             )

@@ -54,6 +54,8 @@ def _short(length: float) -> str:
 
 def _tool_line(tool: Tool, units: str) -> str:
     size = f"{tool.diameter / MM_PER_INCH:.4f} in" if units == "inch" else f"{tool.diameter:g} mm"
-    name = f" {tool.name}" if tool.name else ""
+    kind = tool.kind.value
+    named = tool.name.lower().replace("-", " ").startswith(kind.replace("-", " "))
+    words = tool.name if named else f"{kind} {tool.name}".rstrip()
     assumed = " (assumed)" if tool.assumed else ""
-    return f"T{tool.number} {tool.kind.value}{name} {size}, {tool.spindle_rpm:.0f} rpm{assumed}"
+    return f"T{tool.number} {words} {size}, {tool.spindle_rpm:.0f} rpm{assumed}"

@@ -23,6 +23,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
     """
     gap = plain_number(outcome.gap)
     proof = {} if outcome.certificate is None else {"certificate": outcome.certificate}
+    before, nearest, after = outcome.stated
     return {
         "input": outcome.part.source or outcome.part.name,
         "output": outcome.output,
@@ -33,9 +34,9 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "algorithm": algorithm_words(outcome),
         "seed": outcome.seed,
         "counts": _counts(outcome),
-        "before": _measure(outcome.before),
-        "nearest": None if outcome.nearest is None else _measure(outcome.nearest),
-        "after": _measure(outcome.after),
+        "before": _measure(before),
+        "nearest": None if nearest is None else _measure(nearest),
+        "after": _measure(after),
         "saved_percent": plain_number(outcome.saved_percent),
         "lower_bound": plain_number(outcome.lower_bound),
         "gap_percent": None if gap is None else 100.0 * gap,

@@ -65,23 +65,22 @@ def sheet_size(plan: CutPlan) -> str:
 
 def cards(outcome: Outcome) -> list[Row]:
     """Return the three orders as the cards at the head show them: what the page of drilling shows of its own."""
-    measures = (outcome.before, outcome.nearest, outcome.after)
-    rows = zip(order_names(outcome), outcome.norms, measures, strict=True)
-    known = [(name, norm.sheet, measure) for name, norm, measure in rows if norm is not None and measure is not None]
-    longest = max(times.total_s for _, times, _ in known)
+    rows = zip(order_names(outcome), outcome.stated, strict=True)
+    known = [(name, measure) for name, measure in rows if measure is not None]
+    longest = max(measure.time_s for _, measure in known)
     return [
         {
             "name": name,
             "ours": name == views.OURS,
-            "time": time_words(times.total_s),
-            "travel": length_words(times.rapid_mm),
-            "cut": length_words(times.cut_mm),
+            "time": time_words(measure.time_s),
+            "travel": length_words(measure.travel_mm),
+            "cut": length_words(measure.cut_mm),
             "saved": percent_words(saved_percent(outcome, measure)) if number else NO_VALUE,
             "bar": chart.bar(
-                times.total_s / longest if longest > 0 else 0.0, "ours" if name == views.OURS else "plain"
+                measure.time_s / longest if longest > 0 else 0.0, "ours" if name == views.OURS else "plain"
             ),
         }
-        for number, (name, times, measure) in enumerate(known)
+        for number, (name, measure) in enumerate(known)
     ]
 
 

@@ -71,20 +71,20 @@ def _orders(outcome: Outcome) -> Table:
     table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim", pad_edge=False)
     table.add_column("order")
     # Of a sheet the ways from cut to cut are said, as in its plan; its travel would count every rise and descent.
-    norms = outcome.norms or (None, None, None)
     for title in ("between" if outcome.norms else "travel", "cutting", "time", "saved"):
         table.add_column(title, justify="right", no_wrap=True)
+    before, nearest, after = outcome.stated
     rows = (
-        (order_words(outcome), outcome.before, ""),
-        ("nearest neighbour", outcome.nearest, ""),
-        ("leafcut", outcome.after, "bold green"),
+        (order_words(outcome), before, ""),
+        ("nearest neighbour", nearest, ""),
+        ("leafcut", after, "bold green"),
     )
-    for (name, measure, style), norm in zip(rows, norms, strict=True):
+    for name, measure, style in rows:
         if measure is None:
             continue
-        saved = NO_VALUE if measure is outcome.before else percent_words(saved_percent(outcome, measure))
-        way, cutting = (measure.travel_mm, measure.cut_mm) if norm is None else (norm.sheet.rapid_mm, norm.sheet.cut_mm)
-        figures = (length_words(way), length_words(cutting), time_words(measure.time_s), saved)
+        saved = NO_VALUE if measure is before else percent_words(saved_percent(outcome, measure))
+        lengths = (length_words(measure.travel_mm), length_words(measure.cut_mm))
+        figures = (*lengths, time_words(measure.time_s), saved)
         table.add_row(Text(name, style), *(Text(f, style) for f in figures))
     return table
 

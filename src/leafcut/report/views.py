@@ -67,11 +67,8 @@ def orders(outcome: Outcome) -> list[Row]:
 
 
 def _measures(outcome: Outcome) -> tuple[tuple[str, Measure], ...]:
-    orders = (
-        (f"{order_words(outcome).capitalize()} order", outcome.before),
-        ("Nearest neighbour", outcome.nearest),
-        (OURS, outcome.after),
-    )
+    before, nearest, after = outcome.stated
+    orders = ((f"{order_words(outcome).capitalize()} order", before), ("Nearest neighbour", nearest), (OURS, after))
     return tuple((name, measure) for name, measure in orders if measure is not None)
 
 

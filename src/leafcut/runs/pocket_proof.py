@@ -105,8 +105,6 @@ def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
         points = [piece.representative_point() for piece in left[:NAMED_PLACES]]
         at = ", ".join(f"({point.x:.2f}, {point.y:.2f})" for point in points)
         more = f" and {len(left) - NAMED_PLACES} more places" if len(left) > NAMED_PLACES else ""
-        name = job.part.pockets[number].name or "the pocket"
-        name = name if "pocket" in name.lower() else f"pocket {name}"
-        words = f"{name}: {area_words(found.uncovered.area)} stay uncut ({share:.2f} %)"
+        words = f"{job.part.pockets[number].label}: {area_words(found.uncovered.area)} stay uncut ({share:.2f} %)"
         issues.append(Issue("L711", words, f"near {at}{more}"))
     return issues

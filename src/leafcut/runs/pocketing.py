@@ -209,7 +209,7 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
         The strategy asked for is refused or engages more than it may, or none has a path without a gouge.
     """
     options = job.run.settings.pocket
-    name = f"pocket {one.name}" if one.name else "the pocket"
+    name = one.label
     if options.strategy != "best":
         found = {r.strategy: (k, r) for k, r in enumerate(results)}.get(options.strategy)
         if found is None or found[1].path is None:

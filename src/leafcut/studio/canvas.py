@@ -128,10 +128,6 @@ class Canvas(Element, component="static/canvas_element.js"):
         """Select a row of the toolpath (of the scene's), and move to it; None selects nothing."""
         self.run_method("select", row)
 
-    def select_line(self, line: int) -> None:
-        """Select what a line of the program does."""
-        self.run_method("selectLine", line)
-
     def select_hole(self, hole: int) -> None:
         """Select a hole of the part, by its index."""
         self.run_method("selectHole", hole)
@@ -147,14 +143,6 @@ class Canvas(Element, component="static/canvas_element.js"):
     def seek(self, seconds: float | None) -> None:
         """Go to a machine time; None shows everything."""
         self.run_method("seek", seconds)
-
-    def set_mode(self, mode: str) -> None:
-        """Show ``before``, ``after``, both ``side`` by side, or one as ``overlay`` of the other."""
-        self.run_method("setMode", mode)
-
-    def set_layers(self, **layers: bool) -> None:
-        """Put layers on or off."""
-        self.run_method("setLayers", layers)
 
     def _tell(self) -> None:
         root = f"/_nicegui/{nicegui_version}/dynamic_resources"

@@ -54,7 +54,7 @@ _NEST_MAIN = ("sheet", "kerf", "gap", "margin", "rotations", "into_holes")
 _PROGRAM_MAIN = ("machine", "merge_tools", "allow_reverse", "keep_order")
 
 #: So many letters stand in a field.
-_ROOM = 19
+_ROOM = 16
 
 #: In the order in which they are offered.
 WORKS: dict[str, Work] = {

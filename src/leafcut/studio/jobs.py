@@ -54,7 +54,9 @@ class Live:
     points
         (seconds, cost, what) whenever the cost fell or another thing was begun.
     messages
-        What was begun, once each: (seconds, words).
+        What was begun, once each: (seconds, words); the last of them.
+    said
+        How many messages there have been.
     watch
         Looks at its search for the pages that show it.
     ended
@@ -69,6 +71,7 @@ class Live:
     latest: Latest = field(default_factory=Latest)
     points: list[tuple[float, float, str]] = field(default_factory=list)
     messages: list[tuple[float, str]] = field(default_factory=list)
+    said: int = 0
     began: float = 0.0
     watch: Watch = field(default_factory=Watch)
     stop: threading.Event = field(default_factory=threading.Event)
@@ -83,6 +86,7 @@ class Live:
         now = time.perf_counter() - self.began
         if not self.messages or self.messages[-1][1] != what:
             self.messages.append((now, what))
+            self.said += 1
             del self.messages[:-_MOST_MESSAGES]
         self.latest = Latest(what, cost, share, gap, now)
         if cost is None:

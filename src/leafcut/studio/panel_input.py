@@ -17,7 +17,7 @@ from leafcut.studio.panel_parts import PartsPanel
 from leafcut.studio.preview import Seen
 from leafcut.studio.safety import LARGEST_UPLOAD
 from leafcut.studio.sheets import SheetOfNest, take
-from leafcut.studio.task import Task, parts_of
+from leafcut.studio.task import Task, called, parts_of
 from leafcut.studio.view import OF_READING, View
 
 if TYPE_CHECKING:
@@ -238,7 +238,7 @@ class InputPanel:
         view = self.view
         names = [self._named(word) for word in task.inputs]
         view.source, view.name, view.seen = task.inputs[0].partition(":")[0], names[0], None
-        if names[0].startswith(BUILT_IN):
+        if task.inputs[0].startswith(BUILT_IN):
             view.source = task.inputs[0]
         view.second, view.second_name = (task.inputs[1], names[1]) if task.command == "verify" else ("", "")
         if task.command == "nest":
@@ -262,7 +262,7 @@ class InputPanel:
     def _named(self, word: str) -> str:
         """Return what a person calls an input, or a file among the options; nothing for what is none."""
         if word.startswith(BUILT_IN):
-            return word
+            return called(word)
         try:
             return self.view.studio.folder.input_path(word.partition(":")[0]).name
         except LeafcutError:

@@ -85,8 +85,7 @@ class JobsPanel:
     def _figures(self, record: Record) -> str:
         found, w = record.figures, self.view.words
         if "after_s" in found and found["before_s"] is not None:
-            saved = found["saved_percent"] or 0.0
-            change = f"{'−' if saved >= 0 else '+'}{abs(saved):.1f} %"
+            change = change_words(found["saved_percent"] or 0.0)
             return f"{format_time(found['before_s'])} → {format_time(found['after_s'])} ({change})"
         if "length" in found:
             return f"{found['length']:,.8g}"
@@ -131,3 +130,10 @@ def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
                 shown = folder.input_path(shown).name
         told.append(f"{words.option(name)} {shown.removeprefix(OWN)}")
     return told
+
+
+def change_words(saved: float) -> str:
+    """Return by how many percent a time has changed, ``−2.5\u00a0%``; one that has not has no sign."""
+    percent = round(saved, 1)
+    sign = "−" if percent > 0 else "+" if percent < 0 else ""
+    return f"{sign}{abs(percent):.1f}\u00a0%"

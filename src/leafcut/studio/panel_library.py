@@ -19,6 +19,8 @@ class LibraryPanel:
     def __init__(self, view: View, page: Page, kind: str) -> None:
         self.view, self.page, self.kind = view, page, kind
         self.chosen, self.own = "", False
+        #: The name of which a person was told that it is taken.
+        self._asked = ""
         #: Name → text of the person's own that were changed and not saved.
         self.drafts: dict[str, str] = {}
         self.place = box("div", "page library")
@@ -51,7 +53,7 @@ class LibraryPanel:
 
     def choose(self, name: str, own: bool) -> None:
         """Show one of them."""
-        self.chosen, self.own = name, own
+        self.chosen, self.own, self._asked = name, own, ""
         self.draw()
 
     def _detail(self) -> None:
@@ -73,7 +75,7 @@ class LibraryPanel:
             button(w("library.copy"), lambda: self._copy(words), "small")
             if self.own:
                 button(w("library.delete"), self._delete, "small plain", data_sure=w("jobs.sure"))
-        names = {"name": w("library.name"), "save": w("library.save")}
+        names = {"name": w("library.name"), "save": w("library.save"), "rule": w("library.rule")}
         Editor(
             self.chosen, draft, names, self._save if self.own else None, self._keep_draft, f"{self.chosen}.toml"
         )  # fmt: skip
@@ -87,14 +89,20 @@ class LibraryPanel:
         base = f"my-{self.chosen.removeprefix('my-')}"
         names = [base, *(f"{base}-{number}" for number in range(2, 1000))]
         name = next(name for name in names if name not in taken)
-        if self.kind == "machines":
-            words = words.replace(f'name = "{self.chosen}"', f'name = "{name}"', 1)
-        self._keep(name, words)
+        self._keep(name, self._renamed(words, self.chosen, name))
+
+    def _renamed(self, words: str, shown: str, name: str) -> str:
+        """Return a machine that says its new name itself, where it said the one before; a library says none."""
+        return words.replace(f'name = "{shown}"', f'name = "{name}"', 1) if self.kind == "machines" else words
 
     def _save(self, name: str, words: str) -> None:
         """Save what was typed, under the name of what is shown or another one."""
         shown = self.chosen
-        if self._keep(name, words):
+        if name != shown and name in self.view.studio.folder.own(self.kind) and name != self._asked:
+            self._asked = name
+            self.page.say(self.view.words("library.taken", name=name), True)
+            return
+        if self._keep(name, self._renamed(words, shown, name)):
             self.drafts.pop(shown, None)
 
     def _keep(self, name: str, words: str) -> bool:

@@ -159,8 +159,10 @@ class LivePanel:
 
     def _cancel(self) -> None:
         """Stop and keep nothing."""
-        if self.view.job is not None:
-            self.view.studio.jobs.cancel(self.view.job)
+        live = self._job()
+        if live is not None and not live.state.over:
+            self.view.studio.jobs.cancel(live.id)
+            self.page.say(self.view.words("run.cancelling"), stays=True)
 
     def _hold(self) -> None:
         live = self._job()

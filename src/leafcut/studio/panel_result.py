@@ -152,7 +152,8 @@ class ResultPanel:
             for name in ("before", "nearest", "after")
             if (m := answer[name]) is not None
         ]
-        heads = [("", ""), *((w(f"result.{name}"), _NUMBER) for name in ("time", "travel", "cutting"))]
+        way = "between" if "cutting" in answer else "travel"
+        heads = [("", ""), *((w(f"result.{name}"), _NUMBER) for name in ("time", way, "cutting"))]
         table(heads, rows, w("result.times"))
         self._tools(answer)
         if "strategies" in answer:
@@ -212,6 +213,9 @@ class ResultPanel:
         ]
         heads = [(w("result.strategy"), ""), *((w(f"result.{k}"), _NUMBER) for k in ("way", "lifts", "uncut", "time"))]
         table(heads, rows, w("result.strategies"))
+        for row in answer["strategies"]:
+            if "refused" in row:
+                text("p", f"{row['strategy']}: {w.plain(row['refused'])}", "quiet small", lang="en")
 
     def _tour(self, answer: dict[str, Any]) -> None:
         w = self.view.words

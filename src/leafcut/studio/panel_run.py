@@ -39,16 +39,33 @@ class RunPanel:
         self.view, self.page = view, page
         w = view.words
         self.watching = False
-        #: Messages of the job that are told of already.
+        #: How many messages of the job are told of already.
         self._told = 0
         with box("div", "frame"):
             self.canvas = Canvas(words=w.section("canvas"), on_select=self._select, on_drag=self._drag)
-            with box("div", "empty") as self.empty:
-                self._invite()
+            self.empty = box("div", "empty")
         self.live = LivePanel(view, page, self.canvas)
         self.edit = EditPanel(view, page, self.canvas)
         self._drawn: object = None
+        #: What is said where nothing is drawn: what is open, and why it is not.
+        self._unseen: tuple[str, str] | None = None
         self.draw()
+
+    def _say_why_empty(self) -> None:
+        """Say in the place of the drawing why what is open is not drawn, or what may be opened."""
+        view = self.view
+        unseen = (view.name, view.seen.error) if view.source and view.seen is not None and view.seen.error else ("", "")
+        if unseen == self._unseen:
+            return
+        self._unseen = unseen
+        self.empty.clear()
+        with self.empty:
+            if not unseen[0]:
+                self._invite()
+                return
+            with box("div", "inviting"):
+                text("h2", view.words("empty.unseen", name=unseen[0]), "", dir="auto")
+                text("p", view.words.plain(unseen[1]), "quiet")
 
     def _invite(self) -> None:
         """Show what a person may begin with where nothing is open."""
@@ -115,8 +132,8 @@ class RunPanel:
         if live is not None and not live.state.over:
             self.page.input.ready(False)
             self.live.show(live)
-            if len(live.messages) != self._told:
-                self._told = len(live.messages)
+            if live.said != self._told:
+                self._told = live.said
                 self.page.result.draw()
             return
         self.watching = False
@@ -152,6 +169,7 @@ class RunPanel:
             return
         self._drawn = now
         self.edit.end()
+        self._say_why_empty()
         self.empty.set_visibility(not scenes)
         self.canvas.set_visibility(bool(scenes))
         for layer in _STILL:

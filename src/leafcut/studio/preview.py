@@ -106,7 +106,9 @@ def _facts(part: Part) -> tuple[tuple[str, str], ...]:
     if widths:
         shown = ", ".join(f"{w:.4g}" for w in widths[:4]) + (" …" if len(widths) > 4 else "")
         facts.append(("diameters", f"{shown} mm"))
-    return (*facts, ("size", f"{size} mm"), ("units", part.units))
+    # Only centres are known of a drawing of holes: how far the plate goes beyond them is not.
+    kind = "size" if part.contours or part.pockets else "centres"
+    return (*facts, (kind, f"{size} mm"), ("units", part.units))
 
 
 def _size(width: float, height: float) -> str:

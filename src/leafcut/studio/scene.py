@@ -160,7 +160,8 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
     """
     plans = outcome.cut_plans
     plan = None if not plans else plans[0 if which == "before" else -1]
-    measure = outcome.before if which == "before" else outcome.after
+    before, _, after = outcome.stated
+    measure = before if which == "before" else after
     header = {
         "name": clean(outcome.part.name),
         "which": which,

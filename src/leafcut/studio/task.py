@@ -152,10 +152,15 @@ def told_apart(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(f"{k}/{name}" if names.count(name) > 1 else name for k, name in enumerate(names, 1))
 
 
+def called(word: str) -> str:
+    """Return what a person calls what is built in: ``plate-27`` of ``example:plate-27``."""
+    return word.removeprefix("example:")
+
+
 def title_of(task: Task, folder: Folder) -> str:
     """Return what the history calls a task; a file that is gone is told by a question mark."""
     try:
-        names = list(names_of(task, folder))
+        names = [called(name) for name in names_of(task, folder)]
         if task.command == "nest":
             names = [f"{name} × {one.quantity}" for name, one in zip(names, parts_of(task), strict=True)]
         return " · ".join(names[:_MOST_NAMED]) + (" …" if len(names) > _MOST_NAMED else "")

@@ -26,6 +26,7 @@ export default {
                 spellcheck: "false",
                 autocomplete: "off",
                 pattern: "[a-z0-9][a-z0-9_\\-]{0,60}",
+                title: this.words.rule, // a browser tells it where the pattern does not fit
                 required: true,
                 onInput: (e) => (this.called = e.target.value),
               }),
