@@ -5,15 +5,15 @@ from __future__ import annotations
 import sys
 
 from canvas_scenes import grid_of_holes, grid_program
-from canvas_server import colours
 from nicegui import ui
 
 from leafcut.studio.canvas import Bars, Brightness, Canvas, Convergence, Program
+from leafcut.studio.routes import colours_css
 
 
 def page() -> None:
     """Lay the page."""
-    ui.add_css(colours())
+    ui.add_css(colours_css())
     said = ui.label("nothing").props("id=said")
     drawing = Canvas(on_select=lambda e: said.set_text(str(e.args)))
     drawing.style("width: 900px; height: 500px")

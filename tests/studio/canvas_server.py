@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -10,7 +9,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
-from leafcut.report.colours import style_sheet
+from leafcut.studio.routes import colours_css
 
 HERE = Path(__file__).parent
 STATIC = HERE.parents[1] / "src" / "leafcut" / "studio" / "static"
@@ -49,7 +48,7 @@ def _answer(path: str, scenes: Mapping[str, bytes]) -> tuple[bytes | None, str]:
     if folder == "scene":
         return scenes.get(name), "application/octet-stream"
     if name == "colours.css":
-        return colours().encode(), "text/css"
+        return colours_css().encode(), "text/css"
     page = {"": "canvas_page.html", "page.js": "canvas_page.js"}
     file = STATIC / Path(name).name if folder == "static" else HERE / page.get(name, "none")
     return (file.read_bytes() if file.is_file() else None), _TYPES.get(file.suffix, "text/plain")
@@ -62,16 +61,6 @@ def until(page: Any, condition: str) -> None:
             return
         page.wait_for_timeout(20)
     raise AssertionError(f"never: {condition}")
-
-
-def colours() -> str:
-    """Return the report's colours for a page: as the system has it, or as the page says."""
-    light, dark = re.findall(r":root \{(.*?)\}", style_sheet("drawing.css"), flags=re.DOTALL)[:2]
-    return (
-        f":root {{ color-scheme: light; {light} }}\n"
-        f"@media (prefers-color-scheme: dark) {{ :root:not([data-theme=light]) {{ color-scheme: dark; {dark} }} }}\n"
-        f":root[data-theme=dark] {{ color-scheme: dark; {dark} }}\n"
-    )
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from leafcut.model.issue import Issue
 from leafcut.model.part import Part
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.report.playback import playback
-from leafcut.studio.scene import part_scene, pheromone_scene, strength_scene, toolpath_scene
+from leafcut.studio.scene import part_scene, pheromone_scene, toolpath_scene
 
 pytestmark = pytest.mark.external
 
@@ -64,7 +64,7 @@ def address() -> Iterator[str]:
         "odd.part": part_scene(Part("odd", PART.holes, issues=(Issue("L311", "a gap was closed", "at (25, 35)"),))),
         "wide.after": toolpath_scene(there_and_back(0, 50), MACHINE),
         "tall.after": toolpath_scene(there_and_back(50, 0), MACHINE),
-        "grid.strength": strength_scene([0.0, 1.0]),
+        "later.pheromone": pheromone_scene(PLACES, [(0, 1), (0, 11)], [0.0, 1.0]),
     }
     with serving(scenes) as served:
         yield served
@@ -286,7 +286,7 @@ def test_pheromone_changes_with_its_strengths(page: Any) -> None:
     page.evaluate("load('grid', ['pheromone'])")
     page.evaluate("settled()")
     assert page.evaluate(PIXEL, [20, 10])[3] > 60 and page.evaluate(PIXEL, [25, 20])[3] == 0
-    page.evaluate("load('grid', ['strength'])")
+    page.evaluate("load('later', ['pheromone'])")
     page.evaluate("settled()")
     assert page.evaluate(PIXEL, [20, 10])[3] == 0 and page.evaluate(PIXEL, [25, 20])[3] > 60
 

@@ -9,7 +9,6 @@ import threading
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from canvas_scenes import ARC_LINE, CUT_LINE, MACHINE, PART, PLACES, TEXT, grid_of_holes, grid_path, grid_program
 
@@ -22,7 +21,7 @@ from leafcut.model.pocket import Pocket
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.studio.preview import look
 from leafcut.studio.running import run
-from leafcut.studio.scene import outcome_scene, part_scene, pheromone_scene, strength_scene, toolpath_scene
+from leafcut.studio.scene import outcome_scene, part_scene, pheromone_scene, toolpath_scene
 from leafcut.studio.task import Call
 from leafcut.timing.toolpath import measure
 
@@ -129,7 +128,6 @@ def test_pheromone_has_points_edges_and_strengths() -> None:
     ox, oy = header["origin"]
     assert [(x + ox, y + oy) for x, y in blocks["point"]] == [(0, 0), (10, 0), (10, 20)]
     assert blocks["edge"] == [(0, 1), (1, 2)] and blocks["strength"] == [0.25, 1.0]
-    assert unpacked(strength_scene(np.array([0.5, 0.5])))[1]["strength"] == [0.5, 0.5]
 
 
 def test_a_map_without_a_unit_is_told_without_one(tmp_path: Path) -> None:

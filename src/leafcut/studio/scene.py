@@ -9,7 +9,7 @@ A scene is
 
 All numbers are little-endian. The header has
 
-- ``kind``: ``part``, ``toolpath``, ``path``, ``pheromone`` or ``strength``, and ``name`` for people;
+- ``kind``: ``part``, ``toolpath``, ``path`` or ``pheromone``, and ``name`` for people;
 - ``origin``: x and y in mm that were taken off all float32 places, so that what lies far away stays exact;
 - ``extents``: smallest x and y, largest x and y, mm, with the origin; null where there is nothing;
 - ``blocks``: name → [type, offset from the first block in bytes, number of items, items in a row]; types are
@@ -52,8 +52,7 @@ that is changed by hand also ``visit`` u4, the number that the toolpath has for 
 whether its place in the order is held, and ``moved`` u1, whether it is elsewhere than there; the header's ``signs``
 (index of a point → sign) stand beside the numbers.
 
-Blocks of a ``pheromone``: ``point`` f4 × 2, ``edge`` u4 × 2 and ``strength`` f4, 0 … 1; of a ``strength``, which
-follows it for the same edges, ``strength`` alone.
+Blocks of a ``pheromone``: ``point`` f4 × 2, ``edge`` u4 × 2 and ``strength`` f4, 0 … 1.
 """
 
 from __future__ import annotations
@@ -238,12 +237,6 @@ def _points(points: ArrayLike) -> tuple[dict[str, Any], NDArray[np.float64]]:
     origin = 0.5 * (low + high)
     extents = [*low.tolist(), *high.tolist()] if len(xy) else None
     return {"origin": origin.tolist(), "extents": extents}, xy - origin
-
-
-def strength_scene(strength: ArrayLike) -> bytes:
-    """Return how strong the edges of the last `pheromone_scene` are now (float[k], 0 … 1)."""
-    header = {"kind": "strength", "name": "strength", "origin": [0.0, 0.0], "extents": None}
-    return packed(header, {"strength": ("f4", np.asarray(strength))})
 
 
 def packed(header: dict[str, Any], columns: Columns) -> bytes:

@@ -102,10 +102,8 @@ export class Drawing {
 
   /** Show a newer state of what moves while a search goes on; return whether the scene was one of those. */
   _renew(scene, layer) {
-    if (scene.kind === "strength") {
-      if (this.scenes.pheromone) this.scenes.pheromone.strength = scene.strength;
-    } else if (this.scenes[layer] && ["path", "pheromone"].includes(scene.kind)) this.scenes[layer] = scene;
-    else return false;
+    if (!this.scenes[layer] || !["path", "pheromone"].includes(scene.kind)) return false;
+    this.scenes[layer] = scene;
     this.panes.forEach((pane) => {
       if (layer === "live") pane.setLive(scene);
       else pane.setPheromone(this.scenes.pheromone);

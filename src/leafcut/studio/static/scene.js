@@ -279,7 +279,7 @@ export function numberOrder(count) {
   return levels.flat();
 }
 
-/** Edges between points with a strength that changes. */
+/** Edges between points with a strength each. */
 export class PheromoneScene extends Scene {
   constructor(header, blocks) {
     super(header, blocks);
