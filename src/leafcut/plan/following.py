@@ -104,10 +104,25 @@ def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -
             own = _fixed_starts(cutting, k, contour, wanted, plan)
         starts += own
     fixed = {k: c.fixed for k, c in chosen.items() if c.fixed}
-    ahead = [(k, later) for n, k in enumerate(rows) if "ahead" in fixed.get(k, ()) for later in rows[n + 1 :]]
+    ahead = _ahead(rows, fixed)
     made = replace(cutting, starts=starts, order=(*itertools.pairwise(in_order), *ahead), fixed=fixed)
     _check_order(made, in_order, plan)
     return made
+
+
+def _ahead(rows: list[int], fixed: dict[int, tuple[str, ...]]) -> list[tuple[int, int]]:
+    """Return pairs (before, after) of contours: what is fixed as ahead comes before all rows below it.
+
+    Down to the next such row is enough, which is before the rest itself: the pairs grow with the rows.
+    """
+    pairs: list[tuple[int, int]] = []
+    first = None
+    for k in rows:
+        if first is not None:
+            pairs.append((first, k))
+        if "ahead" in fixed.get(k, ()):
+            first = k
+    return pairs
 
 
 def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:

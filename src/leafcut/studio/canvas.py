@@ -29,8 +29,7 @@ from leafcut.errors import OptionError
 
 STATIC = Path(__file__).parent / "static"
 
-#: What can be shown; a scene of ``strength`` changes the layer ``pheromone``; ``live`` is a path that moves, or an
-#: order that is changed by hand.
+#: What can be shown; ``live`` is a path that moves, or an order that is changed by hand.
 LAYERS = ("part", "before", "after", "pheromone", "live")
 
 #: Seconds between two events of the pointer or of playing.
