@@ -72,6 +72,17 @@ def make_map(page: Page, points: int, algorithm: str) -> None:
     typed(page, "Time limit", "10min")
 
 
+def ten_holes_to_change(page: Page) -> list[list[float]]:
+    """Let the order of a plate's holes be changed by hand; return where they stand on the page, in their order."""
+    opened(page, ROOT / "examples" / "plate_10.dxf")
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    run(page)
+    page.get_by_role("button", name="Edit by hand").click()
+    expect(page.locator(".edit")).to_be_visible()
+    places: list[list[float]] = page.evaluate(STOPS, list(range(10)))
+    return places
+
+
 def gap(page: Page) -> float:
     told = page.locator(".progress .gap").text_content() or ""
     found = re.search(r"at most ([\d.]+) %", told)
@@ -233,13 +244,8 @@ def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
 
 
 def test_the_drawing_shows_the_order_as_it_is_changed_and_what_is_chosen_has_its_new_number(page: Page) -> None:
-    opened(page, ROOT / "examples" / "plate_10.dxf")
-    page.get_by_label("Effort", exact=True).select_option("fast")
-    run(page)
-    page.get_by_role("button", name="Edit by hand").click()
+    places = ten_holes_to_change(page)
     edit, readout = page.locator(".edit"), page.locator(".lc-readout")
-    expect(edit).to_be_visible()
-    places = page.evaluate(STOPS, list(range(10)))
     page.mouse.click(*places[3])
     expect(edit).to_contain_text("Chosen: stop 4 ")
     before = page.evaluate(NUMBERS)
@@ -342,12 +348,7 @@ def test_a_cut_is_chosen_by_its_pierce_begun_elsewhere_and_written_by_the_plan_t
 
 def test_what_is_told_of_a_stop_covers_none_that_the_pointer_is_at(page: Page) -> None:
     """Also while one is dragged there; away from there it is told where it was."""
-    opened(page, ROOT / "examples" / "plate_10.dxf")
-    page.get_by_label("Effort", exact=True).select_option("fast")
-    run(page)
-    page.get_by_role("button", name="Edit by hand").click()
-    expect(page.locator(".edit")).to_be_visible()
-    places = page.evaluate(STOPS, list(range(10)))
+    places = ten_holes_to_change(page)
     readout = page.locator(".lc-readout")
     left = min(places, key=lambda place: place[0] - place[1])
 
