@@ -17,11 +17,21 @@ settings.load_profile("leafcut")
 @pytest.fixture(scope="session")
 def rs274() -> str:
     """Return the path of LinuxCNC's interpreter; skip without it, or fail where it is required."""
-    program = shutil.which("rs274")
+    return _of_linuxcnc("rs274")
+
+
+@pytest.fixture(scope="session")
+def qtplasmac_gcode() -> str:
+    """Return the path of the filter of LinuxCNC's QtPlasmaC screen; skip without it, or fail where it is required."""
+    return _of_linuxcnc("qtplasmac_gcode")
+
+
+def _of_linuxcnc(name: str) -> str:
+    program = shutil.which(name)
     if program is None:
         if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
-            pytest.fail("rs274 is required here: apt-get install linuxcnc-uspace")
-        pytest.skip("rs274 is not installed")
+            pytest.fail(f"{name} is required here: apt-get install linuxcnc-uspace")
+        pytest.skip(f"{name} is not installed")
     return program
 
 

@@ -151,6 +151,9 @@ class Dialect:
         The last word. Required: ``word`` (M2 or M30), ``percent`` (that, or a closing percent sign), or empty.
     notes
         Lines for the header: what must be set on the machine for the program to mean what it says.
+    obeyed_comments, obeyed_parameters
+        How comments begin, and names of parameters, that are settings to the controller though its interpreter passes
+        them by (`gcode.obeyed`).
     torch
         How it drives a torch or a beam, or None for a spindle.
     sources
@@ -193,6 +196,8 @@ class Dialect:
     end_word: str = "M30"
     end_required: str = ""
     notes: tuple[str, ...] = ()
+    obeyed_comments: tuple[str, ...] = ()
+    obeyed_parameters: tuple[str, ...] = ()
     torch: Torch | None = None
     sources: dict[str, str] = field(default_factory=dict, hash=False)
 

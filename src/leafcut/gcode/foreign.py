@@ -17,6 +17,7 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.expressions import Parameters, read_block
 from leafcut.gcode.flow import Control, Flow, control_of
 from leafcut.gcode.foreign_state import ForeignState
+from leafcut.gcode.obeyed import obeyed_lines
 from leafcut.gcode.program import Program
 from leafcut.gcode.quick import QuickWay
 from leafcut.gcode.record import Record
@@ -28,6 +29,7 @@ from leafcut.units import MM_PER_UNIT
 _FILLING = " \t\f\x1a\0"
 _DIRECTS = "it directs a loop, a condition or a subprogram"
 _LOOPED = "it is run from a loop or a subprogram"
+_OBEYED = "the controller takes settings from it"
 _COMPUTED = "its numbers come from parameters or expressions"
 
 
@@ -74,7 +76,8 @@ class _Run:
         self.lines = tuple(io.StringIO(text, newline=""))
         self.state = state
         self.runner = BlockRunner(state)
-        self.record = Record(state)
+        self.record = Record(state, obeyed=obeyed_lines(self.lines, state.dialect))
+        self.obeyed = {said.line for said in self.record.obeyed}
         self.parameters = Parameters(state.known_value)
         self.flow = Flow(self.lines, self.parameters)
         self.ended = False
@@ -131,6 +134,8 @@ class _Run:
         for key, value in settings:
             self.parameters.put(key, value)
         reason = runner.reason or (_LOOPED if looped else _DIRECTS if runner.call else _COMPUTED if computed else "")
+        if at + 1 in self.obeyed:
+            reason = _OBEYED
         if block.words or settings or reason:
             self.record.add(at + 1, rows, reason)
         self.ended |= runner.ended

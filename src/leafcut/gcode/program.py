@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.gcode.obeyed import Obeyed
 from leafcut.model.toolpath import Toolpath
 
 
@@ -95,6 +96,8 @@ class Program:
         from a loop, a subprogram or an expression, may be skipped by a switch of the machine …
     last_line
         The last line that was looked at; what follows is not part of the program.
+    obeyed
+        Comments and settings that the controller obeys beside the G-code, in the order of the text, wherever it ends.
     """
 
     lines: tuple[str, ...]
@@ -105,6 +108,7 @@ class Program:
     modals: tuple[Modal, ...]
     fixed: dict[int, str] = field(default_factory=dict)
     last_line: int = 0
+    obeyed: tuple[Obeyed, ...] = ()
 
     @property
     def n_blocks(self) -> int:

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from leafcut.gcode.foreign_state import ForeignState
+from leafcut.gcode.obeyed import Obeyed
 from leafcut.gcode.program import Modal, Program
 
+_PIERCED = "the controller makes only a pierce of it (#<pierce-only>=1)"
 _MOTION = [f.name for f in fields(Modal)].index("motion")
 _FEED = [f.name for f in fields(Modal)].index("feed")
 
@@ -23,6 +25,7 @@ class Record:
     first: array[int] = field(default_factory=lambda: array("i"))
     before: array[int] = field(default_factory=lambda: array("i"))
     fixed: dict[int, str] = field(default_factory=dict)
+    obeyed: tuple[Obeyed, ...] = ()
     current: int = 0
     _numbers: dict[tuple, int] = field(default_factory=dict)
     _plain: dict[tuple[int, float], int] = field(default_factory=dict)
@@ -64,6 +67,15 @@ class Record:
             np.array(self.first + array("i", [len(path)]), dtype=np.int32),
             np.array(self.before + array("i", [self.current]), dtype=np.int32),
             tuple(Modal(*values) for values in self._numbers),
-            self.fixed,
+            self._fixed(),
             last_line,
+            self.obeyed,
         )
+
+    def _fixed(self) -> dict[int, str]:
+        """Return why blocks stay; where the controller makes pierces of all cuts to come, every one does."""
+        start = next((said.line for said in self.obeyed if said.pierces_only), None)
+        if start is None:
+            return self.fixed
+        after = [block for block, line in enumerate(self.line) if line > start]
+        return {**dict.fromkeys(after, _PIERCED), **self.fixed}

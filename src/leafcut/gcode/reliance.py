@@ -28,6 +28,8 @@ _STATES = {
     "retract": (980, 990),
     "feed_mode": (930, 940, 950),
 }
+#: Letters that M words for outputs and inputs take: numbers and waits, no lengths.
+_OF_OUTPUTS = frozenset("PQEL$")
 _STATED_BY = {code: group for group, codes in _STATES.items() for code in codes}
 _CUTS = frozenset({int(Kind.FEED), int(Kind.ARC_CW), int(Kind.ARC_CCW), int(Kind.DRILL)})
 _ARCS = frozenset({int(Kind.ARC_CW), int(Kind.ARC_CCW)})
@@ -43,6 +45,8 @@ class BlockWords:
     starts_spindle: bool
     #: It has no words at all: a comment, though perhaps one that a controller acts on.
     empty: bool = False
+    #: It has M words only, with what these may take.
+    outputs: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +65,7 @@ class BlockReader:
         self._kinds: list[int] = program.path.kind.tolist()
         self._first: list[int] = program.first.tolist()
         self._words: dict[int, BlockWords | None] = {}
+        self._obeyed = {said.line for said in program.obeyed}
 
     @cached_property
     def stated(self) -> dict[str, tuple[list[int], list[str]]]:
@@ -111,7 +116,8 @@ class BlockReader:
         states |= {{"F": "feed", "S": "speed"}.get(w.letter, "") for w in words}
         letters = {w.letter: w.text for w in words if w.letter not in "GMN"}
         spindle = any(w.letter == "M" and w.value in (3, 4) for w in words)
-        return BlockWords(frozenset(states - {""}), letters, spindle, not words)
+        outputs = {w.letter for w in words} <= {"M", "N"} | _OF_OUTPUTS
+        return BlockWords(frozenset(states - {""}), letters, spindle, not words, outputs)
 
     def reliance(self, begin: int, end: int) -> Reliance:
         """Return what blocks begin … end - 1 take from before, and what they set."""
@@ -121,6 +127,8 @@ class BlockReader:
             words = self.words(block)
             if words is not None and words.empty and not self.kinds(block):
                 continue
+            if self._inert(block, words):
+                continue
             if words is None or block in self.program.fixed or int(Kind.FOREIGN) in self.kinds(block):
                 return Reliance(frozenset(relies | (GROUPS - sets)), GROUPS)
             used, stated = self._used(block, words)
@@ -129,6 +137,12 @@ class BlockReader:
             if len(sets) == len(GROUPS):
                 break
         return Reliance(frozenset(relies), frozenset(sets))
+
+    def _inert(self, block: int, words: BlockWords | None) -> bool:
+        """Return whether a block has nothing to do with motion: an output, or a setting that the controller obeys."""
+        if int(self.program.line[block]) in self._obeyed:
+            return words is None or words.empty
+        return words is not None and words.outputs and set(self.kinds(block)) == {int(Kind.FOREIGN)}
 
     def _used(self, block: int, words: BlockWords) -> tuple[set[str], set[str]]:
         """Return what a block uses without stating it, and what it states."""

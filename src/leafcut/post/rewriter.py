@@ -33,6 +33,8 @@ from leafcut.post.reversing import reverse_stroke
 from leafcut.post.territory import Territory
 
 _TOLERANCE = 1e-6
+#: Without a centre they are an error: rs274 ("R i j k words all missing for arc"), GRBL (error 26).
+_ARCS = frozenset({"G2", "G3"})
 #: Fields of `Modal` by what a block relies on.
 _FIELDS: dict[str, tuple[str, ...]] = {
     "motion": ("motion", "cycle", "cycle_words"),
@@ -355,6 +357,9 @@ class _Rewriter:
             self._own("G80")
             self.have = replace(self.have, cycle=None, cycle_words=())
         words = [w for part in self._missing(reliance, need, kept.begin) for w in part]
+        if not _ARCS.isdisjoint(words):
+            line = program.line[kept.begin]
+            raise PostError(f"line {line}: what stays there goes on with an arc, whose word cannot stand alone")
         if words:
             self._own(*words)
         self._take(reliance.relies, need)

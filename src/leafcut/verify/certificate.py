@@ -26,7 +26,7 @@ from leafcut.verify.order import inverted
 from leafcut.verify.passes import misordered, told_width
 from leafcut.verify.rapids import compare_rapids, gaps_of, heights_of
 from leafcut.verify.same_work import list_changes, only_moves
-from leafcut.verify.stages import Grouping, compare_walls, misplaced
+from leafcut.verify.stages import Grouping, compare_unrun, compare_walls, misplaced
 from leafcut.verify.tabbed import BEAM_TAB, MILL_TAB, freed
 from leafcut.verify.traces import traces_of
 from leafcut.verify.turning import as_it_is, one_way, runs_turned
@@ -34,7 +34,8 @@ from leafcut.verify.work import STILL, Work, cuts_with_beam, read_work
 
 #: What a certificate stands for, in the order in which it is looked at.
 COMPARED = (
-    "barriers: pauses, tool changes, work offsets, machine moves and blocks that are not understood, in order",
+    "barriers: pauses, tool changes, work offsets, machine moves, settings that the controller takes from comments and "
+    "parameters, and blocks that are not understood, in order",
     "holes, cuts and dwells between two barriers: place, depth, cycle, peck, dwell, feed, speed and direction, tool, "
     "length offset, work offset, coolant, radius compensation, feed mode, blending, plane",
     "order of cuts that touch each other, and of closed cuts and outlines with tabs and what lies inside them",
@@ -162,6 +163,7 @@ def certify(
     grouping = compare_walls(before.walls, after.walls)
     found = _Found(look)
     found.add(grouping.differences)
+    found.add(compare_unrun(original, new))
     found.add(misplaced(before.marks, grouping.mark_of, tolerance_mm))
     turned = _compare_work(before, after, grouping, tolerance_mm, beam, allow_reverse, told_width(original), found)
     found.add(_larger(before.path, after.path, tolerance_mm))

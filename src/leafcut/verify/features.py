@@ -20,7 +20,7 @@ Ints = NDArray[np.int64]
 #: What the columns of `Features.exact` hold: equal or not.
 EXACT = (
     "kind", "plane", "turns", "tool", "coolant",
-    "length", "frame", "radius", "blending", "feed_mode", "direction", "stated",
+    "length", "frame", "radius", "blending", "feed_mode", "direction", "stated", "obeyed",
 )  # fmt: skip
 #: What the columns of `Features.place` hold, mm: the end of a cut or the bottom of a hole, its start, an arc's centre.
 PLACE = ("x", "y", "depth", "start x", "start y", "start z", "centre x", "centre y", "centre z")
@@ -48,7 +48,7 @@ class Features:
     row, line
         int64[n]: the row of the toolpath; int32[n]: the line of the text.
     exact
-        int64[n, 12]; `kind` is a `Kind`, or the number of a cycle's name.
+        int64[n, 13]; `kind` is a `Kind`, or the number of a cycle's name.
     place, amount, height
         float64[n, 9], float64[n, 7], float64[n, 2].
     group
@@ -109,6 +109,7 @@ class States(NamedTuple):
     feed_mode: Ints
     direction: Ints
     stated: Ints
+    obeyed: Ints
     speed: Floats
     register: Floats
     corner: Floats
@@ -136,6 +137,7 @@ def states_of_path(path: Toolpath) -> States:
         feed_mode=none,
         direction=none,
         stated=none,
+        obeyed=none,
         speed=_latest(path, Kind.SPINDLE, path.value),
         register=_latest(path, Kind.RADIUS, path.value),
         corner=_latest(path, Kind.BLENDING, path.value),
@@ -147,7 +149,8 @@ def states_of_program(program: Program) -> States:
     """Return what is active at every row of a program: what its rows set, and what only its words say.
 
     A block's own words count for its motions. Whether the spindle turns is taken from M3, M4 and M5, since a torch
-    needs no S. Where the work's units are stated, no machine can take them for others.
+    needs no S. Where the work's units are stated, no machine can take them for others. What the controller obeys
+    beside the G-code it obeys in the order of the text.
     """
     states = states_of_path(program.path)
     rows = np.arange(len(program.path))
@@ -164,6 +167,7 @@ def states_of_program(program: Program) -> States:
         feed_mode=column(lambda m: m.feed_mode).astype(np.int64),
         direction=direction.astype(np.int64),
         stated=(block >= _first_with_units(program)).astype(np.int64),
+        obeyed=np.searchsorted([said.line for said in program.obeyed], program.path.line).astype(np.int64),
         speed=direction * column(lambda m: m.rpm),
     )
 
@@ -200,7 +204,18 @@ def features_of(path: Toolpath, states: States, which: Mask) -> Features:
     place[:, 3:6] = here
     exact = np.zeros((n, len(EXACT)), dtype=np.int64)
     exact[:, 0] = kind
-    for name in ("tool", "coolant", "length", "frame", "radius", "blending", "feed_mode", "direction", "stated"):
+    for name in (
+        "tool",
+        "coolant",
+        "length",
+        "frame",
+        "radius",
+        "blending",
+        "feed_mode",
+        "direction",
+        "stated",
+        "obeyed",
+    ):
         exact[:, EXACT.index(name)] = getattr(at, name)
     amount[:, 0] = np.where(dwell | (kind == Kind.RAPID), 0.0, path.value[rows])
     amount[:, 1], amount[:, 4], amount[:, 5], amount[:, 6] = at.speed, at.register, at.corner, at.joining

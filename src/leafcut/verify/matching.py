@@ -94,7 +94,7 @@ def _paired_at_once(before: Features, after: Features, tolerance: float) -> tupl
 
 
 def _rounded(features: Features) -> Ints:
-    """Return all that a feature is as whole numbers, int64[n, 31]."""
+    """Return all that a feature is as whole numbers, int64[n, 32]."""
     values = np.column_stack([features.place, features.amount, features.height]) / _QUANTUM
     whole = np.where(np.isfinite(values) & (np.abs(values) < _FAR), np.rint(np.nan_to_num(values)), -float(_FAR))
     return np.column_stack([features.group, features.exact, whole.astype(np.int64)])
@@ -198,6 +198,7 @@ _EXACT_WORDS: dict[str, tuple[str, Callable[[int], object]]] = {
     "feed_mode": ("feed mode", lambda v: f"G{v}"),
     "direction": ("direction of the spindle", {1: "M3", -1: "M4", 0: "M5"}.get),
     "stated": ("units (1: stated)", str),
+    "obeyed": ("number of the controller's settings before it, (o=…) or #<…>,", str),
 }
 
 

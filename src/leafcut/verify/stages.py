@@ -18,6 +18,8 @@ from leafcut.verify.features import FIRST_CYCLE, Features, Floats, Ints, Mask, S
 
 #: A block that a switch of the machine may skip is a barrier whatever it does.
 SKIPPED = -1
+#: A comment or a setting that the controller obeys beside the G-code.
+OBEYED = -2
 
 _HARD = (Kind.PAUSE, Kind.TOOL, Kind.SHIFT, Kind.MACHINE, Kind.END, Kind.FOREIGN)
 #: What a tool change may consist of, so that it can be left out as a whole when the tool is not changed.
@@ -27,7 +29,7 @@ _WORD_FOR_WORD = (SKIPPED, Kind.FOREIGN, Kind.SHIFT)
 
 _NUMBER = re.compile(r"^\s*(/?)\s*[nN]\s*[0-9]+\s*")
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
-_TAKES_MODES = re.compile(r"[^MPQT0-9.+-]")
+_TAKES_MODES = re.compile(r"[^MPQTEL$0-9.+-]")
 _FROM_HERE = re.compile(r"G0*92(?![0-9])", re.IGNORECASE)
 
 
@@ -39,7 +41,7 @@ class Mark(NamedTuple):
     what
         All that must be equal.
     kind
-        A `Kind`, or `SKIPPED`.
+        A `Kind`, `SKIPPED` or `OBEYED`.
     key
         Where it stands: the number of its row, a half less for what stands before a row.
     line
@@ -100,7 +102,7 @@ def barriers_of(program: Program, path: Toolpath, source: Ints, states: States, 
         state = (int(turning[row]), int(states.coolant[row]))
         said = text or describe(motion)
         marks.append(Mark((*what, end, *state), int(motion.kind), row, motion.line, at, exactly, said))
-    return sorted([*marks, *_skipped(program, source)], key=lambda mark: mark.key)
+    return sorted([*marks, *_skipped(program, source), *_obeyed(program, source)], key=lambda mark: mark.key)
 
 
 def _context(program: Program, row: int, text: str) -> tuple[object, ...]:
@@ -126,6 +128,27 @@ def _skipped(program: Program, source: Ints) -> Iterator[Mark]:
         if text.startswith("/"):
             row = int(np.searchsorted(source, program.first[block]))
             yield Mark((SKIPPED, text), SKIPPED, row - 0.5, line, nowhere, False, text)
+
+
+def _obeyed(program: Program, source: Ints) -> Iterator[Mark]:
+    """Yield the comments and settings that the controller obeys, where they stand in what is run."""
+    said = {one.line: one for one in program.obeyed}
+    nowhere = (np.nan, np.nan, np.nan)
+    for block in np.flatnonzero(np.isin(program.line, list(said))).tolist():
+        one = said[int(program.line[block])]
+        row = int(np.searchsorted(source, program.first[block]))
+        unit = program.modal(block).unit
+        yield Mark((OBEYED, *one.what, unit), OBEYED, row - 0.5, one.line, nowhere, False, one.said)
+
+
+def compare_unrun(before: Program, after: Program) -> Iterator[Difference]:
+    """Yield what the controller obeys in lines that are never run (a subprogram not called, behind the end)."""
+    one, other = ([said for said in p.obeyed if said.line not in set(p.line.tolist())] for p in (before, after))
+    if [said.what for said in one] != [said.what for said in other]:
+        lines = one[0].line if one else 0, other[0].line if other else 0
+        text = "the settings that the controller takes from lines which are not run differ: "
+        told = [", ".join(said.said for said in side) or "none" for side in (one, other)]
+        yield Difference("changed barrier", *lines, text + " became ".join(told))
 
 
 def _plain(program: Program, line: int) -> str:
@@ -284,7 +307,7 @@ def misplaced(marks: list[Mark], mark_of: dict[float, Mark], tolerance: float) -
     """Yield the barriers at which the tool is elsewhere, where that counts, or lower than before."""
     for mark in marks:
         new = mark_of.get(mark.key)
-        if new is None or mark.kind in (SKIPPED, Kind.DWELL):
+        if new is None or mark.kind in (SKIPPED, OBEYED, Kind.DWELL):
             continue
         here, there = np.array(mark.place), np.array(new.place)
         apart = ~(np.abs(here - there) <= tolerance + 1e-9) & ~(np.isnan(here) & np.isnan(there))
