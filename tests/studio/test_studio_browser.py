@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import ezdxf
 import pytest
 from parts_to_nest import PLATE as PART
 from playwright.sync_api import Browser, Page, expect
@@ -295,3 +296,31 @@ def nested(page: Page) -> list[tuple[str, ...]]:
     expect(page.locator("table.nests")).to_be_visible(timeout=LONG)
     at_rest(page)
     return serious(page, "nest")
+
+
+def test_run_is_never_lost_while_what_was_typed_makes_the_file_be_read_again(page: Page, tmp_path: Path) -> None:
+    """Leaving a field that changes how the file is read starts reading; a press of 90 ms ends in the middle of it."""
+    plate = tmp_path / "many.dxf"
+    drawing = ezdxf.new(units=4)
+    for k in range(4000):
+        drawing.modelspace().add_circle((k % 80, k // 80), 2.0 if k % 800 == 0 else 0.2)
+    drawing.saveas(plate)
+    opened(page, plate)
+    button = page.get_by_role("button", name="Run", exact=True)
+    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_text("Reading the file").click()
+    field = page.get_by_label("Min diameter", exact=True)
+    for device, size in (("mouse", "1mm"), ("mouse", "2mm"), ("key", "3mm")):
+        before = page.url
+        field.fill(size)
+        if device == "mouse":
+            button.hover()
+            page.mouse.down()
+            page.wait_for_timeout(90)
+            page.mouse.up()
+        else:
+            field.press("Tab")
+            page.keyboard.press("r")
+        expect(page).not_to_have_url(before, timeout=LONG)
+        expect(button).to_be_enabled(timeout=LONG)
+        expect(page.get_by_role("table", name="Tools", exact=True).locator("tbody td").last).to_have_text("5")

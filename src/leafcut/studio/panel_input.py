@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Awaitable
 from typing import TYPE_CHECKING, Any
 
-from nicegui import run
+from nicegui import run, ui
 
 from leafcut.errors import LeafcutError
 from leafcut.studio import forms
@@ -34,6 +35,10 @@ class InputPanel:
         self.view, self.page = view, page
         #: Counts the readings: what an older one found is not shown.
         self._turn = 0
+        #: Whether an input is being read, or will be as soon as the page comes to it.
+        self._reading = False
+        #: Whether Run was pressed while the input was being read: the run begins when it is read.
+        self._run_wanted = False
         w = view.words
         self.form_words = {key: w(f"form.{key}") for key in ("choose", "remove", "help")}
         with box("div", "scrolls"):
@@ -169,15 +174,31 @@ class InputPanel:
 
         Reading takes a while, and a person may open something else meanwhile.
         """
-        self._turn += 1
-        turn = self._turn
-        self.ready(False)
+        turn = self._begin_reading()
         seen, line = None, ""
         try:
             seen = await run.io_bound(view.look, work)
         except Exception as problem:
             line = line_of(problem)
-        return seen, line, turn == self._turn
+        newest = turn == self._turn
+        if newest:
+            self._end_reading(worked=not line and seen is not None and not seen.error)
+        return seen, line, newest
+
+    def _begin_reading(self) -> int:
+        """Note that the input is to be read; Run can be pressed meanwhile. Return the number of this reading."""
+        self._turn += 1
+        self._reading = True
+        self.ready(True)
+        return self._turn
+
+    def _end_reading(self, worked: bool) -> None:
+        """Note that the newest input is read, and begin the run that was asked for meanwhile, once it is shown."""
+        self._reading = False
+        wanted, self._run_wanted = self._run_wanted and worked, False
+        if wanted:
+            with self.begin:
+                ui.timer(0.0, self.page.run.begin, once=True)
 
     async def read(self, work: str) -> bool:
         """Read the input for a kind of work; return False, and show nothing, if another was read meanwhile."""
@@ -212,12 +233,15 @@ class InputPanel:
             self.parts.adopt()
         self.draw()
 
-    async def _put(self, name: str, value: Any, shown: str) -> None:
+    def _put(self, name: str, value: Any, shown: str) -> Awaitable[bool] | None:
+        """Take a value; where it changes what the input is, it is read again before anything is run."""
         view = self.view
         view.put(name, value, shown)
         self._show_values()
-        if name in OF_READING and view.source and name not in view.errors:
-            await self.read(view.work)
+        if name not in OF_READING or not view.source or name in view.errors:
+            return None
+        self._begin_reading()  # at once: a press of Run may come before the reading itself begins
+        return self.read(view.work)
 
     def _show_values(self) -> None:
         view = self.view
@@ -339,15 +363,22 @@ class InputPanel:
         self.ready(view.ready)
 
     def ready(self, ready: bool) -> None:
-        """Let the run be begun, or not."""
-        if ready:
+        """Let the run be begun, or not.
+
+        While an input is read, Run stays: a button that is disabled between press and release loses the click.
+        """
+        if ready or (self._reading and not self.page.run.running):
             self.begin.props(remove="disabled")
         else:
             self.begin.props("disabled")
 
     def page_run(self) -> None:
-        """Begin the run."""
-        self.page.run.begin()
+        """Begin the run; while the input is being read, begin it as soon as that is done."""
+        if self._reading:
+            self._run_wanted = True
+            self.page.say(self.view.words("run.when_read", name=self.view.name), stays=True)
+        else:
+            self.page.run.begin()
 
 
 def _field(name: str, label: str, choices: list[list[str]]) -> dict[str, Any]:

@@ -88,10 +88,15 @@ class RunPanel:
     def _drag(self, event: GenericEventArguments) -> None:
         self.edit.drag(event)
 
+    @property
+    def running(self) -> bool:
+        """Whether the job that is shown is not over."""
+        return self.view.job is not None and self.view.job in self.view.studio.jobs.running()
+
     def begin(self) -> None:
         """Begin the run that is asked for."""
         view = self.view
-        if view.job is not None and view.job in view.studio.jobs.running():
+        if self.running:
             return
         try:
             if view.wrong:
