@@ -36,7 +36,7 @@ def stranger(studio: Studio) -> TestClient:
 @pytest.fixture
 def client(studio: Studio, stranger: TestClient) -> TestClient:
     """Return a program that sends the token in its header."""
-    stranger.headers["authorization"] = f"Bearer {studio.token}"
+    stranger.headers["authorization"] = f"Bearer {studio.keys.token}"
     return stranger
 
 
@@ -82,11 +82,12 @@ def page(browser: Any, server: Any) -> Iterator[Any]:
     asked: list[str] = []
     context = browser.new_context(viewport={"width": 1280, "height": 720}, locale="en-US", accept_downloads=True)
     context.grant_permissions(["clipboard-read", "clipboard-write"])
+    server.let_in(context)
     made = context.new_page()
     made.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
     made.on("pageerror", lambda e: complaints.append(str(e)))
     made.on("request", lambda r: asked.append(r.url))
-    made.goto(f"{server.origin}/?token={server.token}")
+    made.goto(server.origin)
     expect(made.locator("#view-work")).to_be_visible()
     yield made
     made.close()

@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import httpx2
 
@@ -19,14 +20,15 @@ import httpx2
 class Server:
     """A studio in a process of its own."""
 
-    def __init__(self, home: Path, port: int = 0) -> None:
+    def __init__(self, home: Path, port: int = 0, browser: tuple[str, str] | None = None) -> None:
         if not port:
             with socket.socket() as probe:
                 probe.bind(("127.0.0.1", 0))
                 port = probe.getsockname()[1]
         environment = {**os.environ, "XDG_DATA_HOME": str(home), "LOCALAPPDATA": str(home)}
+        environment.update([browser] if browser else [])
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "leafcut.cli", "studio", "--no-open", "--port", str(port)],
+            [sys.executable, "-m", "leafcut.cli", "studio", *([] if browser else ["--no-open"]), "--port", str(port)],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -36,13 +38,28 @@ class Server:
         self.line = self.process.stdout.readline()
         found = re.search(r"(http://127\.0\.0\.1:(\d+))/\?token=([\w-]+)$", self.line.strip())
         assert found, self.line
-        self.origin, self.port, self.token = found.group(1), int(found.group(2)), found.group(3)
+        self.origin, self.port, self.key = found.group(1), int(found.group(2)), found.group(3)
+        #: What programs of the same person send.
+        self.token = (home / "leafcut" / "studio" / "token").read_text()
+        self._cookies: dict[str, str] = {}
         for _ in range(200):
             try:
                 httpx2.get(self.origin)
                 break
             except httpx2.TransportError:
                 time.sleep(0.05)
+
+    def cookies(self) -> dict[str, str]:
+        """Return the cookie of a browser that came in by the address that was printed."""
+        if not self._cookies:
+            answer = httpx2.get(self.origin, params={"token": self.key})
+            name, _, value = answer.headers["set-cookie"].partition(";")[0].partition("=")
+            self._cookies = {name: value}
+        return self._cookies
+
+    def let_in(self, context: Any) -> None:
+        """Give a context of Playwright's the cookie, as if it had come in."""
+        context.add_cookies([{"name": n, "value": v, "url": self.origin} for n, v in self.cookies().items()])
 
     def end(self) -> tuple[int, str, str]:
         """End it as Ctrl-C does; return its status and what it said."""
@@ -52,9 +69,9 @@ class Server:
 
 
 @contextmanager
-def running(home: Path) -> Iterator[Server]:
-    """Start a studio, and kill it in the end whatever it does then."""
-    started = Server(home)
+def running(home: Path, *browser: str) -> Iterator[Server]:
+    """Start a studio, and kill it in the end whatever it does then; it opens a browser where one is named."""
+    started = Server(home, browser=(browser[0], browser[1]) if browser else None)
     try:
         yield started
     finally:

@@ -240,7 +240,7 @@ def test_every_control_has_a_name_and_the_focus_is_seen(page: Page) -> None:
 def test_a_page_comes_back_when_the_studio_is_started_again_under_it(browser: Browser, tmp_path: Path) -> None:
     first = Server(tmp_path)
     page = browser.new_page(locale="en-US", viewport={"width": 1280, "height": 720})
-    page.goto(f"{first.origin}/?token={first.token}")
+    page.goto(f"{first.origin}/?token={first.key}")
     opened(page, PLATE)
     page.get_by_label("Effort", exact=True).select_option("fast")
     run(page)
@@ -261,8 +261,9 @@ def test_a_page_comes_back_when_the_studio_is_started_again_under_it(browser: Br
 def test_axe_finds_nothing_serious(browser: Browser, server: Server, scheme: Any) -> None:
     # The policy of the page would not let axe in.
     context = browser.new_context(viewport={"width": 1280, "height": 720}, color_scheme=scheme, bypass_csp=True)
+    server.let_in(context)
     page = context.new_page()
-    page.goto(f"{server.origin}/?token={server.token}&lang=es")
+    page.goto(f"{server.origin}/?lang=es")
     page.goto(f"{server.origin}/?lang=en")
     expect(page.locator("#view-work")).to_be_visible()
     found = serious(page, "empty") if scheme == "light" else []

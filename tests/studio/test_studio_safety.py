@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import asyncio
+import socket
 from pathlib import Path
+from typing import Any
 
 import pytest
+import uvicorn
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from leafcut.errors import OptionError
-from leafcut.studio.app import PORT, Studio, make_api, open_studio
+from leafcut.studio import safety
+from leafcut.studio.app import PORT, Studio, guarded, make_api, open_studio
+from leafcut.studio.connections import patient_protocol
 from leafcut.studio.folder import Folder, safe_name
+from leafcut.studio.keys import COOKIE_SECONDS, Keys
 from leafcut.studio.safety import STILL_POLICY, Guard
 from leafcut.studio.task import Task, prepare
 
@@ -30,24 +37,123 @@ def test_no_route_answers_without_the_token(studio: Studio, stranger: TestClient
 
 
 def test_a_wrong_token_is_no_token(studio: Studio, stranger: TestClient) -> None:
-    for token in ("", "x", studio.token[:-1], studio.token + "x", "Ä"):
-        assert stranger.get("/", params={"token": token}).status_code == 401
-    for header in (f"Bearer {studio.token}x", f"Basic {studio.token}", "Bearer", studio.session):
+    token, key = studio.keys.token, studio.keys.new_entry()
+    for wrong in ("", "x", key[:-1], key + "x", "Ä", token):
+        assert stranger.get("/", params={"token": wrong}).status_code == 401
+    for header in (f"Bearer {token}x", f"Basic {token}", "Bearer", f"Bearer {key}", studio.keys.new_cookie()):
         assert stranger.get("/api/machines", headers={"authorization": header}).status_code == 401
-    assert stranger.get("/api/machines", headers={"cookie": f"leafcut-{PORT}={studio.token}"}).status_code == 401
+    assert stranger.get("/api/machines", headers={"cookie": f"leafcut-{PORT}={token}"}).status_code == 401
     assert stranger.get("/api/machines", headers={"cookie": 'a="; =;;\x7f'}).status_code == 401
 
 
 def test_the_token_in_the_address_becomes_a_cookie_that_scripts_and_other_sites_do_not_have(
     studio: Studio, stranger: TestClient
 ) -> None:
-    answer = stranger.get("/", params={"token": studio.token})
+    key = studio.keys.new_entry()
+    answer = stranger.get("/", params={"token": key})
     assert (answer.status_code, answer.headers["location"]) == (303, "/")
     cookie = answer.headers["set-cookie"]
     assert {"HttpOnly", "SameSite=Strict"} <= {word.strip() for word in cookie.split(";")}
-    assert studio.token not in cookie
+    assert key not in cookie
     assert stranger.get("/api/machines").status_code == 200  # the client has kept the cookie
     assert stranger.get("/api/machines", params={"token": "wrong"}).status_code == 200
+    assert stranger.get("/", params={"token": key}).headers["location"] == "/"  # the same browser may come back by it
+    stranger.cookies.clear()
+    assert stranger.get("/", params={"token": key}).status_code == 401
+
+
+def test_a_cookie_ends_and_a_page_that_is_loaded_has_it_anew() -> None:
+    now = [1000.0]
+    keys = Keys(b"k" * 32, lambda: now[0])
+
+    async def page(scope, receive, send) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        await send({"type": "http.response.body", "body": b""})
+
+    client = TestClient(Guard(page, keys=keys, port=PORT), base_url=OWN, follow_redirects=False)
+    client.get("/", params={"token": keys.new_entry()})
+    first = client.cookies[f"leafcut-{PORT}"]
+    now[0] += COOKIE_SECONDS - 1
+    assert client.get("/api/x").status_code == 200
+    assert client.get("/").status_code == 200
+    now[0] += 2
+    assert client.get("/").status_code == 200
+    now[0] += COOKIE_SECONDS
+    assert client.get("/").status_code == 401
+    later = str(int(first.partition(".")[0]) + 10 * COOKIE_SECONDS)
+    for wrong in (first, f"{later}.{first.partition('.')[2]}", "", ".", "x.y"):
+        assert client.get("/", headers={"cookie": f"leafcut-{PORT}={wrong}"}).status_code == 401
+
+
+def test_only_so_many_addresses_that_were_not_used_are_good() -> None:
+    keys = Keys(b"k" * 32)
+    made = [keys.new_entry() for _ in range(20)]
+    assert not keys.enter(made[0])
+    assert keys.enter(made[-1])
+    assert len({*made, keys.token}) == 21
+
+
+def test_a_request_that_stops_in_its_middle_is_given_up(monkeypatch: pytest.MonkeyPatch, studio: Studio) -> None:
+    monkeypatch.setattr(safety, "PAUSE", 0.02)
+    sent: list[dict[str, Any]] = []
+    first = iter([{"type": "http.request", "body": b"x", "more_body": True}])
+
+    async def receive() -> dict[str, Any]:
+        for message in first:
+            return message
+        await asyncio.Event().wait()
+        raise AssertionError
+
+    async def send(message: Any) -> None:
+        sent.append(message)
+
+    headers = {"host": f"127.0.0.1:{PORT}", "authorization": f"Bearer {studio.keys.token}"}
+    scope = {
+        "type": "http",
+        "method": "POST",
+        "path": "/api/files",
+        "raw_path": b"/api/files",
+        "query_string": b"name=a.csv",
+        "headers": [(name.encode(), value.encode()) for name, value in headers.items()],
+    }
+    asyncio.run(guarded(studio, make_api(studio))(scope, receive, send))
+    assert sent[0]["status"] == 408
+    assert not list(studio.folder.inputs.iterdir())
+
+
+def test_a_connection_that_sends_no_whole_head_is_closed_and_one_that_is_answered_is_not() -> None:
+    async def slow(scope, receive, send) -> None:
+        assert scope["type"] == "http"
+        await asyncio.sleep(0.3)
+        await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"4")]})
+        await send({"type": "http.response.body", "body": b"done"})
+
+    async def spoken(port: int, said: bytes) -> bytes:
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        writer.write(said)
+        answer = await asyncio.wait_for(reader.read(), 60)
+        writer.close()
+        return answer
+
+    async def asked() -> list[bytes]:
+        config = uvicorn.Config(slow, http=patient_protocol(0.1), log_level="critical", lifespan="off", ws="none")
+        server = uvicorn.Server(config)
+        with socket.socket() as listening:
+            listening.bind(("127.0.0.1", 0))
+            task = asyncio.create_task(server.serve(sockets=[listening]))
+            while not server.started:
+                await asyncio.sleep(0.01)
+            port = listening.getsockname()[1]
+            whole = b"GET / HTTP/1.1\r\nHost: x\r\n"
+            answers = [await spoken(port, said) for said in (b"", whole, whole + b"\r\n" + whole)]
+            server.should_exit = True
+            await task
+        return answers
+
+    nothing, half, then_half = asyncio.run(asked())
+    assert nothing == half == b""
+    assert then_half.startswith(b"HTTP/1.1 200")
+    assert then_half.endswith(b"done")
 
 
 @pytest.mark.parametrize("host", ["evil.example", f"evil.example:{PORT}", f"127.0.0.1:{PORT + 1}", "127.0.0.1", ""])
@@ -57,8 +163,8 @@ def test_a_name_that_was_rebound_to_this_machine_is_refused(client: TestClient, 
 
 
 def test_two_host_headers_are_none(studio: Studio) -> None:
-    client = TestClient(Guard(make_api(studio), token="t", session="s", port=PORT), base_url=OWN)
-    hosts = [("host", f"127.0.0.1:{PORT}"), ("host", "evil.example"), ("authorization", "Bearer t")]
+    client = TestClient(Guard(make_api(studio), keys=studio.keys, port=PORT), base_url=OWN)
+    hosts = [("host", f"127.0.0.1:{PORT}"), ("host", "evil.example"), ("authorization", f"Bearer {studio.keys.token}")]
     assert client.get("/api/machines", headers=hosts).status_code == 403
 
 
@@ -66,7 +172,7 @@ def test_two_host_headers_are_none(studio: Studio) -> None:
     "origin", ["http://evil.example", f"http://127.0.0.1:{PORT + 1}", "null", f"https://127.0.0.1:{PORT}"]
 )
 def test_a_page_of_another_origin_can_neither_send_nor_load(studio: Studio, stranger: TestClient, origin: str) -> None:
-    stranger.get("/", params={"token": studio.token})
+    stranger.get("/", params={"token": studio.keys.new_entry()})
     assert stranger.post("/api/files?name=a.csv", content=b"x", headers={"origin": origin}).status_code == 403
     assert stranger.get("/api/machines", headers={"origin": origin}).status_code == 403
     assert not list(studio.folder.inputs.iterdir())
@@ -78,18 +184,18 @@ def test_what_sends_no_key_or_a_wrong_one_is_told_that_it_is_the_key(stranger: T
 
 
 def test_a_cookie_alone_changes_nothing_without_an_origin(studio: Studio, stranger: TestClient) -> None:
-    stranger.get("/", params={"token": studio.token})
+    stranger.get("/", params={"token": studio.keys.new_entry()})
     assert stranger.post("/api/files?name=a.csv", content=b"x").status_code == 403
     assert stranger.post("/api/files?name=a.csv", content=b"x", headers={"origin": OWN}).status_code == 200
 
 
 def test_what_another_site_begins_is_refused_but_a_link_may_be_followed(studio: Studio, stranger: TestClient) -> None:
-    stranger.get("/", params={"token": studio.token})
+    stranger.get("/", params={"token": studio.keys.new_entry()})
     for site in ("cross-site", "same-site"):
         headers = {"sec-fetch-site": site, "sec-fetch-mode": "no-cors"}
         assert stranger.get("/api/machines", headers=headers).status_code == 403
     link = {"sec-fetch-site": "cross-site", "sec-fetch-mode": "navigate"}
-    assert stranger.get("/", params={"token": studio.token}, headers=link).status_code == 303
+    assert stranger.get("/", params={"token": studio.keys.new_entry()}, headers=link).status_code == 303
 
 
 def test_a_websocket_needs_cookie_and_origin(studio: Studio) -> None:
@@ -98,8 +204,8 @@ def test_a_websocket_needs_cookie_and_origin(studio: Studio) -> None:
         await send({"type": "websocket.accept"})
         await send({"type": "websocket.close"})
 
-    client = TestClient(Guard(welcome, token="t", session="s", port=PORT), base_url=OWN)
-    good = {"host": f"127.0.0.1:{PORT}", "origin": OWN, "cookie": f"leafcut-{PORT}=s"}
+    client = TestClient(Guard(welcome, keys=studio.keys, port=PORT), base_url=OWN)
+    good = {"host": f"127.0.0.1:{PORT}", "origin": OWN, "cookie": f"leafcut-{PORT}={studio.keys.new_cookie()}"}
     with client.websocket_connect("/", headers=good):
         pass
     for name, value in (("cookie", ""), ("origin", "http://evil.example"), ("host", "evil.example")):
@@ -137,8 +243,9 @@ def test_scripts_and_styles_of_a_page_get_a_nonce_that_is_never_the_same() -> No
         await send({"type": "http.response.body", "body": b"<script>a</scr", "more_body": True})
         await send({"type": "http.response.body", "body": b"ipt><style>b</style><scripted>"})
 
+    keys = Keys(b"k" * 32)
     client = TestClient(
-        Guard(page, token="t", session="s", port=PORT), base_url=OWN, headers={"authorization": "Bearer t"}
+        Guard(page, keys=keys, port=PORT), base_url=OWN, headers={"authorization": f"Bearer {keys.token}"}
     )
     nonces = set()
     for _ in range(2):
@@ -230,8 +337,9 @@ def test_the_cookie_outlives_a_restart_and_the_token_does_not(tmp_path: Path) ->
     first.history.close()
     second = open_studio(tmp_path)
     second.history.close()
-    assert first.session == second.session
-    assert first.token != second.token
-    assert min(len(first.token), len(first.session)) >= 32
+    assert second.keys.is_cookie(first.keys.new_cookie())
+    assert not second.keys.enter(first.keys.new_entry())
+    assert first.keys.token != second.keys.token
+    assert min(len(first.keys.token), len(first.keys.new_entry())) >= 32
     assert (tmp_path / "key").stat().st_mode & 0o077 == 0
     assert Folder(tmp_path).inputs.stat().st_mode & 0o077 == 0

@@ -32,13 +32,13 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         yield started
 
 
-def test_the_page_is_served_to_who_has_the_address(server: Server) -> None:
-    with httpx2.Client(base_url=server.origin, follow_redirects=True) as client:
+def test_the_page_is_served_to_who_has_the_address(tmp_path: Path) -> None:
+    with running(tmp_path) as server, httpx2.Client(base_url=server.origin, follow_redirects=True) as client:
         assert client.get("/").status_code == 401
-        page = client.get("/", params={"token": server.token})
+        page = client.get("/", params={"token": server.key})
         assert page.status_code == 200
         assert page.url.path == "/"
-        assert server.token not in str(page.url) + page.text
+        assert not [key for key in (server.key, server.token) if key in str(page.url) + page.text]
         policy = page.headers["content-security-policy"]
         nonce = policy.partition("'nonce-")[2].partition("'")[0]
         tags = re.findall(r"<(?:script|style)[ >][^>]*>?", page.text)
@@ -54,13 +54,56 @@ def test_no_path_of_the_page_and_no_websocket_is_open_to_strangers(server: Serve
     for origin in (server.origin, "http://evil.example", None):
         with pytest.raises(InvalidStatus):
             connect(address, origin=origin)
-    cookie = httpx2.get(server.origin, params={"token": server.token}).headers["set-cookie"].partition(";")[0]
+    cookie = "; ".join(f"{name}={value}" for name, value in server.cookies().items())
     with pytest.raises(InvalidStatus):
         connect(address, origin="http://evil.example", additional_headers={"cookie": cookie})
     with connect(address, origin=server.origin, additional_headers={"cookie": cookie}) as opened:
         assert str(opened.recv(timeout=10)).startswith("0{")
     for path in ("/_nicegui_ws/socket.io/?EIO=4&transport=polling", "/_nicegui/x", "/favicon.ico"):
         assert httpx2.get(server.origin + path).status_code == 401
+
+
+def test_no_key_stands_where_another_person_of_this_machine_can_read_it(tmp_path: Path) -> None:
+    """The browser is told a file of this person alone; what an address opens, it opens once."""
+    seen = tmp_path / "told"
+    browser = tmp_path / "browser"
+    browser.write_text(f'#!/bin/sh\necho "$1" > {seen}.part && mv {seen}.part {seen}\n')
+    browser.chmod(0o755)
+    with running(tmp_path, "BROWSER", str(browser)) as started:
+        for _ in range(600):
+            if seen.is_file():
+                break
+            time.sleep(0.05)
+        told = seen.read_text().strip()
+        page = Path(told.removeprefix("file://"))
+        assert told.startswith("file://")
+        assert page.stat().st_mode & 0o077 == (page.parent / "token").stat().st_mode & 0o077 == 0
+        key = re.search(r"token=([\w-]+)", page.read_text())
+        assert key and key[1] not in (started.key, started.token)
+        assert [httpx2.get(started.origin, params={"token": key[1]}).status_code for _ in range(2)] == [303, 401]
+        assert not page.exists()
+        assert [httpx2.get(started.origin, params={"token": started.key}).status_code for _ in range(2)] == [303, 401]
+        status, out, _ = started.end()
+    assert status == 0
+    assert re.fullmatch(rf"leafcut studio, for another browser: {started.origin}/\?token=[\w-]+\n", out)
+    assert started.key not in out
+    assert not (page.parent / "token").exists()
+
+
+def test_pages_that_nobody_shows_do_not_fill_the_memory(server: Server) -> None:
+    def resident() -> float:
+        status = Path(f"/proc/{server.process.pid}/status").read_text()
+        return int(status.partition("VmRSS:")[2].split()[0]) / 1024
+
+    if not Path("/proc/self/status").is_file():
+        pytest.skip("this system does not tell the memory of a process")
+    with httpx2.Client(base_url=server.origin, cookies=server.cookies()) as client:
+        for _ in range(30):
+            client.get("/")
+        before = resident()
+        for _ in range(30):
+            client.get("/")
+    assert resident() - before < 15  # MiB; they take 1.2 each
 
 
 def test_it_listens_on_this_machine_alone(server: Server) -> None:
@@ -131,7 +174,7 @@ def test_what_lies_damaged_in_the_folder_ends_in_one_line_or_is_made_anew(tmp_pa
     (root / "language").write_bytes(b"\xff\xfe")
     started = Server(tmp_path)
     with httpx2.Client(base_url=started.origin, follow_redirects=True) as client:
-        assert client.get("/", params={"token": started.token}).status_code == 200
+        assert client.get("/", params={"token": started.key}).status_code == 200
         answer = client.get("/api/nothing/here")
         assert (answer.status_code, list(answer.json())) == (404, ["error"])
         (root / "inputs").rmdir()

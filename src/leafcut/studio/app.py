@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import hashlib
-import hmac
-import secrets
+import gc
 import socket
 import sys
 import threading
 import webbrowser
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,9 +16,11 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import OutputError
+from leafcut.studio.connections import patient_protocol
 from leafcut.studio.folder import Folder, data_folder
 from leafcut.studio.history import History
 from leafcut.studio.jobs import Jobs
+from leafcut.studio.keys import Keys, kept_secret, page_that_goes_to, write_private
 from leafcut.studio.lock import held
 from leafcut.studio.safety import LARGEST_UPLOAD, Guard
 
@@ -45,14 +45,22 @@ class Studio:
     folder: Folder
     history: History
     jobs: Jobs
-    token: str
-    session: str
+    keys: Keys
     port: int
 
+    def address(self, key: str) -> str:
+        """Return the address that opens the page with a key of `Keys.new_entry`."""
+        return f"http://{HOST}:{self.port}/?token={key}"
+
     @property
-    def address(self) -> str:
-        """The address that opens the page."""
-        return f"http://{HOST}:{self.port}/?token={self.token}"
+    def token_file(self) -> Path:
+        """Where programs of the same person find the token, as long as the studio runs."""
+        return self.folder.root / "token"
+
+    @property
+    def entrance(self) -> Path:
+        """The page that sends the browser of this person to the studio."""
+        return self.folder.root / "open.html"
 
 
 def open_studio(root: Path, port: int = PORT) -> Studio:
@@ -67,21 +75,7 @@ def open_studio(root: Path, port: int = PORT) -> Studio:
     history = History(root / "history.sqlite")
     history.interrupt()
     folder.drop_unused(history.inputs_in_use())
-    session = hmac.new(_key(root), b"leafcut studio", hashlib.sha256).hexdigest()
-    return Studio(folder, history, Jobs(folder, history), secrets.token_urlsafe(24), session, port)
-
-
-def _key(root: Path) -> bytes:
-    """Return the secret that the cookie is made of; it stays the same over a restart, for pages that are open."""
-    file = root / "key"
-    try:
-        if not file.is_file() or file.stat().st_size != 32:
-            file.touch(mode=0o600)
-            file.chmod(0o600)
-            file.write_bytes(secrets.token_bytes(32))
-        return file.read_bytes()
-    except OSError as problem:
-        raise OutputError(f"{file}: the studio's key cannot be kept ({problem.strerror})") from None
+    return Studio(folder, history, Jobs(folder, history), Keys(kept_secret(root)), port)
 
 
 def make_api(studio: Studio) -> FastAPI:
@@ -116,9 +110,30 @@ def make_api(studio: Studio) -> FastAPI:
     return made
 
 
-def guarded(studio: Studio, app: Any, largest: int = LARGEST_UPLOAD) -> Guard:
+def guarded(
+    studio: Studio, app: Any, largest: int = LARGEST_UPLOAD, on_entry: Callable[[str], None] = lambda _: None
+) -> Guard:
     """Return an application behind the guard of a studio."""
-    return Guard(app, token=studio.token, session=studio.session, port=studio.port, largest=largest)
+    return Guard(app, keys=studio.keys, port=studio.port, largest=largest, on_entry=on_entry)
+
+
+class _Door:
+    """Tells the person at the terminal an address that works: another one when it was used."""
+
+    def __init__(self, studio: Studio) -> None:
+        self._studio = studio
+        self._told = ""
+
+    def tell(self, words: str) -> None:
+        """Print an address that was not used yet."""
+        self._told = self._studio.keys.new_entry()
+        print(f"{words} {self._studio.address(self._told)}", flush=True)
+
+    def entered(self, key: str) -> None:
+        """Note that an address was used."""
+        self._studio.entrance.unlink(missing_ok=True)
+        if key == self._told:
+            self.tell("leafcut studio, for another browser:")
 
 
 def serve(port: int | None = None, *, open_page: bool = True, root: Path | None = None) -> None:
@@ -145,28 +160,49 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
         studio = open_studio(folder, listening.getsockname()[1])
         app = make_api(studio)
         add_pages(app, studio)
+        door = _Door(studio)
         config = uvicorn.Config(
-            guarded(studio, app),
+            guarded(studio, app, on_entry=door.entered),
             log_level="critical",
             access_log=False,
             proxy_headers=False,
             server_header=False,
             timeout_graceful_shutdown=_PATIENCE,
             ws_max_size=1 << 20,
+            http=patient_protocol(),
         )
         server = _server(config, studio)
-        print(f"leafcut studio: {studio.address}", flush=True)
+        _write_keys(studio)
+        gc.freeze()  # what is loaded stays: looking for garbage of pages need not go through it
+        door.tell("leafcut studio:")
         print("leafcut: Ctrl-C ends it", file=sys.stderr, flush=True)
         if open_page:
-            threading.Thread(target=_open_when_ready, args=(server, studio.address), daemon=True).start()
+            threading.Thread(target=_open_when_ready, args=(server, studio.entrance.as_uri()), daemon=True).start()
         try:
             asyncio.run(server.serve(sockets=[listening]))
         except KeyboardInterrupt:
             pass
         finally:
             studio.jobs.close()
+            for file in (studio.token_file, studio.entrance):
+                file.unlink(missing_ok=True)
             # Not before: until the loop has ended, pages look into it.
             studio.history.close()
+
+
+def _write_keys(studio: Studio) -> None:
+    """Leave the token for this person's programs, and the page that opens the studio in this person's browser.
+
+    Raises
+    ------
+    OutputError
+        They cannot be written.
+    """
+    try:
+        write_private(studio.token_file, studio.keys.token.encode())
+        write_private(studio.entrance, page_that_goes_to(studio.address(studio.keys.new_entry())))
+    except OSError as problem:
+        raise OutputError(f"{studio.folder.root}: cannot be written ({problem.strerror})") from None
 
 
 def _server(config: Any, studio: Studio) -> Any:

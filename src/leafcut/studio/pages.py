@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import gc
 import logging
 import math
 import time
@@ -10,8 +12,8 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from fastapi import Request
+from nicegui import Client, ui
 from nicegui import app as nicegui_app
-from nicegui import ui
 
 from leafcut import __version__
 from leafcut.studio.elements import box, button, link, text
@@ -40,6 +42,10 @@ _DRAWING_KEYS = (
 )  # fmt: skip
 #: A line that is no complaint goes after so many seconds.
 _SAID_SECONDS = 6.0
+#: So many pages may wait for their browser to connect; NiceGUI itself drops them after a minute.
+_MOST_UNSEEN = 20
+#: After a page is gone its memory is freed within this time, s.
+_TIDY_SECONDS = 1.0
 _LEAF = (
     '<svg viewBox="0 0 24 24" aria-hidden="true"><path d="M20 4C9 4 4 9 4 15c0 1.8.5 3.5 1 5 1.5.5 3.2 1 5 1 6 0 10-6 '
     '10-17z"></path><path d="M5 20 14 10"></path><path d="M20 4l-3.5 3.5"></path></svg>'
@@ -53,10 +59,13 @@ _HEAD = (
 def add_pages(app: FastAPI, studio: Studio) -> None:
     """Add the pages of a studio to its server."""
     logging.getLogger("nicegui").setLevel(logging.ERROR)
+    tidier = _Tidier()
 
     @ui.page("/", title="leafcut studio")
     def page(request: Request, lang: str = "", job: str = "") -> None:
         Page(studio, words(_language(studio.folder, request, lang))).build(job)
+        ui.context.client.on_delete(tidier.page_gone)
+        tidier.drop_unseen()
 
     # Nothing is compressed: it goes over the loopback. Tailwind would be a compiler in the page.
     ui.run_with(
@@ -69,6 +78,30 @@ def add_pages(app: FastAPI, studio: Studio) -> None:
         reconnect_timeout=10.0,
     )
     nicegui_app.on_exception(lambda problem: logging.getLogger("nicegui").debug("%s", problem))
+
+
+class _Tidier:
+    """Frees the memory of pages that nobody sees any more: about a megabyte each, in circles of references."""
+
+    def __init__(self) -> None:
+        self._due = False
+
+    def page_gone(self) -> None:
+        """Look for garbage soon, once for all the pages that go together."""
+        if not self._due:
+            self._due = True
+            asyncio.get_running_loop().call_later(_TIDY_SECONDS, self._collect)
+
+    def _collect(self) -> None:
+        self._due = False
+        gc.collect()
+
+    @staticmethod
+    def drop_unseen() -> None:
+        """Drop the oldest pages that were asked for and never shown, as a program that only loads the address does."""
+        unseen = [client for client in Client.instances.values() if not client.has_socket_connection]
+        for client in unseen[:-_MOST_UNSEEN]:
+            client.delete()
 
 
 def _favicon() -> str:

@@ -1,6 +1,6 @@
 """The JSON API: optimise, solve, simulate and verify for other programs, and what the page itself loads and sends.
 
-Documented by ``/api/openapi.json``. Other programs send the token that the studio printed as
+Documented by ``/api/openapi.json``. Other programs send the token from the studio's folder as
 ``Authorization: Bearer TOKEN``. An error is a JSON object with one key, ``error``, and one line in it.
 """
 
@@ -91,7 +91,7 @@ _BODY = {"required": True, "content": {"application/octet-stream": {"schema": _B
 
 def router(studio: Studio) -> APIRouter:
     """Return the routes under ``/api`` of a studio."""
-    token = HTTPBearer(auto_error=False, description="the token that the studio printed")  # the guard has looked
+    token = HTTPBearer(auto_error=False, description="the token in the studio's folder")  # the guard has looked
     made = APIRouter(prefix="/api", responses=_REFUSED, dependencies=[Security(token)])
     _add_commands(made, studio.folder, studio.jobs)
     _add_files(made, studio.folder)

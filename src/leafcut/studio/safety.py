@@ -1,8 +1,9 @@
 """Who may speak to the studio, and what a page of it may do: the outermost layer of the server.
 
-Every request needs the token, in the address that the studio prints (once; a cookie follows) or as a bearer of an
-``Authorization`` header. Requests by a name that is not this machine's loopback (DNS rebinding) and those that another
-page begins (cross-site forgery) are refused before anything else sees them.
+Every request needs a key: a browser comes in by an address that works once, and has a cookie then that ends; a program
+sends the token as a bearer of an ``Authorization`` header (`keys`). Requests by a name that is not this machine's
+loopback (DNS rebinding) and those that another page begins (cross-site forgery) are refused before anything else sees
+them.
 
 The content policy: only the studio's own files. NiceGUI needs two things more. It begins its page with scripts and
 styles inside it: they get a nonce that is made anew for every page. And it sends calls to components as text that the
@@ -11,15 +12,18 @@ page evaluates, therefore ``unsafe-eval``; that text comes over the guarded conn
 
 from __future__ import annotations
 
-import hmac
+import asyncio
 import json
 import re
 import secrets
+import time
 from collections.abc import Awaitable, Callable, Iterable, MutableMapping
 from contextlib import suppress
 from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import parse_qs
+
+from leafcut.studio.keys import COOKIE_SECONDS, Keys
 
 Scope = MutableMapping[str, Any]
 Message = MutableMapping[str, Any]
@@ -30,6 +34,8 @@ App = Callable[[Scope, Receive, Send], Awaitable[None]]
 #: Largest body of a request that brings files, and of any other, bytes.
 LARGEST_UPLOAD, LARGEST_REQUEST = 64 * 1024 * 1024, 1024 * 1024
 UPLOADS = "/api/"
+#: Longest pause in the middle of a request, and longest time for all of it, s.
+PAUSE, WHOLE = 20.0, 600.0
 
 _FIXED = {
     "x-frame-options": "DENY",
@@ -43,8 +49,8 @@ _TAG = re.compile(rb"<(script|style)(?=[\s>])")
 _READING = ("GET", "HEAD", "OPTIONS")
 
 
-class TooLarge(Exception):
-    """More came than may come; ends the request wherever it is being read."""
+class RequestRefused(Exception):
+    """More came than may come, or it came too slowly; ends the request wherever it is being read."""
 
 
 def content_policy(nonce: str, host: str) -> str:
@@ -74,17 +80,25 @@ class Guard:
 
     Parameters
     ----------
-    token
-        What the address and the header must hold.
-    session
-        What the cookie holds; it may outlive the token, so that a page stays open over a restart.
+    keys
+        What lets in whom.
     port
         Of this server: hosts and origins are checked against it.
+    on_entry
+        Called with the key in the address when a browser has come in by it: it is used up.
     """
 
-    def __init__(self, app: App, *, token: str, session: str, port: int, largest: int = LARGEST_UPLOAD) -> None:
+    def __init__(
+        self,
+        app: App,
+        *,
+        keys: Keys,
+        port: int,
+        largest: int = LARGEST_UPLOAD,
+        on_entry: Callable[[str], None] = lambda _: None,
+    ) -> None:
         self.app = app
-        self.token, self.session = token, session
+        self.keys, self.on_entry = keys, on_entry
         self.cookie = f"leafcut-{port}"
         self.hosts = (f"127.0.0.1:{port}", f"localhost:{port}")
         self.largest = largest
@@ -109,7 +123,7 @@ class Guard:
             await self._enter(asked, send)
         elif not self._known(asked):
             await _answer(
-                asked, send, 401, "Open the address that leafcut studio printed: it holds the key to this page."
+                asked, send, 401, "Open the address that leafcut studio printed last: it holds the key to this page."
             )
         else:
             await self._pass(asked, scope, receive, send)
@@ -129,34 +143,45 @@ class Guard:
         return ""
 
     def _known(self, asked: _Asked) -> bool:
-        return self._bearer(asked) or any(
-            hmac.compare_digest(cookie.encode(), self.session.encode()) for cookie in asked.cookies(self.cookie)
-        )
+        return self._bearer(asked) or self._has_cookie(asked)
+
+    def _has_cookie(self, asked: _Asked) -> bool:
+        return any(self.keys.is_cookie(value) for value in asked.cookies(self.cookie))
 
     def _bearer(self, asked: _Asked) -> bool:
-        return hmac.compare_digest(asked.bearer.encode(), self.token.encode())
+        return self.keys.is_token(asked.bearer)
 
     async def _enter(self, asked: _Asked, send: Send) -> None:
-        """Take the token out of the address: a cookie that scripts cannot read has its place."""
-        if not hmac.compare_digest((asked.token or "").encode(), self.token.encode()):
-            await _answer(
-                asked, send, 401, "This address is of a studio that ended: open the one that it printed last."
-            )
+        """Take the key out of the address: a cookie that scripts cannot read has its place."""
+        key = asked.token or ""
+        if self.keys.enter(key):
+            self.on_entry(key)
+        elif not self._has_cookie(asked):
+            line = "This address was used already, or its studio has ended: open the one that leafcut printed last."
+            await _answer(asked, send, 401, line)
             return
-        cookie = f"{self.cookie}={self.session}; Path=/; HttpOnly; SameSite=Strict"
-        await _answer(asked, send, 303, "", (("location", "/"), ("set-cookie", cookie)))
+        await _answer(asked, send, 303, "", (("location", "/"), ("set-cookie", self._new_cookie())))
+
+    def _new_cookie(self) -> str:
+        value = self.keys.new_cookie()
+        return f"{self.cookie}={value}; Path=/; Max-Age={COOKIE_SECONDS}; HttpOnly; SameSite=Strict"
 
     async def _pass(self, asked: _Asked, scope: Scope, receive: Receive, send: Send) -> None:
         most = self.largest if asked.path.startswith(UPLOADS) else min(self.largest, LARGEST_REQUEST)
-        line = f"This is larger than {most >> 20} MiB, the most that the studio takes."
         if asked.length > most:
-            await _answer(asked, send, 413, line)
+            await _answer(asked, send, *_too_large(most))
             return
-        exchange = _Exchange(receive, send, asked, most)
-        with suppress(TooLarge):
+        # A page that is loaded again has its cookie anew: who works here is not sent away in the middle.
+        renewed = self._new_cookie() if asked.path == "/" and not self._bearer(asked) else ""
+        exchange = _Exchange(receive, send, asked, most, renewed)
+        with suppress(RequestRefused):
             await self.app(scope, exchange.receive, exchange.send)
-        if exchange.too_large and not exchange.begun:
-            await _answer(asked, send, 413, line)
+        if exchange.refused and not exchange.begun:
+            await _answer(asked, send, *exchange.refused)
+
+
+def _too_large(most: int) -> tuple[int, str]:
+    return 413, f"This is larger than {most >> 20} MiB, the most that the studio takes."
 
 
 class _Asked:
@@ -177,6 +202,7 @@ class _Asked:
         kind, _, word = self._text(b"authorization").partition(" ")
         self.bearer = word.strip() if kind.lower() == "bearer" else ""
         query = parse_qs(scope.get("query_string", b"").decode("latin-1"))
+        #: The key in the address.
         self.token = query["token"][0] if "token" in query else None
         length = self._text(b"content-length")
         self.length = int(length) if length.isdecimal() and len(length) < 20 else 0
@@ -198,30 +224,44 @@ class _Asked:
 class _Exchange:
     """A request and its answer on their way: what comes is counted, what goes gets the headers, and a page its nonce.
 
-    However long a body was said to be, no more than `most` bytes of it are passed on; what the application makes of
-    the rest is not sent then.
+    However long a body was said to be, no more than `most` bytes of it are passed on, nor after a pause of `PAUSE` or
+    in more than `WHOLE` seconds; what the application makes of the rest is not sent then.
     """
 
-    def __init__(self, receive: Receive, send: Send, asked: _Asked, most: int) -> None:
+    def __init__(self, receive: Receive, send: Send, asked: _Asked, most: int, cookie: str) -> None:
         self._receive, self._send, self._asked = receive, send, asked
-        self._left = most
-        self.too_large = self.begun = False
+        self._most, self._left = most, most
+        self._cookie = cookie
+        self._end = time.monotonic() + WHOLE
+        self._arriving = True
+        self.refused: tuple[int, str] | None = None
+        self.begun = False
         self._held: Message | None = None
         self._nonce = secrets.token_urlsafe(16)
         self._body = bytearray()
 
     async def receive(self) -> Message:
-        """Pass on what comes, or raise `TooLarge`."""
-        message = await self._receive()
+        """Pass on what comes, or raise `RequestRefused`."""
+        message = await self._next()
+        self._arriving = message.get("more_body", False)
         self._left -= len(message.get("body", b""))
         if self._left < 0:
-            self.too_large = True
-            raise TooLarge
+            self.refused = _too_large(self._most)
+            raise RequestRefused
         return message
+
+    async def _next(self) -> Message:
+        if not self._arriving:  # whole: what comes now is its end, which may be long in coming
+            return await self._receive()
+        try:
+            return await asyncio.wait_for(self._receive(), min(PAUSE, self._end - time.monotonic()))
+        except TimeoutError:
+            self.refused = (408, "The request did not arrive in time.")
+            raise RequestRefused from None
 
     async def send(self, message: Message) -> None:
         """Pass on what goes; a page is held until it is whole."""
-        if self.too_large and not self.begun:
+        if self.refused and not self.begun:
             return
         if message["type"] == "http.response.start":
             self.begun = True
@@ -248,6 +288,8 @@ class _Exchange:
             more["content-security-policy"] = content_policy(self._nonce, self._asked.host)
         if "cache-control" not in headers:
             more["cache-control"] = "no-store"
+        if self._cookie:
+            more["set-cookie"] = self._cookie
         return [(k.encode(), v.encode()) for k, v in more.items() if k not in headers]
 
 

@@ -1,0 +1,53 @@
+"""Connections that say nothing, or say it too slowly, are closed: each would hold a place in the server for ever."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+#: From the connection, or from the end of the answer before, until the head of a request is there, s.
+HEAD_SECONDS = 10.0
+
+
+def patient_protocol(seconds: float = HEAD_SECONDS) -> type[asyncio.Protocol]:
+    """Return uvicorn's protocol, which waits only so long for the head of a request."""
+    from uvicorn.protocols.http.auto import AutoHTTPProtocol
+
+    base: Any = AutoHTTPProtocol
+
+    class Patient(base):  # type: ignore[misc]
+        _waiting: asyncio.TimerHandle | None = None
+
+        def connection_made(self, transport: asyncio.BaseTransport) -> None:
+            super().connection_made(transport)
+            self._wait()
+
+        def data_received(self, data: bytes) -> None:
+            super().data_received(data)
+            if self._answering():
+                self._stop_waiting()
+            elif self._waiting is None:
+                self._wait()
+
+        def connection_lost(self, exc: Exception | None) -> None:
+            self._stop_waiting()
+            super().connection_lost(exc)
+
+        def _answering(self) -> bool:
+            return self.cycle is not None and not self.cycle.response_complete
+
+        def _wait(self) -> None:
+            self._waiting = asyncio.get_running_loop().call_later(seconds, self._give_up)
+
+        def _stop_waiting(self) -> None:
+            if self._waiting is not None:
+                self._waiting.cancel()
+                self._waiting = None
+
+        def _give_up(self) -> None:
+            self._waiting = None
+            # A websocket has a protocol of its own from its first answer on.
+            if not self._answering() and self.transport.get_protocol() is self:
+                self.transport.close()
+
+    return Patient
