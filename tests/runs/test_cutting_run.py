@@ -21,6 +21,7 @@ from leafcut.gcode.interpreter import interpret
 from leafcut.model.toolpath import Kind
 from leafcut.read.plan_file import load_plan
 from leafcut.report.json_answer import as_json
+from leafcut.runs.run import Clock
 from rs274_moves import run_rs274
 
 FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "iterations": 20, "threads": 1}
@@ -85,6 +86,37 @@ def test_holes_and_marks_of_a_part_come_before_its_outline(outcome) -> None:
         contour = outcome.cut_plan.sheet.contours[cut.contours[0]]
         seen.setdefault(cut.part, []).append("mark" if cut.kind == "mark" else "hole" if contour.is_hole else "outline")
     assert {tuple(words) for words in seen.values()} == {("mark", "hole", "hole", "outline")}
+
+
+def test_a_time_limit_is_over_for_all_stages_when_the_clock_says_so(
+    drawing: Path, outcome, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The clock of the run stands at an hour: every search has the least, no start slides, no order is sought anew."""
+    from leafcut.runs import run as room
+    from leafcut.solve import solve as solving
+
+    limits: list[float | None] = []
+    inner = solving.solve
+
+    def spy(problem: Any, options: Any, *rest: Any, **words: Any) -> Any:
+        if options.algorithm != "nn":
+            limits.append(options.time_limit)
+        return inner(problem, options, *rest, **words)
+
+    monkeypatch.setattr(solving, "solve", spy)
+    monkeypatch.setattr(room.Clock, "elapsed", lambda _: 3600.0)
+    monkeypatch.setattr("leafcut.plan.sliding._slid", lambda *_: pytest.fail("a start slid when the time was over"))
+    late = api.optimize(drawing, **FAST, time_limit="1s")
+    assert limits == [pytest.approx(0.1)]
+    assert late.verified
+    assert late.after.time_s <= late.before.time_s
+
+
+def test_time_spent_on_compiling_is_not_taken_from_the_limit() -> None:
+    clock = Clock()
+    before = clock.elapsed()
+    clock.leave_out(50.0)
+    assert clock.elapsed() < before - 40.0
 
 
 def test_a_hole_into_which_the_kerf_does_not_go_is_told_and_the_rest_is_cut(tmp_path: Path) -> None:

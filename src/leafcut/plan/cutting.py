@@ -55,6 +55,7 @@ class Cutting:
     issues: tuple[Issue, ...] = ()
     order: tuple[tuple[int, int], ...] = ()
     fixed: dict[int, tuple[str, ...]] = field(default_factory=dict)
+    _made: dict[CutStart, Cut] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def heads(self) -> list[int]:
@@ -81,11 +82,15 @@ class Cutting:
         return found
 
     def cut(self, start: CutStart) -> Cut:
-        """Return the run of the torch that begins at a start."""
-        contour = self.contours[start.contour]
-        if start.then:
-            return make_chain(self.contours, start, self.rules, self.fixed)
-        return make_cut(contour, start, self.rules, fixed=self.fixed.get(start.contour, ()))
+        """Return the run of the torch that begins at a start; the same ones are asked for again and again."""
+        if start not in self._made:
+            contour, fixed = self.contours[start.contour], self.fixed
+            self._made[start] = (
+                make_chain(self.contours, start, self.rules, fixed)
+                if start.then
+                else make_cut(contour, start, self.rules, fixed=fixed.get(start.contour, ()))
+            )
+        return self._made[start]
 
     def seconds(self, start: CutStart) -> float:
         """Return what a cut takes without the ways to it and from it: the pierce, and its path at its speed, s."""

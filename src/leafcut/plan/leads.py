@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.tiles import Tiles
 from leafcut.model.cutting import Lead
 from leafcut.model.sheet import Sheet
 from leafcut.plan.cut_contours import FLATNESS, ROUNDING, CutContour
@@ -114,10 +115,10 @@ class Scrap:
         self.rules = rules
         self.contours = contours
         self.parts, self.part_numbers = _materials(sheet)
-        self._part_tree = shapely.STRtree(self.parts)
+        self._metal = Tiles(self.parts)
         cut = [c for c in contours if c.kind == "cut"]
         self._line_owner = np.array([c.index for c in cut], dtype=np.int64)
-        self._line_tree = shapely.STRtree([c.line for c in cut])
+        self._kerfs = Tiles([c.line for c in cut])
         self.zones = [shapely.box(*zone) for zone in sheet.zones]
         self._zone_tree = shapely.STRtree(self.zones)
         outline = None if sheet.outline is None else shapely.Polygon(sheet.outline.flattened(FLATNESS))
@@ -156,26 +157,22 @@ class Scrap:
         ok = np.ones(len(lines), dtype=bool)
         # Where nobody compensates, a lead ends on the part's edge itself.
         reach = self._half if self.rules.half > 0.0 else 0.0
-        ok[self._near(self._part_tree, lines, reach)] = False
-        pairs = self._line_tree.query(lines, predicate="dwithin", distance=2.0 * self._half - ROUNDING)
+        ok[self._metal.near(lines, reach)[0]] = False
+        pairs = self._kerfs.near(lines, 2.0 * self._half - ROUNDING)
         ok[pairs[0][~np.isin(self._line_owner[pairs[1]], own)]] = False
         if len(self.bridge_owners):
             pairs = self._bridge_tree.query(lines, predicate="dwithin", distance=2.0 * self._half - ROUNDING)
             ok[pairs[0][~np.isin(self.bridge_owners[pairs[1]], own).any(axis=1)]] = False
-        ok[self._near(self._zone_tree, lines, self._half)] = False
+        ok[self.zones_near(lines)[0]] = False
         if self.inner is not None and not leaves_sheet:
             import shapely
 
             ok &= shapely.contains(self.inner, lines)
         return ok
 
-    def _near(self, tree: Any, lines: Any, distance: float) -> NDArray[np.int64]:
-        found: NDArray[np.int64] = tree.query(lines, predicate="dwithin", distance=distance)[0]
-        return found
-
     def parts_near(self, lines: Any) -> NDArray[np.int64]:
         """Return pairs of a line and a part that the kerf along it touches, int64[2, k]."""
-        return np.asarray(self._part_tree.query(lines, predicate="dwithin", distance=self._half))
+        return self._metal.near(lines, self._half)
 
     def zones_near(self, lines: Any) -> NDArray[np.int64]:
         """Return pairs of a line and a forbidden zone that the kerf along it touches, int64[2, k]."""
@@ -187,7 +184,7 @@ class Scrap:
 
         ok = np.ones(len(places), dtype=bool)
         if radius > 0.0:
-            ok[self._near(self._part_tree, shapely.points(places), radius - ROUNDING)] = False
+            ok[self._metal.near(shapely.points(places), radius - ROUNDING)[0]] = False
         return ok
 
     def leaves_once(self, leads: NDArray[np.float64], owner: CutContour) -> Flags:

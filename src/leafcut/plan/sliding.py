@@ -40,11 +40,17 @@ ROUNDING = 1e-9
 
 
 def slide_starts(
-    cutting: Cutting, order: list[CutStart], travel: Travel, start: Point | None, end: Point | None
+    cutting: Cutting,
+    order: list[CutStart],
+    travel: Travel,
+    start: Point | None,
+    end: Point | None,
+    late: Callable[[], bool] = lambda: False,
 ) -> list[CutStart]:
     """Return the same cuts in the same order, with starts that make the ways between them cheaper by `travel`.
 
-    Leads keep their shape and stay where there is room for them. What a plan file fixes stays where it is.
+    Leads keep their shape and stay where there is room for them. What a plan file fixes stays where it is. When it is
+    `late`, the starts that have not moved yet stay.
     """
     order = list(order)
     if cutting.rules.corners:
@@ -53,6 +59,8 @@ def slide_starts(
     for _ in range(ROUNDS):
         gained = 0.0
         for k, here in enumerate(order):
+            if late():
+                return order
             before = order[k - 1].exit if k else start
             after = order[k + 1].entry if k + 1 < len(order) else end
             if settled.get(k) == (before, after):

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from leafcut.runs.run import Run, passing_on
+from leafcut.runs.cut_job import Job
+from leafcut.runs.run import passing_on
 
 if TYPE_CHECKING:
-    from leafcut.model.cutting import PlanFile
     from leafcut.plan.chain_starts import Chain
     from leafcut.plan.cutting import Cutting
 
@@ -17,11 +17,10 @@ if TYPE_CHECKING:
 SHARE = 0.4
 
 
-def chained(run: Run, cutting: Cutting, overhead: float, plan: PlanFile | None = None) -> tuple[Cutting, float]:
-    """Return the cutting with chains where they save time, and the seconds of the time limit that it took.
+def chained(job: Job) -> tuple[Cutting, float]:
+    """Return the cutting with chains where they save time, and the seconds that it took to search for them.
 
-    `overhead` is what each cut takes to come down and to rise, s. The bridges that a plan file fixes are kept; with
-    ``keep_order`` all that it has.
+    The bridges that a plan file fixes are kept; with ``keep_order`` all that it has.
 
     Raises
     ------
@@ -31,7 +30,7 @@ def chained(run: Run, cutting: Cutting, overhead: float, plan: PlanFile | None =
     from leafcut.plan.chaining import chain_blocks, planned_chains, with_chains
     from leafcut.plan.cutting import bands
 
-    settings = run.settings
+    run, cutting, plan, settings = job.run, job.cutting, job.plan, job.run.settings
     keep = settings.resequence.keep_order
     planned = [] if plan is None else planned_chains(cutting, plan, everything=keep)
     if not settings.cut.chains or settings.resequence.keep_order or settings.solve.algorithm == "none":
@@ -41,26 +40,24 @@ def chained(run: Run, cutting: Cutting, overhead: float, plan: PlanFile | None =
     chains = planned
     for block in blocks:
         run.tell("looking for bridges")
-        more, spent = _search(run, cutting, overhead, block, chains, len(block) / total)
+        more, spent = _search(job, block, chains, len(block) / total)
         chains, seconds = [*chains, *more], seconds + spent
     return with_chains(cutting, chains), seconds
 
 
-def _search(
-    run: Run, cutting: Cutting, overhead: float, block: list[int], before: Sequence[Chain], part: float
-) -> tuple[list[Chain], float]:
+def _search(job: Job, block: list[int], before: Sequence[Chain], part: float) -> tuple[list[Chain], float]:
     """Return the chains of one block, and the seconds that it took; `part` of the time is for it."""
     from leafcut.plan.chaining import chain_problem, chains_of
     from leafcut.solve.solve import solve
 
-    settings = run.settings
-    found = chain_problem(cutting, settings.cut, overhead, min(run.machine.rapid_velocity[:2]), block)
+    run, cutting, settings = job.run, job.cutting, job.run.settings
+    found = chain_problem(cutting, settings.cut, job.overhead, min(run.machine.rapid_velocity[:2]), block)
     if found is None:
         return [], 0.0
-    limit = settings.solve.time_limit
-    options = replace(
-        settings.solve, bound=False, algorithm="auto", time_limit=None if limit is None else SHARE * part * limit
-    )
+    options = replace(settings.solve, bound=False, algorithm="auto")
+    if options.time_limit is not None:
+        seconds = min(SHARE * part * options.time_limit, job.search_seconds())
+        options = replace(options, time_limit=max(seconds, 0.001))
     tell = passing_on(run.progress, "joining cuts", 0.0, 1.0)
     solution = solve(found.problem, options, settings.aco, progress=tell, cancelled=run.cancelled)
     return chains_of(cutting, found, [int(n) for n in solution.nodes], settings.cut, before), solution.seconds

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 
 _KINDS = {"torch": "plasma", "laser": "laser"}
+#: To lay, write and prove the program takes about as long as what comes before the search; that, and no more than this
+#: part of a time limit, is kept for it.
+MOST_RESERVED = 0.25
 #: Thicknesses that differ by less are the same, mm: inches become mm with a rounding error.
 _SAME_THICKNESS = 0.001
 #: A sheet thicker than this, mm, is not safely cut through where the beam is lit as it moves on (an estimate: below,
@@ -49,6 +52,12 @@ class Job:
     words: Dialect
     plan: PlanFile | None
     probe: Probe | None
+    #: Of a time limit, s: kept for what comes after the search.
+    reserve: float = 0.0
+
+    def search_seconds(self) -> float:
+        """Return what is left of the time limit for searching, s, infinite without one."""
+        return self.run.left() - self.reserve
 
     @property
     def switches(self) -> bool:
@@ -109,6 +118,7 @@ def prepared(run: Run, source: str | Path) -> tuple[Job, list[Issue]]:
         words=words,
         plan=plan,
         probe=probe,
+        reserve=min(run.clock.elapsed(), MOST_RESERVED * (settings.solve.time_limit or 0.0)),
     )
     issues += _register_issues(words, data, settings.cut)
     return job, [*sheet.issues, *issues, *cutting.issues, *_probe_issues(probe)]

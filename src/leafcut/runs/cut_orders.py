@@ -12,11 +12,14 @@ from leafcut.errors import PlanError
 from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
 from leafcut.runs.cut_job import Job
-from leafcut.runs.run import passing_on, share
+from leafcut.runs.run import passing_on
 
 if TYPE_CHECKING:
     from leafcut.plan.cut_starts import CutStart
     from leafcut.plan.cutting import Cutting
+
+#: This part of a time limit is spent on searching even where all else took the whole of it.
+LEAST_SEARCHED = 0.1
 
 
 def as_planned(job: Job) -> tuple[Job, list[CutStart]] | None:
@@ -34,10 +37,10 @@ def as_planned(job: Job) -> tuple[Job, list[CutStart]] | None:
         return None
 
 
-def ordered(job: Job, before: list[CutStart] | None, spent: float = 0.0) -> tuple[list[CutStart], list[Solution]]:
+def ordered(job: Job, before: list[CutStart] | None) -> tuple[list[CutStart], list[Solution]]:
     """Return the best order found, its starts slid to where they are best, and the solutions it came from.
 
-    `before` is a known order, None for the drawing's; `spent` are seconds of the time limit that are gone.
+    `before` is a known order, None for the drawing's.
     """
     from leafcut.plan.clear_pierces import clear_pierces
     from leafcut.plan.cutting import bands, drawing_order, in_bands
@@ -48,12 +51,12 @@ def ordered(job: Job, before: list[CutStart] | None, spent: float = 0.0) -> tupl
     before = in_bands(job.cutting, drawing_order(job.cutting), options.cut) if before is None else before
     if options.resequence.keep_order:
         return before, []
-    order, solutions = _solve_bands(job, options.solve, before, spent)
+    order, solutions = _solve_bands(job, options.solve, before)
     travel = job.travel()
     if options.solve.algorithm == "none":
         return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
     run.tell("sliding the starts")
-    order = slide_starts(job.cutting, order, travel, job.start, job.end)
+    order = slide_starts(job.cutting, order, travel, job.start, job.end, lambda: run.left() <= 0.5 * job.reserve)
     if options.cut.heat_distance > 0.0:
         rule = HeatRule(options.cut.heat_distance, options.cut.heat_time)
         order = spread_starts(job.cutting, order, rule, travel, job.start, bands(job.cutting, options.cut))
@@ -70,9 +73,9 @@ def nearest_order(job: Job) -> list[CutStart]:
 
 
 def _solve_bands(
-    job: Job, options: SolveOptions, before: list[CutStart] | None, spent: float = 0.0
+    job: Job, options: SolveOptions, before: list[CutStart] | None
 ) -> tuple[list[CutStart], list[Solution]]:
-    """Order band after band, each beginning where the one before ended; `spent` seconds of the limit are gone."""
+    """Order band after band, each beginning where the one before ended."""
     from leafcut.plan.cutting import bands, build_problem
     from leafcut.solve.solve import keep_better, solve
 
@@ -86,7 +89,7 @@ def _solve_bands(
         problem, starts = build_problem(cutting, members, job.metric, job.overhead, place, end)
         name = "ordering the cuts" if len(groups) == 1 else f"ordering band {number}"
         tell = passing_on(run.progress, name, left / total, len(members) / total)
-        budget = share(options, spent + sum(s.seconds for s in solutions), left, problem)
+        budget = _budget(job, options, len(members) / left)
         found = solve(problem, budget, run.settings.aco, progress=tell, observe=run.observe, cancelled=run.cancelled)
         if before is not None and options.algorithm != "nn":
             node_of = {int(n): k for k, n in enumerate(starts)}
@@ -100,6 +103,14 @@ def _solve_bands(
         place = order[-1].exit
     check_precedence(cutting, order)
     return order, solutions
+
+
+def _budget(job: Job, options: SolveOptions, part: float) -> SolveOptions:
+    """Return the options with a part of the time that is left for searching; some of the limit there always is."""
+    if options.time_limit is None:
+        return options
+    seconds = max(job.search_seconds(), LEAST_SEARCHED * options.time_limit)
+    return replace(options, time_limit=max(part * seconds, 0.001))
 
 
 def check_precedence(cutting: Cutting, order: Sequence[CutStart]) -> None:

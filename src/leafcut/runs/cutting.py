@@ -44,16 +44,16 @@ def cut(run: Run, source: str | Path) -> Outcome:
     from leafcut.verify.envelope import check_envelope
 
     job, issues = prepared(run, source)
-    with announced(lambda: run.tell("compiling (first run on this machine)")):
+    with announced(lambda: run.tell("compiling (first run on this machine)"), run.clock.leave_out):
         drawn = plan_order(job.cutting, job.plan) if job.plan else drawing_order(job.cutting)
         drawn = clear_pierces(job.cutting, in_bands(job.cutting, drawn, run.settings.cut), job.travel(), None, None)
         drawn_laid = _laid(job, drawn)
         # What no order changes is known before any is sought.
         refuse(check_envelope(drawn_laid.path, run.machine))
         nearest = nearest_order(job)
-        cutting, spent = chained(run, job.cutting, job.overhead, job.plan)
+        cutting, spent = chained(job)
         joined = replace(job, cutting=cutting)
-        found, solutions = ordered(joined, drawn if cutting is job.cutting else None, spent)
+        found, solutions = ordered(joined, drawn if cutting is job.cutting else None)
     planned = as_planned(job)
     first = drawn_laid if planned is None else _laid(*planned)
     second, third = _laid(job, nearest), _laid(joined, found)
@@ -96,8 +96,10 @@ def _without_meeting(job: Job, best: _Laid, solutions: list[Solution], spent: fl
     from leafcut.plan.leads_apart import starts_apart
 
     for _ in range(ROUNDS):
+        if job.search_seconds() <= 0.0:
+            break
         again = replace(job, cutting=starts_apart(job.cutting, best.order))
-        order, found = ordered(again, best.order, spent)
+        order, found = ordered(again, best.order)
         spent += sum(s.seconds for s in found)
         other = _laid(again, order)
         if other.score(job.run) >= best.score(job.run):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -27,15 +28,36 @@ Progress = Callable[[str, float | None, float, float | None], None]
 _TOLD_AGAIN = 0.1
 
 
+@dataclass
+class Clock:
+    """The time of a run by the clock since it `began`, s, without what compiling took."""
+
+    began: float = field(default_factory=time.perf_counter)
+
+    def elapsed(self) -> float:
+        """Return the seconds since the beginning."""
+        return time.perf_counter() - self.began
+
+    def leave_out(self, seconds: float) -> None:
+        """Count so many seconds that have gone by as none."""
+        self.began += seconds
+
+
 @dataclass(frozen=True)
 class Run:
-    """What every step of one run needs."""
+    """What every step of one run needs; its clock runs from when it was made."""
 
     settings: Settings
     machine: Machine
     progress: Progress | None = None
     cancelled: threading.Event = field(default_factory=threading.Event)
     observe: Observer | None = None
+    clock: Clock = field(default_factory=Clock)
+
+    def left(self) -> float:
+        """Return what is left of the time limit for the whole run, s, below 0 when it is over; infinite without one."""
+        limit = self.settings.solve.time_limit
+        return math.inf if limit is None else limit - self.clock.elapsed()
 
     def quiet(self) -> Run:
         """Return the same run with nobody to tell what it is doing."""

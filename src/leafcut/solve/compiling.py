@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -17,8 +18,9 @@ class _Listener(event.Listener):  # type: ignore[misc]  # numba has no types
     its time.
     """
 
-    def __init__(self, tell: Callable[[], None]) -> None:
+    def __init__(self, tell: Callable[[], None], spent: Callable[[float], None]) -> None:
         self.tell, self.told, self.depth, self.collects = tell, False, 0, False
+        self.spent, self.began = spent, 0.0
 
     def on_start(self, event: Any) -> None:
         if not self.told:
@@ -27,18 +29,25 @@ class _Listener(event.Listener):  # type: ignore[misc]  # numba has no types
         if self.depth == 0:
             self.collects = gc.isenabled()
             gc.disable()
+            self.began = time.perf_counter()
         self.depth += 1
 
     def on_end(self, event: Any) -> None:
         self.depth -= 1
-        if self.depth == 0 and self.collects:
+        if self.depth:
+            return
+        self.spent(time.perf_counter() - self.began)
+        if self.collects:
             gc.enable()
 
 
 @contextmanager
-def announced(tell: Callable[[], None]) -> Iterator[None]:
-    """Call `tell` once if any kernel has to be compiled inside; kernels found on disk are not compiled."""
-    listener = _Listener(tell)
+def announced(tell: Callable[[], None], spent: Callable[[float], None] = lambda _: None) -> Iterator[None]:
+    """Call `tell` once if any kernel has to be compiled inside, and `spent` with the seconds that each time took.
+
+    Kernels found on disk are not compiled.
+    """
+    listener = _Listener(tell, spent)
     event.register("numba:compile", listener)
     try:
         yield

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.dialects import Dialect
+from leafcut.geometry.tiles import Tiles
 from leafcut.model.cutting import CutPlan
 from leafcut.model.machine import Machine
 from leafcut.model.sheet import Sheet
@@ -138,14 +139,14 @@ def gouges(laid: Laid) -> list[Difference]:
     import shapely
 
     shapes, found = laid.shapes, []
-    tree = shapely.STRtree(shapes.parts)
+    metal = Tiles(list(shapes.parts))
     slits = {t.index: t.edge for t in shapes.targets if t.shape is None and not t.marks}
     for number, line in enumerate(laid.lines):
         if laid.marks[number]:
             continue
         own = [slits[c.target.index] for c in laid.claims if c.run == number and c.target.index in slits]
         free = line.difference(shapely.union_all(own).buffer(2.0 * TOLERANCE)) if own else line
-        for part in tree.query(free, predicate="dwithin", distance=laid.asked.half).tolist():
+        for part in metal.near([free], laid.asked.half)[1].tolist():
             into = free.intersection(shapes.parts[part].buffer(laid.asked.half))
             depth = laid.asked.half - shapely.distance(free, shapes.parts[part]) + TOLERANCE
             x, y = shapely.get_coordinates(into if not into.is_empty else free)[0]

@@ -160,8 +160,6 @@ def _metal(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
             (holes if source.is_hole else outlines).setdefault(source.part, []).append(polygon)
     metal = []
     for number, polygons in outlines.items():
-        whole = shapely.union_all(polygons)
-        for hole in holes.get(number, ()):
-            whole = whole.difference(hole)
+        whole = shapely.union_all(polygons).difference(shapely.union_all(holes.get(number, [])))
         metal.append(whole.buffer(-TOLERANCE, join_style="mitre"))
     return np.array(metal, dtype=object), tuple(outlines)

@@ -1,0 +1,61 @@
+"""Large shapes in small tiles, so that what is near a place is found without measuring to all of their edge.
+
+The distance to a shape is the distance to the nearest of its tiles, and an index of boxes finds that one at once: a
+part with a thousand holes costs no more to ask than the few holes around the place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: A tile has no more points than this, unless so many lie in one place.
+MOST_POINTS = 64
+#: A shape is halved this often at most.
+DEEPEST = 24
+
+
+class Tiles:
+    """An index of shapes (shapely polygons or lines) in tiles.
+
+    `shapes` are the tiles, `owner` int64[n] tells for each the shape it is of.
+    """
+
+    def __init__(self, shapes: Sequence[Any]) -> None:
+        import shapely
+
+        made = [(tile, number) for number, shape in enumerate(shapes) for tile in _tiles(shape)]
+        self.shapes = np.array([tile for tile, _ in made], dtype=object)
+        self.owner: NDArray[np.int64] = np.array([number for _, number in made], dtype=np.int64)
+        self._tree = shapely.STRtree(self.shapes)
+
+    def near(self, places: Any, distance: float) -> NDArray[np.int64]:
+        """Return pairs (place, shape) as near to each other as `distance`, mm, int64[2, k], each once, sorted."""
+        pairs = np.atleast_2d(
+            self._tree.query(np.asarray(places, dtype=object), predicate="dwithin", distance=distance)
+        )
+        found: NDArray[np.int64] = np.unique(np.stack([pairs[0], self.owner[pairs[1]]]), axis=1)
+        return found
+
+
+def _tiles(shape: Any) -> list[Any]:
+    """Return a polygon or a line in tiles that make the same together."""
+    import shapely
+
+    done, halves = [], [(shape, 0)]
+    while halves:
+        one, depth = halves.pop()
+        if shapely.get_num_coordinates(one) <= MOST_POINTS or depth == DEEPEST:
+            done.append(one)
+            continue
+        low_x, low_y, high_x, high_y = one.bounds
+        x, y = 0.5 * (low_x + high_x), 0.5 * (low_y + high_y)
+        across = high_x - low_x >= high_y - low_y
+        first = shapely.box(low_x, low_y, x, high_y) if across else shapely.box(low_x, low_y, high_x, y)
+        second = shapely.box(x, low_y, high_x, high_y) if across else shapely.box(low_x, y, high_x, high_y)
+        cut = shapely.get_parts(shapely.intersection(one, [first, second]))
+        halves += [(part, depth + 1) for part in cut if not part.is_empty]
+    return done
