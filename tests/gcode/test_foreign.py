@@ -52,7 +52,7 @@ def check_structure(program: Program) -> None:
 
 def test_blocks_are_the_lines_with_words() -> None:
     """Blank lines, remarks and percent signs are none; rows and lines belong to their blocks."""
-    text = "%\r\n(head)\r\nG21 G90\r\n\r\nN5 G0 X1 Y2 Z3 ; go\rM3 S5\nG81 Z-1 R1 F60\nX2 M8\nM2\nleft over ("
+    text = "%\r\n(head)\r\nG21 G90\r\n\r\nN5 G0 X1 Y2 Z3 ; go\r\nM3 S5\nG81 Z-1 R1 F60\nX2 M8\nM2\nleft over ("
     program = interpret_program(text, dialect("linuxcnc"))
     check_structure(program)
     assert program.line.tolist() == [3, 5, 6, 7, 8, 9]

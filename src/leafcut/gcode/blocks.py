@@ -7,8 +7,6 @@ a `BlockError`.
 
 from __future__ import annotations
 
-import re
-
 from leafcut.gcode.canned import end_cycle
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.foreign_state import ForeignState, named_axes
@@ -16,13 +14,23 @@ from leafcut.gcode.interpreter import Reader
 from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF, OUTPUT_CODES, SortedBlock, sort_words
 from leafcut.gcode.motion import run_home
 from leafcut.gcode.origin import chooses_origin, run_origin
+from leafcut.gcode.saying import messages
 from leafcut.gcode.state import AXES, whole
 from leafcut.gcode.torch import lower_feed
 from leafcut.gcode.words import Block, BlockError, UnclearBlock, Word
 from leafcut.model.toolpath import UNKNOWN, Kind
 
 #: G codes in tenths that turn, scale, mirror or wrap all that follows, and those that end it.
-_TRANSFORMS = {160: 150, 510: 500, 511: 501, 680: 690, 682: 690, 121: 131, 1120: 1130, 70: 80, 434: 490, 435: 490}
+#: After G66 a macro runs at every move, rapids included.
+_TRANSFORMS = {
+    160: 150, 510: 500, 511: 501, 660: 670, 661: 670, 680: 690, 682: 690, 121: 131, 1120: 1130, 70: 80, 434: 490,
+    435: 490,
+}  # fmt: skip
+#: G codes in tenths that are not understood, but choose no motion: one-shots, limits, accuracy, more work offsets.
+_NO_MOTION = frozenset({
+    80, 90, 110, 220, 221, 230, 231, 250, 260, 350, 360, 370, 480, 600, 620, 630, 650, 1030, *range(1100, 1300, 10),
+    1530, 1540, 1870, 1880,
+})  # fmt: skip
 _ENDS_TRANSFORM = frozenset(_TRANSFORMS.values()) - {490}
 _MOTIONS = frozenset({0, 10, 20, 30})
 #: Cycles that `model.cycles` knows; G76, G87 and G88 wait for a person or move aside at the bottom.
@@ -30,10 +38,6 @@ _CYCLES = frozenset({730, 810, 820, 830, 840, 850, 860, 890})
 _FANUC_CALLS = frozenset({96, 97, 197, 198})
 _MODE_STORES = frozenset({70, 71, 72, 73})
 _OTHER_AXES = ("A", "B", "C", "U", "V", "W")
-#: What LinuxCNC does not skip: messages, records, and Python behind a semicolon.
-_ACTIVE_COMMENT = re.compile(
-    r"(?:msg|debug|print|log|logopen|logappend|py)[ \t]*,|(?:logclose|probeclose)[ \t]*$|probeopen\b", re.IGNORECASE
-)
 _ALL = (True, True, True)
 _NONE = (False, False, False)
 _PROBES = (382, 383, 384, 385)
@@ -58,8 +62,10 @@ def _probes(words: SortedBlock) -> bool:
 class BlockRunner(Reader):
     """Carries out the blocks of a foreign program.
 
-    After `run`: `reason` says why the block must stay as it is ("" when it need not); `call` is the subprogram that
-    it calls and how often; `returns` says that it ends one (M99).
+    After `run`: `unclear` says what is not understood, and which axes are then not known; `unknown` holds the words
+    that are not, `obeyed` the messages and records; `named` is the word that tells a stop or a reference point from
+    others like it; `reason` says why the block must stay as it is (""
+    when it need not); `call` is the subprogram that it calls and how often; `returns` says that it ends one (M99).
     """
 
     state: ForeignState
@@ -68,22 +74,27 @@ class BlockRunner(Reader):
         super().__init__(state)
         self.state = state
         self.reason = ""
+        self.unknown: tuple[Word, ...] = ()
+        self.obeyed: list[str] = []
+        self.named = ""
         self.call: tuple[int, int] | None = None
         self.returns = False
         #: Whether a subprogram begins with the next block, so that it may bear a program number.
         self.begins = False
         self._g, self._m = _codes(state.dialect), frozenset(M_GROUP_OF) - OUTPUT_CODES
-        self._unclear: list[tuple[str, tuple[bool, bool, bool]]] = []
+        self.unclear: list[tuple[str, tuple[bool, bool, bool]]] = []
 
     def run(self, block: Block) -> None:
         """Carry out one block."""
-        self.reason, self.call, self.returns, self._unclear = "", None, False, []
+        self.reason, self.call, self.returns, self.unclear = "", None, False, []
+        self.unknown, self.obeyed = (), messages(block.comments)
+        self.named = ""
         if block.percent is not None:
             self._percent(block.percent)
             return
         if block.deleted:
             self.reason = "a switch of the machine may skip it"
-        if block.comments and any(_ACTIVE_COMMENT.match(c) for c in block.comments):
+        if self.obeyed:
             self.reason = "it shows a message or writes a record"
         if not block.words:
             return
@@ -96,6 +107,7 @@ class BlockRunner(Reader):
             self._program_number(whole(letters.pop("O")))
         self._blocks += 1
         self._subprograms(words)
+        self.unknown = tuple(words.unknown or ())
         self._settings(words)
         self._tool_words(words)
         off_last = state.dialect.off_after_motion
@@ -105,6 +117,8 @@ class BlockRunner(Reader):
         if off_last:
             self._switches(words, off=True)
         self._stop(words.m.get("stop"))
+        stops = [99] if self.returns else words.m.get("stop", [])
+        self.named = next((f"M{code}" for code in stops if code > 1), self.named)
         if len(state.path) > MAX_ROWS:
             raise BlockError(f"the program comes to more than {MAX_ROWS:,} moves")
 
@@ -225,21 +239,21 @@ class BlockRunner(Reader):
             self._motion(words)
         except UnclearBlock as problem:
             self._keep(str(problem), _ALL if state.cycle is not None else named)
-        if words.letters and not words.unknown and not self._unclear:
+        if words.letters and not words.unknown and not self.unclear:
             self._keep(f"{next(iter(words.letters.values()))} has no use in this block", named)
-        if not self._unclear:
+        if not self.unclear:
             return
         path.cut_back(rows, arcs)
-        lost = [any(axes[axis] for _, axes in self._unclear) for axis in range(3)]
+        lost = [any(axes[axis] for _, axes in self.unclear) for axis in range(3)]
         after = [UNKNOWN if gone else p for p, gone in zip(place, lost, strict=True)]
         if any(lost):
             path.initial_plane = None
         path.set_place(Kind.FOREIGN, (after[0], after[1], after[2]), 0, state.line, probing)
-        self.reason = self._unclear[0][0]
+        self.reason = self.unclear[0][0]
 
     def _keep(self, reason: str, lost: tuple[bool, bool, bool]) -> None:
         """Note why this block is to be kept as it is, and which axes are then not known."""
-        self._unclear.append((reason, lost))
+        self.unclear.append((reason, lost))
 
     def _unknown_words(self, words: SortedBlock, named: tuple[bool, bool, bool]) -> None:
         state = self.state
@@ -259,7 +273,7 @@ class BlockRunner(Reader):
             if code in _TRANSFORMS:
                 state.transform = code
             state.shift += 1
-            if any(named):
+            if any(named) or code not in _NO_MOTION:
                 state.foreign_motion = str(word)
             self._keep(f"{word} is not understood", _ALL)
 
@@ -351,7 +365,7 @@ class BlockRunner(Reader):
     def _run_home(self, g: dict[str, int], letters: dict[str, Word]) -> None:
         if self.state.cycle is not None or g.get("motion", 0) != 0:
             raise BlockError("G28 or G30 with another motion active; G80 is missing before it")
-        letters.pop("P", None)
+        self.named = " ".join([f"G{g['non-modal'] // 10}", *(str(letters.pop(p)) for p in "P" if p in letters)])
         run_home(self.state, letters)
 
     def _say_cycle(self, letters: dict[str, Word]) -> None:

@@ -154,6 +154,9 @@ class Dialect:
     obeyed_comments, obeyed_parameters
         How comments begin, and names of parameters, that are settings to the controller though its interpreter passes
         them by (`gcode.obeyed`).
+    line_ends
+        ``lf``: only a line feed ends a line, and a carriage return before anything else is a space. ``any``: each of
+        the two ends it. Empty: not known.
     torch
         How it drives a torch or a beam, or None for a spindle.
     sources
@@ -198,6 +201,7 @@ class Dialect:
     notes: tuple[str, ...] = ()
     obeyed_comments: tuple[str, ...] = ()
     obeyed_parameters: tuple[str, ...] = ()
+    line_ends: str = ""
     torch: Torch | None = None
     sources: dict[str, str] = field(default_factory=dict, hash=False)
 

@@ -21,7 +21,8 @@ from leafcut.gcode.obeyed import obeyed_lines
 from leafcut.gcode.program import Program
 from leafcut.gcode.quick import QuickWay
 from leafcut.gcode.record import Record
-from leafcut.gcode.words import BlockError
+from leafcut.gcode.saying import called_text, may_read_parameters, say
+from leafcut.gcode.words import Block, BlockError
 from leafcut.model.look import Look, unseen
 from leafcut.units import MM_PER_UNIT
 
@@ -68,12 +69,25 @@ def interpret_program(
     return _Run(text, state, file, look).program()
 
 
+def _lines_of(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
+    """Return the lines of a text with their ends, as its controller parts them."""
+    if "\r" in text and "\n" not in text.rstrip() and dialect.line_ends == "lf" and "\r" in text.rstrip():
+        reason = "its lines end in a carriage return alone, and the controller takes them for one line; save it with LF"
+        raise ReadError(file, reason, 1)
+    lines = tuple(io.StringIO(text, newline="\n" if dialect.line_ends == "lf" else ""))
+    if not dialect.line_ends and any(line.endswith("\r") for line in lines[:-1]) and "\n" in text:
+        number = next(k for k, line in enumerate(lines, 1) if line.endswith("\r"))
+        reason = "a carriage return alone: whether it ends the line differs between controllers; save it with LF"
+        raise ReadError(file, reason, number)
+    return lines
+
+
 class _Run:
     """One program on its way through."""
 
     def __init__(self, text: str, state: ForeignState, file: str, look: Look) -> None:
         self.file, self.look = file, look
-        self.lines = tuple(io.StringIO(text, newline=""))
+        self.lines = _lines_of(text, state.dialect, file)
         self.state = state
         self.runner = BlockRunner(state)
         self.record = Record(state, obeyed=obeyed_lines(self.lines, state.dialect))
@@ -99,7 +113,7 @@ class _Run:
 
     def _step(self, at: int) -> int:
         """Run the line `at` (from 0); return the one that comes next, or the number of lines done when it ends all."""
-        line = self.lines[at].rstrip("\r\n")
+        line = self.lines[at].rstrip("\r\n").replace("\r", " ")
         if not line.strip(_FILLING):
             return at + 1
         try:
@@ -118,7 +132,7 @@ class _Run:
     def _words(self, line: str, at: int) -> int:
         state, runner, flow = self.state, self.runner, self.flow
         block, settings, computed = read_block(line, at + 1, self.parameters)
-        rows, looped = len(state.path), flow.looped(at)
+        rows, shift, looped = len(state.path), state.shift, flow.looped(at)
         runner.begins = bool(flow.calls) and flow.calls[-1].start == at
         runner.run(block)
         after = at + 1
@@ -131,6 +145,10 @@ class _Run:
                 after = back
         elif runner.call is not None:
             after = flow.call_program(*runner.call, at)
+        if block.deleted or runner.obeyed or runner.unclear or state.shift != shift:
+            self._say(block, line)
+        elif runner.named and not (runner.returns and flow.calls):
+            self.record.say(runner.named)
         for key, value in settings:
             self.parameters.put(key, value)
         reason = runner.reason or (_LOOPED if looped else _DIRECTS if runner.call else _COMPUTED if computed else "")
@@ -140,3 +158,10 @@ class _Run:
             self.record.add(at + 1, rows, reason)
         self.ended |= runner.ended
         return after
+
+    def _say(self, block: Block, line: str) -> None:
+        """Note what a block says whose doing is not known, or that shows a message."""
+        dialect, unknown, obeyed = self.state.dialect, self.runner.unknown, self.runner.obeyed
+        read = may_read_parameters(unknown, obeyed, dialect)
+        called = called_text(self.lines, line) if unknown else ""
+        self.record.say(say(block, obeyed, self.parameters.digest() if read else None, called, dialect))

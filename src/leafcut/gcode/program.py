@@ -94,6 +94,9 @@ class Program:
     fixed
         By block: why the block must stay where it is and as it is, whatever it does: it is not understood, was run
         from a loop, a subprogram or an expression, may be skipped by a switch of the machine …
+    said
+        By block, where what it does is not known, or where the controller obeys it beside its motions: all that it
+        reads, in values (`leafcut.gcode.saying`).
     last_line
         The last line that was looked at; what follows is not part of the program.
     obeyed
@@ -109,6 +112,7 @@ class Program:
     fixed: dict[int, str] = field(default_factory=dict)
     last_line: int = 0
     obeyed: tuple[Obeyed, ...] = ()
+    said: dict[int, str] = field(default_factory=dict)
 
     @property
     def n_blocks(self) -> int:

@@ -26,6 +26,7 @@ class Record:
     before: array[int] = field(default_factory=lambda: array("i"))
     fixed: dict[int, str] = field(default_factory=dict)
     obeyed: tuple[Obeyed, ...] = ()
+    said: dict[int, str] = field(default_factory=dict)
     current: int = 0
     _numbers: dict[tuple, int] = field(default_factory=dict)
     _plain: dict[tuple[int, float], int] = field(default_factory=dict)
@@ -47,6 +48,10 @@ class Record:
         self.first.append(rows)
         self.before.append(self.current)
         self.look()
+
+    def say(self, said: str) -> None:
+        """Note what the block that comes next says."""
+        self.said[len(self.line)] = said
 
     def current_of(self, motion: int, feed: float) -> int:
         """Return the number of the state that differs from that of the last look by motion and feed only."""
@@ -70,6 +75,7 @@ class Record:
             self._fixed(),
             last_line,
             self.obeyed,
+            self.said,
         )
 
     def _fixed(self) -> dict[int, str]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from leafcut.model.toolpath import Kind
 from leafcut.verify.difference import MOST_LISTED, Difference, place
 from leafcut.verify.features import EXACT, FIRST_CYCLE, Floats, Ints, Mask
-from leafcut.verify.stages import SKIPPED, Mark
+from leafcut.verify.stages import PLACELESS, Mark
 from leafcut.verify.work import Work, goes_across
 
 
@@ -356,7 +356,7 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
     here = np.array([mark.place for mark, *_ in pairs], dtype=np.float64)
     there = np.array([mark.place for _, mark, *_ in pairs], dtype=np.float64)
     apart = ~(np.abs(here - there) <= room) & ~(np.isnan(here) & np.isnan(there))
-    known = np.array([a.kind != SKIPPED for a, *_ in pairs])
+    known = np.array([a.kind not in PLACELESS for a, *_ in pairs])
 
     def told(word: str) -> Callable[[int], str]:
         return lambda row: f"a rapid {word} '{pairs[row][0].said}' is lower than before"

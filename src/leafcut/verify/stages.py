@@ -6,31 +6,30 @@ import re
 from bisect import bisect_left
 from collections import Counter, defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import NamedTuple
 
 import numpy as np
 
-from leafcut.gcode.program import Program
+from leafcut.gcode.program import Modal, Program
+from leafcut.gcode.saying import plain
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.verify.difference import Difference, describe, place
 from leafcut.verify.features import FIRST_CYCLE, Features, Floats, Ints, Mask, States
 
-#: A block that a switch of the machine may skip is a barrier whatever it does.
-SKIPPED = -1
-#: A comment or a setting that the controller obeys beside the G-code.
-OBEYED = -2
+#: A block that a switch of the machine may skip is a barrier whatever it does, and so is a message or a record, and a
+#: comment or a setting that the controller obeys beside the G-code.
+SKIPPED, OBEYED, MESSAGE = -1, -2, -3
+#: Such barriers have no place.
+PLACELESS = (SKIPPED, OBEYED, MESSAGE, Kind.DWELL)
 
 _HARD = (Kind.PAUSE, Kind.TOOL, Kind.SHIFT, Kind.MACHINE, Kind.END, Kind.FOREIGN)
 #: What a tool change may consist of, so that it can be left out as a whole when the tool is not changed.
 _PART_OF_CHANGE = (Kind.TOOL, Kind.MACHINE, Kind.PAUSE, Kind.DWELL)
-#: Barriers whose text counts, since nothing else says what they do.
-_WORD_FOR_WORD = (SKIPPED, Kind.FOREIGN, Kind.SHIFT)
-
-_NUMBER = re.compile(r"^\s*(/?)\s*[nN]\s*[0-9]+\s*")
-_COMMENT = re.compile(r"\([^()]*\)|;.*")
-_TAKES_MODES = re.compile(r"[^MPQTEL$0-9.+-]")
-_FROM_HERE = re.compile(r"G0*92(?![0-9])", re.IGNORECASE)
+#: Barriers of which all that they say counts, since nothing else tells what they do.
+_SAYING = (Kind.FOREIGN, Kind.SHIFT)
+#: Blocks that set the origin by where the tool is: G92, G10 L20, and what stores a place.
+_FROM_HERE = re.compile(r"\bG92(?![.0-9][0-9])|\bL(?:10|11|20)\b")
 
 
 class Mark(NamedTuple):
@@ -41,7 +40,7 @@ class Mark(NamedTuple):
     what
         All that must be equal.
     kind
-        A `Kind`, `SKIPPED` or `OBEYED`.
+        A `Kind`, `SKIPPED`, `OBEYED` or `MESSAGE`.
     key
         Where it stands: the number of its row, a half less for what stands before a row.
     line
@@ -94,40 +93,63 @@ def barriers_of(program: Program, path: Toolpath, source: Ints, states: States, 
     marks = []
     for row in rows.tolist():
         motion = path[row]
-        text = _plain(program, motion.line) if motion.kind in _WORD_FOR_WORD else ""
-        what = (int(motion.kind), 0 if text else motion.ref, text, _context(program, int(source[row]), text))
+        block = int(np.searchsorted(program.first, source[row], side="right")) - 1
+        said, text = program.said.get(block, ""), ""
+        context: tuple[object, ...] = ()
+        if motion.kind in _SAYING:
+            text = _plain(program, motion.line)
+            context = _context(program, block, motion.kind, said, float(states.register[row]))
+        what = (int(motion.kind), 0 if text else motion.ref, said or text, context)
         end = tuple(round(v, 6) for v in motion.end if not np.isnan(v)) if motion.kind is Kind.MACHINE else ()
         at = (before[row, 0], before[row, 1], before[row, 2])
-        exactly = motion.kind is Kind.FOREIGN or (motion.kind is Kind.SHIFT and bool(_FROM_HERE.search(text)))
+        exactly = motion.kind is Kind.FOREIGN or (motion.kind is Kind.SHIFT and bool(_FROM_HERE.search(said)))
         state = (int(turning[row]), int(states.coolant[row]))
-        said = text or describe(motion)
-        marks.append(Mark((*what, end, *state), int(motion.kind), row, motion.line, at, exactly, said))
-    return sorted([*marks, *_skipped(program, source), *_obeyed(program, source)], key=lambda mark: mark.key)
+        words = _shown(text, said) if text else f"{describe(motion)} {said}".rstrip()
+        marks.append(Mark((*what, end, *state), int(motion.kind), row, motion.line, at, exactly, words))
+    return sorted([*marks, *_placeless(program, source), *_obeyed(program, source)], key=lambda mark: mark.key)
 
 
-def _context(program: Program, row: int, text: str) -> tuple[object, ...]:
-    """Return what the meaning of a block that is compared by its text depends on: for M words alone, nothing."""
-    if not _TAKES_MODES.search(text):
+def _context(program: Program, block: int, kind: Kind, said: str, register: float) -> tuple[object, ...]:
+    """Return what the meaning of a block may depend on beside its words, when nothing tells what it does: everything.
+
+    What moves the origin reads no more than the units, G91, and which offsets are active.
+    """
+    m = program.modal(block)
+    if kind is Kind.SHIFT:
+        return (m.unit, m.incremental, m.frame, m.length, m.tool)
+    letters = {word[0] for word in said.split()}
+    if letters <= _PLAIN:
         return ()
-    m = program.modal(int(np.searchsorted(program.first, row, side="right")) - 1)
-    if program.path.kind[row] == Kind.SHIFT:
-        return (m.unit, m.incremental)
-    modes = (m.motion, m.cycle, m.cycle_words, m.plane, m.incremental, m.absolute_centres, m.feed_mode, m.radius)
-    return (m.unit, *modes, 0.0 if "F" in text else m.feed)
+    own = {"feed": "F", "rpm": "S"}
+    rest = [None if own.get(name) in letters else getattr(m, name) for name in _READ]
+    return (*rest, register)
 
 
-def _skipped(program: Program, source: Ints) -> Iterator[Mark]:
-    """Yield the blocks that begin with a slash."""
+#: Letters of M words and their arguments: unless a macro runs, they read nothing else.
+_PLAIN = frozenset("MPQTELR$")
+#: What a block may read that is not understood: all that is active, but the count of shifts, which are barriers.
+_READ = tuple(field.name for field in fields(Modal) if field.name != "shift")
+
+
+def _placeless(program: Program, source: Ints) -> Iterator[Mark]:
+    """Yield the blocks that begin with a slash, and messages beside the motions of their blocks."""
     nowhere = (np.nan, np.nan, np.nan)
-    slashed = np.array(["/" in line for line in program.lines], dtype=bool)
-    if not slashed.any():
-        return
-    for block in np.flatnonzero(slashed[program.line - 1]).tolist():
-        line = int(program.line[block])
-        text = _plain(program, line)
-        if text.startswith("/"):
-            row = int(np.searchsorted(source, program.first[block]))
-            yield Mark((SKIPPED, text), SKIPPED, row - 0.5, line, nowhere, False, text)
+    kinds = program.path.kind
+    for block, said in program.said.items():
+        begin, end = int(program.first[block]), int(program.first[block + 1])
+        skipped = said.startswith("/")
+        if not skipped and np.isin(kinds[begin:end], _HARD).any():
+            continue
+        line, kind = int(program.line[block]), SKIPPED if skipped else MESSAGE
+        row = int(np.searchsorted(source, begin))
+        text = program.lines[line - 1].strip()
+        yield Mark((kind, said), kind, row - 0.5, line, nowhere, False, text)
+
+
+def _shown(text: str, said: str) -> str:
+    """Return a block as a person knows it: its text, and its values where they are not the text."""
+    values = said.replace(" ", "").replace(".", "")
+    return f"{text} = {said}" if said and text and ("#" in text or "[" in values) else text
 
 
 def _obeyed(program: Program, source: Ints) -> Iterator[Mark]:
@@ -152,9 +174,8 @@ def compare_unrun(before: Program, after: Program) -> Iterator[Difference]:
 
 
 def _plain(program: Program, line: int) -> str:
-    """Return the text of a line as far as it means anything: no number, no comment, no spaces, letters large."""
-    text = program.lines[line - 1] if 0 < line <= len(program.lines) else ""
-    return "".join(_COMMENT.sub("", _NUMBER.sub(r"\1", text)).split()).upper()
+    """Return the text of a line as far as it means anything."""
+    return plain(program.lines[line - 1]) if 0 < line <= len(program.lines) else ""
 
 
 def with_dwells(
@@ -307,7 +328,7 @@ def misplaced(marks: list[Mark], mark_of: dict[float, Mark], tolerance: float) -
     """Yield the barriers at which the tool is elsewhere, where that counts, or lower than before."""
     for mark in marks:
         new = mark_of.get(mark.key)
-        if new is None or mark.kind in (SKIPPED, OBEYED, Kind.DWELL):
+        if new is None or mark.kind in PLACELESS:
             continue
         here, there = np.array(mark.place), np.array(new.place)
         apart = ~(np.abs(here - there) <= tolerance + 1e-9) & ~(np.isnan(here) & np.isnan(there))
