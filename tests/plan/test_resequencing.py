@@ -151,7 +151,8 @@ def test_passes_at_one_place_with_a_low_way_between_are_one_piece() -> None:
 
 
 def test_passes_over_the_same_place_keep_their_order() -> None:
-    section = sequence_of(f"{square(0, 0, 10)} / {square(30, 0, 10)} / {square(0, 0, 10, -2)}").sections[0]
+    line = "G0 X{} Y0 / G1 Z{} F100 / Y9 / G0 Z5"
+    section = sequence_of(" / ".join(line.format(*at) for at in ((0, -1), (30, -1), (0, -2)))).sections[0]
     assert pairs(section) == [(0, 2)]
 
 
@@ -168,8 +169,8 @@ def test_cuts_nearer_than_the_tool_is_wide_keep_their_order_where_a_comment_says
 
 
 def test_what_lies_inside_comes_before_the_cut_that_frees_it() -> None:
-    section = sequence_of(f"{square(4, 4, 2)} / G0 X8 Y8 / G1 Z-1 / G0 Z5 / {square(0, 0, 10)} / {square(90, 0, 10)}")
-    assert pairs(section.sections[0]) == [(0, 2), (1, 2)]
+    section = sequence_of(f"{square(90, 0, 10)} / {square(4, 4, 2)} / G0 X8 Y8 / G1 Z-1 / G0 Z5 / {square(0, 0, 10)}")
+    assert pairs(section.sections[0]) == [(1, 3), (2, 3)]
 
 
 def test_inside_a_circle_with_a_lead_in_is_inside() -> None:
@@ -179,8 +180,8 @@ def test_inside_a_circle_with_a_lead_in_is_inside() -> None:
 
 
 def test_a_finishing_cut_inside_the_rough_one_stays_behind_it_in_milling() -> None:
-    section = sequence_of(f"{square(0, 0, 10)} / {square(0.5, 0.5, 9)} / {square(50, 0, 10)}").sections[0]
-    assert pairs(section) == [(0, 1)]
+    section = sequence_of(f"{square(50, 0, 10)} / {square(0, 0, 10)} / {square(0.5, 0.5, 9)}").sections[0]
+    assert pairs(section) == [(1, 2)]
 
 
 def test_precedence_is_that_of_brute_force_on_random_holes() -> None:

@@ -62,6 +62,7 @@ CODES: dict[str, str] = {
     "L503": "changes of tool were saved",
     "L504": "cuts of a program may be made from either end",
     "L505": "a part of a program keeps its order, as another could not be written or proved",
+    "L506": "joining sections of one tool would save changes of tool",
     "L611": "a contour is narrower than the kerf and is not cut",
     "L612": "a place of a contour is narrower than the kerf",
     "L613": "a lead is less than was asked for",

@@ -35,6 +35,8 @@ class Chain:
         The line of its first block.
     reversible
         It may be made from the other end: the tool then arrives at `exit` and is up again at `entry`.
+    may_free, frees
+        It may cut a part free, which then hangs on to nothing; it surely does.
     """
 
     begin: int
@@ -47,6 +49,8 @@ class Chain:
     bottom: float
     line: int
     reversible: bool = False
+    may_free: bool = False
+    frees: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,12 +103,15 @@ class Sequence:
         Blocks that the new program does not have: tool changes that merging saves.
     issues
         What was noticed.
+    mergeable
+        How many changes of tool joining sections would save, where that was not asked for.
     """
 
     items: tuple[Kept | Section, ...]
     process: str
     dropped: tuple[Kept, ...] = ()
     issues: tuple[Issue, ...] = ()
+    mergeable: int = 0
 
     @property
     def sections(self) -> tuple[Section, ...]:

@@ -21,6 +21,11 @@ class ResequenceOptions(OptionGroup):
         "cut open lines of one depth from either end (slots, engraving, laser), where neither climb milling nor a "
         "lead-in matters; the tool may then go down at what was the end",
     )
+    mix_operations: bool = option(
+        "flag",
+        False,
+        "mix the work of operations that a program's comments mark; what frees a part stays behind the work before it",
+    )
     keep_order: bool = option("flag", False, "leave the order as it is; of a program, only measure it")
     renumber: bool = option("flag", False, "give the blocks new N-numbers, in steps of 10")
 

@@ -66,6 +66,8 @@ class Rows:
         bool[n]: it moves in X or Y.
     beam
         bool[n]: there is a beam, and it is on in the row.
+    deepest
+        float64[m]: how deep cuts go sideways under the work offset of each of `Program.modals`, mm; NaN without any.
     """
 
     before: NDArray[np.float64]
@@ -74,6 +76,7 @@ class Rows:
     travel: NDArray[np.bool_]
     sideways: NDArray[np.bool_]
     beam: NDArray[np.bool_]
+    deepest: NDArray[np.float64]
 
 
 def read_rows(program: Program, process: str) -> Rows:
@@ -92,7 +95,8 @@ def read_rows(program: Program, process: str) -> Rows:
     sideways = (rapid | drill | feed) & ~same.all(axis=1)
     if process not in BEAMS:
         dark = np.zeros(len(path), dtype=bool)
-        return Rows(before, block, feed | drill, (rapid | drill) & sideways, sideways, dark)
+        deepest = _deepest(program, block, feed & (sideways | (path.kind != Kind.FEED)))
+        return Rows(before, block, feed | drill, (rapid | drill) & sideways, sideways, dark, deepest)
     beam = _beam(program)
     off = np.array([program.modals[k].spindle == 0 for k in program.before.tolist()], dtype=bool)[block]
     off &= ~beam & (np.bincount(block[path.kind == Kind.SPINDLE], minlength=program.n_blocks) == 0)[block]
@@ -100,7 +104,18 @@ def read_rows(program: Program, process: str) -> Rows:
     # An arc is said from where it begins, so it stays with what brings the tool there.
     off &= path.kind == Kind.FEED
     across = (rapid & ~beam) | off if process == "plasma" else rapid | off
-    return Rows(before, block, cut, across & sideways, sideways, beam)
+    return Rows(before, block, cut, across & sideways, sideways, beam, np.full(len(program.modals), np.nan))
+
+
+def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return `Rows.deepest`; rows that are `aside` cut sideways."""
+    keys = [(m.frame, m.shift) for m in program.modals]
+    number = {key: k for k, key in enumerate(dict.fromkeys(keys))}
+    of_modal = np.array([number[key] for key in keys], dtype=np.int64)
+    rows = np.flatnonzero(aside & np.isfinite(program.path.end[:, 2]))
+    found = np.full(len(number), np.inf)
+    np.minimum.at(found, of_modal[program.before[block[rows]]], program.path.end[rows, 2])
+    return np.where(np.isfinite(found), found, np.nan)[of_modal]
 
 
 def dark_rows(program: Program, process: str) -> NDArray[np.bool_]:

@@ -17,7 +17,7 @@ from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.plan.chains import BEAMS, TOLERANCE, Rows, find_barriers, free_runs, read_rows
 from leafcut.plan.endings import follows_compensation, stays_last, stops_before_work
 from leafcut.plan.heights import group_by_height
-from leafcut.plan.precedence import find_precedence
+from leafcut.plan.precedence import with_precedence
 
 #: Why the first hole after a change of length offset stays.
 FROM_UNKNOWN = "from how high the tool comes to it is not known"
@@ -339,9 +339,10 @@ class Finder:
 
     def _section(self, chains: list[Chain], first: _Start, clearance: float) -> Section:
         before = self.rows.before[first.row, :2]
+        marked, pairs = with_precedence(self.program, self.rows, chains, self.process, self.look)
         return Section(
-            tuple(chains),
-            find_precedence(self.program, self.rows, chains, self.process, self.look),
+            marked,
+            pairs,
             (float(before[0]), float(before[1])) if np.isfinite(before).all() else None,
             None,
             clearance,

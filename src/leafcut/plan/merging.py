@@ -13,7 +13,7 @@ from leafcut.model.look import Look, unseen
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.toolpath import Kind
 from leafcut.plan.chains import TOLERANCE, Rows
-from leafcut.plan.precedence import find_precedence, related
+from leafcut.plan.precedence import related, with_precedence
 
 #: What must be the same for the work of both sections. Tool, speed, coolant and the rest of it.
 _SAME = (
@@ -40,10 +40,7 @@ def merge_sections(program: Program, sequence: Sequence, rows: Rows, look: Look 
     another tool that touches. The change of tool before the later section is dropped.
     """
     merger = _Merger(program, sequence, rows, look)
-    at = 1
-    while at < len(merger.items):
-        if not merger.join(at):
-            at += 1
+    merger.join_all()
     if not merger.dropped:
         return sequence
     saved = merger.saved
@@ -56,14 +53,30 @@ def merge_sections(program: Program, sequence: Sequence, rows: Rows, look: Look 
     )
 
 
+def changes_saved(program: Program, sequence: Sequence, rows: Rows, look: Look = unseen) -> int:
+    """Return how many changes of tool `merge_sections` would save."""
+    tools = program.path.ref[program.path.kind == Kind.TOOL]
+    if len(np.unique(tools)) == len(tools):
+        return 0
+    merger = _Merger(program, sequence, rows, look, only_counts=True)
+    merger.join_all()
+    return merger.saved
+
+
 class _Merger:
-    def __init__(self, program: Program, sequence: Sequence, rows: Rows, look: Look) -> None:
+    def __init__(self, program: Program, sequence: Sequence, rows: Rows, look: Look, only_counts: bool = False) -> None:
         self.program, self.rows, self.process = program, rows, sequence.process
-        self.look = look
+        self.look, self.only_counts = look, only_counts
         self.items = list(sequence.items)
         self.dropped: list[Kept] = []
         self.saved = 0
         self.reader = BlockReader(program)
+
+    def join_all(self) -> None:
+        """Join every section that can be joined to an earlier one."""
+        at = 1
+        while at < len(self.items):
+            at += not self.join(at)
 
     def join(self, at: int) -> bool:
         """Join the section at a place in the list to an earlier one; return whether that was possible."""
@@ -80,6 +93,9 @@ class _Merger:
             elif self._alike(item, later):
                 self._do_join(place, at)
                 return True
+            elif any(chain.may_free for chain in later.chains):
+                # A part would come free before the work in between.
+                return False
             elif len(related(self.program, self.rows, item.chains, later.chains, self.process, self.look)):
                 return False
         return False
@@ -87,8 +103,10 @@ class _Merger:
     def _do_join(self, place: int, at: int) -> None:
         earlier, later, change = self.items[place], self.items[at], self.items[at - 1]
         assert isinstance(earlier, Section) and isinstance(later, Section) and isinstance(change, Kept)
-        chains = (*earlier.chains, *later.chains)
-        precedence = find_precedence(self.program, self.rows, chains, self.process, self.look)
+        both = (*earlier.chains, *later.chains)
+        chains, precedence = both, earlier.precedence
+        if not self.only_counts:
+            chains, precedence = with_precedence(self.program, self.rows, both, self.process, self.look)
         self.items[place] = replace(earlier, chains=chains, precedence=precedence)
         self.dropped.append(replace(change, reason="a change to a tool that did all its work before"))
         self.saved += self._kinds(change).count(Kind.TOOL)

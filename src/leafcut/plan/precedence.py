@@ -16,6 +16,15 @@ from leafcut.model.look import Look, unseen
 from leafcut.model.sequence import Chain
 from leafcut.model.toolpath import Kind, arc_extremes, arc_sweep
 from leafcut.plan.chains import BEAMS, TOLERANCE, Rows, works_with_beam
+from leafcut.plan.freeing import (
+    LEAST_AREA,
+    MEETING,
+    Area,
+    freeing_chains,
+    level_rows,
+    through_cuts,
+    work_before_freeing,
+)
 from leafcut.plan.outlines import BEAM_TAB, MILL_TAB, TOUCHING, closed_together
 from leafcut.plan.passes import passes_in_order, rows_in_order
 from leafcut.plan.widths import tool_width
@@ -34,20 +43,56 @@ _BITS = 8192
 _Path = tuple[int, NDArray[np.float64]]
 
 
-def find_precedence(
+def with_precedence(
     program: Program, rows: Rows, chains: Sequence[Chain], process: str, look: Look = unseen
-) -> NDArray[np.int32]:
-    """Return int32[k, 2], pairs (before, after) of chains, in which the order of the program is kept.
+) -> tuple[tuple[Chain, ...], NDArray[np.int32]]:
+    """Return the chains, those that free a part marked, and the pairs in which the order of the program is kept.
 
     Two cuts that come nearer to each other than the tool is wide (where a comment says how wide; else than
     `TOUCHING`) keep their order: passes over the same place, a finishing pass, a hole drilled again. A closed cut
     stays behind what is inside it and came before it, also where several pieces close it together; what a mill makes
-    inside a closed cut stays behind that, too, as the outer one may be the rough one. What follows from others is left
-    out. `look` is called as it goes on.
+    inside a closed cut stays behind that, too, as the outer one may be the rough one. What frees a part stays behind
+    all other work before it (`leafcut.plan.freeing`). What follows from others is left out: int32[k, 2], pairs
+    (before, after). `look` is called as it goes on.
     """
     pairs = related(program, rows, chains, chains, process, look)
     keep = pairs[pairs[:, 0] < pairs[:, 1]]
-    return _without_implied(keep, len(chains), look)
+    marked = _freeing(program, rows, chains, process, look)
+    keep = np.concatenate([keep, work_before_freeing(marked)])
+    return marked, _without_implied(keep, len(chains), look)
+
+
+def _freeing(program: Program, rows: Rows, chains: Sequence[Chain], process: str, look: Look) -> tuple[Chain, ...]:
+    """Return the chains, those that free a part marked."""
+    import shapely
+
+    found, deepest = through_cuts(program, rows, chains, process)
+    through = found.tolist()
+    if not through:
+        return tuple(chains)
+    low, high = int(program.first[chains[through[0]].begin]), int(program.first[chains[through[-1]].end])
+    level = np.zeros(len(program.path), dtype=bool)
+    for number in through:
+        level[program.first[chains[number].begin] : program.first[chains[number].end]] = level_rows(
+            program, rows, chains[number]
+        )
+    steps = _steps(program, rows, low, high, level)
+    areas: list[Area] = []
+    open_: list[_Path] = []
+    for number in through:
+        look()
+        for path in _lines_of(program, rows, steps, chains[number]):
+            area = _area(shapely, path)
+            if area is not None and area.area < LEAST_AREA:
+                continue
+            if area is not None:
+                meets = np.abs(path[-1] - path[0]).max() <= MEETING
+                areas.append(Area(number, area, meets or not shapely.is_simple(shapely.linestrings(path))))
+            elif (path != path[0]).any():
+                open_.append((number, path))
+    for area, numbers in closed_together(shapely, open_, TOUCHING, look):
+        areas += [Area(number, area, False) for number in numbers]
+    return freeing_chains(shapely, areas, chains, deepest)
 
 
 def related(
@@ -114,12 +159,14 @@ class _Steps(NamedTuple):
     waits: NDArray[np.int64]
 
 
-def _steps(program: Program, rows: Rows, low: int, high: int) -> _Steps:
+def _steps(program: Program, rows: Rows, low: int, high: int, chosen: NDArray[np.bool_] | None = None) -> _Steps:
+    """Return the steps among the rows low … high - 1, only those `chosen`, bool[rows], where that is given."""
     path = program.path
     kind, part = path.kind[low:high], slice(low, high)
     # A beam without power that was not switched off may cut for all that is known.
     dim = (kind >= Kind.FEED) & (kind <= Kind.ARC_CCW) & rows.sideways[part] & ~rows.travel[part]
-    row = low + np.flatnonzero((rows.cut[part] & (kind != Kind.DWELL)) | dim)
+    cuts = (rows.cut[part] & (kind != Kind.DWELL)) | dim
+    row = low + np.flatnonzero(cuts if chosen is None else cuts & chosen[part])
     kinds, end = path.kind[row], path.end[row, :2]
     begin = np.where((kinds == Kind.DRILL)[:, None], end, rows.before[row, :2])
     with np.errstate(invalid="ignore"):

@@ -11,6 +11,8 @@ touch, and for what an outer cut would set free. Whatever else stands in the pro
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +24,8 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.plan.chains import PROCESSES, known_process
 from leafcut.plan.finding import Finder
+from leafcut.plan.merging import changes_saved, merge_sections
+from leafcut.plan.operations import keep_apart
 
 Point = tuple[float, float]
 
@@ -32,6 +36,7 @@ def find_sequence(
     process: str = "auto",
     merge_tools: bool = False,
     allow_reverse: bool = False,
+    mix_operations: bool = False,
     look: Look = unseen,
 ) -> Sequence:
     """Return the program in pieces: sections whose chains may change places, and all that stays.
@@ -44,6 +49,8 @@ def find_sequence(
         Join sections of one tool where nothing between them forbids it, which saves changes of tool.
     allow_reverse
         Let open cuts at one depth be made from either end (`leafcut.plan.reversing`).
+    mix_operations
+        Let the work of several operations of the CAM be mixed (`leafcut.plan.operations`).
     look
         Called as it goes on.
 
@@ -59,9 +66,10 @@ def find_sequence(
     items = finder.items()
     sequence = Sequence(tuple(items), found, (), tuple(_issues(finder, items)))
     if merge_tools:
-        from leafcut.plan.merging import merge_sections
-
         sequence = merge_sections(program, sequence, finder.rows, look)
+    else:
+        sequence = replace(sequence, mergeable=changes_saved(program, sequence, finder.rows, look))
+    sequence = keep_apart(program, sequence, finder.rows, mix_operations)
     if allow_reverse:
         from leafcut.plan.reversing import with_reversible
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from leafcut import __version__
 from leafcut.errors import ReadError
+from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.part import Hole, Part
 from leafcut.model.sequence import Kept, Section, Sequence
@@ -58,6 +59,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
         process=process,
         merge_tools=options.merge_tools,
         allow_reverse=options.allow_reverse,
+        mix_operations=options.mix_operations,
         look=run.looking("finding what may change places"),
     )
     with announced(lambda: run.tell("compiling (first run on this machine)")):
@@ -88,7 +90,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
         dialect=words.name,
         seed=run.settings.solve.seed,
         verified=True,
-        issues=(*sequence.issues, *proved.issues, *machine_issues(run.machine)),
+        issues=(*sequence.issues, *_offers(run, sequence), *proved.issues, *machine_issues(run.machine)),
         certificate=proved.certificate.as_json(),
         barriers=sum(isinstance(item, Kept) and item.reason != "" for item in sequence.items),
         encoding=encoding,
@@ -152,6 +154,16 @@ def _solve_sections(run: Run, sequence: Sequence) -> list[Solution | None]:
         x, y = problem.exit[nodes[-1]].tolist()
         goes, last = section.end is not None, (x, y)
     return solutions
+
+
+def _offers(run: Run, sequence: Sequence) -> list[Issue]:
+    """Return what another option would save."""
+    changes = sequence.mergeable
+    if not changes or run.settings.resequence.keep_order:
+        return []
+    seconds = changes * run.machine.tool_change_s
+    said = f"--merge-tools would save {changes} change{'s'[: changes != 1]} of tool"
+    return [Issue("L506", said + (f", {seconds:.0f} s" if seconds else ""), severity=Severity.NOTE)]
 
 
 def _unchanged(solution: Solution | None) -> Solution | None:

@@ -51,7 +51,7 @@ _POCKET_MAIN = ("machine", "tool_diameter", "depth", "strategy", "milling", "sto
 _POCKET_PLACES = ("clearance_height", "retract_height", "spindle_speed", "start_point", "end_point", "work_offset")
 _SHEET_PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
 _NEST_MAIN = ("sheet", "kerf", "gap", "margin", "rotations", "into_holes")
-_PROGRAM_MAIN = ("machine", "merge_tools", "allow_reverse", "keep_order")
+_PROGRAM_MAIN = ("machine", "merge_tools", "mix_operations", "allow_reverse", "keep_order")
 
 #: So many letters stand in a field.
 _ROOM = 16

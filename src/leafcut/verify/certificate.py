@@ -21,6 +21,7 @@ from leafcut.verify.difference import MOST_LISTED, Difference, place, shorten
 from leafcut.verify.envelope import check_envelope
 from leafcut.verify.features import FIRST_CYCLE, Ints
 from leafcut.verify.inside import exchanged
+from leafcut.verify.loosened import loosened
 from leafcut.verify.matching import Room, pair
 from leafcut.verify.order import inverted
 from leafcut.verify.passes import misordered, told_width
@@ -40,6 +41,7 @@ COMPARED = (
     "length offset, work offset, coolant, radius compensation, feed mode, blending, plane",
     "order of cuts that touch each other, and of closed cuts and outlines with tabs and what lies inside them",
     "order of a mill's passes near each other: levels, side by side, rows",
+    "what a mill makes before parts come free",
     "rapids: heights at every place and across, no cut torn apart",
     "envelope",
 )
@@ -142,7 +144,8 @@ def certify(
     - those that touch each other have kept theirs, and what lies inside a closed cut, or an outline with tabs, stays
       before or after it (with a laser or torch, only before) (`leafcut.verify.order`, `leafcut.verify.inside`,
       `leafcut.verify.tabbed`). Passes of a mill at two levels or side by side, and rows, have kept theirs, too
-      (`leafcut.verify.passes`).
+      (`leafcut.verify.passes`), and what was made before a mill freed a part is not made after it
+      (`leafcut.verify.loosened`).
     - Rapids leave, cross and arrive nowhere lower than they did at that place (`leafcut.verify.rapids`).
     - The new program reaches no farther than the original and, where the machine's work offset is known, stays in its
       travel.
@@ -268,8 +271,14 @@ def _passes(before: Work, after: Work, new_of: Ints, width: float) -> Iterator[D
         return
     first = ~gaps.opened_by_feature[gaps.gap_of]
     visit = np.cumsum(gaps.across[gaps.gap_of] | first, dtype=np.int64)
-    for one, other, text in misordered(features, traces_of(features), visit, gaps.cross[gaps.gap_of], new_of, width):
+    traces = traces_of(features)
+    for one, other, text in misordered(features, traces, visit, gaps.cross[gaps.gap_of], new_of, width):
         yield _both(before, after, new_of, one, other, "order", text)
+    shifts = [mark.key for mark in before.marks if mark.kind == Kind.SHIFT]
+    origin = np.searchsorted(shifts, features.row).astype(np.int64)
+    text = "{} was made before the part whose outline ends at {} came free; now it is made after it"
+    for other, outline in loosened(features, traces, visit, origin, new_of):
+        yield _both(before, after, new_of, other, outline, "part free too early", text)
 
 
 def _overtaken(rank: Ints, which: Ints) -> list[int]:
