@@ -15,6 +15,8 @@ from leafcut.model.sheet import Sheet
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.cutting import write_cut_program
+from leafcut.verify.torch import check_scribe
+from qtplasmac_filter import filtered
 from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 
 DATA = CutData("plasma", "mild_steel", 6.0, 20.0, 1.5, 45.0, 3.8, 0.5, 1.5, 130.0)
@@ -72,6 +74,7 @@ M52 P1
 M65 P2
 M65 P3
 M68 E3 Q0
+(marks: the scribe is tool 1; its X and Y offset from the torch, tool 0, must stand in the tool table)
 (o=0, kw=1.5, ph=3.8, pd=0.5, ch=1.5, fr=1200, ca=45, cv=130)
 G64 P0.1
 G0 X20 Y10
@@ -86,11 +89,15 @@ X20 Y15 I-5 J0
 M63 P3
 M63 P2
 M5 $0
+T1 M6
+G43 H0
 G0 X5 Y5
 M3 $1 S1
 M67 E3 Q100
 G1 X9
 M5 $1
+T0 M6
+G43 H0
 G0 X-3 Y0
 M3 $0 S1
 G1 X0
@@ -202,3 +209,65 @@ def test_every_row_is_read_back() -> None:
     path = interpret(written("plasma", two_cuts()), dialect("plasma"), left_over=True)
     cuts = [m for m in path if m.kind in (Kind.FEED, Kind.ARC_CCW)]
     assert [m.value for m in cuts] == [20.0, 12.0, 12.0, 12.0, 20.0, *5 * [20.0]]
+
+
+def marks_among_cuts() -> Toolpath:
+    """A cut, a mark from its end on, a cut beside the mark's end, a mark; both ways a move of one axis would do."""
+    b = ToolpathBuilder()
+    b.rapid(z=10.0)
+    light(b, 0.0, 0.0)
+    b.feed(10.0, 0.0, feed=20.0)
+    b.spindle(0.0)
+    b.spindle(200.0, number=1)
+    b.feed(10.0, 10.0, feed=20.0)
+    b.spindle(0.0)
+    light(b, 10.0, 20.0)
+    b.feed(20.0, 20.0, feed=20.0)
+    b.spindle(0.0)
+    b.rapid(30.0, 20.0)
+    b.spindle(200.0, number=1)
+    b.feed(40.0, 20.0, feed=20.0)
+    b.spindle(0.0)
+    b.end()
+    return b.build()
+
+
+@pytest.mark.external
+def test_marks_are_made_with_the_scribe_by_its_own_offset(rs274: str, qtplasmac_gcode: str, tmp_path: Path) -> None:
+    """LinuxCNC changes to tool 1 and takes up its offset before every mark, to tool 0 before every cut and the end, and
+    then goes to where it begins in both axes; QtPlasmaC's filter lets all that through and says nothing."""
+    text = written("qtplasmac", marks_among_cuts())
+    status, said = run_rs274(rs274, text, tmp_path)
+    assert status == 0
+    names = "CHANGE_TOOL|USE_TOOL_LENGTH_OFFSET|START_SPINDLE_CLOCKWISE|STRAIGHT_TRAVERSE|PROGRAM_END"
+    found = re.findall(rf"({names})\(([^)]*)\)", said)
+    calls = [(name, "at" if "OFFSET" in name else what.split(".")[0]) for name, what in found]
+    tool = ["CHANGE_TOOL", "USE_TOOL_LENGTH_OFFSET", "STRAIGHT_TRAVERSE", "START_SPINDLE_CLOCKWISE"]
+    begin = next(k for k, (name, _) in enumerate(calls) if name == tool[2])
+    assert [name for name, _ in calls[begin:]] == [*tool[2:], *tool, *tool, *tool, *tool[:2], "PROGRAM_END"]
+    numbers = [what != "0" for name, what in calls[begin:] if name in (tool[0], tool[3])]
+    assert numbers == [False, *[True] * 2, *[False] * 2, *[True] * 2, False]
+    assert text.count("G43 H0\nG0 X10 Y0\nM3 $1") == text.count("G43 H0\nG0 X10 Y20\nM3 $0") == 1
+    passed = filtered(qtplasmac_gcode, text, tmp_path / "filter")
+    assert passed.said == ""
+    mark, back = ["t1m6", "g43h0", "m3$1s1"], ["t0m6", "g43h0"]
+    assert re.findall("t[01]m6|g43h0|m3..s1", passed.text) == ["m3$0s1", *mark, *back, "m3$0s1", *mark, *back]
+
+
+@pytest.mark.parametrize(
+    ("was", "now"),
+    [
+        ("T1 M6\n", ""),
+        ("T1 M6", "T2 M6"),
+        ("G43 H0\n", ""),
+        ("T0 M6\nG43 H0\nG0 X10 Y20", "G0 X10 Y20"),
+        ("G0 X10 Y20", "G0 Y20"),
+        ("T0 M6\nG43 H0\nM65", "M65"),
+    ],
+)
+def test_a_scribe_that_is_not_chosen_or_has_not_gone_by_its_offset_is_a_difference(was: str, now: str) -> None:
+    text = written("qtplasmac", marks_among_cuts())
+    words = dialect("qtplasmac")
+    assert was in text
+    assert check_scribe(interpret(text, words), words) == []
+    assert check_scribe(interpret(text.replace(was, now, 1), words), words)

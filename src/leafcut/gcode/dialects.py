@@ -26,6 +26,9 @@ class Torch:
         Words that light it and put it out; ``{power}`` stands for the power.
     mark_on, mark_off
         Words of a scribe, or of the torch at marking power; empty: it cannot mark.
+    mark_tool
+        Tool of the scribe in the controller's table, with its offset in X and Y from the torch, which is tool 0; None:
+        what marks is where the torch is.
     heights
         Who moves Z: ``program``, ``controller`` (probing, piercing and height are its own), or ``none``.
     waits
@@ -52,6 +55,7 @@ class Torch:
     off: str
     mark_on: str = ""
     mark_off: str = ""
+    mark_tool: int | None = None
     heights: str = "program"
     waits: bool = True
     power: bool = False

@@ -18,7 +18,7 @@ from leafcut.gcode.origin import run_shift
 from leafcut.gcode.state import AXES, State, unit_of, whole
 from leafcut.gcode.torch import leave_outputs, run_outputs, say_power, spindle_number
 from leafcut.gcode.words import Block, BlockError, Word, lines, tokenise
-from leafcut.model.toolpath import SPEED_ALONE, Toolpath
+from leafcut.model.toolpath import SPEED_ALONE, UNKNOWN, Toolpath
 from leafcut.units import MM_PER_UNIT
 
 _SHIFTS = (920, 921)
@@ -261,6 +261,10 @@ class Reader:
         if length == 430:
             state.path.offset(self._offset_number(words.letters), line=state.line)
             state.offset_on = True
+            torch = state.dialect.torch
+            if torch is not None and torch.mark_tool is not None:
+                # Where the tool is in X and Y the controller's table knows alone.
+                state.path.position[:2] = [UNKNOWN, UNKNOWN]
         elif length is not None:
             if state.dialect.length_offset_off not in (f"G{length // 10}", ""):
                 raise BlockError(f"G{length // 10} is not understood")

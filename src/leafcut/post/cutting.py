@@ -105,6 +105,8 @@ class _TorchWriter(Writer):
             Kind.RADIUS: self._compensation,
             Kind.PROBE: self._probe,
             Kind.SHIFT: self._shift,
+            Kind.TOOL: self._choose,
+            Kind.OFFSET: self._take_offset,
         }
         return {**super()._writing(), **more}
 
@@ -114,6 +116,11 @@ class _TorchWriter(Writer):
         super()._begin(header)
         if {610, 640} <= self.dialect.g_codes and not (self.path.kind == Kind.BLENDING).any():
             self.out.say("G61")  # a controller that was just switched on, or left so, may round its corners
+        if (self.path.kind == Kind.TOOL).any():
+            self.out.comment(
+                f"marks: the scribe is tool {self.torch.mark_tool}; its X and Y offset from the torch, tool 0, must "
+                "stand in the tool table"
+            )
         if self.torch.compensation == "G41" and (self.path.kind == Kind.RADIUS).any():
             half = self.numbers.length(0.5 * self.plan.data.kerf)
             unit = "inch" if self.numbers.inch else "mm"
@@ -199,6 +206,18 @@ class _TorchWriter(Writer):
     @staticmethod
     def _power(row: Motion) -> str:
         return format_number(abs(row.value), 0)
+
+    def _choose(self, row: Motion) -> None:
+        if self.lit is not None or self.compensating:
+            raise PostError("the scribe cannot be chosen while the torch is on")
+        self.out.say(f"T{row.ref}", "M6")
+
+    def _take_offset(self, row: Motion) -> None:
+        """Take up the offset of the tool that was chosen: where that is, the next move says in X and in Y."""
+        self.out.say("G43", f"H{row.ref}")
+        self.out.forget(["motion", *"XY"])
+        for axis in range(2):
+            self.place[axis], self.position[axis] = None, math.nan
 
     def _switch(self, row: Motion) -> None:
         if self.compensating:

@@ -39,6 +39,7 @@ def check_torch(
     torch, heights = dialect.torch, moves_z(dialect)
     lowest = max(plan.data.pierce_height, plan.data.cut_height) if safe_height is None else safe_height
     found = [*_rapids(path, lowest if heights else None), *_material(text, plan, dialect)]
+    found += check_scribe(path, dialect)
     found += check_probing(path, runs, plan, probe if heights else None)
     waits = torch is None or torch.waits
     for run, cut in zip(runs, plan.cuts, strict=False):
@@ -51,6 +52,37 @@ def check_torch(
 def moves_z(dialect: Dialect) -> bool:
     """Return whether programs of a dialect say heights; else the controller keeps the torch at its own."""
     return dialect.torch is None or dialect.torch.heights == "program"
+
+
+def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
+    """Return the lightings with another tool than the one that cuts or marks, or before its offset was taken up.
+
+    The offset counts from the next move on that says both X and Y: before it, what is lit stands where the tool before
+    it stood.
+    """
+    number = None if dialect.torch is None else dialect.torch.mark_tool
+    if number is None:
+        return []
+    found: list[Difference] = []
+    tool, offset, placed = 0, True, True
+    for row in path:
+        if row.kind is Kind.TOOL:
+            tool, offset, placed = row.ref, False, False
+        elif row.kind is Kind.OFFSET:
+            offset, placed = True, False
+        elif row.kind is Kind.RAPID:
+            placed |= offset and not any(map(math.isnan, row.end[:2]))
+        elif row.kind is Kind.SPINDLE and row.value:
+            wanted = number if row.ref else 0
+            if tool != wanted:
+                text = f"tool {tool} is chosen where tool {wanted} works"
+                found.append(Difference("scribe", 0, row.line, text))
+            elif not placed:
+                text = f"tool {tool} was chosen, and has not gone to where it begins by its own offset"
+                found.append(Difference("scribe", 0, row.line, text))
+        elif row.kind is Kind.END and tool:
+            found.append(Difference("scribe", 0, row.line, f"the program ends with tool {tool} instead of the torch"))
+    return found
 
 
 def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Probe | None) -> list[Difference]:
