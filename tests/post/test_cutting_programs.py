@@ -31,7 +31,13 @@ def light(b: ToolpathBuilder, x: float, y: float, power: float = 900.0) -> None:
     b.feed(z=1.5, feed=20.0)
 
 
-def two_cuts(dark: bool = False, mark: bool = False, wait: float = 0.5) -> Toolpath:
+def choose(b: ToolpathBuilder, tool: int) -> None:
+    """Change to the scribe, or back to the torch."""
+    b.tool(tool)
+    b.offset(0)
+
+
+def two_cuts(dark: bool = False, mark: bool = False, wait: float = 0.5, scribe: bool = False) -> Toolpath:
     """A small hole at 60 %, an outline at full speed, and what a test asks for besides."""
     b = ToolpathBuilder()
     b.blending(640, 0.1)
@@ -49,10 +55,14 @@ def two_cuts(dark: bool = False, mark: bool = False, wait: float = 0.5) -> Toolp
     b.spindle(0.0)
     b.rapid(z=10.0)
     if mark:
+        if scribe:
+            choose(b, 1)
         b.rapid(5.0, 5.0)
         b.spindle(200.0, number=1)
         b.feed(9.0, 5.0, feed=20.0)
         b.spindle(0.0)
+        if scribe:
+            choose(b, 0)
     light(b, -3.0, 0.0)
     for x, y in ((0.0, 0.0), (0.0, 20.0), (40.0, 20.0), (40.0, 0.0), (0.0, 0.0)):
         b.feed(x, y, feed=20.0)
@@ -142,7 +152,7 @@ M30
 
 @pytest.mark.parametrize(("words", "text"), [("qtplasmac", QTPLASMAC), ("grbl-laser", GRBL)])
 def test_a_controller_is_told_in_its_own_words(words: str, text: str) -> None:
-    assert written(words, two_cuts(dark=True, mark=True)) == text
+    assert written(words, two_cuts(dark=True, mark=True, scribe=words == "qtplasmac")) == text
 
 
 def test_a_table_whose_program_moves_z_pierces_high_and_cuts_low() -> None:
@@ -218,16 +228,21 @@ def marks_among_cuts() -> Toolpath:
     light(b, 0.0, 0.0)
     b.feed(10.0, 0.0, feed=20.0)
     b.spindle(0.0)
+    choose(b, 1)
+    b.rapid(10.0, 0.0)
     b.spindle(200.0, number=1)
     b.feed(10.0, 10.0, feed=20.0)
     b.spindle(0.0)
+    choose(b, 0)
     light(b, 10.0, 20.0)
     b.feed(20.0, 20.0, feed=20.0)
     b.spindle(0.0)
+    choose(b, 1)
     b.rapid(30.0, 20.0)
     b.spindle(200.0, number=1)
     b.feed(40.0, 20.0, feed=20.0)
     b.spindle(0.0)
+    choose(b, 0)
     b.end()
     return b.build()
 

@@ -82,6 +82,7 @@ def laid(cuts: Sequence[Cut], words: str = "qtplasmac", probe: Probe | None = No
         mark_power=200.0,
         tolerance=0.1 if torch is not None else 0.0,
         probe=probe,
+        mark_tool=torch.mark_tool if torch is not None else None,
     )[0]
 
 

@@ -123,26 +123,11 @@ def for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
     arcs = list(path.arcs)
     teller = _Teller(torch, dialect, rows.append)
     before = positions_before(path)
-    for number, (motion, tool) in enumerate(zip(path, _tools(path, torch), strict=True)):
-        teller.choose(tool, motion, before[number])
+    for number, motion in enumerate(path):
         teller.tell(motion, before[number])
     if torch.heights != "program":
         arcs = [replace(arc, center=(arc.center[0], arc.center[1], math.nan)) for arc in arcs]
     return _with_arcs(rows, arcs)
-
-
-def _tools(path: Toolpath, torch: Torch) -> list[int]:
-    """Return the tool that is wanted at every row: that of what is lit, or will be next, else the torch, which is 0."""
-    if torch.mark_tool is None:
-        return [0] * len(path)
-    wanted, tools = 0, []
-    for row in reversed(list(path)):
-        if row.kind is Kind.SPINDLE and row.value:
-            wanted = torch.mark_tool if row.ref else 0
-        elif row.kind is Kind.END:
-            wanted = 0
-        tools.append(wanted)
-    return tools[::-1]
 
 
 def _with_arcs(rows: list[Motion], arcs: list[Arc]) -> Toolpath:
@@ -156,21 +141,7 @@ class _Teller:
         self.torch, self.dialect, self.keep = torch, dialect, keep
         self.lit: Motion | None = None
         self.piercing = False
-        self.tool = 0
-
-    def choose(self, tool: int, row: Motion, before: np.ndarray) -> None:
-        """Change to a tool before it is needed at a row: on the way to where it begins, and there at the latest."""
-        x, y, _ = row.end
-        goes = row.kind is Kind.RAPID and not _same((x, y), before)
-        lights = row.kind is Kind.SPINDLE and row.value != 0.0
-        if tool == self.tool or not (goes or lights or row.kind is Kind.END):
-            return
-        self.tool = tool
-        nowhere = (math.nan, math.nan, math.nan)
-        self.keep(Motion(Kind.TOOL, nowhere, 0.0, tool, row.line))
-        self.keep(Motion(Kind.OFFSET, nowhere, 0.0, 0, row.line))
-        if lights:  # it is not where the one before it was
-            self.keep(Motion(Kind.RAPID, (float(before[0]), float(before[1]), math.nan), 0.0, 0, row.line))
+        self.displaced = False
 
     def tell(self, row: Motion, before: np.ndarray) -> None:
         """Pass one row on; `before` is where the torch was."""
@@ -194,12 +165,19 @@ class _Teller:
                 # On a Fanuc G64 has no tolerance of its own.
                 self.keep(row._replace(value=0.0) if self.dialect.groups == "fanuc" else row)
         elif kind in MOTIONS and torch.heights != "program":
-            x, y, _ = row.end
-            if kind not in (Kind.RAPID, Kind.FEED) or not _same((x, y), before):
-                self.keep(row._replace(end=(x, y, math.nan)))
+            self._go(row, before)
         else:
+            # Another tool is not where the one before it was.
+            self.displaced |= kind is Kind.TOOL
             self.keep(row)
         self.piercing &= kind not in MOTIONS
+
+    def _go(self, row: Motion, before: np.ndarray) -> None:
+        """Pass on a move without its height; up and down alone are not told."""
+        x, y, _ = row.end
+        if row.kind not in (Kind.RAPID, Kind.FEED) or self.displaced or not _same((x, y), before):
+            self.keep(row._replace(end=(x, y, math.nan)))
+            self.displaced = False
 
     def _light(self, row: Motion) -> None:
         torch = self.torch

@@ -48,6 +48,7 @@ def lay_cuts(
     tolerance: float = 0.0,
     probe: Probe | None = None,
     moves_z: bool = True,
+    mark_tool: int | None = None,
 ) -> tuple[Toolpath, list[LaidCut]]:
     """Return the motions of the whole program, and which rows are whose.
 
@@ -56,7 +57,8 @@ def lay_cuts(
     it moves; else it stops for what must be cut off in between. `power` and `mark_power` are those of a beam; what
     marks is spindle 1. `tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not. `probe`: how the
     torch finds the sheet before every pierce; None: Z0 is the sheet's top as it is. `moves_z`: the program or its
-    controller does; a table whose beam keeps its height travels as high as it cuts.
+    controller does; a table whose beam keeps its height travels as high as it cuts. `mark_tool`: the tool that marks,
+    chosen where the torch, tool 0, is not what is wanted, before the way there; None: marks need no other tool.
 
     Raises
     ------
@@ -79,11 +81,15 @@ def lay_cuts(
     elif moves_z:
         builder.rapid(z=clearance)
     rows = []
+    tool = 0
     for number, cut in enumerate(cuts):
         first = len(builder)
+        if mark_tool is not None:
+            tool = _choose(builder, tool, mark_tool if cut.kind == "mark" else 0)
         torch = _Torch(data, switches, moves_z, probe, *((power, 0) if cut.kind == "cut" else (mark_power, 1)))
         _lay(builder, cut, torch, clearance, descend=number == 0 and safe_z is not None)
         rows.append(LaidCut(first, len(builder)))
+    _choose(builder, tool, 0)
     if end is not None:
         builder.rapid(*end)
     if safe_z is not None:
@@ -93,6 +99,14 @@ def lay_cuts(
         builder.set_place(Kind.SHIFT, (UNKNOWN, UNKNOWN, UNKNOWN), 0)
     builder.end()
     return builder.build(), rows
+
+
+def _choose(builder: ToolpathBuilder, tool: int, wanted: int) -> int:
+    """Change from a tool to the one that is wanted, and take up its offset; return it."""
+    if tool != wanted:
+        builder.tool(wanted)
+        builder.offset(0)
+    return wanted
 
 
 @dataclass(frozen=True)

@@ -131,6 +131,7 @@ def _laid(job: Job, order: list[CutStart]) -> _Laid:
         tolerance=settings.post.path_tolerance if torch is not None else 0.0,
         probe=job.probe,
         moves_z=moves_z(job.words),
+        mark_tool=torch.mark_tool if torch is not None else None,
     )
     whole = measure(path, machine)
     seconds = _cut_seconds(path, rows, machine)
