@@ -44,6 +44,7 @@ Json = Annotated[bool, Parameter(name="--json", negative="", help="answer in JSO
 
 #: What of these groups means something to the nester.
 _OF_NESTING = {
+    "machine": ("machine",),
     "read": ("units", "layers", "strict"),
     "solve": ("preset", "time_limit", "iterations", "seed", "threads"),
 }
@@ -128,7 +129,8 @@ def app() -> App:
     solving = (SolveOptions, AcoOptions, FireflyOptions)
     made.command(command_of(_optimize, [g for g in GROUPS if g is not NestOptions]), name="optimize")
     made.command(command_of(_solve, (ReadOptions, *solving)), name="solve")
-    made.command(command_of(_nest, (ReadOptions, SheetOptions, NestOptions, SolveOptions), _OF_NESTING), name="nest")
+    nesting = (MachineOptions, ReadOptions, SheetOptions, NestOptions, SolveOptions)
+    made.command(command_of(_nest, nesting, _OF_NESTING), name="nest")
     made.command(command_of(_simulate, (MachineOptions, DrillOptions, CutOptions), _OF_SIMULATING), name="simulate")
     made.command(command_of(_verify, (MachineOptions,)), name="verify")
     made.command(_machines, name="machines")

@@ -32,6 +32,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Lead
 from leafcut.plan.cutting import prepare_cutting
 from leafcut.plan.leads import lead_path, lead_shape, placed, ways_to_lead
+from leafcut.plan.sliding import start_at
 
 
 def test_a_quarter_arc_begins_its_radius_behind_and_beside_the_contour() -> None:
@@ -276,6 +277,20 @@ def test_a_laser_leaves_joints_evenly_and_a_plasma_cut_one_at_its_end() -> None:
     assert math.dist(*ends) == pytest.approx(0.5 + 1.5, abs=0.02)
     with pytest.raises(OptionError, match="micro-joints"):
         rules_of(micro_joints=2)
+
+
+def test_the_joint_at_the_end_of_a_cut_is_never_in_a_loop_round_a_corner() -> None:
+    """Else the corner's arc is left, too: both ends of what stays uncut lie on the square grown by half a kerf."""
+    leads = {"lead_in": "none", "lead_out": "none"}
+    cutting = cutting_of(two_squares(), micro_joints=1, joint_width="2", corner_loops=True, **leads)
+    moved = [start_at(cutting, s, float(at)) for s in cutting.starts[:1] for at in range(300)]
+    starts = [s for s in (*cutting.starts, *moved) if s is not None]
+    assert len(starts) > 100
+    grown = [shapely.box(x, 20, x + 50, 70).buffer(0.75).exterior for x in (20, 90)]
+    for start in starts:
+        cut = cutting.cut(start)
+        ends = cut.path.point_at(cut.lead_in), cut.path.end
+        assert all(min(edge.distance(shapely.Point(p)) for edge in grown) < 0.01 for p in ends)
 
 
 def test_no_lead_is_not_a_lead_without_room() -> None:

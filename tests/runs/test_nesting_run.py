@@ -109,6 +109,23 @@ def test_what_cannot_be_nested_is_refused_in_one_line(
     assert not out.exists()
 
 
+@pytest.mark.parametrize(("machine", "size"), [(None, (2500, 1250)), ("laser-table", (3000, 1500))])
+def test_without_a_size_the_sheet_is_as_large_as_the_table_that_cuts_it(
+    machine: str | None, size: tuple[float, float], drawings: Path
+) -> None:
+    options = {"nester": "rectangles"} if machine is None else {"nester": "rectangles", "machine": machine}
+    found = api.nest([f"{drawings}/plate.dxf:2"], **options).nests[0]
+    assert (found.length, found.width) == size
+
+
+def test_a_sheet_larger_than_the_table_is_refused_before_anything_is_nested_or_told(drawings: Path) -> None:
+    parts = [f"{drawings}/missing.dxf:2"]
+    with pytest.raises(OptionError, match="plasma-table reaches, 2510 × 1260"):
+        api.nest(parts, sheet="3000x1500", machine="plasma-table")
+    found = api.nest([f"{drawings}/plate.dxf:2"], sheet="3000x1500", nester="rectangles")
+    assert [i.code for i in found.issues if "plasma-table" in i.message] == ["L435"]
+
+
 def test_a_drawing_is_never_written_over(drawings: Path) -> None:
     before = (drawings / "angle.dxf").read_bytes()
     with pytest.raises(LeafcutError, match="never overwritten"):

@@ -24,7 +24,12 @@ class NestOptions(OptionGroup):
 
     section: ClassVar[str] = "nest"
 
-    sheet: str = option("text", "3000x1500", "length and width of a sheet, such as 3000x1500 or 120inx60in")
+    sheet: str = option(
+        "text",
+        "2500x1250",
+        "length and width of a sheet, such as 3000x1500 or 120inx60in",
+        default_words="as large as the table of --machine: 2500x1250 of plasma-table",
+    )
     kerf: float = option("quantity", 2.0, "width of the cut", unit="mm", minimum=0, maximum=50)
     gap: float = option(
         "quantity", 5.0, "what stays between two parts besides the kerf", unit="mm", minimum=0, maximum=1000

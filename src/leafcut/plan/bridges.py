@@ -120,7 +120,7 @@ def _places(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach:
     wanted: dict[int, dict[float, float]] = {k: {} for k in near}
     for k, neighbours in near.items():
         contour, others = contours[k], sorted(set(neighbours))
-        at = _samples(contour)
+        at = _samples(contour, rules)
         points = shapely.points([contour.path.point_at(a) for a in at])
         away = np.array([shapely.distance(points, contours[o].line) for o in others])
         for i, j in itertools.combinations_with_replacement(range(len(others)), 2):
@@ -131,7 +131,7 @@ def _places(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach:
                     share = float(shapely.line_locate_point(contours[o].line, points[best], normalized=True))
                     _want(wanted[o], share * contours[o].path.length, total)
     most = max(2, min(PLACES, MOST_PLACES // max(len(wanted), 1)))
-    rows = [(k, at) for k in sorted(wanted) for at in _spread(contours[k], wanted[k], most)]
+    rows = [(k, at) for k in sorted(wanted) for at in _spread(contours[k], wanted[k], most, rules)]
     return _laid_out(contours, rows, rules)
 
 
@@ -183,13 +183,13 @@ def joins(
     return bool(apart and scrap.free(as_lines(lines), one, other)[0])
 
 
-def _samples(contour: CutContour) -> NDArray[np.float64]:
+def _samples(contour: CutContour, rules: CutRules) -> NDArray[np.float64]:
     """Return places along a contour that are looked at: evenly, and where its segments meet."""
     length = contour.path.length
     even = (np.arange(SAMPLES) + 0.5) * length / SAMPLES
     meet = np.cumsum(contour.path.lengths)[:-1][:SAMPLES]
     at = np.unique(np.concatenate([even, meet]))
-    kept = [a for a in at.tolist() if not in_loop(contour, a)]
+    kept = [a for a in at.tolist() if not in_loop(contour, a, rules)]
     return np.array(kept or at.tolist())
 
 
@@ -197,12 +197,12 @@ def _want(wanted: dict[float, float], at: float, away: float) -> None:
     wanted[at] = min(away, wanted.get(at, np.inf))
 
 
-def _spread(contour: CutContour, wanted: dict[float, float], most: int) -> list[float]:
+def _spread(contour: CutContour, wanted: dict[float, float], most: int, rules: CutRules) -> list[float]:
     """Return the places nearest to neighbours, but none beside another, sorted."""
     kept: list[float] = []
     length = contour.path.length
     for at in sorted(wanted, key=lambda a: (wanted[a], a)):
-        if in_loop(contour, at) or any(min((at - b) % length, (b - at) % length) < SAME_PLACE for b in kept):
+        if in_loop(contour, at, rules) or any(min((at - b) % length, (b - at) % length) < SAME_PLACE for b in kept):
             continue
         kept.append(at)
         if len(kept) == most:

@@ -23,6 +23,8 @@ PLACES, NEAREST, FARTHEST, MOST_PLACES, FEWEST_PLACES = 16, 10.0, 100.0, 32, 4
 MOST_NODES = 20_000
 #: When a contour has so many starts, or this share of its places, no lesser lead is tried.
 ENOUGH, ENOUGH_SHARE = 8, 0.25
+#: No cut begins as near to a loop round a corner as this, mm.
+BESIDE_LOOP = 1.0
 #: Directions at a place are the mean of those so far before and behind it, mm: at a corner, half-way.
 AROUND = 0.01
 
@@ -198,12 +200,12 @@ def start_places(contour: CutContour, rules: CutRules, most: int) -> list[float]
     length = contour.path.length
     pitch = rules.pitch or min(max(length / PLACES, NEAREST), FARTHEST)
     count = min(max(math.ceil(length / pitch), FEWEST_PLACES), most)
-    corners = [at for at in contour.corners if not in_loop(contour, at) and rules.compensation != "controller"]
+    corners = [at for at in contour.corners if not in_loop(contour, at, rules) and rules.compensation != "controller"]
     if len(corners) > most:
         corners = corners[:: math.ceil(len(corners) / most)]
     if rules.corners and corners:
         return corners
-    even = [at for at in _even_places(length, count) if not in_loop(contour, at)]
+    even = [at for at in _even_places(length, count) if not in_loop(contour, at, rules)]
     if rules.compensation == "controller":
         return _smooth(contour, even, rules)
     near = 0.25 * length / count
@@ -231,9 +233,13 @@ def _apart(a: float, b: float, length: float) -> float:
     return min((a - b) % length, (b - a) % length)
 
 
-def in_loop(contour: CutContour, at: float) -> bool:
-    """Return whether a place of the path is in a loop round a corner, or beside one."""
-    return any(begin - 1.0 <= at <= end + 1.0 for begin, end in contour.loops)
+def in_loop(contour: CutContour, at: float, rules: CutRules) -> bool:
+    """Return whether a place of the path is in a loop round a corner, or so near that the joint at the cut's end is.
+
+    What is left of a contour at its end must be on its edge: in a loop, the corner's arc would be left, too.
+    """
+    length, room = contour.path.length, BESIDE_LOOP + closing_joint(contour, rules)
+    return any((at - begin + room) % length <= end - begin + 2.0 * room for begin, end in contour.loops)
 
 
 def end_of(contour: CutContour, at: float, clockwise: bool, rules: CutRules) -> float:

@@ -109,7 +109,9 @@ def start_at(
     """
     contour, rules, scrap = cutting.contours[like.contour], cutting.rules, cutting.scrap
     path, clockwise = contour.path, like.clockwise
-    if in_loop(contour, at) or (rules.compensation == "controller" and not away_from_corners(contour, at, rules)):
+    if in_loop(contour, at, rules) or (
+        rules.compensation == "controller" and not away_from_corners(contour, at, rules)
+    ):
         return None
     here, travel = np.array([path.point_at(at)]), np.array([travel_at(path, at, clockwise)])
     lead = like.lead_in

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Sequence
@@ -13,11 +14,13 @@ from leafcut.errors import OptionError, PlanError, VerifyError
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart
 from leafcut.options import NestOptions, ReadOptions, Settings, SheetOptions, SolveOptions, parse_angles
-from leafcut.runs.run import Progress
+from leafcut.runs.run import Progress, for_cutting, machine_of
 
 if TYPE_CHECKING:
     from leafcut.read.nest_list import Wanted
 
+#: A sheet as large as a table is so by whole steps of this, mm.
+SHEET_STEP = 50.0
 #: Two nests that use the same length of sheet to this, mm, are one to a person.
 ALIKE = 0.01
 
@@ -112,8 +115,8 @@ def nest_drawings(
     """
     if output and Path(output).suffix.lower() != ".dxf":
         raise OptionError(f"--output: nested sheets are written as DXF; name a .dxf, not '{Path(output).name}'")
+    settings, issues = _on_the_table(settings)
     parts: list[NestPart] = []
-    issues: list[Issue] = []
     for one in wanted:
         angles = parse_angles(one.rotations, "rotations") if one.rotations else settings.nest.angles
         more, said = _read(one.file, one.quantity, angles, settings)
@@ -122,6 +125,28 @@ def nest_drawings(
     outcome = nest(parts, settings.nest, settings.solve, progress=progress, cancelled=cancelled)
     files, texts = _drawn(outcome, Path(output), settings) if output else ((), {})
     return replace(outcome, files=files, issues=(*dict.fromkeys(issues), *outcome.issues)), texts
+
+
+def _on_the_table(settings: Settings) -> tuple[Settings, list[Issue]]:
+    """Return the settings with a sheet as large as the table where none is given, and a note on one too large.
+
+    Raises
+    ------
+    OptionError
+        The sheet is larger than the table of the machine that is named.
+    """
+    machine = machine_of(for_cutting(settings))
+    reach = [high - low for low, high in zip(machine.travel_min[:2], machine.travel_max[:2], strict=True)]
+    if "sheet" not in settings.given:
+        sides = [SHEET_STEP * max(math.floor(side / SHEET_STEP), 1) for side in reach]
+        size = "x".join(f"{side:g}" for side in sides)
+        return replace(settings, nest=replace(settings.nest, sheet=size)), []
+    if all(side <= most for side, most in zip(settings.nest.size, reach, strict=True)):
+        return settings, []
+    words = f"a sheet of {settings.nest.sheet} is larger than {machine.name} reaches, {reach[0]:g} × {reach[1]:g} mm"
+    if "machine" in settings.given:
+        raise OptionError(f"--sheet: {words}; give a smaller one, or another --machine")
+    return settings, [Issue("L435", f"{words}: name the machine that cuts it (--machine), here and there")]
 
 
 def _read(
