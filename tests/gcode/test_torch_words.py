@@ -104,8 +104,10 @@ def test_a_foreign_program_keeps_such_blocks_where_they_are() -> None:
 
 
 def test_a_feed_from_the_machines_own_table_is_not_known() -> None:
-    with pytest.raises(ReadError, match="_hal"):
-        interpret_program("G21 G90\nF#<_hal[plasmac.cut-feed-rate]>\nM2", dialect("qtplasmac"))
+    text = "G21 G90\nF#<_hal[plasmac.cut-feed-rate]>\nG0 X0 Y0\nG1 X5\nX6 F300\nM2"
+    program = interpret_program(text, dialect("qtplasmac"))
+    moves = program.path.kind[program.path.kind <= Kind.FOREIGN].tolist()
+    assert moves == [Kind.RAPID, Kind.FOREIGN, Kind.FEED, Kind.END]
 
 
 def cut_with_a_dark_end() -> Toolpath:

@@ -7,6 +7,10 @@ a `BlockError`.
 
 from __future__ import annotations
 
+import math
+import re
+from dataclasses import replace
+
 from leafcut.gcode.canned import end_cycle
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.foreign_state import ForeignState, named_axes
@@ -35,8 +39,21 @@ _ENDS_TRANSFORM = frozenset(_TRANSFORMS.values()) - {490}
 _MOTIONS = frozenset({0, 10, 20, 30})
 #: Cycles that `model.cycles` knows; G76, G87 and G88 wait for a person or move aside at the bottom.
 _CYCLES = frozenset({730, 810, 820, 830, 840, 850, 860, 890})
-_FANUC_CALLS = frozenset({96, 97, 197, 198})
-_MODE_STORES = frozenset({70, 71, 72, 73})
+#: M words that call a program elsewhere, or may; M72 brings back modes that were stored, M73 at the end of a call.
+_CALLS = frozenset({96, 197, 198, 72})
+_RESTORES_LATER = 73
+#: What Fagor has in parentheses beside remarks: statements that do something, and those that go elsewhere in the text.
+_FAGOR_STATEMENT = re.compile(r"P[ \t]*[0-9]+[ \t]*=|(?:CALL|PCALL|MCALL|PROBE|DIGIT|ERROR|OPEN|WRITE|DGWZ)\b", re.I)
+_FAGOR_JUMP = re.compile(r"(?:GOTO|RPT|IF|SUB|RET|WHILE|ENDIF|ENDWHILE)\b", re.I)
+_FAGOR_MESSAGE = re.compile(r"MSG\b", re.I)
+#: A block with a number that is not known is understood as far as its words are of these groups, and the number of
+#: these letters.
+_CLEAR_GROUPS = frozenset(
+    {"motion", "cycle", "plane", "distance", "arc distance", "feed mode", "units", "retract", "radius", "path",
+     "length", "offset", "non-modal"}
+)  # fmt: skip
+_CLEAR_LETTERS = frozenset("ABCDFHIJKLPQRSUVWXYZ")
+_OF_MACHINE = "only the machine knows the numbers in it"
 _OTHER_AXES = ("A", "B", "C", "U", "V", "W")
 _ALL = (True, True, True)
 _NONE = (False, False, False)
@@ -77,8 +94,13 @@ class BlockRunner(Reader):
         self.unknown: tuple[Word, ...] = ()
         self.obeyed: list[str] = []
         self.named = ""
-        self.call: tuple[int, int] | None = None
+        self.call: tuple[int | None, int] | None = None
         self.returns = False
+        #: The N-number at which a subprogram begins that the block calls (M97), or to which it jumps (M99 P).
+        self.label: int | None = None
+        #: Who may have changed anything, and whether that goes elsewhere in the text.
+        self.opaque = ""
+        self.jumps = self.restores = False
         #: Whether a subprogram begins with the next block, so that it may bear a program number.
         self.begins = False
         self._g, self._m = _codes(state.dialect), frozenset(M_GROUP_OF) - OUTPUT_CODES
@@ -88,7 +110,7 @@ class BlockRunner(Reader):
         """Carry out one block."""
         self.reason, self.call, self.returns, self.unclear = "", None, False, []
         self.unknown, self.obeyed = (), messages(block.comments)
-        self.named = ""
+        self.label, self.opaque, self.jumps, self.restores, self.named = None, "", False, False, ""
         if block.percent is not None:
             self._percent(block.percent)
             return
@@ -96,10 +118,22 @@ class BlockRunner(Reader):
             self.reason = "a switch of the machine may skip it"
         if self.obeyed:
             self.reason = "it shows a message or writes a record"
-        if not block.words:
-            return
+        self.state.line = block.line
+        if block.comments and self.state.dialect.cycle_words == "fagor":
+            self._statements(block.comments)
+        if block.words:
+            self._run_words(block)
+
+    def _run_words(self, block: Block) -> None:
         state = self.state
-        state.line = block.line
+        macro = next((w for w in block.words if w.letter == "G" and w.value == 65.0), None)
+        if macro is not None:
+            # The other words are the macro's, and mean what it makes of them.
+            self._blocks, self.opaque = self._blocks + 1, str(macro)
+            return
+        unknown = {word.letter for word in block.words if math.isnan(word.value)}
+        if unknown:
+            block = replace(block, words=tuple(w for w in block.words if not math.isnan(w.value)))
         words = self._sorted(block)
         letters = words.letters
         letters.pop("N", None)
@@ -108,6 +142,12 @@ class BlockRunner(Reader):
         self._blocks += 1
         self._subprograms(words)
         self.unknown = tuple(words.unknown or ())
+        if unknown:
+            self.reason = _OF_MACHINE
+            if unknown != {"F"}:
+                self._run_unknown(words, unknown)
+                return
+            state.unsure.add("feed")
         self._settings(words)
         self._tool_words(words)
         off_last = state.dialect.off_after_motion
@@ -121,6 +161,56 @@ class BlockRunner(Reader):
         self.named = next((f"M{code}" for code in stops if code > 1), self.named)
         if len(state.path) > MAX_ROWS:
             raise BlockError(f"the program comes to more than {MAX_ROWS:,} moves")
+
+    def _statements(self, comments: tuple[str, ...]) -> None:
+        """Note what of the comments of a Fagor is none."""
+        for comment in comments:
+            if _FAGOR_JUMP.match(comment):
+                self.jumps = True
+            elif _FAGOR_STATEMENT.match(comment):
+                self.opaque = f"({comment[:20]})"
+            elif _FAGOR_MESSAGE.match(comment):
+                self.reason = "it shows a message or writes a record"
+
+    def _run_unknown(self, words: SortedBlock, unknown: set[str]) -> None:
+        """Carry out what is known of a block whose numbers of some letters are not; a row FOREIGN takes its place."""
+        state, g = self.state, words.g
+        named = named_axes({**words.letters, **dict.fromkeys(unknown, Word("", 0.0, ""))})
+        clear = unknown <= _CLEAR_LETTERS and g.keys() <= _CLEAR_GROUPS and not words.unknown
+        if self.opaque or not clear or "tool change" in words.m or g.get("non-modal", 40) not in (40, 530, 280, 300):
+            self.opaque = self.opaque or _OF_MACHINE
+            return
+        if "F" in unknown:
+            state.unsure.add("feed")
+        if "S" in unknown:
+            state.unsure.add("speed")
+        g.pop("path", None)
+        if g.get("non-modal") == 40:
+            g.pop("non-modal")
+        self._settings(words)
+        self._tool_words(words)
+        self._switches(words, off=None)
+        self._modes(words)
+        self._choose_motion(g)
+        if state.cycle is not None:
+            end_cycle(state)
+            state.motion, state.foreign_motion = None, "a cycle with numbers that only the machine knows"
+        if "offset" in g:
+            state.choose_frame(g["offset"])
+        if "length" in g or (unknown & set("HD")):
+            state.register, named = -state.line, (*named[:2], True)
+            state.offset_on = True
+        place = tuple(UNKNOWN if gone else p for p, gone in zip(state.path.position, named, strict=True))
+        state.path.set_place(Kind.FOREIGN, (place[0], place[1], place[2]), 0, state.line)
+        if any(named):
+            state.path.initial_plane = None
+        self._stop(words.m.get("stop"))
+
+    def lose_all(self, who: str) -> None:
+        """Add a row FOREIGN after which nothing is known."""
+        state = self.state
+        state.forget(who)
+        state.path.set_place(Kind.FOREIGN, (UNKNOWN, UNKNOWN, UNKNOWN), 1, state.line)
 
     def check_end(self, file: str) -> None:
         """Accept any end: many programs have none."""
@@ -140,28 +230,33 @@ class BlockRunner(Reader):
             raise BlockError(f"O{number}: another program begins before this one has ended")
 
     def _subprograms(self, words: SortedBlock) -> None:
-        """Note calls and ends of subprograms, and refuse the codes that would make all that follows uncertain."""
+        """Note calls and ends of subprograms, and the codes after which nothing is certain."""
         unknown, letters = words.unknown or [], words.letters
         for word in list(unknown):
             if word.letter != "M":
                 continue
-            if word.value in _FANUC_CALLS or word.value in _MODE_STORES:
-                raise BlockError(f"{word} is not understood, and all that follows may depend on it")
-            if word.value == 98:
-                if "P" not in letters:
-                    raise BlockError("M98 needs the number of its subprogram, P")
+            if word.value in _CALLS:
+                self.opaque = str(word)
+            elif word.value == _RESTORES_LATER:
+                self.restores = True
+            elif word.value in (97, 98):
                 times = whole(letters.pop("L"), 9_999) if "L" in letters else 1
-                self.call = (whole(letters.pop("P")), times)
+                number = whole(letters.pop("P")) if "P" in letters else None
+                if word.value == 98:
+                    self.call = (number, times)
+                else:
+                    self.call, self.label = (None, times), number
                 unknown.remove(word)
             elif word.value in (99, 47):
-                if "P" in letters:
-                    raise BlockError(f"{word} with P, a jump, is not understood")
+                self.label = whole(letters.pop("P")) if "P" in letters else None
                 self.returns = True
                 unknown.remove(word)
 
     def _settings(self, words: SortedBlock) -> None:
         state, said = self.state, words.letters.get("F")
         unit, mode = state.unit, state.feed_mode
+        if "S" in words.letters:
+            state.unsure.discard("speed")
         super()._settings(words)
         if said is not None:
             state.feed_said = said.value
@@ -177,6 +272,8 @@ class BlockRunner(Reader):
 
     def _tool_words(self, words: SortedBlock) -> None:
         state = self.state
+        if state.dialect.length_offset == "D" and "T" in words.letters:
+            self._split_tool(words.letters)
         if "tool change" in words.m and state.pending_tool is None and "T" not in words.letters:
             self._keep("M6 without a T before it", _NONE)
             state.tool = None
@@ -184,6 +281,13 @@ class BlockRunner(Reader):
         super()._tool_words(words)
         if state.dialect.length_offset == "D" and state.offset_on and state.offset_number not in (None, state.register):
             state.register, state.path.position[2] = state.offset_number or 0, UNKNOWN
+
+    def _split_tool(self, letters: dict[str, Word]) -> None:
+        """Take T5.2 of a Fagor for T5 D2. Source: Fagor 8055, programming manual, 5.6.4."""
+        tool, point, offset = letters["T"].text.partition(".")
+        if point and offset.isdecimal() and tool.isdecimal():
+            letters["T"] = Word("T", float(tool), tool)
+            letters.setdefault("D", Word("D", float(offset), offset))
 
     def _change_tool(self, number: int) -> None:
         state = self.state
@@ -193,6 +297,10 @@ class BlockRunner(Reader):
 
     def _switches(self, words: SortedBlock, off: bool | None) -> None:
         spindle = words.letters.get("$")
+        if "spindle" in words.m and "speed" in self.state.unsure and 5 not in words.m["spindle"]:
+            self._keep("its speed is not known", _NONE)
+            self.state.spindle = self._turning[words.m.pop("spindle")[0]]
+            words.letters.pop("$", None)
         super()._switches(words, off)
         if spindle is not None and spindle.value not in (0.0, -1.0):
             self._keep(f"{spindle}: another spindle is not understood", _NONE)
@@ -209,6 +317,9 @@ class BlockRunner(Reader):
         state, g, letters = self.state, words.g, words.letters
         radius = g.pop("radius", None)
         path = g.pop("path", None)
+        state.unsure -= g.keys()
+        if g.get("non-modal") == 40 and not self._tells_dwell(letters):
+            g.pop("non-modal")
         super()._modes(words)
         if radius is not None:
             mode = radius // 10
@@ -227,6 +338,22 @@ class BlockRunner(Reader):
                 state.blending, state.tolerance, state.joining = path, tolerance, joining
                 state.path.blending(path, tolerance, joining, line=state.line)
 
+    def _tells_dwell(self, letters: dict[str, Word]) -> bool:
+        """Return whether a dwell says its time as its controller has it; else its words are taken away.
+
+        Fanuc, Haas and Mach take X as well, or U, in seconds; what has no point may be thousandths.
+        """
+        dialect = self.state.dialect
+        given = [letter for letter in "PXUFSK" if letter in letters]
+        if dialect.dwell_letter in given or not given:
+            return True
+        word = letters.pop(given[0])
+        if given[0] in "XU" and "." in word.text and word.value >= 0.0 and dialect.groups == "fanuc":
+            self.state.path.dwell(word.value, line=self.state.line)
+        else:
+            self._keep(f"how long it dwells with {word} is not known", _NONE)
+        return False
+
     def _act(self, words: SortedBlock) -> None:
         """Offsets and motion; when it is not clear what they do, one row FOREIGN takes their place."""
         state, path = self.state, self.state.path
@@ -239,7 +366,7 @@ class BlockRunner(Reader):
             self._motion(words)
         except UnclearBlock as problem:
             self._keep(str(problem), _ALL if state.cycle is not None else named)
-        if words.letters and not words.unknown and not self.unclear:
+        if words.letters and not words.unknown and not self.unclear and not self.opaque:
             self._keep(f"{next(iter(words.letters.values()))} has no use in this block", named)
         if not self.unclear:
             return
@@ -275,7 +402,7 @@ class BlockRunner(Reader):
             state.shift += 1
             if any(named) or code not in _NO_MOTION:
                 state.foreign_motion = str(word)
-            self._keep(f"{word} is not understood", _ALL)
+            self._keep(f"{word} is not understood", named if str(word) == "G31" and any(named) else _ALL)
 
     def _offsets(self, words: SortedBlock) -> None:
         """Tool length and work offset."""
@@ -323,7 +450,10 @@ class BlockRunner(Reader):
         super()._choose_motion({key: g[key] for key in ("motion", "cycle") if key in g})
         if cycle == 800 and motion is not None:
             state.motion = motion // 10
-        state.foreign_motion = ""
+        if self._separate and cycle == 800 and state.motion is None:
+            state.foreign_motion = state.foreign_motion or "what was active before the cycle"
+        else:
+            state.foreign_motion = ""
         if state.cycle is None or (state.cycle != was and not self._separate):
             state.cycle_said.clear()
 
@@ -341,8 +471,10 @@ class BlockRunner(Reader):
             raise UnclearBlock(f"{letters[other]}: the axis {other} is not understood")
         if state.transform and moving:
             raise UnclearBlock(f"G{state.transform / 10:g} is active, which is not understood")
-        if state.foreign_motion and (moving or "motion" in g or "cycle" in g):
+        if state.foreign_motion and (moving or "motion" in g or g.get("cycle", 800) != 800):
             raise UnclearBlock(f"{state.foreign_motion} is not understood")
+        if state.unsure and moving:
+            self._be_sure()
         if special in (280, 300):
             self._run_home(g, letters)
             return
@@ -361,6 +493,24 @@ class BlockRunner(Reader):
         super()._move(words)
         if state.cycle == 84 and state.cycle_words.dwell is None and state.last_dwell and not self._separate:
             self.reason = "the tap dwells as a cycle before it does"
+
+    def _be_sure(self) -> None:
+        """Refuse to move by modes that are not known.
+
+        Raises
+        ------
+        UnclearBlock
+            One of them matters to the move.
+        """
+        state = self.state
+        needed = {"distance": "G90 or G91"}
+        if state.cycle is not None:
+            needed |= {"plane": "which plane", "retract": "G98 or G99"}
+        elif state.motion is not None and state.motion >= 2:
+            needed |= {"plane": "which plane"}
+        for name, words in needed.items():
+            if name in state.unsure:
+                raise UnclearBlock(f"{words} is active is not known")
 
     def _run_home(self, g: dict[str, int], letters: dict[str, Word]) -> None:
         if self.state.cycle is not None or g.get("motion", 0) != 0:

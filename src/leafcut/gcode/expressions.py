@@ -4,7 +4,7 @@
     operators  **   * / MOD   + -   EQ NE GT GE LT LE   AND OR XOR    the tighter first, from left to right
 
 Source: LinuxCNC, G-code overview (numbered and named parameters, expressions, functions). What the machine alone knows
-(its offsets, its pins, what another program left in a parameter) is refused.
+(its offsets, its pins, what another program left in a parameter) is `UNKNOWN`, and so is all that is computed from it.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from leafcut.gcode.words import MAX_NUMBER, Block, BlockError, Word, absurd, refuse_rest, split_line, tokenise, words_of
 
@@ -25,11 +26,18 @@ MAX_DEPTH = 40
 ARGUMENTS = 30
 #: From here on parameters are the machine's: probe results, offsets, positions.
 FIRST_OF_MACHINE = 5000
+#: Fanuc and Haas: inputs, offsets, alarms, the clock.
+FIRST_OF_FANUC = 1000
+
+#: The value of what only the machine knows.
+UNKNOWN = math.nan
+#: Instead of the number of a parameter: all parameters that have numbers, since which of them is not known.
+ANY_NUMBER = -1
 
 _SPECIAL = re.compile(r"[#\[\]=<>*$@^/]")
 _SPACE = re.compile(r"[ \t]*")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)")
-_NAME = re.compile(r"<([^<>\[\]#]*)>")
+_NAME = re.compile(r"<((?:_(?:hal|ini)\[[^<>\[\]#]*\][^<>\[\]#]*)|[^<>\[\]#]*)>", re.IGNORECASE)
 _LETTERS = re.compile(r"[A-Za-z]+")
 _OPERATOR = re.compile(r"\*\*|[*/+-]|MOD|EQ|NE|GT|GE|LT|LE|AND|OR|XOR", re.IGNORECASE)
 _WORD_LETTER = re.compile(r"[A-Za-z$@^]")
@@ -44,33 +52,43 @@ _LEVELS = {
 
 @dataclass
 class Parameters:
-    """The parameters that the program has set. `known` answers for the few that follow from the program's own state."""
+    """The parameters that the program has set. `known` answers for the few that follow from the program's own state.
+
+    What else is asked for is `UNKNOWN`, but for a name that no other program can have set, which is an error.
+    """
 
     known: Callable[[str], float | None] = lambda _: None
     numbered: dict[int, float] = field(default_factory=dict)
     shared: dict[str, float] = field(default_factory=dict)
     local: dict[str, float] = field(default_factory=dict)
     inside: bool = False
+    #: As Fanuc has it: a value may be an expression without brackets, and the machine's parameters begin at #1000.
+    fanuc: bool = False
+
+    @property
+    def first_of_machine(self) -> int:
+        """From here on numbers are the machine's."""
+        return FIRST_OF_FANUC if self.fanuc else FIRST_OF_MACHINE
 
     def number(self, number: int) -> float:
         """Return #number."""
         value = self.numbered.get(number)
         if value is None:
-            value = 0.0 if self.inside and number <= ARGUMENTS else self.known(str(number))
-        if value is None:
-            raise BlockError(f"#{number} is used, but the program does not set it before; its value is the machine's")
-        return value
+            value = 0.0 if self.inside and 0 < number <= ARGUMENTS else self.known(str(number))
+        return UNKNOWN if value is None else value
 
     def named(self, name: str) -> float:
         """Return #<name>."""
         value = self._find(name)
-        if value is None:
+        if value is None and not name.startswith("_"):
             raise BlockError(f"#<{name}> is used, but the program does not set it before")
-        return value
+        return UNKNOWN if value is None else value
 
-    def exists(self, name: str) -> bool:
-        """Return whether #<name> has a value."""
-        return self._find(name) is not None
+    def exists(self, name: str) -> float:
+        """Return 1 where #<name> has a value, 0 where it has none, `UNKNOWN` where another program may have set it."""
+        if self._find(name) is not None:
+            return 1.0
+        return UNKNOWN if name.startswith("_") else 0.0
 
     def _find(self, name: str) -> float | None:
         value = (self.shared if name.startswith("_") else self.local).get(name)
@@ -83,34 +101,59 @@ class Parameters:
 
     def put(self, key: int | str, value: float) -> None:
         """Set a parameter by number or name."""
-        if isinstance(key, int):
-            self.numbered[key] = value
+        if key == ANY_NUMBER:
+            self.forget(names=False)
+        elif isinstance(key, int):
+            if key < self.first_of_machine:
+                self.numbered[key] = value
         else:
             (self.shared if key.startswith("_") else self.local)[key] = value
+
+    def forget(self, names: bool = True) -> None:
+        """Know no value any more: something that is not seen may have set them; `names`: those with names, too."""
+        self.numbered = dict.fromkeys(range(1, ARGUMENTS + 1), UNKNOWN)
+        if names:
+            self.shared.clear()
+            self.local = dict.fromkeys(self.local, UNKNOWN)
 
 
 Setting = tuple[int | str, float]
 
 
-def read_block(line: str, number: int, parameters: Parameters) -> tuple[Block, list[Setting], bool]:
-    """Return the block that a line holds, the parameters that it sets, and whether any number was computed.
+class Reading(NamedTuple):
+    """A block, the parameters that it sets, whether a number was computed, and whether one of the machine's is set."""
+
+    block: Block
+    settings: list[Setting]
+    computed: bool = False
+    of_machine: bool = False
+
+    @property
+    def unknown(self) -> bool:
+        """Whether any number in it, or any that it sets, is not known."""
+        values = [word.value for word in self.block.words] + [value for _, value in self.settings]
+        return self.of_machine or (self.computed and any(map(math.isnan, values)))
+
+
+def read_block(line: str, number: int, parameters: Parameters) -> Reading:
+    """Return what a line holds; the value of a word may be `UNKNOWN`.
 
     Raises
     ------
     BlockError
         As `words.tokenise`, and for an expression that has no value.
     """
-    if _SPECIAL.search(line) is None:
-        return tokenise(line, number), [], False
-    body, comments = split_line(line)
+    if _SPECIAL.search(line) is None and line.count("(") < 2:
+        return Reading(tokenise(line, number), [])
+    body, comments = split_line(line, nested=True)
     if body.startswith("%"):
-        return Block(number, (), comments, percent=body[1:].strip()), [], False
+        return Reading(Block(number, (), comments, percent=body[1:].strip()), [])
     deleted = body.startswith("/")
     if deleted:
         # Nine switches are common: /1 … /9.
         body = body[1:].lstrip(" \t").lstrip("123456789") if body[1:2].isdigit() else body[1:]
     if _SPECIAL.search(body) is None:
-        return Block(number, words_of(body), comments, deleted=deleted), [], False
+        return Reading(Block(number, words_of(body), comments, deleted=deleted), [])
     scanner = Scanner(body, parameters)
     words: list[Word] = []
     settings: list[Setting] = []
@@ -119,17 +162,21 @@ def read_block(line: str, number: int, parameters: Parameters) -> tuple[Block, l
             settings.append(scanner.setting())
         else:
             words.append(scanner.word())
-    return Block(number, tuple(words), comments, deleted=deleted), settings, scanner.computed
+    block = Block(number, tuple(words), comments, deleted=deleted)
+    return Reading(block, settings, scanner.computed, scanner.of_machine)
 
 
 class Scanner:
-    """Reads values from a text, one after the other; `computed` says whether any of them was more than a number."""
+    """Reads values from a text, one after the other.
+
+    `computed` says whether any of them was more than a number, `of_machine` whether a parameter of the machine is set.
+    """
 
     def __init__(self, text: str, parameters: Parameters) -> None:
         self.text = text
         self.position = 0
         self.parameters = parameters
-        self.computed = False
+        self.computed = self.of_machine = False
         self._depth = 0
 
     def peek(self) -> str:
@@ -155,7 +202,7 @@ class Scanner:
         if plain is None and self.peek() not in ("#", "[", "+", "-") and self._ahead(_LETTERS) not in _FUNCTIONS:
             refuse_rest(self.text, start)
         value = float(plain) if plain is not None else self.value()
-        if not -MAX_NUMBER < value < MAX_NUMBER:
+        if not (-MAX_NUMBER < value < MAX_NUMBER or math.isnan(value)):
             raise BlockError(absurd(letter))
         return Word(letter.upper(), value, plain if plain is not None else _shown(value))
 
@@ -165,11 +212,11 @@ class Scanner:
         if self.peek() != "=":
             raise BlockError(f"'{self.text[self.position : self.position + 12]}': '=' is expected after a parameter")
         self.position += 1
-        value = self.value()
+        value = self._operation(1) if self.parameters.fanuc else self.value()
         self.computed = True
-        if isinstance(key, int) and not 1 <= key < FIRST_OF_MACHINE:
-            raise BlockError(f"#{key} is the machine's; what setting it does is not understood")
-        if isinstance(key, str) and self.parameters.known(key) is not None:
+        if isinstance(key, int) and key >= self.parameters.first_of_machine:
+            self.of_machine = True
+        elif isinstance(key, str) and (self.parameters.known(key) is not None or key.startswith(("_hal[", "_ini["))):
             raise BlockError(f"#<{key}> cannot be set")
         return key, value
 
@@ -227,17 +274,16 @@ class Scanner:
         if self.peek() == "<":
             return self._name()
         value = self.value()
+        if math.isnan(value):
+            return ANY_NUMBER
         number = round(value)
-        if abs(value - number) > 1e-4 or not 1 <= number <= 99_999:
+        if abs(value - number) > 1e-4 or not 0 <= number <= 99_999:
             raise BlockError(f"#{value:g}: parameters have whole numbers")
         return number
 
     def _name(self) -> str:
         found = _NAME.match(self.text, self.position)
         if found is None:
-            if self.text[self.position :].lower().startswith(("<_hal[", "<_ini[")):
-                name = self.text[self.position : self.position + 60].partition(">")[0]
-                raise BlockError(f"#{name}>: only the machine knows its value")
             raise BlockError("a name of a parameter is not closed: '>' is missing")
         self.position = found.end()
         return re.sub(r"\s+", "", found.group(1)).lower()
@@ -267,7 +313,7 @@ class Scanner:
         if self.peek() != "]":
             raise BlockError("an expression is not closed: ']' is missing")
         self.position += 1
-        return float(self.parameters.exists(name))
+        return self.parameters.exists(name)
 
     def _match(self, pattern: re.Pattern[str]) -> str | None:
         found = pattern.match(self.text, self.position)
@@ -293,6 +339,8 @@ def _shown(value: float) -> str:
 
 def _checked(function: Callable[..., float], name: str, *arguments: float) -> float:
     """Return what a function makes of its arguments, or refuse what has no value."""
+    if any(math.isnan(a) for a in arguments):
+        return UNKNOWN
     try:
         value = function(*arguments)
     except (ValueError, ZeroDivisionError, OverflowError):

@@ -8,11 +8,13 @@ Only the program's own text is looked at; no file is ever opened. Source: LinuxC
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from leafcut.gcode.expressions import ARGUMENTS, Parameters, Scanner
+from leafcut.gcode.jumps import Jumps, Undecided
 from leafcut.gcode.words import BlockError, split_line
 
 #: Subroutines inside subroutines: LinuxCNC has ten levels, the program itself among them.
@@ -115,6 +117,7 @@ class Flow:
 
     def __init__(self, lines: Sequence[str], parameters: Parameters) -> None:
         self.parameters = parameters
+        self.jumps = Jumps(lines, parameters)
         self.calls: list[Call] = []
         self.repeated = 0
         self._lines = lines
@@ -159,8 +162,24 @@ class Flow:
             raise BlockError(f"'{control.rest[scanner.position :][:12]}' has no use after '{control.keyword}'")
         return int(after)
 
-    def call_program(self, number: int, times: int, line: int) -> int:
-        """Begin the subprogram O`number` (M98), to be run `times`; return its first line."""
+    def go_back(self, line: int, goal: int) -> None:
+        """Note that the text from `goal` to `line` is run again."""
+        if self._of_line is None:
+            self._survey()
+        self._looped[goal : line + 1] = b"\1" * (line + 1 - goal)
+
+    def call_line(self, number: int, times: int, line: int) -> int | None:
+        """Begin the subprogram at N`number` (M97), to be run `times`; return its first line, None where it is not."""
+        start = self.jumps.label(number, line)
+        if start is None:
+            return None
+        return self._begin(start, times, line)
+
+    def call_program(self, number: int, times: int, line: int) -> int | None:
+        """Begin the subprogram O`number` (M98), to be run `times`; return its first line, None where it is not here.
+
+        Of more than four digits those in front may be the times: P30012 calls O12 three times.
+        """
         if self._labels is None:
             self._labels = {}
             for at, text in enumerate(self._lines):
@@ -168,8 +187,12 @@ class Flow:
                 if found and control_of(text) is None:
                     self._labels.setdefault(int(found.group(1)), at)
         start = self._labels.get(number)
-        if start is None:
-            raise BlockError(f"there is no subprogram O{number} in this file")
+        if start is None and number > 9_999 and times == 1:
+            times, number = divmod(number, 10_000)
+            start = self._labels.get(number)
+        return None if start is None else self._begin(start, times, line)
+
+    def _begin(self, start: int, times: int, line: int) -> int:
         if times == 0:
             return line + 1
         self._enter(Call(start, line + 1, times - 1, None))
@@ -235,7 +258,7 @@ class Flow:
     def _call(self, label: str, scanner: Scanner, line: int) -> int:
         construct = self._subs.get(label)
         if construct is None:
-            raise BlockError(f"there is no subroutine o{label} in this file; other files are not opened")
+            raise Undecided(line)
         construct.closing()
         arguments = []
         while scanner.peek() == "[":
@@ -280,6 +303,8 @@ class Flow:
         return self._branch(construct, scanner.expression(), line)
 
     def _branch(self, construct: Construct, condition: float, line: int) -> int:
+        if math.isnan(condition):
+            raise self.jumps.undecided(line, construct.closing())
         after, keyword = construct.next_branch(line)
         if condition:
             return line + 1
@@ -305,10 +330,12 @@ class Flow:
     # Loops.
 
     def _obey_while(self, construct: Construct, scanner: Scanner, line: int) -> int:
+        end, condition = construct.closing(), scanner.expression()
+        if math.isnan(condition):
+            raise self.jumps.undecided(line, end, construct.first)
         if construct.kind == "do":
-            return construct.first + 1 if scanner.expression() else line + 1
-        end = construct.closing()
-        return line + 1 if scanner.expression() else end + 1
+            return construct.first + 1 if condition else line + 1
+        return line + 1 if condition else end + 1
 
     def _obey_endwhile(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
         return construct.first
@@ -321,7 +348,10 @@ class Flow:
 
     def _obey_repeat(self, construct: Construct, scanner: Scanner, line: int) -> int:
         end = construct.closing()
-        times = round(scanner.expression())
+        said = scanner.expression()
+        if math.isnan(said):
+            raise self.jumps.undecided(line, end, construct.first)
+        times = round(said)
         if times <= 0:
             return end + 1
         self._counters[construct.first] = times

@@ -17,25 +17,39 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.expressions import Parameters, read_block
 from leafcut.gcode.flow import Control, Flow, control_of
 from leafcut.gcode.foreign_state import ForeignState
+from leafcut.gcode.jumps import Statement, Undecided, has_statements, is_output, statement_of
 from leafcut.gcode.obeyed import obeyed_lines
 from leafcut.gcode.program import Program
 from leafcut.gcode.quick import QuickWay
 from leafcut.gcode.record import Record
-from leafcut.gcode.saying import called_text, may_read_parameters, say
-from leafcut.gcode.words import Block, BlockError
+from leafcut.gcode.saying import called_text, may_read_parameters, messages, plain, say
+from leafcut.gcode.words import Block, BlockError, has_nested_comment, split_line, words_of
 from leafcut.model.look import Look, unseen
+from leafcut.model.toolpath import Kind
 from leafcut.units import MM_PER_UNIT
 
 #: Spaces, and what old editors and tape punches leave at the end of a file.
 _FILLING = " \t\f\x1a\0"
+#: So many lines may stand above the percent sign with which a program begins.
+_MOST_TITLE = 200
 _DIRECTS = "it directs a loop, a condition or a subprogram"
 _LOOPED = "it is run from a loop or a subprogram"
 _OBEYED = "the controller takes settings from it"
 _COMPUTED = "its numbers come from parameters or expressions"
+_NESTED = "a comment is inside a comment: controllers differ in where it ends"
+_SENDS = "it sends a record"
+_GOAL = "a jump leads here"
+_AGAIN = "it may be run again"
+_MAYBE = "only the machine knows whether it is run"
 
 
 def interpret_program(
-    text: str, dialect: Dialect, file: str = "program", *, units: str | None = None, look: Look = unseen
+    text: str,
+    dialect: Dialect,
+    file: str = "program",
+    *,
+    units: str | None = None,
+    look: Look = unseen,
 ) -> Program:
     """Return what a program of any CAM does, block by block.
 
@@ -65,11 +79,11 @@ def interpret_program(
     """
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
-    state = ForeignState(dialect, unit=None if units is None else MM_PER_UNIT[units])
+    state = ForeignState(dialect, default_unit=None if units is None else MM_PER_UNIT[units])
     return _Run(text, state, file, look).program()
 
 
-def _lines_of(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
+def lines_of(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
     """Return the lines of a text with their ends, as its controller parts them."""
     if "\r" in text and "\n" not in text.rstrip() and dialect.line_ends == "lf" and "\r" in text.rstrip():
         reason = "its lines end in a carriage return alone, and the controller takes them for one line; save it with LF"
@@ -82,23 +96,39 @@ def _lines_of(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
     return lines
 
 
+def _begin(lines: tuple[str, ...]) -> int:
+    """Return the first line, from 0: what stands above a percent sign and is no G-code is none of the program."""
+    percent = next((at for at, line in enumerate(lines[:_MOST_TITLE]) if line.lstrip(_FILLING).startswith("%")), 0)
+    for line in lines[:percent]:
+        try:
+            body, _ = split_line(line.strip(_FILLING + "\r\n"), nested=True)
+            if not set("#[") & set(body) and control_of(line) is None and statement_of(line) is None:
+                words_of(body)
+        except BlockError:
+            return percent
+    return 0
+
+
 class _Run:
     """One program on its way through."""
 
     def __init__(self, text: str, state: ForeignState, file: str, look: Look) -> None:
         self.file, self.look = file, look
-        self.lines = _lines_of(text, state.dialect, file)
+        self.lines = lines_of(text, state.dialect, file)
         self.state = state
         self.runner = BlockRunner(state)
         self.record = Record(state, obeyed=obeyed_lines(self.lines, state.dialect))
         self.obeyed = {said.line for said in self.record.obeyed}
         self.parameters = Parameters(state.known_value)
+        self.parameters.fanuc = state.dialect.groups == "fanuc" or has_statements(self.lines)
         self.flow = Flow(self.lines, self.parameters)
         self.ended = False
+        #: How many calls deep the modes are brought back at the end of a call (M73).
+        self.restored: list[int] = []
 
     def program(self) -> Program:
         quick, flow, n = QuickWay(self.lines, self.state, self.record, self.look), self.flow, len(self.lines)
-        at = 0
+        at = _begin(self.lines)
         while at < n and not self.ended:
             self.look()
             if not flow.looped(at) and quick.open():
@@ -109,7 +139,10 @@ class _Run:
         if flow.calls and not self.ended:
             start = flow.calls[-1].start
             raise ReadError(self.file, "the subprogram that begins here has no end (M99)", start + 1)
-        return self.record.program(self.lines, at if self.ended and not flow.calls else n)
+        for block, line in enumerate(self.record.line):
+            if flow.jumps.is_goal(line - 1):
+                self.record.fixed.setdefault(block, _GOAL)
+        return self.record.program(self.lines, at if self.ended and not flow.calls else n, self.state.assumed)
 
     def _step(self, at: int) -> int:
         """Run the line `at` (from 0); return the one that comes next, or the number of lines done when it ends all."""
@@ -118,10 +151,62 @@ class _Run:
             return at + 1
         try:
             self.flow.count(at)
+            statement = statement_of(line)
+            if statement is not None:
+                return self._state(statement, at)
             control = control_of(line) if "o" in line or "O" in line else None
             return self._words(line, at) if control is None else self._obey(control, at)
+        except Undecided as unknown:
+            return self._keep(at, unknown)
         except BlockError as problem:
             raise ReadError(self.file, str(problem), at + 1) from None
+
+    def _keep(self, at: int, unknown: Undecided) -> int:
+        """Keep the lines from `at` on of which nobody knows whether they are run; return the one that comes next."""
+        if unknown.last is None:
+            done = set(self.record.line)
+            kept = [k for k in range(len(self.lines)) if k >= at or k + 1 not in done]
+            self.ended = True
+            self.flow.calls.clear()
+        else:
+            kept = list(range(at, unknown.last + 1))
+        said = {k: self._text_of(k) for k in kept if self._means_something(k)}
+        self.parameters.forget()
+        for k, text in said.items():
+            self.state.line = k + 1
+            rows = len(self.state.path)
+            self.runner.lose_all(f"line {at + 1}")
+            self.record.say(text)
+            self.record.add(k + 1, rows, _MAYBE)
+        if unknown.again is not None:
+            for block, line in enumerate(self.record.line):
+                if line > unknown.again:
+                    self.record.fixed.setdefault(block, _AGAIN)
+        return len(self.lines) if unknown.last is None else unknown.last + 1
+
+    def _means_something(self, at: int) -> bool:
+        line = self.lines[at].strip(_FILLING + "\r\n")
+        try:
+            body, comments = split_line(line, nested=True)
+        except BlockError:
+            return True
+        fagor = self.state.dialect.cycle_words == "fagor"
+        return body not in ("", "%") or bool(messages(comments)) or (fagor and bool(comments))
+
+    def _state(self, statement: Statement, at: int) -> int:
+        """Obey IF, WHILE, GOTO, DO or END."""
+        self.state.line = at + 1
+        after, said = self.flow.jumps.obey(statement, at)
+        self._note_jump(at, after)
+        if said:
+            return self._words(said, at)
+        self.record.add(at + 1, len(self.state.path), _DIRECTS)
+        return after
+
+    def _note_jump(self, at: int, after: int) -> None:
+        if after <= at:
+            self.flow.go_back(at, after)
+            self.flow.count(at)
 
     def _obey(self, control: Control, at: int) -> int:
         self.state.line = at + 1
@@ -131,33 +216,83 @@ class _Run:
 
     def _words(self, line: str, at: int) -> int:
         state, runner, flow = self.state, self.runner, self.flow
-        block, settings, computed = read_block(line, at + 1, self.parameters)
         rows, shift, looped = len(state.path), state.shift, flow.looped(at)
+        if is_output(line):
+            x, y, z = state.path.position
+            state.path.set_place(Kind.FOREIGN, (x, y, z), 0, at + 1)
+            self.record.say(self._text_of(at))
+            self.record.add(at + 1, rows, _SENDS)
+            return at + 1
+        reading = read_block(line, at + 1, self.parameters)
+        block, settings, of_machine = reading.block, reading.settings, reading.of_machine
         runner.begins = bool(flow.calls) and flow.calls[-1].start == at
         runner.run(block)
-        after = at + 1
-        if runner.returns:
-            back = flow.leave_program()
-            if back is None:
-                state.path.end(line=at + 1)
-                self.ended = True
-            else:
-                after = back
-        elif runner.call is not None:
-            after = flow.call_program(*runner.call, at)
-        if block.deleted or runner.obeyed or runner.unclear or state.shift != shift:
+        if runner.jumps:
+            raise Undecided(None, 0)
+        after = self._next(at)
+        if reading.unknown or runner.opaque:
+            self.record.say(self._text_of(at))
+        elif block.deleted or runner.obeyed or runner.unclear or state.shift != shift:
             self._say(block, line)
         elif runner.named and not (runner.returns and flow.calls):
             self.record.say(runner.named)
         for key, value in settings:
             self.parameters.put(key, value)
-        reason = runner.reason or (_LOOPED if looped else _DIRECTS if runner.call else _COMPUTED if computed else "")
+        if runner.opaque or of_machine:
+            self.parameters.forget()
+            runner.lose_all(runner.opaque or "a parameter of the machine")
+        reason = runner.reason or (_LOOPED if looped else _DIRECTS if runner.call else "")
+        reason = reason or (_COMPUTED if reading.computed else "")
+        if runner.opaque or of_machine:
+            reason = f"{runner.opaque or 'a parameter of the machine'} may change anything"
+        elif not reason and "(" in line and has_nested_comment(line):
+            reason = _NESTED
         if at + 1 in self.obeyed:
             reason = _OBEYED
         if block.words or settings or reason:
             self.record.add(at + 1, rows, reason)
         self.ended |= runner.ended
         return after
+
+    def _next(self, at: int) -> int:
+        """Return the line that comes after one that was run: it may call a subprogram, or end one."""
+        runner, flow, after = self.runner, self.flow, at + 1
+        if runner.restores:
+            self.restored.append(len(flow.calls))
+        if runner.returns:
+            back, to = flow.leave_program(), runner.label
+            if self.restored and self.restored[-1] > len(flow.calls):
+                self.restored.pop()
+                runner.opaque = "M73"
+            if back is None and (to is None or not (goal := flow.jumps.label(to, at)) or goal <= at):
+                # The controller begins again from there: once through is all that there is to see.
+                self.state.path.end(line=at + 1)
+                self.ended = True
+                return after
+            goal = flow.jumps.label(to, at if back is None else back - 1) if to is not None else back
+            if goal is None:
+                raise BlockError(f"M99 P{to}: there is no N{to} to go to")
+            self._note_jump(at if back is None else back - 1, goal)
+            return goal
+        if runner.call is not None:
+            number, times = runner.call
+            begin = None
+            if runner.label is not None:
+                begin = flow.call_line(runner.label, times, at)
+            elif number is not None:
+                begin = flow.call_program(number, times, at)
+            if begin is not None:
+                return begin
+            runner.opaque = "M97" if runner.label is not None else f"M98 P{number}" if number is not None else "M98"
+        return after
+
+    def _text_of(self, at: int) -> str:
+        """Return what a line says that reads what is not known: its text, and all that the program has set by then."""
+        line = self.lines[at].rstrip("\r\n")
+        said = "".join(line.split()) if self.state.dialect.cycle_words == "fagor" else plain(line)
+        shown = messages(split_line(line, nested=True)[1]) if "(" in line or ";" in line else []
+        called = called_text(self.lines, line)
+        return " ".join([said, *shown, f"[parameters {self.parameters.digest()}]", f"[calls {called}]"])
 
     def _say(self, block: Block, line: str) -> None:
         """Note what a block says whose doing is not known, or that shows a message."""

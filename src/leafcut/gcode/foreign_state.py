@@ -5,14 +5,19 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from leafcut.gcode.state import AXES, State
+from leafcut.gcode.state import AXES, CycleWords, State
 from leafcut.gcode.words import UnclearBlock, Word
 from leafcut.model.toolpath import UNKNOWN, Kind
+from leafcut.units import SECONDS_PER_MINUTE
 
 
 @dataclass
 class ForeignState(State):
     """Modal state of a foreign program.
+
+    `unsure` names what is active and not known, since something was run that cannot be seen: the plane, the distance
+    mode, the height to which cycles rise ("retract"), the feed, the speed. `default_unit` holds where the program needs
+    its units and has not stated them: `assumed` says that it did.
 
     `feed_said` and `cycle_said` are F and the words of the cycle as they were written. `register` is the length offset.
     `foreign_motion` is the motion or cycle that is active but not understood,
@@ -29,10 +34,16 @@ class ForeignState(State):
     foreign_motion: str = ""
     transform: int = 0
     surface: bool = False
+    unsure: set[str] = field(default_factory=set)
+    default_unit: float | None = None
+    assumed: bool = False
+    _bare_feed: float | None = None
 
     def __post_init__(self) -> None:
         fanuc = self.dialect.groups == "fanuc"
         self.may_store = fanuc
+        if fanuc:
+            self.foreign_motion = "what is active when the control is switched on"
         # What is active before the program says it: G98 at Fanuc, G99 in RS274/NGC (seen with rs274).
         self.to_initial = fanuc
 
@@ -63,8 +74,56 @@ class ForeignState(State):
             self.joining,
         )
 
+    def forget(self, who: str) -> None:
+        """Know nothing any more of where the tool is and what is active, after `who` did what cannot be seen.
+
+        The units and the feed mode are taken to be as they were: other numbers would make no sense in the text that
+        follows, and in what order that is run does not depend on them.
+        """
+        self.path.position = [UNKNOWN, UNKNOWN, UNKNOWN]
+        self.path.initial_plane = None
+        self.cycle, self.cycle_words = None, CycleWords()
+        self.cycle_said.clear()
+        self.motion, self.foreign_motion = None, f"what {who} left active"
+        self.unsure = {"plane", "distance", "retract", "feed", "speed"}
+        self.feed = self.feed_said = 0.0
+        self.tool = self.pending_tool = self.offset_number = None
+        self.radius = 0
+        self.register = -self.line
+        self.shift += 1
+
+    def know_unit(self, unit: float) -> None:
+        """Take the units that the program states."""
+        self.unit = unit
+        if self._bare_feed is not None:
+            feed, self._bare_feed = self._bare_feed, None
+            self.feed = feed * unit / (1.0 if self.feed_mode == 95 else SECONDS_PER_MINUTE)
+
+    def length(self, word: Word) -> float:
+        """Return the length of a word in mm, in the default units where the program has stated none."""
+        if self.unit is None and word.value != 0.0 and self.default_unit is not None:
+            self.know_unit(self.default_unit)
+            self.assumed = True
+        return super().length(word)
+
+    def set_feed(self, word: Word) -> None:
+        """Take an F word; before the units are stated, it waits for them."""
+        self.unsure.discard("feed")
+        if self.unit is None and self.default_unit is not None and word.value > 0.0:
+            self._bare_feed = word.value
+            return
+        self._bare_feed = None
+        super().set_feed(word)
+
     def feed_for(self, letters: dict[str, Word], length: float) -> float:
         """Return the feed of a cut, mm/s; with G96 the revolutions are not known."""
+        if self._bare_feed is not None and self.default_unit is not None:
+            self.know_unit(self.default_unit)
+            self.assumed = True
+        if "feed" in self.unsure and self.feed_mode != 93:
+            raise UnclearBlock("its feed is not known")
+        if "speed" in self.unsure and self.feed_mode == 95:
+            raise UnclearBlock("its feed per revolution is that of a speed that is not known")
         if self.surface and self.feed_mode == 95:
             raise UnclearBlock("a feed per revolution (G95) with constant surface speed (G96)")
         return super().feed_for(letters, length)
@@ -86,10 +145,14 @@ class ForeignState(State):
 
     def known_value(self, name: str) -> float | None:
         """Return the value of a parameter that follows from the program's own state, or None."""
+        if name.isdecimal() and self.dialect.groups != "rs274":
+            return None
         lengths = {"_x": 0, "_y": 1, "_z": 2, "5420": 0, "5421": 1, "5422": 2}
         if name in lengths:
             place = self.path.position[lengths[name]]
             return None if math.isnan(place) or self.unit is None else place / self.unit
+        if self.unsure and name.startswith("_"):
+            return float(self.line) if name == "_line" else None
         if self.unit is not None and name in ("_metric", "_imperial"):
             return float((self.unit == 1.0) == (name == "_metric"))
         flags = {"_absolute": not self.incremental, "_incremental": self.incremental}

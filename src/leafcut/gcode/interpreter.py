@@ -149,7 +149,7 @@ class Reader:
             unit = unit_of(units)
             if state.unit not in (None, unit) and "F" in letters:
                 raise BlockError("a change of units in the block of an F: which of them F is in is not certain")
-            state.unit = unit
+            state.know_unit(unit)
         mode = words.g.get("feed mode")
         if mode is not None and mode // 10 != state.feed_mode:
             # What F meant before means nothing now.

@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leafcut.errors import ReadError
 from leafcut.model.toolpath import MOTIONS, PLACES, Kind, Motion, Toolpath
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
@@ -28,6 +27,8 @@ _FLOWING = re.compile(r"^(?:\s*N[0-9]+)?\s*M(?:62|63|67)(?![0-9])", re.IGNORECAS
 _UNITS = re.compile(r"(?:^|[\s0-9])G(20|21)(?![0-9.])", re.IGNORECASE)
 #: A cut begins within so many rows of the start of the torch: outputs and pauses stand between.
 _NEAR = 40
+#: Feeds that come from the controller are so much more than what the program says, per minute.
+_APART = 1e-6
 _CUTTING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 _MOVING = [int(kind) for kind in MOTIONS]
 
@@ -67,23 +68,21 @@ def materials_of(lines: Sequence[str]) -> list[Choice]:
     return found
 
 
-def with_feeds(text: str, word: str, feed: float | None, file: str) -> str:
-    """Return a program with the numbers of its feeds where it takes them from the controller's material.
+def with_feeds(text: str, word: str, feed: float) -> tuple[str, frozenset[float]]:
+    """Return a program with numbers where it takes its feeds from the controller's material, and these numbers.
+
+    They are as they are written, in units of the program per minute, and none that anybody writes: a millionth more.
 
     Parameters
     ----------
     word
         What says so, such as ``F#<_hal[plasmac.cut-feed-rate]>``.
     feed
-        Of materials that the program does not tell, mm/s; None where nobody has said.
-
-    Raises
-    ------
-    ReadError
-        Such a material's feed is needed.
+        Of materials that the program does not tell, mm/s.
     """
     if word not in text:
-        return text
+        return text, frozenset()
+    numbers: set[float] = set()
     lines = text.splitlines(keepends=True)
     choices, unit = materials_of(lines), 1.0
     starts = [line for line, _ in choices]
@@ -96,11 +95,10 @@ def with_feeds(text: str, word: str, feed: float | None, file: str) -> str:
         chosen = bisect_right(starts, number)
         material = choices[chosen - 1][1] if chosen else None
         known = material.feed if material is not None and material.feed > 0.0 else feed
-        if known is None:
-            reason = "the feed is that of a material which only the controller knows; say it with --cut-speed"
-            raise ReadError(file, reason, number)
-        lines[number - 1] = line.replace(word, f"F{known * SECONDS_PER_MINUTE / unit:.6f}")
-    return "".join(lines)
+        said = f"{known * SECONDS_PER_MINUTE / unit + _APART:.6f}"
+        numbers.add(float(said))
+        lines[number - 1] = line.replace(word, f"F{said}")
+    return "".join(lines), frozenset(numbers)
 
 
 def _material(figures: dict[str, float], unit: float) -> Material:

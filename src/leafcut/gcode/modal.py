@@ -73,6 +73,8 @@ def sort_words(
             _add_g(result, word, g_codes)
         elif letter == "M":
             _add_m(result, word, m_codes)
+        elif letter == "N" and "N" in result.letters:
+            continue  # a number that somebody has put before the one that was there
         elif letter in result.letters:
             raise BlockError(f"{letter} is given twice: {result.letters[letter]} and {word}")
         else:

@@ -99,6 +99,11 @@ class Program:
         reads, in values (`leafcut.gcode.saying`).
     last_line
         The last line that was looked at; what follows is not part of the program.
+    feed_words
+        Feeds that the program does not say in numbers, as they were taken, and the words that stand there: F and the
+        controller's own figure.
+    assumed_units
+        The program has lengths before it states its units: they are those that the reader was told.
     obeyed
         Comments and settings that the controller obeys beside the G-code, in the order of the text, wherever it ends.
     """
@@ -113,6 +118,8 @@ class Program:
     last_line: int = 0
     obeyed: tuple[Obeyed, ...] = ()
     said: dict[int, str] = field(default_factory=dict)
+    assumed_units: bool = False
+    feed_words: dict[float, str] = field(default_factory=dict)
 
     @property
     def n_blocks(self) -> int:

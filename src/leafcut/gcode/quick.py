@@ -54,6 +54,7 @@ class QuickWay:
             and not state.incremental
             and state.feed_mode == 94
             and not state.foreign_motion
+            and not state.unsure
             and not state.transform
             and state.override == 1.0
         )

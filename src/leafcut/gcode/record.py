@@ -62,7 +62,7 @@ class Record:
             number = self._plain[motion, feed] = self._numbers.setdefault(tuple(values), len(self._numbers))
         return number
 
-    def program(self, lines: tuple[str, ...], last_line: int) -> Program:
+    def program(self, lines: tuple[str, ...], last_line: int, assumed: bool = False) -> Program:
         """Return the program."""
         path = self.state.path.build()
         return Program(
@@ -76,6 +76,7 @@ class Record:
             last_line,
             self.obeyed,
             self.said,
+            assumed,
         )
 
     def _fixed(self) -> dict[int, str]:

@@ -71,6 +71,10 @@ class State:
     dark: bool = False
     holds_height: bool = False
 
+    def know_unit(self, unit: float) -> None:
+        """Take the units that the program states."""
+        self.unit = unit
+
     def length(self, word: Word) -> float:
         """Return the length of a word in mm."""
         if word.value == 0.0:

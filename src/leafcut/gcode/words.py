@@ -23,13 +23,6 @@ MAX_NUMBER = 1e9
 _WORD = re.compile(r"[ \t]*([A-Za-z$])[ \t]*([+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++))")
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
 
-#: Conditions, loops and jumps as Fanuc, Haas and Fagor write them without an O-word.
-_MACRO = re.compile(r"(?:IF|WHILE)[ \t]*\[|GOTO|DO[ \t]*[0-9#]|END[ \t]*[0-9]|THEN\b|ELSE\b", re.IGNORECASE)
-_NO_MACROS = (
-    "macro control of Fanuc is not understood (IF … GOTO, WHILE … DO … END); "
-    "let the CAM write plain moves, or write out by hand what it does"
-)
-
 
 class BlockError(LeafcutError):
     """A block cannot be understood; the interpreter adds file and line.
@@ -90,20 +83,45 @@ def tokenise(line: str, number: int = 0) -> Block:
     return Block(number, words_of(body), comments, deleted=deleted)
 
 
-def split_line(line: str) -> tuple[str, tuple[str, ...]]:
+def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
     """Return a line without comments and outer spaces, and its comments.
+
+    With `nested`, a comment inside a comment belongs to the outer one.
 
     Raises
     ------
     BlockError
-        The line is absurdly long, or a comment is unclosed or nested.
+        The line is absurdly long, or a comment is unclosed, or nested and that may not be.
     """
     if len(line) > MAX_LINE:
         raise BlockError(f"the line has {len(line)} characters; this is not G-code")
     body, comments = line, tuple[str, ...]()
     if "(" in line or ")" in line or ";" in line:
-        body, comments = _without_comments(line)
+        body, comments = _without_comments(_flattened(line) if nested else line)
     return body.strip(), comments
+
+
+def has_nested_comment(line: str) -> bool:
+    """Return whether a comment holds another one."""
+    first, inner = line.find("("), line.find("(", line.find("(") + 1)
+    return first >= 0 and inner >= 0 and _flattened(line) != line
+
+
+def _flattened(line: str) -> str:
+    """Return a line with spaces for the parentheses inside of comments, up to a semicolon outside of them."""
+    if line.count("(") < 2:
+        return line
+    depth, letters = 0, list(line)
+    for at, letter in enumerate(line):
+        if letter == ";" and not depth:
+            break
+        if letter == "(":
+            depth += 1
+            letters[at] = letter if depth == 1 else " "
+        elif letter == ")" and depth:
+            depth -= 1
+            letters[at] = letter if depth == 0 else " "
+    return "".join(letters)
 
 
 def _without_comments(line: str) -> tuple[str, tuple[str, ...]]:
@@ -152,8 +170,6 @@ def refuse_rest(body: str, position: int) -> NoReturn:
     first = rest[:1]
     if first in "#[]=<>*":
         raise BlockError(f"'{first}': parameters and expressions are not understood")
-    if _MACRO.match(rest):
-        raise BlockError(_NO_MACROS)
     if first.isascii() and first.isalpha():
         raise BlockError(f"'{_shown(rest)}' is a letter without a number")
     if first in "0123456789.+-" and first:

@@ -35,6 +35,8 @@ class Machine:
     ----------
     name, description, controller, process
         `controller` is the name of a dialect; `process` is spindle, torch or laser.
+    units
+        ``mm`` or ``in``: what the controller takes the numbers of a program for that does not say it.
     rapid_style
         ``linear``: all axes arrive together on a straight line. ``dogleg``: each axis at its own speed.
     rapid_velocity, acceleration
@@ -83,6 +85,7 @@ class Machine:
     travel_min: XYZ
     travel_max: XYZ
     process: str = "spindle"
+    units: str = "mm"
     rapid_style: str = "linear"
     acceleration_factor: float = 1.0
     home: XYZ = (0.0, 0.0, 0.0)

@@ -35,7 +35,7 @@ class Kind(IntEnum):
     SHIFT      where the tool is then                       –                    origin moved (G52, G92 …), counted
     RADIUS     –                                            D, as it is written  40, 41 or 42
     BLENDING   x: how far short moves may be joined, mm     tolerance, mm        610, 611 or 640 (G61, G61.1, G64)
-    FOREIGN    where the tool is then                       of a probe, mm/s     a block that is not understood
+    FOREIGN    where the tool is then                       of a probe, mm/s     not understood; 1: all is lost
     TORCH      –                                            1 on, 0 off          – (while it moves on)
     HEIGHT     –                                            1 on, 0 off          – (control of the torch's height)
     PROBE      the farthest it may go                       feed, mm/s           – (until a probe trips)

@@ -320,6 +320,8 @@ class _Rewriter:
 
     def _text(self, letter: str, value: float, block: int) -> str:
         """Return a word as the program last wrote it before a block, or else as its value says."""
+        if letter == "F" and value in self.program.feed_words:
+            return self.program.feed_words[value]
         blocks, texts = self.reader.stated.get(letter, ([], []))
         at = bisect_right(blocks, block - 1) - 1
         if at >= 0 and float(texts[at]) == value:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from leafcut.errors import ReadError
+from leafcut.gcode.languages import other_language
 from leafcut.model import Part
 from leafcut.options import ReadOptions
 from leafcut.read.format import Format, Match, Source
@@ -28,7 +29,10 @@ def _sniff(head: bytes) -> Match:
     lines = [line[:300] for line in head.splitlines()[:_LINES] if line.strip()]
     blocks = sum(_BLOCK.fullmatch(line) is not None for line in lines)
     codes = sum(_CODE.search(line) is not None for line in lines)
-    return Match.MAYBE if lines and codes and blocks >= _SHARE * len(lines) else Match.NO
+    if lines and codes and blocks >= _SHARE * len(lines):
+        return Match.MAYBE
+    # Programs in other languages come here, to be refused by their name.
+    return Match.MAYBE if other_language(head.decode("latin-1")) else Match.NO
 
 
 def _read(source: Source, _: ReadOptions) -> Part:

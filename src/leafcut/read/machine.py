@@ -20,7 +20,7 @@ CORNERS = ("linuxcnc", "grbl", "round")
 #: Every key of a profile, by table; a source is given by ``key`` or ``table.key``.
 _KEYS: dict[str, tuple[str, ...]] = {
     "": (
-        "name", "description", "controller", "process", "max_feed", "acceleration_factor",
+        "name", "description", "controller", "process", "units", "max_feed", "acceleration_factor",
         "home", "work_offset", "safe_z", "rapid", "corners", "travel", "spindle", "tool_change", "probe",
         "sources",
     ),
@@ -94,6 +94,7 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         description=top.text("description"),
         controller=top.text("controller"),
         process=top.text("process", "spindle", PROCESSES),
+        units=top.text("units", "mm", ("mm", "in")),
         rapid_style=rapid.text("style", "linear", RAPID_STYLES),
         rapid_velocity=_xyz(rapid.vector("velocity", "mm/s")),
         acceleration=_xyz(rapid.vector("acceleration", "mm/s²")),

@@ -124,13 +124,13 @@ class _Writer:
 
     def proved(self, text: str) -> Proved:
         """Return the program with its proof, which stands at its top, too."""
-        from leafcut.gcode.foreign import interpret_program
+        from leafcut.runs.reading import read_foreign
         from leafcut.verify.certificate import certify
 
         settings = self.run.settings
         look = self.run.looking("verifying")
         try:
-            new = interpret_program(text, self.words, "the new program", look=look)
+            new = read_foreign(text, "the new program", settings, self.run.machine, self.words, look).program
         except ReadError as problem:
             raise _Refused(str(problem), set()) from None
         either_way = settings.resequence.allow_reverse
@@ -142,7 +142,7 @@ class _Writer:
             raise _Refused(said, guilty - {-1})
         if settings.post.header and text != "".join(self.original.lines):
             text = with_comments(text, certificate.comment_lines(Path(self.source).name), self.words)
-            new = interpret_program(text, self.words, "the new program", look=look)
+            new = read_foreign(text, "the new program", settings, self.run.machine, self.words, look).program
         return Proved(text, new, certificate)
 
     def issues(self, kept: dict[int, str]) -> Iterator[Issue]:

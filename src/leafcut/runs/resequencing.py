@@ -44,16 +44,17 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
         One line that says what was found and what to do.
     """
     from leafcut.gcode.dialects import dialect
-    from leafcut.gcode.foreign import interpret_program
     from leafcut.plan.chains import dark_rows
     from leafcut.plan.resequencing import find_sequence
+    from leafcut.runs.reading import read_foreign
     from leafcut.solve.compiling import announced
     from leafcut.timing.toolpath import measure
 
     words = dialect(run.settings.post.dialect or run.machine.controller)
     options = run.settings.resequence
     text, encoding = decoded(source, data)
-    original = interpret_program(text, words, source, look=run.looking("reading"))
+    read = read_foreign(text, source, run.settings, run.machine, words, run.looking("reading"))
+    original = read.program
     sequence = find_sequence(
         original,
         process=process,
@@ -90,7 +91,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
         dialect=words.name,
         seed=run.settings.solve.seed,
         verified=True,
-        issues=(*sequence.issues, *_offers(run, sequence), *proved.issues, *machine_issues(run.machine)),
+        issues=(*read.issues, *sequence.issues, *_offers(run, sequence), *proved.issues, *machine_issues(run.machine)),
         certificate=proved.certificate.as_json(),
         barriers=sum(isinstance(item, Kept) and item.reason != "" for item in sequence.items),
         encoding=encoding,

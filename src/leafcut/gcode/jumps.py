@@ -1,0 +1,247 @@
+"""Conditions, loops and jumps as Fanuc and Haas have them, without an O-word.
+
+    IF [#1 GT 3] GOTO 20    IF [#1 EQ 0] THEN #2=5    WHILE [#1 LT 5] DO 1 … END 1    GOTO 20
+
+A jump goes to the line N20 of the same program: behind it first, then from the top. Source: Fanuc 30i user's manual
+(B-63944EN), custom macro: repetition and branching; Haas mill operator's manual, macros.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from leafcut.gcode.expressions import Parameters, Scanner
+from leafcut.gcode.words import BlockError, split_line
+
+_OPENING = r"(?:[ \t]|\([^()]*\))*+/?[1-9]?[ \t]*+(?:[nN][ \t]*+[0-9]++[ \t]*+)?"
+_STATEMENT = re.compile(
+    _OPENING + r"(IF(?=[ \t]*\[)|WHILE(?=[ \t]*\[)|GOTO|DO(?=[ \t]*[0-9])|END(?=[ \t]*[0-9]))", re.IGNORECASE
+)
+_OUTPUT = re.compile(_OPENING + r"(?:DPRNT|BPRNT|POPEN|PCLOS)(?![A-Za-z])", re.IGNORECASE)
+_LABEL = re.compile(r"(?:[ \t]|\([^()]*\))*+/?[1-9]?[ \t]*+[nN][ \t]*+([0-9]++)")
+_PROGRAM = re.compile(r"[ \t]*[oO:][ \t]*[0-9]")
+_MAY_JUMP = re.compile(r"GOTO|M[ \t]*9[79]", re.IGNORECASE)
+_GOAL = re.compile(r"(?:GOTO|M97P|M99P)([0-9]++)?", re.IGNORECASE)
+#: Words that leave a piece of text for somewhere else, beside jumps to a line of it.
+_LEAVES = re.compile(r"M99(?![0-9])|O(?:[0-9]+|<[^<>]*>)(?:RETURN|BREAK|CONTINUE)|GOTO(?![0-9])", re.IGNORECASE)
+_AFTER_IF = re.compile(r"[ \t]*(GOTO|THEN)[ \t]*", re.IGNORECASE)
+_AFTER_WHILE = re.compile(r"[ \t]*DO[ \t]*([0-9]+)[ \t]*$", re.IGNORECASE)
+
+
+class Undecided(Exception):
+    """What comes next depends on what only the machine knows.
+
+    Attributes
+    ----------
+    last
+        The last of the lines, from 0, of which nobody knows whether they are run; None: all that follows.
+    again
+        The first line from which text may be run once more, or None.
+    """
+
+    def __init__(self, last: int | None, again: int | None = None) -> None:
+        super().__init__()
+        self.last, self.again = last, again
+
+
+class Statement(NamedTuple):
+    """IF, WHILE, GOTO, DO or END, and what follows on its line."""
+
+    keyword: str
+    rest: str
+
+
+def statement_of(line: str) -> Statement | None:
+    """Return the statement that a line is, or None for a line of words."""
+    found = _STATEMENT.match(line)
+    if found is None:
+        return None
+    return Statement(found.group(1).upper(), split_line(line[found.end() :], nested=True)[0])
+
+
+def is_output(line: str) -> bool:
+    """Return whether a line sends a record to a printer or a file: DPRNT and its relatives."""
+    return _OUTPUT.match(line) is not None
+
+
+def has_statements(lines: Sequence[str]) -> bool:
+    """Return whether a program is written with them."""
+    return any("[" in line or "GOTO" in line.upper() for line in lines) and any(map(_STATEMENT.match, lines))
+
+
+def compact(line: str) -> str:
+    """Return what a line says without its comments and spaces, as far as they can be told."""
+    try:
+        return "".join(split_line(line, nested=True)[0].split())
+    except BlockError:
+        return "".join(line.split())
+
+
+class Jumps:
+    """Follows the statements of a program; lines are counted from 0."""
+
+    def __init__(self, lines: Sequence[str], parameters: Parameters) -> None:
+        self._lines, self._parameters = lines, parameters
+        self._labels: dict[int, list[int]] | None = None
+        self._goals: set[int] | None = None
+
+    def is_goal(self, line: int) -> bool:
+        """Return whether a jump may lead to a line."""
+        if self._goals is None:
+            self._goals = self._find_goals()
+        return line in self._goals
+
+    def label(self, number: int, line: int) -> int | None:
+        """Return the line N`number` that a jump from `line` leads to, or None where there is none."""
+        if self._labels is None:
+            self._labels = {}
+            for at, text in enumerate(self._lines):
+                found = _LABEL.match(text)
+                if found is not None:
+                    self._labels.setdefault(int(found.group(1)), []).append(at)
+        places = self._labels.get(number, [])
+        first = next((at for at in range(line, -1, -1) if _PROGRAM.match(self._lines[at])), 0)
+        end = next(
+            (at for at in range(line + 1, len(self._lines)) if _PROGRAM.match(self._lines[at])), len(self._lines)
+        )
+        mine = [at for at in places if first <= at < end] or places
+        return next((at for at in mine if at > line), mine[0] if mine else None)
+
+    def obey(self, statement: Statement, line: int) -> tuple[int, str]:
+        """Carry out the statement on `line`; return the line that comes next, and a text to be run before that.
+
+        Raises
+        ------
+        Undecided
+            What comes next is not known.
+        BlockError
+            It makes no sense.
+        """
+        keyword, rest = statement
+        if keyword == "GOTO":
+            return self._goto(rest, line), ""
+        if keyword == "IF":
+            return self._if(rest, line)
+        if keyword == "END":
+            return self._begin_of(line), ""
+        number, end = self._loop_at(line)
+        if keyword == "DO":
+            return line + 1, ""
+        scanner = Scanner(rest, self._parameters)
+        condition = scanner.expression()
+        if _AFTER_WHILE.match(rest, scanner.position) is None:
+            raise BlockError(f"WHILE needs its DO {number}")
+        if math.isnan(condition):
+            raise self.undecided(line, end, again=line)
+        return (line + 1 if condition else end + 1), ""
+
+    def undecided(self, line: int, last: int, again: int | None = None) -> Undecided:
+        """Return what is not known when nobody knows whether the text up to the line `last` is run.
+
+        Where that text may go somewhere else, all that follows is not known.
+        """
+        inside = [compact(self._lines[at]) for at in range(line, last + 1)]
+        goals = [self._goal(found, line) for text in inside for found in _GOAL.finditer(text)]
+        away = any(goal is None or not line <= goal <= last + 1 for goal in goals)
+        if away or any(map(_LEAVES.search, inside)):
+            return self.all_that_follows(line)
+        return Undecided(last, again)
+
+    def all_that_follows(self, line: int) -> Undecided:
+        """Return that nothing is known from a line on, with the first line to which the text there may go back."""
+        goals = [
+            self._goal(found, at)
+            for at in range(len(self._lines))
+            for found in _GOAL.finditer(compact(self._lines[at]))
+        ]
+        back = [0 if goal is None else goal for goal in goals]
+        return Undecided(None, min((goal for goal in back if goal <= line), default=None))
+
+    def _goal(self, found: re.Match[str], line: int) -> int | None:
+        return None if found.group(1) is None else self.label(int(found.group(1)), line)
+
+    def _goto(self, rest: str, line: int) -> int:
+        scanner = Scanner(rest, self._parameters)
+        value = scanner.value()
+        if math.isnan(value):
+            raise self.all_that_follows(line)
+        goal = self.label(round(value), line)
+        if goal is None or not scanner.at_end():
+            raise BlockError(f"GOTO {rest.strip()[:20]}: there is no such line in the program")
+        return goal
+
+    def _if(self, rest: str, line: int) -> tuple[int, str]:
+        scanner = Scanner(rest, self._parameters)
+        condition = scanner.expression()
+        what = _AFTER_IF.match(rest, scanner.position)
+        if what is None:
+            raise BlockError("IF needs its GOTO or THEN")
+        said = rest[what.end() :]
+        if what.group(1).upper() == "THEN":
+            if math.isnan(condition):
+                raise self.undecided(line, line)
+            return line + 1, said if condition else ""
+        if not math.isnan(condition):
+            return (self._goto(said, line) if condition else line + 1), ""
+        goal = self._goto(said, line)
+        if goal > line:
+            raise self._skipping(line, goal)
+        raise Undecided(line, goal)
+
+    def _skipping(self, line: int, goal: int) -> Undecided:
+        """Return what is not known where nobody knows whether the text between a jump and its goal is run."""
+        return self.undecided(line, goal - 1)
+
+    # -- loops -------------------------------------------------------------------------------------------------------
+
+    def _loop_at(self, line: int) -> tuple[int, int]:
+        """Return the number of the loop that a line opens, and the line of its END."""
+        number = self._opened(line)
+        depth = 0
+        for at in range(line + 1, len(self._lines)):
+            statement = statement_of(self._lines[at]) if number is not None else None
+            if statement is None:
+                continue
+            if statement.keyword == "END" and _number_of(statement.rest) == number:
+                if depth == 0 and number is not None:
+                    return number, at
+                depth -= 1
+            elif self._opened(at) == number:
+                depth += 1
+        raise BlockError("a loop (WHILE … DO) without its END")
+
+    def _opened(self, line: int) -> int | None:
+        statement = statement_of(self._lines[line])
+        if statement is None or statement.keyword not in ("WHILE", "DO"):
+            return None
+        if statement.keyword == "DO":
+            return _number_of(statement.rest)
+        found = re.search(r"DO[ \t]*([0-9]+)[ \t]*$", statement.rest, re.IGNORECASE)
+        return int(found.group(1)) if found else None
+
+    def _begin_of(self, line: int) -> int:
+        for at in range(line - 1, -1, -1):
+            if self._opened(at) is not None and self._loop_at(at)[1] == line:
+                return at
+        raise BlockError("an END without its WHILE … DO before it")
+
+    def _find_goals(self) -> set[int]:
+        found: set[int] = set()
+        for at, line in enumerate(self._lines):
+            if not _MAY_JUMP.search(line):
+                continue
+            for goal in _GOAL.finditer(compact(line)):
+                if goal.group(1) is None:
+                    found.update(k for k, text in enumerate(self._lines) if _LABEL.match(text))
+                else:
+                    place = self.label(int(goal.group(1)), at)
+                    found.update(() if place is None else (place,))
+        return found
+
+
+def _number_of(rest: str) -> int:
+    digits = re.match(r"[ \t]*([0-9]+)", rest)
+    return int(digits.group(1)) if digits else -1

@@ -1,0 +1,102 @@
+"""Programs that are none of leafcut's: for lathes and printers, and in the languages of Heidenhain and Siemens.
+
+    other_language("BEGIN PGM 12 MM\\nTOOL CALL 1 Z S3000")      'this is a program in Heidenhain's plain language …'
+
+Each is known by words that no program of a mill, a laser or a torch has outside of its remarks.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+
+#: So much of a text is looked at: what a program is shows early.
+_LOOKED_AT = 400_000
+
+_HEIDENHAIN = re.compile(
+    r"\d*\s*(BEGIN PGM|END PGM|TOOL CALL|TOOL DEF|CYCL DEF|BLK FORM|LBL|CALL LBL)\b", re.IGNORECASE
+)
+_FMAX = re.compile(r"\d*\s*(?:L|CC|C|CR|APPR|DEP)\s.*\bFMAX\b", re.IGNORECASE)
+_SIEMENS_HEAD = re.compile(r";\s*\$PATH\s*=|%_N_\w+_(?:MPF|SPF|INI)\b", re.IGNORECASE)
+_SIEMENS = re.compile(
+    r"(?:N\d+\s*)?(MCALL\b|(?:MCALL\s+)?CYCLE\d{2,4}\s*\(|MSG\s*\(|A?(?:TRANS|MIRROR)\b|A?(?:ROT|SCALE)\s+[XYZR]|"
+    r"WORKPIECE\s*\(|DEF\s+(?:REAL|INT|BOOL|STRING)\b|EXTERN\b|REPEATB?\s|POCKET\d\s*\(|HOLES\d\s*\()",
+    re.IGNORECASE,
+)
+_PRINTS = re.compile(r"(?:N\d+\s*)?G0*1(?![0-9.]).*E[-+]?[0-9.]", re.IGNORECASE)
+_HEATS = re.compile(r"(?:N\d+\s*)?(M10[49]|M140|M8[23])(?![0-9])", re.IGNORECASE)
+_SLICER = re.compile(
+    r";\s*(?:FLAVOR:|LAYER:\d|LAYER_COUNT|TYPE:|"
+    r"generated (?:by|with) (?:PrusaSlicer|SuperSlicer|Slic3r|Cura|OrcaSlicer|Bambu))",
+    re.IGNORECASE,
+)
+_LATHE = (
+    (re.compile(r"G96(?![0-9.])", re.IGNORECASE), "G96"),
+    (re.compile(r"G(?:50|92)S[0-9]", re.IGNORECASE), "G50 S"),
+    (re.compile(r"T[0-9]{4}(?![0-9.])(?!.*M0*6(?![0-9]))", re.IGNORECASE), "T0101"),
+    (re.compile(r"G7(?![0-9.])", re.IGNORECASE), "G7"),
+    (re.compile(r"G7[0-3](?![0-9.])(?:.*P[0-9]+.*Q[0-9]|[UW][0-9.]+R[0-9.])|G76(?![0-9.]).*P[0-9]", re.I), "G71"),
+)
+_Y = re.compile(r"Y\s*[-+\[#.0-9]", re.IGNORECASE)
+_X = re.compile(r"[XU]\s*[-+\[#.0-9]", re.IGNORECASE)
+_Z = re.compile(r"[ZW]\s*[-+\[#.0-9]", re.IGNORECASE)
+_DRILLS = re.compile(r"(?:G8[1-9]|M0*6)(?![0-9.])", re.IGNORECASE)
+_REMARK = re.compile(r"\([^()]*\)|;.*")
+
+
+def other_language(text: str) -> str:
+    """Return what a text is, and that leafcut does not do it, in one sentence; empty where it is none of these."""
+    lines = text[:_LOOKED_AT].splitlines()
+    if len(text) > _LOOKED_AT:
+        lines = lines[:-1]
+    code = [_REMARK.sub(" ", line).strip() for line in lines]
+    for found, what in (
+        (_heidenhain(lines), "a program in Heidenhain's plain language ({}), not in G-code"),
+        (_siemens(lines), "a program in the language of Siemens ({}), not in plain G-code"),
+        (_print(lines, code), "a program for a 3D printer ({})"),
+        (_lathe(code, text), "a program for a lathe ({}, and no Y)"),
+    ):
+        if found:
+            does = "leafcut orders the work of mills, drills, lasers and torches whose programs are in G-code"
+            return f"this is {what.format(found)}; {does}"
+    return ""
+
+
+def _heidenhain(lines: list[str]) -> str:
+    found = {" ".join(m.group(1).upper().split()) for m in _matches(_HEIDENHAIN, lines)}
+    if found & {"BEGIN PGM", "END PGM"}:
+        return "BEGIN PGM"
+    rapid = any(True for _ in _matches(_FMAX, lines))
+    return sorted(found)[0] if len(found) > 1 or (found and rapid) else ""
+
+
+def _siemens(lines: list[str]) -> str:
+    head = next(_matches(_SIEMENS_HEAD, lines), None)
+    if head is not None:
+        return head.group().lstrip("; ")[:20]
+    found = next(_matches(_SIEMENS, lines), None)
+    return "" if found is None else found.group(1).upper().rstrip(" (")
+
+
+def _print(lines: list[str], code: list[str]) -> str:
+    prints = sum(1 for _ in _matches(_PRINTS, code))
+    heats = next(_matches(_HEATS, code), None)
+    sliced = next(_matches(_SLICER, lines), None)
+    if prints < 2 or (heats is None and sliced is None):
+        return ""
+    return f"G1 with E, {heats.group(1).upper() if heats else 'layers'}"
+
+
+def _lathe(code: list[str], text: str) -> str:
+    """Return the word of a lathe in a program that moves X and Z and never Y, and that calls no cycle of a mill."""
+    if any(_Y.search(line) or _DRILLS.search(line) for line in code):
+        return ""
+    if not (any(_X.search(line) for line in code) and any(_Z.search(line) for line in code)):
+        return ""
+    compact = ["".join(line.split()) for line in code]
+    found = next((name for pattern, name in _LATHE if any(map(pattern.search, compact))), "")
+    return "" if _Y.search(_REMARK.sub(" ", text[_LOOKED_AT:])) else found
+
+
+def _matches(pattern: re.Pattern[str], lines: Iterable[str]) -> Iterator[re.Match[str]]:
+    return (found for found in (pattern.match(line.lstrip()) for line in lines) if found is not None)

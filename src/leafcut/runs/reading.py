@@ -1,0 +1,103 @@
+"""A program of another CAM as a run reads it: what it is, on which machine it runs, in what units, at what feeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from leafcut.errors import OptionError, ReadError
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.look import Look, unseen
+from leafcut.options import Settings
+from leafcut.units import SECONDS_PER_MINUTE
+
+if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
+    from leafcut.gcode.program import Program
+    from leafcut.model.machine import Machine
+
+#: Where the thickness of a sheet is not given, the feed of its material is taken to be that of so much, mm.
+_USUAL_THICKNESS = 3.0
+
+
+@dataclass(frozen=True)
+class ProgramRead:
+    """A program, the dialect and the machine that it was read for, and what has to be said about that."""
+
+    program: Program
+    words: Dialect
+    machine: Machine
+    issues: tuple[Issue, ...] = ()
+
+
+def refuse_other_languages(text: str, source: str) -> None:
+    """Refuse what is no program of leafcut's, by its name.
+
+    Raises
+    ------
+    ReadError
+        It is for a lathe or a printer, or in the language of Heidenhain or Siemens.
+    """
+    from leafcut.gcode.languages import other_language
+
+    if what := other_language(text):
+        raise ReadError(source, what)
+
+
+def read_foreign(
+    text: str, source: str, settings: Settings, machine: Machine, words: Dialect, look: Look = unseen
+) -> ProgramRead:
+    """Return a program as it runs on a machine.
+
+    Raises
+    ------
+    ReadError
+        It is in another language, or what stands there cannot be meant.
+    OptionError
+        ``--units`` are none of a program.
+    """
+    from leafcut.gcode.foreign import interpret_program, lines_of
+
+    refuse_other_languages(text, source)
+    units = settings.read.units or machine.units
+    if units not in ("mm", "in"):
+        raise OptionError(f"--units {units}: a program is in mm or in inches; use mm or in")
+    known, feed_words, issues = _with_machine_feeds(text, settings, words)
+    program = interpret_program(known, words, source, units=units, look=look)
+    if known is not text:
+        program = replace(program, lines=lines_of(text, words, source), feed_words=feed_words)
+    if program.assumed_units:
+        whose = "--units" if settings.read.units else machine.name
+        message = f"the program does not say its units (G20 or G21): read as {_UNIT_WORDS[units]}, the units of {whose}"
+        issues.append(Issue("L102", f"{message}; say others with --units", severity=Severity.NOTE))
+    return ProgramRead(program, words, machine, tuple(issues))
+
+
+_UNIT_WORDS = {"mm": "mm", "in": "inches"}
+
+
+def _with_machine_feeds(text: str, settings: Settings, words: Dialect) -> tuple[str, dict[float, str], list[Issue]]:
+    """Return a program with numbers where its feeds come from the controller's materials, and which feeds these are."""
+    from leafcut.gcode.material import with_feeds
+
+    word = "" if words.torch is None else words.torch.material_feed
+    if not word or word not in text:
+        return text, {}, []
+    issues: list[Issue] = []
+    feed = settings.cut.cut_speed
+    if feed is None:
+        feed, whose = _chart_feed(settings)
+        said = f"{word}: the feed of the controller's material is counted as {feed * SECONDS_PER_MINUTE:,.0f} mm/min"
+        issues.append(Issue("L413", f"{said}, {whose}; say it with --cut-speed", severity=Severity.NOTE))
+    numbered, feeds = with_feeds(text, word, feed)
+    return numbered, dict.fromkeys(feeds, word), issues
+
+
+def _chart_feed(settings: Settings) -> tuple[float, str]:
+    """Return the speed of the cut chart, mm/s, and of what it is."""
+    from leafcut.read.cutchart import find_cut_data, load_chart
+
+    options, thickness = settings.cut, settings.drill.thickness or _USUAL_THICKNESS
+    rows = load_chart(options.chart)
+    data, _ = find_cut_data(rows, options.cut_process or "plasma", options.material, thickness, options.amps)
+    return data.feed, f"the cut chart's for {thickness:g} mm of {options.material.replace('_', ' ')}"
