@@ -21,7 +21,7 @@ MAY_IMPORT = {
     "files": {"errors"},
     "geometry": BASE,
     "option_spec": BASE,
-    "options": BASE | {"option_spec"},
+    "options": BASE | {"option_spec", "files"},
     "model": BASE | {"geometry"},
     "gcode": MODEL,
     "machines": set(),

@@ -8,18 +8,49 @@
     ├── PostError      the toolpath cannot be said in this controller's words
     └── VerifyError    what was written is not what was planned, or is not safe
 
-A message says what was found, what was expected and what to do; it is one line.
+A message says what was found, what was expected and what to do; it is one line. What it quotes of a file is cut here
+(`brief`), whoever wrote it, and here the exceptions of other libraries become a `ReadError` (`parsing`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
+
+#: What somebody else wrote is quoted up to here; names of files are not cut.
+LONGEST_QUOTE = 60
+#: And no message is longer than this.
+LONGEST_MESSAGE = 1000
+
+_QUOTED = re.compile(rf"(?<!\w)'([^']{{{LONGEST_QUOTE + 1},}})'(?!\w)")
+_UNBROKEN = re.compile(rf"[^\s/\\]{{{LONGEST_QUOTE + 3},}}")
+
+
+def shown(text: str, limit: int = LONGEST_QUOTE) -> str:
+    """Return text from a file as it may stand in a message: one line, printable, not too long."""
+    line = " ".join(text[: 10 * limit].split())
+    printable = "".join(c if c.isprintable() else "?" for c in line[: limit + 1])
+    return printable if len(printable) <= limit else printable[: limit - 1] + "…"
+
+
+def brief(message: str) -> str:
+    """Return a message with every quotation in it cut, and every word that is too long for one."""
+    if len(message) <= LONGEST_QUOTE:
+        return message
+    line = message[: 10 * LONGEST_MESSAGE]
+    line = _QUOTED.sub(lambda found: f"'{shown(found[1])}'", line)
+    line = _UNBROKEN.sub(lambda found: shown(found[0]), line)
+    return line if len(line) <= LONGEST_MESSAGE else line[: LONGEST_MESSAGE - 1] + "…"
 
 
 class LeafcutError(Exception):
     """The root: catch this to catch all that leafcut raises on purpose."""
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(brief(message))
 
 
 class ReadError(LeafcutError):
@@ -28,9 +59,10 @@ class ReadError(LeafcutError):
     def __init__(self, file: str | Path, reason: str, line: int | None = None) -> None:
         self.file = str(file)
         self.line = line
-        self.reason = reason
+        self.reason = brief(reason)
         place = self.file if line is None else f"{self.file}:{line}"
-        super().__init__(f"{place}: {reason}")
+        super().__init__()
+        self.args = (f"{place}: {self.reason}",)  # the name of a file is never cut
 
 
 class OptionError(LeafcutError, ValueError):
@@ -58,6 +90,23 @@ class PostError(LeafcutError):
 
 class VerifyError(LeafcutError):
     """The program read back differs from the toolpath, or is not safe to run."""
+
+
+@contextmanager
+def parsing(file: str | Path, what: str, line: int | None = None) -> Iterator[None]:
+    """Turn whatever a parser from elsewhere raises on a damaged file into a `ReadError`.
+
+    `what` says what is wrong, in words: ``"the drawing could not be read"``.
+    """
+    try:
+        yield
+    except (LeafcutError, MemoryError):
+        raise
+    except RecursionError:
+        raise ReadError(file, f"{what} (nested too deep)", line) from None
+    except Exception as problem:
+        reason = shown(str(problem), 120) or "no reason given"
+        raise ReadError(file, f"{what} ({type(problem).__name__}: {reason})", line) from None
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

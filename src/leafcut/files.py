@@ -7,11 +7,14 @@ import tempfile
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
-from leafcut.errors import LeafcutError, ReadError
+from leafcut.errors import LeafcutError, OptionError, ReadError, shown
 
 #: Programs larger than this are refused: the largest seen in the field are a tenth of it.
 LARGEST_PROGRAM = 512 * 1024 * 1024
+#: Options, machine profiles and tool libraries are some kilobytes; more than this is another kind of file.
+LARGEST_TOML = 1_000_000
 
 
 class OutputError(LeafcutError):
@@ -39,6 +42,42 @@ def read_program(source: str | Path) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
         return data.decode("latin-1")
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the tables of a TOML file.
+
+    Raises
+    ------
+    OptionError
+        There is no such file, it is too large, or it is not TOML.
+    """
+    if not path.is_file():
+        raise OptionError(f"{path}: there is no such file")
+    try:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_TOML + 1)
+    except OSError as problem:
+        raise OptionError(f"{path}: cannot be read ({problem.strerror})") from None
+    if len(content) > LARGEST_TOML:
+        raise OptionError(
+            f"{path}: larger than {LARGEST_TOML // 1000} kB, so it is no file of options, machine or tools"
+        )
+    return parse_toml(content, str(path))
+
+
+def parse_toml(content: bytes, source: str) -> dict[str, Any]:
+    """Return the tables of TOML text; `source` names it in an error."""
+    import tomllib
+
+    try:
+        return tomllib.loads(content.decode("utf-8"))
+    except UnicodeDecodeError:
+        raise OptionError(f"{source}: not a TOML file (not UTF-8 text)") from None
+    except RecursionError:
+        raise OptionError(f"{source}: not a TOML file of ours (nested too deep)") from None
+    except ValueError as problem:  # TOMLDecodeError, and numbers of thousands of digits
+        raise OptionError(f"{source}: not a TOML file ({shown(str(problem), 200)})") from None
 
 
 def check_output(target: str | Path | None, inputs: Iterable[str | Path | None]) -> None:

@@ -119,6 +119,9 @@ def test_operators_bind_as_in_linuxcnc(text: str, value: float) -> None:
         "-" * 60 + "1",
         "#" * 60 + "1",
         "[9999999**9999999]",
+        "[1" + "0" * 400 + "]",
+        "#1" + "0" * 400,
+        "[FIX[1" + "0" * 400 + "]]",
     ],
 )
 def test_what_has_no_value_is_refused_in_one_line(text: str) -> None:

@@ -10,7 +10,7 @@ import shapely
 
 from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
-from leafcut.read import read, read_contours, svg
+from leafcut.read import read, read_contours
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
 INKSCAPE = 'xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" '
@@ -199,7 +199,7 @@ def test_uses_of_other_files_or_of_themselves_are_reported_and_not_followed(draw
 
 
 def test_uses_that_multiply_are_refused(draw, monkeypatch):
-    monkeypatch.setattr(svg, "MAX_ELEMENTS", 5000)
+    monkeypatch.setattr("leafcut.read.format.FREE_COPIES", 5000)
     levels = "".join(f'<g id="l{k}"><use href="#l{k + 1}"/><use href="#l{k + 1}"/></g>' for k in range(30))
     body = f'<defs>{levels}<circle id="l30" r="1"/></defs><use href="#l0"/>'
     with pytest.raises(ReadError, match="expand to more than"):

@@ -225,7 +225,10 @@ class Scanner:
         sign = self.peek()
         plain = self._match(_NUMBER)
         if plain is not None:
-            return float(plain)
+            number = float(plain)
+            if number in (math.inf, -math.inf):
+                raise BlockError(f"'{plain}' is more than any number of a machine")
+            return number
         self._depth += 1
         if self._depth > MAX_DEPTH:
             raise BlockError(f"an expression has more than {MAX_DEPTH} brackets inside each other")

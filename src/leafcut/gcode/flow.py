@@ -19,8 +19,9 @@ from leafcut.gcode.words import BlockError, split_line
 
 #: Subroutines inside subroutines: LinuxCNC has ten levels, the program itself among them.
 MAX_CALLS = 9
-#: Blocks that loops and subprograms may run in all; beyond that a loop has no end, for all that anyone would wait.
-MAX_REPEATED = 500_000
+#: Letters that loops and subprograms may run in all, and so many more for each of the program; a block counts at least
+#: `LEAST`. Beyond that a loop has no end, for all that anyone would wait.
+MAX_REPEATED, REPEATED_PER_LETTER, LEAST = 6_000_000, 100, 16
 
 _OPENING = r"(?:[ \t]|\([^()]*\))*+/?[ \t]*+(?:[nN][ \t]*+[0-9]++[ \t]*+)?[oO][ \t]*+"
 _CONTROL = re.compile(_OPENING + r"(<[^<>]*>|[0-9]++)[ \t]*+([A-Za-z]++)")
@@ -120,6 +121,7 @@ class Flow:
         self.jumps = Jumps(lines, parameters)
         self.calls: list[Call] = []
         self.repeated = 0
+        self._letters, self._most = 0, MAX_REPEATED + REPEATED_PER_LETTER * sum(map(len, lines))
         self._lines = lines
         self._counters: dict[int, int] = {}
         self._deciding = -1
@@ -141,10 +143,12 @@ class Flow:
         BlockError
             They are more than any program means.
         """
-        if self.looped(line):
-            self.repeated += 1
-            if self.repeated > MAX_REPEATED:
-                raise BlockError(f"loops and subprograms run more than {MAX_REPEATED:,} blocks; is this loop endless?")
+        if not self.looped(line):
+            return
+        self.repeated += 1
+        self._letters += max(len(self._lines[line]), LEAST)
+        if self._letters > self._most:
+            raise BlockError(f"loops and subprograms run more than {self.repeated:,} blocks; is this loop endless?")
 
     def obey(self, control: Control, line: int) -> int:
         """Carry out the O-word on `line`, and return the line that comes next."""

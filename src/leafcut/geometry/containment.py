@@ -8,10 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.errors import PlanError
 from leafcut.geometry.index import query_pairs
 from leafcut.geometry.overlaps import SAME
 
 Place = tuple[float, float]
+
+#: Pairs of outlines that meet which no sheet has: these, and so many per outline more.
+MOST_MEETING, MEETING_PER_SHAPE = 20_000, 8
 
 
 class Conflict(NamedTuple):
@@ -38,13 +42,17 @@ def conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
 
     if len(shapes) < 2:
         return []
-    rings = shapely.get_exterior_ring(shapes)
-    pairs = [np.zeros((2, 0), dtype=np.int64)]
+    copies, single = _copies(shapes)
+    rings = shapely.get_exterior_ring(shapes)[single]
+    pairs, total = [np.zeros((2, 0), dtype=np.int64)], 0
     for i, j in query_pairs(rings, rings, "outlines that cross or touch each other", "dwithin", same):
-        pairs.append(np.stack([i, j])[:, i < j])
+        pairs.append(np.stack([single[i], single[j]])[:, i < j])
+        total += pairs[-1].shape[1]
+        if total > MOST_MEETING + MEETING_PER_SHAPE * len(shapes):
+            raise PlanError("thousands of outlines that cross or touch each other; the drawing is no sheet, clean it")
     first, second = np.concatenate(pairs, axis=1)
     if not len(first):
-        return []
+        return copies
     inner = np.full(len(shapes), None, dtype=object)
     met = np.unique(np.concatenate([first, second]))
     inner[met] = shapely.buffer(shapes[met], -same, join_style="mitre")
@@ -56,11 +64,28 @@ def conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
     alike[alike] = (
         shapely.area(shapely.symmetric_difference(shapes[first[alike]], shapes[second[alike]])) <= slack[alike]
     )
-    found = []
+    found = copies
     for k, (i, j) in enumerate(zip(first.tolist(), second.tolist(), strict=True)):
         kind = "same" if alike[k] else "touch" if apart[k] or inside[k] else "overlap"
         found.append(Conflict(i, j, kind, _place(shapes[i], shapes[j], kind)))
     return found
+
+
+def _copies(shapes: NDArray[Any]) -> tuple[list[Conflict], NDArray[np.int64]]:
+    """Return a conflict for every polygon that is, corner by corner, an earlier one, and the indices of the others.
+
+    A drawing exported twice has thousands of them in one place, where every one would meet every other.
+    """
+    import shapely
+
+    first: dict[bytes, int] = {}
+    found = []
+    for k, outline in enumerate(shapely.to_wkb(shapes).tolist()):
+        earlier = first.setdefault(outline, k)
+        if earlier != k:
+            x, y = shapely.get_coordinates(shapes[k])[0]
+            found.append(Conflict(earlier, k, "same", (float(x), float(y))))
+    return found, np.array(sorted(first.values()), dtype=np.int64)
 
 
 def _place(a: Any, b: Any, kind: str) -> Place:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +19,19 @@ MAX_POINTS = 200_000
 #: Chords between two knots that a first look takes, and at most.
 FIRST_LOOK, MOST_CHORDS = 8, 1024
 
+#: Beyond this a coordinate is a mistake, mm, and following the curve to it a night's work.
+FARTHEST = 1e6
+
 Table = NDArray[np.float64]
+#: Told how many points a curve needs before they are looked at; may refuse by an exception.
+Spend = Callable[[int], None]
 Pair = tuple[float, float]
 #: Half axes of a circle may differ by this, mm, or by a millionth.
 ROUND = 1e-3
+
+
+def free(_: int) -> None:
+    """Let a curve have all the points that it needs."""
 
 
 def spline_points(control: Table, degree: int, knots: Table, weights: Table | None, tolerance: float) -> Points:
@@ -101,10 +111,17 @@ def bezier_points(control: Table, tolerance: float) -> Points:
     return spline_points(control, degree, knots, None, tolerance)
 
 
-def ellipse_path(center: Pair, u: Pair, v: Pair, start: float, sweep: float, tolerance: float) -> Polyline:
+def ellipse_path(
+    center: Pair, u: Pair, v: Pair, start: float, sweep: float, tolerance: float, spend: Spend = free
+) -> Polyline:
     """Return centre + u·cos(t) + v·sin(t) for t from `start` over `sweep` (radians) as arcs; closed for a full turn.
 
     Where u and v are as long as each other and square, it is the arc itself; else arcs within `tolerance` mm of it.
+
+    Raises
+    ------
+    PlanError
+        As `fitted`.
     """
     cross = u[0] * v[1] - u[1] * v[0]
     even, odd = math.hypot(u[0] + v[1], u[1] - v[0]) / 2.0, math.hypot(u[0] - v[1], u[1] + v[0]) / 2.0
@@ -119,7 +136,7 @@ def ellipse_path(center: Pair, u: Pair, v: Pair, start: float, sweep: float, tol
     t = start + sweep * np.linspace(0.0, 1.0, count + 1)
     points: Points = np.array(center) + np.outer(np.cos(t), u) + np.outer(np.sin(t), v)
     if not round_:
-        return fitted(points, tolerance, whole)
+        return fitted(points, tolerance, whole, spend)
     bulges = np.full(count + 1, math.copysign(math.tan(0.25 * abs(sweep) / count), cross * sweep))
     rows = np.column_stack([points, bulges])
     if whole:
@@ -128,6 +145,15 @@ def ellipse_path(center: Pair, u: Pair, v: Pair, start: float, sweep: float, tol
     return Polyline(rows)
 
 
-def fitted(points: Points, tolerance: float, closed: bool) -> Polyline:
-    """Return arcs through points that are a quarter of `tolerance` beside a curve; the last of a ring is its first."""
+def fitted(points: Points, tolerance: float, closed: bool, spend: Spend = free) -> Polyline:
+    """Return arcs through points that are a quarter of `tolerance` beside a curve; the last of a ring is its first.
+
+    Raises
+    ------
+    PlanError
+        The curve goes where no machine does; also what `spend` raises.
+    """
+    if not np.abs(points).max(initial=0.0) <= FARTHEST:
+        raise PlanError("coordinates or radius that cannot be meant")
+    spend(len(points))
     return fit_arcs(points[:-1] if closed else points, 0.7 * tolerance, closed)

@@ -13,9 +13,9 @@ from leafcut.geometry.polyline import Points
 
 Indices = NDArray[np.int64]
 #: Pairs that no drawing has: these, and so many per shape more.
-MOST_PAIRS, MOST_PER_SHAPE = 2_000_000, 64
-#: Pairs that one question to the index may bring at most.
-_AT_ONCE = 4_000_000
+MOST_PAIRS, MOST_PER_SHAPE = 500_000, 64
+#: Shapes that one question to the index is about: few where many lie together, so that it is found out early.
+_FEWEST, _MOST = 16, 4096
 
 
 def query_pairs(
@@ -32,14 +32,15 @@ def query_pairs(
 
     tree = shapely.STRtree(others)
     more = {} if distance is None else {"distance": distance}
-    step = int(np.clip(_AT_ONCE // max(len(others), 1), 1, 4096))
-    total = 0
-    for begin in range(0, len(shapes), step):
+    begin, step, total = 0, _FEWEST, 0
+    while begin < len(shapes):
         first, second = tree.query(shapes[begin : begin + step], predicate=predicate, **more)
         total += len(first)
         if total > MOST_PAIRS + MOST_PER_SHAPE * len(shapes):
             raise PlanError(f"millions of {what}; the drawing is no sheet, clean it")
         yield first + begin, second
+        begin += step
+        step = min(2 * step, _MOST) if len(first) <= MOST_PER_SHAPE * step else max(step // 2, _FEWEST)
 
 
 def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArray[np.float64]]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+from leafcut.errors import brief
+
 
 class Severity(StrEnum):
     """How much an issue matters to the person at the machine."""
@@ -96,6 +98,8 @@ class Issue:
     def __post_init__(self) -> None:
         if self.code not in CODES:
             raise ValueError(f"unknown issue code {self.code}")
+        object.__setattr__(self, "message", brief(self.message))
+        object.__setattr__(self, "place", brief(self.place))
 
     def __str__(self) -> str:
         return f"{self.code} {self.message}" + (f" ({self.place})" if self.place else "")

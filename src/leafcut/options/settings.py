@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, nearest
+from leafcut.files import read_toml
 from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
 from leafcut.options.cutting import CutOptions
 from leafcut.options.drawings import ReadOptions, SheetOptions
@@ -111,12 +111,7 @@ def options_of_file(file: Path) -> dict[str, Any]:
 
 
 def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]]]:
-    try:
-        data = tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as problem:
-        raise OptionError(f"{file}: cannot be read ({problem.strerror})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
-        raise OptionError(f"{file}: not a TOML file ({problem})") from None
+    data = read_toml(file)
     sections = {group.section: group for group in GROUPS}
     for section, table in data.items():
         if section not in sections:

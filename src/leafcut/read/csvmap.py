@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from leafcut.errors import ReadError
+from leafcut.errors import ReadError, shown
 from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.format import (
@@ -22,7 +22,6 @@ from leafcut.read.format import (
     Match,
     Source,
     factor_of,
-    shown,
     to_mm,
     too_many_holes,
     units_unknown,

@@ -16,10 +16,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, PlanError, ReadError, nearest
+from leafcut.errors import OptionError, PlanError, ReadError, nearest, shown
 from leafcut.model.cutting import CutData
 from leafcut.model.issue import Issue, Severity
-from leafcut.read.format import load, shown
+from leafcut.read.format import load
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Columns that a chart must have, and those that it may have.

@@ -11,7 +11,7 @@ from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from leafcut.errors import ReadError
+from leafcut.errors import ReadError, shown
 from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.arcs import Piece, close_circles
@@ -20,13 +20,14 @@ from leafcut.read.dxf_contours import read_dxf_contours, read_dxf_pockets
 from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document, sniff, units_of, walk_issues
 from leafcut.read.dxf_shapes import ROUND, Matrix, Shape, half_axes, is_flat, moved, seen_span, shape_of
 from leafcut.read.format import (
+    FREE_HOLES,
     MAX_COORDINATE,
     MAX_HOLES,
     Format,
     Source,
+    copies_of,
     count_of,
     places_of,
-    shown,
     too_many_holes,
     units_unknown,
 )
@@ -47,7 +48,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     issues: list[Issue] = []
     document = open_document(source, issues)
     factor, unit = units_of(document, options)
-    walk = Walk(document, source.path, layers_of(document, options), shape_of, "holes")
+    walk = Walk(document, copies_of(source, "blocks", FREE_HOLES), layers_of(document, options), shape_of, "holes")
     finds = Finds(factor, source.path)
     for shape, matrix, layer in walk.shapes():
         finds.add(shape, matrix, layer)

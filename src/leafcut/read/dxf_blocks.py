@@ -13,14 +13,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from leafcut.errors import ReadError
 from leafcut.read.dxf_shapes import IDENTITY, Matrix, combined, turned
+from leafcut.read.format import Budget
 
 #: What is made of an entity: anything with the entity's `layer`.
 S = TypeVar("S")
 
 MAX_DEPTH = 32
-MAX_VISITS = 4_000_000
 #: Stands for a layer in the counts of what is hidden; no layer has a name with a line end.
 INVISIBLE = "\n"
 
@@ -78,7 +77,7 @@ class Walk(Generic[S]):
     """
 
     document: Any
-    path: str
+    copies: Budget
     layers: Layers
     shape_of: Callable[[Any], S | None]
     wanted: str
@@ -92,7 +91,6 @@ class Walk(Generic[S]):
     _fruitful: set[str] = field(default_factory=set)
     _weights: dict[str, int] = field(default_factory=dict)
     _noted: set[int] = field(default_factory=set)
-    _visits: int = 0
 
     def shapes(self) -> Iterator[tuple[S, Matrix, str]]:
         """Yield every visible shape with its place and the layer it counts as, in the order of the drawing.
@@ -100,13 +98,12 @@ class Walk(Generic[S]):
         Raises
         ------
         ReadError
-            The insertions come to more than `MAX_VISITS` shapes and blocks.
+            The insertions come to more shapes and blocks than `copies` allows.
         """
         top = content_of(self.document.modelspace(), self.shape_of)
         self._look_through(top)
         # Said before the work is done: a few lines of nested arrays ask for a billion holes.
-        self._count(self._weight_of(top, ()))
-        self._visits = 0
+        self.copies.check(self._weight_of(top, ()))
         yield from self._visit(top, IDENTITY, None, ())
 
     def _look_through(self, top: Content[S]) -> None:
@@ -155,14 +152,14 @@ class Walk(Generic[S]):
     def _visit(
         self, content: Content[S], matrix: Matrix, inherited: str | None, trail: tuple[str, ...]
     ) -> Iterator[tuple[S, Matrix, str]]:
-        self._count(1)
+        self.copies(1)
         self._note(content, inherited)
         for item in content.items:
             layer = _layer_of(item.layer, inherited)  # type: ignore[union-attr]
             if isinstance(item, Insertion):
                 yield from self._insert(item, matrix, layer, trail)
                 continue
-            self._count(1)
+            self.copies(1)
             if self.layers.shows(layer):
                 yield item, matrix, layer
             else:
@@ -202,13 +199,6 @@ class Walk(Generic[S]):
                     shift = tuple(column * a + row * b for a, b in zip(step_x, step_y, strict=True))
                     origin = (place[3][0] + shift[0], place[3][1] + shift[1], place[3][2] + shift[2])
                     yield from self._visit(content, (*place[:3], origin), layer, (*trail, name))
-
-    def _count(self, visits: int) -> None:
-        self._visits += visits
-        if self._visits > MAX_VISITS:
-            raise ReadError(
-                self.path, f"the blocks of this drawing expand to more than {MAX_VISITS:,} entities; explode less of it"
-            )
 
 
 def _layer_of(layer: str, inherited: str | None) -> str:

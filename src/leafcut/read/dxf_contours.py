@@ -4,25 +4,28 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from leafcut.errors import PlanError, ReadError
+from leafcut.errors import PlanError, ReadError, shown
+from leafcut.geometry.curves import Spend
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.read.dxf_blocks import Walk
 from leafcut.read.dxf_document import layers_of, open_document, units_of, walk_issues
-from leafcut.read.dxf_shapes import Matrix
+from leafcut.read.dxf_shapes import IDENTITY, Matrix
 from leafcut.read.dxf_strokes import LeaningError, Stroke, placed_stroke, slopes, stroke_of
 from leafcut.read.format import (
     CURVE_TOLERANCE,
     MAX_COORDINATE,
     MAX_SEGMENTS,
     Source,
+    copies_of,
     count_of,
     places_of,
-    shown,
+    points_of,
     too_many_segments,
     units_unknown,
 )
@@ -40,8 +43,8 @@ def read_dxf_contours(source: Source, options: ReadOptions) -> Part:
     issues: list[Issue] = []
     document = open_document(source, issues)
     factor, unit = units_of(document, options)
-    walk = Walk(document, source.path, layers_of(document, options), stroke_of, "lines")
-    strokes = Strokes(factor, source.path)
+    walk = Walk(document, copies_of(source, "blocks"), layers_of(document, options), stroke_of, "lines")
+    strokes = Strokes(factor, source.path, points_of(source))
     for stroke, matrix, layer in walk.shapes():
         strokes.add(stroke, matrix, layer)
     issues += walk_issues(walk) + strokes.issues()
@@ -74,39 +77,69 @@ def read_dxf_pockets(
     return pockets_of_drawing(read_dxf_contours(source, options), pocket_options, joining, source.path)
 
 
+class _Made(NamedTuple):
+    """A stroke as a path, mm, and whether it rises out of the plane of the sheet."""
+
+    path: Polyline
+    rising: bool
+
+
 @dataclass
 class Strokes:
     """Collects contours in mm from strokes in drawing units, and counts what cannot be one."""
 
     factor: float
     path: str
+    points: Spend
     found: list[Contour] = field(default_factory=list)
     leaning: Counter[str] = field(default_factory=Counter)
     sloping: list[tuple[float, float]] = field(default_factory=list)
     absurd: dict[tuple[str, str], list[str]] = field(default_factory=dict)
     _segments: int = 0
+    #: Strokes of blocks as if inserted at the origin, by how the block is turned, or why there are none; copies of them
+    #: are only moved.
+    _made: dict[tuple[int, Any], _Made | Exception] = field(default_factory=dict)
 
     def add(self, stroke: Stroke, matrix: Matrix, layer: str) -> None:
         """Take one stroke at its place."""
         try:
-            with np.errstate(all="ignore"):
-                path = placed_stroke(stroke, matrix, self.factor, CURVE_TOLERANCE)
-                far = np.abs(path.extents).max()
+            made = self._of_block(stroke, matrix[:3]) if matrix is not IDENTITY else self._make(stroke, matrix)
         except LeaningError:
             self.leaning[stroke.dxftype] += 1
             return
         except (PlanError, ArithmeticError, ValueError) as problem:
             self._skip(stroke, str(problem))
             return
-        if not far <= MAX_COORDINATE:
+        dx, dy = matrix[3][0] * self.factor, matrix[3][1] * self.factor
+        x0, y0, x1, y1 = made.path.extents
+        if not max(abs(x0 + dx), abs(x1 + dx), abs(y0 + dy), abs(y1 + dy)) <= MAX_COORDINATE:
             self._skip(stroke, "coordinates or radius that cannot be meant")
             return
-        self._segments += path.n_segments
+        self._segments += made.path.n_segments
         if self._segments > MAX_SEGMENTS:
             raise too_many_segments(self.path)
-        if slopes(stroke, matrix):
+        path = made.path if matrix is IDENTITY else made.path.moved(dx, dy)
+        if made.rising:
             self.sloping.append(path.start)
         self.found.append(Contour(_rounded(path, self.factor), layer=layer, handle=stroke.handle))
+
+    def _of_block(self, stroke: Stroke, turn: Any) -> _Made:
+        """Return a stroke of a block that is inserted at the origin."""
+        made = self._made.get((id(stroke), turn))
+        if made is None:
+            try:
+                made = self._make(stroke, (*turn, (0.0, 0.0, 0.0)))
+            except (PlanError, ArithmeticError, ValueError) as problem:
+                made = problem
+            self._made[id(stroke), turn] = made
+        if isinstance(made, Exception):
+            raise made
+        return made
+
+    def _make(self, stroke: Stroke, matrix: Matrix) -> _Made:
+        with np.errstate(all="ignore"):
+            path = placed_stroke(stroke, matrix, self.factor, CURVE_TOLERANCE, self.points)
+            return _Made(path, slopes(stroke, matrix))
 
     def _skip(self, stroke: Stroke, reason: str) -> None:
         self.absurd.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from leafcut.errors import ReadError
+from leafcut.errors import ReadError, shown
 from leafcut.model import Issue, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import INVISIBLE, Layers, Walk
-from leafcut.read.format import Match, Source, count_of, factor_of, shown
+from leafcut.read.format import Match, Source, count_of, factor_of
 from leafcut.read.sift import layer_filter
 
 BINARY_MARK = b"AutoCAD Binary DXF\r\n\x1a\x00"

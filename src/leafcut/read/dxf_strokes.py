@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.geometry.curves import MAX_DEGREE, ellipse_path, fitted, spline_points
+from leafcut.geometry.curves import MAX_DEGREE, Spend, ellipse_path, fitted, free, spline_points
 from leafcut.geometry.polyline import Polyline
 from leafcut.read.dxf_shapes import (
     Curve,
@@ -125,8 +125,10 @@ _MAKERS: dict[str, Any] = {
 }
 
 
-def placed_stroke(stroke: Stroke, matrix: Matrix, factor: float, tolerance: float) -> Polyline:
+def placed_stroke(stroke: Stroke, matrix: Matrix, factor: float, tolerance: float, spend: Spend = free) -> Polyline:
     """Return a stroke where its block puts it, seen from above, in mm; curves become arcs within `tolerance` mm.
+
+    `spend` is told of the points that curves need.
 
     Raises
     ------
@@ -137,13 +139,13 @@ def placed_stroke(stroke: Stroke, matrix: Matrix, factor: float, tolerance: floa
     """
     form = stroke.form
     if isinstance(form, Curve):
-        return _placed_curve(moved(matrix, form), factor, tolerance)
+        return _placed_curve(moved(matrix, form), factor, tolerance, spend)
     if isinstance(form, Chain):
-        return _placed_chain(form, matrix, factor, tolerance)
+        return _placed_chain(form, matrix, factor, tolerance, spend)
     control = _placed(form.control, matrix)[:, :2] * factor
     points = spline_points(control, form.degree, form.knots, form.weights, 0.25 * tolerance)
     ends_meet = float(np.abs(points[0] - points[-1]).max()) <= 1e-9 * float(np.abs(points).max() + 1.0)
-    return fitted(points, tolerance, ends_meet)
+    return fitted(points, tolerance, ends_meet, spend)
 
 
 def slopes(stroke: Stroke, matrix: Matrix) -> bool:
@@ -161,7 +163,7 @@ def _placed(vertices: Table, matrix: Matrix) -> Table:
     return places
 
 
-def _placed_chain(chain: Chain, matrix: Matrix, factor: float, tolerance: float) -> Polyline:
+def _placed_chain(chain: Chain, matrix: Matrix, factor: float, tolerance: float, spend: Spend) -> Polyline:
     xy = _placed(chain.vertices, matrix)[:, :2] * factor
     count = len(xy) if chain.closed else len(xy) - 1
     bulges = np.where(np.arange(len(xy)) < count, chain.bulges, 0.0)
@@ -176,10 +178,12 @@ def _placed_chain(chain: Chain, matrix: Matrix, factor: float, tolerance: float)
         side = math.copysign(1.0, ux * vy - uy * vx)
         return Polyline(np.column_stack([xy, side * bulges]), chain.closed)
     flat = Polyline(np.column_stack([chain.vertices @ np.column_stack([chain.ux, chain.uy]), bulges]), chain.closed)
-    return _squashed(flat, xy, ((ux * factor, uy * factor), (vx * factor, vy * factor)), tolerance)
+    return _squashed(flat, xy, ((ux * factor, uy * factor), (vx * factor, vy * factor)), tolerance, spend)
 
 
-def _squashed(flat: Polyline, xy: Table, axes: tuple[tuple[float, float], ...], tolerance: float) -> Polyline:
+def _squashed(
+    flat: Polyline, xy: Table, axes: tuple[tuple[float, float], ...], tolerance: float, spend: Spend
+) -> Polyline:
     """Return a polyline whose arcs a block has scaled to arcs of ellipses: `flat` in its own plane, `xy` in place."""
     (ux, uy), (vx, vy) = axes
     rows = []
@@ -189,7 +193,7 @@ def _squashed(flat: Polyline, xy: Table, axes: tuple[tuple[float, float], ...], 
             continue
         begin = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0])
         u, v = (ux * s.radius, uy * s.radius), (vx * s.radius, vy * s.radius)
-        arcs = ellipse_path((0.0, 0.0), u, v, begin, 4.0 * math.atan(s.bulge), tolerance)
+        arcs = ellipse_path((0.0, 0.0), u, v, begin, 4.0 * math.atan(s.bulge), tolerance, spend)
         dx, dy = xy[k] - arcs.vertices[0, :2]
         rows.append(arcs.moved(float(dx), float(dy)).vertices[:-1])
     if not flat.closed:
@@ -197,8 +201,8 @@ def _squashed(flat: Polyline, xy: Table, axes: tuple[tuple[float, float], ...], 
     return Polyline(np.concatenate(rows), flat.closed)
 
 
-def _placed_curve(curve: Curve, factor: float, tolerance: float) -> Polyline:
+def _placed_curve(curve: Curve, factor: float, tolerance: float, spend: Spend) -> Polyline:
     if not is_flat(curve):
         raise LeaningError
     center, u, v = ((a[0] * factor, a[1] * factor) for a in (curve.center, curve.u, curve.v))
-    return ellipse_path(center, u, v, curve.start, curve.sweep, tolerance)
+    return ellipse_path(center, u, v, curve.start, curve.sweep, tolerance, spend)

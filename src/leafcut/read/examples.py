@@ -14,10 +14,10 @@ from functools import cache
 
 import numpy as np
 
-from leafcut.errors import ReadError, nearest
+from leafcut.errors import ReadError, nearest, shown
 from leafcut.model import Hole, Part
 from leafcut.options import ReadOptions
-from leafcut.read.format import MAX_HOLES, Format, Source, shown
+from leafcut.read.format import MAX_HOLES, Format, Source
 from leafcut.units import MM_PER_INCH
 
 EXAMPLE, RANDOM = "example:", "random:"

@@ -12,7 +12,7 @@ import warnings
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from leafcut.errors import ReadError
+from leafcut.errors import ReadError, shown
 from leafcut.model import Hole, Issue, Part, Severity, Slot
 from leafcut.options import ReadOptions
 from leafcut.read.format import (
@@ -23,7 +23,6 @@ from leafcut.read.format import (
     Source,
     count_of,
     factor_of,
-    shown,
     too_many_holes,
     units_unknown,
 )

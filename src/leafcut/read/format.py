@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import os
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import ReadError
+from leafcut.errors import ReadError, parsing, shown
 from leafcut.model import Issue, Part, Severity
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.units import MM_PER_UNIT
@@ -28,6 +29,12 @@ MAX_SEGMENTS = 1_000_000
 CURVE_TOLERANCE = 0.01
 #: How much of a file `Format.sniff` sees, bytes.
 SNIFF_BYTES = 64 * 1024
+
+
+#: What the blocks of a drawing of any size may expand to (holes are quicker to read), and so many more for each byte.
+FREE_COPIES, FREE_HOLES, COPIES_PER_BYTE = 100_000, 400_000, 1
+#: The same for the points along its curves.
+FREE_POINTS, POINTS_PER_BYTE = 500_000, 4
 
 
 class Match(IntEnum):
@@ -71,6 +78,71 @@ class Source:
             return self.data.decode("utf-8-sig")
         except UnicodeDecodeError:
             return self.data.decode("latin-1")
+
+
+@contextmanager
+def parsing_xml(path: str, advice: str) -> Iterator[None]:
+    """Turn what the parsers of XML raise into a `ReadError` with its line.
+
+    `advice` is what to do where the file declares entities, which nothing that leafcut reads needs.
+    """
+    from xml.etree.ElementTree import ParseError
+    from xml.sax import SAXParseException
+
+    from defusedxml import DefusedXmlException
+
+    line: int | None = None
+    with parsing(path, "the XML could not be read"):
+        try:
+            yield
+            return
+        except DefusedXmlException as problem:
+            external = type(problem).__name__ == "ExternalReferenceForbidden"
+            reason = f"refused: the file has an {'external reference' if external else 'entity declaration'}, {advice}"
+        except SAXParseException as problem:
+            reason, line = f"not well-formed XML: {shown(str(problem.getMessage()), 80)}", problem.getLineNumber()
+        except ParseError as problem:
+            reason, line = f"not well-formed XML: {shown(str(problem), 80)}", problem.position[0]
+        except (LookupError, ValueError) as problem:
+            # An encoding that there is not: only the declaration, in the first line, names one.
+            reason, line = f"not well-formed XML: {shown(str(problem), 80)}", 1
+        raise ReadError(path, reason, line)
+
+
+class Budget:
+    """What reading a file may come to, by the file's size: a few lines can ask for the work of a night."""
+
+    def __init__(self, path: str, most: int, reason: str) -> None:
+        self.path, self.left, self.reason = path, most, reason
+
+    def __call__(self, amount: int) -> None:
+        """Spend an amount; raise `ReadError` where that is more than there is."""
+        self.check(amount)
+        self.left -= amount
+
+    def check(self, amount: int) -> None:
+        """Raise `ReadError` where an amount is more than there is."""
+        if amount > self.left:
+            raise ReadError(self.path, self.reason)
+
+
+def copies_of(source: Source, what: str, free: int = FREE_COPIES) -> Budget:
+    """Return the budget for what the blocks or uses of a drawing expand to."""
+    most = free + COPIES_PER_BYTE * len(source.data)
+    reason = f"the {what} of this drawing, which has {size_of(source)}, expand to more than {most:,} elements"
+    return Budget(source.path, most, f"{reason}; explode less of it")
+
+
+def points_of(source: Source) -> Budget:
+    """Return the budget for the points along the curves of a drawing."""
+    most = FREE_POINTS + POINTS_PER_BYTE * len(source.data)
+    reason = f"the curves of this drawing, which has {size_of(source)}, need more than {most:,} points"
+    return Budget(source.path, most, f"{reason}; are its units right?")
+
+
+def size_of(source: Source) -> str:
+    """Return the size of a file in words."""
+    return f"{max(len(source.data) // 1000, 1):,} kB"
 
 
 def _no_match(_: bytes) -> Match:
@@ -160,13 +232,6 @@ def load_json(path: str | Path) -> Any:
         return json.loads(load(path).text())
     except (ValueError, RecursionError) as problem:
         raise ReadError(path, f"is not JSON ({shown(str(problem), 100)})") from None
-
-
-def shown(text: str, limit: int = 60) -> str:
-    """Return text from a file as it may stand in a message: one line, printable, not too long."""
-    line = " ".join(text.split())
-    printable = "".join(c if c.isprintable() else "?" for c in line[: limit + 1])
-    return printable if len(printable) <= limit else printable[: limit - 1] + "…"
 
 
 def count_of(number: int, noun: str) -> str:

@@ -18,12 +18,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import ReadError
+from leafcut.errors import ReadError, shown
 from leafcut.model import Hole, Issue, Part
 from leafcut.model.part import Grouping
 from leafcut.options import ReadOptions
 from leafcut.read import tsplib
-from leafcut.read.format import Format, Match, Source, shown
+from leafcut.read.format import Format, Match, Source
 from leafcut.read.tsplib import Section, Sections
 
 KINDS = ("GTSP", "AGTSP", "PCGTSP", "PCGLNS")

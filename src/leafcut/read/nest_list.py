@@ -13,9 +13,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from leafcut.errors import OptionError, ReadError
+from leafcut.errors import OptionError, ReadError, parsing, shown
 from leafcut.options import parse_angles
-from leafcut.read.format import load, shown
+from leafcut.read.format import load
 
 #: Words that a header's first field can be.
 HEADER_WORDS = ("file", "part", "drawing", "name", "path")
@@ -70,7 +70,8 @@ def _listed(file: str) -> Iterator[Wanted]:
     delimiter = next((d for d in (";", "\t") if any(d in line for line in lines)), ",")
     n_drawings = 0
     for number, line in enumerate(lines, 1):
-        fields = [field.strip() for field in next(csv.reader([line], delimiter=delimiter), [])]
+        with parsing(file, "this line could not be read", number):
+            fields = [field.strip() for field in next(csv.reader([line], delimiter=delimiter), [])]
         if not any(fields) or fields[0].startswith("#"):
             continue
         if not n_drawings and fields[0].lower() in HEADER_WORDS:

@@ -20,8 +20,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import ReadError
-from leafcut.read.format import load_json, shown
+from leafcut.errors import ReadError, shown
+from leafcut.read.format import load_json
 
 #: The version of the format; another one is refused.
 VERSION = 1

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import OptionError, ReadError
+from leafcut.errors import OptionError, ReadError, shown
 from leafcut.geometry.polyline import Points, Polyline
 from leafcut.geometry.tracing import fitted_outline, level_lines, smoothed_outline
 from leafcut.model import Contour, Issue, Part
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
-from leafcut.read.format import MAX_COORDINATE, Format, Match, Source, count_of, places_of, shown
+from leafcut.read.format import MAX_COORDINATE, Format, Match, Source, count_of, places_of
 from leafcut.read.pocket_outlines import EITHER, as_pockets
 
 #: Pictures with more pixels are refused: tracing one takes some 30 bytes a pixel.

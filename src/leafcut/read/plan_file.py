@@ -15,9 +15,9 @@ import math
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import ReadError, nearest
+from leafcut.errors import ReadError, nearest, shown
 from leafcut.model.cutting import DIRECTIONS, FIXABLE, LEAD_STYLES, ContourPrint, CutChoice, Lead, PlanFile
-from leafcut.read.format import load_json, shown
+from leafcut.read.format import load_json
 
 #: The version of the format; another one is refused.
 VERSION = 1

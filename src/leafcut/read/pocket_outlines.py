@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import LeafcutError, ReadError
+from leafcut.errors import LeafcutError, ReadError, shown
 from leafcut.geometry.cleaning import cleaned, counter_clockwise
 from leafcut.geometry.containment import Conflict, conflicts, nesting
 from leafcut.geometry.overlaps import SAME
@@ -22,7 +22,7 @@ from leafcut.geometry.tidying import polygons, tidy
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.pocket import Pocket
 from leafcut.options import PocketOptions, SheetOptions
-from leafcut.read.format import count_of, places_of, shown
+from leafcut.read.format import count_of, places_of
 from leafcut.read.sift import layer_filter
 
 #: What layers are for by their names, where the user does not say.

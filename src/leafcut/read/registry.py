@@ -5,11 +5,11 @@ from __future__ import annotations
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
-from leafcut.errors import LeafcutError, ReadError
+from leafcut.errors import ReadError, parsing, shown
 from leafcut.model import Part
 from leafcut.options import ReadOptions
 from leafcut.read import csvmap, dxf, examples, excellon, gcode, gtsp, picture, sirius, svg, tsplib, wkt, xmlmap
-from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load, shown
+from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load
 
 #: Packages of other people add a format by an entry point of this group that names a `Format`.
 PLUGIN_GROUP = "leafcut.readers"
@@ -102,12 +102,5 @@ def run(format_: Format, source: Source, options: ReadOptions) -> Part:
     ReadError
         The file cannot be read; also for everything that a parser from elsewhere raises.
     """
-    try:
+    with parsing(source.path, f"could not be read as {format_.name}"):
         return format_.read(source, options)
-    except LeafcutError:
-        raise
-    except Exception as problem:  # parsers from elsewhere raise anything on a damaged file
-        reason = shown(str(problem), 120) or "no reason given"
-        raise ReadError(
-            source.path, f"could not be read as {format_.name} ({type(problem).__name__}: {reason})"
-        ) from None

@@ -13,20 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from leafcut.errors import ReadError
+from leafcut.errors import ReadError, shown
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Issue, Part
 from leafcut.options import ReadOptions
-from leafcut.read.format import (
-    MAX_COORDINATE,
-    MAX_SEGMENTS,
-    Format,
-    Match,
-    Source,
-    shown,
-    to_mm,
-    too_many_segments,
-)
+from leafcut.read.format import MAX_COORDINATE, MAX_SEGMENTS, Format, Match, Source, to_mm, too_many_segments
 from leafcut.units import MM_PER_UNIT
 
 #: A path whose last vertex is as near to its first is closed, mm.

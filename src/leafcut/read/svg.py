@@ -13,18 +13,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leafcut.errors import LeafcutError, ReadError
+from leafcut.errors import LeafcutError, ReadError, shown
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.read.format import (
     CURVE_TOLERANCE,
     MAX_COORDINATE,
     MAX_SEGMENTS,
+    Budget,
     Format,
     Match,
     Source,
+    copies_of,
     count_of,
-    shown,
+    parsing_xml,
+    points_of,
     too_many_segments,
 )
 from leafcut.read.pocket_outlines import pockets_of_drawing
@@ -46,7 +49,6 @@ from leafcut.units import MM_PER_UNIT
 
 MAX_BYTES = 64 * 1024 * 1024
 MAX_DEPTH = 100
-MAX_ELEMENTS = 500_000
 MM_PER_PX = 25.4 / 96.0
 
 #: Elements that only hold others, and are drawn as they stand.
@@ -88,7 +90,7 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
     root = _root(source)
     issues: list[Issue] = []
     page, sure = _page(root, options, source.path)
-    walk = _Walk(source.path, page, layer_filter(options.layers))
+    walk = _Walk(source.path, page, layer_filter(options.layers), points_of(source), copies_of(source, "uses"))
     walk.look_up(root)
     walk.children(root, _Place(page.matrix), 0, ())
     issues += walk.issues()
@@ -126,22 +128,12 @@ class _Page(NamedTuple):
 
 
 def _root(source: Source) -> Any:
-    from xml.etree.ElementTree import ParseError
-
-    from defusedxml import DefusedXmlException
     from defusedxml.ElementTree import fromstring
 
     if len(source.data) > MAX_BYTES:
         raise ReadError(source.path, f"the drawing has more than {MAX_BYTES >> 20} MiB; split it")
-    try:
+    with parsing_xml(source.path, "which it does not need; save it as plain SVG"):
         root = fromstring(source.data, forbid_dtd=False, forbid_entities=True, forbid_external=True)
-    except DefusedXmlException as problem:
-        kind = type(problem).__name__
-        what = "an external reference" if kind == "ExternalReferenceForbidden" else "an entity declaration"
-        raise ReadError(source.path, f"refused: the file has {what}; save it as plain SVG") from None
-    except ParseError as problem:
-        line = getattr(problem, "position", (None, 0))[0]
-        raise ReadError(source.path, f"not well-formed XML: {shown(str(problem), 80)}", line) from None
     if _tag(root) != "svg":
         raise ReadError(source.path, f"this is no SVG drawing: its root is <{shown(_tag(root), 30)}>")
     return root
@@ -190,6 +182,8 @@ class _Walk:
     path: str
     page: _Page
     chosen: Any
+    points: Budget
+    copies: Budget
     found: list[Contour] = field(default_factory=list)
     others: Counter[str] = field(default_factory=Counter)
     hidden: Counter[str] = field(default_factory=Counter)
@@ -198,7 +192,6 @@ class _Walk:
     n_clipped: int = 0
     _by_id: dict[str, Any] = field(default_factory=dict)
     _rules: dict[str, dict[str, str]] = field(default_factory=dict)
-    _visits: int = 0
     _segments: int = 0
 
     def look_up(self, root: Any) -> None:
@@ -220,9 +213,7 @@ class _Walk:
             self._take(child, place, depth + 1, trail)
 
     def _take(self, element: Any, outer: _Place, depth: int, trail: tuple[str, ...]) -> None:
-        self._visits += 1
-        if self._visits > MAX_ELEMENTS:
-            raise ReadError(self.path, f"the uses of this drawing expand to more than {MAX_ELEMENTS:,} elements")
+        self.copies(1)
         tag = _tag(element)
         if not tag or tag in UNDRAWN or tag in SILENT:
             return
@@ -310,7 +301,7 @@ class _Walk:
 
     def _keep(self, outline: Outline, place: _Place, layer: str, name: str) -> None:
         with np.errstate(all="ignore"):
-            path = placed_outline(outline, place.matrix, CURVE_TOLERANCE)
+            path = placed_outline(outline, place.matrix, CURVE_TOLERANCE, self.points)
             far = 0.0 if path is None else np.abs(path.extents).max()
         if not far <= MAX_COORDINATE:
             raise ValueError("coordinates that cannot be meant")

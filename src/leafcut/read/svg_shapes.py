@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leafcut.geometry.curves import bezier_points, ellipse_path, fitted
+from leafcut.geometry.curves import Spend, bezier_points, ellipse_path, fitted, free
 from leafcut.geometry.polyline import Polyline
 from leafcut.read.svg_transform import Affine, length, numbers
 
@@ -112,13 +112,22 @@ def _ellipse(a: Mapping[str, str], frame: Frame) -> Iterator[Outline]:
 
 
 def _path(a: Mapping[str, str], _: Frame) -> Iterator[Outline]:
-    from svgelements import Close, Move, Path
-
     text = a.get("d", "")
     if not _PATH_DATA.fullmatch(text):
         raise ValueError("path data with unknown letters")
     if text.strip() and text.strip()[0] not in "Mm":
         raise ValueError("path data that does not begin with M")
+    try:
+        return iter(list(_subpaths(text)))
+    except (ValueError, RecursionError, MemoryError):
+        raise
+    except Exception:  # svgelements counts with the numbers that are missing
+        raise ValueError("path data in which numbers are missing") from None
+
+
+def _subpaths(text: str) -> Iterator[Outline]:
+    from svgelements import Close, Move, Path
+
     pieces: list[list[Pair] | Bend] = []
     for segment in Path(text):
         if isinstance(segment, Move):
@@ -141,7 +150,7 @@ def _piece(segment: Any) -> list[Pair] | Bend:
 
     if isinstance(segment, Arc):
         center, u, v = segment.center, segment.prx, segment.pry
-        if segment.sweep == 0 or center is None:
+        if segment.sweep == 0 or center is None or u is None or v is None:
             return [_pair(segment.start), _pair(segment.end)]
         cx, cy = _pair(center)
         axes = [(float(p.x) - cx, float(p.y) - cy) for p in (u, v)]
@@ -174,24 +183,27 @@ SHAPES: dict[str, Callable[[Mapping[str, str], Frame], Iterator[Outline]]] = {
 }
 
 
-def placed_outline(outline: Outline, matrix: Affine, tolerance: float) -> Polyline | None:
-    """Return an outline in mm, its curves as arcs within `tolerance` mm; None for one without length."""
+def placed_outline(outline: Outline, matrix: Affine, tolerance: float, spend: Spend = free) -> Polyline | None:
+    """Return an outline in mm, its curves as arcs within `tolerance` mm; None for one without length.
+
+    `spend` is told of the points that curves need.
+    """
     first = outline.pieces[0]
     if len(outline.pieces) == 1 and isinstance(first, Bend):
-        return _bend(first, matrix, tolerance)
+        return _bend(first, matrix, tolerance, spend)
     rows, curve = [], [np.zeros((0, 2))]
 
     def end_curve() -> None:
         points = np.concatenate(curve)
         if len(points) > 1:
-            rows.append(fitted(points, tolerance, closed=False).vertices[:-1])
+            rows.append(fitted(points, tolerance, closed=False, spend=spend).vertices[:-1])
         curve[:] = [np.zeros((0, 2))]
 
     last: Pair = (0.0, 0.0)
     for piece in outline.pieces:
         if isinstance(piece, Bend):
             end_curve()
-            bend = _bend(piece, matrix, tolerance)
+            bend = _bend(piece, matrix, tolerance, spend)
             rows.append(bend.vertices[: None if bend.closed else -1])
             last = bend.end
             continue
@@ -212,6 +224,6 @@ def placed_outline(outline: Outline, matrix: Affine, tolerance: float) -> Polyli
     return Polyline(table, outline.closed) if len(table) > 1 else None
 
 
-def _bend(bend: Bend, matrix: Affine, tolerance: float) -> Polyline:
+def _bend(bend: Bend, matrix: Affine, tolerance: float, spend: Spend) -> Polyline:
     center, u, v = matrix.place(*bend.center), matrix.turn(*bend.u), matrix.turn(*bend.v)
-    return ellipse_path(center, u, v, bend.start, bend.sweep, tolerance)
+    return ellipse_path(center, u, v, bend.start, bend.sweep, tolerance, spend)

@@ -3,50 +3,16 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Callable, Iterable, Mapping
-from pathlib import Path
 from typing import Any, TypeVar
 
-from leafcut.errors import OptionError, nearest
+from leafcut.errors import OptionError, nearest, shown
+from leafcut.files import parse_toml, read_toml
 from leafcut.units import BARE_UNIT, parse_quantity
 
 T = TypeVar("T")
 
-#: Machine profiles and tool libraries are some kilobytes; more than this is another kind of file.
-_MOST_BYTES = 1_000_000
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """Return the tables of a TOML file.
-
-    Raises
-    ------
-    OptionError
-        There is no such file, it is too large, or it is not TOML.
-    """
-    if not path.is_file():
-        raise OptionError(f"{path}: there is no such file")
-    try:
-        with path.open("rb") as file:
-            content = file.read(_MOST_BYTES + 1)
-    except OSError as problem:
-        raise OptionError(f"{path}: cannot be read ({problem.strerror})") from None
-    if len(content) > _MOST_BYTES:
-        raise OptionError(f"{path}: larger than {_MOST_BYTES // 1000} kB, so it is no profile and no tool library")
-    return parse_toml(content, str(path))
-
-
-def parse_toml(content: bytes, source: str) -> dict[str, Any]:
-    """Return the tables of TOML text; `source` names it in an error."""
-    try:
-        return tomllib.loads(content.decode("utf-8"))
-    except UnicodeDecodeError:
-        raise OptionError(f"{source}: not a TOML file (not UTF-8 text)") from None
-    except RecursionError:
-        raise OptionError(f"{source}: not a TOML file of ours (nested too deep)") from None
-    except ValueError as problem:  # TOMLDecodeError, and numbers of thousands of digits
-        raise OptionError(f"{source}: not a TOML file ({' '.join(str(problem).split())[:200]})") from None
+__all__ = ["Table", "parse_toml", "read_toml"]
 
 
 class Table:
@@ -164,5 +130,4 @@ def _shown(value: Any) -> str:
         words = value if isinstance(value, str) else repr(value)
     except ValueError:  # an integer of more digits than Python prints
         words = "a very long number"
-    line = "".join(c if c.isprintable() else "?" for c in words)
-    return line if len(line) <= 60 else line[:57] + "..."
+    return shown(words)

@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import LeafcutError, ReadError, nearest
+from leafcut.errors import LeafcutError, ReadError, nearest, shown
 from leafcut.files import write_whole
 from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.options import ReadOptions
-from leafcut.read.format import MAX_HOLES, Format, Match, Source, load, shown, too_many_holes
+from leafcut.read.format import MAX_HOLES, Format, Match, Source, load, too_many_holes
 
 WEIGHT_TYPES = ("EUC_2D", "CEIL_2D", "ATT", "GEO", "MAX_2D", "MAN_2D", "EXPLICIT")
 #: Numbers that a matrix of n nodes has in each format of its section.

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leafcut.errors import ReadError
+from leafcut.errors import ReadError, parsing, shown
 from leafcut.geometry.polyline import Points, Polyline
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
@@ -23,7 +23,6 @@ from leafcut.read.format import (
     Source,
     factor_of,
     places_of,
-    shown,
     too_many_segments,
     units_unknown,
 )
@@ -119,13 +118,14 @@ def _geometries(source: Source) -> Iterator[tuple[int, str]]:
 def _parsed(path: str, line: int, text: str) -> Any:
     import shapely
 
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # numbers that are none are found below
+    with parsing(path, "this is no well-known text", line), warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # numbers that are none are found below
+        try:
             return shapely.from_wkt(_PREFIX.sub("", text, count=1).strip())
-    except (shapely.errors.ShapelyError, NotImplementedError) as problem:
-        reason = shown(str(problem), 120).removeprefix("ParseException: ").removeprefix("IllegalArgumentException: ")
-        raise ReadError(path, f"this is no well-known text: {reason}", line) from None
+        except (shapely.errors.ShapelyError, NotImplementedError) as problem:
+            words = shown(str(problem), 120)
+            reason = words.removeprefix("ParseException: ").removeprefix("IllegalArgumentException: ")
+            raise ReadError(path, f"this is no well-known text: {reason}", line) from None
 
 
 class _Ring(NamedTuple):

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from leafcut.errors import ReadError, nearest
+from leafcut.errors import ReadError, nearest, shown
 from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.format import (
@@ -21,7 +21,7 @@ from leafcut.read.format import (
     Match,
     Source,
     factor_of,
-    shown,
+    parsing_xml,
     to_mm,
     too_many_holes,
     units_unknown,
@@ -166,10 +166,8 @@ def _hole(point: _Point, factor: float) -> Hole:
 
 
 def _parse(source: Source) -> _Map:
-    from xml.sax import SAXParseException
     from xml.sax.handler import ContentHandler
 
-    from defusedxml import DefusedXmlException
     from defusedxml.expatreader import DefusedExpatParser
 
     found = _Map(source.path)
@@ -189,15 +187,8 @@ def _parse(source: Source) -> _Map:
 
     parser = DefusedExpatParser(forbid_dtd=False, forbid_entities=True, forbid_external=True)
     parser.setContentHandler(Handler())
-    try:
+    with parsing_xml(source.path, "which a map does not need"):
         parser.parse(io.BytesIO(source.data))
-    except DefusedXmlException as problem:
-        kind = type(problem).__name__
-        what = "an external reference" if kind == "ExternalReferenceForbidden" else "an entity declaration"
-        raise ReadError(source.path, f"refused: the file has {what}, which a map does not need") from None
-    except SAXParseException as problem:
-        reason = shown(str(problem.getMessage()), 80)
-        raise ReadError(source.path, f"not well-formed XML: {reason}", problem.getLineNumber()) from None
     return found
 
 

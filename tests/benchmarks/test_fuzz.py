@@ -1,0 +1,70 @@
+"""A short sweep of mutated inputs: the cases that broke leafcut before, and a few of every target."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+#: What costs more than the others is tried less; whole runs are tried in long sweeps only.
+FEW = {"picture", "verify", "posts", "dxf", "dxf_sheet", "dxf_pockets", "excellon", "svg_pockets"}
+
+
+@pytest.fixture(scope="module")
+def fuzz() -> Any:
+    """Return the benchmark as a module."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "benchmarks"))
+        return import_module("fuzz")
+
+
+def _targets() -> list[str]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "benchmarks"))
+        found = import_module("fuzz")
+    return [name for name in found.TARGETS if name not in found.WHOLE]
+
+
+def test_the_cases_that_broke_leafcut_before_end_in_its_own_errors(data: Path, tmp_path: Path, fuzz: Any) -> None:
+    """An exception of a library, a kilobyte of quotation: all of them are one short line now, or are read."""
+    cases = [f for f in sorted((data / "fuzz").iterdir()) if f.name.partition("-")[0] in fuzz.TARGETS]
+    assert len(cases) >= 30
+    faults = {f.name: fuzz.fault_of(f.name.partition("-")[0], f.read_bytes(), tmp_path / "input") for f in cases}
+    assert {name: fault for name, fault in faults.items() if fault} == {}
+
+
+@pytest.mark.parametrize("name", _targets())
+def test_mutated_inputs_end_in_leafcuts_own_errors(name: str, tmp_path: Path, fuzz: Any) -> None:
+    """The same inputs in every run, so that one that fails can be made again: ``benchmarks/fuzz.py --again``."""
+    seeds = fuzz.seeds_of(name)
+    for number in range(len(seeds), len(seeds) + (3 if name in FEW else 20)):
+        fault = fuzz.fault_of(name, fuzz.input_of(name, seeds, 1, number), tmp_path / "input")
+        assert not fault, f"{name}:{number}: {fault}"
+
+
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_a_sweep_that_was_ended_goes_on_where_it_was(tmp_path: Path, fuzz: Any) -> None:
+    """And an input that breaks is found, once, with what made it."""
+    name = "csv"
+    target = fuzz.TARGETS[name]
+
+    def breaks(content: bytes, _: Path) -> None:
+        if b"nan" in content:
+            raise KeyError("found")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(fuzz.TARGETS, name, (breaks, *target[1:]))
+        sweep = fuzz.Sweep(1, tmp_path)
+        fuzz.run_batch(name, sweep, 150, tmp_path / "input")
+        sweep.save()
+        again = fuzz.Sweep(1, tmp_path)
+        again.load()
+        assert again.next == {name: 150}
+        fuzz.run_batch(name, again, 150, tmp_path / "input")
+    assert again.tried == 300
+    assert len(again.found) == 1
+    number = int(next(iter(again.found.values())).partition(":")[2])
+    assert b"nan" in fuzz.input_of(name, fuzz.seeds_of(name), 1, number)
