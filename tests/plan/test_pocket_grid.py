@@ -36,6 +36,19 @@ def test_points_too_near_or_too_far_apart_are_refused_with_the_reason(pitch: flo
         grid_points(region(RING, replace(RULES, pitch=pitch)))
 
 
+@pytest.mark.parametrize(
+    ("rules", "why"),
+    [
+        ({"pitch": 6.5}, "points 6.5 mm apart for a tool of 10 mm are further from each other than the step-over of 6"),
+        ({"pitch": 3.0, "step_over": 3.0}, "more than 0.5 diameters apart, which is more than the step-over of 3 mm"),
+        ({"pitch": 6.0, "step_over": 3.0}, "points 6 mm apart"),
+    ],
+)
+def test_a_grid_that_cannot_keep_the_step_over_is_refused(rules: dict[str, float], why: str) -> None:
+    with pytest.raises(PlanError, match=why):
+        grid_points(region(RING, replace(RULES, **rules)))
+
+
 def test_a_grid_has_the_points_counted_by_hand() -> None:
     """0, 6, … 30 along x, 0, 6, 12 along y; with an offset of 3 mm 3, 9, … 27 and 3, 9."""
     shape = region(shapely.box(0, 0, 31, 13))

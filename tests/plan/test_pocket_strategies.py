@@ -110,6 +110,18 @@ def test_lines_at_a_given_angle_run_at_that_angle_and_no_further_apart_than_the_
     assert np.diff(columns).max() <= 6.0 + 1e-6
 
 
+def test_lines_end_on_the_walls_where_they_would_leave_more_than_the_step_over_before_them() -> None:
+    """A star with five points: half a step-over before the pass along its walls a line ends too soon for the next."""
+    radii = [45.0 if k % 2 else 20.0 for k in range(10)]
+    points = [(r * math.cos(math.pi * k / 5), r * math.sin(math.pi * k / 5)) for k, r in enumerate(radii)]
+    pocket = Pocket(Polyline.of_points(points, closed=True))
+    region = only_region(pocket)
+    before = measure_path(pocket, zigzag(region, 0.0), RULES)
+    after = measure_path(pocket, zigzag(region, 0.0, too_wide=TooWide(region.polygon, RULES)), RULES)
+    assert before.max_step_over > 1.1 * RULES.step_over
+    assert after.max_step_over <= RULES.step_over
+
+
 def test_lines_begin_with_a_run_that_has_room_for_a_ramp_and_not_in_a_corner() -> None:
     """The floor is a flat V: the line in its tip is a point, and both ends of the next one are far away from it."""
     pocket = Pocket(Polyline.of_points([(0, 10), (50, 0), (100, 10), (100, 50), (0, 50)], closed=True))

@@ -23,8 +23,10 @@ from leafcut.gcode.interpreter import interpret
 from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketPath
 from leafcut.model.toolpath import Kind, positions_before
+from leafcut.report.json_answer import as_json
 from leafcut.report.summary import print_summary
 from leafcut.runs import pocket_strategies as room
+from leafcut.runs import pocketing
 from rs274_moves import run_rs274
 
 FAST: dict[str, Any] = {
@@ -178,6 +180,11 @@ def test_several_pockets_are_one_program_in_the_order_of_the_shortest_way(tmp_pa
     visits = [round(x / 60 - 1 / 3) for x in cutting[:, 0]]
     order = [v for k, v in enumerate(visits) if k == 0 or v != visits[k - 1]]
     assert order == [0, 1, 2, 3]
+    # One program: the spindle starts once, and the tool is lifted between the pockets.
+    [row] = as_json(outcome)["strategies"]
+    assert row["time_s"] == pytest.approx(outcome.after.time_s)
+    assert row["retracts"] == 3 and row["rapid_mm"] == pytest.approx(180.0, abs=60.0)
+    assert sum(plan.result.program_s for plan in outcome.pocket_plans) > row["time_s"] + 3.0
 
 
 @pytest.mark.usefixtures("contour_only")
@@ -227,7 +234,7 @@ def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
         ({"depth": 500}, VerifyError, "travel"),
         ({"depth": 4, "thickness": 3}, OptionError, "--thickness 3 mm by more than --break-through 0.5 mm"),
         ({"tool_diameter": 70}, PlanError, "fits nowhere"),
-        ({"stock": 16}, PlanError, "stock"),
+        ({"stock": 7}, OptionError, "--stock 7 mm is more than the step-over of 6 mm"),
         ({"step_over": 0.96}, OptionError, "0.95"),
         ({"step_over": 0.01}, OptionError, "0.02"),
         ({"point_distance": 0.45}, OptionError, "cut the same place twice"),
@@ -261,6 +268,43 @@ def test_stock_that_takes_the_limit_of_engagement_away_in_sharp_corners_is_refus
         api.optimize(tmp_path / "box.wkt", strategy="adaptive", max_engagement="60deg", stock=0.5, **FAST)
 
 
+def test_every_strategy_keeps_the_step_over_or_is_refused_by_name(drawing: Path) -> None:
+    """A tool of 10 mm, 3 mm asked for: points of a grid are 5 mm apart at least."""
+    plans = api.optimize(drawing, step_over=0.3, max_engagement="180deg", **FAST).pocket_plans
+    found = {r.strategy: r for r in plans[0].results}
+    kept = {name for name, r in found.items() if r.measures is not None and r.measures.max_step_over <= 3.005}
+    assert kept == {"zigzag", "contour", "connected", "adaptive"}
+    assert all("more than the step-over of 3 mm" in found[name].refused for name in ("firefly", "ants"))
+    with pytest.raises(PlanError, match=r"--strategy ants is not possible: its grid needs points more than 0.5 diam"):
+        api.optimize(drawing, step_over=0.3, strategy="ants", **FAST)
+
+
+def test_passes_wider_apart_than_the_step_over_are_never_written(
+    drawing: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Rings for 6 mm where 3 are asked for: the strategy is refused by its figures, and the proof by the text's."""
+    contour = next(w for w in room.WAYS if w.name == "contour")
+
+    def wide(region: Any, run: Any) -> PocketPath:
+        return contour.path(replace(region, rules=replace(region.rules, step_over=6.0)), run)
+
+    monkeypatch.setattr(room, "WAYS", (replace(contour, path=wide),))
+    for strategy in ("best", "contour"):
+        with pytest.raises(PlanError, match=r"contour:? has passes [\d.]+ mm apart, more than the step-over of 3 mm"):
+            api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": strategy, "step_over": 0.3})
+    monkeypatch.setattr(pocketing, "_beyond", lambda *_: "")
+    with pytest.raises(VerifyError, match=r"passes are [\d.]+ mm apart, 3 mm at most are stated"):
+        api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": "contour", "step_over": 0.3})
+    assert not (tmp_path / "p.ngc").exists()
+
+
+def test_a_strategy_that_is_asked_for_is_the_only_one_that_is_tried(drawing: Path) -> None:
+    told: list[str] = []
+    outcome = api.optimize(drawing, progress=lambda what, *_: told.append(what), strategy="contour", **FAST)
+    assert [r.strategy for r in outcome.pocket_plans[0].results] == ["contour"]
+    assert not {"zigzag", "connected", "firefly", "ants", "adaptive"} & set(told)
+
+
 @pytest.mark.parametrize("strategy", ["best", "connected"])
 def test_a_run_stopped_while_it_makes_the_connected_way_writes_what_is_there(drawing: Path, strategy: str) -> None:
     """The connected way clears all even so; what was not begun is not tried."""
@@ -272,9 +316,10 @@ def test_a_run_stopped_while_it_makes_the_connected_way_writes_what_is_there(dra
 
     outcome = api.optimize(drawing, progress=progress, cancelled=cancelled, **{**FAST, "strategy": strategy})
     results = {r.strategy: r for r in outcome.pocket_plans[0].results}
-    assert results["firefly"].refused == results["ants"].refused == "stopped before it was tried"
-    assert results["contour"].path is not None
-    if strategy == "connected":
+    if strategy == "best":
+        assert results["firefly"].refused == results["ants"].refused == "stopped before it was tried"
+        assert results["contour"].path is not None
+    else:
         assert outcome.pocket_plans[0].result is results["connected"]
         assert results["connected"].measures.uncovered_percent <= 0.1
     assert outcome.verified
@@ -329,15 +374,9 @@ def test_a_strategy_that_gouges_is_never_written(
     assert not (tmp_path / "p.ngc").exists()
 
 
-def test_what_stays_uncut_is_a_warning_with_its_places(drawing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    contour = next(w for w in room.WAYS if w.name == "contour")
-
-    def without_the_first(region: Any, run: Any) -> PocketPath:
-        path = contour.path(region, run)
-        return replace(path, pieces=tuple(p for p in path.pieces if p.kind == "finish"))
-
-    monkeypatch.setattr(room, "WAYS", (replace(contour, path=without_the_first),))
-    outcome = api.optimize(drawing, **{**FAST, "strategy": "contour"})
+def test_what_stays_uncut_is_a_warning_with_its_places(drawing: Path) -> None:
+    """Lines without a pass along the walls leave cusps between their ends."""
+    outcome = api.optimize(drawing, strategy="zigzag", finishing_pass=False, **FAST)
     [left] = [i for i in outcome.issues if i.code == "L711"]
     assert "stay uncut" in left.message and left.place.startswith("near (")
 

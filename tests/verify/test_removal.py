@@ -47,7 +47,7 @@ def engaged(*pieces: Polyline | list[tuple[float, float]]) -> tuple[PocketMeasur
     """The measures of a path in a wide pocket, and the engagement along its last piece, degrees."""
     path = path_of(*pieces)
     way = way_of(path, RULES)
-    return measure_path(WIDE, path, RULES), np.degrees(engagement(way, RULES)[way.piece == way.piece[-1]])
+    return measure_path(WIDE, path, RULES), np.degrees(engagement(way, RULES).angle[way.piece == way.piece[-1]])
 
 
 def test_a_frame_round_a_rectangle_leaves_the_middle_that_it_does_not_reach_and_no_corner_that_can_be_reached() -> None:
@@ -110,6 +110,19 @@ def test_a_slot_engages_half_of_the_edge_and_going_back_through_it_is_air() -> N
     m, back = engaged([(0, 0), (50, 0)], [(50, 0), (0, 0)])
     assert m.air_mm == pytest.approx(50.0) and back.max() == pytest.approx(0.0, abs=1e-3)
     assert m.mean_engagement == pytest.approx(math.pi / 2)
+
+
+@pytest.mark.parametrize("width", [0.5, 2.0, 6.0, 9.0])
+def test_the_width_of_a_cut_is_what_the_tool_takes_off_sideways_and_its_diameter_in_a_slot(width: float) -> None:
+    path = path_of([(0, 0), (60, 0)], [(10, width), (50, width)])
+    way = way_of(path, RULES)
+    widths = engagement(way, RULES).width
+    assert widths[way.piece == 0][1:] == pytest.approx(10.0, abs=1e-6)
+    assert widths[way.piece == 1][2:] == pytest.approx(width, abs=0.03)
+    m = measure_path(WIDE, path, RULES)
+    # From 8 mm on, half way from the step-over to the full width, it is told; the first line is a slot.
+    assert m.max_width == pytest.approx(10.0, abs=1e-6)
+    assert m.wide_mm == pytest.approx(100.0 if width > 8.0 else 60.0, abs=1.1)
 
 
 @pytest.mark.parametrize("width", [0.5, 1.5, 2.0, 5.0, 6.0, 9.0])

@@ -9,7 +9,7 @@ from leafcut.model.cutting import CutMeasures, CutPlan
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.part import Part
-from leafcut.model.pocket import PocketPlan
+from leafcut.model.pocket import PocketPlan, PocketProgram
 from leafcut.model.solution import Solution, gap
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
@@ -76,6 +76,8 @@ class Outcome:
         each with its time norm and its cost. Empty for all else.
     pocket_plans
         How every pocket is cleared, with all strategies that were tried; empty for all else.
+    pocket_programs
+        Of several pockets: the program as it is written, and that of every strategy that clears all of them.
     barriers
         How many pieces of a program stay where they are, and nothing is carried past them.
     encoding
@@ -104,6 +106,7 @@ class Outcome:
     barriers: int = 0
     cut_plans: tuple[CutPlan | None, ...] = ()
     pocket_plans: tuple[PocketPlan, ...] = ()
+    pocket_programs: tuple[PocketProgram, ...] = ()
     encoding: str = "utf-8"
     output: str = ""
     report: str = ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from leafcut.geometry.polyline import Polyline
 
@@ -78,6 +78,9 @@ class PocketRules:
         Largest angle of the tool's edge in the material, rad; None: not limited.
     pitch
         Distance between the points of a grid, mm; None: the step-over.
+
+    Passes are planned a little nearer to each other than the step-over (`planned`): each is only true within the
+    tolerance. So what is measured of a program is no more than the step-over but for rounding (`keeps`).
     """
 
     tool_diameter: float
@@ -92,6 +95,20 @@ class PocketRules:
     def radius(self) -> float:
         """Of the tool, mm."""
         return 0.5 * self.tool_diameter
+
+    @property
+    def engagement(self) -> float:
+        """Angle of the tool's edge in material in a straight cut as wide as the step-over, rad."""
+        return math.acos(max(1.0 - self.step_over / self.radius, -1.0))
+
+    @property
+    def planned(self) -> PocketRules:
+        """The rules with the step-over that passes are laid at, so that they keep that of these rules."""
+        return replace(self, step_over=self.step_over - 2.0 * self.tolerance)
+
+    def keeps(self, step_over: float) -> bool:
+        """Return whether a measured step-over, mm, is within these rules: room is left for rounded numbers only."""
+        return step_over <= self.step_over + 0.5 * self.tolerance
 
 
 @dataclass(frozen=True)
@@ -159,6 +176,9 @@ class PocketMeasures:
         Widest strip between two passes where fronts meet, mm: the sides of a last ring, of a narrow way.
     max_engagement, mean_engagement
         Angle of the tool's edge in material: the largest, and the mean over the length of the feed, rad.
+    max_width, wide_mm
+        Width of material that the tool takes off sideways: the largest, and the length of the feed on which it is much
+        wider than the step-over (`verify.removal.much_wider`), mm: first cuts into the full, cores, corners.
     air_mm
         Length of the feed on which nothing is cut, mm.
     floor_mm
@@ -177,6 +197,8 @@ class PocketMeasures:
     max_core: float = 0.0
     max_engagement: float = 0.0
     mean_engagement: float = 0.0
+    max_width: float = 0.0
+    wide_mm: float = 0.0
     air_mm: float = 0.0
     floor_mm: float = 0.0
     time_s: float = 0.0
@@ -199,6 +221,19 @@ class PocketResult:
     measures: PocketMeasures | None = None
     refused: str = ""
     program_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class PocketProgram:
+    """One program of several pockets: `time_s` of all levels; what is lifted on one level, between pockets too, mm.
+
+    `strategy` is the one that all of them are cleared by; empty for the program that is written.
+    """
+
+    strategy: str
+    time_s: float
+    rapid_mm: float
+    retracts: int
 
 
 @dataclass(frozen=True)

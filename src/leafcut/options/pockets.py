@@ -21,7 +21,7 @@ class PocketOptions(OptionGroup):
     strategy: str = option(
         "text",
         "best",
-        "how the pocket is cleared; all others that are possible are measured beside it",
+        "how the pocket is cleared; with best every strategy is tried, and the quickest one written",
         choices=("best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive"),
     )
     tool_diameter: float | None = option(
@@ -44,13 +44,14 @@ class PocketOptions(OptionGroup):
     step_over: float = option(
         "share", 0.6, "largest distance between passes, as a share of the tool's diameter", minimum=0.02, maximum=0.95
     )
-    point_distance: float = option(
+    point_distance: float | None = option(
         "share",
-        0.6,
+        None,
         "distance between the points of a grid, as a share of the tool's diameter: above 0.5, or points crowd; below "
-        "0.7, or the corners between four points stay uncut",
+        "0.7, or the corners between four points stay uncut; no more than the step-over",
         minimum=0.02,
         maximum=2,
+        default_words="the step-over, at most 0.6",
     )
     step_down: float | None = option(
         "quantity",

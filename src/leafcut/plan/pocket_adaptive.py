@@ -52,6 +52,8 @@ _STUCK = 1e-5
 def adaptive(region: CentreRegion) -> PocketPath:
     """Return a path that clears a region with no more engagement than the rules allow, and a pass along its walls.
 
+    Nor does it engage more than a straight cut as wide as the step-over.
+
     Raises
     ------
     PlanError
@@ -64,7 +66,7 @@ def adaptive(region: CentreRegion) -> PocketPath:
 
     edge = region.polygon.boundary
     shapely.prepare(edge)
-    work = _Work(region.rules, min(limit, math.pi - 0.1) - MARGIN, edge)
+    work = _Work(region.rules, min(limit, region.rules.engagement, math.pi - 0.1) - MARGIN, edge)
     axis = middle_axis(region.polygon, min(0.05 * region.rules.tool_diameter, work.bite), FILM * region.rules.tolerance)
     work.open(axis)
     work.grow(axis)

@@ -22,8 +22,6 @@ from leafcut.plan.pocket_spurs import with_spurs
 
 #: A path may be this much further from a place than half the step-over: the pitch of the places, in step-overs.
 LEEWAY = 0.0035
-#: Rings are nearer to each other by this share than they may be, or chords and leeway would add up to more.
-LESS = 0.0016
 #: Where a path came out too wide, its rings are left as they were: so often that is looked for.
 CORRECTIONS = 4
 #: Corners are cut off where all ground is cleared with this to spare, in tool radii: the places are so far apart.
@@ -63,7 +61,7 @@ def best(
         There are too many rings in each other.
     """
     # Chords and the places that stand for the ground must not add up to more than the step-over.
-    region = replace(region, rules=replace(region.rules, step_over=(1.0 - LESS) * region.rules.step_over))
+    region = replace(region, rules=region.rules.planned)
     cut = rings(region)
     if max((ring.level for ring in cut), default=0) >= MOST_LEVELS:
         raise PlanError(

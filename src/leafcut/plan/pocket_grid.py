@@ -93,10 +93,15 @@ def checked_pitch(rules: PocketRules) -> float:
     Raises
     ------
     PlanError
-        It is not between 0.5 and 0.7 tool diameters.
+        It is not between 0.5 and 0.7 tool diameters, or more than the step-over.
     """
     pitch, d = rules.pitch if rules.pitch is not None else rules.step_over, rules.tool_diameter
     words = f"points {pitch:g} mm apart for a tool of {d:g} mm"
+    if pitch <= NEAREST * d and rules.step_over <= NEAREST * d:
+        raise PlanError(
+            f"its grid needs points more than {NEAREST:g} diameters apart, which is more than the step-over of "
+            f"{rules.step_over:.4g} mm; use another strategy"
+        )
     if pitch <= NEAREST * d:
         raise PlanError(
             f"{words}: at {NEAREST:g} diameters or less points crowd and the tool goes over the same material twice; "
@@ -106,6 +111,11 @@ def checked_pitch(rules: PocketRules) -> float:
         raise PlanError(
             f"{words}: at {FARTHEST:g} diameters or more the middle of four points, √2/2 of their distance away, stays "
             f"uncut; give a --point-distance between {NEAREST:g} and {FARTHEST:g}"
+        )
+    if not rules.keeps(pitch):
+        raise PlanError(
+            f"{words} are further from each other than the step-over of {rules.step_over:.4g} mm; give a smaller "
+            "--point-distance, or use another strategy"
         )
     return pitch
 

@@ -16,6 +16,11 @@ from leafcut.plan.pocket_tool import UNKNOWN, with_data
 #: Points of a grid nearer than this share of the diameter crowd, farther ones leave the middle of four uncut: half the
 #: diagonal of a square of 0.7 D is 0.495 D, a radius but for a hundredth.
 CLOSEST_POINTS, FARTHEST_POINTS = 0.5, 0.7
+#: Points of a grid are so far apart where nothing else is said and the step-over allows it.
+USUAL_POINTS = 0.6
+
+#: How far a path may leave the exact one, mm, and as a share of the step-over: passes that are close are as true.
+TOLERANCE, TRUE = 0.01, 0.05
 
 #: Straight down an end mill cuts with its centre, where nothing turns: a third of the feed.
 PLUNGE_PART = 1.0 / 3.0
@@ -35,7 +40,7 @@ class MillingData:
     entry_angle: float = math.radians(3.0)
 
 
-def rules_of(options: PocketOptions, tolerance: float = 0.01) -> PocketRules:
+def rules_of(options: PocketOptions, tolerance: float = TOLERANCE) -> PocketRules:
     """Return how pockets are cleared in the plane.
 
     Raises
@@ -49,23 +54,29 @@ def rules_of(options: PocketOptions, tolerance: float = 0.01) -> PocketRules:
         raise OptionError(
             "a pocket needs the diameter of its end mill; give --tool-diameter, or a tool library by --tools"
         )
-    if not CLOSEST_POINTS < options.point_distance < FARTHEST_POINTS:
-        nearer = options.point_distance <= CLOSEST_POINTS
-        why = "points this close cut the same place twice" if nearer else "the middle between four points stays uncut"
+    points, step_over = options.point_distance, options.step_over * diameter
+    if points is not None and not CLOSEST_POINTS < points < FARTHEST_POINTS:
+        why = "points this close cut the same place twice"
+        why = why if points <= CLOSEST_POINTS else "the middle between four points stays uncut"
         raise OptionError(
-            f"--point-distance {options.point_distance:g}: {why}; it must be above {CLOSEST_POINTS:g} and below "
+            f"--point-distance {points:g}: {why}; it must be above {CLOSEST_POINTS:g} and below "
             f"{FARTHEST_POINTS:g} of the tool's diameter"
+        )
+    if options.stock > step_over:
+        raise OptionError(
+            f"--stock {options.stock:g} mm is more than the step-over of {step_over:.4g} mm: the finishing pass would "
+            "cut wider than any other; give less stock or a larger --step-over"
         )
     if options.strategy == "adaptive" and options.max_engagement is None:
         raise OptionError("--strategy adaptive keeps the engagement below a limit; give it by --max-engagement")
     return PocketRules(
         tool_diameter=diameter,
-        step_over=options.step_over * diameter,
+        step_over=step_over,
         stock=options.stock,
         climb=options.milling == "climb",
-        tolerance=tolerance,
+        tolerance=min(tolerance, TRUE * step_over),
         max_engagement=options.max_engagement,
-        pitch=options.point_distance * diameter,
+        pitch=min(options.step_over, USUAL_POINTS) * diameter if points is None else points * diameter,
     )
 
 

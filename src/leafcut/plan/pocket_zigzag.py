@@ -17,8 +17,9 @@ from leafcut.plan.pocket_spurs import with_spurs
 
 #: Angles tried where none is given.
 ANGLES = 12
-#: Lines end so many step-overs before the finishing pass.
-MARGIN = 0.5
+#: Lines end so many step-overs before the finishing pass; on it where that leaves more than a step-over somewhere, as
+#: beside a wall that runs nearly along the lines.
+MARGINS = (0.5, 0.0)
 #: Runs this long, in tool diameters, have room for a ramp down to a level of the usual depth.
 ENTRY_ROOM = 1.0
 
@@ -28,26 +29,38 @@ def zigzag(
     angle: float | None = None,
     finishing_pass: bool = True,
     stopped: Callable[[], bool] = never,
+    too_wide: Callable[[PocketPath], Points] | None = None,
 ) -> PocketPath:
     """Return lines to and fro at an angle (rad; None: the best of twelve), linked along their ends, and the walls.
 
     Neighbouring lines hang together as long as the straight way between their ends is free; where a run of lines ends
     the nearest end of the rest follows. What lines and walls leave uncut gets lines of its own. Where it is
     `stopped` no further angle is tried.
+
+    Parameters
+    ----------
+    too_wide
+        Returns the places of a path, float64[n, 2], where it is further than the step-over from its nearer neighbour:
+        of the paths without any the shortest is taken, with lines that end before the walls or on them.
     """
     angles = [math.pi * k / ANGLES for k in range(ANGLES)] if angle is None else [angle]
-    paths: list[PocketPath] = []
-    for turn in angles:
-        if paths and stopped():
-            break
-        paths.append(_at(region, turn, finishing_pass))
-    return min(paths, key=lambda path: path.feed_mm + path.rapid_mm)
+    found: list[tuple[int, PocketPath]] = []
+    for margin in MARGINS if finishing_pass else MARGINS[-1:]:
+        paths: list[PocketPath] = []
+        for turn in angles:
+            if (paths or found) and stopped():
+                break
+            paths.append(_at(region, turn, margin * region.rules.step_over, finishing_pass))
+        for path in sorted(paths, key=lambda path: path.feed_mm + path.rapid_mm):
+            found.append((len(too_wide(path)) if too_wide else 0, path))
+            if not found[-1][0]:
+                return path
+    return min(found, key=lambda one: one[0])[1]
 
 
-def _at(region: CentreRegion, angle: float, finishing_pass: bool) -> PocketPath:
-    """Return the path of lines at one angle."""
+def _at(region: CentreRegion, angle: float, margin: float, finishing_pass: bool) -> PocketPath:
+    """Return the path of lines at one angle that end so far from the walls, mm."""
     rules = region.rules
-    margin = MARGIN * rules.step_over if finishing_pass else 0.0
     inner = shrunk(region.polygon, margin, rules.tolerance) if margin else region.polygon
     runs = [run for part in polygons(inner) for run in _runs(region, part, angle, rules)]
     walls = [ring for ring in rings(region) if ring.level == 0] if finishing_pass else []

@@ -14,9 +14,11 @@ from leafcut.report.pocket_words import (
     angle_words,
     area_words,
     chosen_words,
+    compared,
     figures,
     uncut_words,
     usual_words,
+    wider_words,
     written,
 )
 from leafcut.report.wording import (
@@ -88,7 +90,8 @@ def pocket_svg(outcome: Outcome, which: str) -> str:
 def cards(outcome: Outcome) -> list[Row]:
     """Return the usual way and leafcut's as the cards at the head show them."""
     longest = max(outcome.before.time_s, outcome.after.time_s)
-    rows = ((usual_words(outcome).capitalize(), outcome.before), (views.OURS, outcome.after))
+    ours = (views.OURS, outcome.after)
+    rows = ((usual_words(outcome).capitalize(), outcome.before), ours) if compared(outcome) else (ours,)
     return [
         {
             "name": name if name != views.OURS else f"{views.OURS}: {chosen_words(outcome)}",
@@ -106,11 +109,16 @@ def cards(outcome: Outcome) -> list[Row]:
 
 
 def saved(outcome: Outcome) -> Row:
-    """Return the large figure and the words around it."""
+    """Return the large figure and the words around it: the time that is saved, or of the program where it is alone."""
+    if not compared(outcome):
+        alone = all(len(plan.results) == 1 for plan in outcome.pocket_plans)
+        words = "The only strategy that was tried; best compares them." if alone else "What most shops run."
+        row = {"figure": time_words(outcome.after.time_s), "worse": False, "words": f"by {chosen_words(outcome)}"}
+        return {**row, "percent": words, "gap": ""}
     seconds = outcome.before.time_s - outcome.after.time_s
     percent = f"{percent_words(abs(outcome.saved_percent))} {'less' if seconds >= 0 else 'more'} machine time"
     hundred = f", {time_words(100 * seconds)} on a hundred parts" if seconds > 0 else ""
-    uncut, usual = (m.uncovered_percent for m in (written(outcome.pocket_plans), _usual(outcome)))
+    uncut, usual = (m.uncovered_percent for m in (written(outcome), _usual(outcome)))
     less = f" But {uncut_words(uncut)} of the pocket stays uncut." if uncut > usual + LESS_WORK else ""
     return {
         "figure": time_words(abs(seconds)),
@@ -123,7 +131,7 @@ def saved(outcome: Outcome) -> Row:
 
 def _shorter(outcome: Outcome) -> str:
     """Return how much shorter the way over one level is than the usual one."""
-    length, beside = (m.feed_mm + m.rapid_mm for m in (written(outcome.pocket_plans), _usual(outcome)))
+    length, beside = (m.feed_mm + m.rapid_mm for m in (written(outcome), _usual(outcome)))
     if not beside > 0.0:
         return ""
     percent = 100.0 * (1.0 - length / beside)
@@ -136,7 +144,7 @@ def _usual(outcome: Outcome) -> PocketMeasures:
 
 def _facts(outcome: Outcome) -> list[tuple[str, str, str]]:
     """Return the figures of the program: (name, figure, words under it)."""
-    plans, m = outcome.pocket_plans, written(outcome.pocket_plans)
+    plans, m = outcome.pocket_plans, written(outcome)
     rules, levels, tool = plans[0].rules, plans[0].levels, outcome.operations[0].tool
     length = m.feed_mm + m.rapid_mm
     above = percent_words(100.0 * (length / m.floor_mm - 1.0)) if m.floor_mm > 0.0 else NO_VALUE
@@ -153,6 +161,7 @@ def _facts(outcome: Outcome) -> list[tuple[str, str, str]]:
             f"{m.max_step_over:.2f} mm",
             f"{rules.step_over:.4g} mm asked for; passes that meet in the middle: {m.max_core:.2f} mm apart",
         ),
+        ("Widest cut", f"{m.max_width:.2f} mm", wider_words(m, rules.tool_diameter) if m.wide_mm > 0.0 else ""),
         ("Levels", f"{len(levels)} × {abs(levels[0]):.4g} mm", f"to Z{levels[-1]:.4g}{walls}"),
         (
             "Tool",
@@ -164,7 +173,7 @@ def _facts(outcome: Outcome) -> list[tuple[str, str, str]]:
 
 
 def _strategies(outcome: Outcome) -> list[Row]:
-    rows = figures(outcome.pocket_plans)
+    rows = figures(outcome.pocket_plans, outcome.pocket_programs)
     longest = max((r.program_s for r in rows), default=0.0)
     return [
         {
@@ -200,7 +209,7 @@ def _cells(row: StrategyFigures) -> tuple[str, ...]:
 def _small(outcome: Outcome, scene: Any) -> list[Row]:
     """Return a small drawing of every strategy that has a path in all pockets."""
     rows = []
-    for row in figures(outcome.pocket_plans):
+    for row in figures(outcome.pocket_plans, outcome.pocket_programs):
         if row.measures is None:
             continue
         paths: list[PocketPath] = [

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from leafcut.model.outcome import Outcome
-from leafcut.model.pocket import PocketMeasures, PocketPlan
+from leafcut.model.pocket import PocketMeasures, PocketPlan, PocketProgram
 from leafcut.report.wording import (
     NO_VALUE,
     clean,
@@ -27,7 +27,7 @@ from leafcut.report.wording import (
 class StrategyFigures:
     """One strategy over all pockets of a drawing: sums and the largest, of one level each; None where it is refused.
 
-    `mean_engagement` is over the length of the feed, `program_s` the time of programs of each pocket alone, added.
+    `mean_engagement` is over the length of the feed; `program_s` is the time of one program of all pockets.
     """
 
     name: str
@@ -37,18 +37,28 @@ class StrategyFigures:
     program_s: float = 0.0
 
 
-def figures(plans: Sequence[PocketPlan]) -> list[StrategyFigures]:
-    """Return every strategy over all pockets; refused where it is in one of them."""
-    rows = []
+def figures(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ()) -> list[StrategyFigures]:
+    """Return every strategy over all pockets; refused where it is in one of them.
+
+    `programs` are those of several pockets together.
+    """
+    rows, whole = [], {program.strategy: program for program in programs}
     for name in dict.fromkeys(r.strategy for plan in plans for r in plan.results):
         mine = [r for plan in plans for r in plan.results if r.strategy == name]
         chosen = any(plan.result.strategy == name for plan in plans)
         refused = next((r.refused for r in mine if r.measures is None), "")
         known = [r.measures for r in mine if r.measures is not None]
-        rows.append(
-            StrategyFigures(name, chosen, None if refused else added(known), refused, sum(r.program_s for r in mine))
-        )
+        found = None if refused else _between(added(known), whole.get(name))
+        time_s = whole[name].time_s if name in whole else sum(r.program_s for r in mine)
+        rows.append(StrategyFigures(name, chosen, found, refused, time_s))
     return rows
+
+
+def _between(measures: PocketMeasures, program: PocketProgram | None) -> PocketMeasures:
+    """Return the measures of several pockets with the ways between them."""
+    if program is None:
+        return measures
+    return replace(measures, rapid_mm=program.rapid_mm, retracts=program.retracts)
 
 
 def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
@@ -64,6 +74,8 @@ def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
         max_step_over=max((m.max_step_over for m in every), default=0.0),
         max_core=max((m.max_core for m in every), default=0.0),
         max_engagement=max((m.max_engagement for m in every), default=0.0),
+        max_width=max((m.max_width for m in every), default=0.0),
+        wide_mm=sum(m.wide_mm for m in every),
         mean_engagement=sum(m.mean_engagement * m.feed_mm for m in every) / feed if feed > 0.0 else 0.0,
         air_mm=sum(m.air_mm for m in every),
         floor_mm=sum(m.floor_mm for m in every),
@@ -71,9 +83,16 @@ def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
     )
 
 
-def written(plans: Sequence[PocketPlan]) -> PocketMeasures:
-    """Return the measures of what is written, of one level of every pocket."""
-    return added([plan.result.measures for plan in plans if plan.result.measures is not None])
+def written(outcome: Outcome) -> PocketMeasures:
+    """Return the measures of what is written, of one level of every pocket and the ways between them."""
+    known = [plan.result.measures for plan in outcome.pocket_plans if plan.result.measures is not None]
+    program = next((program for program in outcome.pocket_programs if not program.strategy), None)
+    return _between(added(known), program)
+
+
+def compared(outcome: Outcome) -> bool:
+    """Return whether there is anything that the program is measured against: what most shops run."""
+    return any(plan.usual is not plan.result for plan in outcome.pocket_plans)
 
 
 # -- plain values ----------------------------------------------------------------------------------------------------
@@ -93,7 +112,7 @@ def pockets_as_json(outcome: Outcome) -> dict[str, Any]:
     return {
         "pocket": {
             "strategy": ", ".join(names),
-            **_plain(written(plans)),
+            **_plain(written(outcome)),
             "levels": list(first.levels),
             "tool_diameter_mm": first.rules.tool_diameter,
             "step_over_mm": first.rules.step_over,
@@ -106,7 +125,7 @@ def pockets_as_json(outcome: Outcome) -> dict[str, Any]:
                 **({} if row.measures is None else {**_plain(row.measures), "time_s": plain_number(row.program_s)}),
                 **({"refused": clean(row.refused)} if row.measures is None else {}),
             }
-            for row in figures(plans)
+            for row in figures(plans, outcome.pocket_programs)
         ],
     }
 
@@ -120,6 +139,8 @@ def _plain(m: PocketMeasures) -> dict[str, Any]:
         "gouge_mm2": plain_number(m.gouge_mm2),
         "max_step_over": plain_number(m.max_step_over),
         "max_core": plain_number(m.max_core),
+        "max_width": plain_number(m.max_width),
+        "wide_mm": plain_number(m.wide_mm),
         "max_engagement_deg": math.degrees(m.max_engagement),
         "mean_engagement_deg": math.degrees(m.mean_engagement),
         "air_mm": plain_number(m.air_mm),
@@ -200,15 +221,30 @@ def facts(outcome: Outcome) -> list[tuple[str, str]]:
     levels, rules, tool = plans[0].levels, plans[0].rules, outcome.operations[0].tool
     step = abs(levels[0])
     walls = f", {rules.stock:g} mm for the walls" if rules.stock > 0.0 else ""
-    m = written(plans)
+    m = written(outcome)
+    beside = f"{time_words(outcome.before.time_s)} by {usual_words(outcome)}, {_saved(outcome)}"
     above = 100.0 * ((m.feed_mm + m.rapid_mm) / m.floor_mm - 1.0) if m.floor_mm > 0.0 else math.nan
     return [
         ("levels", f"{len(levels)} × {step:.4g} mm to Z{levels[-1]:.4g}{walls}"),
-        ("milling", f"{'climb' if rules.climb else 'conventional'}, step-over {rules.step_over:.4g} mm at most"),
+        ("milling", f"{'climb' if rules.climb else 'conventional'}, {_step_over_words(m, rules.step_over)}"),
+        *([("wider", wider_words(m, rules.tool_diameter))] if m.wide_mm > 0.0 else []),
         ("tool", f"Ø{tool.diameter:g}, {number_words(feed_mm_min(tool.feed))} mm/min, {tool.spindle_rpm:,.0f} rpm"),
         ("floor", f"{length_words(m.floor_mm)} = area ÷ step-over; this way is {percent_words(above)} above it"),
-        ("beside", f"{time_words(outcome.before.time_s)} by {usual_words(outcome)}, {_saved(outcome)}"),
+        *([("beside", beside)] if compared(outcome) else []),
     ]
+
+
+def _step_over_words(m: PocketMeasures, step_over: float) -> str:
+    """Return the step-over that is kept, and what was measured; without a neighbouring pass there is none."""
+    kept = f"step-over {step_over:.4g} mm at most"
+    return f"{kept}, {m.max_step_over:.2f} mm measured" if m.max_step_over > 0.0 else kept
+
+
+def wider_words(m: PocketMeasures, diameter: float) -> str:
+    """Return how much of the way takes off much more than the step-over, and how wide the widest cut is."""
+    full = "the full width of the tool" if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
+    share = percent_words(100.0 * m.wide_mm / m.feed_mm) if m.feed_mm > 0.0 else NO_VALUE
+    return f"first cuts and corners, {share} of the way, take off more than the step-over: up to {full}"
 
 
 def _saved(outcome: Outcome) -> str:

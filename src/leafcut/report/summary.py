@@ -98,7 +98,7 @@ def _strategies(outcome: Outcome) -> Table:
     table.add_column("one level", no_wrap=True)
     for title in STRATEGY_TITLES:
         table.add_column(title, justify="right", no_wrap=True)
-    for row in strategy_figures(outcome.pocket_plans):
+    for row in strategy_figures(outcome.pocket_plans, outcome.pocket_programs):
         if row.measures is None:
             continue
         style = "bold green" if row.chosen else ""
@@ -122,7 +122,7 @@ def _facts(outcome: Outcome) -> Table:
         facts += [(name, Text(clean(words))) for name, words in pocket_facts(outcome)]
         facts += [
             (row.name, Text(f"not possible: {clean(row.refused)}", "dim"))
-            for row in strategy_figures(outcome.pocket_plans)
+            for row in strategy_figures(outcome.pocket_plans, outcome.pocket_programs)
             if row.measures is None
         ]
     elif outcome.gap is not None:

@@ -63,7 +63,13 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> list[Issue]:
     """
     from leafcut.gcode.interpreter import interpret
     from leafcut.plan.pocket_rules import finishing_levels
-    from leafcut.verify.pocket import check_pockets, depth_differences, gouge_differences, simulated_levels
+    from leafcut.verify.pocket import (
+        check_pockets,
+        depth_differences,
+        gouge_differences,
+        simulated_levels,
+        step_over_differences,
+    )
     from leafcut.verify.program import check_program
 
     job.run.tell("verifying")
@@ -85,10 +91,11 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> list[Issue]:
     depth = -heights.levels[-1]
     refuse(check_pockets(written, job.part.pockets, job.exact, depth, heights.retract))
     refuse(depth_differences(written, job.exact, -heights.levels[0]))
-    levels = sorted({*heights.levels, *(finishing_levels(depth, tool.diameter) if job.rules.stock else ())})
-    removed = simulated_levels(written, job.part.pockets, job.exact, levels)
-    refuse(gouge_differences(removed, job.part.pockets))
-    return _uncut(job, [(number, found) for z, number, found in removed if z == heights.levels[-1]])
+    finishing = finishing_levels(depth, tool.diameter) if job.rules.stock else ()
+    simulated = simulated_levels(written, job.part.pockets, job.exact, heights.levels, finishing)
+    refuse(gouge_differences(simulated, job.part.pockets))
+    refuse(step_over_differences(simulated, job.part.pockets, job.exact))
+    return _uncut(job, [(level.number, level.removal) for level in simulated if level.z == heights.levels[-1]])
 
 
 def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:

@@ -11,6 +11,7 @@ from leafcut.model.pocket import PocketPath
 from leafcut.runs.run import Run, passing_on
 
 if TYPE_CHECKING:
+    from leafcut.geometry.polyline import Points
     from leafcut.plan.pocket_region import CentreRegion
 
 #: Ants that may be asked for by --algorithm; all else is left to leafcut's own.
@@ -28,27 +29,40 @@ def _clock(run: Run) -> Callable[[], bool]:
     return Stop(seconds=math.inf if limit is None else limit, cancelled=run.cancelled).now
 
 
+def _planned(region: CentreRegion) -> CentreRegion:
+    """Return the region with the step-over that passes are laid at."""
+    return replace(region, rules=region.rules.planned)
+
+
+def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
+    """Return what finds the places of a path whose passes are further apart than the step-over.
+
+    It looks at the path as it is written: arcs move passes by a few thousandths of a millimetre.
+    """
+    from leafcut.plan.pocket_arcs import fitted
+    from leafcut.verify.too_wide import TooWide
+
+    wide, tolerance = TooWide(region.polygon, region.rules), region.rules.tolerance
+    return lambda path: wide(fitted(path, tolerance))
+
+
 def _zigzag(region: CentreRegion, run: Run) -> PocketPath:
     from leafcut.plan.pocket_zigzag import zigzag
 
-    options = run.settings.pocket
-    return zigzag(region, options.zigzag_angle, options.finishing_pass, _clock(run))
+    options, wide = run.settings.pocket, _too_wide(region)
+    return zigzag(_planned(region), options.zigzag_angle, options.finishing_pass, _clock(run), wide)
 
 
 def _contour(region: CentreRegion, run: Run) -> PocketPath:
     from leafcut.plan.pocket_rings import contour
 
-    return contour(region)
+    return contour(_planned(region))
 
 
 def _connected(region: CentreRegion, run: Run) -> PocketPath:
-    from leafcut.plan.pocket_arcs import fitted
     from leafcut.plan.pocket_best import best
-    from leafcut.verify.too_wide import TooWide
 
-    # As it is written: arcs move passes by a few thousandths of a millimetre.
-    rules, wide = region.rules, TooWide(region.polygon, region.rules)
-    return best(region, lambda path: wide(fitted(path, rules.tolerance)), _clock(run))
+    return best(region, _too_wide(region), _clock(run))
 
 
 def _adaptive(region: CentreRegion, run: Run) -> PocketPath:

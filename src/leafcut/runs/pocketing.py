@@ -14,7 +14,7 @@ from leafcut import __version__
 from leafcut.errors import OptionError, PlanError, SolveError
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import OperationOutcome, Outcome
-from leafcut.model.pocket import USUAL, Pocket, PocketPath, PocketPlan, PocketResult
+from leafcut.model.pocket import USUAL, Pocket, PocketMeasures, PocketPath, PocketPlan, PocketProgram, PocketResult
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool
@@ -68,6 +68,24 @@ def pocket(run: Run, source: str | Path) -> Outcome:
         usual = _ordered(replace(job, run=run.quiet()), [c.ways[c.plan.usual.strategy] for c in cleared])[0]
         chosen, solution = _ordered(job, [c.ways[c.plan.result.strategy] for c in cleared])
     return _outcome(job, issues, cleared, solution, (_laid(job, usual), _laid(job, chosen)))
+
+
+def _programs(job: PocketJob, cleared: list[_Cleared], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:
+    """Return what the program of all pockets is, as it is written and by every strategy that clears all of them.
+
+    All go from pocket to pocket in the order of what is written: `nodes` are its regions, numbered through.
+    """
+    if len(cleared) < 2:
+        return ()
+    names = [name for name in cleared[0].ways if all(name in c.ways for c in cleared)]
+    chosen = {"": [c.plan.result.strategy for c in cleared], **{name: [name] * len(cleared) for name in names}}
+    programs = []
+    for name, strategies in chosen.items():
+        regions = [clearing for c, strategy in zip(cleared, strategies, strict=True) for clearing in c.ways[strategy]]
+        order = [regions[node] for node in nodes]
+        path = PocketPath(name, tuple(piece for clearing in order for piece in clearing.path.pieces))
+        programs.append(PocketProgram(name, _laid(job, order).measure.time_s, path.rapid_mm, path.retracts))
+    return tuple(programs)
 
 
 def _prepared(run: Run, source: str | Path) -> tuple[PocketJob, list[Issue]]:
@@ -133,7 +151,7 @@ def _box(job: PocketJob) -> Toolpath:
 
 
 def _cleared(job: PocketJob, one: Pocket, number: int) -> tuple[_Cleared, list[Issue]]:
-    """Clear a pocket in every way there is, and choose."""
+    """Clear a pocket in the way that is asked for, or in every way there is, and choose."""
     from leafcut.plan.pocket_region import centre_regions
     from leafcut.runs.pocket_strategies import WAYS
 
@@ -143,8 +161,10 @@ def _cleared(job: PocketJob, one: Pocket, number: int) -> tuple[_Cleared, list[I
     ways: dict[str, list[Clearing]] = {}
     job = _with_share(job, len(regions))
     several = f"pocket {number + 1}: " if len(job.part.pockets) > 1 else ""
-    for place, way in enumerate(WAYS):
-        job.run.tell(f"{several}{way.name}", None, (number + place / len(WAYS)) / len(job.part.pockets))
+    asked = job.run.settings.pocket.strategy
+    ways_tried = [way for way in WAYS if asked in ("best", way.name)]
+    for place, way in enumerate(ways_tried):
+        job.run.tell(f"{several}{way.name}", None, (number + place / len(ways_tried)) / len(job.part.pockets))
         result, clearings = _tried(job, one, way, regions, roughed)
         results.append(result)
         if clearings:
@@ -206,7 +226,7 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
     Raises
     ------
     PlanError
-        The strategy asked for is refused or engages more than it may, or none has a path without a gouge.
+        The strategy asked for is refused or does more than it may, or none has a path without a gouge.
     """
     options = job.run.settings.pocket
     name = one.label
@@ -215,15 +235,15 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
         if found is None or found[1].path is None:
             why = "leafcut does not have it" if found is None else found[1].refused
             raise PlanError(f"{name}: --strategy {options.strategy} is not possible: {why}")
-        _keeps_limit(job, found[1], name)
+        if found[1].measures is not None and (more := _beyond(job, found[1].strategy, found[1].measures)):
+            raise PlanError(f"{name}: {found[1].strategy} {more}")
         return found[0]
-    sound = [(k, r, r.measures) for k, r in enumerate(results) if r.measures is not None and not r.measures.gouge_mm2]
-    limit = options.max_engagement
-    if limit is not None:
-        sound = [row for row in sound if row[2].max_engagement <= limit]
+    known = [(k, r, r.measures) for k, r in enumerate(results) if r.measures is not None]
+    sound = [row for row in known if not row[2].gouge_mm2 and not _beyond(job, row[1].strategy, row[2])]
     if not sound:
-        refused = "; ".join(f"{r.strategy}: {r.refused or 'gouges, or engages more'}" for r in results)
-        raise PlanError(f"{name}: no strategy is possible ({refused})")
+        wrong = {k: _beyond(job, r.strategy, m) or "gouges" for k, r, m in known}
+        reasons = (f"{r.strategy}: {r.refused or wrong[k]}" for k, r in enumerate(results))
+        raise PlanError(f"{name}: no strategy is possible ({'; '.join(reasons)})")
     whole = [row for row in sound if row[2].uncovered_percent <= options.uncovered_tolerance]
     if not whole:
         return min(sound, key=lambda row: row[2].uncovered_percent)[0]
@@ -235,17 +255,26 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
     return min(near)[2]
 
 
-def _keeps_limit(job: PocketJob, found: PocketResult, name: str) -> None:
-    """Refuse the strategy asked for where it engages more than it may: a limit that is given holds for all of them."""
-    limit = job.run.settings.pocket.max_engagement
-    if limit is None or found.measures is None or found.measures.max_engagement <= limit:
-        return
-    stock = " with the stock on its walls" if found.strategy == "adaptive" and job.rules.stock > 0.0 else ""
-    other = "choose a smaller --tool-diameter" if found.strategy == "adaptive" else "say --strategy adaptive"
+def _beyond(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
+    """Return in what a strategy goes beyond what is asked for, and what to do; empty where it keeps all of it.
+
+    What is asked for holds for every strategy: the step-over, and the engagement where a limit is given.
+    """
+    rules = job.exact
+    if not rules.keeps(measures.max_step_over):
+        return (
+            f"has passes {measures.max_step_over:.2f} mm apart, more than the step-over of {rules.step_over:.4g} mm; "
+            "choose another --strategy, or a larger --step-over"
+        )
+    limit = rules.max_engagement
+    if limit is None or measures.max_engagement <= limit:
+        return ""
+    stock = " with the stock on its walls" if strategy == "adaptive" and job.rules.stock > 0.0 else ""
+    other = "choose a smaller --tool-diameter" if strategy == "adaptive" else "say --strategy adaptive"
     other = "leave out --stock" if stock else other
-    raise PlanError(
-        f"{name}: {found.strategy}{stock} engages {math.degrees(found.measures.max_engagement):.0f}°, more than "
-        f"--max-engagement {math.degrees(limit):.0f}°; {other}, or give a larger limit"
+    return (
+        f"engages {math.degrees(measures.max_engagement):.0f}°{stock}, more than --max-engagement "
+        f"{math.degrees(limit):.0f}°; {other}, or give a larger limit"
     )
 
 
@@ -336,6 +365,7 @@ def _outcome(
         options=settings.changed(),
         version=__version__,
         pocket_plans=tuple(c.plan for c in cleared),
+        pocket_programs=_programs(job, cleared, [int(node) for node in solution.nodes]),
     )
 
 

@@ -15,6 +15,8 @@ from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRu
 from leafcut.model.toolpath import Kind, Toolpath, positions_before
 from leafcut.verify.difference import Difference, place, shorten
 from leafcut.verify.removal import Removal, capsules, removal
+from leafcut.verify.step_over import widest_gaps
+from leafcut.verify.tool_way import way_of
 
 #: Room for the rounding of written heights, mm (half of 0.0001 inch is 0.00127 mm), and of the walls' chords.
 _ROOM = 0.002
@@ -55,40 +57,99 @@ def check_pockets(
     return shorten([*_rapids(written, cuts, rules, retract), *_too_deep(cuts, depth), *_gouges(cuts, pockets, rules)])
 
 
-def simulated_levels(
-    written: Toolpath, pockets: Sequence[Pocket], rules: PocketRules, levels: Sequence[float]
-) -> list[tuple[float, int, Removal]]:
-    """Return what the program removes in each pocket at each of `levels`: (z, number of the pocket, what it does).
+@dataclass(frozen=True, eq=False)
+class SimulatedLevel:
+    """What the program does in one pocket at one height: what it removes, and the step-over of its passes, mm."""
 
-    A level that goes the way of another one is not simulated again.
+    z: float
+    number: int
+    removal: Removal
+    step_over: float
+
+
+def simulated_levels(
+    written: Toolpath,
+    pockets: Sequence[Pocket],
+    rules: PocketRules,
+    levels: Sequence[float],
+    finishing: Sequence[float] = (),
+) -> list[SimulatedLevel]:
+    """Return what the program does in each pocket at each of `levels`, and where the walls are finished besides.
+
+    A level that goes the way of another one is not simulated again. Beside a finishing pass between two levels are the
+    passes of the lower one, which were there before.
     """
     cuts = list(_cuts(written, rules.tolerance))
     shapes = [_shape(pocket, rules) for pocket in pockets]
-    known: dict[tuple[int, bytes], Removal] = {}
+    opened = _opened(written, cuts, rules)
+    known: dict[tuple[int, bytes], tuple[Removal, float]] = {}
     rows = []
-    for z in levels:
-        pieces = list(_pieces(cuts, z))
+    for z in sorted({*levels, *finishing}):
+        lower = max((level for level in levels if level <= z), default=z)
+        pieces, beside = list(_pieces(cuts, z)), [] if z in levels else list(_pieces(cuts, lower))
         for number, (pocket, shape) in enumerate(zip(pockets, shapes, strict=True)):
-            mine = [p for p in pieces if _lies_in(p, shape)]
-            key = (number, b"".join(np.round(p, 4).tobytes() for p in mine))
+            mine, more = ([p for p in some if _lies_in(p, shape)] for some in (pieces, beside))
+            key = (number, b"".join(np.round(p, 4).tobytes() for p in (*mine, *more)))
             if key not in known:
-                path = PocketPath("program", tuple(PocketPiece(Polyline.of_points(p)) for p in mine))
-                known[key] = removal(pocket, path, rules)
-            rows.append((z, number, known[key]))
+                found = removal(pocket, _path(mine), rules)
+                way, room = way_of(_path([*mine, *more]), rules), found.centres.difference(opened)
+                known[key] = found, widest_gaps(way, room, rules).step_over
+            rows.append(SimulatedLevel(z, number, *known[key]))
     return rows
 
 
-def gouge_differences(removed: Sequence[tuple[float, int, Removal]], pockets: Sequence[Pocket]) -> list[Difference]:
+def _path(pieces: Sequence[Points]) -> PocketPath:
+    return PocketPath("program", tuple(PocketPiece(Polyline.of_points(p)) for p in pieces))
+
+
+def _opened(written: Toolpath, cuts: Sequence[_Cut], rules: PocketRules) -> Any:
+    """Return what the tool clears by going round in it once, as on a helix: circles no wider than the tool."""
+    import shapely
+
+    turned: dict[tuple[float, ...], float] = {}
+    for cut in cuts:
+        if written.kind[cut.row] == Kind.FEED:
+            continue
+        x, y = written.arcs[int(written.ref[cut.row])].center[:2]
+        from_centre = cut.way[:, :2] - (x, y)
+        radius = float(np.hypot(*from_centre[0]))
+        if radius > rules.radius:
+            continue
+        angles = np.unwrap(np.arctan2(from_centre[:, 1], from_centre[:, 0]))
+        sinks = float(np.ptp(cut.way[:, 2])) > 0.0
+        key = (round(float(x), 2), round(float(y), 2), round(radius, 2), 0.0 if sinks else round(cut.way[-1, 2], 2))
+        turned[key] = turned.get(key, 0.0) + abs(float(angles[-1] - angles[0]))
+    whole = [key for key, turn in turned.items() if turn >= 2.0 * np.pi - 1e-3]
+    return shapely.union_all([shapely.Point(x, y).buffer(radius, quad_segs=64) for x, y, radius, _ in whole])
+
+
+def gouge_differences(simulated: Sequence[SimulatedLevel], pockets: Sequence[Pocket]) -> list[Difference]:
     """Return what the simulated levels cut beyond the walls."""
     wrong = []
-    for z, number, found in removed:
-        if found.gouges.area > 0.0:
-            point, name = found.gouges.representative_point(), pockets[number].name
-            words = (
-                f"{f'pocket {name}' if name else 'the pocket'} at Z{z:.3f}: {found.gouges.area:.3g} mm² beyond the wall"
-            )
+    for level in simulated:
+        gouges = level.removal.gouges
+        if gouges.area > 0.0:
+            point, name = gouges.representative_point(), pockets[level.number].label
+            words = f"{name} at Z{level.z:.3f}: {gouges.area:.3g} mm² beyond the wall"
             wrong.append(Difference("gouge", 0, 0, f"{words} near {place(point.x, point.y)}"))
     return wrong
+
+
+def step_over_differences(
+    simulated: Sequence[SimulatedLevel], pockets: Sequence[Pocket], rules: PocketRules
+) -> list[Difference]:
+    """Return the levels whose passes are further from each other than the step-over that is stated."""
+    return [
+        Difference(
+            "step-over",
+            0,
+            0,
+            f"{pockets[level.number].label} at Z{level.z:.3f}: passes are {level.step_over:.3f} mm apart, "
+            f"{rules.step_over:.4g} mm at most are stated",
+        )
+        for level in simulated
+        if not rules.keeps(level.step_over)
+    ]
 
 
 def depth_differences(written: Toolpath, rules: PocketRules, step: float) -> list[Difference]:

@@ -87,7 +87,8 @@ def measure_path(
 
     Areas are those of `removal`, the engagement that of `verify.engagement`, the step-over that of `verify.step_over`.
     Air is feed on which nothing is engaged. The first stroke of the tool into full material counts as half a turn. A
-    piece of the kind ``entry`` is left out of engagement, air and step-over: it is cut on the way down.
+    piece of the kind ``entry`` is left out of engagement, air and step-over: it is cut on the way down, and with it
+    what it goes round.
 
     Parameters
     ----------
@@ -105,13 +106,16 @@ def measure_path(
     PlanError
         The pocket's outline or islands cross themselves or touch.
     """
+    import shapely
+
     found = removal(pocket, path, rules) if found is None else found
     way = way_of(path, rules)
     entry = np.array([piece.kind == "entry" for piece in path.pieces], dtype=bool)[way.piece]
-    engaged = engagement(way, rules, entry)
+    engaged, width = engagement(way, rules, entry)
     step = np.where(entry, 0.0, way.step)
     length = float(step.sum())
-    gaps = widest_gaps(way, found.centres, rules, ~entry)
+    opened = [shapely.Polygon(piece.path.flattened()) for piece in path.pieces if piece.kind == "entry"]
+    gaps = widest_gaps(way, found.centres.difference(shapely.union_all(opened)), rules, ~entry)
     return PocketMeasures(
         feed_mm=path.feed_mm,
         rapid_mm=path.rapid_mm,
@@ -123,6 +127,8 @@ def measure_path(
         max_core=gaps.core,
         max_engagement=float(engaged.max(initial=0.0)),
         mean_engagement=float(engaged @ step) / length if length > 0.0 else 0.0,
+        max_width=float(width.max(initial=0.0)),
+        wide_mm=float(step[width > much_wider(rules)].sum()),
         air_mm=float(step[engaged <= _NOTHING].sum()),
         floor_mm=float(found.centres.area) / rules.step_over,
         time_s=0.0 if machine is None else measure(plane_toolpath(path, machine, feed, lift), machine).time_s,
@@ -145,6 +151,15 @@ def plane_toolpath(path: PocketPath, machine: Machine, feed: float | None = None
             else:
                 builder.feed(*s.end, feed=speed)
     return builder.build()
+
+
+def much_wider(rules: PocketRules) -> float:
+    """Return the width of a cut, mm, from which on it is told as wider than the step-over.
+
+    In a curve round what is left a pass takes off somewhat more than the step-over, in one round what is cleared
+    somewhat less. Told is what takes off half a step-over more, or comes half way nearer to a cut into the full.
+    """
+    return rules.step_over + 0.5 * min(rules.step_over, rules.tool_diameter - rules.step_over)
 
 
 def _steps(path: PocketPath, rules: PocketRules) -> Any:
