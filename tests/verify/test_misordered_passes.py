@@ -105,6 +105,11 @@ def test_lines_of_a_laser_beside_each_other_are_free(cut: str) -> None:
         ("( T1 |  8. FLAT ENDMILL | H1 )", 8.0),
         ("(X= 300, Y= 200, Z= 18)", np.inf),
         ("(ENDMILL)", np.inf),
+        ("(ENDMILL, LEAVE 0.2 MM)", np.inf),
+        ("(TOOL 1 - 6 MM FLAT ENDMILL LEAVE 0.2 MM)", 6.0),
+        ("(0.2 MM STOCK FOR ENDMILL)", np.inf),
+        ("(TOOL 3 DIAMETER: 8.0 MM, STEP SIZE 0.25 MM)", 8.0),
+        ("(MILL 0.5 MM DEEP)", np.inf),
     ],
 )
 def test_the_narrowest_tool_is_what_comments_about_tools_say(text: str, width: float) -> None:

@@ -24,6 +24,7 @@ class Fault(NamedTuple):
 
 HOLE = "G0 X1 Y2 / G0 Z1 / G1 Z-1 F100 / G0 Z5"
 HEAD = "G21 G90 G17 G40 G94 / S900 M3 / G0 Z5"
+SAFE = "G21 G90 G17 G40 G94 G80 G49 / S900 M3 / G0 Z5 / G0 X1 Y2 / G1 Z-1 F100 / G2 X5 I2 J0 / G0 Z5 / M5 / M2"
 FANUC = "G21 G90 G17 G40 G94 / T1 M6 / S900 M3 / G0 Z5."
 FANUC_HOLE = "G0 X1. Y2. / G0 Z1. / G1 Z-1. F100. / G0 Z5."
 
@@ -119,6 +120,21 @@ VERIFY_FAULTS = [
     Fault("end of a comment", "linuxcnc", after(HEAD, "; go / G0 X3 / G1 Z-2 F100 / G0 Z5"), "; go\n", "; go\r"),
     Fault("end of a line", "linuxcnc", after(HEAD, "G1 Z-2 F50 / X9 / G0 Z5"), "F50\n", "F50\r"),
     Fault("end of a line elsewhere", "mach3", after(HEAD, "G1 Z-2 F50 / X9 / G0 Z5"), "F50\n", "F50\r"),
+    # A height that is not known is not up.
+    Fault("first moves swapped", "linuxcnc", f"G21 G90 / S900 M3 / G0 Z10 / G0 X0 Y0 / {HOLE} / M2",
+          "G0 Z10\nG0 X0 Y0\n", "G0 X0 Y0\nG0 Z10\n"),
+    Fault("first moves in one", "linuxcnc", f"G21 G90 / S900 M3 / G0 Z10 / G0 X0 Y0 / {HOLE} / M2",
+          "G0 Z10\nG0 X0 Y0\n", "G0 X0 Y0 Z10\n"),
+    Fault("first rise gone", "linuxcnc", f"G21 G90 / S900 M3 / G0 Z10 / G0 X0 Y0 / {HOLE} / M2", "G0 Z10\n", ""),
+    Fault("rise on a slant in a series of LinuxCNC", "linuxcnc",
+          "G21 G90 G17 / S900 M3 / G0 Z20 / G99 G81 X1 Y2 Z-3 R2 F100 / G0 Z10 / G99 G81 X20 Y2 Z-3 R10 / G80 / G0 Z20",
+          "G0 Z10\nG99 G81", "G99 G81"),
+    # The safe-start line.
+    *(Fault(f"{word} deleted", "linuxcnc", SAFE, f" {word}", "") for word in ("G90", "G17", "G40", "G94", "G49")),
+    Fault("G90 after the first move", "linuxcnc", "G21 / G90 / G0 Z5 / S900 M3 / " + HOLE, "G90\nG0 Z5", "G0 Z5\nG90"),
+    Fault("G69 deleted", "haas", after("G69 / " + FANUC, "M8", FANUC_HOLE, "M30"), "G69\n", ""),
+    # A tool's length that is taken again after the table has changed.
+    lcnc("G43 after G10 L1", "G43 H1 / G0 Z5 / G10 L1 P1 Z3 / G43 H1 / G0 Z5", "P1 Z3\nG43 H1", "P1 Z3"),
 ]  # fmt: skip
 
 

@@ -97,6 +97,8 @@ class Program:
     said
         By block, where what it does is not known, or where the controller obeys it beside its motions: all that it
         reads, in values (`leafcut.gcode.saying`).
+    slants
+        The controller goes to the next hole of a series of cycles on a slant where it has to rise for it.
     last_line
         The last line that was looked at; what follows is not part of the program.
     feed_words
@@ -120,6 +122,7 @@ class Program:
     said: dict[int, str] = field(default_factory=dict)
     assumed_units: bool = False
     feed_words: dict[float, str] = field(default_factory=dict)
+    slants: bool = False
 
     @property
     def n_blocks(self) -> int:

@@ -77,6 +77,7 @@ class Record:
             self.obeyed,
             self.said,
             assumed,
+            slants=self.state.dialect.groups == "rs274",
         )
 
     def _fixed(self) -> dict[int, str]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
-from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath, positions_before
+from leafcut.model.toolpath import PLACES, DrillCycle, Kind, Motion, Toolpath, positions_before
 
 #: How far G73 backs off, and how far above the last depth G83 ends its rapid re-entry: 0.010 inch in LinuxCNC 2.9
 #: (measured with rs274); Fanuc and Haas read it from a parameter.
@@ -97,11 +97,21 @@ def _drilling(cycle: DrillCycle, move: Callable[..., Motion], feed: float, line:
         yield Motion(Kind.DWELL, (math.nan,) * 3, cycle.dwell, 0, line)
 
 
-def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
+def in_series(path: Toolpath) -> NDArray[np.bool_]:
+    """Return which rows follow a canned cycle with no other motion in between, bool[n]."""
+    moving = np.flatnonzero(np.isin(path.kind, [int(kind) for kind in (*PLACES, Kind.MACHINE)]))
+    before = np.searchsorted(moving, np.arange(len(path))) - 1
+    drilled = np.append(path.kind[moving] == Kind.DRILL, False)
+    series: NDArray[np.bool_] = drilled[before]
+    return series
+
+
+def expand(path: Toolpath, keep: Collection[str] = (), *, slants: bool = False) -> Toolpath:
     """Return the same toolpath with every canned cycle, but those named in `keep`, as rapids, feeds and dwells.
 
     A tap's reversal of the spindle stays implied by the cycle and is not written out. Row by row this is
-    `expand_drill`; here all holes are laid out at once, since a board has a hundred thousand.
+    `expand_drill`; here all holes are laid out at once, since a board has a hundred thousand. With `slants` the next
+    hole of a series is reached on a slant where the tool has to rise for it, as LinuxCNC does.
 
     Raises
     ------
@@ -119,8 +129,9 @@ def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
     n_steps = np.array([len(s) for s in steps])[ref]
     drilled = np.array([s[-1].z for s in steps])[ref]
     before = positions_before(path)[drills]
-    lift = before[:, 2] < r_plane
-    level = np.where(lift, r_plane, before[:, 2])
+    slanting = in_series(path)[drills] & slants & (before[:, 2] < path.end[drills, 2])
+    lift = (before[:, 2] < r_plane) & ~slanting
+    level = np.where(lift, r_plane, np.where(slanting, path.end[drills, 2], before[:, 2]))
     down = level != r_plane
     rise = drilled != path.end[drills, 2]
     count = np.ones(len(path), dtype=np.int64)

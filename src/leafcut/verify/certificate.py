@@ -28,6 +28,7 @@ from leafcut.verify.passes import misordered, told_width
 from leafcut.verify.rapids import compare_rapids, gaps_of, heights_of
 from leafcut.verify.same_work import list_changes, only_moves
 from leafcut.verify.stages import Grouping, compare_unrun, compare_walls, misplaced
+from leafcut.verify.stated import no_longer_stated
 from leafcut.verify.tabbed import BEAM_TAB, MILL_TAB, freed
 from leafcut.verify.traces import traces_of
 from leafcut.verify.turning import as_it_is, one_way, runs_turned
@@ -167,6 +168,7 @@ def certify(
     found = _Found(look)
     found.add(grouping.differences)
     found.add(compare_unrun(original, new))
+    found.add(no_longer_stated(original, new))
     found.add(misplaced(before.marks, grouping.mark_of, tolerance_mm))
     turned = _compare_work(before, after, grouping, tolerance_mm, beam, allow_reverse, told_width(original), found)
     found.add(_larger(before.path, after.path, tolerance_mm))

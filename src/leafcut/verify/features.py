@@ -164,12 +164,23 @@ def states_of_program(program: Program) -> States:
         return states
     direction = column(lambda m: m.spindle)
     return states._replace(
+        length=states.length + TAKEN * _table_of(program.path),
         feed_mode=column(lambda m: m.feed_mode).astype(np.int64),
         direction=direction.astype(np.int64),
         stated=(block >= _first_with_units(program)).astype(np.int64),
         obeyed=np.searchsorted([said.line for said in program.obeyed], program.path.line).astype(np.int64),
         speed=direction * column(lambda m: m.rpm),
     )
+
+
+#: A length offset is its register and this many times the number of blocks before it that may have changed the table.
+TAKEN = 1 << 20
+
+
+def _table_of(path: Toolpath) -> Ints:
+    """Return for every row how many blocks that are not understood came before its length offset was taken."""
+    count = np.cumsum(path.kind == Kind.FOREIGN)
+    return _latest(path, Kind.OFFSET, count).astype(np.int64)
 
 
 def _first_with_units(program: Program) -> int:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut.units import SECONDS_PER_MINUTE
 from leafcut.verify.difference import Difference, place
-from leafcut.verify.features import AMOUNT, EXACT, FIRST_CYCLE, PLACE, Features, Ints, name_of
+from leafcut.verify.features import AMOUNT, EXACT, FIRST_CYCLE, PLACE, TAKEN, Features, Ints, name_of
 from leafcut.verify.read_back import DWELL_ROUNDING, FEED_PART, FEED_ROUNDING, SPEED_ROUNDING
 
 #: Features that agree to this, in mm, mm/s, rpm and s, are paired all at once; the others one by one.
@@ -191,7 +191,7 @@ def _shown_work_offset(tenths: int) -> str:
 _EXACT_WORDS: dict[str, tuple[str, Callable[[int], object]]] = {
     "tool": ("tool", str),
     "coolant": ("coolant", str),
-    "length": ("length offset", str),
+    "length": ("length offset", lambda v: v % TAKEN),
     "frame": ("work offset", _shown_work_offset),
     "radius": ("radius compensation", lambda v: f"G{v}"),
     "blending": ("blending", _shown_work_offset),

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.model.cycles import in_series
 from leafcut.model.toolpath import Kind
 from leafcut.verify.difference import MOST_LISTED, Difference, place
 from leafcut.verify.features import EXACT, FIRST_CYCLE, Floats, Ints, Mask
@@ -37,6 +38,8 @@ class Gaps:
         The lowest place to which rapids go down before the first one across, and after the last, mm.
     top
         The highest place, mm; minus infinity without rapids.
+    unknown
+        bool[n + 1]: a rapid goes across at a height that is not known.
     lit, lit_first, lit_last
         bool[n + 1]: the spindle (beam) is on in a rapid across, in the first one, in the last one.
     """
@@ -52,6 +55,7 @@ class Gaps:
     down_here: Floats
     down_there: Floats
     top: Floats
+    unknown: Mask
     lit: Mask
     lit_first: Mask
     lit_last: Mask
@@ -95,6 +99,8 @@ def gaps_of(work: Work) -> Gaps:
     on = np.append(work.states.direction[row] != 0, False)
     lit = np.zeros(n, dtype=bool)
     lit[gap[across & on[:-1]]] = True
+    unknown = np.zeros(n, dtype=bool)
+    unknown[gap[across & (np.isnan(begin[:, 2]) | np.isnan(end[:, 2]))]] = True
     padded = [np.append(z, np.inf) for z in (low, high)]
     return Gaps(
         feature,
@@ -108,6 +114,7 @@ def gaps_of(work: Work) -> Gaps:
         _least(n, gap[here & has_across[gap]], high[here & has_across[gap]]),
         _least(n, gap[there], high[there]),
         -_least(n, gap, -np.maximum(low, high)),
+        unknown,
         lit,
         on[first],
         has_across & on[last],
@@ -123,16 +130,18 @@ def _least(n: int, gap: Ints, value: Floats) -> Floats:
 def _moves(work: Work) -> tuple[Floats, Ints, Floats, Floats]:
     """Return all rapids in order: where they stand, their rows, begin and end; those of a drilling cycle included.
 
-    A cycle goes to its place at the height where the tool is, or at the R plane if that is higher, then to the R plane.
+    A cycle goes to its place at the height where the tool is, or at the R plane if that is higher, then to the R plane;
+    in a series of LinuxCNC on a slant where it has to rise.
     """
     path, before = work.path, work.before
     drill = np.flatnonzero(path.kind == Kind.DRILL)
     r_plane = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[path.ref[drill]]
     over = path.end[drill].copy()
     level = before[drill].copy()
+    slanting = in_series(path)[drill] & work.slants & (level[:, 2] < over[:, 2])
     # A height that is not known stays so.
-    level[:, 2] = np.where(level[:, 2] < r_plane, r_plane, level[:, 2])
-    over[:, 2] = level[:, 2]
+    level[:, 2] = np.where((level[:, 2] < r_plane) & ~slanting, r_plane, level[:, 2])
+    over[:, 2] = np.where(slanting, over[:, 2], level[:, 2])
     down = over.copy()
     down[:, 2] = r_plane
     at = np.concatenate([work.travel, drill - 0.4, drill - 0.3])
@@ -320,6 +329,13 @@ def _heights_by_feature(both: Both, allowed: Heights, old: Ints, now: Ints, room
         ("a rapid goes down over", retract, allowed.down_here[old], gaps.down_here[after]),
     ):
         yield "deeper rapid", told(word, limit, deep), *lines, deep < limit - room
+    for now_gap, old_gap, lines in ((before, old_before, approach), (after, old_after, retract)):
+        yield (
+            "unknown height",
+            lambda row: f"a rapid next to {place(*places[row, :2])} goes across at a height that is not known",
+            *lines,
+            gaps.unknown[now_gap] & ~old_gaps.unknown[old_gap] & np.isfinite(places[:, 2]),
+        )
     lowest = _lowest_crossing(original, old_gaps)[old]
     lowest = np.where(np.isinf(lowest), allowed.arrive[old], lowest)
     cross = np.where(across, gaps.cross[before], np.inf)
@@ -371,6 +387,9 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
     )
     low = old_gaps.across[old] & gaps.across[now] & (gaps.arrive[now] < old_gaps.arrive[old] - room)
     yield "lower approach", told("to"), *lines, low
+    unknown = gaps.unknown[now] & ~old_gaps.unknown[old] & old_gaps.across[old]
+    text_unknown = "a rapid to '{}' goes across at a height that is not known"
+    yield "unknown height", lambda row: text_unknown.format(pairs[row][0].said), *lines, unknown
     leave = np.where(old_gaps.across[old + 1], old_gaps.leave[old + 1], old_gaps.top[old + 1])
     low = old_gaps.rows[old + 1] & gaps.across[now + 1] & (gaps.leave[now + 1] < leave - room)
     yield "lower retract", told("from"), *lines, low

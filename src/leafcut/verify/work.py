@@ -32,6 +32,8 @@ class Work:
         beam is off.
     marks, walls
         What stays where it is.
+    slants
+        As of `Program`.
     """
 
     path: Toolpath
@@ -41,6 +43,7 @@ class Work:
     travel: Ints
     marks: list[Mark]
     walls: list[Wall]
+    slants: bool
 
 
 def read_work(program: Program, *, written_out: bool, beam: bool) -> Work:
@@ -54,7 +57,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool) -> Work:
     program = _with_end(program)
     path = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
     if written_out:
-        path = expand(path)
+        path = expand(path, slants=program.slants)
     source = path.line.astype(np.int64)
     path = replace(path, line=program.path.line[source])
     states, before = states_of_program(program).take(source), positions_before(path)
@@ -68,7 +71,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool) -> Work:
     marks = barriers_of(program, path, source, states, before)
     marks, part_of_barrier = with_dwells(marks, features, travel, across, states)
     features = features.pick(~part_of_barrier)
-    return Work(path, states, before, features, travel, marks, walls_of(marks, features.row))
+    return Work(path, states, before, features, travel, marks, walls_of(marks, features.row), program.slants)
 
 
 def goes_across(begin: Floats, end: Floats) -> Mask:
