@@ -22,6 +22,7 @@ from leafcut.gcode.saying import messages
 from leafcut.gcode.state import AXES, whole
 from leafcut.gcode.torch import lower_feed
 from leafcut.gcode.words import Block, BlockError, UnclearBlock, Word
+from leafcut.model.cycles import PECKING
 from leafcut.model.toolpath import UNKNOWN, Kind
 
 #: G codes in tenths that turn, scale, mirror or wrap all that follows, and those that end it.
@@ -345,10 +346,14 @@ class BlockRunner(Reader):
         """
         dialect = self.state.dialect
         given = [letter for letter in "PXUFSK" if letter in letters]
-        if dialect.dwell_letter in given or not given:
+        if not given:
             return True
-        word = letters.pop(given[0])
-        if given[0] in "XU" and "." in word.text and word.value >= 0.0 and dialect.groups == "fanuc":
+        if dialect.dwell_letter in given:
+            word = letters[dialect.dwell_letter]
+            if dialect.dwell_unit not in ("ms", "cs") or "." not in word.text:
+                return True
+        word = letters.pop(dialect.dwell_letter if dialect.dwell_letter in given else given[0])
+        if word.letter in "XU" and "." in word.text and word.value >= 0.0 and dialect.groups == "fanuc":
             self.state.path.dwell(word.value, line=self.state.line)
         else:
             self._keep(f"how long it dwells with {word} is not known", _NONE)
@@ -490,9 +495,27 @@ class BlockRunner(Reader):
             state.motion = 0
         if state.cycle is not None:
             self._say_cycle(letters)
-        super()._move(words)
+            self._run_cycle(words)
+        else:
+            super()._move(words)
         if state.cycle == 84 and state.cycle_words.dwell is None and state.last_dwell and not self._separate:
             self.reason = "the tap dwells as a cycle before it does"
+
+    def _run_cycle(self, words: SortedBlock) -> None:
+        """Run a hole of a cycle; where it is not understood, neither are those that go on with it."""
+        state, fagor = self.state, self.state.dialect.cycle_words == "fagor"
+        spare = {state.dialect.repeat_letter, "K" if fagor else "", "I" if fagor else ""}
+        other = next((w for w in "IJKDE" if w in words.letters and w not in spare), None)
+        try:
+            if other is not None and state.dialect.groups == "fanuc":
+                raise UnclearBlock(f"G{state.cycle} with {words.letters[other]} is not understood")
+            super()._move(words)
+        except UnclearBlock:
+            name = f"G{state.cycle}"
+            if other is not None or (name in PECKING and state.cycle_words.peck is None):
+                end_cycle(state)
+                state.motion, state.foreign_motion = None, name
+            raise
 
     def _be_sure(self) -> None:
         """Refuse to move by modes that are not known.

@@ -13,20 +13,20 @@ import math
 
 from leafcut.gcode.state import CycleWords, State, whole
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
-from leafcut.model.cycles import DWELLING
+from leafcut.model.cycles import DWELLING, PECKING
 from leafcut.model.toolpath import DrillCycle
 
 #: More repeats or pecks than this are a slip of the pen, and would fill the memory.
 MAX_REPEATS = 9_999
 MAX_PECKS = 10_000
 
-_PECKING = ("G83", "G73")
-
 
 def start_cycle(state: State, number: int) -> None:
     """Make a cycle the active one. In RS274/NGC a change of cycle forgets the words of the one before."""
     if state.cycle != number and state.dialect.groups == "rs274":
         state.cycle_words = CycleWords()
+    elif state.cycle != number:
+        state.cycle_words.spare.clear()
     state.cycle = number
 
 
@@ -64,7 +64,10 @@ def _place(state: State, letters: dict[str, Word], letter: str, here: float) -> 
 
 
 def _repeats(state: State, letters: dict[str, Word]) -> int:
-    word = letters.pop(state.dialect.repeat_letter, None) if state.dialect.repeat_letter else None
+    letter = state.dialect.repeat_letter
+    if state.may_store and letter == "K" and "K" not in letters:
+        letter = "L"  # as older Fanucs have it
+    word = letters.pop(letter, None) if letter else None
     repeats = 1 if word is None else whole(word, MAX_REPEATS)
     if repeats == 0 and not state.may_store:
         raise BlockError(f"{word}: a cycle with no repeats")
@@ -77,24 +80,36 @@ def _cycle(state: State, letters: dict[str, Word]) -> DrillCycle:
     name = f"G{state.cycle}"
     words = state.cycle_words
     _take(state, letters, words, ("Z", "I") if fagor else ("R", "Z"))
-    if "Q" in letters and name in _PECKING:
-        words.peck = state.length(letters.pop("Q"))
+    if "Q" in letters and (name in PECKING or (state.lenient and not fagor)):
+        words.peck = _peck_word(state, letters.pop("Q"))
+        words.spare |= set() if name in PECKING else {"Q"}
     dwelling = name in (*state.dialect.dwell_cycles, "G86", "G89") or (fagor and name in ("G81", "G85"))
-    if dwelling and state.dialect.dwell_letter in letters:
-        words.dwell = state.last_dwell = state.dwell(letters.pop(state.dialect.dwell_letter))
+    if (dwelling or (state.lenient and not fagor)) and state.dialect.dwell_letter in letters:
+        words.dwell = state.dwell(letters.pop(state.dialect.dwell_letter))
+        state.last_dwell = words.dwell if dwelling else state.last_dwell
+        words.spare |= set() if dwelling else {"P"}
     if fagor and name == "G81" and words.dwell is not None:
         name = "G82"
     elif fagor and name == "G85" and words.dwell:
         raise UnclearBlock("G85 with a dwell is not understood")
     r_plane, bottom = _planes(state, words, fagor)
-    peck = _peck(words, name, r_plane - bottom)
-    if name == "G82" and words.dwell is None:
+    peck = _peck(words, name, r_plane - bottom, state.may_store)
+    if name == "G82" and words.dwell is None and not state.may_store:
         raise BlockError(f"G82 needs its dwell, {state.dialect.dwell_letter}")
     dwell = words.dwell or 0.0
     if name == "G84" and words.dwell is None and state.dialect.groups == "rs274":
         # LinuxCNC 2.9 (rs274): a tap without P dwells as the last cycle with P did, even across G80.
         dwell = state.last_dwell
-    return DrillCycle(name, r_plane, bottom, state.to_initial, peck, dwell if name in DWELLING else 0.0)
+    # A word that its cycle does not use is a word all the same: some controls dwell, and a proof is to see it.
+    waits = name in DWELLING or "P" in words.spare
+    return DrillCycle(name, r_plane, bottom, state.to_initial, peck, dwell if waits else 0.0)
+
+
+def _peck_word(state: State, word: Word) -> float:
+    """Return the Q of a cycle, mm. Without a point it is in thousandths on many Fanucs, whatever holds for X."""
+    if state.lenient and state.dialect.point_required and "." not in word.text:
+        raise UnclearBlock(f"{word} has no decimal point: in what unit it is differs between controls")
+    return state.length(word)
 
 
 def _take(state: State, letters: dict[str, Word], words: CycleWords, names: tuple[str, str]) -> None:
@@ -135,11 +150,11 @@ def _planes(state: State, words: CycleWords, fagor: bool) -> tuple[float, float]
     return r, z
 
 
-def _peck(words: CycleWords, name: str, depth: float) -> float:
-    if name not in _PECKING:
-        return 0.0
+def _peck(words: CycleWords, name: str, depth: float, may_lack: bool) -> float:
+    if name not in PECKING:
+        return words.peck or 0.0 if "Q" in words.spare else 0.0
     if words.peck is None or not words.peck > 0.0:
-        raise BlockError(f"{name} needs a peck: Q larger than 0")
+        raise (UnclearBlock if words.peck is None and may_lack else BlockError)(f"{name} needs a peck: Q larger than 0")
     if depth / words.peck > MAX_PECKS:
         raise BlockError(f"{name} would peck {depth / words.peck:.0f} times; Q is too small")
     return words.peck

@@ -41,7 +41,7 @@ class ForeignState(State):
 
     def __post_init__(self) -> None:
         fanuc = self.dialect.groups == "fanuc"
-        self.may_store = fanuc
+        self.may_store, self.lenient = fanuc, True
         if fanuc:
             self.foreign_motion = "what is active when the control is switched on"
         # What is active before the program says it: G98 at Fanuc, G99 in RS274/NGC (seen with rs274).

@@ -18,6 +18,7 @@ class CycleWords:
     """The words of a canned cycle that stay from hole to hole: as given, in mm and s.
 
     `incremental` is the distance mode they were given in; `unit` the millimetres in one unit then.
+    `spare` holds the letters that the active cycle was given and does not use.
     """
 
     r: float | None = None
@@ -26,6 +27,7 @@ class CycleWords:
     dwell: float | None = None
     incremental: bool = False
     unit: float | None = None
+    spare: set[str] = field(default_factory=set)
 
 
 @dataclass
@@ -35,7 +37,8 @@ class State:
     `unit` is millimetres in one unit of the program, or None before G20 or G21. `feed` is in mm/s, or mm per
     revolution with G95; with G93 every cutting block brings its own. `motion` is 0 to 3 or None, `cycle` the number of
     the canned cycle or None. `last_dwell` is the dwell of the last cycle that had one, s.
-    `pending_tool` is the tool that the next change brings. `may_store` says that a cycle with no repeats is stored.
+    `pending_tool` is the tool that the next change brings. `may_store` says that a cycle with no repeats is stored,
+    `lenient` that a cycle may have words that it does not use.
     `rounds`: G64 is on since the program said so. `radius` is 40, 41 or 42. `shift` counts changes of the origin.
     `override` is the part of the feed that an output asks for, heard while `adaptive` (M52). `dark` and
     `holds_height` say that outputs keep a torch off, and at its height, though it is lit.
@@ -64,6 +67,7 @@ class State:
     offset_number: int | None = None
     offset_on: bool = False
     may_store: bool = False
+    lenient: bool = False
     radius: int = 40
     shift: int = 0
     override: float = 1.0
@@ -150,7 +154,7 @@ class State:
         if unit == "s" or (unit == "point" and not whole):
             return word.value
         if unit in ("ms", "cs") and not whole:
-            raise BlockError(f"{word}: with a decimal point, what it means differs between machines")
+            raise UnclearBlock(f"{word}: with a decimal point, what it means differs between machines")
         return word.value / (100.0 if unit == "cs" else 1000.0)
 
 

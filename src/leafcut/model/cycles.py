@@ -21,6 +21,8 @@ PECK_CLEARANCE = 0.254
 
 #: Cycles that stand still at the bottom, and those that come out at feed. G86 stops the spindle at the bottom, too.
 DWELLING = ("G82", "G84", "G86", "G89")
+#: Cycles that come up and go down again, each time a peck deeper.
+PECKING = ("G83", "G73")
 FEED_OUT = ("G84", "G85", "G89")
 
 _EPSILON = 1e-9
@@ -46,7 +48,7 @@ def peck_depths(cycle: DrillCycle) -> list[float]:
 
 
 def _peck_count(cycle: DrillCycle) -> int:
-    if cycle.peck <= 0:
+    if cycle.peck <= 0 or cycle.name not in PECKING:
         return 1
     strokes = (cycle.r_plane - cycle.bottom) / cycle.peck
     if not strokes <= _MOST_PECKS:
@@ -84,7 +86,7 @@ def expand_drill(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Mo
 
 
 def _drilling(cycle: DrillCycle, move: Callable[..., Motion], feed: float, line: int) -> Iterator[Motion]:
-    depths = peck_depths(cycle) if cycle.name in ("G83", "G73") else [cycle.bottom]
+    depths = peck_depths(cycle) if cycle.name in PECKING else [cycle.bottom]
     for number, depth in enumerate(depths):
         if number:
             if cycle.name == "G83":

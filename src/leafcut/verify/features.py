@@ -241,20 +241,12 @@ def _fill_cycles(path: Toolpath, rows: Ints, exact: Ints, place: Floats, amount:
     if not drill.any():
         return
     ref = path.ref[rows[drill]]
-    words = np.array([(c.bottom, _peck(c), _dwell(c), c.r_plane) for c in path.cycles], dtype=np.float64)[ref]
+    words = np.array([(c.bottom, c.peck, c.dwell, c.r_plane) for c in path.cycles], dtype=np.float64)[ref]
     exact[drill, 0] = np.array([_number_of(c) for c in path.cycles], dtype=np.int64)[ref]
     height[drill, 0], height[drill, 1] = words[:, 3], place[drill, 2]
     place[drill, 2] = words[:, 0]
     place[drill, 3:5], place[drill, 5] = place[drill, :2], 0.0
     amount[drill, 2], amount[drill, 3] = words[:, 1], words[:, 2]
-
-
-def _peck(cycle: DrillCycle) -> float:
-    return cycle.peck if cycle.name not in ("G81", "G82", "G84", "G85") else 0.0
-
-
-def _dwell(cycle: DrillCycle) -> float:
-    return cycle.dwell if cycle.name not in ("G81", "G83", "G73", "G85") else 0.0
 
 
 def _fill_arcs(path: Toolpath, rows: Ints, exact: Ints, place: Floats) -> None:
