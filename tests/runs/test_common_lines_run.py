@@ -103,3 +103,30 @@ def test_edges_drawn_once_for_two_parts_are_refused(tmp_path: Path) -> None:
     with pytest.raises(LeafcutError) as refused:
         api.optimize(tmp_path / "once.dxf", common_lines=True, compensation="none", **FAST)
     assert "\n" not in str(refused.value)
+
+
+def plate(folder: Path, name: str, points: list[tuple[float, float]]) -> str:
+    document = ezdxf.new(units=4)
+    document.modelspace().add_lwpolyline(points, close=True)
+    document.saveas(folder / f"{name}.dxf")
+    return f"{folder}/{name}.dxf"
+
+
+@pytest.mark.parametrize("lead_in", ["auto", "none"])
+def test_what_is_nested_in_blocks_is_cut_with_common_lines_all_of_them(lead_in: str, tmp_path: Path) -> None:
+    """Twenty plates on a small sheet: nested without gaps as tight as they go, some could not be begun anywhere."""
+    part = plate(tmp_path, "plate", [(0, 0), (120, 0), (120, 80), (0, 80)])
+    nested, file = {"kerf": 0.22, "sheet": "500x500", "blocks": "grids", "variants": 1}, tmp_path / "nested.dxf"
+    found = api.nest([f"{part}:20"], file, **nested)
+    cut: dict[str, Any] = {**FAST, "thickness": 3, "machine": "laser-table", "common_lines": True, "lead_in": lead_in}
+    del cut["kerf_width"]
+    for name in found.files[0]:
+        outcome = api.optimize(name, **cut)
+        assert outcome.verified
+        assert "L617" not in [i.code for i in outcome.issues]
+        assert outcome.cut_plan.measures.sheet.common_mm > 200.0
+
+
+def test_plates_that_are_too_near_are_told_the_kerf_to_be_nested_with(tmp_path: Path) -> None:
+    with pytest.raises(LeafcutError, match="with that kerf"):
+        api.optimize(drawing(tmp_path, 1.3), common_lines=True, **FAST)

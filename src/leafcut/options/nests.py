@@ -56,6 +56,13 @@ class NestOptions(OptionGroup):
     )
     variants: int = option("whole", 3, "nests to offer, the best first", minimum=1, maximum=100)
     all_variants: bool = option("flag", False, "write every variant, not only the best")
+    blocks: str = option(
+        "text",
+        "none",
+        "lay equal parts in blocks, a kerf apart, whose common edges are cut once (--common-lines): pairs, two rows at "
+        "most (plasma, flame), or grids (laser, water)",
+        choices=("none", "pairs", "rows", "grids"),
+    )
     into_holes: bool = option("flag", True, "lay small parts into the holes of large ones, where that saves sheet")
 
     def __post_init__(self) -> None:
@@ -63,6 +70,8 @@ class NestOptions(OptionGroup):
         length, width = self.size
         if min(length, width) <= 2.0 * self.margin:
             raise OptionError(f"--margin: {self.margin:g} mm on both sides leaves nothing of a sheet of {self.sheet}")
+        if self.blocks != "none" and self.kerf <= 0.0:
+            raise OptionError("--blocks: parts of a block lie a kerf apart; give --kerf, that of the cutting data")
         _ = self.angles
 
     @property

@@ -137,6 +137,8 @@ def find_starts(contours: list[CutContour], scrap: Scrap, rules: CutRules) -> li
             )
         # The controller cannot turn its compensation on without a lead.
         instead = "--compensation geometry" if rules.compensation == "controller" else "--lead-in none"
+        if rules.common_lines:
+            instead = "nest the parts in blocks with room around them (leafcut nest --blocks)"
         raise PlanError(
             f"no lead fits into the scrap at {names}; give a shorter --lead-in-length, {instead}, or more room "
             "between the parts"

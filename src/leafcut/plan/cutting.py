@@ -152,7 +152,8 @@ def check_room(contours: list[CutContour], scrap: Scrap) -> None:
                 other = scrap.part_numbers[part]
                 found.append(
                     f"{cut[k].name()} is nearer to part {other} than the kerf of {scrap.rules.kerf:g} mm: cutting one "
-                    "would cut into the other; nest them farther apart"
+                    "would cut into the other; nest them farther apart, with that kerf "
+                    f"(leafcut nest --kerf {scrap.rules.kerf:g})"
                 )
     for k, zone in scrap.zones_near(lines).T.tolist():
         low_x, low_y, high_x, high_y = scrap.zones[zone].bounds

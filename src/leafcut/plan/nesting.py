@@ -9,11 +9,12 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from leafcut.model.nest import Layout, Nest, NestPart
 from leafcut.options import NestOptions, SolveOptions
+from leafcut.plan.nest_blocks import in_blocks
 from leafcut.plan.nest_holes import filled_holes
 from leafcut.plan.nest_pieces import FORGIVEN, Piece, check_fit, pieces_of, share_of
 from leafcut.plan.nest_rectangles import RULES, Laid, RectanglePacker
@@ -82,10 +83,12 @@ def prepare(parts: Sequence[NestPart], options: NestOptions) -> Task:
     pieces = pieces_of(parts)
     plain = Task(tuple(parts), tuple(pieces), tuple(p.quantity for p in parts), options)
     check_fit(parts, pieces, *plain.inner)
-    if not options.into_holes:
-        return plain
-    filled, counts = filled_holes(parts, pieces, plain.spacing)
-    return Task(plain.parts, tuple(filled), tuple(counts), options)
+    counts = list(plain.counts)
+    if options.into_holes:
+        pieces, counts = filled_holes(parts, pieces, plain.spacing)
+    if options.blocks != "none":
+        pieces, counts = in_blocks(pieces, counts, options.kerf, options.blocks, plain.inner)
+    return replace(plain, pieces=tuple(pieces), counts=tuple(counts))
 
 
 def variants(task: Task, search: SolveOptions, tell: Tell, cancelled: threading.Event) -> Iterator[Nest | str]:

@@ -49,6 +49,7 @@ def nest(
     began = time.perf_counter()
     cancelled = cancelled or threading.Event()
     task = prepare(parts, options)
+    kerf = options.kerf if options.blocks != "none" else 0.0
     found: list[Nest] = []
     dropped: list[str] = []
 
@@ -61,7 +62,7 @@ def nest(
         for variant in variants(task, search, tell, cancelled):
             if isinstance(variant, str):
                 dropped.append(variant)
-            elif faults := check_nest(variant, task.spacing, options.margin):
+            elif faults := check_nest(variant, task.spacing, options.margin, kerf):
                 dropped.append(f"by {variant.method}, seed {variant.seed}: {faults[0]}")
             else:
                 found.append(variant)

@@ -91,7 +91,7 @@ WORKS: dict[str, Work] = {
         (
             ("main", _NEST_MAIN),
             ("search", ("variants", "preset", "time_limit")),
-            ("nest", ("nester", "max_sheets")),
+            ("nest", ("nester", "blocks", "max_sheets")),
             ("sheet", _all("sheet")),
             ("read", ("units", "layers", "strict")),
             ("solve", ("iterations", "seed", "threads")),

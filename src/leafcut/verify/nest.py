@@ -6,6 +6,9 @@ import math
 from collections import Counter
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from leafcut.geometry.index import linked
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, Placement
@@ -20,19 +23,22 @@ CHORD = 0.005
 ROUNDING = 1e-5
 #: A drawing that was read again is this near to what was written, mm: its figures have six decimals.
 SAME_PLACE = 1e-3
+#: Outlines that run beside each other for less have no common edge, mm.
+COMMON = 2.0
 #: Angles this far apart are different, rad.
 SAME_ANGLE = 1e-6
 
 
-def check_nest(nest: Nest, spacing: float, margin: float) -> list[str]:
+def check_nest(nest: Nest, spacing: float, margin: float, kerf: float = 0.0) -> list[str]:
     """Return what is wrong with a nest, in a person's words; nothing when it can be cut.
 
     Every part is there as often as it was asked for; each lies in an allowed angle, inside the sheet less its margin,
-    and at least `spacing` (mm) from every other, or from the edge of the hole that it lies in.
+    and at least `spacing` (mm) from every other, or from the edge of the hole that it lies in. With a `kerf` (mm)
+    parts may be as near as that to those with which they hang together by edges just a kerf apart.
     """
     found = _counted(nest)
     for number, layout in enumerate(nest.layouts, 1):
-        words = _angles(nest, layout) + _inside(nest, layout, margin) + _apart(nest, layout, spacing)
+        words = _angles(nest, layout) + _inside(nest, layout, margin) + _apart(nest, layout, spacing, kerf)
         found += [f"sheet {number}: {line}" for line in words]
     return found
 
@@ -72,7 +78,7 @@ def _inside(nest: Nest, layout: Layout, margin: float) -> list[str]:
     return found
 
 
-def _apart(nest: Nest, layout: Layout, spacing: float) -> list[str]:
+def _apart(nest: Nest, layout: Layout, spacing: float, kerf: float) -> list[str]:
     """Return the pairs of parts that overlap or are too near each other."""
     import shapely
 
@@ -82,19 +88,29 @@ def _apart(nest: Nest, layout: Layout, spacing: float) -> list[str]:
     rounds = [_round(nest, p) for p in placements]
     round_shell, round_hole = [CHORD * shell for shell, _ in rounds], [CHORD * hole for _, hole in rounds]
     tree = shapely.STRtree(regions)
+    first, second = tree.query(regions, "dwithin", spacing + 2.0 * CHORD)
+    near = [(i, j) for i, j in sorted(zip(first.tolist(), second.tolist(), strict=True)) if i < j]
+    hang = [(i, j) for i, j in near if kerf > 0.0 and _have_common_edge(shells[i], shells[j], kerf)]
+    block = linked(len(regions), *np.array(hang, dtype=np.int64).reshape(-1, 2).T)
     found = []
-    for i, j in sorted(zip(*tree.query(regions, "dwithin", spacing + 2.0 * CHORD), strict=True)):
-        if i >= j:
-            continue
+    for i, j in near:
         distance = regions[i].distance(regions[j])
         # One in a hole of the other is measured from the edge of the hole.
         slack = (round_hole if shells[i].contains(shells[j]) else round_shell)[i]
         slack += (round_hole if shells[j].contains(shells[i]) else round_shell)[j]
-        if distance < spacing + slack - ROUNDING or (distance == 0.0 and regions[i].intersects(regions[j])):
+        least = kerf if block[i] == block[j] else spacing + slack
+        if distance < least - ROUNDING or (distance == 0.0 and regions[i].intersects(regions[j])):
             names = f"{nest.parts[placements[i].part].name} and {nest.parts[placements[j].part].name}"
             x, y = regions[j].representative_point().coords[0]
-            found.append(f"{names} are {distance:.3f} mm apart near ({x:.1f}, {y:.1f}), {spacing:g} expected")
+            found.append(f"{names} are {distance:.3f} mm apart near ({x:.1f}, {y:.1f}), {least:g} expected")
     return found
+
+
+def _have_common_edge(one: Polygon, other: Polygon, kerf: float) -> bool:
+    """Return whether two outlines run beside each other, just a kerf apart."""
+    if abs(one.distance(other) - kerf) > ROUNDING:
+        return False
+    return bool(other.exterior.intersection(one.buffer(kerf + SAME_PLACE)).length >= COMMON)
 
 
 def _paths(nest: Nest, placement: Placement) -> list[Polyline]:
