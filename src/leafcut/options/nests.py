@@ -59,8 +59,8 @@ class NestOptions(OptionGroup):
     blocks: str = option(
         "text",
         "none",
-        "lay equal parts in blocks, a kerf apart, whose common edges are cut once (--common-lines): pairs, two rows at "
-        "most (plasma, flame), or grids (laser, water)",
+        "lay equal parts in blocks, a kerf apart, to be cut with common lines: pairs, two rows at most (plasma, "
+        "flame), or grids (laser, water)",
         choices=("none", "pairs", "rows", "grids"),
     )
     into_holes: bool = option("flag", True, "lay small parts into the holes of large ones, where that saves sheet")

@@ -91,7 +91,7 @@ WORKS: dict[str, Work] = {
         (
             ("main", _NEST_MAIN),
             ("search", ("variants", "preset", "time_limit")),
-            ("nest", ("nester", "blocks", "max_sheets")),
+            ("nest", ("nester", "blocks", "max_sheets", "machine")),
             ("sheet", _all("sheet")),
             ("read", ("units", "layers", "strict")),
             ("solve", ("iterations", "seed", "threads")),
@@ -199,7 +199,8 @@ def _group(
 def default_of(name: str, work: str = "") -> Any:
     """Return what an option is where a kind of work is told nothing else."""
     if name == "machine" and work:
-        return default_machine(WORKS[work].process)
+        # What is nested is cut.
+        return default_machine("cut" if WORKS[work].command == "nest" else WORKS[work].process)
     return group_of(name).defaults()[name]
 
 
