@@ -11,7 +11,7 @@ from leafcut.gcode.dialects import Dialect, dialect, dialects, parse_dialect
 from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF
 
 MILLS = ["fagor8055", "fanuc", "grbl", "haas", "linuxcnc", "mach3", "mach4"]
-TORCHES = ["fanuc-laser", "grbl-laser", "plasma", "qtplasmac"]
+TORCHES = ["fanuc-laser", "flame", "grbl-laser", "plasma", "qtplasmac", "waterjet"]
 NAMES = sorted(MILLS + TORCHES)
 
 

@@ -29,6 +29,8 @@ class Torch:
     mark_tool
         Tool of the scribe in the controller's table, with its offset in X and Y from the torch, which is tool 0; None:
         what marks is where the torch is.
+    cuts
+        Processes that it can cut with: ``plasma``, ``laser``, ``oxyfuel``, ``waterjet``.
     heights
         Who moves Z: ``program``, ``controller`` (probing, piercing and height are its own), or ``none``.
     waits
@@ -56,6 +58,7 @@ class Torch:
     mark_on: str = ""
     mark_off: str = ""
     mark_tool: int | None = None
+    cuts: tuple[str, ...] = ("plasma",)
     heights: str = "program"
     waits: bool = True
     power: bool = False
@@ -253,12 +256,23 @@ def parse_dialect(text: str, name: str) -> Dialect:
         data: dict[str, Any] = tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
         raise OptionError(f"dialect {name}: not a TOML file ({problem})") from None
+    data = _with_base(data)
     values = _checked({"name": name, **data}, Dialect, f"dialect {name}")
     if "torch" in values:
         if not isinstance(values["torch"], dict):
             raise OptionError(f"dialect {name}: 'torch' is not a table; write [torch]")
         values["torch"] = Torch(**_checked(values["torch"], Torch, f"dialect {name}, [torch]"))
     return Dialect(**values)
+
+
+def _with_base(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the table with all that it does not say from the shipped dialect that it names as `base`."""
+    if "base" not in data:
+        return data
+    base = tomllib.loads((_folder() / f"{data['base']}.toml").read_text(encoding="utf-8"))
+    said = {key: value for key, value in data.items() if key != "base"}
+    tables = {key: {**base.get(key, {}), **said.get(key, {})} for key in ("torch", "sources")}
+    return {**base, **said, **tables}
 
 
 def _checked(data: dict[str, Any], kind: type[Dialect] | type[Torch], what: str) -> dict[str, Any]:

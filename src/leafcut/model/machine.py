@@ -34,7 +34,7 @@ class Machine:
     Attributes
     ----------
     name, description, controller, process
-        `controller` is the name of a dialect; `process` is spindle, torch or laser.
+        `controller` is the name of a dialect; `process` is spindle, torch (plasma), laser, flame or water.
     units
         ``mm`` or ``in``: what the controller takes the numbers of a program for that does not say it.
     rapid_style

@@ -22,7 +22,7 @@ class CutOptions(OptionGroup):
         "text",
         None,
         "plasma, laser, oxyfuel or waterjet, or a name of the cut chart such as laser_fiber_3kW",
-        default_words="what the machine is: laser, else plasma",
+        default_words="what the machine is, else plasma",
     )
     material: str = option(
         "text", "mild_steel", "material, as the cut chart names it; of a pocket it says how fast an assumed mill turns"

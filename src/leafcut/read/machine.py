@@ -14,7 +14,7 @@ from leafcut.model.machine import XYZ, Machine, Probe
 from leafcut.read.toml_table import Table, parse_toml, read_toml
 
 RAPID_STYLES = ("linear", "dogleg")
-PROCESSES = ("spindle", "torch", "laser")
+PROCESSES = ("spindle", "torch", "laser", "flame", "water")
 CORNERS = ("linuxcnc", "grbl", "round")
 
 #: Every key of a profile, by table; a source is given by ``key`` or ``table.key``.

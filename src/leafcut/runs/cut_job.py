@@ -15,7 +15,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.options import CutOptions
-from leafcut.runs.run import Run, refuse
+from leafcut.runs.run import CUTTING_MACHINES, Run, refuse
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 
-_KINDS = {"torch": "plasma", "laser": "laser"}
+#: How machines cut, by the process of their profile.
+_KINDS = {"torch": "plasma", "laser": "laser", "flame": "oxyfuel", "water": "waterjet"}
 #: To lay, write and prove the program takes about as long as what comes before the search; that, and no more than this
 #: part of a time limit, is kept for it.
 MOST_RESERVED = 0.25
@@ -88,6 +89,7 @@ def prepared(run: Run, source: str | Path) -> tuple[Job, list[Issue]]:
     data, issues = _cut_data(run)
     issues += _joint_issues(data, settings.cut)
     words = dialect(settings.post.dialect or run.machine.controller)
+    _check_dialect(words, data.process)
     probe = probe_for(run.machine, words, settings.cut)
     if words.torch is not None and not words.torch.waits and not moves_z(words):
         if settings.cut.pierce_delay:
@@ -160,9 +162,10 @@ def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
     machine_kind = _KINDS.get(run.machine.process)
     if machine_kind is None:
         raise OptionError(
-            f"{run.machine.name} has a spindle and cannot cut a sheet by heat or water; choose --machine plasma-table, "
-            'laser-table or a profile of your own with process = "torch"'
+            f"{run.machine.name} has a spindle and cannot cut a sheet by heat or water; choose --machine "
+            f'{", ".join(CUTTING_MACHINES.values())} or a profile of your own with process = "torch"'
         )
+    _check_process(options.cut_process or machine_kind, machine_kind, run.machine.name)
     if thickness is None:
         raise OptionError("cutting needs the sheet's thickness; give --thickness")
     return find_cut_data(
@@ -177,6 +180,31 @@ def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
         pierce_height=options.pierce_height,
         cut_height=options.cut_height,
     )
+
+
+def _check_process(asked: str, kind: str, machine: str) -> None:
+    """Refuse a machine that cuts in another way than is asked for."""
+    how = asked.lower().partition("_")[0]
+    if how == kind or how not in CUTTING_MACHINES:
+        return
+    key = next(key for key, value in _KINDS.items() if value == how)
+    raise OptionError(
+        f"{machine} cuts by {kind}, not by {how}; choose --machine {CUTTING_MACHINES[how]}, or a profile of your own "
+        f'with process = "{key}"'
+    )
+
+
+def _check_dialect(words: Dialect, process: str) -> None:
+    """Refuse a dialect whose words are for another kind of torch."""
+    from leafcut.gcode.dialects import dialect, dialects
+
+    how = process.partition("_")[0]
+    if words.torch is not None and how in CUTTING_MACHINES and how not in words.torch.cuts:
+        able = [name for name in dialects(torch=True) if how in (dialect(name).torch or words.torch).cuts]
+        raise OptionError(
+            f"programs for {words.name} cut by {' or '.join(words.torch.cuts)}, not by {how}; choose --dialect "
+            f"{' or '.join(able)}"
+        )
 
 
 def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | None:

@@ -96,15 +96,22 @@ def machine_of(settings: Settings) -> Machine:
     return load_machine(settings.machine.machine, offset)
 
 
-#: The machine that cuts where none is named.
-CUTTING_MACHINE = "plasma-table"
+#: The machine that cuts where none is named, by how it cuts.
+CUTTING_MACHINES = {
+    "plasma": "plasma-table",
+    "laser": "laser-table",
+    "oxyfuel": "flame-table",
+    "waterjet": "water-table",
+}
 
 
 def for_cutting(settings: Settings) -> Settings:
-    """Return the settings with a machine that cuts where nobody named one: the default one does not cut."""
+    """Return the settings with a machine that cuts so where nobody named one: the default one does not cut."""
     if "machine" in settings.given or settings.machine.machine != MachineOptions().machine:
         return settings
-    return replace(settings, machine=replace(settings.machine, machine=CUTTING_MACHINE))
+    how = (settings.cut.cut_process or "plasma").lower().partition("_")[0]
+    machine = CUTTING_MACHINES.get(how, CUTTING_MACHINES["plasma"])
+    return replace(settings, machine=replace(settings.machine, machine=machine))
 
 
 def passing_on(

@@ -67,7 +67,7 @@ def check_program(
             tool_radii=tool_radii,
             safe_z=machine.safe_z or 0.0,
             dogleg=machine.rapid_style == "dogleg",
-            torch=machine.process in ("torch", "laser"),
+            torch=machine.process != "spindle",
             milled=milled,
         ),
     ]
