@@ -48,10 +48,10 @@ def refusal(name: str) -> str:
     return message
 
 
-def test_nine_machines_are_shipped_with_a_description_each() -> None:
+def test_these_machines_are_shipped_with_a_description_each() -> None:
     assert set(machine_names()) == {
         "haas-vf2", "linuxcnc-mill", "linuxcnc-sim", "grbl-3018", "mach3-router", "fagor-8055", "pcb-drill",
-        "plasma-table", "laser-table",
+        "plasma-table", "laser-table", "flame-table", "water-table",
     }  # fmt: skip
     assert list(machine_descriptions()) == machine_names()
     assert all(machine_descriptions().values())

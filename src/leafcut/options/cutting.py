@@ -28,7 +28,11 @@ class CutOptions(OptionGroup):
         "text", "mild_steel", "material, as the cut chart names it; of a pocket it says how fast an assumed mill turns"
     )
     amps: float | None = option(
-        "number", None, "current, where the chart has several", minimum=0, default_words="the chart's lowest"
+        "number",
+        None,
+        "current, where the chart has several",
+        minimum=0,
+        default_words="the fastest of the chart that pierces the sheet",
     )
     chart: Path | None = option("path", None, "your own cut chart, a CSV file", default_words="the shipped one")
     cut_speed: float | None = option(

@@ -38,16 +38,23 @@ MATERIALS = {
     "stainless": "stainless_304",
     "stainless_steel": "stainless_304",
     "aluminum": "aluminium",
+    "wood": "plywood",
+    "plexiglass": "acrylic",
+    "pmma": "acrylic",
 }
 
 #: Heights of a torch or a cutting head where a chart says none, mm. Estimates: a laser's head follows the sheet at
 #: about a millimetre, a jet and an oxy flame at what their heads have by habit.
 HEIGHTS = {"laser": 1.0, "waterjet": 3.0, "oxyfuel": 6.0}
 
-#: What a user may say in the place of a chart.
+#: What a user may say in the place of a chart, and how much of it makes a row of a chart needless.
 GIVEN = ("feed", "kerf", "pierce_delay", "pierce_height", "cut_height")
+KINDS = ("plasma", "laser", "oxyfuel", "waterjet")
+ENOUGH = ("feed", "kerf", "pierce_delay")
+_OWN = "--cut-speed, --kerf-width and --pierce-delay"
 
 MOST_ROWS = 100_000
+_ESTIMATE = 2
 #: No figure of a chart is larger, and no kerf that is known is narrower or wider, mm.
 LARGEST, NARROWEST, WIDEST = 1e6, 0.001, 50.0
 
@@ -74,7 +81,7 @@ class Row:
         """0 for a manufacturer's chart and a user's own, 1 for a copy of one, 2 for an estimate."""
         words = self.confidence.lower()
         if words.startswith(("low", "sample")):
-            return 2
+            return _ESTIMATE
         return 1 if words.startswith("secondary") and "manufacturer" not in words else 0
 
 
@@ -166,7 +173,9 @@ def find_cut_data(
 
     The row of that thickness; else a point between the two rows around it of one process, material and current: the
     speed on the straight line in logarithms, since speeds fall with a power of the thickness, the rest on the plain
-    straight line. Of several charts the most trusted, of several currents the least.
+    straight line. Of several charts the most trusted; estimates only where there is nothing else. Of several currents
+    the fastest that pierces the sheet and of which the chart says all that is needed. Where the user gives speed, kerf
+    and pierce delay, no row is needed.
 
     Parameters
     ----------
@@ -185,24 +194,44 @@ def find_cut_data(
     PlanError
         Nothing of that thickness; says the nearest ones.
     """
+    rows = list(rows)
     known = [r for r in rows if _is_process(r.process, process)]
-    if not known:
+    own = _own_row(process, material, thickness, amps, given)
+    if not known and own is None:
         raise OptionError(f"--cut-process: the chart has no '{process}'{nearest(process, _all(rows, 'process'))}")
     material = _named(material)
     named = [r for r in known if r.material == material]
-    if not named:
+    if not named and own is None:
         raise OptionError(
-            f"--material: the chart has no '{material}' for {process}{nearest(material, _all(known, 'material'))}"
+            f"--material: the chart has no '{material}' for {process}{nearest(material, _all(known, 'material'))}; "
+            f"without a row, give {_OWN}"
         )
     fitting = [r for r in named if amps is None or r.amps == amps]
-    if not fitting:
+    if not fitting and own is None:
         currents = ", ".join(f"{a:g}" for a in sorted({r.amps for r in named if r.amps is not None})) or "none"
-        raise OptionError(f"--amps {amps:g}: the chart has {currents} for {process} of {material}")
-    found = _best(fitting, thickness)
-    if found is None:
+        raise OptionError(
+            f"--amps {amps:g}: the chart has {currents} for {process} of {material}; without a row, give {_OWN}"
+        )
+    found = _best(fitting, thickness, given)
+    if found is not None:
+        row, issues = found
+        return _finished(row, thickness, given, [*issues, *_others(named, row)])
+    if own is None:
         raise PlanError(_no_row(fitting, process, material, thickness))
-    row, issues = found
-    return _finished(row, thickness, given, [*issues, *_others(named, row)])
+    return _finished(own, thickness, given, [])
+
+
+def _own_row(
+    process: str, material: str, thickness: float, amps: float | None, given: dict[str, float | None]
+) -> Row | None:
+    """Return a row of the user's own figures, or None where they are not enough."""
+    if any(given.get(key) is None for key in ENOUGH) or process.lower().partition("_")[0] not in KINDS:
+        return None
+    said = {key: given.get(key) for key in GIVEN}
+    return Row(
+        process.lower(), _named(material), thickness, given["feed"] or 0.0, amps, said["pierce_height"],
+        said["pierce_delay"], said["cut_height"], said["kerf"], None, "the user's own", "the user's own figures",
+    )  # fmt: skip
 
 
 def _is_process(name: str, asked: str) -> bool:
@@ -213,25 +242,56 @@ def _all(rows: Iterable[Row], field: str) -> list[str]:
     return sorted({getattr(r, field) for r in rows})
 
 
-def _best(rows: list[Row], thickness: float) -> tuple[Row, list[Issue]] | None:
-    """Return the row of a thickness from the most trusted rows that have it or are around it."""
-    groups: dict[tuple[float, str], list[Row]] = {}
+def _best(rows: list[Row], thickness: float, given: dict[str, float | None]) -> tuple[Row, list[Issue]] | None:
+    """Return the row of a thickness: of the process that comes first, the current that fits best.
+
+    A chart comes before an estimate, what pierces and is complete before what is not, and then the faster.
+    """
+    groups: dict[tuple[str, float], list[Row]] = {}
     for row in rows:
-        groups.setdefault((row.amps or 0.0, row.process), []).append(row)
-    for trust in range(3):
-        trusted = [[r for r in groups[key] if r.trust <= trust] for key in sorted(groups)]
-        for group in trusted:
-            exact = [r for r in group if abs(r.thickness - thickness) <= SAME_THICKNESS * thickness]
-            if exact:
-                return min(exact, key=lambda r: (r.trust, abs(r.thickness - thickness))), []
-        for group in trusted:
-            thin = [r for r in group if r.thickness < thickness]
-            thick = [r for r in group if r.thickness > thickness]
-            if thin and thick:
-                a = max(thin, key=lambda r: (r.thickness, -r.trust))
-                b = min(thick, key=lambda r: (r.thickness, r.trust))
-                return _between(a, b, thickness)
+        groups.setdefault((row.process, row.amps or 0.0), []).append(row)
+    found = {key: at for key in sorted(groups) if (at := _at_thickness(groups[key], thickness)) is not None}
+    if not found:
+        return None
+    first = min(found, key=lambda key: (found[key][0].trust == _ESTIMATE, key))[0]
+    ways = [at for key, at in found.items() if key[0] == first]
+
+    def rank(at: tuple[Row, list[Issue]]) -> tuple[bool, bool, float]:
+        row = at[0]
+        return bool(_missing(row, given)) or not _can_pierce(row, {}), row.trust == _ESTIMATE, -row.feed
+
+    best = min(ways, key=rank)
+    if not _can_pierce(best[0], {}) and len(ways) > 1:
+        raise OptionError(_above_capacity(best[0], [row for row, _ in ways], thickness))
+    return best
+
+
+def _at_thickness(group: list[Row], thickness: float) -> tuple[Row, list[Issue]] | None:
+    """Return the most trusted row of one process and current that has a thickness, or lies between two around it."""
+    for trust in range(_ESTIMATE + 1):
+        trusted = [r for r in group if r.trust <= trust]
+        exact = [r for r in trusted if abs(r.thickness - thickness) <= SAME_THICKNESS * thickness]
+        if exact:
+            return min(exact, key=lambda r: (r.trust, abs(r.thickness - thickness))), []
+        thin = [r for r in trusted if r.thickness < thickness]
+        thick = [r for r in trusted if r.thickness > thickness]
+        if thin and thick:
+            a = max(thin, key=lambda r: (r.thickness, -r.trust))
+            b = min(thick, key=lambda r: (r.thickness, r.trust))
+            return _between(a, b, thickness)
     return None
+
+
+def _above_capacity(edge: Row, rows: list[Row], thickness: float) -> str:
+    """Return what to do where the only current of which all is known does not pierce the sheet."""
+    higher = [r for r in rows if r.pierce_height is not None]
+    wanting = f"{thickness:g} mm is above what {_way(edge)} pierces"
+    begin = f"--amps {edge.amps or 0:g} begins at the sheet's edge"
+    if not higher:
+        return f"{wanting}; {begin}, --pierce-delay has it pierced all the same"
+    names = " and ".join(f"{r.amps or 0:g} A" for r in higher)
+    lacks = " and the ".join(_missing(higher[0], {}))
+    return f"{wanting}; of {names} the cut chart does not say the {lacks}: give them, or {begin}"
 
 
 def _between(a: Row, b: Row, thickness: float) -> tuple[Row, list[Issue]]:
@@ -257,7 +317,7 @@ def _no_row(rows: list[Row], process: str, material: str, thickness: float) -> s
     offered = ", ".join(f"{t:g}" for t in sorted(near))
     return (
         f"the cut chart has no row for {process} of {material}, {thickness:g} mm; the nearest are {offered} mm; "
-        "give another --thickness, or your own chart with --chart"
+        f"give another --thickness, your own chart with --chart, or {_OWN}"
     )
 
 
@@ -279,24 +339,41 @@ def _way(row: Row) -> str:
     return row.process if row.amps is None else f"{row.process} {row.amps:g} A"
 
 
+def _values(row: Row, given: dict[str, float | None]) -> dict[str, float | None]:
+    return {key: getattr(row, key) if given.get(key) is None else given[key] for key in GIVEN}
+
+
+def _can_pierce(row: Row, given: dict[str, float | None]) -> bool:
+    """Return whether a sheet is pierced: not by a plasma current of which the chart says no pierce, nor the user."""
+    if row.process.split("_")[0] != "plasma":
+        return True
+    return row.pierce_height is not None or _values(row, given)["pierce_delay"] is not None
+
+
+def _missing(row: Row, given: dict[str, float | None]) -> list[str]:
+    """Return what is needed and neither the chart nor the user says."""
+    values = _values(row, given)
+    missing = []
+    if not values["kerf"]:  # a chart's 0 is a figure that nobody has measured
+        missing.append("kerf (--kerf-width)")
+    if values["pierce_delay"] is None and _can_pierce(row, given):
+        missing.append("pierce delay (--pierce-delay)")
+    return missing
+
+
 def _finished(
     row: Row, thickness: float, given: dict[str, float | None], issues: list[Issue]
 ) -> tuple[CutData, list[Issue]]:
     """Return the data with the user's own values in the place of the chart's; all that is needed must be there."""
-    values = {key: getattr(row, key) if given.get(key) is None else given[key] for key in GIVEN}
+    values = _values(row, given)
     kind = row.process.split("_")[0]
-    can_pierce = kind != "plasma" or row.pierce_height is not None or values.get("pierce_delay") is not None
-    missing = []
-    if not values.get("kerf"):  # a chart's 0 is a figure that nobody has measured
-        missing.append("kerf (--kerf-width)")
-    if values.get("pierce_delay") is None and can_pierce:
-        missing.append("pierce delay (--pierce-delay)")
+    can_pierce, missing = _can_pierce(row, given), _missing(row, given)
     if missing:
         raise OptionError(
             f"the cut chart does not say the {' and the '.join(missing)} of {_way(row)} in {row.material}, "
             f"{thickness:g} mm; give it"
         )
-    if row.trust == 2:
+    if row.trust == _ESTIMATE:
         words = f"the cutting data of {_way(row)} in {row.material} are not certain ({row.confidence}): try them first"
         issues.append(Issue("L413", words))
     cut_height, assumed = values.get("cut_height"), HEIGHTS.get(kind, 1.5)
