@@ -195,6 +195,22 @@ def test_a_kerf_that_the_controller_compensates_goes_to_linuxcnc_with_its_slow_h
     assert status == 0, said
 
 
+def test_a_hole_too_small_for_a_controllers_lead_is_compensated_by_the_program(rs274: str, tmp_path: Path) -> None:
+    """Holes of 5 mm and 40 mm: the large one and the outline under G41, the small one along its own path."""
+    document = ezdxf.new(units=4)
+    document.modelspace().add_lwpolyline([(0, 0), (150, 0), (150, 80), (0, 80)], close=True)
+    for x, radius in ((20, 2.5), (90, 20)):
+        document.modelspace().add_circle((x, 40), radius)
+    document.saveas(tmp_path / "plate.dxf")
+    found = api.optimize(tmp_path / "plate.dxf", compensation="controller", **FAST)
+    assert found.verified
+    by_diameter = {round(c.path.piece(c.lead_in, c.lead_out).length): c.compensation for c in found.cut_plan.cuts}
+    assert by_diameter == {round(math.pi * (5 - 1.54)): 40, round(math.pi * 40): 41, 460: 41}
+    assert [i.code for i in found.issues if "compensated by the program" in i.message] == ["L626"]
+    status, said = run_rs274(rs274, found.text, tmp_path)
+    assert status == 0, said
+
+
 @pytest.mark.parametrize(
     "options",
     [

@@ -78,6 +78,7 @@ CODES: dict[str, str] = {
     "L620": "a laser is lit again on the move in a thick sheet",
     "L621": "a plan file was made for another thickness, material or process",
     "L622": "a register of the controller must hold half of the kerf",
+    "L626": "contours are compensated by the program, not by the controller",
     "L701": "a place of a pocket cannot be reached by the tool",
     "L702": "the tool comes down in another way than was asked for",
     "L703": "holes have to be there before a program runs",

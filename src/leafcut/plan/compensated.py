@@ -9,37 +9,56 @@ about the run-in's end, and the torch starts on that tangent.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline, joined
-from leafcut.plan.cut_contours import FLATNESS, ROUNDING, CutContour, flat_line
+from leafcut.model.issue import Issue, Severity
+from leafcut.plan.cut_contours import CORNER, FLATNESS, ROUNDING, CutContour, corner_turns, flat_line
 from leafcut.plan.cut_rules import CutRules
-from leafcut.plan.cut_starts import CutStart, overcut_of, scrap_left, travel_at
-from leafcut.plan.leads import lead_path
+from leafcut.plan.cut_starts import FEWEST_PLACES, CutStart, overcut_of, scrap_left, starts_of, travel_at
+from leafcut.plan.leads import Scrap, lead_path
+
+#: Beside a hollow corner neither line nor arc is shorter than so many kerfs, or the controller's path crosses itself.
+SHORTEST_KERFS = 2.0
+#: A hollow's radius is at least so many half kerfs, or a controller does not get through.
+TIGHTEST = 1.05
 
 
-def check_hollows(contours: list[CutContour], rules: CutRules) -> None:
-    """Refuse hollows rounder than the kerf: a controller stops there, with the torch on.
+def by_path_where_needed(
+    contours: list[CutContour], scrap: Scrap, rules: CutRules
+) -> tuple[list[CutContour], list[Issue]]:
+    """Return the contours, those compensated by the program that a controller could not: and a note on them.
 
-    Raises
-    ------
-    PlanError
-        The first such hollow.
+    That is where there is no room for a run-in and an arc, as in a small hole, and where a hollow is rounder than the
+    kerf: there a controller stops, with the torch on.
     """
-    for contour in contours:
-        if not contour.has_leads:
-            continue
-        side = 1.0 if contour.hole else -1.0
-        drawn = _drawn(contour)
-        for s in drawn.segments():
-            if s.is_arc and s.bulge * side > 0.0 and s.radius < rules.half * 1.05:
-                raise PlanError(
-                    f"{contour.name()} has a hollow of radius {s.radius:.3g} mm at ({s.start[0]:.5g}, "
-                    f"{s.start[1]:.5g}), too tight for a controller that compensates a kerf of {rules.kerf:g} mm; use "
-                    "--compensation geometry"
-                )
+    made = [
+        replace(c, by_path=c.has_leads and not _suits_the_controller(k, c, scrap, rules))
+        for k, c in enumerate(contours)
+    ]
+    own = [c for c in made if c.by_path]
+    if not own:
+        return made, []
+    names = ", ".join(c.name() for c in own[:3]) + (" …" if len(own) > 3 else "")
+    words = "1 contour is" if len(own) == 1 else f"{len(own)} contours are"
+    words += f" compensated by the program for a kerf of {rules.kerf:g} mm: no room for a controller's lead-in, or a "
+    words += "hollow that is too tight for it"
+    return made, [Issue("L626", words, names, Severity.NOTE)]
+
+
+def _suits_the_controller(number: int, contour: CutContour, scrap: Scrap, rules: CutRules) -> bool:
+    side = 1.0 if contour.hole else -1.0
+    arcs = [s for s in _drawn(contour).segments() if s.is_arc and s.bulge * side > 0.0]
+    if any(s.radius < rules.half * TIGHTEST for s in arcs):
+        return False
+    hollow = side * np.asarray(corner_turns(_drawn(contour))) > CORNER
+    lengths = _drawn(contour).lengths
+    if (hollow & (np.minimum(lengths, np.roll(lengths, 1)) < SHORTEST_KERFS * rules.kerf)).any():
+        return False
+    return bool(starts_of(number, contour, scrap, rules, FEWEST_PLACES))
 
 
 def _drawn(contour: CutContour) -> Polyline:

@@ -56,6 +56,8 @@ class CutContour:
         Of a common line: how much of it is an edge of two parts, mm; 0 for all else.
     inlets
         Of an open cut: its lead-in at either end; None where it cannot begin there.
+    by_path
+        True: the program compensates the kerf here, where a controller that does elsewhere has no room for its lead.
     """
 
     index: int
@@ -70,6 +72,11 @@ class CutContour:
     group: int = 0
     common: float = 0.0
     inlets: tuple[Lead | None, Lead | None] = (NO_LEAD, NO_LEAD)
+    by_path: bool = False
+
+    def rules_of(self, rules: CutRules) -> CutRules:
+        """Return the rules that it is cut by, of those of its sheet."""
+        return rules.by_path() if self.by_path else rules
 
     @property
     def indices(self) -> tuple[int, ...]:

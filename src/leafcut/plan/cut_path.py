@@ -18,6 +18,7 @@ SAME_PLACE = 1e-6
 
 def make_cut(contour: CutContour, start: CutStart, rules: CutRules, *, fixed: tuple[str, ...] = ()) -> Cut:
     """Return the run of the torch that begins at a start."""
+    rules = contour.rules_of(rules)
     if rules.compensation == "controller" and contour.has_leads:
         return _programmed(contour, start, rules, fixed)
     body, past = body_of(contour, start, rules)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from leafcut.errors import OptionError
 from leafcut.model.cutting import CutData, Lead
@@ -86,6 +86,10 @@ class CutRules:
         if kind == "mark":
             return self.mark_feed
         return self.small_hole_feed if small else self.data.feed
+
+    def by_path(self) -> CutRules:
+        """Return the rules of a contour whose kerf the program compensates, whoever does elsewhere."""
+        return replace(self, compensation="geometry", lead_in=replace(self.lead_in, run_in=0.0))
 
     @property
     def kerf(self) -> float:

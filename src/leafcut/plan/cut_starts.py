@@ -148,7 +148,7 @@ def find_starts(contours: list[CutContour], scrap: Scrap, rules: CutRules) -> li
 
 def starts_of(number: int, contour: CutContour, scrap: Scrap, rules: CutRules, most: int) -> list[CutStart]:
     """Return the starts of one contour; none where there is no room for any lead."""
-    path = contour.path
+    path, rules = contour.path, contour.rules_of(rules)
     if not contour.has_leads:
         # Where the torch cannot pierce, an open cut has no lead along which it could come from the sheet's edge.
         pierces = contour.kind == "cut" and not rules.data.can_pierce

@@ -25,7 +25,7 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.options import CutOptions
 from leafcut.plan.chain_path import chain_length, make_chain
-from leafcut.plan.compensated import check_hollows
+from leafcut.plan.compensated import by_path_where_needed
 from leafcut.plan.cut_contours import ROUNDING, CutContour, prepare_contours
 from leafcut.plan.cut_path import make_cut
 from leafcut.plan.cut_rules import CutRules
@@ -115,7 +115,8 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
     scrap = Scrap(sheet, contours, rules)
     check_room(contours, scrap)
     if rules.compensation == "controller":
-        check_hollows(contours, rules)
+        contours, found = by_path_where_needed(contours, scrap, rules)
+        issues = [*issues, *found]
     if rules.loops:
         from leafcut.plan.corner_loops import with_loops
 

@@ -198,7 +198,7 @@ def _fixed_starts(cutting: Cutting, k: int, contour: CutContour, choice: CutChoi
     """
     import shapely
 
-    scrap, rules = cutting.scrap, cutting.rules
+    scrap, rules = cutting.scrap, contour.rules_of(cutting.rules)
     ways = directions_of(contour, rules) if contour.path.closed else (False, True)
     if "direction" in choice.fixed:
         if contour.path.closed != choice.direction.endswith("clockwise"):

@@ -107,7 +107,8 @@ def start_at(
 
     `wanted` is asked before it is looked whether they fit, since that takes longer.
     """
-    contour, rules, scrap = cutting.contours[like.contour], cutting.rules, cutting.scrap
+    contour, scrap = cutting.contours[like.contour], cutting.scrap
+    rules = contour.rules_of(cutting.rules)
     path, clockwise = contour.path, like.clockwise
     if in_loop(contour, at, rules) or (
         rules.compensation == "controller" and not away_from_corners(contour, at, rules)
