@@ -6,7 +6,7 @@ from pathlib import Path
 
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.model.issue import CODES
-from leafcut.option_spec import flag_name, written
+from leafcut.option_spec import WORKS, flag_name, written
 from leafcut.options import ALGORITHM_TITLES, GROUPS
 from leafcut.read import formats
 from leafcut.read.machine import machine_descriptions
@@ -17,6 +17,10 @@ OPTIONS_INTRODUCTION = (
     "`leafcut.optimize`, and means the same in all three. Bare numbers are millimetres, seconds, mm/min or rpm;",
     "any can carry its own unit: `0.25in`, `90ipm`, `500ms`. A decimal comma is a point where it",
     "cannot be anything else: `6,5` is 6.5, but not in lists, and `1,250` is asked back.",
+    "",
+    "An option that the work at hand does not use is an error where it is given on the command line or in a call:",
+    f"{', '.join(f'`{name}` is {words}' for name, words in WORKS.items())}.",
+    "A file of options may serve many kinds of work: of it, what a run does not use is not applied.",
 )
 
 
@@ -25,13 +29,14 @@ def options_table() -> list[str]:
     lines = ["## Options", "", *OPTIONS_INTRODUCTION, ""]
     for group in GROUPS:
         lines += [f"### [{group.section}] {(group.__doc__ or '').splitlines()[0]}", ""]
-        lines += ["| flag | TOML key | default | what |", "| --- | --- | --- | --- |"]
+        lines += ["| flag | TOML key | default | used for | what |", "| --- | --- | --- | --- | --- |"]
         for name, spec in group.specs().items():
             default = group.defaults()[name]
             words = spec.default_words or ("" if default in (None, ()) else written(spec, default))
             words = words or ("off", "on")[default is True] if spec.kind == "flag" else words
             choices = f" ({', '.join(f'`{c}`' for c in spec.choices)})" if spec.choices else ""
-            lines.append(f"| `{flag_name(name)}` | `{name}` | {words} | {spec.help}{choices} |")
+            works = ", ".join(group.works_of(name))
+            lines.append(f"| `{flag_name(name)}` | `{name}` | {words} | {works} | {spec.help}{choices} |")
         lines.append("")
     return lines
 

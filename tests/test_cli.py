@@ -257,35 +257,21 @@ def test_the_same_options_through_flags_file_and_api_give_the_same_bytes(
     face: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "p.nc"
+    given = {"machine": "haas-vf2", "peck": "2mm", "thickness": "6mm", "algorithm": "acs", "n_ants": "7"}
+    given |= {"iterations": 3, "seed": 4}
     if face == "api":
-        leafcut.optimize(PLATE, out, machine="haas-vf2", peck="2mm", thickness=6.0, n_ants=7, iterations=3, seed=4)
+        leafcut.optimize(PLATE, out, **{**given, "thickness": 6.0, "n_ants": 7})
     elif face == "flags":
-        flags = [
-            "--machine",
-            "haas-vf2",
-            "--peck",
-            "2",
-            "--thickness",
-            "6mm",
-            "--n-ants",
-            "7",
-            "--iterations",
-            "3",
-            "--seed",
-            "4",
-        ]
+        flags = [word for name, value in given.items() for word in (flag_name(name), str(value))]
         answer(capsys, "optimize", PLATE, "-o", str(out), *flags, "-q")
     else:
         options = tmp_path / "o.toml"
         options.write_text(
             '[machine]\nmachine = "haas-vf2"\n[drill]\npeck = "2mm"\nthickness = 6.0\n'
-            "[aco]\nn_ants = 7\n[solve]\niterations = 3\nseed = 4\n"
+            '[aco]\nn_ants = 7\n[solve]\nalgorithm = "acs"\niterations = 3\nseed = 4\n'
         )
         answer(capsys, "optimize", PLATE, "-o", str(out), "--options", str(options), "-q")
-    assert (
-        out.read_text()
-        == leafcut.optimize(PLATE, machine="haas-vf2", peck="2mm", thickness="6mm", n_ants=7, iterations=3, seed=4).text
-    )
+    assert out.read_text() == leafcut.optimize(PLATE, **given).text
 
 
 def test_the_header_holds_what_it_takes_to_make_the_program_again() -> None:

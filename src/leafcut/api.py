@@ -22,10 +22,11 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
-from leafcut.options import Settings
+from leafcut.options import Settings, settings_for
 from leafcut.runs.run import Progress, Run, for_cutting, machine_of, passing_on
 
 if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
     from leafcut.model.cutting import CutPlan
     from leafcut.model.machine import Machine
@@ -100,7 +101,7 @@ def optimize(
         write_whole(output, outcome.text, encoding=outcome.encoding)
     if report:
         write_whole(report, page)
-    if settings.cut.save_plan and outcome.cut_plan is not None:
+    if outcome.cut_plan is not None and settings.cut.save_plan:
         write_whole(settings.cut.save_plan, _plan_text(outcome.cut_plan))
     return outcome
 
@@ -119,20 +120,25 @@ def _work(run: Run, source: str | Path, process: str) -> Outcome:
     if format_.name == "gcode":
         from leafcut.runs.resequencing import resequence
 
-        return resequence(run, loaded.path, loaded.data, process)
+        return resequence(_for(run, "program", format_.name), loaded.path, loaded.data, process)
     if process not in ("auto", "drill", "cut", "pocket"):
         raise OptionError(f"--process {process}: a drawing is drilled, cut or milled; use auto, drill, cut or pocket")
     if process == "pocket" or (process == "auto" and format_.processes == ("pocket",)):
         from leafcut.runs.pocketing import pocket
 
-        return pocket(run, source)
+        return pocket(_for(run, "pocket", format_.name), source)
     if process == "cut":
         from leafcut.runs.cutting import cut
 
-        return cut(run, source)
+        return cut(_for(run, "cut", format_.name), source)
     from leafcut.runs.drilling import drill
 
-    return drill(run, source)
+    return drill(_for(run, "drill", format_.name), source)
+
+
+def _for(run: Run, work: str, input_kind: str) -> Run:
+    """Return a run with the options that its kind of work uses; refuse others."""
+    return replace(run, settings=settings_for(run.settings, work, input_kind))
 
 
 def _plan_text(plan: CutPlan) -> str:
@@ -178,7 +184,7 @@ def nest(
     from leafcut.read.nest_list import read_wanted
     from leafcut.runs.nesting import nest_drawings
 
-    settings = Settings.collect(options, Path(options_file) if options_file else None)
+    settings = settings_for(Settings.collect(options, Path(options_file) if options_file else None), "nest")
     words = [str(part) for part in parts]
     wanted = read_wanted(words)
     lists = [name for word in words for name in (word, word.rpartition(":")[0]) if name]
@@ -204,7 +210,7 @@ def solve_part(
     from leafcut.solve.compiling import announced
     from leafcut.solve.solve import solve
 
-    settings, problem = Settings.collect(options), problem_of_map(part)
+    settings, problem = settings_for(Settings.collect(options), "solve"), problem_of_map(part)
     tell = passing_on(progress, f"solving {part.name}")
     with announced(lambda: progress("compiling (first run on this machine)", None, 0.0, None) if progress else None):
         solution = solve(
@@ -227,7 +233,7 @@ def solve_file(
     from leafcut.read import read
     from leafcut.report.json_answer import solution_as_json
 
-    part = read(source, Settings.collect(options).read)
+    part = read(source, settings_for(Settings.collect(options), "solve").read)
     solution = solve_part(part, progress=progress, observe=observe, cancelled=cancelled, **options)
     return solution_as_json(part, solution), solution.nodes
 
@@ -285,12 +291,20 @@ def read_run(program: str | Path, *, dialect: str | None = None, **options: Any)
     from leafcut.gcode import dialects
     from leafcut.runs.reading import read_foreign
 
-    settings = Settings.collect(options)
+    settings = settings_for(Settings.collect(options), "simulate")
     machine = machine_of(settings)
     name = dialect or machine.controller
-    read = read_foreign(read_program(program), str(program), settings, machine, dialects.dialect(name))
+    words = dialects.dialect(name)
+    _check_lifts(settings, words)
+    read = read_foreign(read_program(program), str(program), settings, machine, words)
     run, unknown = _as_run(read.program, name, settings.drill.clearance_height)
     return ProgramRun(read.program.path, run, machine, name, (*map(str, read.issues), *unknown))
+
+
+def _check_lifts(settings: Settings, words: Dialect) -> None:
+    """Refuse a height for what the controller does itself where it does nothing itself."""
+    if "clearance_height" in settings.asked and (words.torch is None or not words.torch.material_comment):
+        raise OptionError(f"--clearance-height: a program for {words.name} says its heights itself; leave it out")
 
 
 def _as_run(program: Program, dialect_name: str, clearance: float) -> tuple[Toolpath, list[str]]:
@@ -320,7 +334,7 @@ def verify_programs(
     """
     from leafcut.verify.certificate import certify
 
-    settings = Settings.collect(options)
+    settings = settings_for(Settings.collect(options), "verify")
     machine = machine_of(settings)
     words = dialect or machine.controller
     both = (_interpret(program, words, settings, machine) for program in (original, new))

@@ -17,18 +17,7 @@ from cyclopts import App, CycloptsError, Parameter
 from leafcut import __version__
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.flags import command_of
-from leafcut.options import (
-    GROUPS,
-    AcoOptions,
-    CutOptions,
-    DrillOptions,
-    FireflyOptions,
-    MachineOptions,
-    NestOptions,
-    ReadOptions,
-    SheetOptions,
-    SolveOptions,
-)
+from leafcut.options import used_by
 from leafcut.progress import Reporter
 
 DONE, REFUSED, USAGE = 0, 1, 2
@@ -41,20 +30,6 @@ MOST_WARNINGS = 10
 
 #: The switch that every command which answers has.
 Json = Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")]
-
-#: What of these groups means something to the nester.
-_OF_NESTING = {
-    "machine": ("machine",),
-    "read": ("units", "layers", "strict"),
-    "solve": ("preset", "time_limit", "iterations", "seed", "threads"),
-}
-#: A torch whose controller moves Z travels at a height that no program says, at the speed of its own table's material.
-_OF_SIMULATING = {
-    "read": ("units", "strict"),
-    "drill": ("clearance_height", "thickness"),
-    "cut": ("cut_speed", "material", "amps", "chart"),
-}
-_OF_VERIFYING = {"read": ("units",), "cut": ("cut_speed",)}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -131,14 +106,11 @@ def app() -> App:
         result_action="return_value",
         suppress_keyboard_interrupt=False,
     )
-    solving = (SolveOptions, AcoOptions, FireflyOptions)
-    made.command(command_of(_optimize, [g for g in GROUPS if g is not NestOptions]), name="optimize")
-    made.command(command_of(_solve, (ReadOptions, *solving)), name="solve")
-    nesting = (MachineOptions, ReadOptions, SheetOptions, NestOptions, SolveOptions)
-    simulating = (MachineOptions, ReadOptions, DrillOptions, CutOptions)
-    made.command(command_of(_nest, nesting, _OF_NESTING), name="nest")
-    made.command(command_of(_simulate, simulating, _OF_SIMULATING), name="simulate")
-    made.command(command_of(_verify, (MachineOptions, ReadOptions, CutOptions), _OF_VERIFYING), name="verify")
+    made.command(command_of(_optimize, used_by("drill", "cut", "pocket", "program")), name="optimize")
+    made.command(command_of(_solve, used_by("solve")), name="solve")
+    made.command(command_of(_nest, used_by("nest")), name="nest")
+    made.command(command_of(_simulate, used_by("simulate")), name="simulate")
+    made.command(command_of(_verify, used_by("verify")), name="verify")
     made.command(_machines, name="machines")
     made.command(_algorithms, name="algorithms")
     made.command(_formats, name="formats")

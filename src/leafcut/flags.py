@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable
 from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
@@ -27,20 +27,11 @@ _TITLES = {
 
 
 def command_of(
-    function: Callable[..., int], groups: Iterable[type[OptionGroup]], only: Mapping[str, Sequence[str]] | None = None
+    function: Callable[..., int], options: Iterable[tuple[type[OptionGroup], str, OptionSpec]]
 ) -> Callable[..., int]:
-    """Return `function` with a flag for every option of `groups`, which it receives as a dict `options`.
-
-    `only` names the options wanted of a group, by its section, where not all are.
-    """
+    """Return `function` with a flag for every one of `options`, which it receives as a dict `options`."""
     own = [p for p in inspect.signature(function, eval_str=True).parameters.values() if p.name != "options"]
-    wanted = only or {}
-    names = [
-        (group, name, spec)
-        for group in groups
-        for name, spec in group.specs().items()
-        if name in wanted.get(group.section, (name,))
-    ]
+    names = list(options)
     flags = [_flag(group, name, spec) for group, name, spec in names]
 
     def command(*places: Any, **given: Any) -> int:

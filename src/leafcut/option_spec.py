@@ -31,6 +31,25 @@ class OptionSpec:
     may_be_path: bool = False
     #: False for what cannot change the program, such as the number of threads: it stays out of the header.
     changes_program: bool = True
+    #: The kinds of work that use it, names of `WORKS` with spaces between; empty: those of its group.
+    works: str = ""
+    #: What must hold besides for it to be used (`options.usage`): ``corner_loops`` (that option is on), ``!tools`` (it
+    #: is not given), ``algorithm=acs|mmas`` (it is one of these), ``input=picture``; with ``drill:`` before it, only
+    #: where that is the work. All of several with spaces between.
+    needs: str = ""
+
+
+#: The kinds of work, and how a message calls them.
+WORKS = {
+    "drill": "drilling",
+    "cut": "cutting a sheet",
+    "pocket": "milling pockets",
+    "program": "a G-code program",
+    "nest": "nesting",
+    "solve": "solving a map",
+    "simulate": "simulating",
+    "verify": "verifying",
+}
 
 
 def option(kind: str, default: Any, help: str, **spec: Any) -> Any:
@@ -43,6 +62,8 @@ class OptionGroup:
 
     #: The table of a TOML file that holds these options.
     section: ClassVar[str] = ""
+    #: The kinds of work that use its options, where an option says nothing else.
+    works: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         for name, spec in self.specs().items():
@@ -57,6 +78,11 @@ class OptionGroup:
     def defaults(cls) -> dict[str, Any]:
         """Return the default of every field, by field name."""
         return {f.name: f.default for f in fields(cls)}  # type: ignore[arg-type]
+
+    @classmethod
+    def works_of(cls, name: str) -> tuple[str, ...]:
+        """Return the kinds of work that use an option."""
+        return tuple((cls.specs()[name].works or cls.works).split())
 
     @classmethod
     def as_typed(cls, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from leafcut.errors import OptionError, ReadError
 from leafcut.model.issue import CODES
 from leafcut.model.toolpath import Toolpath
 from leafcut.option_spec import flag_name
-from leafcut.options import ALGORITHMS, Settings, all_options
+from leafcut.options import ALGORITHMS, Settings, all_options, used_by
 from leafcut.read.machine import load_machine, machine_names
 from leafcut.studio import forms
 from leafcut.studio.app import Studio
@@ -34,6 +34,8 @@ ROOT = Path(__file__).parents[2]
 EN = words("en")
 #: Done by the studio itself.
 NOT_OFFERED = {"save_plan", "all_variants"}
+#: A page says the feed of a program's materials by the speed alone.
+OF_A_CHART = {"cut_process", "material", "thickness", "amps", "chart"}
 
 
 def made(work: str, **values: Any) -> list[dict[str, Any]]:
@@ -70,8 +72,21 @@ def test_what_a_command_takes_is_in_the_forms_of_its_work(command: str, capsys: 
         for group in made(work, algorithm=algorithm)
         for field in group["fields"]
     }
-    assert taken - shown - NOT_OFFERED - (NOT_OF_MAPS if command == "solve" else set()) == set()
+    not_said = NOT_OFFERED | (NOT_OF_MAPS if command == "solve" else OF_A_CHART)
+    assert taken - shown - not_said == set()
     assert {f.removeprefix("no_") for f in flags} - {name for _, name, _ in all_options()} - BESIDE <= {"allow_reverse"}
+
+
+@pytest.mark.parametrize("work", list(forms.WORKS))
+def test_a_form_has_only_what_its_work_uses(work: str) -> None:
+    """What else a page sent would be refused."""
+    names = {
+        field["name"]
+        for algorithm in ALGORITHMS
+        for group in made(work, algorithm=algorithm)
+        for field in group["fields"]
+    }
+    assert names - {name for _, name, _ in used_by(work)} - {"dialect", "allow_reverse"} == set()
 
 
 @pytest.mark.parametrize("work", list(forms.WORKS))

@@ -160,41 +160,6 @@ def test_a_move_across_in_machine_x_leaves_the_height_not_known() -> None:
     assert whats(builder) == ["height not known"]
 
 
-ZONE = [[4.0, -1.0, 6.0, 1.0]]
-
-
-def test_a_rapid_over_a_zone_must_be_at_its_height() -> None:
-    """From x 0 to x 10 at y 0 the zone in the middle is crossed; at y 2 it is not."""
-    for y, height, fault in ((0.0, 2.0, True), (0.0, 10.0, False), (2.0, 2.0, False)):
-        builder = begun()
-        builder.rapid(0.0, y)
-        builder.rapid(z=height)
-        builder.rapid(x=10.0)
-        assert whats(builder, zones=ZONE, zone_height=10.0) == (["crosses a zone"] if fault else [])
-
-
-def test_cycles_traverse_zones_at_the_plane_they_retract_to() -> None:
-    for to_initial, fault in ((False, True), (True, False)):
-        builder = begun()
-        for x in (0.0, 10.0):
-            builder.drill(x, 0.0, DrillCycle("G81", 2.0, -5.0, to_initial=to_initial), feed=1.0)
-        assert whats(builder, zones=ZONE, zone_height=10.0) == (["crosses a zone"] if fault else [])
-
-
-def test_on_a_dogleg_machine_the_rectangle_between_start_and_end_counts() -> None:
-    builder = begun()
-    builder.rapid(z=2.0)
-    builder.rapid(10.0, 40.0)
-    assert whats(builder, zones=ZONE, zone_height=10.0) == []
-    assert whats(builder, zones=ZONE, zone_height=10.0, dogleg=True) == ["crosses a zone"]
-
-
-def test_zones_without_a_height_are_never_crossed() -> None:
-    builder = begun()
-    builder.rapid(x=10.0)
-    assert whats(builder, zones=ZONE) == ["crosses a zone"]
-
-
 def test_a_fault_names_its_line_and_place() -> None:
     builder = begun()
     builder.rapid(z=0.0, line=7)
@@ -208,30 +173,3 @@ def test_a_fault_names_its_line_and_place() -> None:
 
 def test_an_empty_toolpath_is_safe() -> None:
     assert whats(ToolpathBuilder()) == []
-    assert whats(ToolpathBuilder(), zones=ZONE, zone_height=1.0) == []
-
-
-def test_nothing_is_cut_inside_a_zone_by_a_cycle_or_a_feed() -> None:
-    zones, rules = [[20.0, -5.0, 30.0, 5.0]], {"zone_height": 10.0}
-    drilled = begun()
-    drilled.rapid(25.0, 0.0)
-    drilled.drill(25.0, 0.0, G81, feed=2.0)
-    assert whats(drilled, zones=zones, **rules) == ["cuts in a zone"]
-    cut = begun()
-    cut.feed(z=-1.0, feed=1.0)
-    cut.feed(40.0, 0.0, feed=1.0)
-    assert whats(cut, zones=zones, **rules) == ["cuts in a zone"]
-    beside = begun()
-    beside.drill(31.0, 0.0, G81, feed=2.0)
-    assert whats(beside, zones=zones, **rules) == []
-
-
-def test_the_radius_of_the_tool_in_the_spindle_is_kept_away_from_a_zone() -> None:
-    """At y 8, 3 mm beside the zone: a tool of 2.9 mm radius passes at the R plane, one of 3.1 mm does not."""
-    builder = begun()
-    builder.drill(0.0, 8.0, G81, feed=2.0)
-    builder.drill(50.0, 8.0, G81, feed=2.0)
-    rules = {"zones": [[20.0, -5.0, 30.0, 5.0]], "zone_height": 10.0}
-    assert whats(builder, **rules, tool_radii={1: 2.9}) == []
-    assert whats(builder, **rules, tool_radii={1: 3.1}) == ["crosses a zone"]
-    assert whats(builder, **rules, tool_radii={2: 3.1}) == []

@@ -57,3 +57,39 @@ def touches_any_zone(a: ArrayLike, b: ArrayLike, zones: ArrayLike, *, dogleg: bo
             near &= (sides.min(axis=0) <= room) & (sides.max(axis=0) >= -room)
         touched |= near
     return touched
+
+
+#: A way round a rectangle passes its corners at this distance, mm.
+PASSING = 1.0
+
+
+def way_round(
+    a: tuple[float, float], b: tuple[float, float], zones: ArrayLike, *, dogleg: bool = False
+) -> list[tuple[float, float]] | None:
+    """Return the corners at which the shortest way from `a` to `b` round all `zones` turns; None where there is none.
+
+    Dijkstra's algorithm over the corners of the rectangles, each a little outside; `dogleg` as in `touches_any_zone`.
+    """
+    wide = widened(zones, PASSING)
+    corners = np.concatenate([wide[:, [0, 1]], wide[:, [2, 1]], wide[:, [2, 3]], wide[:, [0, 3]]])
+    places = np.concatenate([[a, b], corners])
+    n = len(places)
+    length, came, left = np.full(n, np.inf), np.full(n, -1), np.ones(n, dtype=bool)
+    length[0] = 0.0
+    while left.any():
+        here = int(np.argmin(np.where(left, length, np.inf)))
+        if not left[here] or not np.isfinite(length[here]):
+            return None
+        if here == 1:
+            break
+        left[here] = False
+        free = left & ~touches_any_zone(np.broadcast_to(places[here], (n, 2)), places, zones, dogleg=dogleg)
+        way = length[here] + np.hypot(*(places - places[here]).T)
+        better = free & (way < length)
+        length[better], came[better] = way[better], here
+    turns: list[tuple[float, float]] = []
+    at = int(came[1])
+    while at > 0:
+        turns.append((round(float(places[at, 0]), 3), round(float(places[at, 1]), 3)))
+        at = int(came[at])
+    return turns[::-1]

@@ -7,6 +7,7 @@ converted to inner units when an object is made, so no stage checks again.
 
 from __future__ import annotations
 
+from leafcut.option_spec import flag_name
 from leafcut.options.cutting import CutOptions
 from leafcut.options.drawings import ReadOptions, SheetOptions
 from leafcut.options.machining import CYCLES, DrillOptions, MachineOptions
@@ -15,6 +16,7 @@ from leafcut.options.pockets import PocketOptions
 from leafcut.options.programs import PostOptions, ResequenceOptions
 from leafcut.options.search import ALGORITHM_TITLES, ALGORITHMS, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.options.settings import GROUPS, Settings, all_options, group_of, options_of_file
+from leafcut.options.usage import settings_for, used_by
 
 __all__ = [
     "ALGORITHMS",
@@ -36,7 +38,10 @@ __all__ = [
     "SheetOptions",
     "SolveOptions",
     "all_options",
+    "flag_name",
     "group_of",
     "options_of_file",
     "parse_angles",
+    "settings_for",
+    "used_by",
 ]

@@ -17,15 +17,22 @@ class CutOptions(OptionGroup):
     """
 
     section: ClassVar[str] = "cut"
+    works: ClassVar[str] = "cut"
 
     cut_process: str | None = option(
         "text",
         None,
         "plasma, laser, oxyfuel or waterjet, or a name of the cut chart such as laser_fiber_3kW",
         default_words="what the machine is, else plasma",
+        works="cut program simulate verify nest",
+        needs="program:!cut_speed simulate:!cut_speed verify:!cut_speed",
     )
     material: str = option(
-        "text", "mild_steel", "material, as the cut chart names it; of a pocket it says how fast an assumed mill turns"
+        "text",
+        "mild_steel",
+        "material, as the cut chart names it; of a pocket it says how fast an assumed mill turns",
+        works="cut pocket program simulate verify",
+        needs="program:!cut_speed simulate:!cut_speed verify:!cut_speed",
     )
     amps: float | None = option(
         "number",
@@ -33,10 +40,25 @@ class CutOptions(OptionGroup):
         "current, where the chart has several",
         minimum=0,
         default_words="the fastest of the chart that pierces the sheet",
+        works="cut program simulate verify",
+        needs="program:!cut_speed simulate:!cut_speed verify:!cut_speed",
     )
-    chart: Path | None = option("path", None, "your own cut chart, a CSV file", default_words="the shipped one")
+    chart: Path | None = option(
+        "path",
+        None,
+        "your own cut chart, a CSV file",
+        default_words="the shipped one",
+        works="cut program simulate verify",
+        needs="program:!cut_speed simulate:!cut_speed verify:!cut_speed",
+    )
     cut_speed: float | None = option(
-        "quantity", None, "cutting speed", unit="mm/s", minimum=0.01, default_words="the chart's"
+        "quantity",
+        None,
+        "cutting speed",
+        unit="mm/s",
+        minimum=0.01,
+        default_words="the chart's",
+        works="cut program simulate verify",
     )
     mark_speed: float | None = option(
         "quantity",
@@ -127,6 +149,7 @@ class CutOptions(OptionGroup):
         minimum=0.01,
         maximum=1000,
         default_words="plasma 6, oxyfuel 15, or the thickness; laser and water 3 kerfs, at least 2",
+        needs="lead_in=auto|line|arc",
     )
     lead_out_length: float | None = option(
         "quantity",
@@ -136,6 +159,7 @@ class CutOptions(OptionGroup):
         minimum=0.01,
         maximum=1000,
         default_words="as the lead-in, 6 at least",
+        needs="lead_out=auto|line|arc",
     )
     lead_angle: float = option(
         "quantity",
@@ -170,7 +194,13 @@ class CutOptions(OptionGroup):
         "flag", False, "go round sharp outer corners in a loop through the scrap, where there is room"
     )
     loop_angle: float = option(
-        "quantity", 1.7453292519943295, "corners sharper than this have a loop", unit="rad", minimum=0.17, maximum=2.8
+        "quantity",
+        1.7453292519943295,
+        "corners sharper than this have a loop",
+        unit="rad",
+        minimum=0.17,
+        maximum=2.8,
+        needs="corner_loops",
     )
     loop_length: float | None = option(
         "quantity",
@@ -180,21 +210,27 @@ class CutOptions(OptionGroup):
         minimum=0.1,
         maximum=100,
         default_words="half the lead-in",
+        needs="corner_loops",
     )
     micro_joints: int = option(
         "whole", 0, "places where an outline stays uncut, so that the part hangs on", minimum=0, maximum=100
     )
     joint_holes: bool = option(
-        "flag", False, "holes have micro-joints like outlines, so that what falls out of them hangs on; not small holes"
+        "flag",
+        False,
+        "holes have micro-joints like outlines, so that what falls out of them hangs on; not small holes",
+        needs="micro_joints",
     )
-    joint_width: float = option("quantity", 0.5, "width of a micro-joint", unit="mm", minimum=0.01, maximum=50)
+    joint_width: float = option(
+        "quantity", 0.5, "width of a micro-joint", unit="mm", minimum=0.01, maximum=50, needs="micro_joints"
+    )
     chains: bool = option(
         "flag",
         False,
         "cut neighbouring outlines with one pierce: with the torch on from one to the next, through the scrap, where "
         "that is quicker than a new pierce",
     )
-    chain_contours: int = option("whole", 12, "contours in one chain at most", minimum=2, maximum=1000)
+    chain_contours: int = option("whole", 12, "contours in one chain at most", minimum=2, maximum=1000, needs="chains")
     chain_bridge: float | None = option(
         "quantity",
         None,
@@ -203,6 +239,7 @@ class CutOptions(OptionGroup):
         minimum=0.1,
         maximum=1000,
         default_words="as long as it is quicker than a pierce",
+        needs="chains",
     )
     common_lines: bool = option(
         "flag",
@@ -246,6 +283,7 @@ class CutOptions(OptionGroup):
         unit="s",
         minimum=0,
         default_words="0: only the next start is kept away",
+        needs="heat_distance",
     )
     sweep: str = option(
         "text",
@@ -260,6 +298,7 @@ class CutOptions(OptionGroup):
         unit="mm",
         minimum=1,
         default_words="a fifth of the sheet, or its largest part",
+        needs="sweep=x|y",
     )
     start_corner: str = option(
         "text",

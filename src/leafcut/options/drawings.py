@@ -13,6 +13,7 @@ class ReadOptions(OptionGroup):
     """What to take from a file."""
 
     section: ClassVar[str] = "read"
+    works: ClassVar[str] = "drill cut pocket nest solve"
 
     units: str | None = option(
         "text",
@@ -20,24 +21,44 @@ class ReadOptions(OptionGroup):
         "units of a file that does not say them",
         choices=("mm", "cm", "m", "in", "mil", "ft"),
         default_words="the file's own, else mm",
+        works="drill cut pocket nest solve program simulate verify",
     )
     layers: tuple[str, ...] = option(
         "names", (), "only these layers, with * and ? as wildcards", default_words="all that are on"
     )
     min_diameter: float | None = option(
-        "quantity", None, "leave out round holes smaller than this", unit="mm", minimum=0, default_words="none"
+        "quantity",
+        None,
+        "leave out round holes smaller than this",
+        unit="mm",
+        minimum=0,
+        default_words="none",
+        works="drill cut solve",
     )
     max_diameter: float | None = option(
-        "quantity", None, "leave out round holes larger than this", unit="mm", minimum=0, default_words="none"
+        "quantity",
+        None,
+        "leave out round holes larger than this",
+        unit="mm",
+        minimum=0,
+        default_words="none",
+        works="drill cut solve",
     )
     merge_tolerance: float = option(
-        "quantity", 0.01, "holes of one diameter closer than this are one hole", unit="mm", minimum=0, maximum=1
+        "quantity",
+        0.01,
+        "holes of one diameter closer than this are one hole",
+        unit="mm",
+        minimum=0,
+        maximum=1,
+        works="drill solve",
     )
     concentric: str = option(
         "text",
         "smallest",
         "which of several circles with one centre is drilled",
         choices=("smallest", "largest", "all"),
+        works="drill solve",
     )
     strict: bool = option("flag", False, "refuse a file in which anything had to be skipped or repaired")
 
@@ -47,6 +68,7 @@ class SheetOptions(OptionGroup):
     """What in a drawing of a sheet is what, and how its lines are joined."""
 
     section: ClassVar[str] = "sheet"
+    works: ClassVar[str] = "cut nest"
 
     cut_layers: tuple[str, ...] = option(
         "names", (), "layers that are cut, with * and ?; no others are then", default_words="all others"
@@ -62,8 +84,18 @@ class SheetOptions(OptionGroup):
     )
     ignore_layers: tuple[str, ...] = option("names", (), "layers that are left out", default_words="none")
     join_tolerance: float = option(
-        "quantity", 0.05, "ends closer than this are one point", unit="mm", minimum=1e-4, maximum=5
+        "quantity",
+        0.05,
+        "ends closer than this are one point",
+        unit="mm",
+        minimum=1e-4,
+        maximum=5,
+        works="cut nest pocket",
     )
     open_paths: str = option(
-        "text", "refuse", "what becomes of open paths on layers that are cut", choices=("refuse", "cut", "mark", "drop")
+        "text",
+        "refuse",
+        "what becomes of open paths on layers that are cut",
+        choices=("refuse", "cut", "mark", "drop"),
+        works="cut nest pocket",
     )

@@ -16,9 +16,14 @@ class MachineOptions(OptionGroup):
     """Which machine, and where the part lies on it."""
 
     section: ClassVar[str] = "machine"
+    works: ClassVar[str] = "drill cut pocket program simulate verify"
 
     machine: str = option(
-        "text", "linuxcnc-mill", "name of a shipped machine, or the path of a TOML profile", may_be_path=True
+        "text",
+        "linuxcnc-mill",
+        "name of a shipped machine, or the path of a TOML profile",
+        may_be_path=True,
+        works="drill cut pocket program nest simulate verify",
     )
     work_offset: tuple[float, ...] | None = option(
         "point",
@@ -34,9 +39,15 @@ class DrillOptions(OptionGroup):
     """How holes become drilling operations."""
 
     section: ClassVar[str] = "drill"
+    works: ClassVar[str] = "drill"
 
     tools: Path | None = option(
-        "path", None, "tool library, a TOML file", default_words="a drill per diameter is assumed"
+        "path",
+        None,
+        "tool library, a TOML file",
+        default_words="a drill per diameter is assumed",
+        works="drill pocket program",
+        needs="program:keep_out",
     )
     depth: float | None = option(
         "quantity",
@@ -46,6 +57,7 @@ class DrillOptions(OptionGroup):
         minimum=0.001,
         maximum=1000,
         default_words="from --thickness, else 1 mm (spotting)",
+        works="drill pocket",
     )
     thickness: float | None = option(
         "quantity",
@@ -55,6 +67,8 @@ class DrillOptions(OptionGroup):
         minimum=0.001,
         maximum=1000,
         default_words="holes are not through",
+        works="drill cut pocket program simulate verify",
+        needs="program:!cut_speed simulate:!cut_speed verify:!cut_speed",
     )
     depth_to: str = option(
         "text",
@@ -63,7 +77,14 @@ class DrillOptions(OptionGroup):
         choices=("shoulder", "tip"),
     )
     break_through: float = option(
-        "quantity", 0.5, "how far below the plate a through hole goes", unit="mm", minimum=0, maximum=100
+        "quantity",
+        0.5,
+        "how far below the plate a through hole goes",
+        unit="mm",
+        minimum=0,
+        maximum=100,
+        works="drill pocket",
+        needs="thickness",
     )
     clearance_height: float = option(
         "quantity",
@@ -72,9 +93,17 @@ class DrillOptions(OptionGroup):
         unit="mm",
         minimum=0.1,
         maximum=1000,
+        works="drill cut pocket program simulate",
+        needs="program:keep_out",
     )
     retract_height: float = option(
-        "quantity", 2.0, "R plane: where rapid becomes feed", unit="mm", minimum=0.05, maximum=1000
+        "quantity",
+        2.0,
+        "R plane: where rapid becomes feed",
+        unit="mm",
+        minimum=0.05,
+        maximum=1000,
+        works="drill pocket",
     )
     tool_change_height: float = option(
         "quantity",
@@ -85,14 +114,19 @@ class DrillOptions(OptionGroup):
         maximum=1000,
     )
     retract: str = option(
-        "text", "r", "after a hole: up to the R plane (G99) or to the initial plane (G98)", choices=("r", "initial")
+        "text",
+        "r",
+        "after a hole: up to the R plane (G99) or to the initial plane (G98)",
+        choices=("r", "initial"),
+        works="drill pocket",
     )
     keep_out: tuple[str, ...] = option(
         "names",
         (),
-        "rectangles 'x0 y0 x1 y1' in mm, such as clamps: nothing is drilled there, moves cross them at the initial "
-        "plane only, and the tool's radius is kept away; several with commas",
+        "rectangles 'x0 y0 x1 y1' in mm, such as clamps: nothing is cut there, rapids cross them at --clearance-height "
+        "or above, or go round, and the tool's radius is kept away; several with commas",
         default_words="none",
+        works="drill cut pocket program",
     )
     cycle: str | None = option(
         "text",
@@ -120,6 +154,7 @@ class DrillOptions(OptionGroup):
         unit="mm/s",
         minimum=0.001,
         default_words="0.02 diameters a revolution",
+        needs="!tools",
     )
     spindle_speed: float | None = option(
         "quantity",
@@ -128,16 +163,35 @@ class DrillOptions(OptionGroup):
         unit="rpm",
         minimum=1,
         default_words="20 m/min at the tool's edge; of an end mill as its library or --material has it",
+        works="drill pocket",
+        needs="drill:!tools",
     )
     diameter_tolerance: float = option(
-        "quantity", 0.05, "how far a tool may differ from the hole drawn", unit="mm", minimum=0, maximum=5
+        "quantity",
+        0.05,
+        "how far a tool may differ from the hole drawn",
+        unit="mm",
+        minimum=0,
+        maximum=5,
+        works="drill pocket",
+        needs="tools",
     )
-    centre_drill: bool = option("flag", False, "first centre every hole with the library's centre drill")
+    centre_drill: bool = option("flag", False, "first centre every hole with the library's centre drill", needs="tools")
     start_point: tuple[float, ...] | None = option(
-        "point", (0.0, 0.0), "where the tool starts, x,y, or free", unit="mm"
+        "point",
+        (0.0, 0.0),
+        "where the tool starts, x,y, or free",
+        unit="mm",
+        works="drill cut pocket",
+        needs="start_corner=free",
     )
     end_point: tuple[float, ...] | None = option(
-        "point", None, "where the tool ends, x,y, or free", unit="mm", default_words="at the last hole"
+        "point",
+        None,
+        "where the tool ends, x,y, or free",
+        unit="mm",
+        default_words="at the last hole",
+        works="drill cut pocket",
     )
     hole_order: Path | None = option(
         "path",

@@ -23,6 +23,7 @@ class NestOptions(OptionGroup):
     """
 
     section: ClassVar[str] = "nest"
+    works: ClassVar[str] = "nest"
 
     sheet: str = option(
         "text",

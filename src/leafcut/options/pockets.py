@@ -17,6 +17,7 @@ class PocketOptions(OptionGroup):
     """
 
     section: ClassVar[str] = "pocket"
+    works: ClassVar[str] = "pocket"
 
     strategy: str = option(
         "text",
@@ -99,6 +100,7 @@ class PocketOptions(OptionGroup):
         unit="rad",
         minimum=0.001,
         maximum=0.8,
+        needs="entry=ramp|helix",
     )
     plunge_feed: float | None = option(
         "quantity",
@@ -117,10 +119,18 @@ class PocketOptions(OptionGroup):
         default_words="that of the tool library, else two teeth, a hundredth of the diameter each, 0.05 mm at most",
     )
     pocket_layers: tuple[str, ...] = option(
-        "names", (), "layers with the outlines of pockets, with * and ?", default_words="POCKET* where there are such"
+        "names",
+        (),
+        "layers with the outlines of pockets, with * and ?",
+        default_words="POCKET* where there are such",
+        needs="!input=picture",
     )
     island_layers: tuple[str, ...] = option(
-        "names", (), "layers with the outlines of islands", default_words="ISLAND* where there are such"
+        "names",
+        (),
+        "layers with the outlines of islands",
+        default_words="ISLAND* where there are such",
+        needs="!input=picture",
     )
     pixel_size: float | None = option(
         "quantity",
@@ -130,6 +140,7 @@ class PocketOptions(OptionGroup):
         minimum=1e-4,
         maximum=100,
         default_words="for pictures: needed",
+        needs="input=picture",
     )
     threshold: float | None = option(
         "percent",
@@ -138,6 +149,7 @@ class PocketOptions(OptionGroup):
         minimum=0,
         maximum=100,
         default_words="found by Otsu's method",
+        needs="input=picture",
     )
     speckle: float = option(
         "quantity",
@@ -146,8 +158,9 @@ class PocketOptions(OptionGroup):
         unit="mm",
         minimum=0,
         maximum=100,
+        needs="input=picture",
     )
-    invert: bool = option("flag", False, "mill what is bright in a picture")
+    invert: bool = option("flag", False, "mill what is bright in a picture", needs="input=picture")
     uncovered_tolerance: float = option(
         "percent", 0.1, "uncut share of the reachable area above which there is a warning", minimum=0, maximum=100
     )

@@ -26,11 +26,17 @@ ALGORITHM_TITLES = {
 ALGORITHMS = tuple(ALGORITHM_TITLES)
 
 
+#: Only these have ants; only that has fireflies, but of a pocket all ways to clear it are tried.
+_ANTS = "algorithm=as|eas|asrank|mmas|acs"
+_FIREFLIES = " ".join(f"{work}:algorithm=firefly" for work in ("drill", "cut", "program", "solve"))
+
+
 @dataclass(frozen=True)
 class SolveOptions(OptionGroup):
     """How the order is sought."""
 
     section: ClassVar[str] = "solve"
+    works: ClassVar[str] = "drill cut pocket program solve"
 
     algorithm: str = option("text", "auto", "name of an algorithm (see `leafcut algorithms`)", choices=ALGORITHMS)
     preset: str = option(
@@ -38,9 +44,14 @@ class SolveOptions(OptionGroup):
         "default",
         "budget of work, the same on every machine; the search ends sooner when the colonies agree",
         choices=("fast", "default", "thorough"),
+        works="drill cut pocket program solve nest",
     )
     objective: Literal["time", "distance"] = option(
-        "text", "time", "what is made small: machine seconds or millimetres of travel", choices=("time", "distance")
+        "text",
+        "time",
+        "what is made small: machine seconds or millimetres of travel",
+        choices=("time", "distance"),
+        works="drill cut pocket program",
     )
     time_limit: float | None = option(
         "quantity",
@@ -49,9 +60,15 @@ class SolveOptions(OptionGroup):
         unit="s",
         minimum=0.001,
         default_words="the preset's budget of work",
+        works="drill cut pocket program solve nest",
     )
     iterations: int | None = option(
-        "whole", None, "stop after this many iterations", minimum=0, default_words="the preset's"
+        "whole",
+        None,
+        "stop after this many iterations",
+        minimum=0,
+        default_words="the preset's",
+        works="drill cut pocket program solve nest",
     )
     target_gap: float | None = option(
         "percent",
@@ -63,7 +80,14 @@ class SolveOptions(OptionGroup):
     bound: bool = option(
         "flag", True, "find a lower bound and tell the gap to it, outside the time limit", changes_program=False
     )
-    seed: int = option("whole", 1, "start of the random numbers: same seed, same answer", minimum=0, maximum=2**32 - 1)
+    seed: int = option(
+        "whole",
+        1,
+        "start of the random numbers: same seed, same answer",
+        minimum=0,
+        maximum=2**32 - 1,
+        works="drill cut pocket program solve nest",
+    )
     threads: int = option(
         "whole",
         0,
@@ -72,6 +96,7 @@ class SolveOptions(OptionGroup):
         maximum=1024,
         default_words="one per core",
         changes_program=False,
+        works="drill cut pocket program solve nest",
     )
     candidates: int | None = option(
         "whole",
@@ -94,6 +119,7 @@ class AcoOptions(OptionGroup):
     """The parameters of the ants; each default is the one its authors recommend (`solve.aco.RECOMMENDED`)."""
 
     section: ClassVar[str] = "aco"
+    works: ClassVar[str] = "drill cut pocket program solve"
 
     n_ants: int | None = option(
         "whole",
@@ -102,9 +128,10 @@ class AcoOptions(OptionGroup):
         minimum=1,
         maximum=1_000_000,
         default_words="one per node; 25 with local search; 10 for acs",
+        needs=_ANTS,
     )
-    pheromone_weight: float = option("number", 1.0, "weight of the pheromone (α)", minimum=0, maximum=20)
-    heuristic_weight: float = option("number", 2.0, "weight of nearness (β)", minimum=0, maximum=20)
+    pheromone_weight: float = option("number", 1.0, "weight of the pheromone (α)", minimum=0, maximum=20, needs=_ANTS)
+    heuristic_weight: float = option("number", 2.0, "weight of nearness (β)", minimum=0, maximum=20, needs=_ANTS)
     evaporation_rate: float | None = option(
         "number",
         None,
@@ -112,14 +139,24 @@ class AcoOptions(OptionGroup):
         minimum=1e-6,
         maximum=1,
         default_words="0.5 as, eas · 0.1 asrank, acs · 0.02 mmas, 0.2 with local search",
+        needs=_ANTS,
     )
     elitist_weight: float | None = option(
-        "number", None, "deposits of the best tour so far (e of eas)", minimum=0, default_words="the number of ants"
+        "number",
+        None,
+        "deposits of the best tour so far (e of eas)",
+        minimum=0,
+        default_words="the number of ants",
+        needs="algorithm=eas",
     )
-    n_ranks: int = option("whole", 6, "ranks that deposit (w of asrank)", minimum=1, maximum=1000)
-    greedy_probability: float = option("number", 0.9, "chance to take the best edge (q0 of acs)", minimum=0, maximum=1)
+    n_ranks: int = option(
+        "whole", 6, "ranks that deposit (w of asrank)", minimum=1, maximum=1000, needs="algorithm=asrank"
+    )
+    greedy_probability: float = option(
+        "number", 0.9, "chance to take the best edge (q0 of acs)", minimum=0, maximum=1, needs="algorithm=acs"
+    )
     local_evaporation_rate: float = option(
-        "number", 0.1, "pheromone lost by an edge just used (ξ of acs)", minimum=0, maximum=1
+        "number", 0.1, "pheromone lost by an edge just used (ξ of acs)", minimum=0, maximum=1, needs="algorithm=acs"
     )
     best_probability: float = option(
         "number",
@@ -127,6 +164,7 @@ class AcoOptions(OptionGroup):
         "chance to rebuild the best tour at convergence; sets the trail limits (p_best of mmas)",
         minimum=1e-6,
         maximum=0.999,
+        needs="algorithm=mmas",
     )
 
 
@@ -135,12 +173,14 @@ class FireflyOptions(OptionGroup):
     """The parameters of the fireflies; defaults are those published for pockets (`solve.firefly.MODES`)."""
 
     section: ClassVar[str] = "firefly"
+    works: ClassVar[str] = "drill cut pocket program solve"
 
     firefly_mode: str = option(
         "text",
         "simple",
         "which of the published settings stand for what is not given: those for simple or for complex pockets",
         choices=("simple", "complex"),
+        needs=_FIREFLIES,
     )
     n_fireflies: int | None = option(
         "whole",
@@ -149,6 +189,7 @@ class FireflyOptions(OptionGroup):
         minimum=1,
         maximum=10_000,
         default_words="11 in simple mode, 10 in complex",
+        needs=_FIREFLIES,
     )
     attractiveness: float | None = option(
         "number",
@@ -157,6 +198,7 @@ class FireflyOptions(OptionGroup):
         minimum=0,
         maximum=1000,
         default_words="20 in simple mode, 15 in complex",
+        needs=_FIREFLIES,
     )
     absorption: float = option(
         "number",
@@ -164,6 +206,7 @@ class FireflyOptions(OptionGroup):
         "how fast they become fewer with the distance of two tours (γ): 10 when no edge is the same",
         minimum=0,
         maximum=100,
+        needs=_FIREFLIES,
     )
     switch_at: float | None = option(
         "percent",
@@ -172,6 +215,7 @@ class FireflyOptions(OptionGroup):
         minimum=0,
         maximum=100,
         default_words="27 in simple mode, 37 in complex",
+        needs=_FIREFLIES,
     )
     short_inversion: int | None = option(
         "whole",
@@ -179,6 +223,7 @@ class FireflyOptions(OptionGroup):
         "nodes of the longest of the short inversions; long ones have as many as two tours have different edges",
         minimum=2,
         default_words="a quarter of all; 50 with local search",
+        needs=_FIREFLIES,
     )
     firefly_patience: int | None = option(
         "whole",
@@ -186,10 +231,12 @@ class FireflyOptions(OptionGroup):
         "iterations without a shorter tour after which the search ends",
         minimum=1,
         default_words="20; with --time-limit none",
+        needs=_FIREFLIES,
     )
     firefly_start: str = option(
         "text",
         "greedy",
         "what fireflies begin with: greedy tours, each with edges changed a little, or tours at random",
         choices=("greedy", "random"),
+        needs=_FIREFLIES,
     )

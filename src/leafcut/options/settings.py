@@ -50,8 +50,10 @@ class Settings:
     aco: AcoOptions = field(default_factory=AcoOptions)
     firefly: FireflyOptions = field(default_factory=FireflyOptions)
     post: PostOptions = field(default_factory=PostOptions)
-    #: Names of what was given, also where that is what holds anyway.
+    #: Names of what was given, also where that is what holds anyway; and of these what was given by itself, on the
+    #: command line or in a call, and not in a file, which may be meant for many kinds of work.
     given: frozenset[str] = frozenset()
+    asked: frozenset[str] = frozenset()
 
     @classmethod
     def collect(cls, values: Mapping[str, Any], file: Path | None = None) -> Settings:
@@ -72,13 +74,14 @@ class Settings:
         made: dict[str, Any] = {
             group.section: group(**group.as_typed(given.get(group.section, {}))) for group in GROUPS
         }
-        return cls(**made, given=frozenset(name for table in given.values() for name in table))
+        asked = frozenset(name for name, value in values.items() if value is not None)
+        return cls(**made, given=frozenset(name for table in given.values() for name in table), asked=asked)
 
     def changed(self) -> dict[str, str]:
         """Return every option that is not at its default and can change the program: flag → value as one types it."""
         return {
             flag_name(name if value is not False else f"no_{name}"): written(group.specs()[name], value)
-            for group in (getattr(self, f.name) for f in fields(self) if f.name != "given")
+            for group in (getattr(self, f.name) for f in fields(self) if f.name not in ("given", "asked"))
             for name, value in group.changed().items()
             if group.specs()[name].changes_program
         }

@@ -24,6 +24,7 @@ from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reliance import HERE, BlockReader, Reliance, height_matters, next_place
 from leafcut.gcode.stroke import find_stroke
 from leafcut.model.look import Look, unseen
+from leafcut.model.obstacles import Obstacles
 from leafcut.model.sequence import Chain, Kept, Section, Sequence
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.post.insertion import format_length, format_value, insert_words_within, renumbered
@@ -50,7 +51,7 @@ _FIELDS: dict[str, tuple[str, ...]] = {
 
 def rewrite(
     program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False, longest: int = 255,
-    look: Look = unseen,
+    look: Look = unseen, obstacles: Obstacles | None = None,
 ) -> str:  # fmt: skip
     """Return the text of the program with the chains of every section in their order.
 
@@ -62,24 +63,26 @@ def rewrite(
         Give new N-numbers to all lines that have one.
     longest, look
         Most characters of a line that gains words, unless it had more before; what is called as it goes on.
+    obstacles
+        Rapids go over them, or round them where the tool cannot be lifted; also those that stay as they are.
 
     Raises
     ------
     PostError
         An order is not a permutation, or breaks a precedence; what stays behind a section takes something from its
         last chain that cannot be said again; the program jumps to N-numbers that would change; a line would be longer
-        than `longest`.
+        than `longest`; a rapid across an obstacle can be led neither over it nor round it.
     """
     permutations: list[NDArray[np.int64]] = []
     for number, (section, order) in enumerate(zip(sequence.sections, orders, strict=True)):
         with _of_section(number):
             permutations.append(checked_order(section, order))
-    same = not sequence.dropped and all((p == np.arange(len(p))).all() for p in permutations)
+    same = not sequence.dropped and obstacles is None and all((p == np.arange(len(p))).all() for p in permutations)
     if same and not renumber:
         return "".join(program.lines)
     lines = [(line, False) for line in program.lines]
     if not same:
-        lines = _Rewriter(program, sequence, longest, look).lines(permutations)
+        lines = _Rewriter(program, sequence, longest, look, obstacles).lines(permutations)
     return "".join(renumbered(lines, longest) if renumber else (text for text, _ in lines))
 
 
@@ -95,8 +98,11 @@ def _of_section(number: int) -> Iterator[None]:
 class _Rewriter:
     """Writes piece after piece, and remembers what the machine then has active, and where the tool is."""
 
-    def __init__(self, program: Program, sequence: Sequence, longest: int, look: Look) -> None:
+    def __init__(
+        self, program: Program, sequence: Sequence, longest: int, look: Look, obstacles: Obstacles | None = None
+    ) -> None:
         self.program, self.sequence, self.longest, self.look = program, sequence, longest, look
+        self.obstacles = obstacles
         self.reader = BlockReader(program)
         self.territory = Territory(program, sequence)
         self.original = Original(program)
@@ -119,7 +125,7 @@ class _Rewriter:
                 if done:
                     with _of_section(done - 1):
                         self._go_on(item)
-                self._copy(self.territory.of(item.begin, item.end))
+                self._stay(item)
                 continue
             if not done:
                 self._stand(item.chains[0].begin)
@@ -186,6 +192,7 @@ class _Rewriter:
         block, row = self.original.arrival(chain)
         entry = chain.exit if turned else chain.entry
         reliance = self.reader.reliance(chain.begin, chain.end)
+        floor = self._past(entry, floor, program.modal(chain.begin).tool)
         if program.path.kind[row] == Kind.DRILL and block == chain.begin:
             self._arrive_drilling(chain, row, floor)
         else:
@@ -211,6 +218,20 @@ class _Rewriter:
         self._after_chain(chain)
         self._take(reliance.sets, leaves)
         self.place[:2] = chain.entry if turned else self.place[:2]
+
+    def _past(self, to: tuple[float, float], floor: float, tool: int | None) -> float:
+        """Return the height, mm, at which the way to a place crosses what is in it; go round where none does."""
+        obstacles, here = self.obstacles, (self.place[0], self.place[1])
+        if obstacles is None or not obstacles.between(here, to, tool):
+            return floor
+        if math.isfinite(obstacles.height):
+            return max(floor, obstacles.height)
+        turns = obstacles.round(here, to, tool)
+        if turns is None:
+            raise PostError(f"there is no way to X{to[0]:.3f} Y{to[1]:.3f} round what --keep-out names")
+        for x, y in turns:
+            self._rapid(x, y)
+        return floor
 
     def _turned(self, chain: Chain, lines: list[str]) -> tuple[list[str], Modal]:
         """Return the lines of a chain made from its other end, and what they leave active."""
@@ -330,6 +351,52 @@ class _Rewriter:
 
     # -- what stays --------------------------------------------------------------------------------------------------
 
+    def _stay(self, kept: Kept) -> None:
+        """Write blocks that stay as they are; before a rapid across an obstacle stands a way over it or round it."""
+        lines, done = self.territory.of(kept.begin, kept.end), 0
+        if self.obstacles is None:
+            self._copy(lines)
+            self._after_kept(kept)
+            return
+        have = self.have
+        for block in range(kept.begin, kept.end):
+            rows = range(int(self.program.first[block]), int(self.program.first[block + 1]))
+            if rows and block not in self.program.fixed and self._crosses(block, rows[0]):
+                here = self.territory.first_block_in(kept.begin, block)
+                self._copy(lines[done:here])
+                done = here
+                self.have = self.program.modal(block)
+                x, y, _ = self.program.path.end[rows[0]].tolist()
+                self._go_past(x, y, down="Z" not in self._letters(block))
+                self.have = have
+            self._after_kept(Kept(block, block + 1))
+        self._copy(lines[done:])
+
+    def _crosses(self, block: int, row: int) -> bool:
+        """Return whether a block that stays goes by a rapid from where the tool is across an obstacle, too low.
+
+        Not where a series of cycles goes on, or places are relative: another rapid before it would change those.
+        """
+        obstacles, path, modal = self.obstacles, self.program.path, self.program.modal(block)
+        if obstacles is None or path.kind[row] not in (Kind.RAPID, Kind.DRILL) or modal.cycle or modal.incremental:
+            return False
+        x, y, z = path.end[row].tolist()
+        drills = path.kind[row] == Kind.DRILL
+        level = max(self.place[2], path.cycles[int(path.ref[row])].r_plane) if drills else min(self.place[2], z)
+        # A height that is not known is the machine's own, up; a laser has none, and never is.
+        low = level < obstacles.height - _TOLERANCE or not math.isfinite(obstacles.height)
+        return low and obstacles.between((self.place[0], self.place[1]), (x, y), modal.tool)
+
+    def _go_past(self, x: float, y: float, *, down: bool) -> None:
+        """Go to a place over or round all obstacles in between, and `down` again to the height of before."""
+        height = self.place[2]
+        level = self._past((x, y), -math.inf, self.have.tool)
+        if level > height:
+            self._rapid(z=level)
+        self._rapid(x, y)
+        if down and self.place[2] > height:
+            self._rapid(z=height)
+
     def _go_on(self, kept: Kept) -> None:
         """Restore what blocks that stay rely on, and take over what they leave."""
         program, blocks = self.program, range(kept.begin, kept.end)
@@ -369,10 +436,11 @@ class _Rewriter:
         fields = {f: getattr(self.have, f) for names in _FIELDS.values() for f in names}
         self.have = replace(program.modal(kept.end), **fields)
         self.said |= self.reader.states(kept.begin, kept.end)
-        self._after_kept(kept)
 
     def _rapid_to(self, x: float = math.nan, y: float = math.nan, z: float = math.nan) -> None:
-        if not all(map(math.isnan, (x, y, z))):
+        if not math.isnan(x) and not math.isnan(y) and self.obstacles is not None:
+            self._go_past(x, y, down=True)
+        elif not all(map(math.isnan, (x, y, z))):
             self._rapid(*(None if math.isnan(v) else v for v in (x, y, z)))
 
     def _ends_cycle(self, reliance: Reliance, need: Modal, kept: Kept) -> bool:

@@ -15,7 +15,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.options import CutOptions
-from leafcut.runs.run import CUTTING_MACHINES, Run, refuse
+from leafcut.runs.run import CUTTING_MACHINES, Run, check_words_used, refuse
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -90,6 +90,7 @@ def prepared(run: Run, source: str | Path) -> tuple[Job, list[Issue]]:
     issues += _joint_issues(data, settings.cut)
     words = dialect(settings.post.dialect or run.machine.controller)
     _check_dialect(words, data.process)
+    check_words_used(settings, run.machine, words)
     probe = probe_for(run.machine, words, settings.cut)
     if words.torch is not None and not words.torch.waits and not moves_z(words):
         if settings.cut.pierce_delay:

@@ -90,7 +90,10 @@ def _solve_bands(
         name = "ordering the cuts" if len(groups) == 1 else f"ordering band {number}"
         tell = passing_on(run.progress, name, left / total, len(members) / total)
         budget = _budget(job, options, len(members) / left)
-        found = solve(problem, budget, run.settings.aco, progress=tell, observe=run.observe, cancelled=run.cancelled)
+        found = solve(
+            problem, budget, run.settings.aco, firefly=run.settings.firefly, progress=tell, observe=run.observe,
+            cancelled=run.cancelled,
+        )  # fmt: skip
         if before is not None and options.algorithm != "nn":
             node_of = {int(n): k for k, n in enumerate(starts)}
             position = {id(s): n for n, s in enumerate(cutting.starts)}

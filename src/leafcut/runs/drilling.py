@@ -16,7 +16,7 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import SolveOptions
-from leafcut.runs.run import Run, machine_issues, passing_on, refuse, share
+from leafcut.runs.run import Run, check_words_used, machine_issues, passing_on, refuse, share
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -54,6 +54,7 @@ def _order(run: Run, plan: DrillPlan) -> Outcome:
     from leafcut.verify.envelope import check_envelope
 
     words = dialect(run.settings.post.dialect or run.machine.controller)
+    check_words_used(run.settings, run.machine, words)
     pause = words.hand_change_pause and not run.machine.tool_changer
 
     def lay(orders: list[NDArray[np.int32]]) -> Toolpath:

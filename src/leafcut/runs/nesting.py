@@ -14,7 +14,7 @@ from leafcut.errors import OptionError, PlanError, VerifyError
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart
 from leafcut.options import NestOptions, ReadOptions, Settings, SheetOptions, SolveOptions, parse_angles
-from leafcut.runs.run import Progress, for_cutting, machine_of
+from leafcut.runs.run import Progress, for_cutting
 
 if TYPE_CHECKING:
     from leafcut.read.nest_list import Wanted
@@ -136,7 +136,9 @@ def _on_the_table(settings: Settings) -> tuple[Settings, list[Issue]]:
     OptionError
         The sheet is larger than the table of the machine that is named.
     """
-    machine = machine_of(for_cutting(settings))
+    from leafcut.read.machine import load_machine
+
+    machine = load_machine(for_cutting(settings).machine.machine)
     reach = [high - low for low, high in zip(machine.travel_min[:2], machine.travel_max[:2], strict=True)]
     if "sheet" not in settings.given:
         sides = [SHEET_STEP * max(math.floor(side / SHEET_STEP), 1) for side in reach]

@@ -21,7 +21,7 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.runs.pocket_job import LaidPockets, PocketJob, holes
 from leafcut.runs.pocket_proof import prove_pockets, write_pockets
-from leafcut.runs.run import Run, machine_issues, passing_on, refuse
+from leafcut.runs.run import Run, check_words_used, machine_issues, passing_on, refuse
 
 if TYPE_CHECKING:
     from leafcut.plan.pocket_entries import Descent
@@ -113,6 +113,7 @@ def _prepared(run: Run, source: str | Path) -> tuple[PocketJob, list[Issue]]:
         zones=parse_zones(settings.drill.keep_out),
     )
     words = dialect(settings.post.dialect or run.machine.controller)
+    check_words_used(settings, run.machine, words)
     job = PocketJob(run, part, rules, heights, data, words, _xy(settings.drill.start_point))
     return job, [*part.issues, *issues]
 

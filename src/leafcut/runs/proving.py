@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from leafcut.errors import PostError, ReadError, VerifyError
 from leafcut.model.issue import Issue
+from leafcut.model.obstacles import Obstacles
 from leafcut.model.sequence import Section, Sequence
+from leafcut.runs.keep_out import meetings, reach_of
 from leafcut.runs.run import Run
 
 if TYPE_CHECKING:
@@ -51,23 +53,29 @@ class Proved:
 
 
 def write_proved(
-    run: Run, words: Dialect, original: Program, sequence: Sequence, orders: Orders, source: str
+    run: Run,
+    words: Dialect,
+    original: Program,
+    sequence: Sequence,
+    orders: Orders,
+    source: str,
+    obstacles: Obstacles | None = None,
 ) -> Proved:
     """Return the program with its sections in their orders, and the proof that it does the same work.
 
     A section whose new order cannot be written, or not be proved, keeps its own one; where that does not help, all
-    sections do, and at last the program stays as it is.
+    sections do, and at last the program stays as it is. In the end nothing in it meets any of the `obstacles`.
 
     Raises
     ------
     PostError, VerifyError
         Not even the program as it is can be written so, or proved to be safe.
     """
-    writer = _Writer(run, words, original, sequence, source)
+    writer = _Writer(run, words, original, sequence, source, obstacles)
     free = {number for number, order in enumerate(orders) if order is not None}
     kept: dict[int, str] = {}
     trials = 0
-    while not run.settings.resequence.keep_order:
+    while obstacles is not None or not run.settings.resequence.keep_order:
         trials += 1
         try:
             found = writer.proved(writer.in_order([order if k in free else None for k, order in enumerate(orders)]))
@@ -96,9 +104,17 @@ class _Refused(Exception):
 
 
 class _Writer:
-    def __init__(self, run: Run, words: Dialect, original: Program, sequence: Sequence, source: str) -> None:
+    def __init__(
+        self,
+        run: Run,
+        words: Dialect,
+        original: Program,
+        sequence: Sequence,
+        source: str,
+        obstacles: Obstacles | None,
+    ) -> None:
         self.run, self.words, self.original = run, words, original
-        self.sequence, self.source = sequence, source
+        self.sequence, self.source, self.obstacles = sequence, source, obstacles
 
     def in_order(self, orders: Orders) -> str:
         """Return the text with the sections in their orders."""
@@ -116,6 +132,7 @@ class _Writer:
                 renumber=options.renumber,
                 longest=self.words.max_line,
                 look=self.run.looking("writing"),
+                obstacles=self.obstacles,
             )
         except PostError as problem:
             if problem.section is None:
@@ -134,12 +151,17 @@ class _Writer:
         except ReadError as problem:
             raise _Refused(str(problem), set()) from None
         either_way = settings.resequence.allow_reverse
-        certificate = certify(self.original, new, machine=self.run.machine, allow_reverse=either_way, look=look)
+        beyond = None if self.obstacles is None else reach_of(self.obstacles)
+        certificate = certify(
+            self.original, new, machine=self.run.machine, allow_reverse=either_way, beyond=beyond, look=look
+        )
         if not certificate.same:
             more = len(certificate.differences) - 1
             said = f"{certificate.differences[0]}{f' (and {more} more)' if more > 0 else ''}"
             guilty = {self._section_at(d.original) for d in certificate.differences if d.original}
             raise _Refused(said, guilty - {-1})
+        if self.obstacles is not None and (met := meetings(self.run, self.obstacles, new.path)):
+            raise _Refused(f"{met[0]}{f' (and {len(met) - 1} more)' if len(met) > 1 else ''}", set())
         if settings.post.header and text != "".join(self.original.lines):
             text = with_comments(text, certificate.comment_lines(Path(self.source).name), self.words)
             new = read_foreign(text, "the new program", settings, self.run.machine, self.words, look).program

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from leafcut.errors import OptionError, ReadError
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.look import Look, unseen
-from leafcut.options import Settings
+from leafcut.options import Settings, flag_name
 from leafcut.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.model.machine import Machine
 
+#: What says the feed that a program leaves to the controller's materials.
+_OF_MATERIALS = ("cut_speed", "cut_process", "material", "thickness", "amps", "chart")
 #: Where the thickness of a sheet is not given, the feed of its material is taken to be that of so much, mm.
 _USUAL_THICKNESS = 3.0
 
@@ -66,6 +68,8 @@ def read_foreign(
     program = interpret_program(known, words, source, units=units, look=look)
     if known is not text:
         program = replace(program, lines=lines_of(text, words, source), feed_words=feed_words)
+    if not program.assumed_units and "units" in settings.asked:
+        raise OptionError("--units: the program says its own units (G20 or G21); leave it out")
     if program.assumed_units:
         whose = "--units" if settings.read.units else machine.name
         message = f"the program does not say its units (G20 or G21): read as {_UNIT_WORDS[units]}, the units of {whose}"
@@ -82,6 +86,11 @@ def _with_machine_feeds(text: str, settings: Settings, words: Dialect) -> tuple[
 
     word = "" if words.torch is None else words.torch.material_feed
     if not word or word not in text:
+        for name in _OF_MATERIALS:
+            if name in settings.asked:
+                raise OptionError(
+                    f"{flag_name(name)}: no feed of the program comes from the controller's materials; leave it out"
+                )
         return text, {}, []
     issues: list[Issue] = []
     feed = settings.cut.cut_speed

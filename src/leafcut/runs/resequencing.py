@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,17 +14,23 @@ from numpy.typing import NDArray
 from leafcut import __version__
 from leafcut.errors import ReadError
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.obstacles import Obstacles
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.part import Hole, Part
+from leafcut.model.problem import Metric
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, position_before
+from leafcut.runs.keep_out import obstacles_of
 from leafcut.runs.proving import Orders, write_proved
 from leafcut.runs.run import Run, machine_issues, passing_on, share
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
+
+#: A way round an obstacle is taken to cost as much as a rise by so much, mm: it depends on the way.
+_ROUND = 50.0
 
 
 def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
@@ -63,18 +70,22 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
         mix_operations=options.mix_operations,
         look=run.looking("finding what may change places"),
     )
+    obstacles, noticed = obstacles_of(run, original, sequence.process in ("laser", "plasma"))
     with announced(lambda: run.tell("compiling (first run on this machine)")):
-        solutions = _solve_sections(run, sequence)
+        solutions = _solve_sections(run, sequence, obstacles)
         measures = [measure(original.path, run.machine, dark_rows(original, sequence.process))]
-        proved = write_proved(run, words, original, sequence, _orders(sequence, solutions), source)
+        proved = write_proved(run, words, original, sequence, _orders(sequence, solutions), source, obstacles)
         measures.append(measure(proved.program.path, run.machine, dark_rows(proved.program, sequence.process)))
-        before, after = (m.time_s if run.settings.solve.objective == "time" else m.travel_mm for m in measures)
+        timed = run.settings.solve.objective == "time"
+        before, after = (m.time_s if timed else m.travel_mm for m in measures)
         stay = proved.kept
         if after > before:
-            # The solver's cost leaves out what the look-ahead knows; what is no better is not written.
-            stay = frozenset(range(len(solutions)))
-            proved = write_proved(run, words, original, sequence, [None for _ in solutions], source)
-            measures[1] = measure(proved.program.path, run.machine, dark_rows(proved.program, sequence.process))
+            # The solver's cost leaves out what the look-ahead knows; what is no better is not written. Of a program
+            # that crosses obstacles its own order is the measure once it goes over or round them.
+            own = write_proved(run, words, original, sequence, [None for _ in solutions], source, obstacles)
+            measured = measure(own.program.path, run.machine, dark_rows(own.program, sequence.process))
+            if obstacles is None or (measured.time_s if timed else measured.travel_mm) <= after:
+                stay, proved, measures[1] = frozenset(range(len(solutions))), own, measured
         solutions = [_unchanged(s) if k in stay else s for k, s in enumerate(solutions)]
     part, operations = _work_of(source, original, sequence, solutions)
     return Outcome(
@@ -91,7 +102,14 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
         dialect=words.name,
         seed=run.settings.solve.seed,
         verified=True,
-        issues=(*read.issues, *sequence.issues, *_offers(run, sequence), *proved.issues, *machine_issues(run.machine)),
+        issues=(
+            *noticed,
+            *read.issues,
+            *sequence.issues,
+            *_offers(run, sequence),
+            *proved.issues,
+            *machine_issues(run.machine),
+        ),
         certificate=proved.certificate.as_json(),
         barriers=sum(isinstance(item, Kept) and item.reason != "" for item in sequence.items),
         encoding=encoding,
@@ -117,23 +135,22 @@ def decoded(source: str, data: bytes) -> tuple[str, str]:
         return data.decode("latin-1"), "latin-1"
 
 
-def _solve_sections(run: Run, sequence: Sequence) -> list[Solution | None]:
+def _solve_sections(run: Run, sequence: Sequence, obstacles: Obstacles | None) -> list[Solution | None]:
     """Return an order for every section; None where there is nothing to choose.
 
     A section begins where the one before it now ends, if nothing in between goes anywhere, or where that is not known.
     """
     from leafcut.plan.resequencing import build_problem
     from leafcut.solve.solve import keep_better, solve
-    from leafcut.timing.travel import travel_metric
 
     if run.settings.resequence.keep_order:
         return [None for _ in sequence.sections]
-    metric = travel_metric(run.machine, run.settings.solve.objective)
     total = left = sum(len(s.chains) for s in sequence.sections)
     solutions: list[Solution | None] = []
     goes, last = True, None
     for number, section in enumerate(sequence.sections, 1):
         chains = len(section.chains)
+        metric = _metric(run, section, obstacles)
         start = section.start if goes and section.start is not None else last
         problem = build_problem(section, metric, start, section.end)
         nodes = np.arange(chains, dtype=np.int32)
@@ -165,6 +182,17 @@ def _offers(run: Run, sequence: Sequence) -> list[Issue]:
     seconds = changes * run.machine.tool_change_s
     said = f"--merge-tools would save {changes} change{'s'[: changes != 1]} of tool"
     return [Issue("L506", said + (f", {seconds:.0f} s" if seconds else ""), severity=Severity.NOTE)]
+
+
+def _metric(run: Run, section: Section, obstacles: Obstacles | None) -> Metric:
+    """Return what the ways of a section cost: those across an obstacle as much more as to rise over it, or go round."""
+    from leafcut.timing.travel import travel_metric
+
+    objective = run.settings.solve.objective
+    if obstacles is None:
+        return travel_metric(run.machine, objective)
+    rise = obstacles.height - section.clearance if math.isfinite(obstacles.height) else _ROUND
+    return travel_metric(run.machine, objective, zones=obstacles.of_tool(section.tool), lift_height_mm=max(rise, 0.0))
 
 
 def _unchanged(solution: Solution | None) -> Solution | None:

@@ -15,9 +15,10 @@ from leafcut.model.look import Look
 from leafcut.model.machine import Machine
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
-from leafcut.options import MachineOptions, Settings, SolveOptions
+from leafcut.options import MachineOptions, Settings, SolveOptions, flag_name
 
 if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
     from leafcut.verify.difference import Difference
 
 #: Told about the work as it goes: (what is being done, cost so far or None, share done 0 … 1, how far at most the cost
@@ -94,6 +95,29 @@ def machine_of(settings: Settings) -> Machine:
     if offset is not None and len(offset) != 3:
         raise OptionError("--work-offset: needs three numbers, x,y,z")
     return load_machine(settings.machine.machine, offset)
+
+
+def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> None:
+    """Refuse what was asked for and this controller, or this machine, has no use for.
+
+    Raises
+    ------
+    OptionError
+        Says which option, and why it would not be obeyed.
+    """
+    torch = words.torch
+    powered = torch is not None and bool(torch.power)
+    no_power = f"programs for {words.name} say no power of a beam"
+    for name, used, why in (
+        ("program_number", words.program_number, f"programs for {words.name} have no number"),
+        ("beam_power", powered, no_power),
+        ("mark_power", powered, no_power),
+        ("path_tolerance", torch is not None and "G64" in words.g_words, f"{words.name} has no G64"),
+        ("tool_change_height", machine.safe_z is None, f"{machine.name} changes tools at its own safe height"),
+        ("coolant", words.torch is None, f"{words.name} has no coolant"),
+    ):
+        if name in settings.asked and not used:
+            raise OptionError(f"{flag_name(name)}: {why}; leave it out")
 
 
 #: The machine that cuts where none is named, by how it cuts.

@@ -106,7 +106,7 @@ WORKS: dict[str, Work] = {
             ("pocket", ("tools", *_all("pocket", _POCKET_MAIN), "material")),
             ("place", _POCKET_PLACES),
             ("read", ("units", "layers", "join_tolerance", "strict")),
-            ("post", (*_POST, "coolant", "path_tolerance")),
+            ("post", (*_POST, "coolant")),
             ("solve", _SEARCH_MORE),
         ),
     ),
@@ -116,8 +116,8 @@ WORKS: dict[str, Work] = {
         (
             ("main", _PROGRAM_MAIN),
             ("search", _SEARCH),
-            ("post", ("dialect", "renumber")),
-            ("place", ("work_offset",)),
+            ("post", ("dialect", "renumber", "units", "cut_speed")),
+            ("place", ("work_offset", "keep_out", "clearance_height", "tools")),
             ("solve", _SEARCH_MORE),
         ),
     ),
@@ -129,9 +129,12 @@ WORKS: dict[str, Work] = {
          ("read", ("units", "layers", "strict"))),
     ),
     "simulate": Work(
-        "simulate", "auto", (("main", ("machine", "dialect", "work_offset", "clearance_height", "cut_speed")),)
+        "simulate", "auto", (("main", ("machine", "dialect", "work_offset", "clearance_height", "units", "cut_speed")),)
     ),
-    "verify": Work("verify", "auto", (("main", ("machine", "dialect", "allow_reverse", "work_offset")),)),
+    "verify": Work(
+        "verify", "auto",
+        (("main", ("machine", "dialect", "allow_reverse", "work_offset", "units", "cut_speed")),),
+    ),
 }  # fmt: skip
 #: What a nested sheet is cut with: asked for beside the nests, before their cuts are planned.
 CUT_OF_NEST = ("machine", "thickness", "material", "cut_process")

@@ -6,6 +6,7 @@ It sees the two programs and nothing of how one was made from the other.
 from __future__ import annotations
 
 import hashlib
+import math
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
@@ -48,6 +49,9 @@ COMPARED = (
 )
 #: Compared besides, where it is allowed to turn cuts round.
 _EITHER_WAY = "open cuts at one level without a way in or out of their own, in whichever direction"
+
+#: Lowest and highest x, y, z, mm.
+Box = tuple[tuple[float, ...], tuple[float, ...]]
 
 #: A rewritten program keeps the words of the original: only noise, and a change of units, may be between the two.
 _FEED_PART, _FEED, _DWELL, _SPEED_PART, _SPEED = 5e-5, 1e-4, 1e-4, 1e-6, 1e-3
@@ -135,6 +139,7 @@ def certify(
     machine: Machine | None = None,
     tolerance_mm: float = 0.002,
     allow_reverse: bool = False,
+    beyond: Box | None = None,
     look: Look = unseen,
 ) -> Certificate:
     """Return the proof that two programs do the same work, or in what they differ.
@@ -171,7 +176,7 @@ def certify(
     found.add(no_longer_stated(original, new))
     found.add(misplaced(before.marks, grouping.mark_of, tolerance_mm))
     turned = _compare_work(before, after, grouping, tolerance_mm, beam, allow_reverse, told_width(original), found)
-    found.add(_larger(before.path, after.path, tolerance_mm))
+    found.add(_larger(before.path, after.path, tolerance_mm, beyond))
     found.add(_outside(new.path, machine))
     digest = hashlib.sha256("".join(original.lines).encode("utf-8", "surrogatepass")).hexdigest()
     differences = tuple(shorten(found.differences, found.count))
@@ -299,8 +304,9 @@ def _both(before: Work, after: Work, new_of: Ints, one: int, other: int, what: s
     return Difference(what, *lines, text.format(*said))
 
 
-def _larger(before: Toolpath, after: Toolpath, tolerance: float) -> Iterator[Difference]:
+def _larger(before: Toolpath, after: Toolpath, tolerance: float, beyond: Box | None) -> Iterator[Difference]:
     """Yield the axes on which the new program goes farther. Cuts are the same: what is looked at are ends of moves."""
+    lowest, highest = beyond or ((math.inf,) * 3, (-math.inf,) * 3)
     rows = [np.flatnonzero(path.kind <= Kind.DRILL) for path in (before, after)]
     for axis, name in enumerate("XYZ"):
         for sign, word in ((1.0, "above"), (-1.0, "below")):
@@ -308,7 +314,8 @@ def _larger(before: Toolpath, after: Toolpath, tolerance: float) -> Iterator[Dif
                 np.where(np.isnan(path.end[r, axis]), -np.inf, sign * path.end[r, axis])
                 for path, r in zip((before, after), rows, strict=True)
             ]
-            if any(len(end) == 0 for end in ends) or ends[1].max() <= ends[0].max() + tolerance + 1e-9:
+            room = max(ends[0].max(initial=-math.inf), sign * (highest if sign > 0 else lowest)[axis])
+            if any(len(end) == 0 for end in ends) or ends[1].max() <= room + tolerance + 1e-9:
                 continue
             was, now = (int(r[np.argmax(end)]) for r, end in zip(rows, ends, strict=True))
             text = f"{name}{after.end[now, axis]:.3f} is {word} all of the original, {name}{before.end[was, axis]:.3f}"

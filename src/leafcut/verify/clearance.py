@@ -1,14 +1,10 @@
-"""No rapid where there is metal: heights of rapids, the spindle, and the zones that may be crossed high up only."""
+"""No rapid where there is metal: heights of rapids, and the spindle."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath, positions_before
 from leafcut.verify.difference import Difference, place, shorten
@@ -21,19 +17,13 @@ LEAST_CLEARANCE = 0.05
 #: Room for the rounding of written heights, mm (0.0001 inch is 0.00254 mm).
 _ROOM = 0.002
 
-_POINTS: Mapping[int, float] = MappingProxyType({})
-
 
 def check_clearance(
     path: Toolpath,
     *,
     surface_z: float = 0.0,
     clearance: float = LEAST_CLEARANCE,
-    zones: ArrayLike | None = None,
-    zone_height: float | None = None,
-    tool_radii: Mapping[int, float] = _POINTS,
     safe_z: float = 0.0,
-    dogleg: bool = False,
     torch: bool = False,
     milled: bool = False,
 ) -> list[Difference]:
@@ -46,11 +36,6 @@ def check_clearance(
        there, what was cut before says (`verify.pocket`).
     3. The spindle turns whenever something is cut. A tool change stops it. Of a `torch` instead: it is off in every
        rapid in x or y; over the sheet with the torch off a feed does no harm.
-    4. A rapid across one of `zones` (float64[k, 4]: x0 ≤ x1, y0 ≤ y1 in order x0, y0, x1, y1, mm) is at or above
-       `zone_height`, and nothing is cut there below it (an arc is taken by its chord). The tool's radius (`tool_radii`
-       by number, mm; 0 where it is not given) is kept away from the rectangle. With `dogleg` the axes do not arrive
-       together, so all of the rectangle between start and end of a rapid counts as crossed.
-
     Drilling cycles are taken as the moves that they make.
     """
     path = expand(path)
@@ -58,7 +43,7 @@ def check_clearance(
     rapid = path.kind == Kind.RAPID
     across = _moves_across(path, before)
     lowest = np.fmin(before[:, 2], path.end[:, 2])
-    high_up = _at_machine_height(path, safe_z)
+    high_up = at_machine_height(path, safe_z)
     checks: list[tuple[str, Mask, str]] = [
         ("height not known", across & np.isnan(path.end[:, 2]) & ~high_up, "x or y moves before z was placed"),
         (
@@ -79,14 +64,6 @@ def check_clearance(
         if torch
         else ("spindle stands", _cutting(path) & (_spindle_speed(path) == 0), "it must turn before something is cut"),
     ]
-    table = np.zeros((0, 4)) if zones is None else np.asarray(zones, dtype=np.float64).reshape(-1, 4)
-    if len(table):
-        height = np.inf if zone_height is None else zone_height
-        crossing = _crossing(path, before, table, dogleg, tool_radii)
-        low = crossing & ~(lowest >= height - _ROOM)
-        text = f"rapids over a keep-out zone must be at Z{height:.3f} or above"
-        checks.append(("crosses a zone", rapid & across & low & ~high_up, text))
-        checks.append(("cuts in a zone", _cutting(path) & low, "nothing may be cut inside a keep-out zone"))
     wrong = [(int(row), what, text) for what, mask, text in checks for row in np.flatnonzero(mask)[:100]]
     found = sum(int(mask.sum()) for _, mask, _ in checks)
     return shorten([_difference(path, before, *one) for one in sorted(wrong)], found)
@@ -128,7 +105,7 @@ def _spindle_speed(path: Toolpath) -> NDArray[np.float64]:
     return np.where(turning, path.value[row], 0.0)
 
 
-def _at_machine_height(path: Toolpath, safe_z: float) -> Mask:
+def at_machine_height(path: Toolpath, safe_z: float) -> Mask:
     """Return at which rows z was last placed by a move in machine coordinates to a safe height."""
     in_machine = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, 2])
     in_program = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
@@ -153,25 +130,3 @@ def _returns(path: Toolpath, before: NDArray[np.float64]) -> Mask:
     in_this_stay = deepest <= (known.max() if len(known) else 0.0)
     result: Mask = ~arrives & in_this_stay & (heights >= deepest - _ROOM)
     return result
-
-
-def _crossing(
-    path: Toolpath,
-    before: NDArray[np.float64],
-    zones: NDArray[np.float64],
-    dogleg: bool,
-    radii: Mapping[int, float],
-) -> Mask:
-    """Return which motions touch a zone; from a place that is not known, the end alone is looked at."""
-    end = np.where(np.isnan(path.end[:, :2]), before[:, :2], path.end[:, :2])
-    begin = np.where(np.isnan(before[:, :2]), end, before[:, :2])
-    change = _latest(path, path.kind == Kind.TOOL)
-    tool = np.where(change >= 0, path.ref[change], 0)
-    crossing = np.zeros(len(path), dtype=bool)
-    for bent in (False, True):
-        style = (path.kind == Kind.RAPID) & dogleg
-        for number in np.unique(tool).tolist():
-            rows = (tool == number) & (style == bent)
-            own = widened(zones, radii.get(number, 0.0))
-            crossing[rows] = touches_any_zone(begin[rows], end[rows], own, dogleg=bent)
-    return crossing

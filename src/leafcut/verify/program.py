@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from types import MappingProxyType
 
@@ -17,6 +18,7 @@ from leafcut.units import MM_PER_INCH
 from leafcut.verify.clearance import check_clearance
 from leafcut.verify.difference import Difference
 from leafcut.verify.envelope import check_envelope
+from leafcut.verify.obstacles import check_obstacles
 from leafcut.verify.read_back import compare_motion
 
 
@@ -28,7 +30,7 @@ def check_program(
     units: str,
     *,
     zones: NDArray[np.float64] | None = None,
-    zone_height: float | None = None,
+    zone_height: float = math.inf,
     tool_radii: Mapping[int, float] = MappingProxyType({}),
     milled: bool = False,
 ) -> list[Difference]:
@@ -62,12 +64,16 @@ def check_program(
         *check_envelope(written, machine),
         *check_clearance(
             written,
-            zones=zones,
-            zone_height=zone_height,
+            safe_z=machine.safe_z or 0.0,
+            torch=machine.process != "spindle",
+            milled=milled,
+        ),
+        *check_obstacles(
+            written,
+            np.zeros((0, 4)) if zones is None else zones,
+            zone_height,
             tool_radii=tool_radii,
             safe_z=machine.safe_z or 0.0,
             dogleg=machine.rapid_style == "dogleg",
-            torch=machine.process != "spindle",
-            milled=milled,
         ),
     ]

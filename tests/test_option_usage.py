@@ -1,0 +1,207 @@
+"""An option that is given is obeyed or refused: what each kind of work says it uses is what its runs read."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import ezdxf
+import pytest
+from PIL import Image, ImageDraw
+
+from leafcut import api
+from leafcut.errors import OptionError
+from leafcut.option_spec import WORKS, OptionGroup, flag_name, written
+from leafcut.options import Settings, all_options, settings_for, used_by
+
+TOOLS = """
+[[tool]]
+number = 1
+diameter = "3 mm"
+kind = "drill"
+feed = "100 mm/min"
+spindle_speed = "2000 rpm"
+[[tool]]
+number = 2
+diameter = "8 mm"
+kind = "end-mill"
+feed = "300 mm/min"
+plunge_feed = "100 mm/min"
+spindle_speed = "6000 rpm"
+"""
+#: Properties that stand for an option.
+_STANDS_FOR = {"size": "sheet", "angles": "rotations"}
+#: What only hands options on, or looks whether their files are in each other's way.
+_HANDS_ON = ("leafcut.option_spec", "dataclasses", "leafcut.options.", __name__)
+_INPUTS = ("tools", "hole_order", "chart", "plan")
+FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
+LITTLE = {**FAST, "iterations": 1}
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Return tiny inputs of every kind."""
+    folder = tmp_path_factory.mktemp("inputs")
+    sheet = ezdxf.new(units=4)
+    space = sheet.modelspace()
+    for x in range(0, 360, 60):
+        space.add_lwpolyline([(x, 0), (x + 40, 0), (x + 40, 40), (x, 40)], close=True)
+        space.add_circle((x + 20, 20), 8)
+    space.add_line((-20, 0), (-20, 30))
+    space.add_lwpolyline([(5, 5), (10, 5)], dxfattribs={"layer": "MARK"})
+    sheet.saveas(folder / "sheet.dxf")
+    pocket = ezdxf.new(units=4)
+    pocket.modelspace().add_lwpolyline([(0, 0), (40, 0), (40, 32), (0, 32)], close=True)
+    pocket.modelspace().add_line((-20, 0), (-20, 30))
+    pocket.saveas(folder / "pocket.dxf")
+    picture = Image.new("L", (40, 36), 255)
+    ImageDraw.Draw(picture).rectangle((6, 6, 33, 29), fill=0)
+    picture.save(folder / "pocket.png")
+    holes = [(7.0 * (k * 5 % 11), 9.0 * (k * 4 % 13)) for k in range(16)]
+    (folder / "holes.csv").write_text("x,y,diameter\n" + "".join(f"{x},{y},3\n" for x, y in holes))
+    (folder / "tools.toml").write_text(TOOLS)
+    cuts = "G81 X90. Y90. Z-2. R2. F100\n" + "".join(f"X{x} Y{y}\n" for x, y in holes) + "G80\n"
+    (folder / "cam.nc").write_text(f"G21 G90 G17 G94\nT1 M6\nS1000 M3\nG0 Z5\n{cuts}M5\nM30\n")
+    torch = (
+        "(o=0, kw=1, ph=3, pd=0.1, ch=1, fr=1000, ca=45, cv=90, pe=0, gp=0, cm=0, jh=0, jd=0)\nM3 $0 S1\nG1 X5\nM5 $0\n"
+    )
+    (folder / "plasma.ngc").write_text(f"G21 G90\nF#<_hal[plasmac.cut-feed-rate]>\nG0 X0 Y0\n{torch}M2\n")
+    return {file.name: file for file in folder.iterdir()}
+
+
+@pytest.fixture
+def reads(monkeypatch: pytest.MonkeyPatch) -> Iterator[set[str]]:
+    """Return the names of the options that are read from now on, but for what only hands them on."""
+    found: set[str] = set()
+
+    def read(self: OptionGroup, name: str) -> Any:
+        asked = _STANDS_FOR.get(name, name)
+        if asked in type(self).__dataclass_fields__:  # type: ignore[attr-defined]
+            module = sys._getframe(1).f_globals.get("__name__", "")
+            if not module.startswith(_HANDS_ON) and not (module == "leafcut.api" and asked in _INPUTS):
+                found.add(asked)
+        return object.__getattribute__(self, name)
+
+    monkeypatch.setattr(OptionGroup, "__getattribute__", read, raising=False)
+    return found
+
+
+def _runs(work: str, files: dict[str, Path], out: Path) -> None:
+    """Do small runs of a kind of work in which each of its options matters once."""
+    at = {name: str(path) for name, path in files.items()}
+    if work == "drill":
+        api.optimize(at["holes.csv"], depth=3, cycle=None, **FAST)
+        api.optimize(at["holes.csv"], thickness=3, tools=at["tools.toml"], algorithm="acs", **LITTLE)
+        api.optimize(at["holes.csv"], depth=3, machine="haas-vf2", algorithm="firefly", **LITTLE)
+    elif work == "cut":
+        common = {"process": "cut", "thickness": 6, "open_paths": "cut", **LITTLE}
+        more = {"micro_joints": 1, "heat_distance": 5, "heat_time": 1, "sweep": "x"}
+        api.optimize(at["sheet.dxf"], machine="laser-table", **more, **common)
+        api.optimize(at["sheet.dxf"], machine="laser-table", chains=True, algorithm="acs", **common)
+        api.optimize(at["sheet.dxf"], ignore_layers="MARK", corner_loops=True, algorithm="firefly", **common)
+    elif work == "pocket":
+        common = {"process": "pocket", "depth": 1, "tool_diameter": 8, **LITTLE}
+        api.optimize(
+            at["pocket.dxf"], tools=at["tools.toml"], thickness=5, open_paths="drop", algorithm="acs", **common
+        )
+        api.optimize(at["pocket.png"], machine="haas-vf2", pixel_size=1, **common)
+    elif work == "program":
+        api.optimize(at["cam.nc"], algorithm="acs", **LITTLE)
+        api.optimize(at["cam.nc"], algorithm="firefly", **LITTLE)
+        api.optimize(at["cam.nc"], keep_out="200 200 210 210", **FAST)
+        api.optimize(at["plasma.ngc"], machine="plasma-table", **LITTLE)
+    elif work == "nest":
+        laid = {"sheet": "400x200", "ignore_layers": "MARK", "open_paths": "drop", "nester": "shapes", **FAST}
+        api.nest([at["sheet.dxf"]], out / "nest.dxf", **laid)
+    elif work == "solve":
+        api.solve_file(at["holes.csv"], algorithm="acs", target_gap=1, **LITTLE)
+        api.solve_file("random:12", algorithm="firefly", **LITTLE)
+    elif work == "simulate":
+        api.simulate(at["cam.nc"])
+        api.simulate(at["plasma.ngc"], machine="plasma-table")
+    else:
+        api.verify_programs(at["plasma.ngc"], at["plasma.ngc"], machine="plasma-table")
+
+
+@pytest.mark.parametrize("work", WORKS)
+def test_the_options_that_a_kind_of_work_names_are_those_that_its_runs_read(
+    work: str, files: dict[str, Path], reads: set[str], tmp_path: Path
+) -> None:
+    """An option that is named and never read would be ignored; one that is read and not named, refused for nothing."""
+    _runs(work, files, tmp_path)
+    # The cuts of a sheet are ordered in one thread, which is no more than any number.
+    named = {name for _, name, _ in used_by(work)} - ({"threads"} if work == "cut" else set())
+    assert (sorted(named - reads), sorted(reads - named)) == ([], [])
+
+
+@pytest.mark.parametrize("work", WORKS)
+def test_an_option_of_another_kind_of_work_is_refused_and_its_default_too(work: str) -> None:
+    """One line: which option, which work, what it is for."""
+    others = [(group, name) for group, name, _ in all_options() if work not in group.works_of(name)]
+    assert others
+    for group, name in others:
+        settings = Settings.collect({name: _default_or_some(group, name)})
+        with pytest.raises(OptionError, match=f"^{flag_name(name)}: {WORKS[work]} does not use it"):
+            settings_for(settings, work)
+
+
+def _default_or_some(group: type[OptionGroup], name: str) -> Any:
+    """Return an option's default as one types it; where it has none, any value that it takes."""
+    spec, default = group.specs()[name], group.defaults()[name]
+    value = spec.maximum if default is None else default
+    if value is not None:
+        return written(spec, value) if spec.kind == "quantity" else value
+    if spec.choices:
+        return spec.choices[0]
+    return {"text": "10x10", "names": "a", "point": "1,2", "path": "a", "flag": True}.get(spec.kind, 2)
+
+
+def test_what_an_option_needs_is_an_option_and_one_of_its_values() -> None:
+    known = {name: spec for _, name, spec in all_options()}
+    for _, name, spec in all_options():
+        for need in spec.needs.split():
+            where, _, condition = need.rpartition(":")
+            other, _, values = condition.removeprefix("!").partition("=")
+            assert where in ("", *WORKS), name
+            assert other in known or other == "input", name
+            if values and other != "input":
+                assert set(values.split("|")) <= set(known[other].choices), name
+
+
+@pytest.mark.parametrize(
+    ("source", "options", "words"),
+    [
+        ("holes.csv", {"quantity": 1}, "--quantity: drilling does not use it, it is for cutting a sheet; leave it out"),
+        ("holes.csv", {"keep_order": True}, "--keep-order: .*--algorithm none keeps the order of the drawing"),
+        ("holes.csv", {"strategy": "zigzag"}, "--strategy: drilling does not use it, it is for milling pockets"),
+        ("holes.csv", {"corner_loops": True}, "--corner-loops: drilling does not use it"),
+        ("cam.nc", {"output_units": "mm"}, "--output-units: a G-code program does not use it, .* keeps its own units"),
+        ("cam.nc", {"line_numbers": True}, "--line-numbers: .*--renumber"),
+        ("cam.nc", {"coolant": True}, "--coolant: "),
+        ("cam.nc", {"depth": 3}, "--depth: "),
+        ("cam.nc", {"clearance_height": 9}, "--clearance-height: is not used here: it is used with --keep-out only"),
+        ("holes.csv", {"n_ants": 7}, "--n-ants: is not used here: .* with --algorithm as, eas, asrank, mmas or acs"),
+        ("holes.csv", {"tools": "tools.toml", "feed": 9}, "--feed: is not used here: it is used without --tools only"),
+        ("holes.csv", {"program_number": 7}, "--program-number: programs for linuxcnc have no number; leave it out"),
+        ("pocket.dxf", {"process": "pocket", "pixel_size": 1}, "--pixel-size: is not used here: it is for a picture"),
+        ("sheet.dxf", {"process": "cut", "joint_width": 1}, "--joint-width: .*used with --micro-joints only"),
+    ],
+    ids=str,
+)
+def test_what_would_be_ignored_is_refused(source: str, options: Any, words: str, files: dict[str, Path]) -> None:
+    """On 0.1.0 all of these ran, and some stood under "to repeat this run"."""
+    given = {name: str(files[value]) if value in files else value for name, value in options.items()}
+    with pytest.raises(OptionError, match=words):
+        api.optimize(files[source], **given)
+
+
+def test_a_file_of_options_may_serve_many_kinds_of_work(files: dict[str, Path], tmp_path: Path) -> None:
+    """What a run does not use of a file is not applied, and not told under what repeats the run."""
+    shop = tmp_path / "shop.toml"
+    shop.write_text("[drill]\ndepth = 3\npeck = 1\n[cut]\nquantity = 4\n[aco]\nn_ants = 7\n[solve]\nseed = 5\n")
+    drilled = api.optimize(files["holes.csv"], options_file=shop, iterations=1)
+    assert set(drilled.options) == {"--depth", "--peck", "--seed", "--iterations"}
+    ordered = api.optimize(files["cam.nc"], options_file=shop, iterations=1)
+    assert set(ordered.options) == {"--seed", "--iterations"}
