@@ -63,12 +63,17 @@ _PROBES = (382, 383, 384, 385)
 MAX_ROWS = 10_000_000
 
 
+#: Controllers of RS274/NGC in which G70 and G71 are cycles of a lathe, and not units (seen with rs274).
+_LATHE_CYCLES = frozenset({"linuxcnc", "plasma", "qtplasmac"})
+
+
 def _codes(dialect: Dialect) -> frozenset[int]:
     """Return the G codes, in tenths, whose meaning in a dialect is known."""
     if dialect.cycle_words == "fagor":
         return dialect.g_codes
     # Haas has bolt circles there, and G69 is the end of a rotation nearly everywhere.
-    other = {690, 700, 710} if dialect.groups == "fanuc" else {690}
+    lathe_cycles = dialect.groups == "fanuc" or dialect.name in _LATHE_CYCLES
+    other = {690, 700, 710} if lathe_cycles else {690}
     return frozenset(GROUP_OF) - (other - dialect.g_codes)
 
 

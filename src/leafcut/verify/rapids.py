@@ -38,8 +38,8 @@ class Gaps:
         The lowest place to which rapids go down before the first one across, and after the last, mm.
     top
         The highest place, mm; minus infinity without rapids.
-    unknown
-        bool[n + 1]: a rapid goes across at a height that is not known.
+    from_unknown, to_unknown
+        bool[n + 1]: a rapid goes across from a height that is not known, or ends at one.
     lit, lit_first, lit_last
         bool[n + 1]: the spindle (beam) is on in a rapid across, in the first one, in the last one.
     """
@@ -55,7 +55,8 @@ class Gaps:
     down_here: Floats
     down_there: Floats
     top: Floats
-    unknown: Mask
+    from_unknown: Mask
+    to_unknown: Mask
     lit: Mask
     lit_first: Mask
     lit_last: Mask
@@ -99,8 +100,9 @@ def gaps_of(work: Work) -> Gaps:
     on = np.append(work.states.direction[row] != 0, False)
     lit = np.zeros(n, dtype=bool)
     lit[gap[across & on[:-1]]] = True
-    unknown = np.zeros(n, dtype=bool)
-    unknown[gap[across & (np.isnan(begin[:, 2]) | np.isnan(end[:, 2]))]] = True
+    from_unknown, to_unknown = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
+    from_unknown[gap[across & np.isnan(begin[:, 2])]] = True
+    to_unknown[gap[across & np.isnan(end[:, 2])]] = True
     padded = [np.append(z, np.inf) for z in (low, high)]
     return Gaps(
         feature,
@@ -114,7 +116,8 @@ def gaps_of(work: Work) -> Gaps:
         _least(n, gap[here & has_across[gap]], high[here & has_across[gap]]),
         _least(n, gap[there], high[there]),
         -_least(n, gap, -np.maximum(low, high)),
-        unknown,
+        from_unknown,
+        to_unknown,
         lit,
         on[first],
         has_across & on[last],
@@ -334,12 +337,20 @@ def _heights_by_feature(both: Both, allowed: Heights, old: Ints, now: Ints, room
             "unknown height",
             lambda row: f"a rapid next to {place(*places[row, :2])} goes across at a height that is not known",
             *lines,
-            gaps.unknown[now_gap] & ~old_gaps.unknown[old_gap] & np.isfinite(places[:, 2]),
+            _less_known(gaps, now_gap, old_gaps, old_gap) & np.isfinite(places[:, 2]),
         )
     lowest = _lowest_crossing(original, old_gaps)[old]
     lowest = np.where(np.isinf(lowest), allowed.arrive[old], lowest)
     cross = np.where(across, gaps.cross[before], np.inf)
     yield "lower retract", told("a rapid goes across to", lowest, cross), *approach, cross < lowest - room
+
+
+def _less_known(gaps: Gaps, now: Ints, old_gaps: Gaps, old: Ints) -> Mask:
+    """Return in which gaps a rapid goes across at a height that is not known, but was: such a height is not up."""
+    less: Mask = (gaps.from_unknown[now] & ~old_gaps.from_unknown[old]) | (
+        gaps.to_unknown[now] & ~old_gaps.to_unknown[old]
+    )
+    return less
 
 
 def _lowest_crossing(work: Work, gaps: Gaps) -> Floats:
@@ -387,7 +398,11 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
     )
     low = old_gaps.across[old] & gaps.across[now] & (gaps.arrive[now] < old_gaps.arrive[old] - room)
     yield "lower approach", told("to"), *lines, low
-    unknown = gaps.unknown[now] & ~old_gaps.unknown[old] & old_gaps.across[old]
+    # Between two barriers nothing else says how far down the tool goes.
+    between = ~gaps.opened_by_feature[now] & ~old_gaps.opened_by_feature[old]
+    sunk = [np.minimum(side.down_here[gap], side.down_there[gap]) for side, gap in ((gaps, now), (old_gaps, old))]
+    yield "deeper rapid", told("down to"), *lines, between & (sunk[0] < sunk[1] - room)
+    unknown = _less_known(gaps, now, old_gaps, old) & old_gaps.across[old]
     text_unknown = "a rapid to '{}' goes across at a height that is not known"
     yield "unknown height", lambda row: text_unknown.format(pairs[row][0].said), *lines, unknown
     leave = np.where(old_gaps.across[old + 1], old_gaps.leave[old + 1], old_gaps.top[old + 1])

@@ -17,18 +17,24 @@ from leafcut.gcode.saying import plain
 from leafcut.model.toolpath import Kind
 from leafcut.verify.difference import Difference
 
-_MOVES = (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL)
-_CUTS = _MOVES[1:]
-_ARCS = (Kind.ARC_CW, Kind.ARC_CCW)
+#: What is not understood may rely on anything.
+_ARCS = (Kind.FOREIGN, Kind.ARC_CW, Kind.ARC_CCW)
+_CYCLES = (Kind.FOREIGN, Kind.DRILL)
 _ROUND = (*_ARCS, Kind.DRILL)
+_CUTS = (*_ROUND, Kind.FEED)
+_MOVES = (*_CUTS, Kind.RAPID)
 
 
 class _Mode(NamedTuple):
-    """What is stated, by which G words (a regular expression of their numbers), and which kinds of rows rely on it."""
+    """What is stated, by which G words (a regular expression of their numbers), and which kinds of rows rely on it.
+
+    `rare`: not every controller has the word, so that it may not be new either.
+    """
 
     said: str
     words: str
     kinds: tuple[Kind, ...]
+    rare: bool = False
 
 
 _MODES = (
@@ -37,16 +43,16 @@ _MODES = (
     _Mode("radius compensation off (G40)", "4[012](?:[.]1)?", _MOVES),
     _Mode("the feed mode (G94)", "9[345]", _CUTS),
     _Mode("the arc distance mode (G91.1)", "9[01][.]1", _ARCS),
-    _Mode("the return of cycles (G98, G99)", "9[89]", (Kind.DRILL,)),
+    _Mode("the return of cycles (G98, G99)", "9[89]", _CYCLES),
     _Mode("the length offset (G43, G49)", "4[349](?:[.][0-9])?", _MOVES),
     _Mode("the work offset (G54)", "(?:5[4-9](?:[.][1-9])?|154|1[12][0-9])", _MOVES),
     _Mode("constant surface speed off (G97)", "9[67]", _CUTS),
-    _Mode("rotation off (G69)", "6[89](?:[.][0-9])?", _MOVES),
-    _Mode("scaling off (G50)", "5[01]", _MOVES),
-    _Mode("mirroring off (G50.1)", "5[01][.]1", _MOVES),
-    _Mode("polar coordinates off (G15)", "1[56]", _MOVES),
-    _Mode("macro calls off (G67)", "6[67](?:[.]1)?", _MOVES),
-    _Mode("the shift of the origin (G92.1)", "92(?:[.][123])?", _MOVES),
+    _Mode("rotation off (G69)", "6[89](?:[.][0-9])?", _MOVES, True),
+    _Mode("scaling off (G50)", "5[01]", _MOVES, True),
+    _Mode("mirroring off (G50.1)", "5[01][.]1", _MOVES, True),
+    _Mode("polar coordinates off (G15)", "1[56]", _MOVES, True),
+    _Mode("macro calls off (G67)", "6[67](?:[.]1)?", _MOVES, True),
+    _Mode("the shift of the origin (G92.1)", "92(?:[.][123])?", _MOVES, True),
 )
 _PATTERNS = [re.compile(rf"G0*{mode.words}(?![0-9.])") for mode in _MODES]
 
@@ -58,6 +64,9 @@ def no_longer_stated(before: Program, after: Program) -> Iterator[Difference]:
         if (now.first and not was.first) or now.cuts > was.cuts:
             text = f"{mode.said}: the original states it before line {now.line or was.line} relies on it"
             yield Difference("not stated", was.line, now.line, text)
+        elif mode.rare and was.first and not now.first:
+            text = f"{mode.said}: the original does not state it before line {was.line} relies on it, the new one does"
+            yield Difference("newly stated", was.line, now.line, text)
 
 
 class _Relying(NamedTuple):
