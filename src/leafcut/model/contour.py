@@ -25,6 +25,8 @@ class Contour:
     part
         Number of the part it belongs to, from 1, or 0 where nobody has said: its outer contour, its holes and its
         marks have the same number.
+    z
+        The height at which it is drawn, mm.
     """
 
     path: Polyline
@@ -32,3 +34,4 @@ class Contour:
     layer: str = ""
     handle: str = ""
     part: int = 0
+    z: float = 0.0

@@ -16,7 +16,7 @@ from leafcut.model.pocket import Pocket
 class Hole:
     """A round hole seen from above: centre and diameter in mm, with the drawing's layer and entity handle.
 
-    A diameter of 0 means a bare point: the drawing says where, not how wide.
+    A diameter of 0 means a bare point: the drawing says where, not how wide. `z` is the height at which it is drawn.
     """
 
     x: float
@@ -24,6 +24,7 @@ class Hole:
     diameter: float
     layer: str = ""
     handle: str = ""
+    z: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.zones import touches_any_zone, widened
+from leafcut.model.heights import Heights
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.part import Part
@@ -76,6 +77,7 @@ def plan_drilling(part: Part, machine: Machine, library: ToolLibrary | None, opt
     if not part.holes and not part.slots:
         raise PlanError(f"{part.name}: there is no hole to drill")
     _check_machine(machine, options)
+    heights = _heights(part)
     rule = depth_rule(options)
     chooser = ToolChooser(library, machine, options)
     work = _collect(part, chooser)
@@ -92,10 +94,27 @@ def plan_drilling(part: Part, machine: Machine, library: ToolLibrary | None, opt
         zones=parse_zones(options.keep_out),
         start=_xy(options.start_point, "--start-point"),
         end=_xy(options.end_point, "--end-point"),
-        issues=(*rule.issues, *chooser.issues(), *_tap_lead_issues(operations, rule)),
+        issues=(*heights, *rule.issues, *chooser.issues(), *_tap_lead_issues(operations, rule)),
     )
     _check_zones(plan)
     return plan
+
+
+def _heights(part: Part) -> list[Issue]:
+    """Return a note where all holes are drawn at one height that is not Z0.
+
+    Raises
+    ------
+    PlanError
+        They are drawn at several heights: from one surface, some would be drilled too deep and others not at all.
+    """
+    heights = Heights.of((hole.x, hole.y, hole.z) for hole in part.holes)
+    if heights.differ:
+        raise PlanError(
+            f"{part.name}: the holes are drawn at different heights: {heights}; all are drilled from one surface, Z0: "
+            "choose those of one height (--layers), or draw them at one"
+        )
+    return heights.notes("holes")
 
 
 def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) -> list[Issue]:

@@ -25,6 +25,7 @@ class Piece(NamedTuple):
     start: float
     sweep: float
     entity: int
+    z: float = 0.0
 
 
 def close_circles(pieces: Sequence[Piece]) -> tuple[list[Piece], set[int]]:

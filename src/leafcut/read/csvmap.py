@@ -1,7 +1,7 @@
-"""Tables of points: ``x, y[, diameter][, name]`` with or without a header, comma, semicolon, tab or blanks between.
+"""Tables of points: ``x, y[, diameter][, name]`` with or without a header, which may name z and layer, too.
 
-A comma between digits is a decimal comma where semicolons or tabs part the fields. Lines that begin with # are
-comments. A row that cannot be understood is left out and reported, unless no row can.
+Comma, semicolon, tab or blanks part the fields; a comma between digits is a decimal comma where semicolons or tabs do.
+Lines that begin with # are comments. A row that cannot be understood is left out and reported, unless no row can.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from leafcut.read.sift import chosen_layers, sift
 HEADER_WORDS = {
     "x": "x",
     "y": "y",
+    "z": "z",
     "d": "d",
     "dia": "d",
     "diam": "d",
@@ -57,6 +58,7 @@ class _Columns:
     d: int | None = 2
     name: int | None = 3
     layer: int | None = None
+    z: int | None = None
     unit: str | None = None
     from_header: bool = False
 
@@ -160,7 +162,9 @@ def _columns(
         given = shown(", ".join(fields))
         raise ReadError(source.path, f"the header '{given}' names no columns x and y", number)
     return (
-        _Columns(found["x"], found["y"], found.get("d"), found.get("name"), found.get("layer"), unit, True),
+        _Columns(
+            found["x"], found["y"], found.get("d"), found.get("name"), found.get("layer"), found.get("z"), unit, True
+        ),
         rows,
     )
 
@@ -181,7 +185,11 @@ def _hole(fields: list[str], columns: _Columns, separator: str | None, factor: f
         diameter = to_mm(_number(text, separator), factor)
     if not (abs(x) <= MAX_COORDINATE and abs(y) <= MAX_COORDINATE and 0 <= diameter <= MAX_COORDINATE):
         raise ValueError(f"x {x:g}, y {y:g}, diameter {diameter:g} mm cannot be meant")
-    return Hole(x, y, diameter, _field(fields, columns.layer), _field(fields, name_at))
+    height = _field(fields, columns.z)
+    z = to_mm(_number(height, separator), factor) if height else 0.0
+    if not abs(z) <= MAX_COORDINATE:
+        raise ValueError(f"z {z:g} mm cannot be meant")
+    return Hole(x, y, diameter, _field(fields, columns.layer), _field(fields, name_at), z)
 
 
 def _field(fields: list[str], index: int | None) -> str:

@@ -90,13 +90,14 @@ class Finds:
         for own in shape.curves:
             curve = moved(matrix, own)
             x, y = round(curve.center[0] * self.factor, 6), round(curve.center[1] * self.factor, 6)
+            z = round(curve.center[2] * self.factor, 6)
             large, small = half_axes(curve)
             radius = 0.5 * (large + small) * self.factor
-            if not (abs(x) <= MAX_COORDINATE and abs(y) <= MAX_COORDINATE and radius <= MAX_COORDINATE):
+            if not (max(abs(x), abs(y), abs(z)) <= MAX_COORDINATE and radius <= MAX_COORDINATE):
                 self.absurd[shape.dxftype] += 1
                 return
             if shape.dxftype == "POINT":
-                self._keep(Hole(x, y, 0.0, layer, shape.handle))
+                self._keep(Hole(x, y, 0.0, layer, shape.handle, z))
                 return
             if not is_flat(curve):
                 self._lean(shape, x, y)
@@ -107,12 +108,12 @@ class Finds:
             if not radius >= MIN_RADIUS or not math.isfinite(curve.start + curve.sweep):
                 self.absurd[shape.dxftype] += 1
                 return
-            pieces.append(Piece(x, y, radius, *seen_span(curve), self._number))
+            pieces.append(Piece(x, y, radius, *seen_span(curve), self._number, z))
         if shape.arcs:
             self.pieces += pieces
             self.owners[self._number] = (shape.dxftype, layer, shape.handle)
         else:
-            self._keep(Hole(pieces[0].x, pieces[0].y, round(2 * pieces[0].radius, 6), layer, shape.handle))
+            self._keep(Hole(pieces[0].x, pieces[0].y, round(2 * pieces[0].radius, 6), layer, shape.handle, pieces[0].z))
 
     def _keep(self, hole: Hole) -> None:
         self.found.append((self._number, hole))
@@ -130,7 +131,9 @@ class Finds:
         circles, used = close_circles(self.pieces)
         for piece in circles:
             _, layer, handle = self.owners[piece.entity]
-            self.found.append((piece.entity, Hole(piece.x, piece.y, round(2 * piece.radius, 6), layer, handle)))
+            self.found.append(
+                (piece.entity, Hole(piece.x, piece.y, round(2 * piece.radius, 6), layer, handle, piece.z))
+            )
         self.n_joined = len(circles)
         if len(self.found) > MAX_HOLES:
             raise too_many_holes(self.path)

@@ -12,11 +12,12 @@ from leafcut.errors import PlanError, ReadError, shown
 from leafcut.geometry.curves import Spend
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Issue, Part, Severity
+from leafcut.model.heights import Heights
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.read.dxf_blocks import Walk
 from leafcut.read.dxf_document import layers_of, open_document, units_of, walk_issues
 from leafcut.read.dxf_shapes import IDENTITY, Matrix
-from leafcut.read.dxf_strokes import LeaningError, Stroke, placed_stroke, slopes, stroke_of
+from leafcut.read.dxf_strokes import LeaningError, Stroke, height_of, placed_stroke, slopes, stroke_of
 from leafcut.read.format import (
     CURVE_TOLERANCE,
     MAX_COORDINATE,
@@ -58,10 +59,20 @@ def read_dxf_contours(source: Source, options: ReadOptions) -> Part:
             reasons += f"; the drawing has the layers {shown(', '.join(names), 120)}"
         raise ReadError(source.path, f"nothing to cut: {reasons}")
     contours = tuple(strokes.found)
+    issues += _heights(contours)
     part = Part(source.name, source=source.file_name, format="dxf", units=unit or "mm", contours=contours)
     if unit is None:
         issues.insert(0, units_unknown("the drawing", part, Severity.WARNING))
     return replace(part, issues=tuple(issues))
+
+
+def _heights(contours: tuple[Contour, ...]) -> list[Issue]:
+    """Return at which heights the contours are drawn, where that is not Z0: from above they look the same."""
+    heights = Heights.of((*c.path.start, c.z) for c in contours)
+    if heights.differ:
+        words = f"lines are drawn at different heights: {heights}; they are taken as seen from above"
+        return [Issue("L406", words)]
+    return heights.notes("lines")
 
 
 def read_dxf_pockets(
@@ -82,6 +93,7 @@ class _Made(NamedTuple):
 
     path: Polyline
     rising: bool
+    z: float
 
 
 @dataclass
@@ -121,7 +133,8 @@ class Strokes:
         path = made.path if matrix is IDENTITY else made.path.moved(dx, dy)
         if made.rising:
             self.sloping.append(path.start)
-        self.found.append(Contour(_rounded(path, self.factor), layer=layer, handle=stroke.handle))
+        z = 0.0 if made.rising else made.z + (0.0 if matrix is IDENTITY else matrix[3][2] * self.factor)
+        self.found.append(Contour(_rounded(path, self.factor), layer=layer, handle=stroke.handle, z=z))
 
     def _of_block(self, stroke: Stroke, turn: Any) -> _Made:
         """Return a stroke of a block that is inserted at the origin."""
@@ -139,7 +152,7 @@ class Strokes:
     def _make(self, stroke: Stroke, matrix: Matrix) -> _Made:
         with np.errstate(all="ignore"):
             path = placed_stroke(stroke, matrix, self.factor, CURVE_TOLERANCE, self.points)
-            return _Made(path, slopes(stroke, matrix))
+            return _Made(path, slopes(stroke, matrix), height_of(stroke, matrix) * self.factor)
 
     def _skip(self, stroke: Stroke, reason: str) -> None:
         self.absurd.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")

@@ -157,6 +157,14 @@ def slopes(stroke: Stroke, matrix: Matrix) -> bool:
     return high > 1e-9 and high > SLOPE * float(np.hypot(*np.ptp(places[:, :2], axis=0)))
 
 
+def height_of(stroke: Stroke, matrix: Matrix) -> float:
+    """Return how high a stroke lies, in units of the drawing: its first place of those that are its own."""
+    form = stroke.form
+    if isinstance(form, Curve):
+        return float(moved(matrix, form).center[2])
+    return float(_placed((form.vertices if isinstance(form, Chain) else form.control)[:1], matrix)[0, 2])
+
+
 def _placed(vertices: Table, matrix: Matrix) -> Table:
     table = np.array(matrix)
     places: Table = vertices @ table[:3] + table[3]

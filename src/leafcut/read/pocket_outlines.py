@@ -20,6 +20,7 @@ from leafcut.geometry.containment import Conflict, conflicts, nesting
 from leafcut.geometry.overlaps import SAME
 from leafcut.geometry.tidying import polygons, tidy
 from leafcut.model import Contour, Issue, Part, Severity
+from leafcut.model.heights import Heights
 from leafcut.model.pocket import Pocket
 from leafcut.options import PocketOptions, SheetOptions
 from leafcut.read.format import count_of, places_of
@@ -56,6 +57,15 @@ def pockets_of_drawing(part: Part, options: PocketOptions, joining: SheetOptions
     """
     issues = list(part.issues)
     kinds = _kinds(part.contours, options, issues, path)
+    chosen = [c for c, kind in zip(part.contours, kinds, strict=True) if kind is not None]
+    heights = Heights.of((*c.path.start, c.z) for c in chosen)
+    if heights.differ:
+        raise ReadError(
+            path,
+            f"outlines of pockets and islands are drawn at different heights: {heights}; all begin at one surface, Z0: "
+            "choose those of one height (--layers, --pocket-layers), or draw them at one",
+        )
+    issues = [i for i in issues if i.code != "L406"] + heights.notes("outlines of pockets and islands")
     return as_pockets(replace(part, issues=tuple(issues)), kinds, joining, path)
 
 

@@ -1,0 +1,53 @@
+"""The heights at which things of a drawing lie: what is made of a drawing begins at one surface, Z0."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from leafcut.model.issue import Issue, Severity
+
+#: Heights that differ by less are one, mm.
+SAME_HEIGHT = 0.001
+#: So many heights are named; more would be a drawing in space.
+_MOST_NAMED = 4
+
+
+@dataclass(frozen=True)
+class Heights:
+    """How many things lie at each height, and where the first of them is: height → (number, x, y), mm."""
+
+    found: dict[float, tuple[int, float, float]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, places: Iterable[tuple[float, float, float]]) -> Heights:
+        """Return the heights of places (x, y, z), mm."""
+        found: dict[float, tuple[int, float, float]] = {}
+        for x, y, z in places:
+            level = round(z / SAME_HEIGHT) * SAME_HEIGHT + 0.0
+            number, x0, y0 = found.get(level, (0, x, y))
+            found[level] = (number + 1, x0, y0)
+        return cls(found)
+
+    @property
+    def differ(self) -> bool:
+        """Whether there are several."""
+        return len(self.found) > 1
+
+    def notes(self, noun: str) -> list[Issue]:
+        """Return a note where all `noun` lie at one height that is not Z0."""
+        if self.differ or not self.common:
+            return []
+        words = f"all {noun} are drawn at Z{self.common:g}: that height is the surface, Z0 of the program"
+        return [Issue("L406", words, severity=Severity.NOTE)]
+
+    @property
+    def common(self) -> float:
+        """The height of all, where they have one; else 0."""
+        return next(iter(self.found)) if len(self.found) == 1 else 0.0
+
+    def __str__(self) -> str:
+        rows = sorted(self.found.items(), key=lambda row: -row[0])
+        said = [f"{n} at Z{z:g} (the first at {x:g}, {y:g})" for z, (n, x, y) in rows[:_MOST_NAMED]]
+        more = f", and {len(rows) - _MOST_NAMED} more heights" if len(rows) > _MOST_NAMED else ""
+        return ", ".join(said) + more
