@@ -308,11 +308,14 @@ def test_quiet_still_warns_of_lost_holes(tmp_path: Path, capsys: pytest.CaptureF
     assert "odd.csv" in err or "line 3" in err or ":3" in err
 
 
-def test_simulate_says_a_few_dangers_and_that_there_are_more(
+def test_simulate_says_a_danger_once_and_how_often_it_is_there(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     program = tmp_path / "still.ngc"
     program.write_text("G21 G90\nT1 M6\nG0 Z5\nG0 X0 Y0\nG1 Z-1 F100\n" + "X5\nX0\n" * 30 + "G0 Z5\nM2\n")
-    said = [line for line in answer(capsys, "simulate", str(program))[0].splitlines() if line.startswith("warning")]
-    assert len(said) == 11
-    assert said[-1] == "warning: and more; --json lists them"
+    lines = answer(capsys, "simulate", str(program))[0].splitlines()
+    (said,) = [line for line in lines if line.startswith("warning")]
+    assert "never starts the spindle" in said and said.endswith("(line 5)")
+    program.write_text("G21 G90\nM3 S900\nM5\nG0 Z5\nG0 X0 Y0\nG1 Z-1 F100\n" + "X5\nX0\n" * 30 + "G0 Z5\nM2\n")
+    (said,) = [line for line in answer(capsys, "simulate", str(program))[0].splitlines() if line.startswith("danger")]
+    assert "61 cuts with the spindle off" in said and said.endswith("(line 6)")

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
 from leafcut.files import check_output, read_program, write_together, write_whole
+from leafcut.model.issue import Issue
 from leafcut.model.nest import NestOutcome
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from leafcut.model.cutting import CutPlan
     from leafcut.model.machine import Machine
     from leafcut.model.toolpath import Toolpath
+    from leafcut.runs.reading import ProgramRead
 
 #: What `optimize` can be told to make of its input.
 PROCESSES = ("auto", "drill", "cut", "pocket", "mill", "laser", "plasma")
@@ -253,28 +255,24 @@ class ProgramRun:
         What the program says, and `run` that with what its controller adds at every cut.
     dialect
         In which it was read.
-    unknown
-        What of the controller's own doing is not known, a line each.
+    issues
+        What is dangerous in it, what was assumed, and what of the controller's own doing is not known.
     """
 
     path: Toolpath
     run: Toolpath
     machine: Machine
     dialect: str
-    unknown: tuple[str, ...] = ()
+    issues: tuple[Issue, ...] = ()
 
     def cost(self) -> dict[str, Any]:
         """Return what `simulate` tells, but for the program's name."""
+        from leafcut.report.json_answer import issues_as_json
         from leafcut.timing.toolpath import measure
-        from leafcut.verify.clearance import check_clearance
-        from leafcut.verify.envelope import check_envelope
 
         path, machine = self.path, self.machine
         result = measure(self.run, machine)
         low, high = path.extents
-        dangers = check_envelope(path, machine)
-        if _moves_z(self.dialect):
-            dangers = [*dangers, *check_clearance(path, safe_z=machine.safe_z or 0.0)]
         return {
             "machine": machine.name,
             "time_s": result.time_s,
@@ -282,7 +280,7 @@ class ProgramRun:
             "feed_mm": result.cut_mm,
             "by_kind": result.by_kind,
             "extents": {axis: [low[k], high[k]] for k, axis in enumerate("xyz")},
-            "issues": [*(str(d) for d in dangers), *self.unknown],
+            "issues": issues_as_json(self.issues),
         }
 
 
@@ -295,10 +293,11 @@ def read_run(program: str | Path, *, dialect: str | None = None, **options: Any)
     machine = machine_of(settings)
     name = dialect or machine.controller
     words = dialects.dialect(name)
-    _check_lifts(settings, words)
     read = read_foreign(read_program(program), str(program), settings, machine, words)
+    _check_lifts(settings, read.words)
+    name = read.words.name
     run, unknown = _as_run(read.program, name, settings.drill.clearance_height)
-    return ProgramRun(read.program.path, run, machine, name, (*map(str, read.issues), *unknown))
+    return ProgramRun(read.program.path, run, read.machine, name, (*read.dangers, *read.issues, *unknown))
 
 
 def _check_lifts(settings: Settings, words: Dialect) -> None:
@@ -307,7 +306,7 @@ def _check_lifts(settings: Settings, words: Dialect) -> None:
         raise OptionError(f"--clearance-height: a program for {words.name} says its heights itself; leave it out")
 
 
-def _as_run(program: Program, dialect_name: str, clearance: float) -> tuple[Toolpath, list[str]]:
+def _as_run(program: Program, dialect_name: str, clearance: float) -> tuple[Toolpath, list[Issue]]:
     """Return what a program does with what its controller adds at every cut, and what of that is not known."""
     from leafcut.gcode.dialects import dialect
     from leafcut.gcode.material import as_run
@@ -317,7 +316,7 @@ def _as_run(program: Program, dialect_name: str, clearance: float) -> tuple[Tool
         return program.path, []
     path, unknown = as_run(program.path, program.lines, clearance)
     words = f"{unknown} cuts are of a material that the program does not tell, (o=0, …): their pierces are not counted"
-    return path, [words] if unknown else []
+    return path, [Issue("L413", words)] if unknown else []
 
 
 def verify_programs(
@@ -332,13 +331,15 @@ def verify_programs(
 
     With `allow_reverse`, open cuts of one depth are the same from either end.
     """
+    from leafcut.gcode import dialects
     from leafcut.verify.certificate import certify
 
     settings = settings_for(Settings.collect(options), "verify")
     machine = machine_of(settings)
     words = dialect or machine.controller
-    both = (_interpret(program, words, settings, machine) for program in (original, new))
-    found = certify(*both, machine=machine, allow_reverse=allow_reverse)
+    first = _interpret(original, dialects.dialect(words), settings, machine, choose=True)
+    other = _interpret(new, first.words, settings, first.machine, choose=False)
+    found = certify(first.program, other.program, machine=first.machine, allow_reverse=allow_reverse)
     answer = found.as_json()
     for row, difference in zip(answer["differences"], found.differences, strict=True):
         row["words"] = str(difference)
@@ -365,16 +366,9 @@ def program_extension(dialect_name: str) -> str:
     return dialect(dialect_name).extension
 
 
-def _moves_z(dialect_name: str) -> bool:
-    """Return whether programs of a dialect say heights; a torch may be kept at its height by its controller."""
-    from leafcut.gcode.dialects import dialect
-
-    torch = dialect(dialect_name).torch
-    return torch is None or torch.heights == "program"
-
-
-def _interpret(program: str | Path, dialect_name: str, settings: Settings, machine: Machine) -> Program:
-    from leafcut.gcode.dialects import dialect
+def _interpret(
+    program: str | Path, words: Dialect, settings: Settings, machine: Machine, *, choose: bool
+) -> ProgramRead:
     from leafcut.runs.reading import read_foreign
 
-    return read_foreign(read_program(program), str(program), settings, machine, dialect(dialect_name)).program
+    return read_foreign(read_program(program), str(program), settings, machine, words, choose=choose)

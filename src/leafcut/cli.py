@@ -69,9 +69,10 @@ def run(arguments: Sequence[str]) -> int:
 
 def _warn(issues: Iterable[Any]) -> None:
     """Say on standard error what matters even to somebody who wants no summary: holes lost, depths assumed."""
-    lines = list(dict.fromkeys(str(issue) for issue in issues if issue.severity == "warning"))
+    told = sorted((issue for issue in issues if issue.severity != "note"), key=lambda i: i.severity != "danger")
+    lines = list(dict.fromkeys(f"{issue.severity}: {issue}" for issue in told))
     for line in lines[:MOST_WARNINGS]:
-        _refuse(f"warning: {line}", DONE)
+        _refuse(line, DONE)
     if len(lines) > MOST_WARNINGS:
         _refuse(f"warning: and {len(lines) - MOST_WARNINGS} more", DONE)
 
@@ -258,21 +259,29 @@ def _simulate(
     from leafcut import api
 
     answer = api.simulate(program, dialect=dialect, **_given(options))
+    dangers = [issue for issue in answer["issues"] if issue["severity"] == "danger"]
+    status = REFUSED if dangers and options.get("strict") else DONE
     if as_json:
         _print_json(answer)
-        return DONE
+        return status
     from leafcut.units import format_length, format_time
 
+    for issue in dangers:
+        print(f"danger: {_said(issue)}")
     print(f"{program}: {format_time(answer['time_s'])} on {answer['machine']}")
     print(f"rapid {format_length(answer['rapid_mm'])}, feed {format_length(answer['feed_mm'])}")
     print("  ".join(f"{kind} {format_time(s)}" for kind, s in answer["by_kind"].items()))
     for axis, (low, high) in answer["extents"].items():
         print(f"{axis.upper()} {low:.3f} to {high:.3f} mm")
-    for issue in answer["issues"][:MOST_WARNINGS]:
-        print(f"warning: {issue}")
-    if len(answer["issues"]) > MOST_WARNINGS:
-        print("warning: and more; --json lists them")
-    return DONE
+    for issue in answer["issues"]:
+        if issue not in dangers:
+            print(f"{issue['severity']}: {_said(issue)}")
+    return status
+
+
+def _said(issue: dict[str, str]) -> str:
+    """Return an issue of a JSON answer in a line."""
+    return f"{issue['code']} {issue['message']}" + (f" ({issue['place']})" if issue["place"] else "")
 
 
 def _verify(

@@ -236,7 +236,7 @@ def test_the_time_of_the_report_is_that_of_the_written_program(drawing: Path, tm
 def test_a_material_that_the_program_does_not_tell_is_said_to_be_missing(drawing: Path, tmp_path: Path) -> None:
     file = tmp_path / "out.ngc"
     file.write_text("".join(t for t in api.optimize(drawing, **FAST).text.splitlines(True) if not t.startswith("(o=0")))
-    assert "12 cuts are of a material" in api.simulate(file, machine="plasma-table")["issues"][0]
+    assert "12 cuts are of a material" in api.simulate(file, machine="plasma-table")["issues"][0]["message"]
 
 
 def test_a_beam_that_does_not_wait_has_no_pierce_delay(drawing: Path) -> None:

@@ -92,3 +92,35 @@ def test_programs_of_mills_and_torches_with_such_words_are_read(tmp_path: Path, 
     source = tmp_path / "a.nc"
     source.write_text(text)
     assert leafcut.simulate(source)["time_s"] >= 0
+
+
+STYLES = Path(__file__).parents[1] / "styles"
+
+
+@pytest.mark.parametrize("name", ["lightburn_vector.gc", "lightburn_m3_switched.gc", "inkscape_laser_switched.gcode"])
+def test_a_program_for_a_laser_is_read_for_one_where_no_machine_is_named(name: str) -> None:
+    """Nothing has to run up at M3, M4 or M5, on a 3018 neither; it is told which machine was taken."""
+    for machine, taken, said in (
+        (None, "grbl-laser-5w", "name yours with --machine"),
+        ("grbl-3018", "grbl-3018", "without a spindle's start"),
+    ):
+        found = leafcut.simulate(STYLES / name, **({} if machine is None else {"machine": machine}))
+        assert found["machine"] == taken and found["by_kind"]["spindle"] == 0.0
+        assert said in next(issue["message"] for issue in found["issues"] if issue["code"] == "L807")
+
+
+def test_the_laser_that_is_taken_is_as_fast_and_as_large_as_the_program(tmp_path: Path) -> None:
+    """The slowest of the three that can; the time of a straight cut is its length by its feed, and the ramps."""
+    for feed, width, machine in ((6000, 100, "5w"), (9000, 100, "20w"), (20000, 100, "co2"), (1000, 500, "co2")):
+        source = tmp_path / "a.gc"
+        cuts = "".join(f"G0 X0 Y{y}\nG1 X{width} S500 F{feed}\n" for y in (0, 10, 20))
+        source.write_text(f"G21 G90\nM4 S0\n{cuts}M5\nM2\n")
+        found = leafcut.simulate(source)
+        assert found["machine"] == f"grbl-laser-{machine}"
+        assert found["by_kind"]["feed"] == pytest.approx(3 * width * 60 / feed, rel=0.8, abs=0.6)
+
+
+def test_a_mill_with_a_spindle_keeps_its_machine_and_its_start() -> None:
+    """Also where the power of the spindle changes from cut to cut."""
+    found = leafcut.simulate(STYLES / "estlcam_engrave.nc")
+    assert found["machine"] == "linuxcnc-mill" and found["by_kind"]["spindle"] > 0.0

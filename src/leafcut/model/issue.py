@@ -13,10 +13,11 @@ class Severity(StrEnum):
 
     NOTE = "note"
     WARNING = "warning"
+    DANGER = "danger"
 
 
 #: Every code, with what it means. The number's hundred tells the kind: 1 read, 2 skipped, 3 repaired, 4 assumed,
-#: 5 the order of a program, 6 how a sheet is cut, 7 how a pocket is cleared.
+#: 5 the order of a program, 6 how a sheet is cut, 7 how a pocket is cleared, 8 what a program does by itself.
 CODES: dict[str, str] = {
     "L101": "the file was damaged and could be repaired",
     "L102": "the file does not say its units",
@@ -87,6 +88,13 @@ CODES: dict[str, str] = {
     "L703": "holes have to be there before a program runs",
     "L704": "the tool stands still after every move of a pocket",
     "L711": "a path leaves ground uncut that the tool could reach",
+    "L801": "a program has a rapid below the surface",
+    "L802": "a program goes at rapid into the part, where nothing was cut",
+    "L803": "a program cuts with the spindle off",
+    "L804": "a program goes at rapid with the torch on",
+    "L805": "a program moves in X or Y at a height that is not known",
+    "L806": "a program does what the machine cannot",
+    "L807": "a program drives a laser or a torch",
 }
 
 

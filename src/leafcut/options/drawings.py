@@ -60,7 +60,12 @@ class ReadOptions(OptionGroup):
         choices=("smallest", "largest", "all"),
         works="drill solve",
     )
-    strict: bool = option("flag", False, "refuse a file in which anything had to be skipped or repaired")
+    strict: bool = option(
+        "flag",
+        False,
+        "refuse a file in which anything had to be skipped or repaired, and a program that is dangerous as it is",
+        works="drill cut pocket nest solve program simulate",
+    )
 
 
 @dataclass(frozen=True)

@@ -42,8 +42,8 @@ def summary(outcome: Outcome) -> RenderableType:
     from rich.console import Group
 
     table = _strategies(outcome) if outcome.pocket_plans else _orders(outcome)
-    parts: list[RenderableType] = [_title(outcome), "", table, "", _facts(outcome)]
-    if outcome.issues:
+    parts: list[RenderableType] = [*_dangers(outcome), _title(outcome), "", table, "", _facts(outcome)]
+    if any(issue.severity is not Severity.DANGER for issue in outcome.issues):
         parts += ["", _issues(outcome)]
     return Group("", *parts, "")
 
@@ -51,6 +51,15 @@ def summary(outcome: Outcome) -> RenderableType:
 def print_summary(outcome: Outcome, console: Console) -> None:
     """Print the summary on a console of `rich`."""
     console.print(summary(outcome))
+
+
+def _dangers(outcome: Outcome) -> list[RenderableType]:
+    """Return what is dangerous in the program, before anything else is said."""
+    from rich.text import Text
+
+    found = [issue for issue in outcome.issues if issue.severity is Severity.DANGER]
+    lines = [Text(f"danger: {clean(str(issue))}", "bold red", overflow="fold") for issue in found]
+    return [*lines, ""] if lines else []
 
 
 def _title(outcome: Outcome) -> Text:
@@ -153,7 +162,7 @@ def _issues(outcome: Outcome) -> Table:
     table = Table.grid(padding=(0, 2, 0, 0))
     table.add_column(no_wrap=True, min_width=4)
     table.add_column(overflow="fold")
-    groups = group_issues(outcome.issues, by_message=True)
+    groups = group_issues((i for i in outcome.issues if i.severity is not Severity.DANGER), by_message=True)
     for group in groups[:MOST_ISSUES]:
         style = "yellow" if group.severity is Severity.WARNING else "dim"
         number = f"{group.number:,} × " if group.number > 1 else ""

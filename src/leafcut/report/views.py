@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from leafcut.model.issue import CODES, Severity
+from leafcut.model.issue import CODES
 from leafcut.model.outcome import Measure, OperationOutcome, Outcome
 from leafcut.model.tool import Tool
 from leafcut.report import chart
@@ -12,6 +12,7 @@ from leafcut.report.drawing import Scene, tool_class
 from leafcut.report.wording import (
     BEAMS,
     NO_VALUE,
+    SEVERITIES,
     at_most_words,
     bound_words,
     clean,
@@ -242,7 +243,7 @@ def workers(outcome: Outcome) -> Row:
 
 def issues(outcome: Outcome) -> Row:
     """Return the groups of issues, and the issues themselves up to `MOST_ISSUE_ROWS`, warnings first."""
-    ordered = sorted(outcome.issues, key=lambda i: (i.severity is Severity.NOTE, i.code))
+    ordered = sorted(outcome.issues, key=lambda i: (SEVERITIES.index(i.severity), i.code))
     rows = [
         {
             "code": i.code,

@@ -172,6 +172,10 @@ def _program_counts(outcome: Outcome, certificate: dict[str, Any]) -> list[str]:
     return [*(words or ["no work"]), *([f"{turned} made from the other end"] if turned else [])]
 
 
+#: The worst first.
+SEVERITIES = (Severity.DANGER, Severity.WARNING, Severity.NOTE)
+
+
 @dataclass(frozen=True)
 class IssueGroup:
     """Issues of one kind: how many, and the first of them."""
@@ -184,12 +188,12 @@ class IssueGroup:
 
 
 def group_issues(issues: Iterable[Issue], *, by_message: bool = False) -> list[IssueGroup]:
-    """Return the issues grouped by code, or by what they say; warnings first, then by code, then as they came."""
+    """Return the issues grouped by code, or by what they say; the worst first, then by code, then as they came."""
     first: dict[tuple[str, Severity, str], Issue] = {}
     numbers: Counter[tuple[str, Severity, str]] = Counter()
     for issue in issues:
         key = (issue.code, issue.severity, issue.message if by_message else "")
         numbers[key] += 1
         first.setdefault(key, issue)
-    order = sorted(first, key=lambda key: (key[1] is Severity.NOTE, key[0]))
+    order = sorted(first, key=lambda key: (SEVERITIES.index(key[1]), key[0]))
     return [IssueGroup(*key[:2], numbers[key], clean(first[key].message), clean(first[key].place)) for key in order]

@@ -141,13 +141,12 @@ class _Writer:
 
     def proved(self, text: str) -> Proved:
         """Return the program with its proof, which stands at its top, too."""
-        from leafcut.runs.reading import read_foreign
         from leafcut.verify.certificate import certify
 
         settings = self.run.settings
         look = self.run.looking("verifying")
         try:
-            new = read_foreign(text, "the new program", settings, self.run.machine, self.words, look).program
+            new = self._read(text)
         except ReadError as problem:
             raise _Refused(str(problem), set()) from None
         either_way = settings.resequence.allow_reverse
@@ -164,8 +163,17 @@ class _Writer:
             raise _Refused(f"{met[0]}{f' (and {len(met) - 1} more)' if len(met) > 1 else ''}", set())
         if settings.post.header and text != "".join(self.original.lines):
             text = with_comments(text, certificate.comment_lines(Path(self.source).name), self.words)
-            new = read_foreign(text, "the new program", settings, self.run.machine, self.words, look).program
+            new = self._read(text)
         return Proved(text, new, certificate)
+
+    def _read(self, text: str) -> Program:
+        from leafcut.runs.reading import read_foreign
+
+        run = self.run
+        look = run.looking("verifying")
+        return read_foreign(
+            text, "the new program", run.settings, run.machine, self.words, look, process="mill", choose=False
+        ).program
 
     def issues(self, kept: dict[int, str]) -> Iterator[Issue]:
         """Yield why sections keep their own order though another one was asked for, each reason once."""

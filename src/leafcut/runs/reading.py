@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from leafcut.errors import OptionError, ReadError
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.look import Look, unseen
-from leafcut.options import Settings, flag_name
+from leafcut.options import MachineOptions, Settings, flag_name
+from leafcut.runs.run import CUTTING_MACHINES, machine_of
 from leafcut.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
@@ -30,6 +31,16 @@ class ProgramRead:
     words: Dialect
     machine: Machine
     issues: tuple[Issue, ...] = ()
+    process: str = "mill"
+
+    @property
+    def dangers(self) -> list[Issue]:
+        """What is dangerous in it, the worst first, one issue for each kind."""
+        from leafcut.verify.dangers import find_dangers
+
+        torch = self.words.torch
+        heights = torch is None or torch.heights == "program"
+        return find_dangers(self.program, self.machine, self.process, heights)
 
 
 def refuse_other_languages(text: str, source: str) -> None:
@@ -47,9 +58,20 @@ def refuse_other_languages(text: str, source: str) -> None:
 
 
 def read_foreign(
-    text: str, source: str, settings: Settings, machine: Machine, words: Dialect, look: Look = unseen
+    text: str,
+    source: str,
+    settings: Settings,
+    machine: Machine,
+    words: Dialect,
+    look: Look = unseen,
+    *,
+    process: str = "auto",
+    choose: bool = True,
 ) -> ProgramRead:
     """Return a program as it runs on a machine.
+
+    Where nobody has named a machine, and `choose`, a laser's program is read for a laser, and one of QtPlasmaC for a
+    plasma table; a program that drives a beam on a machine with a spindle is timed as one.
 
     Raises
     ------
@@ -58,9 +80,77 @@ def read_foreign(
     OptionError
         ``--units`` are none of a program.
     """
+    refuse_other_languages(text, source)
+    named = "machine" in settings.given or settings.machine.machine != MachineOptions().machine
+    free = choose and not named and words.name == machine.controller
+    if free and _QTPLASMAC in text:
+        read = _read(text, source, settings, *_other_machine(settings, CUTTING_MACHINES["plasma"]), look)
+        return replace(read, process=_process(read, process), issues=(_chosen(read.machine, "plasma"), *read.issues))
+    read = _read(text, source, settings, machine, words, look)
+    read = replace(read, process=_process(read, process))
+    if free and read.process == "laser" and machine.process == "spindle":
+        chosen = _other_machine(settings, _laser_for(read.program))
+        again = _read(text, source, settings, *chosen, look)
+        return replace(again, process="laser", issues=(_chosen(again.machine, "laser"), *again.issues))
+    if machine.process == "spindle" and read.process in _BEAMS:
+        kind, what = _BEAMS[read.process]
+        message = f"the program drives {what}: S is its power, and {machine.name} is timed without a spindle's start"
+        note = Issue("L807", message, severity=Severity.NOTE)
+        machine = replace(machine, process=kind, spindle_start_s=0.0)
+        return replace(read, machine=machine, issues=(note, *read.issues) if choose else read.issues)
+    return read
+
+
+#: What the program does: the process of its machine, and what it drives.
+_BEAMS = {"laser": ("laser", "a laser"), "plasma": ("torch", "a torch")}
+_QTPLASMAC = "#<_hal[plasmac."
+#: By the speed that they reach: which takes a program is the first that is as fast as its cuts, and as large.
+_LASERS = ("grbl-laser-5w", "grbl-laser-20w", "grbl-laser-co2")
+
+
+def _process(read: ProgramRead, process: str) -> str:
+    from leafcut.plan.chains import known_process
+
+    return known_process(read.program) if process == "auto" else process
+
+
+def _other_machine(settings: Settings, name: str) -> tuple[Machine, Dialect]:
+    """Return another machine than the one that nobody has named, and its dialect."""
+    from leafcut.gcode.dialects import dialect
+
+    machine = machine_of(replace(settings, machine=replace(settings.machine, machine=name)))
+    return machine, dialect(machine.controller)
+
+
+def _chosen(machine: Machine, what: str) -> Issue:
+    what = {"laser": "a laser", "plasma": "a plasma table"}[what]
+    message = f"this is a program for {what}: read for {machine.name}; name yours with --machine"
+    return Issue("L807", message, severity=Severity.NOTE)
+
+
+def _laser_for(program: Program) -> str:
+    """Return the slowest of the lasers that is as fast as the program's cuts and as large as they are."""
+    import numpy as np
+
+    from leafcut.model.toolpath import Kind
+    from leafcut.read.machine import load_machine
+
+    path = program.path
+    feeds = path.value[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)]
+    fastest = float(np.max(feeds, initial=0.0))
+    low, high = path.extents
+    for name in _LASERS:
+        machine = load_machine(name)
+        sides = zip(low[:2], high[:2], machine.travel_min[:2], machine.travel_max[:2], strict=True)
+        if fastest <= machine.max_feed + 1e-9 and all(b - a <= d - c + 1e-9 for a, b, c, d in sides):
+            return name
+    return _LASERS[-1]
+
+
+def _read(text: str, source: str, settings: Settings, machine: Machine, words: Dialect, look: Look) -> ProgramRead:
+    """Return a program as it is read for a machine, in its units and with its feeds."""
     from leafcut.gcode.foreign import interpret_program, lines_of
 
-    refuse_other_languages(text, source)
     units = settings.read.units or machine.units
     if units not in ("mm", "in"):
         raise OptionError(f"--units {units}: a program is in mm or in inches; use mm or in")

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut import __version__
-from leafcut.errors import ReadError
+from leafcut.errors import ReadError, VerifyError
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.outcome import OperationOutcome, Outcome
@@ -28,6 +28,7 @@ from leafcut.runs.run import Run, machine_issues, passing_on, share
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
+    from leafcut.runs.reading import ProgramRead
 
 #: A way round an obstacle is taken to cost as much as a rise by so much, mm: it depends on the way.
 _ROUND = 50.0
@@ -60,8 +61,10 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
     words = dialect(run.settings.post.dialect or run.machine.controller)
     options = run.settings.resequence
     text, encoding = decoded(source, data)
-    read = read_foreign(text, source, run.settings, run.machine, words, run.looking("reading"))
-    original = read.program
+    read = read_foreign(text, source, run.settings, run.machine, words, run.looking("reading"), process=process)
+    original, words, run = read.program, read.words, replace(run, machine=read.machine)
+    dangers = read.dangers
+    _refuse_dangers(run, source, dangers)
     sequence = find_sequence(
         original,
         process=process,
@@ -103,6 +106,8 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
         seed=run.settings.solve.seed,
         verified=True,
         issues=(
+            *dangers,
+            *_new_dangers(read, proved.program),
             *noticed,
             *read.issues,
             *sequence.issues,
@@ -116,6 +121,21 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
         options=run.settings.changed(),
         version=__version__,
     )
+
+
+def _refuse_dangers(run: Run, source: str, dangers: list[Issue]) -> None:
+    """Refuse a program with dangers in it where `--strict` asks for that."""
+    worst = [issue for issue in dangers if issue.severity is Severity.DANGER]
+    if worst and run.settings.read.strict:
+        more = f" (and {len(worst) - 1} more)" if len(worst) > 1 else ""
+        raise VerifyError(f"{source}: {worst[0]}{more}; --strict refuses a program that is dangerous as it is")
+
+
+def _new_dangers(read: ProgramRead, program: Program) -> list[Issue]:
+    """Return the kinds of danger that the original has not; there are none, or the proof has missed something."""
+    known = {issue.code for issue in read.dangers}
+    found = replace(read, program=program).dangers
+    return [replace(i, message=f"in the new program: {i.message}") for i in found if i.code not in known]
 
 
 def decoded(source: str, data: bytes) -> tuple[str, str]:

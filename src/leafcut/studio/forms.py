@@ -118,6 +118,7 @@ WORKS: dict[str, Work] = {
             ("search", _SEARCH),
             ("post", ("dialect", "renumber", "units", "cut_speed")),
             ("place", ("work_offset", "keep_out", "clearance_height", "tools")),
+            ("read", ("strict",)),
             ("solve", _SEARCH_MORE),
         ),
     ),
@@ -129,7 +130,8 @@ WORKS: dict[str, Work] = {
          ("read", ("units", "layers", "strict"))),
     ),
     "simulate": Work(
-        "simulate", "auto", (("main", ("machine", "dialect", "work_offset", "clearance_height", "units", "cut_speed")),)
+        "simulate", "auto",
+        (("main", ("machine", "dialect", "work_offset", "clearance_height", "units", "cut_speed", "strict")),),
     ),
     "verify": Work(
         "verify", "auto",

@@ -135,5 +135,4 @@ def _program(source: str, name: str, settings: Settings) -> Seen:
         ("feed", format_length(found["feed_mm"])),
         ("size", f"{_size(x[1] - x[0], y[1] - y[0])} mm"),
     )
-    issues = tuple({"code": "", "severity": "warning", "message": line, "place": ""} for line in found["issues"])
-    return Seen("gcode", _PROGRAM, facts, issues, shown)
+    return Seen("gcode", _PROGRAM, facts, tuple(found["issues"]), shown)

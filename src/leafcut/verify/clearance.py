@@ -40,33 +40,49 @@ def check_clearance(
     """
     path = expand(path)
     before = positions_before(path)
-    rapid = path.kind == Kind.RAPID
-    across = _moves_across(path, before)
-    lowest = np.fmin(before[:, 2], path.end[:, 2])
-    high_up = at_machine_height(path, safe_z)
-    checks: list[tuple[str, Mask, str]] = [
-        ("height not known", across & np.isnan(path.end[:, 2]) & ~high_up, "x or y moves before z was placed"),
-        (
-            "rapid below clearance",
-            rapid & across & (lowest < surface_z + clearance - _ROOM),
-            f"a rapid in x or y must be at Z{surface_z + clearance:.3f} or above",
-        ),
-        (
-            "rapid into the part",
-            rapid
-            & _goes_down(path, before)
-            & (path.end[:, 2] < surface_z - _ROOM)
-            & ~_returns(path, before)
-            & (not milled),
-            f"a rapid goes down below the surface, Z{surface_z:.3f}, where nothing was cut",
-        ),
-        ("torch burns", rapid & across & (_spindle_speed(path) != 0), "it must be off in a rapid")
-        if torch
-        else ("spindle stands", _cutting(path) & (_spindle_speed(path) == 0), "it must turn before something is cut"),
-    ]
+    turning = _spindle_speed(path) != 0
+    heights = height_checks(path, before, surface_z, clearance, safe_z, milled)
+    checks = [*heights, torch_check(path, before, turning) if torch else spindle_check(path, turning)]
     wrong = [(int(row), what, text) for what, mask, text in checks for row in np.flatnonzero(mask)[:100]]
     found = sum(int(mask.sum()) for _, mask, _ in checks)
     return shorten([_difference(path, before, *one) for one in sorted(wrong)], found)
+
+
+Check = tuple[str, Mask, str]
+
+
+def height_checks(
+    path: Toolpath, before: NDArray[np.float64], surface_z: float, clearance: float, safe_z: float, milled: bool
+) -> list[Check]:
+    """Return the first two rules of `check_clearance`: a word or two, the rows that break it, bool[n], and the rule.
+
+    `path` has its cycles written out; `before` is where the tool is before every row, float64[n, 3].
+    """
+    rapid = path.kind == Kind.RAPID
+    across = _moves_across(path, before)
+    lowest = np.fmin(before[:, 2], path.end[:, 2])
+    low = rapid & across & (lowest < surface_z + clearance - _ROOM)
+    down = rapid & _goes_down(path, before) & (path.end[:, 2] < surface_z - _ROOM) & ~_returns(path, before)
+    unknown = across & np.isnan(path.end[:, 2]) & ~at_machine_height(path, safe_z)
+    return [
+        ("height not known", unknown, "x or y moves before z was placed"),
+        ("rapid below clearance", low, f"a rapid in x or y must be at Z{surface_z + clearance:.3f} or above"),
+        (
+            "rapid into the part",
+            down & (not milled),
+            f"a rapid goes down below the surface, Z{surface_z:.3f}, where nothing was cut",
+        ),
+    ]
+
+
+def spindle_check(path: Toolpath, turning: Mask) -> Check:
+    """Return the third rule of `check_clearance`; `turning` says in which rows the spindle does."""
+    return "spindle stands", _cutting(path) & ~turning, "it must turn before something is cut"
+
+
+def torch_check(path: Toolpath, before: NDArray[np.float64], burning: Mask) -> Check:
+    """Return the third rule of `check_clearance` for a torch; `burning` says in which rows it is on."""
+    return "torch burns", (path.kind == Kind.RAPID) & _moves_across(path, before) & burning, "it must be off in a rapid"
 
 
 def _difference(path: Toolpath, before: NDArray[np.float64], row: int, what: str, text: str) -> Difference:
