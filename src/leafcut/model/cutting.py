@@ -309,9 +309,13 @@ class CutMeasures:
 
 @dataclass(frozen=True)
 class CutPlan:
-    """A sheet, how its material is cut, and its cuts in order."""
+    """A sheet, how its material is cut, and its cuts in order.
+
+    `crossings`: how many ways cross parts that are cut free; None where the head rises between cuts.
+    """
 
     sheet: Sheet
     data: CutData
     cuts: tuple[Cut, ...]
     measures: CutMeasures = field(default_factory=CutMeasures)
+    crossings: int | None = None

@@ -82,6 +82,7 @@ CODES: dict[str, str] = {
     "L620": "a laser is lit again on the move in a thick sheet",
     "L621": "a plan file was made for another thickness, material or process",
     "L622": "a register of the controller must hold half of the kerf",
+    "L623": "ways of a head that stays down, over parts that are cut free",
     "L626": "contours are compensated by the program, not by the controller",
     "L701": "a place of a pocket cannot be reached by the tool",
     "L702": "the tool comes down in another way than was asked for",

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
+from types import MappingProxyType
 
 from leafcut.model.cutting import Cut, CutMeasures, CutTimes, PartTimes
 from leafcut.model.sheet import Sheet
 from leafcut.options import CutOptions
 
+Point = tuple[float, float]
+
 _HOUR = 3600.0
 
 
 def cut_norm(
-    sheet: Sheet, cuts: Sequence[Cut], seconds: Sequence[tuple[float, float, float]], whole: float, options: CutOptions
+    sheet: Sheet,
+    cuts: Sequence[Cut],
+    seconds: Sequence[tuple[float, float, float]],
+    whole: float,
+    options: CutOptions,
+    corners: Mapping[int, Sequence[Point]] = MappingProxyType({}),
 ) -> CutMeasures:
     """Return times, lengths and costs.
 
@@ -24,8 +33,10 @@ def cut_norm(
         Of every cut: cutting, piercing, and rapids to it and up from it.
     whole
         Of the whole program; what is in no cut (the ways at its beginning and end) counts as rapid of the sheet.
+    corners
+        Of the way to a cut, by its number.
     """
-    each = [_times(sheet, cuts, k, parts) for k, parts in enumerate(seconds)]
+    each = [_times(sheet, cuts, k, parts, corners.get(k, ())) for k, parts in enumerate(seconds)]
     one = _sum(each)
     one = replace(one, rapid_s=one.rapid_s + whole - one.total_s)
     areas = part_areas(sheet)
@@ -52,9 +63,12 @@ def cut_norm(
     )
 
 
-def _times(sheet: Sheet, cuts: Sequence[Cut], k: int, seconds: tuple[float, float, float]) -> CutTimes:
+def _times(
+    sheet: Sheet, cuts: Sequence[Cut], k: int, seconds: tuple[float, float, float], corners: Sequence[Point]
+) -> CutTimes:
     cut = cuts[k]
-    way = math.dist(cuts[k - 1].path.end, cut.path.start) if k else 0.0
+    places = [cuts[k - 1].path.end, *corners, cut.path.start] if k else []
+    way = sum(math.dist(a, b) for a, b in pairwise(places))
     # The edges along a common line count with the cut around its parts.
     drawn = 0.0 if cut.common else sum(sheet.contours[i].contour.path.length for i in cut.contours)
     return CutTimes(*seconds, cut.path.length, way, drawn, cut.common, int(cut.pierce))

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -49,6 +50,7 @@ def lay_cuts(
     probe: Probe | None = None,
     moves_z: bool = True,
     mark_tool: int | None = None,
+    corners: Mapping[int, Sequence[Point]] = MappingProxyType({}),
 ) -> tuple[Toolpath, list[LaidCut]]:
     """Return the motions of the whole program, and which rows are whose.
 
@@ -59,6 +61,7 @@ def lay_cuts(
     torch finds the sheet before every pierce; None: Z0 is the sheet's top as it is. `moves_z`: the program or its
     controller does; a table whose beam keeps its height travels as high as it cuts. `mark_tool`: the tool that marks,
     chosen where the torch, tool 0, is not what is wanted, before the way there; None: marks need no other tool.
+    `corners`: places on the way to a cut, by its number; to the end, by the number of cuts.
 
     Raises
     ------
@@ -86,11 +89,15 @@ def lay_cuts(
         first = len(builder)
         if mark_tool is not None:
             tool = _choose(builder, tool, mark_tool if cut.kind == "mark" else 0)
+        for x, y in corners.get(number, ()):
+            builder.rapid(x, y)
         torch = _Torch(data, switches, moves_z, probe, *((power, 0) if cut.kind == "cut" else (mark_power, 1)))
         _lay(builder, cut, torch, clearance, descend=number == 0 and safe_z is not None)
         rows.append(LaidCut(first, len(builder)))
     _choose(builder, tool, 0)
     if end is not None:
+        for x, y in corners.get(len(cuts), ()):
+            builder.rapid(x, y)
         builder.rapid(*end)
     if safe_z is not None:
         builder.machine(z=safe_z)

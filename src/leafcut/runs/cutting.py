@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from leafcut.model.machine import Machine
     from leafcut.plan.cut_starts import CutStart
     from leafcut.plan.cut_toolpath import LaidCut
+    from leafcut.plan.freed_parts import Round
 
 #: Where leads met, an order is sought anew so often at most; of more cuts than this never.
 ROUNDS, MOST_AGAIN = 2, 1000
@@ -65,6 +66,8 @@ def cut(run: Run, source: str | Path) -> Outcome:
             third, solutions = second, []
         if met and len(found) <= MOST_AGAIN:
             third, solutions = _without_meeting(joined, third, solutions, spent + searched)
+    if not (moves_z(job.words) or run.settings.resequence.keep_order or planned is not None or bound):
+        third = _kept_off(joined, third)
     if run.settings.resequence.keep_order or (third.score(run) > first.score(run) and not bound):
         third, solutions = first, []
     return _outcome(job, issues, solutions, first, second, third)
@@ -82,6 +85,7 @@ class _Laid:
     rows: list[LaidCut]
     measure: Measure
     order: list[CutStart]
+    round: Round | None = None
 
     def score(self, run: Run) -> float:
         return self.measure.time_s if run.settings.solve.objective == "time" else self.measure.travel_mm
@@ -112,6 +116,7 @@ def _without_meeting(job: Job, best: _Laid, solutions: list[Solution], spent: fl
 def _laid(job: Job, order: list[CutStart]) -> _Laid:
     from leafcut.plan.cut_norm import cut_norm
     from leafcut.plan.cut_toolpath import TORCH_ON, lay_cuts
+    from leafcut.plan.freed_parts import lead_round
     from leafcut.plan.leads_apart import leads_apart
     from leafcut.timing.toolpath import measure
 
@@ -119,6 +124,8 @@ def _laid(job: Job, order: list[CutStart]) -> _Laid:
     check_precedence(job.cutting, order)
     order = leads_apart(job.cutting, order, job.travel(), job.start, job.end)
     cuts = tuple(job.cutting.cut(s) for s in order)
+    led = None if moves_z(job.words) else lead_round(job.cutting.sheet, cuts, job.start, job.end)
+    corners = {} if led is None else led.corners
     path, rows = lay_cuts(
         cuts,
         job.data,
@@ -132,11 +139,30 @@ def _laid(job: Job, order: list[CutStart]) -> _Laid:
         probe=job.probe,
         moves_z=moves_z(job.words),
         mark_tool=torch.mark_tool if torch is not None else None,
+        corners=corners,
     )
     whole = measure(path, machine)
     seconds = _cut_seconds(path, rows, machine)
-    norm = cut_norm(job.cutting.sheet, cuts, seconds, whole.time_s, settings.cut)
-    return _Laid(CutPlan(job.cutting.sheet, job.data, cuts, norm), path, rows, whole, order)
+    norm = cut_norm(job.cutting.sheet, cuts, seconds, whole.time_s, settings.cut, corners)
+    crossings = None if led is None else len(led.crossing)
+    return _Laid(CutPlan(job.cutting.sheet, job.data, cuts, norm, crossings), path, rows, whole, order, led)
+
+
+def _kept_off(job: Job, laid: _Laid) -> _Laid:
+    """Return an order that frees parts behind the ways that cross them, if it comes out better: fewer ways over free
+    parts, or else less time."""
+    from leafcut.plan.freed_parts import cut_free_later
+
+    if laid.round is None or not (laid.round.crossing or laid.round.corners):
+        return laid
+    numbers = [c.index for c in job.cutting.contours]
+    pairs = [(numbers[a], numbers[b]) for a, b in job.cutting.pairs]
+    place = cut_free_later(
+        job.cutting.sheet, laid.plan.cuts, pairs, job.travel(), lambda: not job.run.cancelled.is_set()
+    )
+    other = _laid(job, [laid.order[k] for k in place])
+    ranks = [(len(one.round.crossing) if one.round else 0, one.score(job.run)) for one in (other, laid)]
+    return other if ranks[0] < ranks[1] else laid
 
 
 def _cut_seconds(path: Toolpath, rows: list[LaidCut], machine: Machine) -> list[tuple[float, float, float]]:
@@ -175,7 +201,13 @@ def _outcome(
         dialect=job.words.name,
         seed=settings.solve.seed,
         verified=verified,
-        issues=(*issues, *_heat_issues(job, after), *_probing_issues(job, after), *machine_issues(run.machine)),
+        issues=(
+            *issues,
+            *_heat_issues(job, after),
+            *_probing_issues(job, after),
+            *_freed_issues(after),
+            *machine_issues(run.machine),
+        ),
         options=settings.changed(),
         version=__version__,
         cut_plans=(before.plan, nearest.plan, after.plan),
@@ -211,6 +243,23 @@ def _probing_issues(job: Job, laid: _Laid) -> list[Issue]:
         "of the same thickness there, or give --dialect plasma --probe off"
     )
     return [Issue("L619", words, f"the first at ({starts[0][0]:.4g}, {starts[0][1]:.4g})")]
+
+
+def _freed_issues(laid: _Laid) -> list[Issue]:
+    """Tell of the ways of a head that stays down: how many cross parts that are free, and how many go round them."""
+    led = laid.round
+    if led is None or not (led.crossing or led.corners):
+        return []
+    round_ = f"{len(led.corners)} of {led.ways} ways go round parts that are cut free"
+    if not led.crossing:
+        return [Issue("L623", f"the head stays down between cuts: {round_}, none crosses one", "", Severity.NOTE)]
+    cuts, first = laid.plan.cuts, led.crossing[0]
+    x, y = cuts[min(first, len(cuts) - 1)].path.start
+    words = (
+        f"the head stays down between cuts, and {len(led.crossing)} of {led.ways} ways cross parts that are cut free "
+        f"and may stand up ({round_}): hold them with --micro-joints, or watch these"
+    )
+    return [Issue("L623", words, f"the first on the way to ({x:.4g}, {y:.4g})")]
 
 
 def _write(job: Job, before: _Laid, after: _Laid) -> str:

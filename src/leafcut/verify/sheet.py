@@ -21,6 +21,7 @@ from leafcut.model.sheet import Sheet
 from leafcut.verify.cut_motion import read_back
 from leafcut.verify.difference import Difference, place, shorten
 from leafcut.verify.envelope import check_envelope
+from leafcut.verify.freed import check_freed
 from leafcut.verify.laid_runs import MOST, PIECE, Asked, Claim, Laid, wrong
 from leafcut.verify.sheet_order import chained, disordered, in_the_air, misplaced, turned
 from leafcut.verify.sheet_shapes import TOLERANCE, Target, shapes_of
@@ -45,7 +46,8 @@ def check_sheet(
     5. The torch is off in rapids, which are high; it finds the sheet, pierces, feeds and turns as planned.
     6. A run that cuts several contours goes from one to the next through scrap that holds, and into no other kerf.
     7. Edges that are cut once for two parts are cut before what is around the parts, and by no other run.
-    8. The machine can reach and do all of it.
+    8. A head that stays down crosses no more free parts than the plan tells.
+    9. The machine can reach and do all of it.
 
     Raises
     ------
@@ -60,6 +62,7 @@ def check_sheet(
     laid = Laid(runs, plan, shapes, dialect, asked)
     for looks in (missing, repeated, gouges, strays, misplaced, disordered, in_the_air, turned, chained):
         found += looks(laid)
+    found += check_freed(laid, path, dialect)
     return shorten([*found, *check_envelope(path, machine)])
 
 

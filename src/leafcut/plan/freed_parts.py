@@ -1,0 +1,240 @@
+"""Ways of a head that stays down: round the parts that are cut free, which may stand up and be hit.
+
+    found = lead_round(cutting.sheet, cuts, start, end)
+
+A part is free once its outline is cut without micro-joints. A way between two cuts that would cross one goes round it
+by its corners; where no such way is found, it crosses and is counted. `cut_free_later` moves the outline of a part
+behind the ways that cross it, where that costs less than to go round.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.cutting import Cut
+from leafcut.model.sheet import Sheet
+
+Point = tuple[float, float]
+
+#: A way that comes no deeper over a part crosses nothing, mm: what begins a kerf beside one leaves along it.
+DEPTH = 0.1
+#: Ways go round corners at this distance, mm (an estimate: more would not fit between nested parts).
+MARGIN = 1.0
+#: Corners looked at for one way, and rounds in which parts are added that are in the way of the first ones.
+MOST_CORNERS, MOST_ROUNDS = 120, 3
+#: What a way that cannot go round is taken to cost when orders are compared, in seconds or mm.
+HIT = 60.0
+#: So many moves of an outline are tried.
+MOST_MOVES = 400
+
+
+@dataclass(frozen=True)
+class Round:
+    """How the head goes.
+
+    Attributes
+    ----------
+    corners
+        Places on the way to a cut, by its number; to the end, by the number of cuts.
+    crossing
+        Numbers of the cuts to which ways lead that cross a free part all the same.
+    ways
+        How many there are.
+    """
+
+    corners: dict[int, list[Point]] = field(default_factory=dict)
+    crossing: tuple[int, ...] = ()
+    ways: int = 0
+
+
+def freed_by(sheet: Sheet, cut: Cut) -> list[int]:
+    """Return the contours of parts that a cut frees: closed outlines without micro-joints."""
+    if cut.kind != "cut" or cut.joints:
+        return []
+    outlines = ((k, sheet.contours[k]) for k in cut.contours)
+    return [k for k, c in outlines if c.depth % 2 == 0 and c.contour.path.closed and c.contour.kind == "cut"]
+
+
+def lead_round(sheet: Sheet, cuts: Sequence[Cut], start: Point | None, end: Point | None) -> Round:
+    """Return how the head goes from cut to cut; `start` and `end` are where it comes from and goes to, or None."""
+    shapes = Shapes(sheet)
+    places = [
+        *((start, cut.path.start) if k == 0 else (cuts[k - 1].path.end, cut.path.start) for k, cut in enumerate(cuts))
+    ]
+    if end is not None and cuts:
+        places.append((cuts[-1].path.end, end))
+    free: set[int] = set()
+    corners: dict[int, list[Point]] = {}
+    crossing = []
+    for k, (a, b) in enumerate(places):
+        if a is not None and shapes.crossed(a, b) & free:
+            found = shapes.way_round(a, b, free)
+            if found is None:
+                crossing.append(k)
+            else:
+                corners[k] = found
+        if k < len(cuts):
+            free |= set(freed_by(sheet, cuts[k]))
+    return Round(corners, tuple(crossing), sum(a is not None for a, _ in places))
+
+
+def cut_free_later(
+    sheet: Sheet, cuts: Sequence[Cut], pairs: Iterable[tuple[int, int]], cost: Callable[[Point, Point], float],
+    look: Callable[[], bool],
+) -> list[int]:  # fmt: skip
+    """Return an order of the cuts in which outlines are cut behind ways that cross their parts, where that costs less.
+
+    Parameters
+    ----------
+    pairs
+        Of contours of the sheet: the first must be cut before the second.
+    cost
+        Of a straight way, in seconds or mm.
+    look
+        Called between trials; False ends them.
+    """
+    shapes = Shapes(sheet)
+    frees = [frozenset(freed_by(sheet, cut)) for cut in cuts]
+    before: dict[int, set[int]] = {}
+    for a, b in pairs:
+        before.setdefault(a, set()).add(b)
+    must_follow = [frozenset().union(*(before.get(k, ()) for k in cut.contours)) for cut in cuts]
+    known: dict[tuple[int, int, frozenset[int]], float] = {}
+
+    def way(a: int, b: int, free: set[int]) -> float:
+        begin, goal = cuts[a].path.end, cuts[b].path.start
+        hit = frozenset(shapes.crossed(begin, goal) & free)
+        key = (a, b, hit)
+        if key not in known:
+            found = shapes.way_round(begin, goal, free) if hit else []
+            stops = [begin, *(found or ()), goal]
+            straight = sum(cost(p, q) for p, q in pairwise(stops))
+            known[key] = straight + (HIT if found is None else 0.0)
+        return known[key]
+
+    def whole(order: Sequence[int]) -> float:
+        free, total = set[int](), 0.0
+        for place, k in enumerate(order):
+            total += way(order[place - 1], k, free) if place else 0.0
+            free |= frees[k]
+        return total
+
+    order = list(range(len(cuts)))
+    best, tried, place = whole(order), 0, 1
+    while place < len(order) and tried < MOST_MOVES and look():
+        free_at = {part: at for at, k in enumerate(order[:place]) for part in frees[k]}
+        hit = shapes.crossed(cuts[order[place - 1]].path.end, cuts[order[place]].path.start) & free_at.keys()
+        for at in sorted({free_at[part] for part in hit}):
+            moved = order[at]
+            between = order[at + 1 : place + 1]
+            if any(not must_follow[moved].isdisjoint(cuts[k].contours) for k in between):
+                continue
+            other = [*order[:at], *between, moved, *order[place + 1 :]]
+            tried += 1
+            total = whole(other)
+            if total < best - 1e-9:
+                best, order, place = total, other, max(at - 1, 0)
+                break
+        place += 1
+    return order
+
+
+class Shapes:
+    """The parts of a sheet as the head may meet them, and its clamps, which are always there."""
+
+    def __init__(self, sheet: Sheet) -> None:
+        import shapely
+
+        outlines = [
+            (k, c.contour.path)
+            for k, c in enumerate(sheet.contours)
+            if c.depth % 2 == 0 and c.contour.path.closed and c.contour.kind == "cut"
+        ]
+        whole = [shapely.Polygon(path.flattened(0.05)) for _, path in outlines] + [shapely.box(*z) for z in sheet.zones]
+        self.numbers = [k for k, _ in outlines] + [-1 - z for z in range(len(sheet.zones))]
+        self.always = {n for n in self.numbers if n < 0}
+        self._place = {n: at for at, n in enumerate(self.numbers)}
+        self._whole = whole
+        self._tree: Any = shapely.STRtree(np.array([shape.buffer(-DEPTH) for shape in whole], dtype=object))
+        self._corners: dict[int, NDArray[np.float64]] = {}
+        self._crossed: dict[tuple[Point, Point], frozenset[int]] = {}
+
+    def crossed(self, a: Point, b: Point) -> frozenset[int]:
+        """Return the parts that a straight way crosses, free or not."""
+        import shapely
+
+        key = (a, b)
+        if key not in self._crossed:
+            hit = self._tree.query(shapely.LineString([a, b]), predicate="intersects")
+            self._crossed[key] = frozenset(n for n in (self.numbers[k] for k in hit.tolist()) if n >= 0)
+        return self._crossed[key]
+
+    def way_round(self, a: Point, b: Point, free: set[int]) -> list[Point] | None:
+        """Return the corners of a short way that crosses no free part and no clamp, or None where none was found."""
+        stand = free | self.always
+        blocking = set(self.crossed(a, b) & free)
+        for _ in range(MOST_ROUNDS):
+            nodes = np.array([a, b, *(p for n in sorted(blocking) for p in self._around(n).tolist())])
+            if len(nodes) > MOST_CORNERS:
+                return None
+            path, hit = self._shortest(nodes, stand)
+            if path is not None:
+                return [(float(x), float(y)) for x, y in nodes[path[1:-1]].tolist()]
+            if hit <= blocking:
+                return None
+            blocking |= hit
+        return None
+
+    def _around(self, number: int) -> NDArray[np.float64]:
+        """Return the outward corners of a part, float64[k, 2], a little beside it."""
+        import shapely
+        from shapely.geometry.polygon import orient
+
+        if number not in self._corners:
+            shape = self._whole[self._place[number]].simplify(0.25 * MARGIN)
+            grown = shape.buffer(MARGIN, join_style="mitre", mitre_limit=2.0)
+            ring = shapely.get_coordinates(orient(grown).exterior)[:-1]
+            one, other = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
+            self._corners[number] = ring[one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0] > 0.0]
+        return self._corners[number]
+
+    def _shortest(self, nodes: NDArray[np.float64], stand: set[int]) -> tuple[list[int] | None, set[int]]:
+        """Return the shortest way from the first node to the second along straight lines that cross nothing that
+        stands, and what stands in the way of the lines that do."""
+        import shapely
+
+        n = len(nodes)
+        one, other = np.triu_indices(n, 1)
+        lines = shapely.linestrings(np.stack([nodes[one], nodes[other]], axis=1))
+        at, what = self._tree.query(lines, predicate="intersects")
+        standing = np.array([self.numbers[k] in stand for k in what.tolist()], dtype=bool)
+        blocked = np.zeros(len(lines), dtype=bool)
+        blocked[at[standing]] = True
+        length = np.full((n, n), math.inf)
+        far = np.where(blocked, math.inf, np.hypot(*(nodes[one] - nodes[other]).T))
+        length[one, other] = length[other, one] = far
+        best, last, queue = [math.inf] * n, [-1] * n, [(0.0, 0)]
+        best[0] = 0.0
+        while queue:
+            so_far, here = heapq.heappop(queue)
+            if here == 1:
+                path = [1]
+                while path[-1] != 0:
+                    path.append(last[path[-1]])
+                return path[::-1], set()
+            if so_far > best[here]:
+                continue
+            for there in np.flatnonzero(np.isfinite(length[here])).tolist():
+                total = so_far + float(length[here, there])
+                if total < best[there]:
+                    best[there], last[there] = total, here
+                    heapq.heappush(queue, (total, there))
+        return None, {self.numbers[k] for k in what[standing].tolist()}
