@@ -15,6 +15,7 @@ from leafcut import api
 from leafcut.cli import run
 from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError
 from leafcut.options import ReadOptions, SheetOptions
+from leafcut.plan.nest_strip import NesterError
 from leafcut.plan.sheet import prepare_sheet
 from leafcut.read import read_contours
 
@@ -124,6 +125,23 @@ def test_a_sheet_larger_than_the_table_is_refused_before_anything_is_nested_or_t
         api.nest(parts, sheet="3000x1500", machine="plasma-table")
     found = api.nest([f"{drawings}/plate.dxf:2"], sheet="3000x1500", nester="rectangles")
     assert [i.code for i in found.issues if "plasma-table" in i.message] == ["L435"]
+
+
+@pytest.mark.parametrize(("threads", "variants", "shares"), [(1, 3, [30]), (2, 3, [30, 15, 15]), (3, 3, [30] * 3)])
+def test_of_a_time_limit_the_first_variant_has_all_however_many_there_are(
+    threads: int, variants: int, shares: list[int], drawings: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So that it is as dense as the only one in the same time; the others take what other threads have."""
+    budgets: list[tuple[int, float]] = []
+
+    def spy(items: Any, height: float, seed: int, budget: Any, **_: Any) -> Any:
+        budgets.append((seed, budget.seconds))
+        raise NesterError("seen")
+
+    monkeypatch.setattr("leafcut.plan.nest_shapes.pack_strip", spy)
+    options = {"sheet": "300x200", "nester": "shapes", "time_limit": "30s", "threads": threads, "variants": variants}
+    api.nest([f"{drawings}/angle.dxf:3"], **options)
+    assert [round(seconds) for _, seconds in sorted(budgets)] == shares
 
 
 def test_a_drawing_is_never_written_over(drawings: Path) -> None:

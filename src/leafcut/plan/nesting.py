@@ -106,22 +106,29 @@ def variants(task: Task, search: SolveOptions, tell: Tell, cancelled: threading.
 
 
 def _shape_variants(task: Task, search: SolveOptions, tell: Tell, cancelled: threading.Event) -> Iterator[Nest | str]:
-    """Yield a nest by shapes for every seed, in the order of the seeds; several are sought at a time."""
+    """Yield a nest by shapes for every seed, in the order of the seeds; several are sought at a time.
+
+    Of a time limit the first has all, as if it were the only one, and the others what the other threads have: more
+    variants never cost density. One thread makes one.
+    """
     wanted = task.options.variants
     threads = min(search.threads or os.cpu_count() or 1, wanted)
-    rounds = math.ceil(wanted / threads)
+    rounds = [1] * wanted
+    if search.time_limit is not None:
+        wanted = wanted if threads > 1 else 1
+        rounds = [1, *[math.ceil((wanted - 1) / max(threads - 1, 1))] * (wanted - 1)]
 
-    def make(seed: int) -> Nest | str:
+    def make(number: int) -> Nest | str:
         if cancelled.is_set():
             return ""
-        clock = _Clock(task, search, rounds)
+        seed, clock = search.seed + number, _Clock(task, search, rounds[number])
         try:
             return _nest(task, _shape_packer(task, seed, clock, cancelled), "shapes", seed)
         except NesterError as problem:
             return "" if cancelled.is_set() else f"by shapes, seed {seed}: {problem}"
 
     with ThreadPoolExecutor(threads) as executor:
-        futures = [executor.submit(make, search.seed + number) for number in range(wanted)]
+        futures = [executor.submit(make, number) for number in range(wanted)]
         try:
             for number, future in enumerate(futures):
                 tell(f"nesting by shapes, {wanted} variants", number / wanted)
