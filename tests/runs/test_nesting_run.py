@@ -18,6 +18,7 @@ from leafcut.options import ReadOptions, SheetOptions
 from leafcut.plan.nest_strip import NesterError
 from leafcut.plan.sheet import prepare_sheet
 from leafcut.read import read_contours
+from leafcut.report.json_answer import as_json
 
 SMALL: dict[str, Any] = {"sheet": "300x200", "kerf": 2, "gap": 3, "margin": 8, "variants": 2, "iterations": 20}
 
@@ -84,6 +85,24 @@ def test_a_nested_sheet_is_cut(drawings: Path, tmp_path: Path) -> None:
     out = tmp_path / "nested.dxf"
     api.nest([f"{drawings}/angle.dxf:2"], out, **{**SMALL, "gap": 10})
     assert api.optimize(out, process="cut", thickness=6, iterations=5, threads=1).verified
+
+
+def test_names_and_quantities_live_from_the_order_to_the_times_and_costs_of_the_cut_sheet(
+    drawings: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "Träger “1” µ.dxf").write_bytes((drawings / "angle.dxf").read_bytes())
+    (tmp_path / "order.csv").write_text(f"file,quantity\nTräger “1” µ.dxf,2\n{drawings}/plate.dxf,3\n", "utf-8")
+    sheet = tmp_path / "nested.dxf"
+    api.nest([str(tmp_path / "order.csv")], sheet, **{**SMALL, "gap": 10})
+    cut: dict[str, Any] = {"process": "cut", "thickness": 6, "iterations": 5, "threads": 1}
+    outcome = api.optimize(sheet, quantity=4, machine_rate=60.0, report=tmp_path / "r.html", **cut)
+    answer = as_json(outcome)["cutting"]
+    pieces = {p["name"]: (p["per_sheet"], p["in_batch"]) for p in answer["pieces"]}
+    assert pieces == {"Träger “1” µ": (2, 8), "plate": (3, 12)}
+    assert sorted(p["name"] for p in answer["parts"]) == ["Träger “1” µ"] * 2 + ["plate"] * 3
+    whole = sum(p["per_sheet"] * p["cost_each"] for p in answer["pieces"])
+    assert whole == pytest.approx(sum(p["cost"] for p in answer["parts"]))
+    assert "Träger “1” µ" in (tmp_path / "r.html").read_text("utf-8")
 
 
 @pytest.mark.parametrize(

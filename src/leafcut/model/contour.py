@@ -27,6 +27,8 @@ class Contour:
         marks have the same number.
     z
         The height at which it is drawn, mm.
+    name
+        What the part is called, on its outline; empty where nobody has said.
     """
 
     path: Polyline
@@ -35,3 +37,4 @@ class Contour:
     handle: str = ""
     part: int = 0
     z: float = 0.0
+    name: str = ""

@@ -270,13 +270,14 @@ class CutTimes:
 class PartTimes:
     """One part of a sheet: its number from 1 (0: what belongs to no part), its area in mm² and its share of the time.
 
-    The moves to a part's cuts count as the part's.
+    The moves to a part's cuts count as the part's. Its name is the drawing's, or empty.
     """
 
     part: int
     area: float
     times: CutTimes
     cost: float = 0.0
+    name: str = ""
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,11 @@ class NestPart:
     rotations: tuple[float, ...] | None = (0.0,)
 
     @property
+    def label(self) -> str:
+        """Its name as drawings hold it: what can be printed, at most 40 characters (DXF: 255, up to six for one)."""
+        return "".join(c if c.isprintable() and c != "\\" and c <= "\uffff" else "?" for c in self.name).strip()[:40]
+
+    @property
     def outline(self) -> Polyline:
         """Its outer edge."""
         return self.contours[0].path

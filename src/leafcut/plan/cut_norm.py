@@ -40,6 +40,7 @@ def cut_norm(
     one = _sum(each)
     one = replace(one, rapid_s=one.rapid_s + whole - one.total_s)
     areas = part_areas(sheet)
+    names = {c.part: c.contour.name for c in sheet.contours if c.contour.name}
     shares: dict[int, list[CutTimes]] = {}
     for times, cut in zip(each, cuts, strict=True):
         for number in {sheet.contours[i].part for i in cut.contours}:
@@ -47,7 +48,7 @@ def cut_norm(
     parts = []
     for number in sorted(shares):
         own = _sum(shares[number])
-        parts.append(PartTimes(number, areas.get(number, 0.0), own, cost_of(own, options)))
+        parts.append(PartTimes(number, areas.get(number, 0.0), own, cost_of(own, options), names.get(number, "")))
     cut_parts = {sheet.contours[i].part for c in cuts if c.kind == "cut" for i in c.contours}
     used = sum(area for number, area in areas.items() if number in cut_parts)
     cost = cost_of(one, options)

@@ -15,6 +15,8 @@ from leafcut.model.nest import Layout, Nest
 _ONE_BY_ONE = threading.Lock()
 #: Layers of a drawing: what is on them, and the colour (AutoCAD colour index).
 LAYERS = {"CUT": 7, "CUT_HOLES": 3, "MARK": 5, "SHEET": 8}
+#: The name under which the name of a part is written beside its outline, as extended data (XDATA).
+APPLICATION = "LEAFCUT"
 #: Coordinates are written to this many digits: a nanometre, so that sums made in another order are the same text.
 DIGITS = 6
 #: Two bulges that differ by less make one circle.
@@ -24,8 +26,8 @@ ROUND = 1e-9
 def write_layout(nest: Nest, layout: Layout) -> str:
     """Return one sheet of a nest as DXF R2000 in mm.
 
-    Outlines are on layer CUT, holes on CUT_HOLES, marks on MARK, the edge of the sheet on SHEET; arcs stay arcs. The
-    same sheet is always the same text.
+    Outlines are on layer CUT, with the name of their part as extended data, holes on CUT_HOLES, marks on MARK, the edge
+    of the sheet on SHEET; arcs stay arcs. The same sheet is always the same text.
     """
     with _without_dates():
         return _text(_drawing(nest, layout))
@@ -38,28 +40,33 @@ def _drawing(nest: Nest, layout: Layout) -> Any:
     drawing = ezdxf.new("R2000", units=InsertUnits.Millimeters)
     for name, colour in LAYERS.items():
         drawing.layers.add(name, color=colour)
+    drawing.appids.add(APPLICATION)
     space = drawing.modelspace()
     corners = [(0.0, 0.0), (nest.length, 0.0), (nest.length, nest.width), (0.0, nest.width)]
     _draw(space, Polyline.of_points(corners, closed=True), "SHEET")
     for placement in layout.placements:
-        for number, contour in enumerate(nest.parts[placement.part].contours):
+        part = nest.parts[placement.part]
+        for number, contour in enumerate(part.contours):
             hole = number > 0 and contour.path.closed
             layer = "MARK" if contour.kind == "mark" else "CUT_HOLES" if hole else "CUT"
-            _draw(space, placement.placed(contour.path), layer)
+            drawn = _draw(space, placement.placed(contour.path), layer)
+            if number == 0:
+                # What is no ASCII as DXF of this age has it, such as \U+00E4.
+                name = "".join(c if c.isascii() else f"\\U+{ord(c):04X}" for c in part.label)
+                drawn.set_xdata(APPLICATION, [(1000, name)])
     return drawing
 
 
-def _draw(space: Any, path: Polyline, layer: str) -> None:
-    """Add a path: a circle as one, all else as a polyline with bulges."""
+def _draw(space: Any, path: Polyline, layer: str) -> Any:
+    """Add a path, a circle as one, all else as a polyline with bulges; return what was added."""
     where = {"layer": layer}
     bulges = path.bulges
     if path.closed and len(bulges) == 2 and abs(abs(bulges[0]) - 1.0) < ROUND and abs(bulges[0] - bulges[1]) < ROUND:
         arc = path.segment(0)
         center = (round(arc.center[0], DIGITS), round(arc.center[1], DIGITS))
-        space.add_circle(center, round(arc.radius, DIGITS), dxfattribs=where)
-        return
+        return space.add_circle(center, round(arc.radius, DIGITS), dxfattribs=where)
     rows = [(round(x, DIGITS), round(y, DIGITS), bulge) for x, y, bulge in path.vertices.tolist()]
-    space.add_lwpolyline(rows, format="xyb", close=path.closed, dxfattribs=where)
+    return space.add_lwpolyline(rows, format="xyb", close=path.closed, dxfattribs=where)
 
 
 def _text(drawing: Any) -> str:

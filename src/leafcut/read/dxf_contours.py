@@ -134,7 +134,8 @@ class Strokes:
         if made.rising:
             self.sloping.append(path.start)
         z = 0.0 if made.rising else made.z + (0.0 if matrix is IDENTITY else matrix[3][2] * self.factor)
-        self.found.append(Contour(_rounded(path, self.factor), layer=layer, handle=stroke.handle, z=z))
+        placed = _rounded(path, self.factor)
+        self.found.append(Contour(placed, layer=layer, handle=stroke.handle, z=z, name=stroke.name))
 
     def _of_block(self, stroke: Stroke, turn: Any) -> _Made:
         """Return a stroke of a block that is inserted at the origin."""

@@ -28,6 +28,8 @@ from leafcut.read.dxf_shapes import (
 )
 
 Table = NDArray[np.float64]
+#: The extended data (XDATA) of this name hold what a part is called.
+APPLICATION = "LEAFCUT"
 #: The axes of a plane that a block scales alike differ by this part of their length at most.
 ROUND_SHARE = 1e-6
 #: A line may rise by this part of its length and still lie in the plane.
@@ -60,6 +62,7 @@ class Stroke(NamedTuple):
     form: Chain | Curve | Freeform
     layer: str
     handle: str
+    name: str = ""
 
 
 class LeaningError(ValueError):
@@ -79,7 +82,14 @@ def stroke_of(entity: Any) -> Stroke | None:
     form = maker(entity) if maker else None
     if form is None:
         return None
-    return Stroke(kind, form, entity.dxf.get("layer", "0"), entity.dxf.get("handle") or "")
+    return Stroke(kind, form, entity.dxf.get("layer", "0"), entity.dxf.get("handle") or "", _name_of(entity))
+
+
+def _name_of(entity: Any) -> str:
+    """Return the name of a part that a nest wrote beside its outline; empty for none."""
+    if not entity.has_xdata(APPLICATION):
+        return ""
+    return next((str(tag.value) for tag in entity.get_xdata(APPLICATION) if tag.code == 1000), "")
 
 
 def _line(entity: Any) -> Chain:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from typing import Any
 
-from leafcut.model.cutting import Cut, CutMeasures, CutPlan, CutTimes
+from leafcut.model.cutting import Cut, CutMeasures, CutPlan, CutTimes, PartTimes
 from leafcut.model.outcome import Outcome
 from leafcut.report.wording import count, length_words, percent_words, plain_number, time_words
 from leafcut.units import SECONDS_PER_MINUTE
@@ -63,6 +64,7 @@ def cutting_as_json(outcome: Outcome) -> dict[str, Any]:
             "parts": [
                 {
                     "part": p.part,
+                    "name": p.name,
                     "area_mm2": plain_number(p.area),
                     "contours": part_kinds(plan, p.part).count("cut"),
                     **_times(p.times),
@@ -70,11 +72,31 @@ def cutting_as_json(outcome: Outcome) -> dict[str, Any]:
                 }
                 for p in norm.parts
             ],
+            "pieces": _pieces(norm),
             "before": _order(outcome, 0),
             "nearest": _order(outcome, 1),
             "after": _order(outcome, 2),
         }
     }
+
+
+def _pieces(norm: CutMeasures) -> list[dict[str, Any]]:
+    """Return what the parts of one name come to, on one sheet and in the batch; parts without a name are left out."""
+    found: dict[str, list[PartTimes]] = {}
+    for part in norm.parts:
+        if part.name:
+            found.setdefault(part.name, []).append(part)
+    return [
+        {
+            "name": name,
+            "per_sheet": len(own),
+            "in_batch": len(own) * norm.quantity,
+            "area_mm2": plain_number(math.fsum(p.area for p in own) / len(own)),
+            "total_s_each": math.fsum(p.times.total_s for p in own) / len(own),
+            "cost_each": math.fsum(p.cost for p in own) / len(own),
+        }
+        for name, own in sorted(found.items())
+    ]
 
 
 def _order(outcome: Outcome, which: int) -> dict[str, Any] | None:

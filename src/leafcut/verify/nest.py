@@ -144,6 +144,9 @@ def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
     drawn = [c.contour for c in sheet.contours]
     tree = STRtree([Point(_middle(c.path)) for c in drawn])
     left = set(range(len(drawn)))
+    names = Counter(nest.parts[p.part].label for p in layout.placements)
+    if Counter(c.name for c in drawn if c.name) != names:
+        found.append("the names of the parts are not those of the drawing")
     for contour in nest.contours(layout):
         near = tree.query(Point(_middle(contour.path)), "dwithin", SAME_PLACE)
         same = next((int(i) for i in sorted(near) if int(i) in left and _is_same(contour, drawn[i])), None)
