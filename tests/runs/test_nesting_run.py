@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -103,6 +104,40 @@ def test_names_and_quantities_live_from_the_order_to_the_times_and_costs_of_the_
     whole = sum(p["per_sheet"] * p["cost_each"] for p in answer["pieces"])
     assert whole == pytest.approx(sum(p["cost"] for p in answer["parts"]))
     assert "Träger “1” µ" in (tmp_path / "r.html").read_text("utf-8")
+
+
+def strip(**changes: Any) -> str:
+    item = {"id": 7, "demand": 2, "allowed_orientations": [0.0, 180.0]}
+    item["shape"] = {"type": "simple_polygon", "data": [[0, 0], [40, 0], [0, 30], [0, 0]]}
+    return json.dumps({"name": "two", "items": [{**item, **changes}], "strip_height": 100})
+
+
+def test_a_strip_instance_gives_its_items_with_their_number_and_angles(tmp_path: Path) -> None:
+    (tmp_path / "two.json").write_text(strip())
+    nest = api.nest([f"{tmp_path}/two.json:3"], tmp_path / "out.dxf", **SMALL).nests[0]
+    assert [(p.name, p.quantity, p.area) for p in nest.parts] == [("two-7", 6, 600.0)]
+    assert nest.parts[0].rotations == pytest.approx((0.0, math.pi))
+    assert len(outlines(tmp_path / "out.dxf")) == 6
+    turned = api.nest([f"{tmp_path}/two.json"], **{**SMALL, "rotations": "90"}).nests[0]
+    assert turned.parts[0].rotations == pytest.approx((0.5 * math.pi,))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{", "[]", '{"items": []}', '{"items": [3]}', strip(demand=0), strip(demand=True), strip(shape={}),
+        strip(allowed_orientations=[]), strip(allowed_orientations=[1e999]),
+        strip(shape={"type": "simple_polygon", "data": [[0, 0], [1, 1]]}),
+        strip(shape={"type": "simple_polygon", "data": [[0, 0], [1, 1e300], [1, 2]]}),
+        strip(shape={"type": "simple_polygon", "data": [[0, 0], [1, float("nan")], [1, 2]]}),
+        strip(shape={"type": "multi_polygon", "data": []}), "[" * 100_000,
+    ],
+)  # fmt: skip
+def test_a_strip_instance_that_is_not_whole_is_refused_in_one_line(text: str, tmp_path: Path) -> None:
+    (tmp_path / "bad.json").write_text(text)
+    with pytest.raises(ReadError, match=r"bad\.json") as caught:
+        api.nest([f"{tmp_path}/bad.json"], **SMALL)
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -116,10 +116,16 @@ def nest_drawings(
     """
     if output and Path(output).suffix.lower() != ".dxf":
         raise OptionError(f"--output: nested sheets are written as DXF; name a .dxf, not '{Path(output).name}'")
+    from leafcut.read.strip_instance import is_strip_instance, read_strip_instance
+
     settings, issues = _on_the_table(settings)
     parts: list[NestPart] = []
     for one in wanted:
         angles = parse_angles(one.rotations, "rotations") if one.rotations else settings.nest.angles
+        if is_strip_instance(one.file):
+            turned = bool(one.rotations) or "rotations" in settings.given
+            parts += read_strip_instance(one.file, one.quantity, angles, turned)
+            continue
         more, said = _read(one.file, one.quantity, angles, settings)
         parts += more
         issues += said

@@ -1,0 +1,69 @@
+"""Strip instances of the nesting literature (ESICUP in the JSON of sparrow and spyrrow): parts, how often, and angles.
+
+An item has an ``id``, a ``demand``, ``allowed_orientations`` in degrees (none, or null: any), and a ``shape``: a
+``simple_polygon`` of points. The numbers are taken in mm. The strip's height is not the sheet's: --sheet says that.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+from leafcut.errors import ReadError, parsing, shown
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.contour import Contour
+from leafcut.model.nest import NestPart
+from leafcut.read.format import MAX_COORDINATE, load
+
+#: More items than this, or points in one, are no instance.
+MAX_ITEMS, MAX_POINTS = 2_000, 100_000
+
+
+def is_strip_instance(file: str) -> bool:
+    """Return whether a file is named as one, and not as a sheet of the Sirius CAM."""
+    name = file.lower()
+    return name.endswith(".json") and not name.endswith(".dbs.json")
+
+
+def read_strip_instance(file: str, quantity: int, angles: tuple[float, ...] | None, turned: bool) -> list[NestPart]:
+    """Return the items of an instance as parts, `quantity` times their demand.
+
+    With `turned` the parts may lie in `angles` (rad, None for any), else in their own.
+
+    Raises
+    ------
+    ReadError
+        It is no such file, or one of its items is not whole; says which.
+    """
+    text = load(file).text()
+    with parsing(file, "this is no JSON"):
+        data = json.loads(text)
+    items = data.get("items") if isinstance(data, dict) else None
+    if not isinstance(items, list) or not 0 < len(items) <= MAX_ITEMS:
+        raise ReadError(file, f"a strip instance has a list 'items' of 1 to {MAX_ITEMS:,} items")
+    name = shown(str(data.get("name") or "strip"))
+    return [_item(file, name, number, item, quantity, (angles,) if turned else ()) for number, item in enumerate(items)]
+
+
+def _item(
+    file: str, name: str, number: int, item: Any, quantity: int, angles: tuple[tuple[float, ...] | None, ...]
+) -> NestPart:
+    try:
+        kind, points = item["shape"]["type"], item["shape"]["data"]
+        if kind != "simple_polygon":
+            raise ReadError(file, f"item {number} is a {shown(str(kind))}; only simple_polygon is read")
+        demand, turns = item["demand"], item.get("allowed_orientations")
+        corners = [(float(x), float(y)) for x, y in points[:MAX_POINTS]]
+        own = None if turns is None else tuple(math.radians(float(turn)) % math.tau for turn in turns)
+        label = f"{name}-{item.get('id', number)}"
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as problem:
+        raise ReadError(file, f"item {number} is not whole ({type(problem).__name__}: {shown(str(problem))})") from None
+    if type(demand) is not int or demand < 1:
+        raise ReadError(file, f"item {number}: the demand must be a whole number, 1 or more")
+    if len(corners) < 3 or not all(abs(v) <= MAX_COORDINATE for corner in corners for v in corner):
+        raise ReadError(file, f"item {number}: 3 points at least, with coordinates of {MAX_COORDINATE:g} mm at most")
+    if own is not None and (not own or not all(map(math.isfinite, own))):
+        raise ReadError(file, f"item {number}: its angles are none")
+    outline = Contour(Polyline.of_points(corners, closed=True))
+    return NestPart(label, (outline,), demand * quantity, angles[0] if angles else own)
