@@ -43,6 +43,23 @@ def test_a_feed_is_written_as_it_was_where_the_new_neighbour_has_another() -> No
     )
 
 
+def test_the_piece_that_is_first_now_says_the_feed_that_stood_elsewhere() -> None:
+    """On the line of the tool change, as torches have it; and once only, however many sections follow each other."""
+    cut = "G0 X{0} Y0 / M3 / G1 X{1} / M5"
+    cuts = [cut.format(x, x + 5) for x in (0, 20, 40)]
+    head = "G21 G90 / T1 M6 F5840 / "
+    new = rewritten(head + " / ".join(cuts) + " / M2", [2, 1, 0])
+    assert new == head + " / ".join([cuts[2].replace("Y0", "Y0 F5840"), *cuts[1::-1]]) + " / M2"
+    assert rewritten(head + " / ".join(cuts) + " / M2", [0, 2, 1]).count("F5840") == 1
+
+
+def test_what_the_first_piece_said_for_the_others_the_new_first_one_says() -> None:
+    first, other = "G0 X0 Y0 {}/ G1 Z-1 F100 / G0 Z5", "G0 X9 Y5 {}/ G1 Z-1 / G0 Z5"
+    for word, new in (("S1000 ", "G0 X9 Y5 F100 S1000 / G1"), ("G90 ", "G90 G0 X9 Y5 F100 / G1")):
+        text = f"{first.format(word)} / {other.format('')}"
+        assert body(text, [1, 0]).startswith(new), word
+
+
 def test_a_feed_mode_that_the_first_piece_states_does_not_stand_for_its_feed() -> None:
     """The second piece is made first: it says G94, too, and the first one gets the feed that it had."""
     text = "G0 X0 Y0 / G1 Z-1 F100 / G0 Z5 / G0 X9 Y0 / G94 / G1 Z-1 / G0 Z5 / G0 X8 Y5 / G1 Z-1 F200 / G0 Z5"

@@ -36,6 +36,8 @@ from leafcut.post.territory import Territory
 _TOLERANCE = 1e-6
 #: Without a centre they are an error: rs274 ("R i j k words all missing for arc"), GRBL (error 26).
 _ARCS = frozenset({"G2", "G3"})
+#: Modes that the first piece of a section may say anew.
+_ANEW = frozenset({"plane", "distance", "feed_mode", "feed", "speed"})
 #: Fields of `Modal` by what a block relies on.
 _FIELDS: dict[str, tuple[str, ...]] = {
     "motion": ("motion", "cycle", "cycle_words"),
@@ -104,6 +106,7 @@ class _Rewriter:
         self.program, self.sequence, self.longest, self.look = program, sequence, longest, look
         self.obstacles = obstacles
         self.reader = BlockReader(program)
+        self.beam = sequence.process in ("laser", "plasma")
         self.territory = Territory(program, sequence)
         self.original = Original(program)
         self.out: list[tuple[str, bool]] = []
@@ -177,16 +180,26 @@ class _Rewriter:
         entry = section.clearance if math.isnan(entry) else max(section.clearance, entry)
         follows = self.original.follows_work(chains[0].begin)
         floor = entry
-        for number in order.tolist():
+        anew = self._anew(section) if order[0] else frozenset()
+        for place, number in enumerate(order.tolist()):
             index, turned = (~number, True) if number < 0 else (number, False)
-            self._chain(chains[index], max(floor, entry) if index == 0 and follows else floor, turned)
+            height = max(floor, entry) if index == 0 and follows else floor
+            self._chain(chains[index], height, turned, anew if not place else frozenset())
             # The way from the last place of the original may have begun with a rise.
             floor = section.clearance
             if index == len(chains) - 1:
                 floor = max(floor, self.original.departure(chains[-1]))
 
-    def _chain(self, chain: Chain, floor: float, turned: bool) -> None:
-        """Write one chain, `turned` from its other end, arriving no lower than `floor`."""
+    def _anew(self, section: Section) -> frozenset[str]:
+        """Return what the first piece of a section says by itself, if it relies on it and was not first before.
+
+        That is its feed, wherever the program said it, and whatever else the section itself says somewhere.
+        """
+        chains = section.chains
+        return frozenset({"feed"} | (_ANEW & self.reader.states(chains[0].begin, chains[-1].end)))
+
+    def _chain(self, chain: Chain, floor: float, turned: bool, anew: frozenset[str]) -> None:
+        """Write one chain, `turned` from its other end, arriving no lower than `floor`, with what it says `anew`."""
         self.look()
         program = self.program
         block, row = self.original.arrival(chain)
@@ -197,7 +210,7 @@ class _Rewriter:
             self._arrive_drilling(chain, row, floor)
         else:
             self._arrive(chain, block, floor, entry)
-        front, back = self._missing(reliance, program.modal(chain.begin), chain.begin)
+        front, back = self._missing(reliance, program.modal(chain.begin), chain.begin, anew)
         stated = self._letters(block)
         axes = [
             letter + format_length(value, program.modal(block).unit)
@@ -304,13 +317,20 @@ class _Rewriter:
 
     # -- words -------------------------------------------------------------------------------------------------------
 
-    def _missing(self, reliance: Reliance, need: Modal, block: int) -> tuple[list[str], list[str]]:
-        """Return the words, for the front and the back of a block, that make active what the block relies on."""
+    def _missing(
+        self, reliance: Reliance, need: Modal, block: int, anew: frozenset[str] = frozenset()
+    ) -> tuple[list[str], list[str]]:
+        """Return the words, for the front and the back of a block, that make active what the block relies on.
+
+        What is relied on and `anew` is written though it is active.
+        """
         have, relies = self.have, reliance.relies
         front: list[str] = []
         back: list[str] = []
         # What the original states before here must be stated by now, though the machine may begin with it.
-        unsaid = {g for g in relies if g not in self.said and self.reader.first_stated.get(g, block) < block}
+        known = {g for g in relies if self.reader.first_stated.get(g, block) < block}
+        unsaid = known - self.said
+        again = known & anew
         said = {
             "distance": "G91" if need.incremental else "G90",
             "plane": f"G{need.plane}",
@@ -320,7 +340,7 @@ class _Rewriter:
         }
         for group, word in said.items():
             field = _FIELDS[group][0]
-            if group in unsaid or (group in relies and getattr(have, field) != getattr(need, field)):
+            if group in unsaid | again or (group in relies and getattr(have, field) != getattr(need, field)):
                 front.append(word)
                 self.said.add(group)
         if "motion" in relies:
@@ -333,9 +353,10 @@ class _Rewriter:
                     back += [self._text(w, v, block) for w, v in words]
             elif need.motion is not None and have.motion != need.motion:
                 front.append(f"G{need.motion}")
-        if "feed" in relies and have.feed != need.feed:
+        if "feed" in relies and (have.feed != need.feed or ("feed" in again and need.feed)):
             back.append(self._text("F", need.feed, block))
-        if "speed" in relies and have.rpm != need.rpm:
+        # The power of a beam is said where it is switched on.
+        if "speed" in relies and (have.rpm != need.rpm or ("speed" in again and not self.beam)):
             back.append(self._text("S", need.rpm, block))
         return front, back
 
