@@ -271,7 +271,8 @@ class ProgramRun:
         from leafcut.timing.toolpath import measure
 
         path, machine = self.path, self.machine
-        result = measure(self.run, machine)
+        # From where `optimize` counts, too, unless `--start-point` says otherwise.
+        result = measure(self.run, machine, start=(0.0, 0.0))
         low, high = path.extents
         return {
             "machine": machine.name,

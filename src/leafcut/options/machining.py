@@ -180,10 +180,10 @@ class DrillOptions(OptionGroup):
     start_point: tuple[float, ...] | None = option(
         "point",
         (0.0, 0.0),
-        "where the tool starts, x,y, or free",
+        "where the tool starts, x,y, or free; of a program, where it stands before the first rapid",
         unit="mm",
-        works="drill cut pocket",
-        needs="start_corner=free",
+        works="drill cut pocket program",
+        needs="cut:start_corner=free",
     )
     end_point: tuple[float, ...] | None = option(
         "point",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -116,33 +117,63 @@ def _problems(run: Run, plan: DrillPlan) -> list[RoutingProblem]:
 
 
 def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions) -> list[Solution]:
-    """Solve one routing problem per operation, each beginning where the one before ended."""
-    from leafcut.plan.routing import drawing_order, last_place
-    from leafcut.runs.hole_order import solve_after, wanted_nodes
-    from leafcut.solve.certificate import certify
-    from leafcut.solve.solve import keep_better, solve
+    """Solve one routing problem per operation, each beginning where the one before ends; all are ordered together."""
+    from leafcut.plan.routing import drawing_order
+    from leafcut.runs.hole_order import wanted_nodes
+    from leafcut.runs.together import Stage, solve_together
+    from leafcut.solve.solve import solve
 
-    wanted = {} if options.algorithm == "nn" else wanted_nodes(plan, run.settings.drill.hole_order)
-    total = left = sum(len(o.targets) for o in plan.operations)
-    place, solutions = plan.start, list[Solution]()
-    for number, (operation, endless) in enumerate(zip(plan.operations, _problems(run, plan), strict=True)):
-        problem = replace(endless, start=place)
-        tell = passing_on(run.progress, f"ordering {operation.tool.label}", left / total, problem.n_clusters / total)
-        budget = share(options, sum(s.seconds for s in solutions), left, problem)
-        search = partial(
-            solve, options=budget, aco=run.settings.aco, firefly=run.settings.firefly, progress=tell,
+    problems = _problems(run, plan)
+    total = left = sum(problem.n_clusters for problem in problems)
+    used = 0.0
+
+    def search(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
+        nonlocal left, used
+        label, holes = plan.operations[number].tool.label, problems[number].n_clusters
+        tell = passing_on(run.progress, f"ordering {label}", left / total, holes / total)
+        found = solve(
+            problem, share(options, used, left, problem), run.settings.aco, firefly=run.settings.firefly, progress=tell,
             observe=run.observe, cancelled=run.cancelled,
         )  # fmt: skip
+        used, left = used + found.seconds, max(left - holes, 1)
+        return found
+
+    def quick(_: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
+        nonlocal used
+        found = solve(problem, options, run.settings.aco, firefly=run.settings.firefly, cancelled=run.cancelled)
+        used += found.seconds
+        return found
+
+    wanted = {} if options.algorithm == "nn" else wanted_nodes(plan, run.settings.drill.hole_order)
+    if wanted:
+        return _as_wanted(run, plan, problems, wanted, partial(search, options=options))
+    stages = [
+        Stage(replace(problem, start=None if number else plan.start), number > 0, drawing_order(operation))
+        for number, (operation, problem) in enumerate(zip(plan.operations, problems, strict=True))
+    ]
+    return solve_together(stages, search, options, quick, run.cancelled)
+
+
+def _as_wanted(
+    run: Run, plan: DrillPlan, problems: list[RoutingProblem], wanted: dict[int, NDArray[np.int32]],
+    search: Callable[[int, RoutingProblem], Solution],
+) -> list[Solution]:  # fmt: skip
+    """Solve one operation after another, those with holes that are wanted first around these."""
+    from leafcut.plan.routing import drawing_order, last_place
+    from leafcut.runs.hole_order import solve_after
+    from leafcut.solve.certificate import certify
+    from leafcut.solve.solve import keep_better
+
+    place, solutions = plan.start, list[Solution]()
+    for number, (operation, endless) in enumerate(zip(plan.operations, problems, strict=True)):
+        problem = replace(endless, start=place)
         if number in wanted:
-            seek = partial(certify, problem, bound=None, cancelled=run.cancelled) if options.bound else _as_it_is
-            found = solve_after(problem, wanted[number], search, seek)
+            bound = run.settings.solve.bound
+            seek = partial(certify, problem, bound=None, cancelled=run.cancelled) if bound else _as_it_is
+            solutions.append(solve_after(problem, wanted[number], partial(search, number), seek))
         else:
-            found = search(problem)
-            if options.algorithm != "nn":
-                found = keep_better(problem, found, drawing_order(operation))
-        solutions.append(found)
-        left -= problem.n_clusters
-        place = last_place(problem, found.nodes, place)
+            solutions.append(keep_better(problem, search(number, problem), drawing_order(operation)))
+        place = last_place(problem, solutions[-1].nodes, place)
     return solutions
 
 

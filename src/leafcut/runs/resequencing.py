@@ -17,21 +17,26 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.part import Hole, Part
-from leafcut.model.problem import Metric
+from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
-from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, position_before
+from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, position_before
 from leafcut.runs.keep_out import obstacles_of
 from leafcut.runs.proving import Orders, write_proved
 from leafcut.runs.run import Run, machine_issues, passing_on, share
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
+    from leafcut.options import SolveOptions
     from leafcut.runs.reading import ProgramRead
+
+Point = tuple[float, float]
 
 #: A way round an obstacle is taken to cost as much as a rise by so much, mm: it depends on the way.
 _ROUND = 50.0
+#: Rows that say where the tool is, in coordinates of the program or the machine.
+_PLACES = [int(k) for k in (*PLACES, Kind.MACHINE)]
 
 
 def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
@@ -75,10 +80,11 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
     )
     obstacles, noticed = obstacles_of(run, original, sequence.process in ("laser", "plasma"))
     with announced(lambda: run.tell("compiling (first run on this machine)")):
-        solutions = _solve_sections(run, sequence, obstacles)
-        measures = [measure(original.path, run.machine, dark_rows(original, sequence.process))]
+        stands, begins = _stands(run, original, sequence)
+        solutions = _solve_sections(run, sequence, obstacles, begins)
+        measures = [measure(original.path, run.machine, dark_rows(original, sequence.process), stands)]
         proved = write_proved(run, words, original, sequence, _orders(sequence, solutions), source, obstacles)
-        measures.append(measure(proved.program.path, run.machine, dark_rows(proved.program, sequence.process)))
+        measures.append(measure(proved.program.path, run.machine, dark_rows(proved.program, sequence.process), stands))
         timed = run.settings.solve.objective == "time"
         before, after = (m.time_s if timed else m.travel_mm for m in measures)
         stay = proved.kept
@@ -86,7 +92,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
             # The solver's cost leaves out what the look-ahead knows; what is no better is not written. Of a program
             # that crosses obstacles its own order is the measure once it goes over or round them.
             own = write_proved(run, words, original, sequence, [None for _ in solutions], source, obstacles)
-            measured = measure(own.program.path, run.machine, dark_rows(own.program, sequence.process))
+            measured = measure(own.program.path, run.machine, dark_rows(own.program, sequence.process), stands)
             if obstacles is None or (measured.time_s if timed else measured.travel_mm) <= after:
                 stay, proved, measures[1] = frozenset(range(len(solutions))), own, measured
         solutions = [_unchanged(s) if k in stay else s for k, s in enumerate(solutions)]
@@ -155,43 +161,66 @@ def decoded(source: str, data: bytes) -> tuple[str, str]:
         return data.decode("latin-1"), "latin-1"
 
 
-def _solve_sections(run: Run, sequence: Sequence, obstacles: Obstacles | None) -> list[Solution | None]:
-    """Return an order for every section; None where there is nothing to choose.
+def _solve_sections(
+    run: Run, sequence: Sequence, obstacles: Obstacles | None, start: Point | None
+) -> list[Solution | None]:
+    """Return an order for every section, all ordered together; None where the order is kept.
 
     A section begins where the one before it now ends, if nothing in between goes anywhere, or where that is not known.
+    `start` is where the tool stands before the program moves it, where that is where the first section begins.
     """
     from leafcut.plan.resequencing import build_problem
-    from leafcut.solve.solve import keep_better, solve
+    from leafcut.runs.together import Stage, solve_together
+    from leafcut.solve.solve import solve
 
-    if run.settings.resequence.keep_order:
+    settings = run.settings
+    if settings.resequence.keep_order or not sequence.sections:
         return [None for _ in sequence.sections]
-    total = left = sum(len(s.chains) for s in sequence.sections)
-    solutions: list[Solution | None] = []
-    goes, last = True, None
-    for number, section in enumerate(sequence.sections, 1):
-        chains = len(section.chains)
+    stages: list[Stage] = []
+    goes = True
+    for section in sequence.sections:
+        follows = bool(stages) and not (goes and section.start is not None)
+        begins = None if follows else start if section.start is None else section.start
         metric = _metric(run, section, obstacles)
-        start = section.start if goes and section.start is not None else last
-        problem = build_problem(section, metric, start, section.end)
-        nodes = np.arange(chains, dtype=np.int32)
-        if chains < 2:
-            solutions.append(None)
-        else:
-            run.tell(f"ordering section {number}", share=1.0 - left / total)
-            tell = passing_on(run.progress, f"ordering section {number}", left / total, chains / total)
-            used = sum(s.seconds for s in solutions if s is not None)
-            budget = share(run.settings.solve, used, left, problem)
-            found = solve(
-                problem, budget, run.settings.aco, firefly=run.settings.firefly, progress=tell, observe=run.observe,
-                cancelled=run.cancelled,
-            )  # fmt: skip
-            found = keep_better(problem, found, nodes)
-            solutions.append(found)
-            nodes = found.nodes
-        left -= chains
-        x, y = problem.exit[nodes[-1]].tolist()
-        goes, last = section.end is not None, (x, y)
-    return solutions
+        own = np.arange(len(section.chains), dtype=np.int32)
+        stages.append(Stage(build_problem(section, metric, begins, section.end), follows, own))
+        goes = section.end is not None
+    total = left = sum(stage.problem.n_clusters for stage in stages)
+    used = 0.0
+
+    def search(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
+        nonlocal left, used
+        chains = stages[number].problem.n_clusters
+        what = f"ordering section {number + 1}"
+        run.tell(what, share=1.0 - left / total)
+        found = solve(
+            problem, share(options, used, left, problem), settings.aco, firefly=settings.firefly,
+            progress=passing_on(run.progress, what, left / total, chains / total), observe=run.observe,
+            cancelled=run.cancelled,
+        )  # fmt: skip
+        used, left = used + found.seconds, max(left - chains, 1)
+        return found
+
+    def quick(_: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
+        nonlocal used
+        found = solve(problem, options, settings.aco, firefly=settings.firefly, cancelled=run.cancelled)
+        used += found.seconds
+        return found
+
+    return list(solve_together(stages, search, settings.solve, quick, run.cancelled))
+
+
+def _stands(run: Run, original: Program, sequence: Sequence) -> tuple[Point | None, Point | None]:
+    """Return where the tool stands before the program moves it, and the same if the first section begins there."""
+    start = run.settings.drill.start_point
+    if start is None or not sequence.sections:
+        return None, None
+    path = original.path
+    before = slice(0, int(original.first[sequence.sections[0].chains[0].begin]))
+    known = np.isfinite(path.end[before, :2]).any(axis=1) & np.isin(path.kind[before], _PLACES)
+    moved = known.any() or (path.kind[before] == Kind.FOREIGN).any()
+    stands = float(start[0]), float(start[1])
+    return stands, None if moved else stands
 
 
 def _offers(run: Run, sequence: Sequence) -> list[Issue]:

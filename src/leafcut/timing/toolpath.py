@@ -48,10 +48,16 @@ class Clock:
     seconds: Floats
 
 
-def measure(path: Toolpath, machine: Machine, off: NDArray[np.bool_] | None = None) -> Measure:
+def measure(
+    path: Toolpath,
+    machine: Machine,
+    off: NDArray[np.bool_] | None = None,
+    start: tuple[float, float] | None = None,
+) -> Measure:
     """Return lengths (mm) and machine time (s) of a toolpath.
 
     Rows that are `off`, bool[n], are ways and no cuts although they are made at feed: those of a beam that is off.
+    `start` is where the tool stands before the first of them, (x, y) in mm, where the path does not say it.
 
     Canned cycles are expanded. Moves run into each other as the controller joins them (`timing.lookahead`); wherever
     something else is done in between, the machine stops; but a laser under GRBL is taken to be in laser mode ($32=1),
@@ -72,7 +78,7 @@ def measure(path: Toolpath, machine: Machine, off: NDArray[np.bool_] | None = No
     PlanError
         The cycles come to more moves than can be meant.
     """
-    path, source, delta, turns, moves, each = _timed(path, machine)
+    path, source, delta, turns, moves, each = _timed(path, machine, start)
     dark = (path.kind == Kind.FEED) & (off[source] if off is not None else False)
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE) | dark
     standing = _standing(path, machine)
@@ -113,7 +119,9 @@ def clock(path: Toolpath, machine: Machine) -> Clock:
     return Clock(path, source, moving + _standing(path, machine))
 
 
-def _timed(path: Toolpath, machine: Machine) -> tuple[Toolpath, NDArray[np.int32], Floats, Turns, Moves, Floats]:
+def _timed(
+    path: Toolpath, machine: Machine, start: tuple[float, float] | None = None
+) -> tuple[Toolpath, NDArray[np.int32], Floats, Turns, Moves, Floats]:
     """Return the path with its cycles written out and the rows they come from, then what is known of these rows.
 
     That is how far they move, their arcs, their moves and the seconds of these.
@@ -121,7 +129,7 @@ def _timed(path: Toolpath, machine: Machine) -> tuple[Toolpath, NDArray[np.int32
     style = machine.corners or _STYLES.get(machine.controller, "round")
     path, source, mode, tolerance, joining = _expanded(path, style)
     path, touching = _touched(path)
-    delta, estimate = _displacements(path, machine)
+    delta, estimate = _displacements(path, machine, start)
     turns = turns_of(path)
     cycle_s = CYCLE if style == "linuxcnc" else 0.0
     moves = moves_of(path, machine, delta + estimate, turns, mode, tolerance, joining, cycle_s)
@@ -180,7 +188,9 @@ def _length(delta: NDArray[np.float64]) -> float:
     return float(np.sqrt((delta**2).sum(axis=1)).sum())
 
 
-def _displacements(path: Toolpath, machine: Machine) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _displacements(
+    path: Toolpath, machine: Machine, start: tuple[float, float] | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return how far every row moves each axis, float64[n, 3] mm: as far as it is known, and the estimate where not.
 
     Every axis is followed by itself through the rows that move it, in program coordinates or in the machine's, and
@@ -204,6 +214,8 @@ def _displacements(path: Toolpath, machine: Machine) -> tuple[NDArray[np.float64
         delta[rows[1:], axis] = np.where(known, np.nan_to_num(np.diff(place)), 0.0)
         half_travel = 0.5 * (machine.travel_max[axis] - machine.travel_min[axis])
         estimate[rows[1:], axis] = np.where(crossing, half_travel, 0.0)
+        if start is not None and axis < 2 and len(rows) and path.kind[rows[0]] in (Kind.RAPID, Kind.FEED):
+            delta[rows[0], axis] = place[0] - start[axis]
     return delta, estimate
 
 
