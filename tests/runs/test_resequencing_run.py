@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from pathlib import Path
 
@@ -298,3 +299,18 @@ def test_every_stage_names_itself_and_who_is_told_can_end_it_while_it_goes_on(
         leafcut.optimize(source, tmp_path / "new.nc", progress=tell, iterations=2)
     assert told[-1] == stage
     assert not (tmp_path / "new.nc").exists()
+
+
+def test_the_way_from_where_the_tool_stands_to_the_first_cut_counts(tmp_path: Path) -> None:
+    """Three cuts in a row of a torch that stands at the zero, at the far end, or nobody knows where."""
+    cut = "G0 X{0} Y0\nM3\nG1 X{0} Y10\nM5\n"
+    text = "G21 G90\nF600\n" + "".join(cut.format(x) for x in (300, 100, 200)) + "M2\n"
+    path = written(tmp_path, text)
+    found = {
+        start: leafcut.optimize(path, objective="distance", start_point=start) for start in ("0,0", "400,0", "free")
+    }
+    assert [round(f.before.travel_mm - 2 * 10, 0) for f in found.values()] == pytest.approx([580, 380, 280], abs=2)
+    assert [f.text.index("X100 Y0") < f.text.index("X300 Y0") for f in found.values()][:2] == [True, False]
+    assert found["0,0"].after.travel_mm == pytest.approx(100 + 2 * math.hypot(100, 10))
+    assert found["400,0"].after.travel_mm == pytest.approx(100 + 2 * math.hypot(100, 10))
+    assert found["0,0"].gap == pytest.approx(0.0, abs=1e-9)

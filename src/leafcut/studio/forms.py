@@ -117,7 +117,7 @@ WORKS: dict[str, Work] = {
             ("main", _PROGRAM_MAIN),
             ("search", _SEARCH),
             ("post", ("dialect", "renumber", "units", "cut_speed")),
-            ("place", ("work_offset", "keep_out", "clearance_height", "tools")),
+            ("place", ("start_point", "work_offset", "keep_out", "clearance_height", "tools")),
             ("read", ("strict",)),
             ("solve", _SEARCH_MORE),
         ),
