@@ -37,6 +37,8 @@ def codes(text: str, process: str = "mill", words: str = "linuxcnc") -> list[str
         ("G1 Z-1 F100\nM5\nG1 X10\nX20\nG0 Z5", ["L803"]),
         ("T2 M6\nG1 Z-1 F100\nG0 Z5", ["L803"]),
         ("G1 Z-1 F100\nG0 Z1\nG0 Z-1\nG1 Z-2\nG0 Z5", []),
+        ("G1 Z-1 F100\nX10\nG0 Z5\nX0 Y0\nZ-1\nG1 Z-2\nX10\nG0 Z5", []),
+        ("G1 Z-1 F100\nX10\nG0 Z5\nX0 Y0\nZ-1.1\nG1 Z-2\nX10\nG0 Z5", ["L802"]),
         ("G81 X5 Y5 Z-3 R1 F100\nX9\nG80", []),
         ("M5\nM3\nG1 Z-1 F100\nG0 Z5", []),
         ("M98 P77\nG90 G17 G40 G94\nG0 X1 Y1 Z5\nG1 Z-1 F100\nG0 Z5", []),

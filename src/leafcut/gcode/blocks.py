@@ -483,8 +483,9 @@ class BlockRunner(Reader):
             raise UnclearBlock(f"G{state.transform / 10:g} is active, which is not understood")
         if state.foreign_motion and (moving or "motion" in g or g.get("cycle", 800) != 800):
             raise UnclearBlock(f"{state.foreign_motion} is not understood")
-        if state.unsure and moving:
-            self._be_sure()
+        self._be_sure(moving)
+        if special == 530 and not moving:
+            raise UnclearBlock("G53 without an axis")
         if special in (280, 300):
             self._run_home(g, letters)
             return
@@ -522,7 +523,7 @@ class BlockRunner(Reader):
                 state.motion, state.foreign_motion = None, name
             raise
 
-    def _be_sure(self) -> None:
+    def _be_sure(self, moving: bool) -> None:
         """Refuse to move by modes that are not known.
 
         Raises
@@ -531,6 +532,8 @@ class BlockRunner(Reader):
             One of them matters to the move.
         """
         state = self.state
+        if not state.unsure or not moving:
+            return
         needed = {"distance": "G90 or G91"}
         if state.cycle is not None:
             needed |= {"plane": "which plane", "retract": "G98 or G99"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -19,6 +20,8 @@ from leafcut.verify.envelope import check_envelope
 
 Mask = NDArray[np.bool_]
 
+#: Room for the rounding of written heights, mm.
+_ROOM = 0.002
 #: By what is wrong: the code, how much it matters, and what it is, of one and of several.
 _KINDS = {
     "rapid below clearance": ("L801", Severity.DANGER, "rapid below Z0.05", "rapids below Z0.05"),
@@ -37,8 +40,8 @@ _KINDS = {
 def find_dangers(program: Program, machine: Machine, process: str, heights: bool = True) -> list[Issue]:
     """Return what is dangerous in a program, and what its machine cannot do; the worst first, one issue for each kind.
 
-    A rapid is taken for one through material where it is below Z0.05, or goes down below Z0 where nothing was cut since
-    the tool came there: whether the material there is gone already is not looked at.
+    A rapid is taken for one through material where it is below Z0.05, or goes down below Z0 at a place where no cut had
+    an end as deep before: whether the material there is gone otherwise is not looked at.
 
     Parameters
     ----------
@@ -59,8 +62,9 @@ def find_dangers(program: Program, machine: Machine, process: str, heights: bool
         checks.append(spindle_check(path, _turning(program, path, rows, True)))
     elif process == "plasma":
         checks.append(torch_check(path, before, _turning(program, path, rows, False)))
+    checks = [(what, mask & ~_cut_before(path, before, mask), text) for what, mask, text in checks]
     found = [_issue(path, before, what, mask) for what, mask, _ in checks if mask.any()]
-    never = not (program.path.kind == Kind.SPINDLE).any()
+    never = not _turning(program, path, rows, True).any()
     found = [_by_hand(issue) if never and issue.code == "L803" else issue for issue in found]
     found += _of_machine(program.path, machine)
     return sorted(found, key=lambda issue: (RANK[issue.severity], issue.code))
@@ -68,6 +72,32 @@ def find_dangers(program: Program, machine: Machine, process: str, heights: bool
 
 #: The order in which issues are told.
 RANK = {Severity.DANGER: 0, Severity.WARNING: 1, Severity.NOTE: 2}
+
+
+def _cut_before(path: Toolpath, before: NDArray[np.float64], mask: Mask) -> Mask:
+    """Return which of some rapids straight down end no deeper than an end of an earlier cut at that X and Y."""
+    result = np.zeros(len(path), dtype=bool)
+    straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], before[:, :2]).all(axis=1)
+    rows = np.flatnonzero(straight)
+    if not len(rows):
+        return result
+    cuts = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
+    ends = np.concatenate([before[cuts], path.end[cuts]])
+    when = np.concatenate([cuts, cuts])
+    keys = np.round(np.nan_to_num(ends[:, 0]) * 1e3) * 1e10 + np.round(np.nan_to_num(ends[:, 1]) * 1e3)
+    wanted = np.round(path.end[rows, 0] * 1e3) * 1e10 + np.round(path.end[rows, 1] * 1e3)
+    there = np.isin(keys, wanted)
+    events = sorted(
+        [(int(w), float(k), float(z)) for w, k, z in zip(when[there], keys[there], ends[there, 2], strict=True)]
+        + [(int(row), float(k), math.nan) for row, k in zip(rows, wanted, strict=True)]
+    )
+    deepest: dict[float, float] = {}
+    for row, key, z in events:
+        if math.isnan(z) and straight[row]:
+            result[row] = path.end[row, 2] >= deepest.get(key, math.inf) - _ROOM
+        elif not math.isnan(z):
+            deepest[key] = min(z, deepest.get(key, math.inf))
+    return result
 
 
 def _turning(program: Program, path: Toolpath, rows: NDArray[np.int32], unknown: bool) -> Mask:
