@@ -5,7 +5,7 @@
 
 Every new program was read back and does the same work as the original, or it was not written. Where LinuxCNC's
 interpreter (`rs274`) takes the original, it must take the new one, and its canonical cutting moves must be the same.
-With ``--simulate`` the simulated LinuxCNC runs both, where the original takes no more than so many seconds.
+With ``--simulate`` the simulated LinuxCNC runs both, where they differ and the original takes no more than so many seconds.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def run(path: Path, longest: float) -> list[str]:
     text, new = for_linuxcnc(text), for_linuxcnc(outcome.text)
     said = judged(text, replace(outcome, text=new))
     simulated = ""
-    if longest and outcome.before.time_s <= longest:
+    if longest and outcome.before.time_s <= longest and new != text:
         before, after = simulated_seconds(text), simulated_seconds(new)
         if before is not None and after is not None:
             simulated = f"{before:.1f} → {after:.1f}"
