@@ -5,7 +5,8 @@
 
 Every new program was read back and does the same work as the original, or it was not written. Where LinuxCNC's
 interpreter (`rs274`) takes the original, it must take the new one, and its canonical cutting moves must be the same.
-With ``--simulate`` the simulated LinuxCNC runs both, where they differ and the original takes no more than so many seconds.
+With ``--simulate`` the simulated LinuxCNC runs both, where they differ and the original takes no more than so many
+seconds.
 """
 
 from __future__ import annotations
