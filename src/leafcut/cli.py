@@ -20,7 +20,8 @@ from leafcut.flags import command_of
 from leafcut.options import used_by
 from leafcut.progress import Reporter
 
-DONE, REFUSED, USAGE = 0, 1, 2
+DONE, REFUSED, USAGE, INCOMPLETE = 0, 1, 2, 3
+_WORST_FIRST = ("danger", "missing", "warning")
 
 #: New objects between two looks for garbage: what is imported and compiled stays, and looking takes a tenth of a start.
 LITTER = 100_000
@@ -69,7 +70,7 @@ def run(arguments: Sequence[str]) -> int:
 
 def _warn(issues: Iterable[Any]) -> None:
     """Say on standard error what matters even to somebody who wants no summary: holes lost, depths assumed."""
-    told = sorted((issue for issue in issues if issue.severity != "note"), key=lambda i: i.severity != "danger")
+    told = sorted((i for i in issues if i.severity != "note"), key=lambda i: _WORST_FIRST.index(i.severity))
     lines = list(dict.fromkeys(f"{issue.severity}: {issue}" for issue in told))
     for line in lines[:MOST_WARNINGS]:
         _refuse(line, DONE)
@@ -165,7 +166,7 @@ def _optimize(
         from leafcut.report.summary import print_summary
 
         print_summary(outcome, Console())
-    return DONE
+    return INCOMPLETE if any(issue.severity == "missing" for issue in outcome.issues) else DONE
 
 
 def _solve(

@@ -375,3 +375,14 @@ def test_real_sheets_of_a_cam_are_read_with_their_edge(
     found = prepare_sheet(read_contours(data / "nesting" / "sirius_sheets" / name))
     assert (found.n_parts, sum(c.is_hole for c in found.contours)) == counts
     assert found.outline is not None and found.outline.area == pytest.approx(size)
+
+
+def test_an_open_path_names_the_nearest_end_and_the_tolerance_that_closes_it() -> None:
+    """Two halves of a square, 0.25 and 0.3 mm apart: what is said joins one pair of ends, then the other."""
+    halves = line((0, 0), (10, 0), (10, 10)), line((9.7, 10), (0, 10), (0, 0.25))
+    first = refusal(*halves)
+    assert "the nearest end is 0.25 mm away at (0, 0.25): --join-tolerance 0.251 closes it" in first
+    assert "the nearest end is 0.3 mm away at (10, 10)" in refusal(*halves, join_tolerance=0.251)
+    assert "--join-tolerance 0.301 closes it" in refusal(*halves, join_tolerance=0.251)
+    assert len(sheet(*halves, join_tolerance=0.301).contours) == 1
+    assert "draw what is missing there" in refusal(line((0, 0), (10, 0), (10, 10)))

@@ -128,6 +128,27 @@ def test_a_hole_into_which_the_kerf_does_not_go_is_told_and_the_rest_is_cut(tmp_
     assert outcome.verified
     assert [cut.contours for cut in outcome.cut_plan.cuts] == [(0,)]
     assert [i.code for i in outcome.issues].count("L611") == 1
+    assert [i.severity for i in outcome.issues if i.code == "L611"] == ["missing"]
+
+
+def test_what_is_not_cut_is_told_first_and_changes_the_exit_status(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    document = ezdxf.new(units=4)
+    document.modelspace().add_lwpolyline([(0, 0), (60, 0), (60, 60), (0, 60)], close=True)
+    document.modelspace().add_circle((30, 30), 0.4)
+    document.saveas(tmp_path / "narrow.dxf")
+    words = ["optimize", str(tmp_path / "narrow.dxf"), "--process", "cut", "--thickness", "6", "--iterations=3", "-o"]
+    target = tmp_path / "narrow.ngc"
+    assert run([*words, str(target)]) == 3
+    told = capsys.readouterr().out.strip().splitlines()
+    assert told[0].startswith("missing: L611")
+    assert target.exists()
+    assert run([*words, str(tmp_path / "b.ngc"), "--quiet"]) == 3
+    assert capsys.readouterr().err.startswith("leafcut: missing: L611")
+    assert run([*words, str(tmp_path / "c.ngc"), "--strict"]) == 1
+    assert "--strict" in capsys.readouterr().err
+    assert not (tmp_path / "c.ngc").exists()
 
 
 def test_the_time_norm_adds_up_to_the_machine_time(outcome) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -57,6 +58,6 @@ def counter_clockwise(path: Polyline) -> Polyline:
     return path.reversed() if path.area < 0.0 else path
 
 
-def ends_of(paths: list[Polyline]) -> Points:
+def ends_of(paths: Sequence[Polyline]) -> Points:
     """Return start and end of open paths by turns, float64[2n, 2]."""
     return np.array([end for path in paths for end in (path.start, path.end)]).reshape(-1, 2)

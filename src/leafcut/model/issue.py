@@ -9,10 +9,11 @@ from leafcut.errors import brief
 
 
 class Severity(StrEnum):
-    """How much an issue matters to the person at the machine."""
+    """How much an issue matters to the person at the machine; missing: something that is drawn is not made."""
 
     NOTE = "note"
     WARNING = "warning"
+    MISSING = "missing"
     DANGER = "danger"
 
 

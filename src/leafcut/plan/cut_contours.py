@@ -12,7 +12,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Points, Polyline
 from leafcut.model.cutting import Lead
-from leafcut.model.issue import Issue
+from leafcut.model.issue import Issue, Severity
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.plan.cut_rules import NARROWEST_HOLE, CutRules
 
@@ -209,13 +209,22 @@ class _Remark(NamedTuple):
     place: str
 
 
+#: Remarks on contours, or places of them, that are drawn and not cut.
+_NOT_CUT = ("L611", "L612")
+
+
 def _grouped(remarks: list[_Remark]) -> list[Issue]:
     """Return one issue for all contours of which the same is noticed, with the first places."""
     groups: dict[tuple[str, str], list[_Remark]] = {}
     for remark in remarks:
         groups.setdefault((remark.code, remark.several), []).append(remark)
     return [
-        Issue(code, own[0].one if len(own) == 1 else several.format(n=len(own)), _places(own))
+        Issue(
+            code,
+            own[0].one if len(own) == 1 else several.format(n=len(own)),
+            _places(own),
+            Severity.MISSING if code in _NOT_CUT else Severity.WARNING,
+        )
         for (code, several), own in groups.items()
     ]
 

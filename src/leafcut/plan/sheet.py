@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
-from leafcut.geometry.cleaning import cleaned, counter_clockwise
+from leafcut.geometry.cleaning import cleaned, counter_clockwise, ends_of
 from leafcut.geometry.containment import around, conflicts, nesting
 from leafcut.geometry.overlaps import SAME
 from leafcut.geometry.polyline import Polyline
@@ -30,6 +30,8 @@ from leafcut.plan.layers import kinds_of
 Place = tuple[float, float]
 #: A closed outline smaller than this in both directions is likely a drawing error, mm.
 TINY = 0.5
+#: The widest --join-tolerance, mm.
+WIDEST_JOIN = 5.0
 
 
 def prepare_sheet(part: Part, options: SheetOptions | None = None) -> Sheet:
@@ -192,7 +194,7 @@ def _opened(opened: list[_Made], options: SheetOptions, issues: list[Issue]) -> 
     places = _at([p.start for p in paths])
     number = _count(len(opened), "open path")
     if options.open_paths == "refuse":
-        first = "; ".join(_ends(m) for m in opened[:3])
+        first = "; ".join(_ends(m) + _nearest_end(k, paths) for k, m in enumerate(opened[:3]))
         raise PlanError(
             f"{number} on layers that are cut: {first}{' …' if len(opened) > 3 else ''}; close the outline, widen "
             "--join-tolerance, or say what open paths are with --open-paths cut, mark or drop"
@@ -336,6 +338,20 @@ def _ends(made: _Made) -> str:
     (x0, y0), (x1, y1) = made.contour.path.start, made.contour.path.end
     layer = f" on layer {made.contour.layer}" if made.contour.layer else ""
     return f"from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}), {math.hypot(x1 - x0, y1 - y0):.3g} mm apart{layer}"
+
+
+def _nearest_end(number: int, paths: Sequence[Polyline]) -> str:
+    """Return where the end nearest to an end of a path is, its own other one too, and what joins the two."""
+    ends = ends_of(paths)
+    own = slice(2 * number, 2 * number + 2)
+    away = np.hypot(*(ends[None, :, :] - ends[own, None, :]).transpose(2, 0, 1))
+    away[[0, 1], [2 * number, 2 * number + 1]] = math.inf
+    one, other = np.unravel_index(int(np.argmin(away)), away.shape)
+    gap = float(away[one, other])
+    x, y = ends[other].tolist()
+    wide = math.ceil(gap * 1000.0 + 1e-6) / 1000.0
+    closes = f"--join-tolerance {wide:g} closes it" if wide <= WIDEST_JOIN else "draw what is missing there"
+    return f" (the nearest end is {gap:.3g} mm away at ({x:g}, {y:g}): {closes})"
 
 
 def _count(number: int, noun: str) -> str:

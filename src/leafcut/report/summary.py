@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 #: So many different issues are named; the report page has them all.
 MOST_ISSUES = 12
 MOST_CHARACTERS = 219
+_WORST = (Severity.DANGER, Severity.MISSING)
 
 
 def summary(outcome: Outcome) -> RenderableType:
@@ -42,8 +43,8 @@ def summary(outcome: Outcome) -> RenderableType:
     from rich.console import Group
 
     table = _strategies(outcome) if outcome.pocket_plans else _orders(outcome)
-    parts: list[RenderableType] = [*_dangers(outcome), _title(outcome), "", table, "", _facts(outcome)]
-    if any(issue.severity is not Severity.DANGER for issue in outcome.issues):
+    parts: list[RenderableType] = [*_worst(outcome), _title(outcome), "", table, "", _facts(outcome)]
+    if any(issue.severity not in _WORST for issue in outcome.issues):
         parts += ["", _issues(outcome)]
     return Group("", *parts, "")
 
@@ -53,12 +54,12 @@ def print_summary(outcome: Outcome, console: Console) -> None:
     console.print(summary(outcome))
 
 
-def _dangers(outcome: Outcome) -> list[RenderableType]:
-    """Return what is dangerous in the program, before anything else is said."""
+def _worst(outcome: Outcome) -> list[RenderableType]:
+    """Return what is dangerous in the program, and what is missing from it, before anything else is said."""
     from rich.text import Text
 
-    found = [issue for issue in outcome.issues if issue.severity is Severity.DANGER]
-    lines = [Text(f"danger: {clean(str(issue))}", "bold red", overflow="fold") for issue in found]
+    found = [issue for severity in _WORST for issue in outcome.issues if issue.severity is severity]
+    lines = [Text(f"{i.severity}: {clean(str(i))}", "bold red", overflow="fold") for i in found]
     return [*lines, ""] if lines else []
 
 
@@ -162,7 +163,7 @@ def _issues(outcome: Outcome) -> Table:
     table = Table.grid(padding=(0, 2, 0, 0))
     table.add_column(no_wrap=True, min_width=4)
     table.add_column(overflow="fold")
-    groups = group_issues((i for i in outcome.issues if i.severity is not Severity.DANGER), by_message=True)
+    groups = group_issues((i for i in outcome.issues if i.severity not in _WORST), by_message=True)
     for group in groups[:MOST_ISSUES]:
         style = "yellow" if group.severity is Severity.WARNING else "dim"
         number = f"{group.number:,} × " if group.number > 1 else ""

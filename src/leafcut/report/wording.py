@@ -173,7 +173,7 @@ def _program_counts(outcome: Outcome, certificate: dict[str, Any]) -> list[str]:
 
 
 #: The worst first.
-SEVERITIES = (Severity.DANGER, Severity.WARNING, Severity.NOTE)
+SEVERITIES = (Severity.DANGER, Severity.MISSING, Severity.WARNING, Severity.NOTE)
 
 
 @dataclass(frozen=True)

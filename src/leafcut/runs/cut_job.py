@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leafcut.errors import OptionError
+from leafcut.errors import OptionError, PlanError
 from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric
@@ -124,7 +124,17 @@ def prepared(run: Run, source: str | Path) -> tuple[Job, list[Issue]]:
         reserve=min(run.clock.elapsed(), MOST_RESERVED * (settings.solve.time_limit or 0.0)),
     )
     issues += _register_issues(words, data, settings.cut)
+    if settings.read.strict:
+        _refuse_missing(source, cutting.issues)
     return job, [*sheet.issues, *issues, *cutting.issues, *_probe_issues(probe)]
+
+
+def _refuse_missing(source: str | Path, issues: Iterable[Issue]) -> None:
+    """Refuse a sheet of which something is not cut."""
+    missing = [issue for issue in issues if issue.severity is Severity.MISSING]
+    if missing:
+        more = f" (and {len(missing) - 1} more)" if len(missing) > 1 else ""
+        raise PlanError(f"{source}: {missing[0]}{more}; --strict refuses a sheet that is not cut whole")
 
 
 def _bounds(sheet: Sheet) -> Toolpath:
