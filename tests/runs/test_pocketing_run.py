@@ -245,6 +245,8 @@ def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
         ({"tools": EXAMPLES / "tools.toml", "tool_number": 2}, PlanError, "T2 drill 5.0, M6 core Ø5 is a drill"),
         ({"retract_height": 20}, PlanError, "R plane"),
         ({"milling_feed": "100m/min"}, PlanError, "feeds at most"),
+        ({"air_feed": "700mm/min"}, PlanError, "--air-feed 700 mm/min is below the feed of the mill, 800 mm/min"),
+        ({"air_feed": "90m/min"}, PlanError, "feeds at most"),
         ({"keep_out": "20 0 40 10"}, VerifyError, "zone"),
         ({"start_point": "1,2,3"}, OptionError, "two numbers"),
     ],
@@ -296,6 +298,35 @@ def test_passes_wider_apart_than_the_step_over_are_never_written(
     with pytest.raises(VerifyError, match=r"passes are [\d.]+ mm apart, 3 mm at most are stated"):
         api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": "contour", "step_over": 0.3})
     assert not (tmp_path / "p.ngc").exists()
+
+
+def test_where_nothing_is_cut_the_tool_goes_at_the_air_feed_and_the_program_is_so_much_shorter(tmp_path: Path) -> None:
+    """Judged by shapely: a faster move lies where the tool, less a film of 0.03 mm, has swept all before."""
+    (tmp_path / "box.wkt").write_text(shapely.box(0, 0, 42, 32).wkt)
+    options = {**FAST, "strategy": "adaptive", "max_engagement": "60deg", "step_down": 4}
+    slow = api.optimize(tmp_path / "box.wkt", air_feed="800mm/min", **options)
+    fast = api.optimize(tmp_path / "box.wkt", air_feed="2400mm/min", **options)
+    measures = fast.pocket_plans[0].result.measures
+    air_s = 60.0 * measures.air_mm / 800.0
+    assert 0.3 * air_s < slow.after.time_s - fast.after.time_s <= 2.0 / 3.0 * air_s
+    path = interpret(fast.text, dialect("linuxcnc"))
+    before, swept, length = positions_before(path), [], 0.0
+    for row in np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & (path.end[:, 2] == -4)).tolist():
+        line = shapely.LineString([before[row][:2], path.end[row][:2]])
+        if path.value[row] > 14.0:
+            assert path.kind[row] == Kind.FEED and before[row][2] == -4
+            assert line.buffer(4.97).difference(shapely.union_all(swept)).area < 1e-3
+            length += line.length
+        elif path.kind[row] == Kind.FEED:
+            swept.append(line.buffer(5.0, quad_segs=64))
+        else:
+            centre = np.array(path.arcs[int(path.ref[row])].center[:2])
+            side = -1.0 if path.kind[row] == Kind.ARC_CW else 1.0
+            first, last = (math.atan2(*(p[:2] - centre)[::-1]) for p in (before[row], path.end[row]))
+            angles = first + side * np.linspace(0, (side * (last - first)) % (2 * math.pi) or 2 * math.pi, 100)
+            arc = centre + math.dist(before[row][:2], centre) * np.column_stack([np.cos(angles), np.sin(angles)])
+            swept.append(shapely.LineString(arc).buffer(5.0, quad_segs=64))
+    assert length > 0.6 * measures.air_mm
 
 
 def test_a_strategy_that_is_asked_for_is_the_only_one_that_is_tried(drawing: Path) -> None:

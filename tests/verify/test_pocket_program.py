@@ -12,6 +12,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.verify.pocket import (
+    air_differences,
     check_pockets,
     depth_differences,
     gouge_differences,
@@ -206,6 +207,27 @@ def test_a_finishing_pass_half_way_down_lies_beside_the_passes_of_the_level_belo
     path = levels_at(-2.0, -1.0, ways={-2.0: rough})
     levels = simulated_levels(path, (Pocket(WALL, name="1"),), RULES, (-2.0,), (-1.0,))
     assert [(level.z, level.step_over) for level in levels] == [(-2.0, pytest.approx(0.0)), (-1.0, pytest.approx(5.0))]
+
+
+@pytest.mark.parametrize(
+    ("back", "said"),
+    [
+        ((5.0, 5.0, -2.0), []),  # along the ring that is cleared
+        ((20.0, 7.0, -2.0), ["feed"]),  # 2 mm off it: a strip is left there
+        ((35.0, 5.0, -3.0), ["feed"]),  # down
+    ],
+)
+def test_a_move_faster_than_the_mill_cuts_is_found_where_it_cuts_anything(
+    back: tuple[float, float, float], said: list[str]
+) -> None:
+    builder = ToolpathBuilder()
+    builder.rapid(z=2.0)
+    builder.rapid(5.0, 5.0)
+    builder.feed(z=-2.0, feed=5.0)
+    builder.feed(35.0, 5.0, feed=10.0)
+    builder.feed(*back, feed=40.0)
+    builder.end()
+    assert [d.what for d in air_differences(builder.build(), RULES, 10.0)] == said
 
 
 def levels_at(*heights: float, ways: dict[float, tuple[tuple[float, float], ...]] | None = None) -> Toolpath:

@@ -14,7 +14,7 @@ STRATEGIES = ("best", "zigzag", "contour", "connected", "firefly", "ants", "adap
 USUAL = ("zigzag", "contour")
 
 #: What a piece of a path is for.
-PIECE_KINDS = ("entry", "rough", "link", "finish")
+PIECE_KINDS = ("entry", "rough", "link", "finish", "air")
 
 #: A finishing pass takes off no more than this, in diameters, where it goes deeper than one level.
 FILM = 0.2
@@ -115,8 +115,9 @@ class PocketRules:
 class PocketPiece:
     """A stretch of the way of the tool's centre at feed, open, in the plane.
 
-    `kind` is ``rough``, ``finish`` (along a wall), ``link`` (through what is cut already), or ``entry``: a closed loop,
-    the first piece, along which the tool comes down as on a helix and so has cleared it when it is at depth.
+    `kind` is ``rough``, ``finish`` (along a wall), ``link`` (through what is cut already, or from pass to pass),
+    ``air`` (measured: nothing is cut), or ``entry``: a closed loop, the first piece, along which the tool comes down as
+    on a helix and so has cleared it when it is at depth.
     """
 
     path: Polyline

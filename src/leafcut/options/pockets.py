@@ -118,6 +118,14 @@ class PocketOptions(OptionGroup):
         minimum=0.001,
         default_words="that of the tool library, else two teeth, a hundredth of the diameter each, 0.05 mm at most",
     )
+    air_feed: float | None = option(
+        "quantity",
+        None,
+        "feed at depth where the tool cuts nothing, which is proved; no less than that of the mill",
+        unit="mm/s",
+        minimum=0.001,
+        default_words="the largest feed of the machine",
+    )
     pocket_layers: tuple[str, ...] = option(
         "names",
         (),

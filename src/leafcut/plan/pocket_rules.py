@@ -32,12 +32,16 @@ FINISHING_DEPTH = 2.0
 
 @dataclass(frozen=True)
 class MillingData:
-    """The tool, its feed straight down (mm/s), and how it comes down to a level (rad for a ramp or a helix)."""
+    """The tool, its feed straight down (mm/s), and how it comes down to a level (rad for a ramp or a helix).
+
+    `air_feed` is the feed at depth where nothing is cut, mm/s; no more than that of the tool: all is gone at that.
+    """
 
     tool: Tool
     plunge_feed: float
     entry: str = "ramp"
     entry_angle: float = math.radians(3.0)
+    air_feed: float = 0.0
 
 
 def rules_of(options: PocketOptions, tolerance: float = TOLERANCE) -> PocketRules:
@@ -126,7 +130,25 @@ def milling_data(
     check_machine(machine, drill)
     tool, issues = with_data(mill, options, drill, rules, machine, material)
     plunge = options.plunge_feed or tool.plunge_feed or PLUNGE_PART * tool.feed
-    return MillingData(tool, min(plunge, machine.max_feed), options.entry, options.entry_angle), issues
+    air = _air_feed(options, tool, machine)
+    return MillingData(tool, min(plunge, machine.max_feed), options.entry, options.entry_angle, air), issues
+
+
+def _air_feed(options: PocketOptions, tool: Tool, machine: Machine) -> float:
+    """Return the feed at depth where nothing is cut, mm/s."""
+    asked = options.air_feed
+    if asked is None:
+        return machine.max_feed
+    if asked < tool.feed * (1.0 - 1e-9):
+        raise PlanError(
+            f"--air-feed {asked * 60:g} mm/min is below the feed of the mill, {tool.feed * 60:g} mm/min; give that "
+            "feed to go no faster where nothing is cut"
+        )
+    if asked > machine.max_feed * (1.0 + 1e-9):
+        raise PlanError(
+            f"--air-feed {asked * 60:g} mm/min: {machine.name} feeds at most {machine.max_feed * 60:g} mm/min"
+        )
+    return asked
 
 
 def corner_rounding(machine: Machine, feed: float) -> float:

@@ -239,7 +239,8 @@ class _Layer:
         self.down = True
         if self.rounded and not walls:
             builder.blending(640)
-        follow(builder, run.path, data.tool.feed)
+        for piece in run.pieces:
+            follow(builder, piece.path, data.air_feed if piece.kind == "air" else data.tool.feed)
         if self.rounded and not walls:
             builder.blending(610)
 
@@ -259,18 +260,24 @@ class _Layer:
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """What the tool follows without being lifted, an open polyline, and the first piece of it.
+    """What the tool follows without being lifted: pieces, and all of them as one open polyline."""
 
-    `entered`: that piece is a loop along which the tool comes down.
-    """
-
+    pieces: tuple[PocketPiece, ...]
     path: Polyline
-    first: Polyline
-    entered: bool
 
     @property
     def start(self) -> Point:
         return self.path.start
+
+    @property
+    def first(self) -> Polyline:
+        """The first piece."""
+        return self.pieces[0].path
+
+    @property
+    def entered(self) -> bool:
+        """Whether the first piece is a loop along which the tool comes down."""
+        return self.pieces[0].kind == "entry"
 
 
 def _runs(path: PocketPath) -> list[_Run]:
@@ -280,4 +287,4 @@ def _runs(path: PocketPath) -> list[_Run]:
         if gap > 0.0:
             runs.append([])
         runs[-1].append(piece)
-    return [_Run(joined(*(p.path for p in run)), run[0].path, run[0].kind == "entry") for run in runs]
+    return [_Run(tuple(run), joined(*(p.path for p in run))) for run in runs]

@@ -7,8 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketMeasures, PocketPlan, PocketProgram
+from leafcut.model.toolpath import Kind
 from leafcut.report.wording import (
     NO_VALUE,
     clean,
@@ -21,6 +24,10 @@ from leafcut.report.wording import (
     saved_percent,
     time_words,
 )
+
+#: A smaller share of a way that cuts nothing is not worth a line.
+AIR_TOLD = 0.01
+_FEEDS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 
 
 @dataclass(frozen=True)
@@ -222,12 +229,16 @@ def facts(outcome: Outcome) -> list[tuple[str, str]]:
     step = abs(levels[0])
     walls = f", {rules.stock:g} mm for the walls" if rules.stock > 0.0 else ""
     m = written(outcome)
+    fast = float(outcome.path_after.value[np.isin(outcome.path_after.kind, _FEEDS)].max(initial=tool.feed))
+    faster = f", at up to {number_words(feed_mm_min(fast))} mm/min" if fast > tool.feed * (1.0 + 1e-6) else ""
+    air = f"{percent_words(100.0 * m.air_mm / m.feed_mm)} of the way cuts nothing{faster}" if m.feed_mm > 0.0 else ""
     beside = f"{time_words(outcome.before.time_s)} by {usual_words(outcome)}, {_saved(outcome)}"
     above = 100.0 * ((m.feed_mm + m.rapid_mm) / m.floor_mm - 1.0) if m.floor_mm > 0.0 else math.nan
     return [
         ("levels", f"{len(levels)} × {step:.4g} mm to Z{levels[-1]:.4g}{walls}"),
         ("milling", f"{'climb' if rules.climb else 'conventional'}, {_step_over_words(m, rules.step_over)}"),
         *([("wider", wider_words(m, rules.tool_diameter))] if m.wide_mm > 0.0 else []),
+        *([("air", air)] if m.air_mm >= AIR_TOLD * m.feed_mm else []),
         ("tool", f"Ø{tool.diameter:g}, {number_words(feed_mm_min(tool.feed))} mm/min, {tool.spindle_rpm:,.0f} rpm"),
         ("floor", f"{length_words(m.floor_mm)} = area ÷ step-over; this way is {percent_words(above)} above it"),
         *([("beside", beside)] if compared(outcome) else []),

@@ -64,6 +64,7 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> list[Issue]:
     from leafcut.gcode.interpreter import interpret
     from leafcut.plan.pocket_rules import finishing_levels
     from leafcut.verify.pocket import (
+        air_differences,
         check_pockets,
         depth_differences,
         gouge_differences,
@@ -93,6 +94,7 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> list[Issue]:
     refuse(depth_differences(written, job.exact, -heights.levels[0]))
     finishing = finishing_levels(depth, tool.diameter) if job.rules.stock else ()
     simulated = simulated_levels(written, job.part.pockets, job.exact, heights.levels, finishing)
+    refuse(air_differences(written, job.exact, tool.feed))
     refuse(gouge_differences(simulated, job.part.pockets))
     refuse(step_over_differences(simulated, job.part.pockets, job.exact))
     return _uncut(job, [(level.number, level.removal) for level in simulated if level.z == heights.levels[-1]])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +14,16 @@ from leafcut import __version__
 from leafcut.errors import OptionError, PlanError, SolveError
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import OperationOutcome, Outcome
-from leafcut.model.pocket import USUAL, Pocket, PocketMeasures, PocketPath, PocketPlan, PocketProgram, PocketResult
+from leafcut.model.pocket import (
+    USUAL,
+    Pocket,
+    PocketMeasures,
+    PocketPath,
+    PocketPiece,
+    PocketPlan,
+    PocketProgram,
+    PocketResult,
+)
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool
@@ -189,7 +198,8 @@ def _tried(
     job: PocketJob, one: Pocket, way: Way, regions: list[CentreRegion], roughed: list[CentreRegion]
 ) -> tuple[PocketResult, list[Clearing]]:
     """Return what a strategy does to a pocket, and its regions; none where it is refused."""
-    from leafcut.verify.removal import measure_path
+    from leafcut.runs.pocket_air import with_air
+    from leafcut.verify.removal import engaged_way, measure_path
 
     if job.run.cancelled.is_set() and way.name not in (*USUAL, job.run.settings.pocket.strategy):
         return PocketResult(way.name, refused="stopped before it was tried"), []
@@ -198,8 +208,21 @@ def _tried(
     except (PlanError, SolveError) as problem:
         return PocketResult(way.name, refused=str(problem)), []
     path = PocketPath(way.name, tuple(piece for c in clearings for piece in c.path.pieces))
-    found = measure_path(one, path, job.exact)
+    steps, engaged = engaged_way(path, job.exact)
+    found = measure_path(one, path, job.exact, looked=(steps, engaged))
+    if job.data.air_feed > job.data.tool.feed:
+        divided = iter(with_air(path.pieces, steps, engaged, job.exact))
+        clearings = [_aired(clearing, divided) for clearing in clearings]
     return PocketResult(way.name, path, found, program_s=_laid(job, clearings).measure.time_s), clearings
+
+
+def _aired(clearing: Clearing, divided: Iterator[list[PocketPiece]]) -> Clearing:
+    """Return a clearing with the pieces that its own were divided into."""
+    rough, walls = (
+        None if path is None else replace(path, pieces=tuple(p for _ in path.pieces for p in next(divided)))
+        for path in (clearing.rough, clearing.walls)
+    )
+    return replace(clearing, rough=rough or clearing.rough, walls=walls)
 
 
 def _clearing(job: PocketJob, way: Way, region: CentreRegion, roughed: list[CentreRegion]) -> Clearing:

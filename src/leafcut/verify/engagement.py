@@ -29,6 +29,8 @@ _BLOCK = 1024
 #: Angles of one place lie within −π … π; this keeps those of different places apart when they are sorted together.
 _APART = 16.0
 _HALF = 0.5 * math.pi
+#: An engagement below this is rounding, rad.
+_NOTHING = 1e-6
 
 
 class Engaged(NamedTuple):
@@ -95,7 +97,10 @@ def _engaged(
     number = np.searchsorted(rows, np.concatenate([who, behind]))
     centre, half = np.concatenate([centre, own]), np.concatenate([half, np.full(len(own), _HALF)])
     angle, width = _covered(number, centre - half, centre + half, len(rows))
-    return math.pi - angle, rules.radius * (2.0 - width)
+    angle, width = math.pi - angle, rules.radius * (2.0 - width)
+    nothing = angle <= _NOTHING
+    angle[nothing] = width[nothing] = 0.0
+    return angle, width
 
 
 def _angle(vector: Floats, ahead: Floats) -> Floats:

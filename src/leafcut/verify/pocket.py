@@ -14,6 +14,7 @@ from leafcut.geometry.regions import FINE, quarter, region
 from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath, positions_before
 from leafcut.verify.difference import Difference, place, shorten
+from leafcut.verify.engagement import engagement
 from leafcut.verify.removal import Removal, capsules, removal
 from leafcut.verify.step_over import widest_gaps
 from leafcut.verify.tool_way import way_of
@@ -22,16 +23,28 @@ from leafcut.verify.tool_way import way_of
 _ROOM = 0.002
 #: A rapid down ends at least so far over what is cleared, mm.
 OVER = 0.4
+#: A move through cleared ground meets a film of no more than this share of the diameter.
+AIR_FILM = 0.01
 _CUTTING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 
 
 @dataclass(frozen=True, eq=False)
 class _Cut:
-    """One feed move: its row and line of the program, and the way of the tool's tip as points (x, y, z) in mm."""
+    """One feed move: its row and line of the program, and the way of the tool's tip as points (x, y, z) in mm.
+
+    `bulge` is that of an arc (`geometry.polyline`), of no more than half a turn; else it goes by its points.
+    """
 
     row: int
     line: int
     way: NDArray[np.float64]
+    bulge: float = 0.0
+
+    @property
+    def vertices(self) -> NDArray[np.float64]:
+        """The way in the plane as vertices of a polyline, float64[n, 3]: an arc as it is."""
+        points = self.way[[0, -1], :2] if self.bulge else self.way[:, :2]
+        return np.column_stack([points, np.append(np.full(len(points) - 1, self.bulge), 0.0)])
 
 
 def check_pockets(
@@ -98,8 +111,43 @@ def simulated_levels(
     return rows
 
 
+def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[Difference]:
+    """Return the moves below the surface that are faster than the mill may cut, mm/s, and cut something even so.
+
+    A faster move stays at one height; what all moves before it at that height have cleared under the whole tool is
+    found step by step (`verify.engagement`). A film as wide as a hundredth of the diameter is no material: passes are
+    true within the tolerance, so that one beside another may leave one; chips of it are a fifth as thick as others at
+    the same feed.
+    """
+    cuts = list(_cuts(written, rules.tolerance))
+    speed = {cut.row: float(written.value[cut.row]) for cut in cuts}
+    fast = {row for row, value in speed.items() if value > feed * (1.0 + 1e-6)}
+    wrong = [(cut, "goes down") for cut in cuts if cut.row in fast and float(np.ptp(cut.way[:, 2])) > _ROOM]
+    film = max(AIR_FILM * rules.tool_diameter, 6.0 * rules.tolerance)
+    for z in sorted({round(float(cut.way[-1, 2]), 3) for cut in cuts if cut.row in fast}):
+        there = [cut for cut in cuts if abs(float(cut.way[-1, 2]) - z) <= _ROOM]
+        level = [np.ptp(cut.way[:, 2]) <= _ROOM for cut in there]
+        ways = [cut.vertices if flat else cut.vertices[-1:] for cut, flat in zip(there, level, strict=True)]
+        way = way_of(_path(ways), rules)
+        wide = engagement(way, rules).width > film
+        cutting = [there[number] for number in np.unique(way.piece[wide]).tolist() if level[number]]
+        wrong += [(cut, "cuts") for cut in cutting if cut.row in fast]
+    return shorten(
+        [
+            Difference(
+                "feed",
+                0,
+                cut.line,
+                f"a move at {60.0 * speed[cut.row]:g} mm/min {what} near {place(*cut.way[-1])}; the mill cuts at "
+                f"{60.0 * feed:g} mm/min at most",
+            )
+            for cut, what in sorted(wrong, key=lambda one: one[0].row)
+        ]
+    )
+
+
 def _path(pieces: Sequence[Points]) -> PocketPath:
-    return PocketPath("program", tuple(PocketPiece(Polyline.of_points(p)) for p in pieces))
+    return PocketPath("program", tuple(PocketPiece(Polyline(p)) for p in pieces))
 
 
 def _opened(written: Toolpath, cuts: Sequence[_Cut], rules: PocketRules) -> Any:
@@ -221,7 +269,7 @@ def _shape(pocket: Pocket, rules: PocketRules) -> Any:
 def _lies_in(points: Points, shape: Any) -> bool:
     import shapely
 
-    return bool(shape.intersects(shapely.Point(points[0])))
+    return bool(shape.intersects(shapely.Point(points[0, :2])))
 
 
 # -- moves -----------------------------------------------------------------------------------------------------------
@@ -236,7 +284,17 @@ def _cuts(path: Toolpath, tolerance: float) -> Iterator[_Cut]:
             continue
         flat = _flat(path, row, begin[:2], end[:2], FINE * tolerance)
         heights = np.linspace(begin[2], end[2], len(flat))
-        yield _Cut(row, int(path.line[row]), np.column_stack([flat, heights]))
+        yield _Cut(row, int(path.line[row]), np.column_stack([flat, heights]), _bulge(path, row, flat))
+
+
+def _bulge(path: Toolpath, row: int, flat: Points) -> float:
+    """Return the bulge of a move that is an arc of no more than half a turn; 0 of all else."""
+    if path.kind[row] == Kind.FEED:
+        return 0.0
+    centre = np.array(path.arcs[int(path.ref[row])].center[:2])
+    angles = np.unwrap(np.arctan2(*(flat - centre).T[::-1]))
+    turn = float(angles[-1] - angles[0])
+    return float(np.tan(0.25 * turn)) if abs(turn) <= np.pi else 0.0
 
 
 def _flat(path: Toolpath, row: int, begin: Points, end: Points, tolerance: float) -> Points:
@@ -259,20 +317,28 @@ def _flat(path: Toolpath, row: int, begin: Points, end: Points, tolerance: float
 
 
 def _pieces(cuts: Sequence[_Cut], z: float) -> Iterator[Points]:
-    """Yield the ways that the tool goes at one level, each as long as it goes on from where it comes down."""
+    """Yield the ways that the tool goes at one level, each as long as it goes on from where it comes down.
+
+    They are vertices of polylines, float64[n, 3].
+    """
     run: list[Points] = []
     for cut in cuts:
         there = np.abs(cut.way[:, 2] - z) <= _ROOM
-        on = bool(there.all()) and bool(run) and np.allclose(run[-1][-1], cut.way[0, :2], rtol=0.0, atol=1e-9)
+        on = bool(there.all()) and bool(run) and np.allclose(run[-1][-1, :2], cut.way[0, :2], rtol=0.0, atol=1e-9)
         if run and not on:
-            yield np.concatenate(run)
+            yield _joined(run)
             run = []
         if there.all():
-            run.append(cut.way[1:, :2] if run else cut.way[:, :2])
+            run.append(cut.vertices)
         elif there[-1]:
-            run.append(cut.way[-1:, :2])
+            run.append(np.append(cut.way[-1:, :2], [[0.0]], axis=1))
     if run:
-        yield np.concatenate(run)
+        yield _joined(run)
+
+
+def _joined(run: Sequence[Points]) -> Points:
+    """Return the vertices of moves that go on from each other: the last of one is the first of the next."""
+    return np.concatenate([*(part[:-1] for part in run[:-1]), run[-1]])
 
 
 def _lines(cuts: Sequence[_Cut]) -> Any:

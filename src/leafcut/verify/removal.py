@@ -6,22 +6,21 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from leafcut.geometry.regions import FINE, quarter, region, shrunk, swept
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import Pocket, PocketMeasures, PocketPath, PocketRules
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.timing.toolpath import measure
-from leafcut.verify.engagement import engagement
+from leafcut.verify.engagement import Engaged, engagement
 from leafcut.verify.step_over import widest_gaps
-from leafcut.verify.tool_way import way_of
+from leafcut.verify.tool_way import ToolWay, way_of
 
 #: Height of the tool over the work between two pieces, mm, where it is not told.
 LIFT = 5.0
 #: Steps that are swept together: bounds the memory.
 _AT_ONCE = 4096
-#: An engagement below this is rounding, rad.
-_NOTHING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +81,7 @@ def measure_path(
     feed: float | None = None,
     lift: float = LIFT,
     found: Removal | None = None,
+    looked: tuple[ToolWay, Engaged] | None = None,
 ) -> PocketMeasures:
     """Return what a path over one level of a pocket does.
 
@@ -100,6 +100,8 @@ def measure_path(
         How high the tool is lifted between pieces, mm: by a rapid, and down again at feed.
     found
         What `removal` found, where it is known already.
+    looked
+        What `engaged_way` returned, where it is known already.
 
     Raises
     ------
@@ -109,9 +111,8 @@ def measure_path(
     import shapely
 
     found = removal(pocket, path, rules) if found is None else found
-    way = way_of(path, rules)
-    entry = np.array([piece.kind == "entry" for piece in path.pieces], dtype=bool)[way.piece]
-    engaged, width = engagement(way, rules, entry)
+    way, (engaged, width) = engaged_way(path, rules) if looked is None else looked
+    entry = _entered(path, way)
     step = np.where(entry, 0.0, way.step)
     length = float(step.sum())
     opened = [shapely.Polygon(piece.path.flattened()) for piece in path.pieces if piece.kind == "entry"]
@@ -129,7 +130,7 @@ def measure_path(
         mean_engagement=float(engaged @ step) / length if length > 0.0 else 0.0,
         max_width=float(width.max(initial=0.0)),
         wide_mm=float(step[width > much_wider(rules)].sum()),
-        air_mm=float(step[engaged <= _NOTHING].sum()),
+        air_mm=float(step[engaged == 0.0].sum()),
         floor_mm=float(found.centres.area) / rules.step_over,
         time_s=0.0 if machine is None else measure(plane_toolpath(path, machine, feed, lift), machine).time_s,
     )
@@ -151,6 +152,18 @@ def plane_toolpath(path: PocketPath, machine: Machine, feed: float | None = None
             else:
                 builder.feed(*s.end, feed=speed)
     return builder.build()
+
+
+def engaged_way(path: PocketPath, rules: PocketRules) -> tuple[ToolWay, Engaged]:
+    """Return the way of a path in steps, and what the tool engages along it; nothing where it comes down."""
+    way = way_of(path, rules)
+    return way, engagement(way, rules, _entered(path, way))
+
+
+def _entered(path: PocketPath, way: ToolWay) -> NDArray[np.bool_]:
+    """Return which places of a way lie on the loop along which the tool comes down."""
+    entered: NDArray[np.bool_] = np.array([piece.kind == "entry" for piece in path.pieces], dtype=bool)[way.piece]
+    return entered
 
 
 def much_wider(rules: PocketRules) -> float:
