@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 
+import numpy as np
 import pytest
 import shapely
 
@@ -34,6 +35,35 @@ def test_a_rectangle_keeps_the_radius_and_the_stock_away_from_its_walls_and_leav
     assert told.message.startswith("the pocket: 4 corners, ") and "; the largest, " in told.message
     areas = [float(word) for word in re.findall(r"([\d.]+) mm²", told.message)]
     assert areas == pytest.approx([4 * (1 - math.pi / 4) * 25, (1 - math.pi / 4) * 25], rel=0.03)
+
+
+def test_a_slot_as_wide_as_the_tool_has_its_middle_as_region() -> None:
+    """A quarter of a circle of 40 mm and its tangent; where a slot has a corner it is wider, and no line will do."""
+    turn = [(40 * math.sin(a), 40 - 40 * math.cos(a)) for a in np.linspace(0, math.pi / 2, 400)]
+    smooth, bent = shapely.LineString([(-30, 0), *turn]), shapely.LineString([(0, 0), (40, 0), (60, 25)])
+    [region], issues = centre_regions(
+        Pocket(as_polyline(smooth.buffer(5.0, quad_segs=64).exterior.coords, True)), RULES
+    )
+    assert region.middle is not None and not issues
+    path = shapely.LineString(region.middle)
+    assert path.length == pytest.approx(30.0 + 20.0 * math.pi, abs=0.02)
+    assert path.hausdorff_distance(smooth) < 0.01
+    [region], _ = centre_regions(Pocket(as_polyline(bent.buffer(5.0, quad_segs=64).exterior.coords, True)), RULES)
+    assert region.middle is None
+
+
+def test_a_slot_as_wide_as_the_tool_that_leads_out_of_a_pocket_belongs_to_its_region() -> None:
+    shape = shapely.union_all([shapely.box(0, -20, 40, 20), shapely.box(30, -5, 80, 5)])
+    [region], issues = centre_regions(Pocket(as_polyline(shape.exterior.coords, True)), RULES)
+    assert region.middle is None
+    assert region.polygon.bounds[2] == pytest.approx(75.0, abs=0.01)
+    assert all(issue.severity is Severity.NOTE for issue in issues)  # corners only
+
+
+@pytest.mark.parametrize("width", [9.98, 9.5])
+def test_a_slot_narrower_than_the_tool_is_refused(width: float) -> None:
+    with pytest.raises(PlanError, match="fits nowhere"):
+        centre_regions(Pocket(box(0, 0, 60, width)), RULES)
 
 
 def test_a_ring_has_a_region_round_its_island() -> None:

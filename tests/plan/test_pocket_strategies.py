@@ -94,6 +94,17 @@ def test_a_strip_between_two_lines_is_cleared_by_spurs_as_short_as_will_do() -> 
     assert ground.difference(swept).area < 0.01
 
 
+def test_a_spur_goes_round_no_corner_but_comes_from_a_pass_that_sees_the_place() -> None:
+    """Below a wall 1 mm thick, from x = 10 to 60, is a pass 8 mm from the strip above it that is uncut."""
+    wall = shapely.box(10, 7, 60, 8)
+    ground = shapely.box(0, 0, 60, 30) - wall
+    ways = [np.array([(0.0, 6.0), (60.0, 6.0)]), np.array([(0.0, 30.0), (0.0, 10.0), (8.0, 10.0)])]
+    ways.append(np.array([(20.0, 30.0), (60.0, 30.0), (60.0, 19.0), (20.0, 19.0)]))
+    spurred = with_spurs(ways, ground, RULES)
+    assert sum(len(way) for way in spurred) > sum(len(way) for way in ways)
+    assert all(ground.buffer(1e-5).covers(shapely.LineString(way)) for way in spurred)
+
+
 def test_nothing_is_added_where_nothing_is_uncut() -> None:
     way = np.array([(0.0, 0.0), (50.0, 0.0)])
     (same,) = with_spurs([way], shapely.box(0, -4, 50, 4), RULES)

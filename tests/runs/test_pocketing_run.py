@@ -187,6 +187,16 @@ def test_several_pockets_are_one_program_in_the_order_of_the_shortest_way(tmp_pa
     assert sum(plan.result.program_s for plan in outcome.pocket_plans) > row["time_s"] + 3.0
 
 
+def test_a_slot_as_wide_as_the_tool_is_milled_once_along_its_middle_whatever_the_strategy(tmp_path: Path) -> None:
+    (tmp_path / "slot.wkt").write_text(shapely.LineString([(0, 0), (60, 0)]).buffer(5, quad_segs=64).wkt)
+    for strategy in ("best", "zigzag"):
+        outcome = api.optimize(tmp_path / "slot.wkt", strategy=strategy, **FAST)
+        found = outcome.pocket_plans[0].result.measures
+        assert found.feed_mm == pytest.approx(60.0, abs=0.05)
+        assert (found.uncovered_percent, found.gouge_mm2) == (0.0, 0.0) and outcome.verified
+        assert np.nanmax(np.abs(outcome.path_after.end[:, 1])) <= 0.005
+
+
 @pytest.mark.usefixtures("contour_only")
 def test_a_passage_too_narrow_for_the_tool_gives_two_regions_and_both_are_cleared(tmp_path: Path) -> None:
     whole = shapely.union_all([shapely.box(0, 0, 40, 40), shapely.box(40, 16, 60, 24), shapely.box(60, 0, 100, 40)])

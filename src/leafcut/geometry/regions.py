@@ -13,6 +13,8 @@ from leafcut.geometry.polyline import Polyline
 
 #: Chords of walls and offsets leave the exact edge by this share of the tolerance at most.
 FINE = 0.125
+#: A slot as wide as the tool is longer than this, in tool radii; what is shorter is the tip of a corner.
+LONG = 0.05
 
 
 def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float = 0.01, name: str = "region") -> Any:
@@ -41,6 +43,28 @@ def shrunk(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
     fine = FINE * tolerance
     # A buffer's arcs are chords that come nearer to the edge than the distance by the height of a chord.
     return shape.buffer(-(distance + fine), quad_segs=quarter(distance, fine))
+
+
+def tool_centres(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
+    """Return where the centre of a tool may be that keeps a distance, mm, from the edge of a polygon.
+
+    Where the shape is as wide as the tool, but for the tolerance, that is its middle: a strip half a tolerance wide to
+    either side, on which the tool touches both walls.
+    """
+    room = shrunk(shape, distance, tolerance)
+    slack = 0.5 * tolerance
+    slim = shrunk(shape, distance - slack, tolerance)
+    slots = [part for part in polygons(slim.difference(room.buffer(2.0 * tolerance))) if _span(part) > LONG * distance]
+    if not slots:
+        return room
+    import shapely
+
+    return shapely.union_all([room, *(slim.intersection(slot.buffer(3.0 * tolerance)) for slot in slots)])
+
+
+def _span(shape: Any) -> float:
+    x0, y0, x1, y1 = shape.bounds
+    return math.hypot(x1 - x0, y1 - y0)
 
 
 def swept(shape: Any, radius: float, tolerance: float = 0.01) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Points
-from leafcut.geometry.regions import polygons, region, shrunk, swept
+from leafcut.geometry.regions import polygons, region, swept, tool_centres
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.pocket import Pocket, PocketRules
 
@@ -38,6 +38,25 @@ class CentreRegion:
 
     polygon: Any
     rules: PocketRules
+
+    @property
+    def middle(self) -> Points | None:
+        """The middle of a slot as wide as the tool, float64[n, 2] from end to end; None of what is wider anywhere.
+
+        Of such a slot the region is a strip as wide as the tolerance; its ends are what is farthest apart.
+        """
+        import shapely
+
+        if self.polygon.interiors or 2.0 * self.polygon.area > 1.5 * self.rules.tolerance * self.polygon.length:
+            return None
+        ring = self.rings[0]
+        away = np.hypot(*(ring[:, None] - ring[None, :]).transpose(2, 0, 1))
+        a, b = sorted(divmod(int(away.argmax()), len(ring)))
+        one, other = ring[a : b + 1], shapely.LineString(np.concatenate([ring[b:], ring[: a + 1]]))
+        nearest = other.interpolate(other.project(shapely.points(one)))
+        middle: Points = 0.5 * (one + shapely.get_coordinates(nearest))
+        wide = shapely.hausdorff_distance(shapely.LineString(middle), self.polygon.exterior) > self.rules.tolerance
+        return None if wide else middle
 
     @property
     def rings(self) -> list[Points]:
@@ -82,7 +101,7 @@ def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegio
         The tool fits nowhere.
     """
     shape = pocket_region(pocket, rules.tolerance)
-    allowed = shrunk(shape, rules.radius + rules.stock, rules.tolerance)
+    allowed = tool_centres(shape, rules.radius + rules.stock, rules.tolerance)
     pieces = sorted((p for p in polygons(allowed) if p.area > 0.0), key=lambda p: -p.area)
     if not pieces:
         left = f" and {rules.stock:g} mm of stock" if rules.stock else ""
@@ -158,5 +177,5 @@ def _where(place: Unreached) -> str:
 
 def reachable(shape: Any, rules: PocketRules) -> Any:
     """Return what of a pocket's polygon a tool of the diameter can clear."""
-    inner = shrunk(shape, rules.radius, rules.tolerance)
+    inner = tool_centres(shape, rules.radius, rules.tolerance)
     return swept(inner, rules.radius, rules.tolerance).intersection(shape)

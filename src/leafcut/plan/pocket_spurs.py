@@ -16,6 +16,10 @@ from leafcut.plan.pocket_track import Track
 SPECK = 1e-5
 #: A spur goes so much deeper than it needs to, in tool radii: one clears more ground, and fewer are needed.
 DEEPER = 0.1
+#: Passes further than this from a place are not looked at, in tool radii: what is uncut lies within two of some.
+FAR = 4.0
+#: A spur along the edge of the ground may leave it by rounding, mm.
+ROUNDING = 1e-6
 #: Spurs that one place may take.
 MOST = 60
 
@@ -33,21 +37,27 @@ def with_spurs(ways: list[Points], ground: Any, rules: PocketRules) -> list[Poin
     """Return ways that leave nothing uncut of the ground: with spurs where they are nearest to what is uncut.
 
     A spur leads straight to the deepest point of the place until the tool clears it, and back; then what is still
-    uncut is looked at.
+    uncut. None leaves the ground: where the straight way from the nearest pass does, it comes from the next.
     """
     import shapely
 
+    room = ground.buffer(ROUNDING)
+    shapely.prepare(room)
     lines = [shapely.LineString(way) for way in ways]
     tracks = [Track(way) for way in ways]
     spurs: list[list[tuple[float, Points]]] = [[] for _ in ways]
     tree = shapely.STRtree(lines)
     for place in uncut(ground, lines, rules):
-        k = int(tree.nearest(place)) if len(ways) > 1 else 0
+        near = tree.query(place, predicate="dwithin", distance=FAR * rules.radius)
+        near = near[np.argsort(shapely.distance(place, np.array(lines)[near]), kind="stable")]
         left = [place]
         for _ in range(MOST):
             if not left:
                 break
-            station, tip = _spur(left, tracks[k], rules)
+            free = ((int(k), *found) for k in near if (found := _spur(left, tracks[k], rules, room)) is not None)
+            k, station, tip = next(free, (0, 0.0, None))
+            if tip is None:
+                break
             spurs[k].append((station, tip))
             disc = swept(shapely.Point(tip), rules.radius, rules.tolerance)
             left = [part for some in left for part in _worth(some.difference(disc), rules)]
@@ -59,8 +69,11 @@ def _worth(shape: Any, rules: PocketRules) -> list[Any]:
     return [place for place in polygons(shape) if place.area > SPECK * math.pi * rules.radius**2]
 
 
-def _spur(places: list[Any], track: Track, rules: PocketRules) -> tuple[float, Points]:
-    """Return the station of a way where a spur to the deepest point of places leaves it, and the spur's tip."""
+def _spur(places: list[Any], track: Track, rules: PocketRules, room: Any) -> tuple[float, Points] | None:
+    """Return the station of a way where a spur to the deepest point of places leaves it, and the spur's tip.
+
+    None where the spur does not lie in the room (shapely).
+    """
     import shapely
 
     corners = shapely.get_coordinates(places)
@@ -68,7 +81,8 @@ def _spur(places: list[Any], track: Track, rules: PocketRules) -> tuple[float, P
     deepest = int(np.argmax(away))
     most, station = float(away[deepest]), float(stations[deepest])
     base = track.places(np.array([station]))[0]
-    return station, base + (corners[deepest] - base) * min(most, most - (1.0 - DEEPER) * rules.radius) / most
+    tip = base + (corners[deepest] - base) * min(most, most - (1.0 - DEEPER) * rules.radius) / most
+    return (station, tip) if room.covers(shapely.LineString([base, tip])) else None
 
 
 def _spliced(track: Track, spurs: list[tuple[float, Points]]) -> Points:

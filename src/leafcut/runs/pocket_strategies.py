@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 #: Ants that may be asked for by --algorithm; all else is left to leafcut's own.
 ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
 
+#: Where the corners of rings and what is cleared between them come out wider than the step-over, rings so much nearer
+#: to each other are tried, in step-overs.
+NEARER = (1.0, 0.98, 0.95, 0.92, 0.89)
+
 #: Makes the path of the tool's centre over one level of one region.
 Strategy = Callable[["CentreRegion", Run], PocketPath]
 
@@ -56,7 +60,14 @@ def _zigzag(region: CentreRegion, run: Run) -> PocketPath:
 def _contour(region: CentreRegion, run: Run) -> PocketPath:
     from leafcut.plan.pocket_rings import contour
 
-    return contour(_planned(region))
+    planned, wide = _planned(region), _too_wide(region)
+    paths: list[tuple[int, PocketPath]] = []
+    for share in NEARER:
+        path = contour(replace(planned, rules=replace(planned.rules, step_over=share * planned.rules.step_over)))
+        paths.append((len(wide(path)), path))
+        if not paths[-1][0]:
+            break
+    return min(paths, key=lambda one: one[0])[1]
 
 
 def _connected(region: CentreRegion, run: Run) -> PocketPath:

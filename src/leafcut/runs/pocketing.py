@@ -12,6 +12,8 @@ import numpy as np
 
 from leafcut import __version__
 from leafcut.errors import OptionError, PlanError, SolveError
+from leafcut.geometry.polyline import Points
+from leafcut.geometry.regions import as_polyline
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.pocket import (
@@ -216,6 +218,10 @@ def _tried(
     return PocketResult(way.name, path, found, program_s=_laid(job, clearings).measure.time_s), clearings
 
 
+def _along(strategy: str, middle: Points) -> PocketPath:
+    return PocketPath(strategy, (PocketPiece(as_polyline(middle)),))
+
+
 def _aired(clearing: Clearing, divided: Iterator[list[PocketPiece]]) -> Clearing:
     """Return a clearing with the pieces that its own were divided into."""
     rough, walls = (
@@ -234,6 +240,9 @@ def _clearing(job: PocketJob, way: Way, region: CentreRegion, roughed: list[Cent
     from leafcut.plan.pocket_walls import wall_passes
 
     tolerance = job.rules.tolerance
+    if region.middle is not None:
+        # A slot as wide as the tool: there is one way to clear it.
+        return Clearing(region, region.polygon, fitted(_along(way.name, region.middle), tolerance))
     inside = [r for r in roughed if region.polygon.intersects(r.polygon)] if job.rules.stock > 0.0 else []
     if not inside:
         # Where stock leaves no room the tool clears up to the wall.

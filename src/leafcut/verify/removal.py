@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.geometry.regions import FINE, quarter, region, shrunk, swept
+from leafcut.geometry.regions import FINE, quarter, region, swept, tool_centres
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import Pocket, PocketMeasures, PocketPath, PocketRules
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
@@ -62,7 +62,7 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
     import shapely
 
     shape = region(pocket.outline, pocket.islands, rules.tolerance, pocket.name or "the pocket")
-    centres = shrunk(shape, rules.radius, rules.tolerance)
+    centres = tool_centres(shape, rules.radius, rules.tolerance)
     reachable = swept(centres, rules.radius, rules.tolerance).intersection(shape)
     steps = _steps(path, rules)
     ground = capsules(steps, rules.radius, rules)
