@@ -89,7 +89,9 @@ def test_optimize_tells_what_simulate_does_before_all_else(tmp_path: Path, capsy
     worst = [issue for issue in told if issue["severity"] == "danger"]
     assert worst == [issue for issue in simulated if issue["severity"] == "danger"] == told[: len(worst)]
     assert [issue["code"] for issue in worst] == ["L801", "L803"]
-    assert run(["optimize", str(source), "-q"]) == 0
+    assert run(["optimize", str(source), "-q", "--report", str(tmp_path / "a.html")]) == 0
+    page = (tmp_path / "a.html").read_text()
+    assert 0 < page.index("rapid below Z0.05") < page.index('aria-label="Time saved"')
     assert "danger: L801" in capsys.readouterr().err
     output.unlink()
     assert run(["optimize", str(source), "-o", str(output), "--strict"]) == 1

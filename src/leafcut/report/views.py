@@ -242,7 +242,7 @@ def workers(outcome: Outcome) -> Row:
 
 
 def issues(outcome: Outcome) -> Row:
-    """Return the groups of issues, and the issues themselves up to `MOST_ISSUE_ROWS`, warnings first."""
+    """Return the groups of issues, and the issues themselves up to `MOST_ISSUE_ROWS`, the worst first."""
     ordered = sorted(outcome.issues, key=lambda i: (SEVERITIES.index(i.severity), i.code))
     rows = [
         {
@@ -254,7 +254,9 @@ def issues(outcome: Outcome) -> Row:
         for i in ordered[:MOST_ISSUE_ROWS]
     ]
     groups = [{"code": g.code, "number": f"{g.number:,}", "words": CODES[g.code]} for g in group_issues(outcome.issues)]
-    return {"rows": rows, "groups": groups, "left_out": len(ordered) - len(rows), "number": f"{len(ordered):,}"}
+    dangers = [row for row in rows if row["severity"] == "danger"]
+    number, left_out = f"{len(ordered):,}", len(ordered) - len(rows)
+    return {"rows": rows, "dangers": dangers, "groups": groups, "left_out": left_out, "number": number}
 
 
 def program(outcome: Outcome) -> Row:
