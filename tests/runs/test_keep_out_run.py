@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import ezdxf
 import pytest
 
 from leafcut import api
 from leafcut.errors import LeafcutError, PlanError, VerifyError
+from leafcut.verify.obstacles import check_obstacles
 from rs274_moves import moves_of_rs274, run_rs274
 
 #: A bar between two columns of slots, and a short one between two rows; a tool of 6 mm, told in a comment.
@@ -122,3 +124,19 @@ def test_a_tool_whose_width_nobody_tells_is_told(tmp_path: Path) -> None:
     )
     told = api.optimize(source, keep_out=BARS, tools=tools, **FAST)
     assert "L509" not in {issue.code for issue in told.issues}
+
+
+@pytest.mark.parametrize("machine", ["laser-table", "plasma-table"])
+def test_a_head_that_keeps_its_height_goes_round_what_is_named_on_a_sheet(machine: str, tmp_path: Path) -> None:
+    """On 0.1.0 the rapids of a laser crossed clamps; a torch crosses them at the clearance height."""
+    drawing = tmp_path / "two.dxf"
+    document = ezdxf.new(units=4)
+    for x, y in SLOTS:
+        document.modelspace().add_circle((x + 5, y), 4)
+    document.saveas(drawing)
+    found = api.optimize(drawing, process="cut", machine=machine, thickness=2, keep_out="40 -20 50 100", **FAST)
+    height = 10.0 if machine == "plasma-table" else math.inf
+    path = found.path_after
+    assert check_obstacles(path, [[40, -20, 50, 100]], height) == []
+    free = api.optimize(drawing, process="cut", machine=machine, thickness=2, **FAST)
+    assert bool(check_obstacles(free.path_after, [[40, -20, 50, 100]], math.inf))

@@ -14,6 +14,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.cutting import Cut, CutData
 from leafcut.model.machine import Machine, Probe
+from leafcut.model.obstacles import Obstacles
 from leafcut.model.toolpath import UNKNOWN, Arc, Kind, Toolpath, ToolpathBuilder
 
 Point = tuple[float, float]
@@ -51,6 +52,7 @@ def lay_cuts(
     moves_z: bool = True,
     mark_tool: int | None = None,
     corners: Mapping[int, Sequence[Point]] = MappingProxyType({}),
+    obstacles: Obstacles | None = None,
 ) -> tuple[Toolpath, list[LaidCut]]:
     """Return the motions of the whole program, and which rows are whose.
 
@@ -62,11 +64,12 @@ def lay_cuts(
     controller does; a table whose beam keeps its height travels as high as it cuts. `mark_tool`: the tool that marks,
     chosen where the torch, tool 0, is not what is wanted, before the way there; None: marks need no other tool.
     `corners`: places on the way to a cut, by its number; to the end, by the number of cuts.
+    `obstacles`: a head that keeps its height goes round them; others cross them at the clearance.
 
     Raises
     ------
     PlanError
-        The torch would travel lower than it pierces.
+        The torch would travel lower than it pierces, or there is no way round an obstacle.
     """
     if clearance <= max(data.pierce_height, data.cut_height):
         raise PlanError(
@@ -89,16 +92,17 @@ def lay_cuts(
         first = len(builder)
         if mark_tool is not None:
             tool = _choose(builder, tool, mark_tool if cut.kind == "mark" else 0)
-        for x, y in corners.get(number, ()):
-            builder.rapid(x, y)
+        around = obstacles if not moves_z else None
+        for place in corners.get(number, ()):
+            _go(builder, around, place)
         torch = _Torch(data, switches, moves_z, probe, *((power, 0) if cut.kind == "cut" else (mark_power, 1)))
+        _go_round(builder, around, cut.path.start)
         _lay(builder, cut, torch, clearance, descend=number == 0 and safe_z is not None)
         rows.append(LaidCut(first, len(builder)))
     _choose(builder, tool, 0)
     if end is not None:
-        for x, y in corners.get(len(cuts), ()):
-            builder.rapid(x, y)
-        builder.rapid(*end)
+        for place in (*corners.get(len(cuts), ()), end):
+            _go(builder, obstacles if not moves_z else None, place)
     if safe_z is not None:
         builder.machine(z=safe_z)
     builder.spindle(0.0)
@@ -106,6 +110,24 @@ def lay_cuts(
         builder.set_place(Kind.SHIFT, (UNKNOWN, UNKNOWN, UNKNOWN), 0)
     builder.end()
     return builder.build(), rows
+
+
+def _go(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) -> None:
+    """Go by rapids to a place, round all obstacles."""
+    _go_round(builder, obstacles, to)
+    builder.rapid(*to)
+
+
+def _go_round(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) -> None:
+    """Go by rapids to where the way to a place is free of obstacles."""
+    here = (builder.position[0], builder.position[1])
+    if obstacles is None or not obstacles.between(here, to, None):
+        return
+    turns = obstacles.round(here, to, None)
+    if turns is None:
+        raise PlanError(f"there is no way to {to[0]:.4g}, {to[1]:.4g} round what --keep-out names; move the clamp")
+    for x, y in turns:
+        builder.rapid(x, y)
 
 
 def _choose(builder: ToolpathBuilder, tool: int, wanted: int) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,12 +12,14 @@ import numpy as np
 from leafcut import __version__
 from leafcut.model.cutting import CutPlan
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.obstacles import Obstacles
 from leafcut.model.outcome import Measure, OperationOutcome, Outcome
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.runs.cut_job import Job, moves_z, prepared
 from leafcut.runs.cut_orders import as_planned, check_precedence, nearest_order, ordered
+from leafcut.runs.keep_out import meetings
 from leafcut.runs.run import Run, machine_issues, refuse
 
 if TYPE_CHECKING:
@@ -140,6 +143,7 @@ def _laid(job: Job, order: list[CutStart]) -> _Laid:
         moves_z=moves_z(job.words),
         mark_tool=torch.mark_tool if torch is not None else None,
         corners=corners,
+        obstacles=_obstacles(job),
     )
     whole = measure(path, machine)
     seconds = _cut_seconds(path, rows, machine)
@@ -163,6 +167,17 @@ def _kept_off(job: Job, laid: _Laid) -> _Laid:
     other = _laid(job, [laid.order[k] for k in place])
     ranks = [(len(one.round.crossing) if one.round else 0, one.score(job.run)) for one in (other, laid)]
     return other if ranks[0] < ranks[1] else laid
+
+
+def _obstacles(job: Job) -> Obstacles | None:
+    """Return what is named on the sheet: crossed at the clearance height, or gone round where nobody moves Z."""
+    from leafcut.plan.drilling import parse_zones
+
+    zones = parse_zones(job.run.settings.drill.keep_out)
+    if not len(zones):
+        return None
+    height = job.run.settings.drill.clearance_height if moves_z(job.words) else math.inf
+    return Obstacles(zones, height, dogleg=job.run.machine.rapid_style == "dogleg")
 
 
 def _cut_seconds(path: Toolpath, rows: list[LaidCut], machine: Machine) -> list[tuple[float, float, float]]:
@@ -308,5 +323,8 @@ def _verify(job: Job, laid: _Laid, text: str) -> bool:
         probe=job.probe,
         power=settings.post.beam_power if job.words.torch is not None and job.words.torch.power else None,
     )
+    obstacles = _obstacles(job)
+    if obstacles is not None:
+        refuse(meetings(job.run, obstacles, laid.path))  # the text was just found to be this path
     refuse(check_sheet(job.cutting.sheet, laid.plan, text, job.words, machine, asked))
     return True
