@@ -183,7 +183,7 @@ def test_what_an_option_needs_is_an_option_and_one_of_its_values() -> None:
         ("cam.nc", {"depth": 3}, "--depth: "),
         ("cam.nc", {"clearance_height": 9}, "--clearance-height: is not used here: it is used with --keep-out only"),
         ("holes.csv", {"n_ants": 7}, "--n-ants: is not used here: .* with --algorithm as, eas, asrank, mmas or acs"),
-        ("holes.csv", {"tools": "tools.toml", "feed": 9}, "--feed: is not used here: it is used without --tools only"),
+        ("holes.csv", {"tools": "tools.toml", "feed": 9}, "--feed: every tool of .* has its own; leave it out"),
         ("holes.csv", {"program_number": 7}, "--program-number: programs for linuxcnc have no number; leave it out"),
         ("pocket.dxf", {"process": "pocket", "pixel_size": 1}, "--pixel-size: is not used here: it is for a picture"),
         ("sheet.dxf", {"process": "cut", "joint_width": 1}, "--joint-width: .*used with --micro-joints only"),

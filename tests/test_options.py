@@ -122,9 +122,20 @@ def test_what_is_given_goes_before_what_the_file_says(tmp_path: Path) -> None:
     assert (settings.solve.seed, settings.solve.preset) == (4, "fast")
 
 
+def test_options_of_a_file_may_stand_at_its_top_without_a_table(tmp_path: Path) -> None:
+    """Also beside tables, and where an option has the name of a table."""
+    file = tmp_path / "o.toml"
+    file.write_text('machine = "haas-vf2"\nseed = 3\nsheet = "400x300"\n[solve]\npreset = "fast"\n[drill]\ndepth = 4\n')
+    settings = Settings.collect({}, file)
+    assert (settings.machine.machine, settings.nest.sheet, settings.drill.depth) == ("haas-vf2", "400x300", 4.0)
+    assert (settings.solve.seed, settings.solve.preset) == (3, "fast")
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
+        ("seed = 3\n[solve]\nseed = 3\n", r"'seed' stands there twice, at the top and in \[solve\]"),
+        ("dept = 3\n", "unknown option 'dept'; did you mean 'depth'"),
         ("[drll]\n", r"unknown table \[drll\]; did you mean 'drill'"),
         ("[drill]\ndeth = 3\n", r"unknown option 'deth' in \[drill\]; did you mean 'depth'"),
         ("drill = 3\n", r"write \[drill\]"),

@@ -117,6 +117,7 @@ def app() -> App:
     made.command(_algorithms, name="algorithms")
     made.command(_formats, name="formats")
     made.command(_studio, name="studio")
+    made.register_install_completion_command(help="write a completion script for your shell, and have it read there")
     return made
 
 

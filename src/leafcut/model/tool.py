@@ -82,11 +82,17 @@ class Recipe:
 
 @dataclass(frozen=True)
 class ToolLibrary:
-    """The tools of a shop, by number, and its recipes."""
+    """The tools of a shop, by number, and its recipes.
+
+    `left_out` says in a line each which tools of the file are not among them, and why. Of a library `without_feeds` the
+    feeds and speeds of drills are assumed.
+    """
 
     tools: tuple[Tool, ...] = ()
     recipes: tuple[Recipe, ...] = ()
     source: str = ""
+    left_out: tuple[str, ...] = ()
+    without_feeds: bool = False
     by_number: dict[int, Tool] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

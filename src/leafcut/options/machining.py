@@ -44,7 +44,7 @@ class DrillOptions(OptionGroup):
     tools: Path | None = option(
         "path",
         None,
-        "tool library, a TOML file",
+        "tool library: TOML, or LinuxCNC's .tbl, Fusion's .json or .tools, FreeCAD's .fctl",
         default_words="a drill per diameter is assumed",
         works="drill pocket program",
         needs="program:keep_out",
@@ -150,11 +150,10 @@ class DrillOptions(OptionGroup):
     feed: float | None = option(
         "quantity",
         None,
-        "feed of assumed drills",
+        "feed of drills whose data are assumed",
         unit="mm/s",
         minimum=0.001,
         default_words="0.02 diameters a revolution",
-        needs="!tools",
     )
     spindle_speed: float | None = option(
         "quantity",
@@ -164,7 +163,6 @@ class DrillOptions(OptionGroup):
         minimum=1,
         default_words="20 m/min at the tool's edge; of an end mill as its library or --material has it",
         works="drill pocket",
-        needs="drill:!tools",
     )
     diameter_tolerance: float = option(
         "quantity",

@@ -116,9 +116,21 @@ def options_of_file(file: Path) -> dict[str, Any]:
 def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]]]:
     data = read_toml(file)
     sections = {group.section: group for group in GROUPS}
+    # Without a table an option stands for itself: `machine = "haas-vf2"`.
+    bare: dict[str, dict[str, Any]] = {}
+    names = {name: group.section for group, name, _ in all_options()}
+    for name in [key for key, value in data.items() if key in names and not isinstance(value, dict)]:
+        bare.setdefault(names[name], {})[name] = data.pop(name)
+    for section, table in bare.items():
+        inside = data.setdefault(section, {})
+        if isinstance(inside, dict):
+            if twice := next((name for name in table if name in inside), None):
+                raise OptionError(f"{file}: '{twice}' stands there twice, at the top and in [{section}]")
+            inside.update(table)
     for section, table in data.items():
         if section not in sections:
-            raise OptionError(f"{file}: unknown table [{section}]{nearest(section, sections)}")
+            what = f"table [{section}]" if isinstance(table, dict) else f"option '{section}'"
+            raise OptionError(f"{file}: unknown {what}{nearest(section, [*sections, *names])}")
         if not isinstance(table, dict):
             raise OptionError(f"{file}: '{section}' is not a table; write [{section}]")
         for name in table:

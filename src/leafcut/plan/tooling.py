@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from fnmatch import fnmatch
 from typing import NamedTuple
 
@@ -43,6 +44,7 @@ class ToolChooser:
         self._assumed: dict[tuple[ToolKind, float], Tool] = {}
         self._chosen: dict[tuple[float, str], tuple[Step, ...]] = {}
         self._bare_points = 0
+        self._filled: dict[int, Tool] = {}
 
     @property
     def chains(self) -> list[tuple[Step, ...]]:
@@ -103,6 +105,18 @@ class ToolChooser:
                     "L401",
                     f"{tool.label}: hardly a drill; leave circles that are not drilled out with --max-diameter",
                 )
+        for tool in self._filled.values():
+            yield Issue(
+                "L401",
+                f"{tool.label}: its library says no feeds; {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm "
+                "assumed, check it",
+                severity=Severity.NOTE,
+            )
+        if self.library is not None and self.library.left_out:
+            left = self.library.left_out
+            more = f"; and {len(left) - 1} more" if len(left) > 1 else ""
+            words = f"a tool of the library is not used: {left[0]}{more}"
+            yield Issue("L407", words, severity=Severity.NOTE)
         if self._bare_points:
             yield Issue(
                 "L401",
@@ -130,18 +144,29 @@ class ToolChooser:
         if fitting:
             # A recipe for this very layer before one for all layers, then the closest diameter.
             best = min(fitting, key=lambda r: (r.layer == "*", abs(r.diameter - diameter)))
-            return [self.library.by_number[number] for number in best.steps]
+            return [self._with_data(self.library.by_number[number]) for number in best.steps]
         drill = self._nearest(diameter, ToolKind.DRILL)
         if drill is None:
             raise PlanError(self._no_drill(diameter, hole))
-        return [drill]
+        return [self._with_data(drill)]
 
     def _centre_drill(self) -> Tool:
         assert self.library is not None
         found = [t for t in self.library.tools if t.kind is ToolKind.CENTRE_DRILL]
         if not found:
             raise PlanError(f"{self.library.source}: --centre-drill asks for a centre drill, and there is none")
-        return found[0]
+        return self._with_data(found[0])
+
+    def _with_data(self, tool: Tool) -> Tool:
+        """Return a tool with assumed feed and speed where its library has none of any tool."""
+        if self.library is None or not self.library.without_feeds or tool.kind is ToolKind.TAP:
+            return tool
+        if tool.number not in self._filled:
+            rpm, feed = self._cutting_data(tool.diameter)
+            self._filled[tool.number] = replace(
+                tool, spindle_rpm=tool.spindle_rpm or rpm, feed=tool.feed or feed, assumed=True
+            )
+        return self._filled[tool.number]
 
     def _nearest(self, diameter: float, kind: ToolKind) -> Tool | None:
         assert self.library is not None
@@ -165,12 +190,7 @@ class ToolChooser:
         """Return a tool of this diameter with careful cutting data (see the constants above)."""
         diameter = max(round(diameter, 4), _RESOLUTION)
         if (kind, diameter) not in self._assumed:
-            machine = self.machine
-            rpm = 60.0 * SURFACE_SPEED / (math.pi * diameter)
-            rpm = float(round(min(max(rpm, machine.spindle_min_rpm), machine.spindle_max_rpm)))
-            # What a person asked for is kept as it is, and refused later if the machine cannot do it.
-            rpm = self.options.spindle_speed or rpm
-            feed = self.options.feed or min(round(FEED_PER_REVOLUTION * diameter * rpm, 1) / 60.0, machine.max_feed)
+            rpm, feed = self._cutting_data(diameter)
             self._assumed[kind, diameter] = Tool(
                 number=len(self._assumed) + 1,
                 diameter=diameter,
@@ -181,3 +201,13 @@ class ToolChooser:
                 assumed=True,
             )
         return self._assumed[kind, diameter]
+
+    def _cutting_data(self, diameter: float) -> tuple[float, float]:
+        """Return the speed, rpm, and the feed, mm/s, that are assumed of a drill of this diameter, mm."""
+        machine = self.machine
+        rpm = 60.0 * SURFACE_SPEED / (math.pi * diameter)
+        rpm = float(round(min(max(rpm, machine.spindle_min_rpm), machine.spindle_max_rpm)))
+        # What a person asked for is kept as it is, and refused later if the machine cannot do it.
+        rpm = self.options.spindle_speed or rpm
+        feed = self.options.feed or min(round(FEED_PER_REVOLUTION * diameter * rpm, 1) / 60.0, machine.max_feed)
+        return rpm, feed

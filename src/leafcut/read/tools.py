@@ -11,6 +11,7 @@ from leafcut.errors import OptionError
 from leafcut.model.tool import Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import CYCLES
 from leafcut.read.toml_table import Table, read_toml
+from leafcut.read.tool_formats import Row, rows_of
 
 _TOOL_KEYS = (
     "number", "kind", "diameter", "name", "point_angle", "feed", "spindle_speed", "cycle", "peck", "dwell", "pitch",
@@ -34,10 +35,11 @@ _POINT_ANGLE = {ToolKind.DRILL: math.radians(118), ToolKind.CENTRE_DRILL: math.r
 _TAP_FEED = 0.005
 
 
-def load_tools(path: str | Path) -> ToolLibrary:
+def load_tools(path: str | Path, units: str = "mm") -> ToolLibrary:
     """Return the tool library of a TOML file: a ``[[tool]]`` per tool, a ``[[hole]]`` per recipe.
 
-    A tap gets the cycle G84, and pitch × speed where it has no feed.
+    A tap gets the cycle G84, and pitch × speed where it has no feed. Libraries of LinuxCNC (``.tbl``, whose lengths are
+    in `units`, those of the machine), Fusion and FreeCAD are read by `leafcut.read.tool_formats`.
 
     Raises
     ------
@@ -46,6 +48,9 @@ def load_tools(path: str | Path) -> ToolLibrary:
         pitch, a recipe with a tool that is not there … The message names the file and the table by its number.
     """
     place = str(path)
+    foreign = rows_of(Path(path), units)
+    if foreign is not None:
+        return _foreign_library(*foreign, place)
     top = Table(read_toml(Path(path)), place, ("tool", "hole"))
     tools: dict[int, Tool] = {}
     for count, values in enumerate(_tables(top, "tool"), start=1):
@@ -64,6 +69,27 @@ def load_tools(path: str | Path) -> ToolLibrary:
             raise table.problem("diameter", f"{recipe.diameter:g} mm on layer '{recipe.layer}' has a recipe already")
         recipes[recipe.diameter, recipe.layer] = recipe
     return ToolLibrary(tuple(tools.values()), tuple(recipes.values()), place)
+
+
+def _foreign_library(rows: list[Row], without_feeds: bool, place: str) -> ToolLibrary:
+    """Return the tools of another program's library that can be used; the others are told, and why."""
+    tools: dict[int, Tool] = {}
+    left_out: list[str] = []
+    for name, values in rows:
+        try:
+            if isinstance(values, str):
+                raise OptionError(values)
+            tool = _tool(Table(values, "", _TOOL_KEYS))
+            if tool.number in tools:
+                raise OptionError("another tool has its number")
+        except OptionError as problem:
+            left_out.append(f"{name}: {str(problem).removeprefix(': ')}")
+        else:
+            tools[tool.number] = tool
+    if not tools:
+        why = f": {left_out[0]}" if left_out else ""
+        raise OptionError(f"{place}: no tool of this library can be used{why}")
+    return ToolLibrary(tuple(tools.values()), (), place, tuple(left_out), without_feeds)
 
 
 def _tables(top: Table, key: str) -> list[Any]:

@@ -148,6 +148,8 @@ def _facts(outcome: Outcome) -> Table:
         )
         if place
     ]
+    if not outcome.output:
+        facts.append(("program", Text("not written: name a file for it, -o FILE")))
     table = Table.grid(padding=(0, 2, 0, 0))
     table.add_column(style="dim", no_wrap=True)
     table.add_column(overflow="fold")

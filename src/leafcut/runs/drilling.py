@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut import __version__
+from leafcut.errors import OptionError
 from leafcut.model.outcome import Measure, OperationOutcome, Outcome
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.toolpath import Toolpath
-from leafcut.options import SolveOptions
+from leafcut.options import SolveOptions, flag_name
 from leafcut.runs.run import Run, check_words_used, machine_issues, passing_on, refuse, share
 
 if TYPE_CHECKING:
@@ -32,7 +33,11 @@ def _plan(run: Run, source: str | Path) -> DrillPlan:
     run.tell("reading")
     part = read(source, run.settings.read)
     tools = run.settings.drill.tools
-    return plan_drilling(part, run.machine, load_tools(tools) if tools else None, run.settings.drill)
+    plan = plan_drilling(part, run.machine, load_tools(tools, run.machine.units) if tools else None, run.settings.drill)
+    for name in ("feed", "spindle_speed"):
+        if name in run.settings.asked and not any(tool.assumed for tool in plan.tools):
+            raise OptionError(f"{flag_name(name)}: every tool of {tools} has its own; leave it out")
+    return plan
 
 
 def drill(run: Run, source: str | Path) -> Outcome:

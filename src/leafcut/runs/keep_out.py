@@ -104,7 +104,7 @@ def _radii(run: Run, program: Program) -> tuple[dict[int, float], list[int]]:
     from leafcut.read.tools import load_tools
 
     file = run.settings.drill.tools
-    library = load_tools(file).by_number if file else {}
+    library = load_tools(file, run.machine.units).by_number if file else {}
     radii: dict[int, float] = {}
     unknown: list[int] = []
     kind = program.path.kind

@@ -137,7 +137,9 @@ def _library_mill(run: Run) -> Tool | None:
     drill = run.settings.drill
     if drill.tools is None:
         return None
-    return library_mill(load_tools(drill.tools), run.settings.pocket, drill.diameter_tolerance, drill.depth)
+    return library_mill(
+        load_tools(drill.tools, run.machine.units), run.settings.pocket, drill.diameter_tolerance, drill.depth
+    )
 
 
 def _xy(point: tuple[float, ...] | None) -> Point | None:

@@ -1,0 +1,217 @@
+"""Tool libraries of other programs, each as rows with the keys of leafcut's own: LinuxCNC, Fusion, FreeCAD.
+
+LinuxCNC's table (``tool.tbl``: user manual, "Tool Table Format") has the machine's units and no kinds: its comments say
+what a tool is. A Fusion library (``.json``, or ``.tools``: the same, zipped) says the units of every tool and has feeds
+in its presets. A FreeCAD library (``.fctl`` with a ``.fctb`` for every tool) carries units in its texts, and no feeds.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from leafcut.errors import OptionError, shown
+
+#: A library larger than this is none, bytes; so is what it unpacks to.
+MAX_BYTES = 16 * 1024 * 1024
+
+#: A tool as the values of a ``[[tool]]``, or why it is left out: what it is called, and values or a reason.
+Row = tuple[str, dict[str, Any] | str]
+
+#: What a comment calls a tool, the first that fits.
+_IN_WORDS = (
+    ("centre-drill", r"\b(centre|center|spot)[\s-]*drill|\bspot(ting)?\b"),
+    ("reamer", r"\bream"),
+    ("slot-mill", r"\bslot[\s-]*(mill|drill|cutter)|\brouter\b"),
+    ("end-mill", r"\b(flat\s*)?end[\s-]*mill"),
+    ("drill", r"\bdrill\b"),
+)
+#: What cuts otherwise than by its words: no flat end, no hole of its width.
+_OTHER_WORDS = re.compile(
+    r"\b(tap|ball|bull|chamfer|v-?bit|engrav|face|fly|thread|probe|dove)(?!\s*drill)", re.IGNORECASE
+)
+_FUSION_KINDS = {
+    "drill": "drill", "center drill": "centre-drill", "spot drill": "centre-drill", "reamer": "reamer",
+    "flat end mill": "end-mill", "slot mill": "slot-mill", "tap right hand": "tap",
+}  # fmt: skip
+_FREECAD_KINDS = {"drill": "drill", "endmill": "end-mill", "reamer": "reamer", "tap": "tap", "slotmill": "slot-mill"}
+
+
+def rows_of(path: Path, units: str) -> tuple[list[Row], bool] | None:
+    """Return the tools of a library of another program, and whether it says no feeds; None where it is none.
+
+    Parameters
+    ----------
+    units
+        Of LinuxCNC's table: ``mm`` or ``in``, those of the machine.
+
+    Raises
+    ------
+    OptionError
+        The file cannot be read, or is not what its name says.
+    """
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        return None
+    try:
+        data = path.read_bytes()
+        if len(data) > MAX_BYTES:
+            raise OptionError(f"{path}: a tool library of {len(data) >> 20} MiB; the limit is {MAX_BYTES >> 20} MiB")
+        return list(reader(path, data, units)), path.suffix.lower() in (".tbl", ".fctl", ".fctb")
+    except OSError as problem:
+        raise OptionError(f"{path}: cannot be read ({problem.strerror})") from None
+
+
+def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[Row]:
+    for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
+        words, _, comment = line.partition(";")
+        if not words.strip():
+            continue
+        values = {word[0].upper(): word[1:] for word in words.split()}
+        if "T" not in values or not re.fullmatch(r"\d+", values["T"]):
+            raise OptionError(f"{path}: line {number}: '{shown(line, 40)}' is no line of LinuxCNC's tool table")
+        name = f"T{values['T']}"
+        kind = _kind_in(comment)
+        if kind is None:
+            said = f"its comment '{shown(comment.strip(), 30)}'" if comment.strip() else "no comment"
+            yield name, f"{said} does not say that it is a drill, centre drill, reamer, end mill or slot mill"
+        elif "D" not in values:
+            yield name, "it has no diameter (D)"
+        else:
+            row = {"number": int(values["T"]), "kind": kind, "diameter": f"{values['D']} {units}"}
+            yield name, {**row, "name": _name(comment)}
+
+
+def _kind_in(comment: str) -> str | None:
+    if _OTHER_WORDS.search(comment):
+        return None
+    return next((kind for kind, words in _IN_WORDS if re.search(words, comment, re.IGNORECASE)), None)
+
+
+def _fusion(path: Path, data: bytes, _: str) -> Iterator[Row]:
+    library = _json(path, _unzipped(path, data) if path.suffix.lower() == ".tools" else data)
+    tools = library.get("data") if isinstance(library, dict) else None
+    if not isinstance(tools, list):
+        raise OptionError(f"{path}: is not a tool library of Fusion: it has no list 'data'")
+    for count, tool in enumerate(tools, 1):
+        if not isinstance(tool, dict):
+            yield f"tool {count}", "it is no tool of Fusion"
+            continue
+        number = _inner(tool, "post-process").get("number")
+        name = f"T{number}" if isinstance(number, int) else f"tool {count}"
+        kind = _FUSION_KINDS.get(str(tool.get("type", "")).lower())
+        unit = {"millimeters": "mm", "inches": "in"}.get(str(tool.get("unit", "")))
+        if kind is None:
+            yield name, f"leafcut has no '{shown(str(tool.get('type')), 30)}'"
+        elif unit is None:
+            yield name, f"its unit '{shown(str(tool.get('unit')), 20)}' is not millimeters or inches"
+        else:
+            yield name, _fusion_row(tool, kind, unit, number)
+
+
+def _fusion_row(tool: dict[str, Any], kind: str, unit: str, number: object) -> dict[str, Any]:
+    geometry = _inner(tool, "geometry")
+    presets = _inner(tool, "start-values").get("presets")
+    preset = presets[0] if isinstance(presets, list) and presets and isinstance(presets[0], dict) else {}
+    mill = kind == "end-mill"
+    down = preset.get("v_f_plunge") or preset.get("v_f")
+    given = {
+        "number": number,
+        "kind": kind,
+        "name": _name(str(tool.get("description", ""))),
+        "diameter": _with(geometry.get("DC"), unit),
+        "flute_length": _with(geometry.get("LCF"), unit),
+        "point_angle": _with(geometry.get("SIG"), "deg") if kind in ("drill", "centre-drill") else None,
+        "pitch": _with(geometry.get("TP"), unit) if kind == "tap" else None,
+        "spindle_speed": _with(preset.get("n"), "rpm"),
+        "feed": None if kind == "tap" else _with(preset.get("v_f") if mill else down, f"{unit}/min"),
+        "plunge_feed": _with(preset.get("v_f_plunge"), f"{unit}/min") if mill else None,
+        "teeth": geometry.get("NOF") if mill else None,
+    }
+    return {key: value for key, value in given.items() if value is not None}
+
+
+def _freecad(path: Path, data: bytes, _: str) -> Iterator[Row]:
+    library = _json(path, data)
+    if path.suffix.lower() == ".fctb":
+        yield "T1", _freecad_row(path, library, 1)
+        return
+    tools = library.get("tools") if isinstance(library, dict) else None
+    if not isinstance(tools, list):
+        raise OptionError(f"{path}: is not a tool library of FreeCAD: it has no list 'tools'")
+    for count, entry in enumerate(tools, 1):
+        number, file = (entry.get("nr"), entry.get("path")) if isinstance(entry, dict) else (None, None)
+        if not isinstance(number, int) or not isinstance(file, str):
+            yield f"tool {count}", "it has no number or no file"
+            continue
+        # FreeCAD keeps bits beside the library, or in a folder Bit beside the library's own.
+        places = [path.parent / Path(file).name, path.parent.parent / "Bit" / Path(file).name]
+        bit = next((place for place in places if place.is_file()), None)
+        if bit is None:
+            yield f"T{number}", f"its file {shown(Path(file).name, 40)} lies neither beside the library nor in ../Bit"
+            continue
+        yield f"T{number}", _freecad_row(bit, _json(bit, bit.read_bytes()[:MAX_BYTES]), number)
+
+
+def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
+    if not isinstance(bit, dict):
+        return "it is no tool of FreeCAD"
+    shape = Path(str(bit.get("shape", ""))).stem.lower()
+    kind = _FREECAD_KINDS.get(shape)
+    if kind is None:
+        return f"leafcut has no '{shown(shape, 30)}'"
+    values = _inner(bit, "parameter")
+    given = {
+        "number": number,
+        "kind": kind,
+        "name": _name(str(bit.get("name", path.stem))),
+        "diameter": values.get("Diameter"),
+        "flute_length": values.get("CuttingEdgeHeight"),
+        "point_angle": str(values["TipAngle"]).replace("°", "deg")
+        if kind == "drill" and "TipAngle" in values
+        else None,
+        "pitch": values.get("Pitch") if kind == "tap" else None,
+        "teeth": int(values["Flutes"]) if kind == "end-mill" and str(values.get("Flutes", "")).isdigit() else None,
+    }
+    return {key: value for key, value in given.items() if value is not None}
+
+
+def _json(path: Path, data: bytes) -> Any:
+    try:
+        return json.loads(data.decode("utf-8-sig"))
+    except (ValueError, RecursionError) as problem:
+        raise OptionError(f"{path}: is not JSON ({shown(str(problem), 60)})") from None
+
+
+def _unzipped(path: Path, data: bytes) -> bytes:
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as packed:
+            inner = next(i for i in packed.infolist() if i.filename.lower().endswith(".json"))
+            if inner.file_size > MAX_BYTES:
+                raise OptionError(f"{path}: unpacks to more than {MAX_BYTES >> 20} MiB")
+            return packed.read(inner)
+    except (zipfile.BadZipFile, StopIteration, NotImplementedError, RuntimeError):
+        raise OptionError(f"{path}: is not a tool library of Fusion: a zip file with a .json was expected") from None
+
+
+def _inner(table: dict[str, Any], key: str) -> dict[str, Any]:
+    found = table.get(key)
+    return found if isinstance(found, dict) else {}
+
+
+def _with(value: Any, unit: str) -> str | None:
+    """Return a number with its unit as text; None where it is none, or says nothing (0)."""
+    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    return f"{value!r} {unit}" if plain and value else None
+
+
+def _name(text: str) -> str:
+    return shown(text.strip(), 40)
+
+
+_READERS = {".tbl": _linuxcnc, ".json": _fusion, ".tools": _fusion, ".fctl": _freecad, ".fctb": _freecad}

@@ -1,0 +1,108 @@
+"""Tool libraries of LinuxCNC, Fusion and FreeCAD are read wherever leafcut's own is; what cannot be used is told."""
+
+from __future__ import annotations
+
+import json
+import math
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from leafcut import api
+from leafcut.errors import OptionError
+from leafcut.model.tool import ToolKind
+from leafcut.read.tools import load_tools
+
+TABLE = """T1 P1 D0.125000 Z+0.511000 ;1/8 end mill
+T2 P2 D0.201 Z+1.273 ;#7 drill
+T3 P3 D0.25 ;1/4-20 tap
+T4 P4 Z+0.1 ;big drill
+T5 P5 D.5
+
+"""
+FUSION = {
+    "version": 36,
+    "data": [
+        {
+            "type": "drill", "unit": "inches", "description": "1/4 drill",
+            "geometry": {"DC": 0.25, "SIG": 135, "LCF": 2.0, "NOF": 2}, "post-process": {"number": 7},
+            "start-values": {"presets": [{"n": 3000, "v_f": 12.0, "v_f_plunge": 6.0}]},
+        },
+        {
+            "type": "flat end mill", "unit": "millimeters", "description": "6 mm flat", "post-process": {"number": 8},
+            "geometry": {"DC": 6.0, "LCF": 20, "NOF": 3},
+            "start-values": {"presets": [{"n": 12000, "v_f": 900.0, "v_f_plunge": 300.0}]},
+        },
+        {"type": "ball end mill", "unit": "millimeters", "geometry": {"DC": 3}, "post-process": {"number": 9}},
+    ],
+}  # fmt: skip
+
+
+def test_linuxcnc_tables_have_the_units_of_the_machine_and_kinds_in_their_comments(tmp_path: Path) -> None:
+    file = tmp_path / "tool.tbl"
+    file.write_text(TABLE)
+    inch, mm = load_tools(file, "in"), load_tools(file)
+    assert [(t.number, t.kind) for t in inch.tools] == [(1, ToolKind.END_MILL), (2, ToolKind.DRILL)]
+    assert [t.diameter for t in inch.tools] == pytest.approx([3.175, 5.1054])
+    assert mm.by_number[2].diameter == pytest.approx(0.201)
+    assert [line.split(":")[0] for line in inch.left_out] == ["T3", "T4", "T5"]
+
+
+@pytest.mark.parametrize("name", ["shop.json", "shop.tools"])
+def test_fusion_says_units_feeds_and_numbers_of_every_tool(name: str, tmp_path: Path) -> None:
+    file = tmp_path / name
+    if name.endswith(".tools"):
+        with zipfile.ZipFile(file, "w") as packed:
+            packed.writestr("tools.json", json.dumps(FUSION))
+    else:
+        file.write_text(json.dumps(FUSION))
+    library = load_tools(file)
+    drill, mill = library.by_number[7], library.by_number[8]
+    assert (drill.diameter, drill.flute_length) == pytest.approx((6.35, 50.8))
+    assert (drill.feed, drill.spindle_rpm) == pytest.approx((6.0 * 25.4 / 60.0, 3000.0))  # down, not across
+    assert drill.point_angle == pytest.approx(math.radians(135))
+    assert (mill.feed, mill.plunge_feed, mill.teeth) == (15.0, 5.0, 3)
+    assert library.left_out == ("T9: leafcut has no 'ball end mill'",)
+
+
+def test_a_freecad_library_finds_its_bits_beside_it_or_in_its_folder(tmp_path: Path) -> None:
+    (tmp_path / "Library").mkdir()
+    (tmp_path / "Bit").mkdir()
+    tools = [{"nr": 1, "path": "5mm_Drill.fctb"}, {"nr": 2, "path": "old.fctb"}, {"nr": 3, "path": "gone.fctb"}]
+    (tmp_path / "Library" / "Default.fctl").write_text(json.dumps({"version": 1, "tools": tools}))
+    drill = {"Diameter": "5.0000 mm", "TipAngle": "119.0000 °", "Length": "50.0000 mm"}
+    bit = {"version": 2, "name": "5mm Drill", "shape": "drill.fcstd", "parameter": drill, "attribute": {}}
+    (tmp_path / "Bit" / "5mm_Drill.fctb").write_text(json.dumps(bit))
+    (tmp_path / "Library" / "old.fctb").write_text(json.dumps({**bit, "shape": "probe.fcstd"}))
+    library = load_tools(tmp_path / "Library" / "Default.fctl")
+    assert [(t.number, t.diameter, t.name) for t in library.tools] == [(1, 5.0, "5mm Drill")]
+    assert library.tools[0].point_angle == pytest.approx(math.radians(119))
+    assert [line.split(":")[0] for line in library.left_out] == ["T2", "T3"]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("a.tbl", "1 2 3\n", "line 1: '1 2 3' is no line of LinuxCNC's tool table"),
+        ("a.tbl", "T1 P1 D3 ;ball nose\n", "no tool of this library can be used: T1: its comment 'ball nose'"),
+        ("a.json", "{", "is not JSON"),
+        ("a.json", "{}", "is not a tool library of Fusion"),
+        ("a.tools", "{}", "a zip file with a .json was expected"),
+        ("a.fctl", "[]", "is not a tool library of FreeCAD"),
+    ],
+)
+def test_what_is_no_library_is_refused_in_one_line(name: str, text: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(OptionError, match=words):
+        load_tools(tmp_path / name)
+
+
+def test_drills_of_a_table_without_feeds_drill_with_assumed_ones_that_are_told(tmp_path: Path) -> None:
+    (tmp_path / "holes.csv").write_text("x,y,d\n0,0,5.1054\n10,0,5.1054\n")
+    (tmp_path / "tool.tbl").write_text(TABLE.replace("0.201", "5.1054"))
+    found = api.optimize(tmp_path / "holes.csv", depth=2, tools=tmp_path / "tool.tbl", iterations=1)
+    assert "T2 M6" in found.text
+    said = {i.code: i.message for i in found.issues}
+    assert "its library says no feeds" in said["L401"]
+    assert "T3: its comment" in said["L407"]
