@@ -19,6 +19,7 @@ from leafcut.gcode.program import Program
 from leafcut.model.sequence import Sequence
 from leafcut.post import rewriter
 from leafcut.report.views import work_words
+from leafcut.runs import resequencing
 from leafcut.runs.proving import with_comments
 from leafcut.runs.resequencing import decoded
 from rewriting import work_of
@@ -314,3 +315,15 @@ def test_the_way_from_where_the_tool_stands_to_the_first_cut_counts(tmp_path: Pa
     assert found["0,0"].after.travel_mm == pytest.approx(100 + 2 * math.hypot(100, 10))
     assert found["400,0"].after.travel_mm == pytest.approx(100 + 2 * math.hypot(100, 10))
     assert found["0,0"].gap == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_program_whose_planning_takes_too_long_keeps_its_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The clock says so, whichever it is: no time at all is left from the first look on."""
+    monkeypatch.setattr(resequencing, "_LEAST_PLANNING", -1.0)
+    path = written(tmp_path, boards_program(3, 20))
+    found = leafcut.optimize(path, time_limit="1ms")
+    assert found.text == path.read_text()
+    assert "L507" in {issue.code for issue in found.issues}
+    assert found.operations == ()

@@ -70,6 +70,7 @@ CODES: dict[str, str] = {
     "L504": "cuts of a program may be made from either end",
     "L505": "a part of a program keeps its order, as another could not be written or proved",
     "L506": "joining sections of one tool would save changes of tool",
+    "L507": "a program keeps its order, as planning took longer than the time limit",
     "L508": "a program crosses named obstacles, and goes over or round them now",
     "L509": "how wide a tool of a program is, is not known",
     "L611": "a contour is narrower than the kerf and is not cut",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import math
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 
+#: Planning may take so long whatever the time limit, s: most of it is spent on looking at large programs.
+_LEAST_PLANNING = 5.0
 #: A way round an obstacle is taken to cost as much as a rise by so much, mm: it depends on the way.
 _ROUND = 50.0
 #: Rows that say where the tool is, in coordinates of the program or the machine.
@@ -58,30 +61,23 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
     """
     from leafcut.gcode.dialects import dialect
     from leafcut.plan.chains import dark_rows
-    from leafcut.plan.resequencing import find_sequence
     from leafcut.runs.reading import read_foreign
     from leafcut.solve.compiling import announced
     from leafcut.timing.toolpath import measure
 
     words = dialect(run.settings.post.dialect or run.machine.controller)
-    options = run.settings.resequence
     text, encoding = decoded(source, data)
     read = read_foreign(text, source, run.settings, run.machine, words, run.looking("reading"), process=process)
     original, words, run = read.program, read.words, replace(run, machine=read.machine)
     dangers = read.dangers
     _refuse_dangers(run, source, dangers)
-    sequence = find_sequence(
-        original,
-        process=process,
-        merge_tools=options.merge_tools,
-        allow_reverse=options.allow_reverse,
-        mix_operations=options.mix_operations,
-        look=run.looking("finding what may change places"),
-    )
+    began = time.monotonic()
+    sequence = _planned(run, original, process, began)
+    searching = _with_time_left(run, time.monotonic() - began)
     obstacles, noticed = obstacles_of(run, original, sequence.process in ("laser", "plasma"))
     with announced(lambda: run.tell("compiling (first run on this machine)")):
         stands, begins = _stands(run, original, sequence)
-        solutions = _solve_sections(run, sequence, obstacles, begins)
+        solutions = _solve_sections(searching, sequence, obstacles, begins)
         measures = [measure(original.path, run.machine, dark_rows(original, sequence.process), stands)]
         proved = write_proved(run, words, original, sequence, _orders(sequence, solutions), source, obstacles)
         measures.append(measure(proved.program.path, run.machine, dark_rows(proved.program, sequence.process), stands))
@@ -142,6 +138,47 @@ def _new_dangers(read: ProgramRead, program: Program) -> list[Issue]:
     known = {issue.code for issue in read.dangers}
     found = replace(read, program=program).dangers
     return [replace(i, message=f"in the new program: {i.message}") for i in found if i.code not in known]
+
+
+class _OutOfTime(Exception):
+    """Planning took longer than the time limit."""
+
+
+def _planned(run: Run, original: Program, process: str, began: float) -> Sequence:
+    """Return the program in pieces; all of it stays where it is if finding them takes longer than the time limit."""
+    from leafcut.plan.chains import known_process
+    from leafcut.plan.resequencing import find_sequence
+
+    options, limit = run.settings.resequence, run.settings.solve.time_limit
+    tell = run.looking("finding what may change places")
+
+    def look() -> None:
+        if limit is not None and time.monotonic() - began > max(limit, _LEAST_PLANNING):
+            raise _OutOfTime
+        tell()
+
+    try:
+        return find_sequence(
+            original,
+            process=process,
+            merge_tools=options.merge_tools,
+            allow_reverse=options.allow_reverse,
+            mix_operations=options.mix_operations,
+            look=look,
+        )
+    except _OutOfTime:
+        said = "the order stays: finding what may change places took longer than --time-limit; give it more"
+        found = known_process(original) if process == "auto" else process
+        return Sequence((Kept(0, original.n_blocks),), found, (), (Issue("L507", said),))
+
+
+def _with_time_left(run: Run, used: float) -> Run:
+    """Return the run with as much of its time limit as planning has left for the search, a tenth at least."""
+    limit = run.settings.solve.time_limit
+    if limit is None:
+        return run
+    search = replace(run.settings.solve, time_limit=max(limit - used, 0.1 * limit, 0.001))
+    return replace(run, settings=replace(run.settings, solve=search))
 
 
 def decoded(source: str, data: bytes) -> tuple[str, str]:

@@ -22,7 +22,7 @@ from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.solve.certificate import aim, aim_without_order, certify, foresee, stands_for_its_tour
 from leafcut.solve.clusters import choose_nodes
-from leafcut.solve.colony import improve_by_colony
+from leafcut.solve.colony import SECONDS_PER_VISIT, improve_by_colony
 from leafcut.solve.construction import nearest_neighbour
 from leafcut.solve.directed import (
     FEW_CLUSTERS,
@@ -316,13 +316,18 @@ def _colony(instance: Instance, options: SolveOptions, stop: Stop, best: Best) -
     visits = math.inf if counted else COLONY_PRESETS[options.preset]
     if options.iterations is not None:
         stop.iterations = options.iterations
+    # Seconds of a machine that are fewer than those of the search are not worth it, unless thoroughness is asked for.
+    thrifty = not counted and options.preset != "thorough" and instance.problem.metric.unit == "s"
     threads = options.threads or os.cpu_count() or 1
     with _pool(threads) as executor:
         workers = Workers(executor, threads, stop, WorkerLog.of(threads))
         if best.watched is not None:
             best.watched.workers = workers.log.figures
         iterations = until_interrupted(
-            lambda: improve_by_colony(instance, options.seed, stop, best, workers, visits), best
+            lambda: improve_by_colony(
+                instance, options.seed, stop, best, workers, visits, SECONDS_PER_VISIT if thrifty else 0.0
+            ),
+            best,
         )
     return Found(best.tour, iterations, workers.log.figures())
 
