@@ -239,12 +239,30 @@ class Judge:
 
 
 _STATES = ("SET_FEED_RATE", "SET_FEED_MODE", "SELECT_PLANE", "SET_SPINDLE_SPEED", "SET_SPINDLE_MODE", "FLOOD_ON",
-           "FLOOD_OFF", "MIST_ON", "MIST_OFF", "SET_MOTION_CONTROL_MODE", "SET_NAIVECAM_TOLERANCE", "USE_LENGTH_UNITS",
+           "FLOOD_OFF", "MIST_ON", "MIST_OFF", "SET_MOTION_CONTROL_MODE", "SET_NAIVECAM_TOLERANCE",
            "STOP_SPINDLE_TURNING", "START_SPINDLE_CLOCKWISE", "START_SPINDLE_COUNTERCLOCKWISE", "SELECT_TOOL",
            "SET_FEED_REFERENCE", "START_SPEED_FEED_SYNCH", "STOP_SPEED_FEED_SYNCH")  # fmt: skip
 #: Calls that change an origin: barriers, but only where they change it.
 _ORIGINS = ("SET_G5X_OFFSET", "SET_G92_OFFSET", "SET_XY_ROTATION", "USE_TOOL_LENGTH_OFFSET")
 _WORK = ("STRAIGHT_FEED", "ARC_FEED", "DWELL")
+
+
+def _numbers(name: str, values: str, unit: float) -> list[float]:
+    """Return the numbers of a call; lengths in mm."""
+    numbers = [float(v) for v in re.findall(r"-?\d+\.?\d*", values)]
+    if name not in ("STRAIGHT_FEED", "ARC_FEED", "STRAIGHT_TRAVERSE", "STRAIGHT_PROBE"):
+        return numbers
+    # All but the turns of an arc, and the rotary axes, are lengths.
+    lengths = {0, 1, 2} if name != "ARC_FEED" else {0, 1, 2, 3, 5}
+    return [round(v * unit, 4) if k in lengths else v for k, v in enumerate(numbers)]
+
+
+def _after_arc(place: list[float], numbers: list[float], plane: str) -> list[float]:
+    """Return where an arc ends."""
+    first, second = {"CANON_PLANE_XZ": (2, 0), "CANON_PLANE_YZ": (1, 2)}.get(plane, (0, 1))
+    place = list(place)
+    place[first], place[second], place[3 - first - second] = numbers[0], numbers[1], numbers[5]
+    return place
 
 
 def work_of(prints: list[str]) -> tuple[list[object], list[dict[object, float]]]:
@@ -256,6 +274,7 @@ def work_of(prints: list[str]) -> tuple[list[object], list[dict[object, float]]]
     group: Counter[object] = Counter()
     heights: list[dict[object, float]] = [{}]
     active = {"SELECT_PLANE": "SELECT_PLANECANON_PLANE_XY", "SET_FEED_MODE": "SET_FEED_MODE0, 0"}
+    unit = 1.0
     # Where the tool is at the start nobody knows.
     place: list[float] = [math.nan] * 3 + [0.0] * 3
     for call in prints:
@@ -271,19 +290,19 @@ def work_of(prints: list[str]) -> tuple[list[object], list[dict[object, float]]]
             known, active[name] = active.get(name), values
             if values == known or (known is None and not re.search(r"[1-9]", values.partition(".")[2])):
                 continue
-        numbers = [float(v) for v in re.findall(r"-?\d+\.?\d*", values)]
+        if name in ("USE_LENGTH_UNITS", "MESSAGE"):
+            unit = 25.4 if "INCH" in values else 1.0 if name == "USE_LENGTH_UNITS" else unit
+            group[call] += name == "MESSAGE"
+            continue
+        numbers = _numbers(name, values, unit)
         if name in _WORK and place[3:] == (numbers[-3:] if name != "DWELL" else place[3:]):
             begin = tuple(place)
             read = tuple(item for item in sorted(active.items()) if name == "ARC_FEED" or item[0] != "SELECT_PLANE")
-            group[name, begin, values, read] += 1
+            group[name, begin, unit, values, read] += 1
             if name == "STRAIGHT_FEED":
                 place = numbers[:6]
             elif name == "ARC_FEED":
-                first, second = {"CANON_PLANE_XZ": (2, 0), "CANON_PLANE_YZ": (1, 2)}.get(
-                    active.get("SELECT_PLANE", "")[12:], (0, 1)
-                )
-                place = list(place)
-                place[first], place[second], place[3 - first - second] = numbers[0], numbers[1], numbers[5]
+                place = _after_arc(place, numbers, active["SELECT_PLANE"][12:])
             continue
         if name == "STRAIGHT_TRAVERSE" and numbers[3:] == place[3:]:
             if numbers[:2] != place[:2] and not math.isnan(place[0]):

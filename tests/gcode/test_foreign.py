@@ -140,10 +140,13 @@ def test_every_block_knows_what_was_active_before_it() -> None:
 def test_what_moves_the_origin_or_is_not_understood_is_one_row_with_the_place_that_is_then_known(
     line: str, kind: Kind, after: tuple[float, float, float]
 ) -> None:
-    """NaN for an axis until it is programmed again; a block that is not understood says why it is kept."""
+    """NaN for an axis until it is programmed again; a block that is not understood says why it is kept.
+
+    A tool length that is in no register (G43.1, G43.2) has a row of its own besides.
+    """
     program = run(line, "G90 G17 G0 X1", "Y1 Z1")
     check_structure(program)
-    assert kinds(program, 4) == [kind]
+    assert kinds(program, 4) == [kind, *[Kind.OFFSET for _ in "1" if line[:5] in ("G43.1", "G43.2")]]
     assert np.array_equal(program.path.end[program.first[4]], after, equal_nan=True)
     assert (4 in program.fixed) == (kind is Kind.FOREIGN)
     assert place(program)[1:] == [1.0, 1.0]

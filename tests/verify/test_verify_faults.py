@@ -133,6 +133,13 @@ VERIFY_FAULTS = [
     *(Fault(f"{word} deleted", "linuxcnc", SAFE, f" {word}", "") for word in ("G90", "G17", "G40", "G94", "G49")),
     Fault("G90 after the first move", "linuxcnc", "G21 / G90 / G0 Z5 / S900 M3 / " + HOLE, "G90\nG0 Z5", "G0 Z5\nG90"),
     Fault("G69 deleted", "haas", after("G69 / " + FANUC, "M8", FANUC_HOLE, "M30"), "G69\n", ""),
+    lcnc("G49 after G43.1", "G43.1 Z5 / G0 Z20 / G49 / G0 Z20", "G49\n", ""),
+    lcnc("compensation twice, refused by LinuxCNC", "G41.1 D3 / G0 X20 / G40", "G41.1 D3\n", "G41.1 D3 / G41.1 D3\n"),
+    lcnc("G71, which is no unit of LinuxCNC", "G61 / G0 X3", "G61", "G71"),
+    lcnc("rapid down between two barriers", "G38.3 Z-3 F50 / G0 Z20 / G91 / G90 / G38.3 Z-3 F50", "Z20", "Z-5"),
+    Fault("spindle not started again after the tool change", "haas",
+          f"{FANUC} / {FANUC_HOLE} / T2 M6 / S800 M3 / {FANUC_HOLE.replace('X1', 'X11')} / M30",
+          "T2 M6\nS800 M3\n", "S800 M3\nT2 M6\n"),
     # A tool's length that is taken again after the table has changed.
     lcnc("G43 after G10 L1", "G43 H1 / G0 Z5 / G10 L1 P1 Z3 / G43 H1 / G0 Z5", "P1 Z3\nG43 H1", "P1 Z3"),
 ]  # fmt: skip

@@ -63,8 +63,8 @@ _PROBES = (382, 383, 384, 385)
 MAX_ROWS = 10_000_000
 
 
-#: Controllers of RS274/NGC in which G70 and G71 are cycles of a lathe, and not units (seen with rs274).
-_LATHE_CYCLES = frozenset({"linuxcnc", "plasma", "qtplasmac"})
+#: LinuxCNC, in which G70 and G71 are cycles of a lathe, and not units (seen with rs274).
+_LINUXCNC = frozenset({"linuxcnc", "plasma", "qtplasmac"})
 
 
 def _codes(dialect: Dialect) -> frozenset[int]:
@@ -72,7 +72,7 @@ def _codes(dialect: Dialect) -> frozenset[int]:
     if dialect.cycle_words == "fagor":
         return dialect.g_codes
     # Haas has bolt circles there, and G69 is the end of a rotation nearly everywhere.
-    lathe_cycles = dialect.groups == "fanuc" or dialect.name in _LATHE_CYCLES
+    lathe_cycles = dialect.groups == "fanuc" or dialect.name in _LINUXCNC
     other = {690, 700, 710} if lathe_cycles else {690}
     return frozenset(GROUP_OF) - (other - dialect.g_codes)
 
@@ -147,6 +147,7 @@ class BlockRunner(Reader):
             self._program_number(whole(letters.pop("O")))
         self._blocks += 1
         self._subprograms(words)
+        self._note_refused(block, words)
         self.unknown = tuple(words.unknown or ())
         if unknown:
             self.reason = _OF_MACHINE
@@ -230,6 +231,15 @@ class BlockRunner(Reader):
         # G80 beside G0 to G3 is in the safe start line of most posts, and means one thing only.
         separate = self._separate or any(w.letter == "G" and w.value == 80 for w in block.words)
         return sort_words(block, self._g, self._m, separate, keep_unknown=True)
+
+    def _note_refused(self, block: Block, words: SortedBlock) -> None:
+        """Note what LinuxCNC refuses (seen with rs274), though what is meant is clear."""
+        if self.state.dialect.name not in _LINUXCNC:
+            return
+        codes = [word.value for word in block.words if word.letter == "G"]
+        again = words.g.get("radius", 400) != 400 and self.state.radius != 40
+        if again or len(set(codes)) < len(codes):
+            self.named = "refused by LinuxCNC"
 
     def _program_number(self, number: int) -> None:
         if self._blocks and not self.begins:
@@ -386,6 +396,8 @@ class BlockRunner(Reader):
         if any(lost):
             path.initial_plane = None
         path.set_place(Kind.FOREIGN, (after[0], after[1], after[2]), 0, state.line, probing)
+        if words.g.get("length") == 432:
+            state.take_dynamic_length()
         self.reason = self.unclear[0][0]
 
     def _keep(self, reason: str, lost: tuple[bool, bool, bool]) -> None:
@@ -428,6 +440,7 @@ class BlockRunner(Reader):
             for letter in ("X", "Y", "Z", "I", "J", "K"):
                 words.letters.pop(letter, None)
             state.move_origin((True, True, True))
+            state.take_dynamic_length()
         elif length is not None:
             state.shift += 1
             words.letters.pop("H", None)

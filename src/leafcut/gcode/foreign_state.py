@@ -10,6 +10,9 @@ from leafcut.gcode.words import UnclearBlock, Word
 from leafcut.model.toolpath import UNKNOWN, Kind
 from leafcut.units import SECONDS_PER_MINUTE
 
+#: Instead of the register of a tool length that is in none; registers go up to 99,999.
+DYNAMIC_LENGTH = 100_000
+
 
 @dataclass
 class ForeignState(State):
@@ -133,6 +136,11 @@ class ForeignState(State):
         if number != self.frame:
             self.frame = number
             self.path.set_place(Kind.FRAME, (UNKNOWN, UNKNOWN, UNKNOWN), number, line=self.line)
+
+    def take_dynamic_length(self) -> None:
+        """Take a tool length that is in no register (G43.1, G43.2), until another one is taken, or G49."""
+        self.register = DYNAMIC_LENGTH
+        self.path.offset(DYNAMIC_LENGTH, line=self.line)
 
     def set_register(self, number: int) -> None:
         """Take a tool length offset; another one than before moves the origin of Z by what the program does not say."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Modal, Program
-from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, positions_before
+from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, positions_before
 
 Mask = NDArray[np.bool_]
 Floats = NDArray[np.float64]
@@ -167,7 +167,7 @@ def states_of_program(program: Program) -> States:
         length=states.length + TAKEN * _table_of(program.path),
         feed_mode=column(lambda m: m.feed_mode).astype(np.int64),
         direction=direction.astype(np.int64),
-        stated=(block >= _first_with_units(program)).astype(np.int64),
+        stated=(block >= _first_with_units(program)) + 2 * _started(program.path, direction),
         obeyed=np.searchsorted([said.line for said in program.obeyed], program.path.line).astype(np.int64),
         speed=direction * column(lambda m: m.rpm),
     )
@@ -181,6 +181,18 @@ def _table_of(path: Toolpath) -> Ints:
     """Return for every row how many blocks that are not understood came before its length offset was taken."""
     count = np.cumsum(path.kind == Kind.FOREIGN)
     return _latest(path, Kind.OFFSET, count).astype(np.int64)
+
+
+def _started(path: Toolpath, direction: Floats) -> Ints:
+    """Return for every row 1, or 0 where the spindle turns and was not started since the last tool change.
+
+    M6 stops it in LinuxCNC and Haas; elsewhere that differs.
+    """
+    rows = np.arange(len(path))
+    starts = (path.kind == Kind.SPINDLE) & (path.ref != SPEED_ALONE)
+    last = [np.maximum.accumulate(np.where(which, rows, -1)) for which in (starts, path.kind == Kind.TOOL)]
+    started: Ints = ((last[0] >= last[1]) | (direction == 0)).astype(np.int64)
+    return started
 
 
 def _first_with_units(program: Program) -> int:

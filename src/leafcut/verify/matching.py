@@ -187,6 +187,11 @@ def _shown_work_offset(tenths: int) -> str:
     return f"G{tenths / 10:g}"
 
 
+def _shown_stated(value: int) -> str:
+    said = [text for bit, text in ((1, "units"), (2, "spindle since the tool change")) if value & bit]
+    return " and ".join(said) or "nothing"
+
+
 #: The words for what must be equal, and how its numbers are shown. The kind and arcs have texts of their own.
 _EXACT_WORDS: dict[str, tuple[str, Callable[[int], object]]] = {
     "tool": ("tool", str),
@@ -197,7 +202,7 @@ _EXACT_WORDS: dict[str, tuple[str, Callable[[int], object]]] = {
     "blending": ("blending", _shown_work_offset),
     "feed_mode": ("feed mode", lambda v: f"G{v}"),
     "direction": ("direction of the spindle", {1: "M3", -1: "M4", 0: "M5"}.get),
-    "stated": ("units (1: stated)", str),
+    "stated": ("stated", _shown_stated),
     "obeyed": ("number of the controller's settings before it, (o=…) or #<…>,", str),
 }
 
