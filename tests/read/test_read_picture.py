@@ -320,3 +320,18 @@ def test_whatever_is_in_a_file_there_are_pockets_or_one_line(name: str, seed: in
         return
     assert part.pockets
     assert all(np.isfinite(p.outline.vertices).all() for p in part.pockets)
+
+
+@pytest.mark.parametrize("invert", [False, True])
+def test_a_picture_whose_light_falls_off_is_levelled_and_the_outline_is_that_under_even_light(
+    save: Save, invert: bool
+) -> None:
+    """From the lower left corner to the upper right one the light falls to a third: one threshold parts nothing."""
+    y, x = np.mgrid[0:SIDE, 0:SIDE] / (SIDE - 1)
+    light = 1.0 - 0.5 * x - 0.17 * y
+    shades = drawn(DISC, 4) / 255.0
+    seen = np.round(255.0 * light * (0.25 + 0.7 * (1.0 - shades if invert else shades))).astype(np.uint8)
+    part = read_pockets(save(seen), ReadOptions(), PocketOptions(pixel_size=SIZE, invert=invert))
+    [pocket] = part.pockets
+    assert pocket.area == pytest.approx(DISC.area, rel=0.01)
+    assert [i.code for i in part.issues] == ["L426"]

@@ -59,6 +59,7 @@ CODES: dict[str, str] = {
     "L423": "parts touch each other",
     "L424": "an open path is cut or marked as it is",
     "L425": "the edge of a picture is taken as a wall",
+    "L426": "uneven light of a picture is levelled",
     "L431": "lines of a drawing lie in no part",
     "L432": "a drawing holds several parts",
     "L433": "a nest failed its check, or could not be made",

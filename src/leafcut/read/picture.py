@@ -33,6 +33,9 @@ MAX_OUTLINES = 5_000
 #: Dark and bright must differ by this share of the whole range.
 LEAST_CONTRAST = 0.1
 
+#: Light that falls off by more than this share over the picture is levelled; so often is it estimated.
+UNEVEN, LIGHT_ROUNDS = 0.25, 6
+
 Grey = NDArray[np.float32]
 
 #: What files of pictures begin with; the last ones are known so that they can be refused by name.
@@ -88,6 +91,9 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketOptions,
     if max(image.size) * size > MAX_COORDINATE:
         raise ReadError(source.path, f"with pixels of {size:g} mm the picture is {max(image.size) * size:g} mm long")
     grey = _brightness(source, image, options.invert)
+    issues: list[Issue] = []
+    if options.threshold is None:
+        grey = _evenly_lit(grey, options.invert, issues)
     level = _level(source, grey, options)
     grey = _from_level(grey, level)
     steps = _steps(grey < 0.0)
@@ -96,7 +102,6 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketOptions,
             source.path, f"{steps:,} steps between dark and bright: this is noise, no outline; blur or scale it down"
         )
     fit = fitted_outline if steps <= MAX_FITTED else smoothed_outline
-    issues: list[Issue] = []
     height = grey.shape[0]
     lines = _without_dirt(source, level_lines(grey), options.speckle / size, (size, height), issues)
     _look_at_edge(grey < 0.0, issues)
@@ -214,6 +219,40 @@ def _level(source: Source, grey: Grey, options: PocketOptions) -> float:
             "rest; say --threshold",
         )
     return 0.5 * (dark + bright)
+
+
+def _evenly_lit(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
+    """Return the brightness as under even light, where that of a photo falls off to one side or to its edges.
+
+    What is bright should be equally bright everywhere: a surface of second degree is fitted to it, and the brightness
+    divided by it; then what is bright is looked at again. A picture whose light is even stays as it is.
+    """
+    light = 1.0 - grey if invert else grey
+    if not np.isfinite(light).all() or float(np.ptp(light)) < LEAST_CONTRAST:
+        return grey
+    step = max(max(grey.shape) // 200, 1)
+    few = light[::step, ::step].astype(np.float64)
+    surface, small = np.ones_like(few), _powers(few.shape)
+    for _ in range(LIGHT_ROUNDS):
+        even = few / surface
+        bright = (even >= otsu(even.astype(np.float32))).ravel()
+        weights = np.linalg.lstsq(small[bright], few.ravel()[bright], rcond=None)[0]
+        surface = np.maximum((small @ weights).reshape(few.shape), 0.02)
+    fall = 1.0 - float(surface.min() / surface.max())
+    if fall < UNEVEN:
+        return grey
+    whole = np.maximum((_powers(light.shape) @ weights).reshape(light.shape), 0.02)
+    message = f"the light of the picture is uneven, {100.0 * fall:.0f}% darker at one place than at another: levelled"
+    issues.append(Issue("L426", f"{message}; --threshold takes it as it is"))
+    even = np.clip(light / whole, 0.0, 1.2)
+    levelled: Grey = (1.2 - even if invert else even).astype(np.float32)
+    return levelled
+
+
+def _powers(shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Return 1, x, y, x², xy, y² of every pixel, float64[n, 6], x and y from −1 to 1."""
+    y, x = (a.ravel() for a in np.meshgrid(*(np.linspace(-1.0, 1.0, n) for n in shape), indexing="ij"))
+    return np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
 
 
 def _from_level(grey: Grey, level: float) -> Grey:
