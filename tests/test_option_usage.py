@@ -68,7 +68,6 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
         "(o=0, kw=1, ph=3, pd=0.1, ch=1, fr=1000, ca=45, cv=90, pe=0, gp=0, cm=0, jh=0, jd=0)\nM3 $0 S1\nG1 X5\nM5 $0\n"
     )
     (folder / "plasma.ngc").write_text(f"G21 G90\nF#<_hal[plasmac.cut-feed-rate]>\nG0 X0 Y0\n{torch}M2\n")
-    (folder / "danger.nc").write_text("G21 G90 G17 G94\nG0 X0 Y0 Z5\nG1 Z-1 F100\nG1 X9\nG0 Z5\nM30\n")
     return {file.name: file for file in folder.iterdir()}
 
 
@@ -113,7 +112,6 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         api.optimize(at["cam.nc"], algorithm="firefly", **LITTLE)
         api.optimize(at["cam.nc"], keep_out="200 200 210 210", **FAST)
         api.optimize(at["plasma.ngc"], machine="plasma-table", **LITTLE)
-        api.optimize(at["danger.nc"], **LITTLE)
     elif work == "nest":
         laid = {"sheet": "400x200", "ignore_layers": "MARK", "open_paths": "drop", "nester": "shapes", **FAST}
         api.nest([at["sheet.dxf"]], out / "nest.dxf", **laid)

@@ -128,7 +128,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
 def _refuse_dangers(run: Run, source: str, dangers: list[Issue]) -> None:
     """Refuse a program with dangers in it where `--strict` asks for that."""
     worst = [issue for issue in dangers if issue.severity is Severity.DANGER]
-    if worst and run.settings.read.strict:
+    if run.settings.read.strict and worst:
         more = f" (and {len(worst) - 1} more)" if len(worst) > 1 else ""
         raise VerifyError(f"{source}: {worst[0]}{more}; --strict refuses a program that is dangerous as it is")
 
