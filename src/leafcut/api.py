@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError
 from leafcut.files import check_output, read_program, write_together, write_whole
 from leafcut.model.issue import Issue
+from leafcut.model.look import Look
 from leafcut.model.nest import NestOutcome
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
 from leafcut.options import Settings, settings_for
-from leafcut.runs.run import Progress, Run, for_cutting, machine_of, passing_on
+from leafcut.runs.run import Progress, Run, for_cutting, looking_for, machine_of, passing_on
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -235,14 +236,19 @@ def solve_file(
     from leafcut.read import read
     from leafcut.report.json_answer import solution_as_json
 
-    part = read(source, settings_for(Settings.collect(options), "solve").read)
+    part = read(source, settings_for(Settings.collect(options), "solve").read, looking_for(progress, "reading"))
     solution = solve_part(part, progress=progress, observe=observe, cancelled=cancelled, **options)
     return solution_as_json(part, solution), solution.nodes
 
 
-def simulate(program: str | Path, *, dialect: str | None = None, **options: Any) -> dict[str, Any]:
-    """Return what a program costs on a machine: seconds and lengths by kind of motion, extents, and dangers in it."""
-    return {"program": str(program), **read_run(program, dialect=dialect, **options).cost()}
+def simulate(
+    program: str | Path, *, dialect: str | None = None, progress: Progress | None = None, **options: Any
+) -> dict[str, Any]:
+    """Return what a program costs on a machine: seconds and lengths by kind of motion, extents, and dangers in it.
+
+    `progress` is that of `optimize`; here and in all else an exception that it raises ends the work.
+    """
+    return {"program": str(program), **read_run(program, dialect=dialect, progress=progress, **options).cost()}
 
 
 @dataclass(frozen=True)
@@ -285,7 +291,9 @@ class ProgramRun:
         }
 
 
-def read_run(program: str | Path, *, dialect: str | None = None, **options: Any) -> ProgramRun:
+def read_run(
+    program: str | Path, *, dialect: str | None = None, progress: Progress | None = None, **options: Any
+) -> ProgramRun:
     """Return what a program does on the machine that the options name."""
     from leafcut.gcode import dialects
     from leafcut.runs.reading import read_foreign
@@ -294,7 +302,8 @@ def read_run(program: str | Path, *, dialect: str | None = None, **options: Any)
     machine = machine_of(settings)
     name = dialect or machine.controller
     words = dialects.dialect(name)
-    read = read_foreign(read_program(program), str(program), settings, machine, words)
+    look = looking_for(progress, "reading")
+    read = read_foreign(read_program(program), str(program), settings, machine, words, look)
     _check_lifts(settings, read.words)
     name = read.words.name
     run, unknown = _as_run(read.program, name, settings.drill.clearance_height)
@@ -326,6 +335,7 @@ def verify_programs(
     *,
     dialect: str | None = None,
     allow_reverse: bool = False,
+    progress: Progress | None = None,
     **options: Any,
 ) -> dict[str, Any]:
     """Return whether two programs do the same work, what was counted, and every difference as one line.
@@ -338,9 +348,10 @@ def verify_programs(
     settings = settings_for(Settings.collect(options), "verify")
     machine = machine_of(settings)
     words = dialect or machine.controller
-    first = _interpret(original, dialects.dialect(words), settings, machine, choose=True)
-    other = _interpret(new, first.words, settings, first.machine, choose=False)
-    found = certify(first.program, other.program, machine=first.machine, allow_reverse=allow_reverse)
+    look = looking_for(progress, "verifying")
+    first = _interpret(original, dialects.dialect(words), settings, machine, look, choose=True)
+    other = _interpret(new, first.words, settings, first.machine, look, choose=False)
+    found = certify(first.program, other.program, machine=first.machine, allow_reverse=allow_reverse, look=look)
     answer = found.as_json()
     for row, difference in zip(answer["differences"], found.differences, strict=True):
         row["words"] = str(difference)
@@ -368,8 +379,8 @@ def program_extension(dialect_name: str) -> str:
 
 
 def _interpret(
-    program: str | Path, words: Dialect, settings: Settings, machine: Machine, *, choose: bool
+    program: str | Path, words: Dialect, settings: Settings, machine: Machine, look: Look, *, choose: bool
 ) -> ProgramRead:
     from leafcut.runs.reading import read_foreign
 
-    return read_foreign(read_program(program), str(program), settings, machine, words, choose=choose)
+    return read_foreign(read_program(program), str(program), settings, machine, words, look, choose=choose)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from leafcut.errors import ReadError
 from leafcut.model import Part, Severity
+from leafcut.model.look import Look, unseen
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.read.format import Format, Match, Source
 from leafcut.read.registry import formats, read_source, run
@@ -14,8 +15,10 @@ from leafcut.read.registry import formats, read_source, run
 __all__ = ["Format", "Match", "Source", "formats", "read", "read_contours", "read_pockets"]
 
 
-def read(source: str | Path, options: ReadOptions | None = None) -> Part:
+def read(source: str | Path, options: ReadOptions | None = None, look: Look = unseen) -> Part:
     """Return the part that a file, or a name such as ``example:plate-70`` or ``random:200:7``, holds; in mm.
+
+    `look` is called as it goes on.
 
     Raises
     ------
@@ -23,14 +26,14 @@ def read(source: str | Path, options: ReadOptions | None = None) -> Part:
         The file cannot be read, holds no holes, or, with `options.strict`, needed anything skipped or repaired.
     """
     options = options or ReadOptions()
-    format_, loaded = read_source(source)
+    format_, loaded = read_source(source, look)
     return _unless_strict(run(format_, loaded, options), loaded, options)
 
 
-def read_contours(source: str | Path, options: ReadOptions | None = None) -> Part:
+def read_contours(source: str | Path, options: ReadOptions | None = None, look: Look = unseen) -> Part:
     """Return the lines and curves of a drawing as contours, as they are drawn, in mm.
 
-    `plan.sheet.prepare_sheet` joins and cleans them.
+    `plan.sheet.prepare_sheet` joins and cleans them. `look` is called as it goes on.
 
     Raises
     ------
@@ -39,7 +42,7 @@ def read_contours(source: str | Path, options: ReadOptions | None = None) -> Par
         anything skipped or repaired.
     """
     options = options or ReadOptions()
-    format_, loaded = read_source(source)
+    format_, loaded = read_source(source, look)
     if format_.contours is None:
         there_are = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.contours)
         raise ReadError(loaded.path, f"{format_.name} holds nothing that is cut from sheet; use {there_are}")
@@ -51,10 +54,12 @@ def read_pockets(
     options: ReadOptions | None = None,
     pocket_options: PocketOptions | None = None,
     joining: SheetOptions | None = None,
+    look: Look = unseen,
 ) -> Part:
     """Return the pockets of a drawing or a picture, in mm: walls and islands, joined, cleaned and checked.
 
     Of `joining` count `join_tolerance` and `open_paths`, of `pocket_options` the layers and what is said of pictures.
+    `look` is called as it goes on.
 
     Raises
     ------
@@ -65,7 +70,7 @@ def read_pockets(
         A picture needs `pixel_size`.
     """
     options = options or ReadOptions()
-    format_, loaded = read_source(source)
+    format_, loaded = read_source(source, look)
     if format_.pockets is None:
         there_are = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.pockets)
         raise ReadError(loaded.path, f"{format_.name} holds no pockets; use {there_are}")

@@ -90,6 +90,7 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
     holes: list[Hole] = []
     bad: list[tuple[int, str]] = []
     for number, fields in first:
+        source.look()
         try:
             holes.append(_hole(fields, columns, separator, factor))
         except ValueError as problem:

@@ -51,6 +51,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     walk = Walk(document, copies_of(source, "blocks", FREE_HOLES), layers_of(document, options), shape_of, "holes")
     finds = Finds(factor, source.path)
     for shape, matrix, layer in walk.shapes():
+        source.look()
         finds.add(shape, matrix, layer)
     holes = finds.holes()
     issues += walk_issues(walk) + finds.issues() + _not_holes(walk.others + finds.others)

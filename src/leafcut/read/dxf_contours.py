@@ -47,6 +47,7 @@ def read_dxf_contours(source: Source, options: ReadOptions) -> Part:
     walk = Walk(document, copies_of(source, "blocks"), layers_of(document, options), stroke_of, "lines")
     strokes = Strokes(factor, source.path, points_of(source))
     for stroke, matrix, layer in walk.shapes():
+        source.look()
         strokes.add(stroke, matrix, layer)
     issues += walk_issues(walk) + strokes.issues()
     if walk.others:

@@ -11,6 +11,7 @@ from typing import Any
 
 from leafcut.errors import ReadError, shown
 from leafcut.model import Issue, Severity
+from leafcut.model.look import Look
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import INVISIBLE, Layers, Walk
 from leafcut.read.format import Match, Source, count_of, factor_of
@@ -83,7 +84,7 @@ def open_document(source: Source, issues: list[Issue]) -> Any:
         raise ReadError(source.path, "the drawing is cut off: its end is missing; save or send it again")
     with _quiet():
         try:
-            document = _load_binary(data) if binary else _load_text(source.path, data, issues)
+            document = _load_binary(data) if binary else _load_text(source, data, issues)
             document.modelspace()
             return document
         except ReadError:
@@ -116,17 +117,30 @@ def _load_binary(data: bytes) -> Any:
     return Drawing.load(binary_tags_loader(data))
 
 
-def _load_text(path: str, data: bytes, issues: list[Issue]) -> Any:
+class _Watched(io.BytesIO):
+    """The bytes of a file, line by line; somebody looks at each."""
+
+    def __init__(self, data: bytes, look: Look) -> None:
+        super().__init__(data)
+        self._look = look
+
+    def readline(self, size: int | None = -1, /) -> bytes:
+        """Return the next line."""
+        self._look()
+        return super().readline(size)
+
+
+def _load_text(source: Source, data: bytes, issues: list[Issue]) -> Any:
     from ezdxf.document import Drawing
     from ezdxf.recover import Recover
 
-    tool = Recover.run(io.BytesIO(data))
+    tool = Recover.run(_Watched(data, source.look))
     for code, message in tool.errors:
         if code == GUESSED_NUMBER:
             line = _LINE.search(message)
             what = shown(message.split(" near ")[0].replace("recovered ", ""))
             reason = f"{what}; a guess would put work where none is"
-            raise ReadError(path, reason, int(line.group(1)) if line else None)
+            raise ReadError(source.path, reason, int(line.group(1)) if line else None)
     document = Drawing()
     document._load_section_dict(tool.section_dict)
     repairs = [message for code, message in (*tool.errors, *tool.fixes) if code not in TRIVIAL_REPAIRS]

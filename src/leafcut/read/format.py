@@ -7,13 +7,14 @@ import os
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
 from leafcut.errors import ReadError, parsing, shown
 from leafcut.model import Issue, Part, Severity
+from leafcut.model.look import Look, unseen
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.units import MM_PER_UNIT
 
@@ -47,10 +48,14 @@ class Match(IntEnum):
 
 @dataclass(frozen=True)
 class Source:
-    """What a reader is given: the path as the user wrote it, and the bytes of the file."""
+    """What a reader is given: the path as the user wrote it, and the bytes of the file.
+
+    Readers call `look` as they go on: who waits may end them.
+    """
 
     path: str
     data: bytes = b""
+    look: Look = field(default=unseen, compare=False)
 
     @property
     def file_name(self) -> str:

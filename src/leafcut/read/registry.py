@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
 from leafcut.errors import ReadError, parsing, shown
 from leafcut.model import Part
+from leafcut.model.look import Look, unseen
 from leafcut.options import ReadOptions
 from leafcut.read import csvmap, dxf, examples, excellon, gcode, gtsp, picture, sirius, svg, tsplib, wkt, xmlmap
 from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load
@@ -54,8 +56,8 @@ def _broken(name: str, problem: BaseException) -> Format:
     return Format(name, (), f"plug-in that does not load ({message})", refuse, error=message)
 
 
-def read_source(source: str | Path) -> tuple[Format, Source]:
-    """Return the format that takes an input, and the input's bytes.
+def read_source(source: str | Path, look: Look = unseen) -> tuple[Format, Source]:
+    """Return the format that takes an input, and the input's bytes; who waits looks at its reader by `look`.
 
     Raises
     ------
@@ -65,8 +67,8 @@ def read_source(source: str | Path) -> tuple[Format, Source]:
     known = formats()
     for format_ in known:
         if format_.prefix and str(source).startswith(format_.prefix):
-            return format_, Source(str(source))
-    loaded = load(source)
+            return format_, Source(str(source), look=look)
+    loaded = replace(load(source), look=look)
     return choose(known, loaded), loaded
 
 

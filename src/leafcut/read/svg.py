@@ -15,6 +15,7 @@ import numpy as np
 
 from leafcut.errors import LeafcutError, ReadError, shown
 from leafcut.model import Contour, Issue, Part, Severity
+from leafcut.model.look import Look
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.read.format import (
     CURVE_TOLERANCE,
@@ -90,7 +91,9 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
     root = _root(source)
     issues: list[Issue] = []
     page, sure = _page(root, options, source.path)
-    walk = _Walk(source.path, page, layer_filter(options.layers), points_of(source), copies_of(source, "uses"))
+    walk = _Walk(
+        source.path, page, layer_filter(options.layers), points_of(source), copies_of(source, "uses"), source.look
+    )
     walk.look_up(root)
     walk.children(root, _Place(page.matrix), 0, ())
     issues += walk.issues()
@@ -184,6 +187,7 @@ class _Walk:
     chosen: Any
     points: Budget
     copies: Budget
+    look: Look
     found: list[Contour] = field(default_factory=list)
     others: Counter[str] = field(default_factory=Counter)
     hidden: Counter[str] = field(default_factory=Counter)
@@ -214,6 +218,7 @@ class _Walk:
 
     def _take(self, element: Any, outer: _Place, depth: int, trail: tuple[str, ...]) -> None:
         self.copies(1)
+        self.look()
         tag = _tag(element)
         if not tag or tag in UNDRAWN or tag in SILENT:
             return

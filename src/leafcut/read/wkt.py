@@ -78,6 +78,7 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketOptions, joi
     factor = factor_of(options, None)
     rings, issues = _Rings(source.path, factor), []
     for line, text in _geometries(source):
+        source.look()
         rings.take(_parsed(source.path, line, text), line)
     if not rings.found:
         what = ", ".join(sorted(rings.others)) or "empty geometries"

@@ -176,6 +176,7 @@ def _parse(source: Source) -> _Map:
         """Passes the parser's events on with plain lower-case names."""
 
         def startElement(self, name: str, attrs: Any) -> None:
+            source.look()
             plain = {_plain(key): str(value) for key, value in attrs.items()}
             found.start(_plain(name), plain, parser.getLineNumber())
 

@@ -162,7 +162,7 @@ def _sheet(run: Run, source: str | Path) -> tuple[Part, Sheet]:
     from leafcut.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
-    part = read_contours(source, run.settings.read)
+    part = read_contours(source, run.settings.read, run.looking("reading"))
     return part, with_chosen_holes(prepare_sheet(part, run.settings.sheet), run.settings.read)
 
 

@@ -30,8 +30,7 @@ def _plan(run: Run, source: str | Path) -> DrillPlan:
     from leafcut.read import read
     from leafcut.read.tools import load_tools
 
-    run.tell("reading")
-    part = read(source, run.settings.read)
+    part = read(source, run.settings.read, run.looking("reading"))
     tools = run.settings.drill.tools
     plan = plan_drilling(part, run.machine, load_tools(tools, run.machine.units) if tools else None, run.settings.drill)
     for name in ("feed", "spindle_speed"):

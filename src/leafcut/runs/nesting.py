@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, PlanError, VerifyError
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.look import Look
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart
 from leafcut.options import NestOptions, ReadOptions, Settings, SheetOptions, SolveOptions, parse_angles
-from leafcut.runs.run import Progress, for_cutting
+from leafcut.runs.run import Progress, for_cutting, looking_for
 
 if TYPE_CHECKING:
     from leafcut.read.nest_list import Wanted
@@ -126,7 +127,7 @@ def nest_drawings(
             turned = bool(one.rotations) or "rotations" in settings.given
             parts += read_strip_instance(one.file, one.quantity, angles, turned)
             continue
-        more, said = _read(one.file, one.quantity, angles, settings)
+        more, said = _read(one.file, one.quantity, angles, settings, looking_for(progress, "reading"))
         parts += more
         issues += said
     outcome = nest(parts, settings.nest, settings.solve, progress=progress, cancelled=cancelled)
@@ -159,13 +160,13 @@ def _on_the_table(settings: Settings) -> tuple[Settings, list[Issue]]:
 
 
 def _read(
-    file: str, quantity: int, angles: tuple[float, ...] | None, settings: Settings
+    file: str, quantity: int, angles: tuple[float, ...] | None, settings: Settings, look: Look
 ) -> tuple[list[NestPart], list[Issue]]:
     from leafcut.plan.nest_parts import parts_of
     from leafcut.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
-    part = read_contours(file, settings.read)
+    part = read_contours(file, settings.read, look)
     try:
         sheet = prepare_sheet(part, settings.sheet)
     except PlanError as error:

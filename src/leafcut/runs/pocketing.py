@@ -113,8 +113,7 @@ def _prepared(run: Run, source: str | Path) -> tuple[PocketJob, list[Issue]]:
     rules = rules_of(options)
     levels = levels_of(settings.drill, options)
     data, issues = milling_data(options, settings.drill, rules, run.machine, mill, settings.cut.material)
-    run.tell("reading")
-    part = read_pockets(source, settings.read, settings.pocket, settings.sheet)
+    part = read_pockets(source, settings.read, settings.pocket, settings.sheet, run.looking("reading"))
     heights = Heights(
         levels=levels,
         clearance=settings.drill.clearance_height,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, VerifyError
 from leafcut.model.issue import Issue, Severity
-from leafcut.model.look import Look
+from leafcut.model.look import Look, unseen
 from leafcut.model.machine import Machine
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
@@ -74,17 +74,24 @@ class Run:
 
         That tells the same again, now and then: who is told can end the run, as a job that is cancelled does.
         """
-        self.tell(what)
-        told = time.monotonic()
+        return looking_for(self.progress, what)
 
-        def look() -> None:
-            nonlocal told
-            now = time.monotonic()
-            if now - told >= _TOLD_AGAIN:
-                told = now
-                self.tell(what)
 
-        return look
+def looking_for(progress: Progress | None, what: str) -> Look:
+    """Tell what is begun; return what tells the same again, now and then, as `Run.looking` does."""
+    if progress is None:
+        return unseen
+    progress(what, None, 0.0, None)
+    told = time.monotonic()
+
+    def look() -> None:
+        nonlocal told
+        now = time.monotonic()
+        if now - told >= _TOLD_AGAIN:
+            told = now
+            progress(what, None, 0.0, None)
+
+    return look
 
 
 def machine_of(settings: Settings) -> Machine:

@@ -121,9 +121,8 @@ def _program(source: str, name: str, settings: Settings) -> Seen:
     from leafcut.studio.scene import toolpath_scene
     from leafcut.units import format_length, format_time
 
-    options = {"machine": settings.machine.machine}
     try:
-        program = api.read_run(source, **options)
+        program = api.read_run(source, machine=settings.machine.machine)
         path, machine, found = program.run, program.machine, program.cost()
         shown = {"after": toolpath_scene(path, machine, name=name, text=read_program(source))}
     except LeafcutError as problem:

@@ -64,9 +64,9 @@ def run(
     if call.command == "solve":
         return _solve(call, names[0], tell, cancelled, observe)
     if call.command == "simulate":
-        found = api.simulate(call.sources[0], **call.options)
+        found = api.simulate(call.sources[0], progress=tell, **call.options)
         return Made({**found, "program": names[0]}, {"time_s": found["time_s"]}, {})
-    answer = api.verify_programs(call.sources[0], call.sources[1], **call.options)
+    answer = api.verify_programs(call.sources[0], call.sources[1], progress=tell, **call.options)
     return Made(answer, {"same": answer["same"]}, {})
 
 
