@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from leafcut.errors import ReadError
-from leafcut.files import LARGEST_PROGRAM, OutputError, check_output, read_program, write_whole
+from leafcut.files import LARGEST_PROGRAM, OutputError, check_output, read_program, write_together, write_whole
 
 
 def names(folder: Path) -> list[str]:
@@ -108,3 +111,59 @@ def test_what_is_no_program_is_refused_with_its_name(tmp_path: Path) -> None:
     for file_name, words in ((empty, "is empty"), (huge, "is larger than"), (tmp_path / "no.nc", "cannot be read")):
         with pytest.raises(ReadError, match=f"{file_name.name}: {words}"):
             read_program(file_name)
+
+
+def test_what_a_killed_run_left_is_removed_by_the_next_and_nothing_else(tmp_path: Path) -> None:
+    """Killed between writing and naming: its temporary file names a process that is over."""
+    program = f"""
+import os, signal, sys
+from leafcut import files
+os.fsync = lambda _: os.kill(os.getpid(), signal.SIGKILL)
+files.write_whole({str(tmp_path / "out.nc")!r}, "half")
+"""
+    killed = subprocess.run([sys.executable, "-c", program], check=False)
+    assert killed.returncode == -signal.SIGKILL
+    assert len(left := list(tmp_path.iterdir())) == 1
+    others = [
+        ".out.nc.swp",
+        ".out.nc.AbCd",
+        f".out.nc.leafcut-{os.getpid()}-mine",
+        ".other.nc.leafcut-1-x",
+        "out.nc.bak",
+    ]
+    for name in others:
+        (tmp_path / name).write_text("kept", encoding="utf-8")
+    write_whole(tmp_path / "out.nc", "whole")
+    assert not left[0].exists()
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted([*others, "out.nc"])
+
+
+@pytest.mark.parametrize("old", [True, False])
+def test_files_that_belong_together_are_all_written_or_none(
+    old: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the last cannot take its name, the first has what it had, and nothing lies beside them."""
+    report, program = tmp_path / "a.html", tmp_path / "a.nc"
+    if old:
+        report.write_text("old report", encoding="utf-8")
+        program.write_text("old program", encoding="utf-8")
+    replace = Path.replace
+
+    def refused(self: Path, target: Path) -> Path:
+        if Path(target) == program:
+            raise OSError(28, "No space left on device")
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", refused)
+    with pytest.raises(OutputError, match="No space"):
+        write_together({str(report): "new report", str(program): "new program"})
+    found = {p.name: p.read_text(encoding="utf-8") for p in tmp_path.iterdir()}
+    assert found == ({"a.html": "old report", "a.nc": "old program"} if old else {})
+
+
+def test_files_that_belong_together_have_their_own_encodings(tmp_path: Path) -> None:
+    """A program for an old controller, and its report."""
+    report, program = tmp_path / "a.html", tmp_path / "a.nc"
+    write_together({str(report): "Ø", str(program): "(Ø)"}, encodings={str(program): "latin-1"})
+    assert (report.read_bytes(), program.read_bytes()) == ("Ø".encode(), b"(\xd8)")
+    assert len(list(tmp_path.iterdir())) == 2

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
-from leafcut.files import check_output, read_program, write_together, write_whole
+from leafcut.files import check_output, read_program, write_together
 from leafcut.model.issue import Issue
 from leafcut.model.look import Look
 from leafcut.model.nest import NestOutcome
@@ -100,12 +100,12 @@ def optimize(
     outcome = replace(_work(run, source, process), output=str(output or ""), report=str(report or ""))
     outcome = replace(outcome, seconds=time.perf_counter() - began)
     page = _page(outcome) if report else ""  # before anything is written: it may fail
-    if output:
-        write_whole(output, outcome.text, encoding=outcome.encoding)
-    if report:
-        write_whole(report, page)
+    texts = {str(report): page} if report else {}
     if outcome.cut_plan is not None and settings.cut.save_plan:
-        write_whole(settings.cut.save_plan, _plan_text(outcome.cut_plan))
+        texts[str(settings.cut.save_plan)] = _plan_text(outcome.cut_plan)
+    if output:
+        texts[str(output)] = outcome.text  # the last to take its name: what can be run has its report
+    write_together(texts, encodings={str(output): outcome.encoding})
     return outcome
 
 
@@ -215,7 +215,7 @@ def solve_part(
 
     settings, problem = settings_for(Settings.collect(options), "solve"), problem_of_map(part)
     tell = passing_on(progress, f"solving {part.name}")
-    with announced(lambda: progress("compiling (first run on this machine)", None, 0.0, None) if progress else None):
+    with announced(lambda words: progress(words, None, 0.0, None) if progress else None):
         solution = solve(
             problem, settings.solve, settings.aco, firefly=settings.firefly, progress=tell, observe=observe,
             cancelled=cancelled,

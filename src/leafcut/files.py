@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import glob
 import os
+import secrets
 import tempfile
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from leafcut.errors import LeafcutError, OptionError, ReadError, shown
@@ -15,6 +18,9 @@ from leafcut.errors import LeafcutError, OptionError, ReadError, shown
 LARGEST_PROGRAM = 512 * 1024 * 1024
 #: Options, machine profiles and tool libraries are some kilobytes; more than this is another kind of file.
 LARGEST_TOML = 1_000_000
+
+
+_ALIKE: Mapping[str, str] = MappingProxyType({})
 
 
 class OutputError(LeafcutError):
@@ -117,8 +123,19 @@ def write_whole(target: str | Path, text: str, *, encoding: str = "utf-8", newli
     write_together({str(target): text}, encoding=encoding, newline=newline)
 
 
-def write_together(texts: Mapping[str, str], *, encoding: str = "utf-8", newline: str = "\n") -> None:
-    """Write several files, each whole or not at all; none takes its name before all of them are on the disk.
+def write_together(
+    texts: Mapping[str, str], *, encoding: str = "utf-8", newline: str = "\n", encodings: Mapping[str, str] = _ALIKE
+) -> None:
+    """Write several files that belong together: each whole, and all of them or none.
+
+    None takes its name before all of them are on the disk, and where one cannot take it, those before it get back what
+    they held. They take their names in their order: one that is of no use without the others stands last. What an
+    earlier run that was killed left beside them is removed.
+
+    Parameters
+    ----------
+    encodings
+        Of those files that have another one.
 
     Raises
     ------
@@ -126,12 +143,16 @@ def write_together(texts: Mapping[str, str], *, encoding: str = "utf-8", newline
         One of them cannot be written.
     """
     temporary: dict[Path, Path] = {}
-    target = ""
+    before: dict[Path, Path | None] = {}
+    named: list[Path] = []
+    target = encoding_of = ""
     try:
         for target, text in texts.items():
             path = Path(os.path.realpath(target))  # a link keeps pointing to the file that it names
+            _remove_left_over(path)
+            encoding_of = encodings.get(target, encoding)
             with tempfile.NamedTemporaryFile(
-                "w", dir=path.parent, prefix=f".{path.name}.", delete=False, encoding=encoding, newline=newline
+                "w", dir=path.parent, prefix=_own_prefix(path), delete=False, encoding=encoding_of, newline=newline
             ) as file:
                 temporary[path] = Path(file.name)
                 file.write(text)
@@ -140,15 +161,81 @@ def write_together(texts: Mapping[str, str], *, encoding: str = "utf-8", newline
             temporary[path].chmod(_mode(path))
         for path, written in temporary.items():
             target = str(path)
+            if len(temporary) > 1:
+                before[path] = _kept(path)
             written.replace(path)
+            named.append(path)
     except OSError as problem:
         raise OutputError(f"{target}: cannot be written ({problem.strerror})") from None
     except UnicodeError:
-        raise OutputError(f"{target}: cannot be written (a letter that is not in {encoding})") from None
+        raise OutputError(f"{target}: cannot be written (a letter that is not in {encoding_of})") from None
     finally:
-        for written in temporary.values():
+        if len(named) < len(temporary):
+            _take_back({path: before[path] for path in named})
+        for written in (*temporary.values(), *(old for old in before.values() if old is not None)):
             with suppress(OSError):
                 written.unlink()
+        for folder in {path.parent for path in temporary}:
+            _sync(folder)
+
+
+def _prefix(path: Path) -> str:
+    """Return what temporary files beside a file begin with; the number of the process that writes them follows."""
+    return f".{path.name}.leafcut-"
+
+
+def _own_prefix(path: Path) -> str:
+    return f"{_prefix(path)}{os.getpid()}-"
+
+
+def _remove_left_over(path: Path) -> None:
+    """Remove what runs that were killed left beside a file, and nothing of those that are still writing."""
+    for left in path.parent.glob(f"{glob.escape(_prefix(path))}*-*"):
+        process = left.name.removeprefix(_prefix(path)).partition("-")[0]
+        if process.isdecimal() and not _runs(int(process)):
+            with suppress(OSError):
+                left.unlink()
+
+
+def _runs(process: int) -> bool:
+    if os.name == "nt":  # there a signal of 0 would end it
+        return process == os.getpid()
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True
+    return True
+
+
+def _kept(path: Path) -> Path | None:
+    """Return another name of what a file holds now, to take it back; None where there is none."""
+    if not path.exists():
+        return None
+    other = path.with_name(f"{_own_prefix(path)}before-{secrets.token_hex(4)}")
+    try:
+        os.link(path, other)
+    except OSError:  # not every disk has links
+        other.write_bytes(path.read_bytes())
+    return other
+
+
+def _take_back(before: Mapping[Path, Path | None]) -> None:
+    """Give files back what they held."""
+    for path, old in before.items():
+        with suppress(OSError):
+            path.unlink() if old is None else old.replace(path)
+
+
+def _sync(folder: Path) -> None:
+    """Have the names in a folder on the disk, where the system can."""
+    with suppress(OSError):
+        number = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(number)
+        finally:
+            os.close(number)
 
 
 def _mode(path: Path) -> int:

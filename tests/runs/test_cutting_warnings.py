@@ -109,7 +109,7 @@ def test_a_sheet_too_large_for_the_machine_is_refused_before_places_to_pierce_ar
     told: list[str] = []
     with pytest.raises(VerifyError, match="too large: X goes from"):
         api.optimize(tmp_path / "long.dxf", thickness="6", progress=lambda what, *_: told.append(what), **FAST)
-    assert told == ["reading"]
+    assert set(told) == {"reading"}
 
 
 def test_a_program_with_a_material_of_the_controller_is_simulated_with_the_speed_that_is_said(

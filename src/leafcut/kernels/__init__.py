@@ -2,7 +2,8 @@
 
 A kernel takes arrays, numbers and named tuples of them; it trusts its input, allocates nothing that its caller could
 give, holds no state, and lets go of the GIL. With ``NUMBA_DISABLE_JIT=1`` every kernel is the plain Python it is
-written in. Compiled code is kept on disk, so a machine compiles once.
+written in. Compiled code is kept on disk, so a machine compiles once; where no folder can be written, every process
+compiles anew, and what is damaged on the disk is removed and compiled anew (`leafcut.kernels.keeping`).
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from typing import Any, TypeVar, cast
 
 import numba
 from numba.core import config, types
+
+from leafcut.kernels.keeping import keep
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
@@ -27,11 +30,11 @@ _compiling = threading.RLock()
 
 
 def kernel(function: Function) -> Function:
-    """Compile a function that Python calls: without the GIL, and cached on disk.
+    """Compile a function that Python calls: without the GIL, and kept on disk where that can be.
 
     With `part` the one place that holds the flags.
     """
-    return cast(Function, _compiled(function, cache=True))
+    return cast(Function, keep(_compiled(function)))
 
 
 def part(function: Function) -> Function:

@@ -48,7 +48,7 @@ def cut(run: Run, source: str | Path) -> Outcome:
     from leafcut.verify.envelope import check_envelope
 
     job, issues = prepared(run, source)
-    with announced(lambda: run.tell("compiling (first run on this machine)"), run.clock.leave_out):
+    with announced(run.tell, run.clock.leave_out):
         drawn = plan_order(job.cutting, job.plan) if job.plan else drawing_order(job.cutting)
         drawn = clear_pierces(job.cutting, in_bands(job.cutting, drawn, run.settings.cut), job.travel(), None, None)
         drawn_laid = _laid(job, drawn)

@@ -67,7 +67,7 @@ def _order(run: Run, plan: DrillPlan) -> Outcome:
 
     # What no order changes is known before any is sought.
     refuse(check_envelope(lay([drawing_order(o) for o in plan.operations]), run.machine))
-    with announced(lambda: run.tell("compiling (first run on this machine)")):
+    with announced(run.tell):
         solutions = _solve_operations(run, plan, run.settings.solve)
         nearest = _solve_operations(run.quiet(), plan, SolveOptions(algorithm="nn", bound=False))
     plans = [[drawing_order(o) for o in plan.operations], [s.nodes for s in nearest], [s.nodes for s in solutions]]

@@ -70,7 +70,7 @@ def pocket(run: Run, source: str | Path) -> Outcome:
 
     job, issues = _prepared(run, source)
     refuse(check_envelope(_box(job), run.machine))  # what no strategy changes is known before any is tried
-    with announced(lambda: run.tell("compiling (first run on this machine)")):
+    with announced(run.tell):
         cleared = []
         for number, one in enumerate(job.part.pockets):
             found, more = _cleared(job, one, number)

@@ -75,7 +75,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
     sequence = _planned(run, original, process, began)
     searching = _with_time_left(run, time.monotonic() - began)
     obstacles, noticed = obstacles_of(run, original, sequence.process in ("laser", "plasma"))
-    with announced(lambda: run.tell("compiling (first run on this machine)")):
+    with announced(run.tell):
         stands, begins = _stands(run, original, sequence)
         solutions = _solve_sections(searching, sequence, obstacles, begins)
         measures = [measure(original.path, run.machine, dark_rows(original, sequence.process), stands)]

@@ -10,6 +10,11 @@ from typing import Any
 
 from numba.core import event
 
+from leafcut.kernels.keeping import not_kept
+
+FIRST_RUN = "compiling (first run on this machine)"
+EVERY_RUN = "compiling (again in every run: no folder for compiled code can be written; NUMBA_CACHE_DIR names one)"
+
 
 class _Listener(event.Listener):  # type: ignore[misc]  # numba has no types
     """Calls back when the first compilation begins, and lets no garbage be collected while one is under way.
@@ -18,14 +23,14 @@ class _Listener(event.Listener):  # type: ignore[misc]  # numba has no types
     its time.
     """
 
-    def __init__(self, tell: Callable[[], None], spent: Callable[[float], None]) -> None:
+    def __init__(self, tell: Callable[[str], None], spent: Callable[[float], None]) -> None:
         self.tell, self.told, self.depth, self.collects = tell, False, 0, False
         self.spent, self.began = spent, 0.0
 
     def on_start(self, event: Any) -> None:
         if not self.told:
             self.told = True
-            self.tell()
+            self.tell(EVERY_RUN if not_kept() else FIRST_RUN)
         if self.depth == 0:
             self.collects = gc.isenabled()
             gc.disable()
@@ -42,8 +47,10 @@ class _Listener(event.Listener):  # type: ignore[misc]  # numba has no types
 
 
 @contextmanager
-def announced(tell: Callable[[], None], spent: Callable[[float], None] = lambda _: None) -> Iterator[None]:
-    """Call `tell` once if any kernel has to be compiled inside, and `spent` with the seconds that each time took.
+def announced(tell: Callable[[str], None], spent: Callable[[float], None] = lambda _: None) -> Iterator[None]:
+    """Call `tell` once, with what to say, if any kernel has to be compiled inside.
+
+    `spent` is called with the seconds that each time took.
 
     Kernels found on disk are not compiled.
     """

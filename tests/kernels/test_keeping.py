@@ -1,0 +1,86 @@
+"""Compiled code is kept on disk where that can be, and nothing on the disk can stop a run."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+#: A kernel in a process of its own, so that nothing of it is known: its answer, how often it was compiled, and whether
+#: compiled code is not kept.
+PROGRAM = """
+import sys
+sys.path.insert(0, {folder!r})
+from numba.core import event
+from leafcut.kernels.keeping import not_kept
+compiled = []
+
+class Count(event.Listener):
+    def on_start(self, event):
+        compiled.append(event)
+    def on_end(self, event):
+        pass
+
+event.register("numba:compile", Count())
+from own_kernel import twice
+print(twice(21), len(compiled), not_kept())
+"""
+KERNEL = "from leafcut.kernels import kernel\n\n@kernel\ndef twice(x):\n    return 2 * x\n"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Return a folder with a module that holds a kernel."""
+    (tmp_path / "own_kernel.py").write_text(KERNEL, encoding="utf-8")
+    return tmp_path
+
+
+def run(folder: Path, **environment: str) -> list[str]:
+    """Return what a process prints that calls the kernel; the folder holds its cache."""
+    known = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache"), "NUMBA_DISABLE_JIT": "0", **environment}
+    program = PROGRAM.format(folder=str(folder))
+    done = subprocess.run([sys.executable, "-c", program], env=known, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()
+
+
+def test_a_kernel_is_compiled_once_on_a_machine_and_again_where_its_files_are_damaged(folder: Path) -> None:
+    """One wrong bit, cut short, of another program: compiled anew, and whole on the disk again."""
+    assert run(folder) == ["42", "1", "False"]
+    assert run(folder) == ["42", "0", "False"]
+    (data,) = (folder / "cache").rglob("*.nbc")
+    (index,) = (folder / "cache").rglob("*.nbi")
+    whole = data.read_bytes()
+    middle = len(whole) // 2
+    for file, damage in (
+        (data, whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :]),
+        (data, whole[:100]),
+        (index, index.read_bytes()[:40]),
+        (index, b""),
+    ):
+        file.write_bytes(damage)
+        assert run(folder) == ["42", "1", "False"], damage[:20]
+    assert run(folder) == ["42", "0", "False"]
+
+
+def test_a_kernel_is_compiled_in_memory_where_no_folder_can_be_written(folder: Path) -> None:
+    """None of the places that Numba knows is there for it; before, this ended the program."""
+    answer = run(folder, NUMBA_CACHE_LOCATOR_CLASSES="ZipCacheLocator")
+    assert answer == ["42", "1", "True"]
+
+
+def test_the_line_about_compiling_says_where_nothing_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And what to do."""
+    from leafcut.solve import compiling
+
+    told: list[str] = []
+    for kept in (True, False):
+        monkeypatch.setattr(compiling, "not_kept", lambda kept=kept: not kept)
+        listener = compiling._Listener(told.append, lambda _: None)
+        listener.on_start(None)
+        listener.on_end(None)
+    assert told[0] == "compiling (first run on this machine)"
+    assert "NUMBA_CACHE_DIR" in told[1]
