@@ -67,6 +67,8 @@ def for_linuxcnc(text: str) -> str:
 
 def simulated_seconds(text: str) -> float | None:
     """Return the seconds that the simulated LinuxCNC takes from the first move to the last, or None."""
+    # Nobody is there to go on after a stop.
+    text = re.sub(r"(?m)^([ \t]*(?:N[0-9]+[ \t]*)?)M0?[01](?![0-9])", r"\1", text)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "part.ngc"
         file.write_text(text, encoding="latin-1", errors="replace")
