@@ -83,27 +83,35 @@ def pair(before: Features, after: Features, room: Room) -> Pairing:
 
 def _paired_at_once(before: Features, after: Features, tolerance: float) -> tuple[Ints, Ints]:
     """Return rows of either side that agree in everything, but for noise far below what can be written."""
-    one, other = _rounded(before), _rounded(after)
-    _, number = np.unique(np.concatenate([_hashed(one), _hashed(other)]), return_inverse=True)
-    keys = [_counted(part) for part in (number[: len(one)], number[len(one) :])]
+    hashed = np.concatenate([_hashed(side) for side in (before, after)])
+    _, number = np.unique(hashed, return_inverse=True)
+    keys = [_counted(part) for part in (number[: len(before)], number[len(before) :])]
+    del hashed, number
     _, old, new = np.intersect1d(keys[0], keys[1], assume_unique=True, return_indices=True)
-    near = np.abs(before.place[old] - after.place[new]) <= tolerance + 1e-9
-    near |= np.isnan(before.place[old]) & np.isnan(after.place[new])
-    same = (one[old] == other[new]).all(axis=1) & near.all(axis=1)
+    same = np.ones(len(old), dtype=bool)
+    for one, other in zip(_rounded(before), _rounded(after), strict=True):
+        same &= one[old] == other[new]
+    for one, other in zip(before.place.T, after.place.T, strict=True):
+        here, there = one[old], other[new]
+        same &= (np.abs(here - there) <= tolerance + 1e-9) | (np.isnan(here) & np.isnan(there))
     return old[same], new[same]
 
 
-def _rounded(features: Features) -> Ints:
-    """Return all that a feature is as whole numbers, int64[n, 32]."""
-    values = np.column_stack([features.place, features.amount, features.height]) / _QUANTUM
-    whole = np.where(np.isfinite(values) & (np.abs(values) < _FAR), np.rint(np.nan_to_num(values)), -float(_FAR))
-    return np.column_stack([features.group, features.exact, whole.astype(np.int64)])
+def _rounded(features: Features) -> Iterator[Ints]:
+    """Yield all that a feature is as whole numbers, a column at a time: of a million, all at once fill the memory."""
+    yield features.group
+    yield from features.exact.T
+    for table in (features.place, features.amount, features.height):
+        for column in table.T:
+            values = column / _QUANTUM
+            known = np.isfinite(values) & (np.abs(values) < _FAR)
+            yield np.where(known, np.rint(np.where(known, values, 0.0)), -float(_FAR)).astype(np.int64)
 
 
-def _hashed(table: Ints) -> NDArray[np.uint64]:
-    """Return one number for every row; what it says is checked afterwards."""
-    mixed = np.zeros(len(table), dtype=np.uint64)
-    for column in table.T:
+def _hashed(features: Features) -> NDArray[np.uint64]:
+    """Return one number for every feature; what it says is checked afterwards."""
+    mixed = np.zeros(len(features), dtype=np.uint64)
+    for column in _rounded(features):
         mixed = (mixed ^ column.astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
         mixed ^= mixed >> np.uint64(29)
     return mixed
