@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from leafcut.kernels.layers import Layers
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import WorkerFigures
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
@@ -18,6 +19,15 @@ from leafcut.solve.instance import path_cost
 from leafcut.solve.running import PRESETS, Found, set_budget, until_interrupted
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
+
+#: Before the first kick of a small problem Ant Colony System makes so many generations at most, and stops when so many
+#: brought nothing. Kicks alone stay near the greedy path where they begin: on contours around holes they were 0 to
+#: 2.4 % longer than what the ants of the literature find in the same time; after ants, 0 to 0.03 %
+#: (benchmarks/students.py).
+GENERATIONS, PATIENCE = 20, 10
+
+#: They take this part of a time limit at most.
+ANTS_SHARE = 0.15
 
 
 def run_in_order(
@@ -65,6 +75,8 @@ def _search_together(instance: DirectedInstance, seed: int, best: Best, kicks: f
         best.watched.workers = figures
 
     def run() -> int:
+        if layers is not None:
+            _send_ants(instance, layers, seed, best)
         if threads == 1:
             return searches[0].run(kicks)
         with ThreadPoolExecutor(threads, thread_name_prefix="ants") as executor:
@@ -77,6 +89,26 @@ def _search_together(instance: DirectedInstance, seed: int, best: Best, kicks: f
 
     iterations = until_interrupted(run, best)
     return Found(instance.problem.cluster[best.tour].astype(np.int32), iterations, figures())
+
+
+def _send_ants(instance: DirectedInstance, layers: Layers, seed: int, best: Best) -> None:
+    """Offer the best path that a few generations of ants find, each of whose tours is improved."""
+    greedy, stop = sequential.greedy_path(instance), best.stop
+    best.offer(instance.nodes(greedy.node, greedy.enter), instance.length(greedy.node, greedy.enter, greedy.leave), 0)
+    own = Stop(
+        iterations=GENERATIONS, patience=PATIENCE, seconds=ANTS_SHARE * stop.seconds, target=stop.target,
+        cancelled=stop.cancelled, began=stop.began,
+    )  # fmt: skip
+    found = Best(own)
+    options = SolveOptions(algorithm="acs", seed=seed)
+    swarm = ordering.Swarm(
+        ordering.Ordering(instance, True, own, layers), options, AcoOptions(), FireflyOptions(), found
+    )
+    swarm.run()
+    nodes = swarm.nodes(found.tour)
+    node, enter = instance.path_of(nodes)
+    path = sequential.route_of(instance, node, enter)
+    best.offer(nodes, instance.length(path.node, path.enter, path.leave), 0)
 
 
 def warm_up_in_order(problem: RoutingProblem, algorithm: str = "colony") -> None:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.kernels.layers import Layers
 from leafcut.kernels.ordering import choose_all, invert_runs, lay_order, steps_apart
 from leafcut.kernels.route import begin_bias
 from leafcut.kernels.sequential import improve_route
@@ -40,9 +41,12 @@ Orders = tuple[Ints, NDArray[np.float64]]
 class Ordering:
     """What all searches for an order need: the clusters, the exact choice of nodes, and the local search."""
 
-    def __init__(self, instance: DirectedInstance, local_search: bool, stop: Stop) -> None:
+    def __init__(
+        self, instance: DirectedInstance, local_search: bool, stop: Stop, layers: Layers | None = None
+    ) -> None:
+        """Begin; `layers` are those of the instance, where they are there already."""
         self.instance, self.local_search, self.stop = instance, local_search, stop
-        self.layers = layers_of(instance)
+        self.layers = layers or layers_of(instance)
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
         self.path, self.trial, self.missing = (np.zeros(m, dtype=np.int32) for _ in range(3))
         self.sums, self.links = np.zeros((2, widest)), np.zeros((m, widest), dtype=np.int32)

@@ -29,7 +29,7 @@ from leafcut.solve.statistics import Best
 CANDIDATES, BREADTH = 16, (16, 8)
 
 #: A preset is a budget of kicks: per node, fewest and most.
-PRESETS = {"fast": (10, 1e3, 2e4), "default": (100, 5e3, 2e5), "thorough": (2000, 1e5, math.inf)}
+PRESETS = {"fast": (60, 5e3, 1e5), "default": (250, 2e4, 5e5), "thorough": (2000, 1e5, math.inf)}
 
 #: Kicks per node before the path may get longer; then by turns so many in which it may, and so many in which not.
 FIRST_COLD, HOT, COLD = 10, 1, 4
@@ -141,6 +141,8 @@ class Search:
         self.least = LEAST * self.mean
         self._descend()
         self.mean = min(self.mean, self._mean_way() * GREEDY)
+        if self.best.cost < self.cost:
+            self._take_up(self.best.tour)
         forgetting = Forgetting(instance, self.words, self.layers) if is_small(instance) else None
         kicks = phase * max(instance.n, FEWEST_KICKS) if forgetting else math.inf
         while True:
