@@ -309,8 +309,9 @@ def test_a_wrong_value_of_another_work_stands_in_nobodys_way(studio: Studio) -> 
 def test_what_an_older_reading_found_is_not_the_newest() -> None:
     """The first input takes longer to be read than the second, which was opened meanwhile."""
     release = threading.Event()
-    ready: list[bool] = []
-    panel: Any = SimpleNamespace(_turn=0, ready=ready.append)
+    panel: Any = InputPanel.__new__(InputPanel)
+    panel._turn, panel._reading, panel._run_wanted = 0, False, False
+    panel.ready = lambda _: None
 
     def slow(_: str) -> str:
         release.wait(30)
@@ -327,7 +328,7 @@ def test_what_an_older_reading_found_is_not_the_newest() -> None:
         return [await first, second]
 
     assert awaited(open_both()) == [("first", "", False), (None, "second.dxf: is empty", True)]
-    assert ready == [False, False]
+    assert not panel._reading
 
 
 def test_an_options_file_fills_in_the_form_and_names_no_files(studio: Studio) -> None:

@@ -14,7 +14,7 @@ from leafcut.model.solution import WorkerFigures
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.solve import ordering, sequential
 from leafcut.solve.annealing import is_small, layers_of
-from leafcut.solve.directed import DirectedInstance, build_directed, is_directed
+from leafcut.solve.directed import FEW_CLUSTERS, FEW_NODES, DirectedInstance, build_directed, is_directed
 from leafcut.solve.instance import path_cost
 from leafcut.solve.running import PRESETS, Found, set_budget, until_interrupted
 from leafcut.solve.statistics import Best
@@ -91,12 +91,14 @@ def _search_together(instance: DirectedInstance, seed: int, best: Best, kicks: f
     return Found(instance.problem.cluster[best.tour].astype(np.int32), iterations, figures())
 
 
-def _send_ants(instance: DirectedInstance, layers: Layers, seed: int, best: Best) -> None:
+def _send_ants(
+    instance: DirectedInstance, layers: Layers, seed: int, best: Best, generations: int = GENERATIONS
+) -> None:
     """Offer the best path that a few generations of ants find, each of whose tours is improved."""
     greedy, stop = sequential.greedy_path(instance), best.stop
     best.offer(instance.nodes(greedy.node, greedy.enter), instance.length(greedy.node, greedy.enter, greedy.leave), 0)
     own = Stop(
-        iterations=GENERATIONS, patience=PATIENCE, seconds=ANTS_SHARE * stop.seconds, target=stop.target,
+        iterations=generations, patience=PATIENCE, seconds=ANTS_SHARE * stop.seconds, target=stop.target,
         cancelled=stop.cancelled, began=stop.began,
     )  # fmt: skip
     found = Best(own)
@@ -124,6 +126,8 @@ def warm_up_in_order(problem: RoutingProblem, algorithm: str = "colony") -> None
     )
     instance, best = build_directed(small, sequential.CANDIDATES), Best(Stop(iterations=3))
     if algorithm == "colony":
+        if problem.n_clusters < FEW_CLUSTERS and problem.n_nodes <= FEW_NODES:
+            _send_ants(instance, layers_of(instance), 1, best, generations=1)
         sequential.Search(instance, 1, best).run(math.inf, phase=1)
     else:
         once = SolveOptions(algorithm=algorithm, iterations=2)
