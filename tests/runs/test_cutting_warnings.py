@@ -115,12 +115,15 @@ def test_a_sheet_too_large_for_the_machine_is_refused_before_places_to_pierce_ar
 def test_a_program_with_a_material_of_the_controller_is_simulated_with_the_speed_that_is_said(
     plate: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Twice the speed, half the time of the cut: a square of 60 mm with its leads, of which corners take a little."""
+    """Twice the speed, half the time of the cut: a square of 60 mm with its leads, of which corners take a little.
+
+    Where no speed is said, the chart's is counted, and that is told.
+    """
     out = tmp_path / "plate.ngc"
     api.optimize(plate, out, thickness="6", material_number=3, ignore_layers="MARK", **FAST)
     command = ["simulate", str(out), "--machine", "plasma-table"]
-    assert run(command) == 1
-    assert "only the controller knows; say it with --cut-speed" in capsys.readouterr().err
+    assert run(command) == 0
+    assert "the cut chart's for 3 mm of mild steel; say it with --cut-speed" in capsys.readouterr().out
     seconds = []
     for speed in ("600mm/min", "1200mm/min"):
         assert run([*command, "--cut-speed", speed, "--json"]) == 0

@@ -72,7 +72,7 @@ def _order(run: Run, plan: DrillPlan) -> Outcome:
         nearest = _solve_operations(run.quiet(), plan, SolveOptions(algorithm="nn", bound=False))
     plans = [[drawing_order(o) for o in plan.operations], [s.nodes for s in nearest], [s.nodes for s in solutions]]
     paths = [lay(orders) for orders in plans]
-    measures = [measure(path, run.machine) for path in paths]
+    measures = [measure(path, run.machine, start=plan.start) for path in paths]
     costs = [m.time_s if run.settings.solve.objective == "time" else m.travel_mm for m in measures]
     winner = int(np.argmin(costs))
     free = run.settings.solve.algorithm not in ("nn", "none") and run.settings.drill.hole_order is None

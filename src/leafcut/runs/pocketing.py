@@ -360,7 +360,7 @@ def _laid(job: PocketJob, clearings: list[Clearing]) -> LaidPockets:
         corner_tolerance=corner,
         rounded=job.words.rounding and job.rounding <= job.rules.stock,
     )
-    return LaidPockets(path, descents, measure(path, machine))
+    return LaidPockets(path, descents, measure(path, machine, start=job.start))
 
 
 def _outcome(

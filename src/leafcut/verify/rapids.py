@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from leafcut.model.cycles import in_series
 from leafcut.model.toolpath import Kind
+from leafcut.verify.clearance import at_machine_height
 from leafcut.verify.difference import MOST_LISTED, Difference, place
 from leafcut.verify.features import EXACT, FIRST_CYCLE, Floats, Ints, Mask
 from leafcut.verify.stages import PLACELESS, Mark
@@ -101,8 +102,10 @@ def gaps_of(work: Work) -> Gaps:
     lit = np.zeros(n, dtype=bool)
     lit[gap[across & on[:-1]]] = True
     from_unknown, to_unknown = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
-    from_unknown[gap[across & np.isnan(begin[:, 2])]] = True
-    to_unknown[gap[across & np.isnan(end[:, 2])]] = True
+    # At machine zero or above the tool is up, whatever the work offset is.
+    lost = across & ~at_machine_height(work.path, 0.0)[row]
+    from_unknown[gap[lost & np.isnan(begin[:, 2])]] = True
+    to_unknown[gap[lost & np.isnan(end[:, 2])]] = True
     padded = [np.append(z, np.inf) for z in (low, high)]
     return Gaps(
         feature,
