@@ -18,8 +18,9 @@ LINEAR, DOGLEG = 10, 11
 #: TSPLIB 95, section 2.4: the value of π and of the earth's radius (km) that GEO distances are defined with.
 GEO_PI, GEO_RADIUS = 3.141592, 6378.388
 
-#: Stands for "this edge must stay": smaller than any sum of real costs, and still exact to 1e-4 in float64.
-TIED = -1e12
+#: Stands for "this edge must stay": less than the real costs of any move come to, mm or s, and small enough for gains
+#: to be exact to 1e-9. Coarser rounding looks like a gain, and a search that follows it never ends.
+TIED = -(2.0**20)
 
 
 class CostModel(NamedTuple):
