@@ -257,7 +257,7 @@ def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
         ({"milling_feed": "100m/min"}, PlanError, "feeds at most"),
         ({"air_feed": "700mm/min"}, PlanError, "--air-feed 700 mm/min is below the feed of the mill, 800 mm/min"),
         ({"air_feed": "90m/min"}, PlanError, "feeds at most"),
-        ({"keep_out": "20 0 40 10"}, VerifyError, "zone"),
+        ({"keep_out": "20 0 40 10"}, VerifyError, "cuts in an obstacle"),
         ({"start_point": "1,2,3"}, OptionError, "two numbers"),
     ],
 )

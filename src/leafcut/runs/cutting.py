@@ -145,7 +145,7 @@ def _laid(job: Job, order: list[CutStart]) -> _Laid:
         corners=corners,
         obstacles=_obstacles(job),
     )
-    whole = measure(path, machine, start=job.start)
+    whole = measure(path, machine)
     seconds = _cut_seconds(path, rows, machine)
     norm = cut_norm(job.cutting.sheet, cuts, seconds, whole.time_s, settings.cut, corners)
     crossings = None if led is None else len(led.crossing)
