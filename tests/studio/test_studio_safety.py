@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 import uvicorn
+from own_loop import awaited
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
@@ -116,7 +117,7 @@ def test_a_request_that_stops_in_its_middle_is_given_up(monkeypatch: pytest.Monk
         "query_string": b"name=a.csv",
         "headers": [(name.encode(), value.encode()) for name, value in headers.items()],
     }
-    asyncio.run(guarded(studio, make_api(studio))(scope, receive, send))
+    awaited(guarded(studio, make_api(studio))(scope, receive, send))
     assert sent[0]["status"] == 408
     assert not list(studio.folder.inputs.iterdir())
 
@@ -150,7 +151,7 @@ def test_a_connection_that_sends_no_whole_head_is_closed_and_one_that_is_answere
             await task
         return answers
 
-    nothing, half, then_half = asyncio.run(asked())
+    nothing, half, then_half = awaited(asked())
     assert nothing == half == b""
     assert then_half.startswith(b"HTTP/1.1 200")
     assert then_half.endswith(b"done")
