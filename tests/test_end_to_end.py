@@ -234,14 +234,14 @@ def test_the_time_limit_is_one_for_all_tools_together(tmp_path: Path, monkeypatc
     inner = room.solve
 
     def spy(problem: object, options: SolveOptions, *rest: object, **words: object) -> object:
-        if options.algorithm != "nn":
-            limits.append(options.time_limit or 0.0)
+        if options.time_limit is not None:
+            limits.append(options.time_limit)
         return inner(problem, options, *rest, **words)  # type: ignore[arg-type]
 
     monkeypatch.setattr(room, "solve", spy)
     leafcut.optimize(_two_sizes(tmp_path), depth=1, concentric="all", time_limit="900ms", iterations=1)
     assert len(limits) == 3
-    assert limits[0] == pytest.approx(0.3, abs=0.01)
+    assert sum(limits[:2]) < 0.9
     assert all(limit <= 0.9 for limit in limits)
 
 

@@ -49,7 +49,9 @@ class ResultPanel:
         self.nest.leave()
         self.place.clear()
         with self.place:
-            if record is None or not record.state.kept:
+            # A run is over on the page when the middle knows it, which then draws all anew: what a person did to an
+            # outcome that stood here earlier would be undone by that.
+            if record is None or not record.state.kept or self.page.run.watching:
                 self._nothing(record)
                 return
             answer = view.studio.history.answer(record.id) or {}
