@@ -10,6 +10,7 @@ from leafcut.option_spec import WORKS, flag_name, written
 from leafcut.options import ALGORITHM_TITLES, GROUPS
 from leafcut.read import formats
 from leafcut.read.machine import machine_descriptions
+from leafcut.read.machine_keys import PROFILE_KEYS
 
 HERE = Path(__file__).parent
 OPTIONS_INTRODUCTION = (
@@ -41,6 +42,21 @@ def options_table() -> list[str]:
     return lines
 
 
+def profile_table() -> list[str]:
+    """Return the keys of a machine profile."""
+    lines = ["### A profile of your own", ""]
+    lines += [
+        "`leafcut machines --show haas-vf2 > my.toml` prints a profile with what its keys mean; change it, and give it",
+        "with `--machine my.toml`. Lengths, speeds and times are texts with a unit; lists are x, y and z. What is",
+        "taken for keys that time or safety hangs on is told (L408). `[sources]` may say where each value comes from.",
+        "",
+        "| key | what | otherwise |",
+        "| --- | --- | --- |",
+    ]
+    rows = ((key.name, key.help, "required" if key.required else key.shown_default) for key in PROFILE_KEYS)
+    return [*lines, *(f"| `{name}` | {text} | {otherwise} |" for name, text, otherwise in rows), ""]
+
+
 def table(title: str, head: tuple[str, str], rows: list[tuple[str, str]]) -> list[str]:
     """Return a section with a table of two columns."""
     lines = [f"## {title}", "", f"| {head[0]} | {head[1]} |", "| --- | --- |"]
@@ -54,6 +70,7 @@ def reference() -> str:
     lines += table("Algorithms", ("name", "what"), list(ALGORITHM_TITLES.items()))
     lines += table("Formats", ("name", "what"), [(f.name, f"{' '.join(f.extensions)} {f.help}") for f in formats()])
     lines += table("Machines", ("name", "what"), list(machine_descriptions().items()))
+    lines += profile_table()
     lines += table("Dialects", ("name", "what"), [(name, dialect(name).description) for name in dialects()])
     lines += table("Issues", ("code", "meaning"), list(CODES.items()))
     return "\n".join(lines)

@@ -106,6 +106,20 @@ def test_what_there_is_can_be_listed(capsys: pytest.CaptureFixture[str]) -> None
         assert name in [row["name"] for row in json.loads(answer(capsys, command, "--json")[0])]
 
 
+def test_a_machine_shown_can_be_saved_and_used_again(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """The same program, byte for byte, but for the name of the option."""
+    own = tmp_path / "my.toml"
+    own.write_text(answer(capsys, "machines", "--show", "haas-vf2")[0], encoding="utf-8")
+    shown = leafcut.optimize(PLATE, machine=str(own), thickness=5).text
+    assert (
+        shown.replace("--machine my.toml", "--machine haas-vf2")
+        == leafcut.optimize(PLATE, machine="haas-vf2", thickness=5).text
+    )
+    profile = json.loads(answer(capsys, "machines", "--show", str(own), "--json")[0])
+    assert (profile["name"], profile["profile"]) == ("haas-vf2", own.read_text(encoding="utf-8"))
+    assert "did you mean 'haas-vf2'" in answer(capsys, "machines", "--show", "haas-vf3", status=2)[1]
+
+
 PLATE = "example:plate-10"
 REFUSED = [
     (1, ["optimize", "nothing.dxf"], "no such file"),

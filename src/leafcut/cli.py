@@ -314,10 +314,24 @@ def _verify(
     return DONE if answer["same"] else REFUSED
 
 
-def _machines(*, as_json: Json = False) -> int:
-    """List the machines that leafcut knows."""
-    from leafcut.read.machine import load_machine, machine_names
+def _machines(
+    *,
+    show: Annotated[
+        str | None,
+        Parameter(name="--show", help="print the profile of this machine, to be saved and changed: > my.toml"),
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """List the machines that leafcut knows, or print the profile of one with what its keys mean."""
+    from leafcut.read.machine import load_machine, machine_names, machine_template
 
+    if show is not None:
+        text = machine_template(show)
+        if as_json:
+            _print_json({"name": load_machine(show).name, "profile": text})
+        else:
+            print(text, end="")
+        return DONE
     machines = [load_machine(name) for name in machine_names()]
     return _list([(m.name, f"{m.description} ({m.controller})") for m in machines], as_json)
 

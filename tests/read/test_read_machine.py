@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
+import leafcut
 from leafcut.errors import OptionError
-from leafcut.read.machine import SOURCE_KEYS, load_machine, machine_descriptions, machine_names
+from leafcut.read.machine import SOURCE_KEYS, load_machine, machine_descriptions, machine_names, machine_template
+from leafcut.read.machine_keys import PROFILE_KEYS
 
 PROFILE = """
 name = "mine"
@@ -136,7 +138,9 @@ def test_an_unknown_machine_is_told_the_nearest_name() -> None:
         ("velocity =", "velocty =", "[rapid]: unknown key 'velocty'; did you mean 'velocity'"),
         ("[rapid]", "[rapids]", "did you mean 'rapid'"),
         ('acceleration = "0.5 m/s2"', 'acceleration = "-0.5 m/s2"', "'rapid.acceleration' of x is -0.5 m/s2"),
-        ('acceleration = "0.5 m/s2"', "", "[rapid]: the key 'acceleration' is missing"),
+        ("max = [", "mix = [", "[travel]: unknown key 'mix'"),
+        ('max = ["400 mm", "20 cm", "0 mm"]', "", "[travel]: the key 'max' is missing"),
+        ('controller = "linuxcnc"', "", "the key 'controller' is missing"),
         ('max_feed = "3 m/min"', "max_feed = 3", "must be a text with a unit"),
         ('max_feed = "3 m/min"', 'max_feed = "3 m/fortnight"', "unknown unit 'm/fortnight'"),
         ('max_feed = "3 m/min"', 'max_feed = "0 m/min"', "'max_feed' is 0 m/min, but must be above 0"),
@@ -195,3 +199,48 @@ def test_a_torch_may_have_a_probe(tmp_path: Path) -> None:
     ):
         with pytest.raises(OptionError, match=words):
             load_machine(write(tmp_path, PROFILE + f"[probe]\n{wrong}\n"))
+
+
+@pytest.mark.parametrize("name", machine_names())
+def test_a_profile_shown_as_a_template_is_the_same_machine_when_it_is_read_again(name: str, tmp_path: Path) -> None:
+    """And so it is with all that it only shows as comments written in, where that is what holds."""
+    text = machine_template(name)
+    assert load_machine(write(tmp_path, text)) == load_machine(name)
+    for key in PROFILE_KEYS:
+        assert f"# {key.help}" in text
+        if key.default is not None and key.table != "probe":
+            text = text.replace(f"\n# {key.key} = ", f"\n{key.key} = ", 1)
+    said = load_machine(write(tmp_path, text))
+    assert (said.units, said.acceleration_factor, said.spindle_min_rpm) == (
+        load_machine(name).units, load_machine(name).acceleration_factor, load_machine(name).spindle_min_rpm,
+    )  # fmt: skip
+
+
+FEW = """
+controller = "grbl"
+[rapid]
+velocity = ["3 m/min", "2 m/min", "600 mm/min"]
+[travel]
+min = "0 mm"
+max = ["400 mm", "300 mm", "80 mm"]
+"""
+
+
+def test_few_keys_make_a_machine_and_what_is_taken_for_the_others_is_told(tmp_path: Path) -> None:
+    """The name is that of the file; the feed goes up to the slower rapid of x and y: 2 m/min."""
+    file = write(tmp_path, FEW)
+    machine = load_machine(file)
+    assert (machine.name, machine.description) == ("mine", "mine")
+    assert machine.max_feed == pytest.approx(2000 / 60)
+    assert machine.acceleration == (500.0, 500.0, 500.0)
+    assert set(machine.assumed) == {"max_feed"} | {key.name for key in PROFILE_KEYS if key.told and key.default}
+    required = {key.name for key in PROFILE_KEYS if key.required}
+    assert required == {"controller", "rapid.velocity", "travel.min", "travel.max"}
+    (told,) = [i for i in leafcut.optimize("example:plate-10", machine=file, thickness=5).issues if i.code == "L408"]
+    assert told.severity == "note" and "max_feed 2000 mm/min" in told.message
+    assert load_machine(write(tmp_path, machine_template(file))) == machine
+
+
+@pytest.mark.parametrize("name", machine_names())
+def test_nothing_that_is_told_is_assumed_of_a_shipped_machine(name: str) -> None:
+    assert load_machine(name).assumed == {}

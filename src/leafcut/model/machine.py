@@ -74,6 +74,8 @@ class Machine:
         How its torch finds the sheet where the program does that, or None.
     sources
         Where each value comes from, by key, or "estimate: …".
+    assumed
+        What its profile does not say and was taken as leafcut's own figure, by key: the value and why, in words.
     """
 
     name: str
@@ -101,3 +103,4 @@ class Machine:
     corner_deviation: float = 0.01
     probe: Probe | None = None
     sources: dict[str, str] = field(default_factory=dict)
+    assumed: dict[str, str] = field(default_factory=dict)

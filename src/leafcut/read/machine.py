@@ -11,32 +11,18 @@ from typing import Any
 
 from leafcut.errors import OptionError, nearest
 from leafcut.model.machine import XYZ, Machine, Probe
-from leafcut.read.toml_table import Table, parse_toml, read_toml
-
-RAPID_STYLES = ("linear", "dogleg")
-PROCESSES = ("spindle", "torch", "laser", "flame", "water")
-CORNERS = ("linuxcnc", "grbl", "round")
-
-#: Every key of a profile, by table; a source is given by ``key`` or ``table.key``.
-_KEYS: dict[str, tuple[str, ...]] = {
-    "": (
-        "name", "description", "controller", "process", "units", "max_feed", "acceleration_factor",
-        "home", "work_offset", "safe_z", "rapid", "corners", "travel", "spindle", "tool_change", "probe",
-        "sources",
-    ),
-    "rapid": ("style", "velocity", "acceleration"),
-    "corners": ("style", "deviation"),
-    "travel": ("min", "max"),
-    "spindle": ("min_speed", "max_speed", "start_time"),
-    "tool_change": ("automatic", "time", "position"),
-    "probe": ("feed", "depth", "switch_offset"),
-}  # fmt: skip
-
-#: What a profile may give a source for: every value that is a fact of the machine.
-SOURCE_KEYS: tuple[str, ...] = (
-    *(k for k in _KEYS[""] if k not in ("name", "description", "sources") and k not in _KEYS),
-    *(f"{table}.{key}" for table, keys in _KEYS.items() if table for key in keys),
+from leafcut.read.machine_keys import (
+    CORNERS,
+    KEYS,
+    PROCESSES,
+    RAPID_STYLES,
+    SOURCE_KEYS,
+    TOP_KEYS,
+    profile_template,
+    with_defaults,
 )
+from leafcut.read.toml_table import Table, parse_toml, read_toml
+from leafcut.units import SECONDS_PER_MINUTE
 
 #: LinuxCNC and others check the limits of an axis to about this, mm.
 _ROOM = 1e-6
@@ -65,15 +51,32 @@ def load_machine(name_or_path: str, work_offset: Sequence[float] | None = None) 
         No machine of that name (the nearest name is given), a file that cannot be read, or a profile in which a key
         is unknown, missing or of a wrong kind, or says what cannot be.
     """
-    if name_or_path.lower().endswith(".toml"):
-        machine = _machine_of(read_toml(Path(name_or_path)), name_or_path)
-    else:
-        names = machine_names()
-        if name_or_path not in names:
-            raise OptionError(f"unknown machine '{name_or_path}'{nearest(name_or_path, names)}")
-        file = resources.files("leafcut.machines") / f"{name_or_path}.toml"
-        machine = _machine_of(parse_toml(file.read_bytes(), f"{name_or_path}.toml"), f"{name_or_path}.toml")
+    machine = _machine_of(*_profile(name_or_path))
     return machine if work_offset is None else replace(machine, work_offset=_work_offset(work_offset))
+
+
+def machine_template(name_or_path: str) -> str:
+    """Return the profile of a machine as TOML that explains every key, to be saved and changed.
+
+    Raises
+    ------
+    OptionError
+        As `load_machine` does.
+    """
+    data, place = _profile(name_or_path)
+    machine = _machine_of(data, place)
+    return profile_template(data, machine.name)
+
+
+def _profile(name_or_path: str) -> tuple[dict[str, Any], str]:
+    """Return a profile as it stands in its file, and what its messages begin with."""
+    if name_or_path.lower().endswith(".toml"):
+        return read_toml(Path(name_or_path)), name_or_path
+    names = machine_names()
+    if name_or_path not in names:
+        raise OptionError(f"unknown machine '{name_or_path}'{nearest(name_or_path, names)}")
+    file = resources.files("leafcut.machines") / f"{name_or_path}.toml"
+    return parse_toml(file.read_bytes(), file.name), file.name
 
 
 def _work_offset(value: Sequence[float]) -> XYZ:
@@ -85,48 +88,51 @@ def _work_offset(value: Sequence[float]) -> XYZ:
 
 
 def _machine_of(data: dict[str, Any], place: str) -> Machine:
-    top = Table(data, place, _KEYS[""])
+    said = Table(data, place, TOP_KEYS)
+    filled, told = with_defaults(data)
+    top = Table(filled, place, TOP_KEYS)
     rapid, corners, travel, spindle, change = (
-        top.table(name, _KEYS[name]) for name in ("rapid", "corners", "travel", "spindle", "tool_change")
+        top.table(name, KEYS[name]) for name in ("rapid", "corners", "travel", "spindle", "tool_change")
     )
+    velocity = _xyz(rapid.vector("velocity", "mm/s"))
+    name = top.text("name", Path(place).stem)
     machine = Machine(
-        name=top.text("name"),
-        description=top.text("description"),
+        name=name,
+        description=top.text("description", name),
         controller=top.text("controller"),
-        process=top.text("process", "spindle", PROCESSES),
-        units=top.text("units", "mm", ("mm", "in")),
-        rapid_style=rapid.text("style", "linear", RAPID_STYLES),
-        rapid_velocity=_xyz(rapid.vector("velocity", "mm/s")),
+        process=top.text("process", choices=PROCESSES),
+        units=top.text("units", choices=("mm", "in")),
+        rapid_style=rapid.text("style", choices=RAPID_STYLES),
+        rapid_velocity=velocity,
         acceleration=_xyz(rapid.vector("acceleration", "mm/s²")),
         acceleration_factor=top.number("acceleration_factor", 1.0),
         corners=corners.text("style", "", ("", *CORNERS)),
-        corner_deviation=corners.quantity("deviation", "mm", Machine.corner_deviation),
-        max_feed=top.quantity("max_feed", "mm/s"),
+        corner_deviation=corners.quantity("deviation", "mm"),
+        max_feed=top.quantity("max_feed", "mm/s", min(velocity[:2])),
         travel_min=_xyz(travel.vector("min", "mm")),
         travel_max=_xyz(travel.vector("max", "mm")),
-        home=_xyz(top.vector("home", "mm", (0.0, 0.0, 0.0))),
+        home=_xyz(top.vector("home", "mm")),
         work_offset=top.optional("work_offset", lambda key: _xyz(top.vector(key, "mm"))),
         safe_z=top.optional("safe_z", lambda key: top.quantity(key, "mm")),
-        spindle_min_rpm=spindle.quantity("min_speed", "rpm", 0.0),
-        spindle_max_rpm=spindle.quantity("max_speed", "rpm", Machine.spindle_max_rpm),
-        spindle_start_s=spindle.quantity("start_time", "s", 0.0),
+        spindle_min_rpm=spindle.quantity("min_speed", "rpm"),
+        spindle_max_rpm=spindle.quantity("max_speed", "rpm"),
+        spindle_start_s=spindle.quantity("start_time", "s"),
         tool_changer=change.flag("automatic", True),
-        tool_change_s=change.quantity("time", "s", Machine.tool_change_s),
+        tool_change_s=change.quantity("time", "s"),
         tool_change_position=change.optional("position", lambda key: _xy(change.vector(key, "mm", size=2))),
         probe=_probe(top) if "probe" in top else None,
         sources=_sources(top),
     )
+    if "max_feed" not in said:
+        told["max_feed"] = f"{machine.max_feed * SECONDS_PER_MINUTE:g} mm/min (as the slower rapid of x and y)"
+    machine = replace(machine, assumed=told)
     _check(machine, place, top)
     return machine
 
 
 def _probe(top: Table) -> Probe:
-    table = top.table("probe", _KEYS["probe"])
-    return Probe(
-        table.quantity("feed", "mm/s"),
-        table.quantity("depth", "mm", Probe.depth),
-        table.quantity("switch_offset", "mm", Probe.switch_offset),
-    )
+    table = top.table("probe", KEYS["probe"])
+    return Probe(table.quantity("feed", "mm/s"), table.quantity("depth", "mm"), table.quantity("switch_offset", "mm"))
 
 
 def _xyz(v: tuple[float, ...]) -> XYZ:
@@ -158,7 +164,7 @@ def _check(machine: Machine, place: str, top: Table) -> None:
             ("rapid.acceleration", machine.acceleration[i]),
         ):
             if not value > 0:
-                shown = top.table("rapid", _KEYS["rapid"]).typed(key.removeprefix("rapid."), i)
+                shown = top.table("rapid", KEYS["rapid"]).typed(key.removeprefix("rapid."), i)
                 raise refuse(key, f"of {axis} is {shown}, but must be above 0")
         if not high > low:
             raise refuse("travel.max", f"of {axis} is {high:g} mm, but must be above the smallest, {low:g} mm")
@@ -187,7 +193,7 @@ def _check_probe(probe: Probe, max_feed: float, refuse: Callable[[str, str], Opt
 
 def _check_positive(machine: Machine, top: Table, refuse: Callable[[str, str], OptionError]) -> None:
     if not machine.corner_deviation > 0:
-        shown = top.table("corners", _KEYS["corners"]).typed("deviation")
+        shown = top.table("corners", KEYS["corners"]).typed("deviation")
         raise refuse("corners.deviation", f"is {shown}, but must be above 0")
     if not machine.max_feed > 0:
         raise refuse("max_feed", f"is {top.typed('max_feed')}, but must be above 0")

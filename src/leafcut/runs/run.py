@@ -182,14 +182,16 @@ def refuse(problems: Sequence[Difference]) -> None:
 
 
 def machine_issues(machine: Machine) -> list[Issue]:
-    """Return what is not known of the machine and so could not be checked."""
-    if machine.work_offset is not None:
-        return []
-    return [
-        Issue(
-            "L403",
+    """Return what is not known of the machine: what could not be checked, and what was taken for it."""
+    issues = []
+    if machine.assumed:
+        values = ", ".join(f"{key} {words.partition(' (')[0]}" for key, words in machine.assumed.items())
+        message = f"the profile of {machine.name} does not say all; taken: {values}"
+        issues.append(Issue("L408", f"{message}; see leafcut machines --show", severity=Severity.NOTE))
+    if machine.work_offset is None:
+        message = (
             f"where the part lies on {machine.name} is not known: only its size was checked against the travel; "
-            "give --work-offset to check its place",
-            severity=Severity.NOTE,
+            "give --work-offset to check its place"
         )
-    ]
+        issues.append(Issue("L403", message, severity=Severity.NOTE))
+    return issues
