@@ -445,6 +445,32 @@ M2
 %
 """,
 }
+_BLANKS, _MANY, _ENDLESS = b" " * 40_000, b"9" * 400, b"9" * 5000
+#: What hung or broke leafcut before: patterns that look at a run of blanks again from each of its places, numbers of
+#: more digits than a float or a Python integer takes, words that a message repeated as they stood.
+BROKE_BEFORE: dict[str, tuple[bytes, ...]] = {
+    "wkt": (
+        b"x" + _BLANKS + b"POLYGON ((0 0, 9 0, 9 9, 0 0))", b"POLYGON" + _BLANKS + b"x",
+        b"\\" * 2000, b"a\\" * 2000,
+    ),
+    "csv": (b"x" + b"_" * 40_000 + b";y\n1;2\n",),
+    "tsplib": (b"NAME" + _BLANKS + b"x\n", b"NAME: a" + _BLANKS + b"x\n", b"\n" * 40_000 + b"x"),
+    "any": (b"\n" * 40_000 + b"x", b"T" + b"1" * 40_000, b"POLYGON" + _BLANKS + b"x"),
+    "gcode": (b"G1 X1 F100 (X" + _BLANKS + b")\nM2\n",),
+    "gcode_haas": (b"#1=0\nWHILE [#1 LT 2] DO" + _ENDLESS + b"\n#1=#1+1\nEND" + _ENDLESS + b"\n",),
+    "posts": (_BLANKS + b"\nG1 X1 F100\nM2\n",),
+    "reorder": (b"G0 Z5\n(1" + _BLANKS + b")\n" + _BLANKS + b"\nG81 X1 Y1 Z-1 R1 F100\nX9\nX3\nG80\nM2\n",),
+    "options": (
+        b"[drill]\nclearance_height = " + _MANY, b"[solve]\nseed = " + _MANY,
+        b"[machine]\nstart_point = [" + _MANY + b", 1]", b"[read]\nlayers = [" + _MANY + b"]",
+    ),
+    "machine": (b"acceleration_factor = " + _MANY,),
+    "tools": (b"[[tool]]\nkind = 'drill'\ndiameter = '3mm'\nnumber = " + _MANY,),
+    "plan": (b'{"leafcut_plan": 1, "contours": [{"kind": "cut", "length": ' + _MANY + b"}]}",),
+    "order": (b'{"leafcut_order": 1, "operations": [{"operation": 1, "holes": [' + _MANY + b"]}]}",),
+    "cutchart": (b"process,material,thickness_mm,cut_speed_mm_min\nplasma,steel," + _MANY + b",1\n",),
+    "nestlist": (b"a.dxf;" + _ENDLESS + b";0 90\n",),
+}  # fmt: skip
 #: Targets that take the seeds of another one.
 _LIKE = {"cut": "svg", "drill": "csv", "any": "csv", "verify": "gcode", "posts": "gcode", "reorder": "gcode"}
 
@@ -511,6 +537,7 @@ def seeds_of(name: str) -> list[bytes]:
     found = [f.read_bytes() for f in files if f.stat().st_size <= LARGEST_SEED and part in str(f)]
     own = OWN_SEEDS.get(_LIKE.get(name, name), "") or OWN_SEEDS.get(name.partition("_")[0], "")
     found += [text.encode() for text in own.split("--------\n") if text]
+    found += BROKE_BEFORE.get(name, ())
     found += [f.read_bytes() for f in sorted((DATA / "fuzz").glob(f"{name}-*"))]
     return found or [b"1 2 3\n"]
 

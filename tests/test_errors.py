@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from leafcut import errors
-from leafcut.errors import LeafcutError, OptionError, ReadError, nearest
+from leafcut.errors import LONGEST_QUOTE, LeafcutError, OptionError, ReadError, nearest, shown
 from leafcut.files import OutputError
 
 
@@ -21,6 +21,15 @@ def test_a_read_error_names_file_and_line() -> None:
     problem = ReadError("a.nc", "G7 is not understood", 12)
     assert str(problem) == "a.nc:12: G7 is not understood"
     assert (problem.file, problem.line, problem.reason) == ("a.nc", 12, "G7 is not understood")
+
+
+@pytest.mark.parametrize("word", ["\\" * 500, "a/b" * 200, "x" * 500])
+def test_a_long_word_is_cut_also_where_a_message_may_be_longer(word: str) -> None:
+    """What another library says of a file repeats the file's own words: these are cut, not what it says."""
+    said = shown(f"Unknown type: '{word}' in line 3", 120)
+    assert max(map(len, said.split())) <= LONGEST_QUOTE
+    assert said.startswith("Unknown type: '")
+    assert said.endswith("in line 3")
 
 
 @pytest.mark.parametrize(

@@ -183,3 +183,10 @@ def test_a_decimal_comma_is_a_point_in_what_holds_one_number_and_parts_what_hold
     assert (found.drill.thickness, found.drill.dwell) == (6.5, 0.5)
     assert found.drill.start_point == (10.0, 20.0)
     assert found.pocket.step_over == 0.625
+
+
+@pytest.mark.parametrize("name", ["clearance_height", "seed", "layers", "start_point"])
+def test_a_number_of_thousands_of_digits_is_refused_by_the_name_of_its_option(name: str) -> None:
+    """No float holds it, and Python does not print it."""
+    with pytest.raises(OptionError, match="64 bits"):
+        Settings.collect({name: 10**5000})

@@ -30,8 +30,12 @@ _UNBROKEN = re.compile(rf"[^\s/\\]{{{LONGEST_QUOTE + 3},}}")
 
 
 def shown(text: str, limit: int = LONGEST_QUOTE) -> str:
-    """Return text from a file as it may stand in a message: one line, printable, not too long."""
-    line = " ".join(text[: 10 * limit].split())
+    """Return text from a file as it may stand in a message: one line, printable, not too long.
+
+    With a larger `limit`, for what another library says of a file, every word in it is cut as a quotation is.
+    """
+    words = text[: 10 * limit].split()
+    line = " ".join(w if len(w) <= LONGEST_QUOTE else f"{w[: LONGEST_QUOTE - 1]}…" for w in words)
     printable = "".join(c if c.isprintable() else "?" for c in line[: limit + 1])
     return printable if len(printable) <= limit else printable[: limit - 1] + "…"
 

@@ -77,13 +77,24 @@ def parse_toml(content: bytes, source: str) -> dict[str, Any]:
     import tomllib
 
     try:
-        return tomllib.loads(content.decode("utf-8"))
+        tables = tomllib.loads(content.decode("utf-8"))
+        _check_wholes(tables)
+        return tables
     except UnicodeDecodeError:
         raise OptionError(f"{source}: not a TOML file (not UTF-8 text)") from None
     except RecursionError:
         raise OptionError(f"{source}: not a TOML file of ours (nested too deep)") from None
     except ValueError as problem:  # TOMLDecodeError, and numbers of thousands of digits
         raise OptionError(f"{source}: not a TOML file ({shown(str(problem), 200)})") from None
+
+
+def _check_wholes(value: Any) -> None:
+    """Refuse whole numbers of more than 64 bits, as TOML has it (1.0.0, "Integer"): no float can hold the largest."""
+    if isinstance(value, dict | list):
+        for inner in value.values() if isinstance(value, dict) else value:
+            _check_wholes(inner)
+    elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+        raise ValueError(f"'{shown(str(value))}' is a whole number of more than 64 bits")
 
 
 def check_output(target: str | Path | None, inputs: Iterable[str | Path | None]) -> None:

@@ -89,9 +89,7 @@ class OptionGroup:
         """Return values with bare numbers as texts: ``feed = 300`` is mm/min, as ``--feed 300`` is, and not mm/s."""
         specs = cls.specs()
         return {
-            name: repr(float(value))
-            if specs[name].kind == "quantity" and isinstance(value, int | float) and not isinstance(value, bool)
-            else value
+            name: repr(float(value)) if specs[name].kind == "quantity" and _is_float(value) else value
             for name, value in given.items()
         }
 
@@ -101,10 +99,22 @@ class OptionGroup:
         return {n: getattr(self, n) for n in self.specs() if getattr(self, n) != getattr(reference, n)}
 
 
+def _is_float(value: Any) -> bool:
+    """Return whether a value is a number that a float can hold."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and not _is_too_long(value)
+
+
+def _is_too_long(value: Any) -> bool:
+    """Return whether a value is a whole number of more than 64 bits: nothing is so many, and no message prints it."""
+    return isinstance(value, int) and not -(2**63) <= value < 2**63
+
+
 def _convert(name: str, spec: OptionSpec, value: Any) -> Any:
     if value is None:
         return None
     flag = flag_name(name)
+    if _is_too_long(value):
+        raise OptionError(f"{flag}: a whole number of more than 64 bits is out of range")
     try:
         converted = _CONVERTERS[spec.kind](spec, value)
     except (OptionError, TypeError, ValueError, OverflowError) as problem:

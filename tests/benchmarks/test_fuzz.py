@@ -36,6 +36,13 @@ def test_the_cases_that_broke_leafcut_before_end_in_its_own_errors(data: Path, t
     assert {name: fault for name, fault in faults.items() if fault} == {}
 
 
+def test_long_runs_and_long_numbers_end_in_leafcuts_own_errors(tmp_path: Path, fuzz: Any) -> None:
+    """Forty thousand blanks are looked at once, not from each of their places; no number has too many digits."""
+    cases = [(name, case) for name, several in fuzz.BROKE_BEFORE.items() for case in several]
+    faults = [(name, case[:40], fuzz.fault_of(name, case, tmp_path / "input")) for name, case in cases]
+    assert [fault for fault in faults if fault[2]] == []
+
+
 @pytest.mark.parametrize("name", _targets())
 def test_mutated_inputs_end_in_leafcuts_own_errors(name: str, tmp_path: Path, fuzz: Any) -> None:
     """The same inputs in every run, so that one that fails can be made again: ``benchmarks/fuzz.py --again``."""

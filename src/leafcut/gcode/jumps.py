@@ -28,7 +28,7 @@ _GOAL = re.compile(r"(?:GOTO|M97P|M99P)([0-9]++)?", re.IGNORECASE)
 #: Words that leave a piece of text for somewhere else, beside jumps to a line of it.
 _LEAVES = re.compile(r"M99(?![0-9])|O(?:[0-9]+|<[^<>]*>)(?:RETURN|BREAK|CONTINUE)|GOTO(?![0-9])", re.IGNORECASE)
 _AFTER_IF = re.compile(r"[ \t]*(GOTO|THEN)[ \t]*", re.IGNORECASE)
-_AFTER_WHILE = re.compile(r"[ \t]*DO[ \t]*([0-9]+)[ \t]*$", re.IGNORECASE)
+_AFTER_WHILE = re.compile(r"[ \t]*DO[ \t]*([0-9]{1,9})[ \t]*$", re.IGNORECASE)
 
 
 class Undecided(Exception):
@@ -219,7 +219,7 @@ class Jumps:
             return None
         if statement.keyword == "DO":
             return _number_of(statement.rest)
-        found = re.search(r"DO[ \t]*([0-9]+)[ \t]*$", statement.rest, re.IGNORECASE)
+        found = re.search(r"DO[ \t]*([0-9]{1,9})[ \t]*$", statement.rest, re.IGNORECASE)
         return int(found.group(1)) if found else None
 
     def _begin_of(self, line: int) -> int:

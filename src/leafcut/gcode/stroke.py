@@ -26,7 +26,7 @@ _BODY_LETTERS = frozenset("NGXYZIJRFS")
 _MOTIONS = frozenset({10, 20, 30})
 _CUTS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 #: A remark that says where something is, which would no longer be true.
-_SAYS_WHERE = re.compile(r"[XYIJR]\s*[:=]?\s*[-+]?\.?[0-9]", re.IGNORECASE)
+_SAYS_WHERE = re.compile(r"[XYIJR]\s*(?:[:=]\s*)?[-+]?\.?[0-9]", re.IGNORECASE)
 _TOLERANCE = 1e-6
 
 

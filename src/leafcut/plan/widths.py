@@ -17,7 +17,7 @@ _TOP = 200
 _NUMBER = r"([0-9]{1,3}\s?/\s?[0-9]{1,3}|[0-9]{0,4}\.?[0-9]{1,6})\.?"
 _UNIT = r"\s?(mm|inch|in\b|\")?"
 _MILL = r"(?:end\s?-?mill|face\s?-?mill|slot\s?-?mill|ball\s?-?nose|bull\s?-?nose|v-?bit|router\s?bit|cutter)"
-_NO_COUNT = r"(?!\s*-?\s*(?:flutes?|fl\b|teeth|tooth|inserts?|deg|°))"
+_NO_COUNT = r"(?!\s*(?:-\s*)?(?:flutes?|fl\b|teeth|tooth|inserts?|deg|°))"
 _DIAMETERS = (
     # D=6., diameter 6 mm.
     re.compile(

@@ -9,7 +9,7 @@ from leafcut.errors import PostError
 
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
 _FRONT = re.compile(r"[ \t]*/?[ \t]*(?:[Nn][ \t]*[0-9]+(?:\.[0-9]+)?)?[ \t]*")
-_NUMBER = re.compile(r"([ \t]*/?[ \t]*[Nn][ \t]*)([0-9]+)(?![0-9.])")
+_NUMBER = re.compile(r"([ \t]*+/?[ \t]*+[Nn][ \t]*+)([0-9]+)(?![0-9.])")
 _LETTER = re.compile(r"[A-Za-z]")
 _WORD = re.compile(r"([A-Za-z])[ \t]*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))")
 _JUMP = re.compile(r"GOTO|M\s*97(?![0-9])|M\s*99\s*P", re.IGNORECASE)

@@ -44,7 +44,7 @@ HEADER_WORDS = {
     "city": "name",
     "layer": "layer",
 }
-_UNIT_IN_HEADER = re.compile(r"^(\w+?)[ _]*[\[(]?(mm|cm|in|inch|mil|m)[\])]?$")
+_UNIT_IN_HEADER = re.compile(r"^(\w*?[^\W_])[ _]*+[\[(]?(mm|cm|in|inch|mil|m)[\])]?$")
 #: Rows in error that are named one by one; the rest is counted.
 NAMED_ROWS = 10
 

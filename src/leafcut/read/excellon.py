@@ -40,7 +40,7 @@ _REPEAT = re.compile(r"R(\d+)")
 _FORMAT_COMMENT = re.compile(
     r";\s*FORMAT=\{(\d):(\d)\s*/[^/]*/[^/]*/\s*(suppress leading|suppress trailing|keep)?", re.I
 )
-_MARK_TOOL = re.compile(rb"^T\d+.*C[.\d]+", re.MULTILINE)
+_MARK_TOOL = re.compile(rb"^T\d.*C[.\d]", re.MULTILINE)
 _MARK_HEADER = re.compile(rb"^(?:METRIC|INCH|M71|M72|FMAT)", re.MULTILINE)
 _GERBONARA_PLACE = re.compile(r"^.*?:(\d+) \"(.*?)\": (.*)$", re.DOTALL)
 #: gerbonara's warnings that change nothing about the holes.

@@ -34,7 +34,7 @@ Ints = NDArray[np.int32]
 def sniff(head: bytes) -> Match:
     """Say whether a file has the keys of TSPLIB, and that of its sets."""
     text = head[:4096].decode("latin-1").upper()
-    return Match.YES if re.search(r"^\s*GTSP_SETS\b", text, re.MULTILINE) else Match.NO
+    return Match.YES if re.search(r"^[^\S\n]*GTSP_SETS\b", text, re.MULTILINE) else Match.NO
 
 
 def read_gtsp(source: Source, options: ReadOptions) -> Part:

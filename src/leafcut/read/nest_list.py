@@ -21,7 +21,7 @@ from leafcut.read.format import load
 HEADER_WORDS = ("file", "part", "drawing", "name", "path")
 #: More drawings than this are no list of parts.
 MAX_DRAWINGS = 2_000
-_NUMBERED = re.compile(r"(.+):([+-]?\d+)", re.DOTALL)
+_NUMBERED = re.compile(r"(.+):([+-]?[0-9]{1,9})", re.DOTALL)
 
 
 @dataclass(frozen=True)

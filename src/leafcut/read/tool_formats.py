@@ -73,7 +73,7 @@ def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[Row]:
         if not words.strip():
             continue
         values = {word[0].upper(): word[1:] for word in words.split()}
-        if "T" not in values or not re.fullmatch(r"\d+", values["T"]):
+        if "T" not in values or not re.fullmatch(r"[0-9]{1,9}", values["T"]):
             raise OptionError(f"{path}: line {number}: '{shown(line, 40)}' is no line of LinuxCNC's tool table")
         name = f"T{values['T']}"
         kind = _kind_in(comment)
@@ -166,6 +166,7 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
     if kind is None:
         return f"leafcut has no '{shown(shape, 30)}'"
     values = _inner(bit, "parameter")
+    flutes = str(values.get("Flutes", ""))
     given = {
         "number": number,
         "kind": kind,
@@ -176,7 +177,7 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
         if kind == "drill" and "TipAngle" in values
         else None,
         "pitch": values.get("Pitch") if kind == "tap" else None,
-        "teeth": int(values["Flutes"]) if kind == "end-mill" and str(values.get("Flutes", "")).isdigit() else None,
+        "teeth": int(flutes) if kind == "end-mill" and re.fullmatch(r"[0-9]{1,9}", flutes) else None,
     }
     return {key: value for key, value in given.items() if value is not None}
 

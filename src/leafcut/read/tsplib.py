@@ -40,15 +40,17 @@ SAME_FORMAT = {
 #: Best known lengths, if this file lies beside the instance: columns name, n, optimal_length.
 OPTIMA_FILE = "optima.csv"
 
-_KEY = re.compile(r"\s*([A-Za-z][A-Za-z_0-9]*)\s*(?::\s*(.*?))?\s*\Z")
+_KEY = re.compile(r"\s*([A-Za-z][A-Za-z_0-9]*)\s*(?::\s*(.*))?\Z")
 
 
 def sniff(head: bytes) -> Match:
     """Say whether a file begins with the keys of TSPLIB."""
     text = head[:4096].decode("latin-1").upper()
-    if re.search(r"^\s*GTSP_SETS\b", text, re.MULTILINE):
+    if re.search(r"^[^\S\n]*GTSP_SETS\b", text, re.MULTILINE):
         return Match.NO
-    keys = re.findall(r"^\s*(NAME|TYPE|COMMENT|DIMENSION|EDGE_WEIGHT_TYPE|NODE_COORD_SECTION)\b", text, re.MULTILINE)
+    keys = re.findall(
+        r"^[^\S\n]*(NAME|TYPE|COMMENT|DIMENSION|EDGE_WEIGHT_TYPE|NODE_COORD_SECTION)\b", text, re.MULTILINE
+    )
     return Match.YES if len(set(keys)) >= 2 and "DIMENSION" in keys else Match.NO
 
 
@@ -99,7 +101,7 @@ def split(source: Source) -> tuple[Keys, Sections]:
             continue
         if not line.strip():
             continue
-        match = _KEY.match(line)
+        match = _KEY.match(line.rstrip())
         if match is None:
             raise ReadError(source.path, f"'{shown(line)}' is neither a key nor numbers", number)
         key = match.group(1).upper()

@@ -39,7 +39,7 @@ _TYPES = (
     "POINT|LINESTRING|LINEARRING|POLYGON|MULTIPOINT|MULTILINESTRING|MULTIPOLYGON|GEOMETRYCOLLECTION|CIRCULARSTRING|"
     "COMPOUNDCURVE|CURVEPOLYGON|MULTICURVE|MULTISURFACE|POLYHEDRALSURFACE|TIN|TRIANGLE"
 )
-_BEGINS = re.compile(rf"\s*(?:SRID\s*=\s*\d+\s*;\s*)?(?:{_TYPES})\b\s*(?:Z|M|ZM)?\s*(?:\(|EMPTY\b)", re.IGNORECASE)
+_BEGINS = re.compile(rf"\s*(?:SRID\s*=\s*\d+\s*;\s*)?(?:{_TYPES})\b\s*(?:(?:Z|M|ZM)\s*)?(?:\(|EMPTY\b)", re.IGNORECASE)
 _PREFIX = re.compile(r"\s*SRID\s*=\s*\d+\s*;", re.IGNORECASE)
 #: What may stand between two geometries.
 _BETWEEN = " \t\r\n;"
@@ -122,7 +122,8 @@ def _parsed(path: str, line: int, text: str) -> Any:
     with parsing(path, "this is no well-known text", line), warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # numbers that are none are found below
         try:
-            return shapely.from_wkt(_PREFIX.sub("", text, count=1).strip())
+            prefix = _PREFIX.match(text)
+            return shapely.from_wkt(text[prefix.end() if prefix else 0 :].strip())
         except (shapely.errors.ShapelyError, NotImplementedError) as problem:
             words = shown(str(problem), 120)
             reason = words.removeprefix("ParseException: ").removeprefix("IllegalArgumentException: ")
