@@ -66,6 +66,35 @@ def test_a_kernel_is_compiled_once_on_a_machine_and_again_where_its_files_are_da
     assert run(folder) == ["42", "0", "False"]
 
 
+def test_a_kernel_is_compiled_anew_when_what_it_uses_of_another_file_has_changed(folder: Path) -> None:
+    """Machine code holds constants and called functions of other files as they were when it was compiled."""
+    kernel, own, numbers = (folder / f"{name}.py" for name in ("own_kernel", "own_part", "own_numbers"))
+    kernel.write_text(
+        "from leafcut.kernels import kernel\nfrom own_part import scaled\n\n@kernel\ndef twice(x):\n    return scaled(x)\n"
+    )
+    part = "from leafcut.kernels import part\nfrom own_numbers import BY\n\n@part\ndef scaled(x):\n    return BY * x{}\n"
+    own.write_text(part.format(""))
+    numbers.write_text("BY = 2\n")
+    assert run(folder)[0] == "42"
+    numbers.write_text("BY = 3\n")
+    assert run(folder)[0] == "63"
+    own.write_text(part.format(" + 1"))
+    assert run(folder)[0] == "64"
+    assert run(folder)[:2] == ["64", "0"]
+
+
+def test_code_that_another_version_wrote_in_the_same_place_is_not_run(folder: Path) -> None:
+    """While leafcut is upgraded two processes write at once: the index is of the one, the code of the other."""
+    assert run(folder)[0] == "42"
+    (data,) = (folder / "cache").rglob("*.nbc")
+    older = data.read_bytes()
+    (folder / "own_kernel.py").write_text(KERNEL.replace("2 * x", "3 * x"), encoding="utf-8")
+    assert run(folder)[0] == "63"
+    assert data.read_bytes() != older
+    data.write_bytes(older)
+    assert run(folder)[:2] == ["63", "1"]
+
+
 def test_a_kernel_is_compiled_in_memory_where_no_folder_can_be_written(folder: Path) -> None:
     """None of the places that Numba knows is there for it; before, this ended the program."""
     answer = run(folder, NUMBA_CACHE_LOCATOR_CLASSES="ZipCacheLocator")
