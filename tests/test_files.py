@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -138,11 +139,60 @@ files.write_whole({str(tmp_path / "out.nc")!r}, "half")
     assert sorted(p.name for p in tmp_path.iterdir()) == sorted([*others, "out.nc"])
 
 
+#: Writes a program and what is about it, again and again, killed before its first step on the disk, its second, …; says
+#: after each what is there, and at last what a run leaves that is not killed.
+KILLED = """
+import json, os, signal, sys
+from pathlib import Path
+from leafcut.files import write_together
+folder = Path(sys.argv[1])
+names = [folder / name for name in ("a.nc", "a.json", "a.html")]
+found = []
+for step in range(1, 100):
+    for path in names:
+        path.write_text("old")
+    child = os.fork()
+    if not child:
+        left = step
+        def killing(real):
+            def call(*given, **more):
+                global left
+                left -= 1
+                if not left:
+                    os.kill(os.getpid(), signal.SIGKILL)
+                return real(*given, **more)
+            return call
+        for name in ("fsync", "replace", "unlink", "link", "open", "chmod"):
+            setattr(os, name, killing(getattr(os, name)))
+        write_together({str(path): "new" for path in names})
+        os._exit(0)
+    _, status = os.waitpid(child, 0)
+    found.append({path.name: path.read_text() for path in folder.iterdir() if not path.name.startswith(".")})
+    if not status:
+        break
+print(json.dumps([found, sorted(path.name for path in folder.iterdir())]))
+"""
+
+
+def test_a_kill_at_any_step_leaves_no_report_beside_a_program_that_it_is_not_about(tmp_path: Path) -> None:
+    """The program is there at any time, the old one or the new; what is beside it is of the same run."""
+    done = subprocess.run(
+        [sys.executable, "-c", KILLED, str(tmp_path)], capture_output=True, text=True, check=True, timeout=100
+    )
+    found, left = json.loads(done.stdout)
+    assert len(found) > 15  # each of the steps on the disk
+    assert all("a.nc" in names and len(set(names.values())) == 1 for names in found)
+    assert {names["a.nc"] for names in found[:-1]} == {"old", "new"}
+    assert found[-1] == {"a.nc": "new", "a.json": "new", "a.html": "new"}
+    assert left == ["a.html", "a.json", "a.nc"]  # what the killed ones left is gone
+
+
+@pytest.mark.parametrize("last", ["a.nc", "a.html"])
 @pytest.mark.parametrize("old", [True, False])
 def test_files_that_belong_together_are_all_written_or_none(
-    old: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    old: bool, last: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where the last cannot take its name, the first has what it had, and nothing lies beside them."""
+    """Where one cannot take its name, all have what they had, and nothing lies beside them."""
     report, program = tmp_path / "a.html", tmp_path / "a.nc"
     if old:
         report.write_text("old report", encoding="utf-8")
@@ -150,13 +200,13 @@ def test_files_that_belong_together_are_all_written_or_none(
     replace = Path.replace
 
     def refused(self: Path, target: Path) -> Path:
-        if Path(target) == program:
+        if Path(target).name == last and self.read_text(encoding="utf-8").startswith("new"):
             raise OSError(28, "No space left on device")
         return replace(self, target)
 
     monkeypatch.setattr(Path, "replace", refused)
     with pytest.raises(OutputError, match="No space"):
-        write_together({str(report): "new report", str(program): "new program"})
+        write_together({str(program): "new program", str(report): "new report"})
     found = {p.name: p.read_text(encoding="utf-8") for p in tmp_path.iterdir()}
     assert found == ({"a.html": "old report", "a.nc": "old program"} if old else {})
 

@@ -100,11 +100,11 @@ def optimize(
     outcome = replace(_work(run, source, process), output=str(output or ""), report=str(report or ""))
     outcome = replace(outcome, seconds=time.perf_counter() - began)
     page = _page(outcome) if report else ""  # before anything is written: it may fail
-    texts = {str(report): page} if report else {}
+    texts = {str(output): outcome.text} if output else {}
     if outcome.cut_plan is not None and settings.cut.save_plan:
         texts[str(settings.cut.save_plan)] = _plan_text(outcome.cut_plan)
-    if output:
-        texts[str(output)] = outcome.text  # the last to take its name: what can be run has its report
+    if report:
+        texts[str(report)] = page
     write_together(texts, encodings={str(output): outcome.encoding})
     return outcome
 

@@ -139,9 +139,10 @@ def write_together(
 ) -> None:
     """Write several files that belong together: each whole, and all of them or none.
 
-    None takes its name before all of them are on the disk, and where one cannot take it, those before it get back what
-    they held. They take their names in their order: one that is of no use without the others stands last. What an
-    earlier run that was killed left beside them is removed.
+    The first is what the others are about. None takes its name before all of them are on the disk; then what stood
+    under the names of the others goes, the first takes its name, and the others take theirs. So where a run is killed
+    between any two steps there is the old first file or the new one, and beside it nothing that is about the other one.
+    Where one cannot take its name, all get back what they held. What a run that was killed left beside them is removed.
 
     Parameters
     ----------
@@ -155,7 +156,7 @@ def write_together(
     """
     temporary: dict[Path, Path] = {}
     before: dict[Path, Path | None] = {}
-    named: list[Path] = []
+    done = False
     target = encoding_of = ""
     try:
         for target, text in texts.items():
@@ -170,24 +171,28 @@ def write_together(
                 file.flush()
                 os.fsync(file.fileno())
             temporary[path].chmod(_mode(path))
+        for path in temporary if len(temporary) > 1 else ():
+            target = str(path)
+            before[path] = _kept(path)
+        for path in list(before)[1:]:
+            target = str(path)
+            path.unlink(missing_ok=True)
+        _sync(temporary)
         for path, written in temporary.items():
             target = str(path)
-            if len(temporary) > 1:
-                before[path] = _kept(path)
             written.replace(path)
-            named.append(path)
+            _sync([path])
+        done = True
     except OSError as problem:
         raise OutputError(f"{target}: cannot be written ({problem.strerror})") from None
     except UnicodeError:
         raise OutputError(f"{target}: cannot be written (a letter that is not in {encoding_of})") from None
     finally:
-        if len(named) < len(temporary):
-            _take_back({path: before[path] for path in named})
+        if not done:
+            _take_back(before)
         for written in (*temporary.values(), *(old for old in before.values() if old is not None)):
             with suppress(OSError):
                 written.unlink()
-        for folder in {path.parent for path in temporary}:
-            _sync(folder)
 
 
 def _prefix(path: Path) -> str:
@@ -233,20 +238,24 @@ def _kept(path: Path) -> Path | None:
 
 
 def _take_back(before: Mapping[Path, Path | None]) -> None:
-    """Give files back what they held."""
+    """Give files back what they held, the first of them first and none beside it that is about another one."""
+    for path in list(before)[1:]:
+        with suppress(OSError):
+            path.unlink()
     for path, old in before.items():
         with suppress(OSError):
             path.unlink() if old is None else old.replace(path)
 
 
-def _sync(folder: Path) -> None:
-    """Have the names in a folder on the disk, where the system can."""
-    with suppress(OSError):
-        number = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(number)
-        finally:
-            os.close(number)
+def _sync(paths: Iterable[Path]) -> None:
+    """Have the names of files on the disk, where the system can."""
+    for folder in {path.parent for path in paths}:
+        with suppress(OSError):
+            number = os.open(folder, os.O_RDONLY)
+            try:
+                os.fsync(number)
+            finally:
+                os.close(number)
 
 
 def _mode(path: Path) -> int:

@@ -69,11 +69,12 @@ def test_a_kernel_is_compiled_once_on_a_machine_and_again_where_its_files_are_da
 def test_a_kernel_is_compiled_anew_when_what_it_uses_of_another_file_has_changed(folder: Path) -> None:
     """Machine code holds constants and called functions of other files as they were when it was compiled."""
     kernel, own, numbers = (folder / f"{name}.py" for name in ("own_kernel", "own_part", "own_numbers"))
+    head = "from leafcut.kernels import {}\nfrom {} import {}\n\n"
     kernel.write_text(
-        "from leafcut.kernels import kernel\nfrom own_part import scaled\n\n@kernel\ndef twice(x):\n    return scaled(x)\n"
+        head.format("kernel", "own_part", "scaled") + "@kernel\ndef twice(x):\n    return scaled(x)\n", encoding="utf-8"
     )
-    part = "from leafcut.kernels import part\nfrom own_numbers import BY\n\n@part\ndef scaled(x):\n    return BY * x{}\n"
-    own.write_text(part.format(""))
+    part = head.format("part", "own_numbers", "BY") + "@part\ndef scaled(x):\n    return BY * x{}\n"
+    own.write_text(part.format(""), encoding="utf-8")
     numbers.write_text("BY = 2\n")
     assert run(folder)[0] == "42"
     numbers.write_text("BY = 3\n")
