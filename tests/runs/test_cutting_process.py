@@ -51,6 +51,19 @@ def test_a_process_without_a_machine_is_cut_on_a_table_that_can(
         assert "PROBE" not in said
 
 
+@pytest.mark.parametrize(
+    ("how", "machine", "material"),
+    [("laser_co2_60W", "grbl-laser-co2", "acrylic"), ("laser_fiber_6kW", "laser-table", "mild_steel")],
+)
+def test_a_laser_named_by_its_kind_cuts_on_the_table_of_such_a_laser(
+    how: str, machine: str, material: str, plate: Path
+) -> None:
+    """A CO2 tube cuts acrylic behind flying mirrors, a fibre laser steel on a table of tons: by the longest name."""
+    outcome = api.optimize(plate, cut_process=how, material=material, **FAST)
+    assert outcome.machine.name == machine
+    assert outcome.verified
+
+
 @pytest.mark.parametrize("how", TABLES)
 @pytest.mark.parametrize("other", TABLES)
 def test_a_table_or_a_dialect_that_cuts_in_another_way_is_refused_with_one_that_can(

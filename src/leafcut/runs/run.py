@@ -127,10 +127,11 @@ def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> No
             raise OptionError(f"{flag_name(name)}: {why}; leave it out")
 
 
-#: The machine that cuts where none is named, by how it cuts.
+#: The machine that cuts where none is named, by how it cuts: by the longest of these that the process begins with.
 CUTTING_MACHINES = {
     "plasma": "plasma-table",
     "laser": "laser-table",
+    "laser_co2": "grbl-laser-co2",
     "oxyfuel": "flame-table",
     "waterjet": "water-table",
 }
@@ -140,8 +141,9 @@ def for_cutting(settings: Settings) -> Settings:
     """Return the settings with a machine that cuts so where nobody named one: the default one does not cut."""
     if "machine" in settings.given or settings.machine.machine != MachineOptions().machine:
         return settings
-    how = (settings.cut.cut_process or "plasma").lower().partition("_")[0]
-    machine = CUTTING_MACHINES.get(how, CUTTING_MACHINES["plasma"])
+    how = f"{(settings.cut.cut_process or 'plasma').lower()}_"
+    fitting = (kind for kind in sorted(CUTTING_MACHINES, key=len, reverse=True) if how.startswith(f"{kind}_"))
+    machine = CUTTING_MACHINES[next(fitting, "plasma")]
     return replace(settings, machine=replace(settings.machine, machine=machine))
 
 
