@@ -17,7 +17,6 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,6 +28,7 @@ from resequence import judged, real_files
 import leafcut
 from leafcut.errors import LeafcutError
 from leafcut.model.outcome import Outcome
+from leafcut.report.wording import staying_words
 
 STYLES = Path(__file__).parents[1] / "tests" / "styles"
 
@@ -42,6 +42,8 @@ MACHINES: dict[str, str | None] = {
 
 #: The simulated machine runs so many times faster than life; where it stops part-way, slower. M words stretch a little.
 SPEEDS = (20, 5)
+#: So many reasons why pieces stay are named.
+MOST_REASONS = 4
 #: A program may be so much slower in the simulation, whose M words and dwells depend on its host, s and part.
 ROOM_S, ROOM = 0.2, 0.005
 
@@ -85,16 +87,8 @@ def simulated_seconds(text: str) -> float | None:
 
 
 def why(outcome: Outcome) -> str:
-    """Return what stays, and why, in a few words: the reasons with how often each is given."""
-    reasons: Counter[str] = Counter()
-    for issue in outcome.issues:
-        if issue.code in ("L501", "L502", "L505"):
-            text = issue.message.removeprefix("stays in its place: ").removeprefix(
-                "nothing in the program may change places: "
-            )
-            times = re.search(r", here and ([0-9]+) times more", text)
-            reasons[text.partition(", here and ")[0]] += 1 + (int(times.group(1)) if times else 0)
-    return "; ".join(f"{text} ({n})" if n > 1 else text for text, n in reasons.most_common(4)) or "nothing"
+    """Return how many pieces of work stay, and why."""
+    return "; ".join(said.replace("|", "/") for said in staying_words(outcome, MOST_REASONS)) or "none stays"
 
 
 def run(path: Path, longest: float) -> list[str]:
@@ -107,7 +101,7 @@ def run(path: Path, longest: float) -> list[str]:
     assert outcome.verified and outcome.after.time_s <= outcome.before.time_s * (1 + 1e-9)
     counts = (outcome.certificate or {}).get("before", {})
     work = ", ".join(f"{counts[k]:,} {k}" for k in ("holes", "cuts") if counts.get(k))
-    moved = sum(len(o.solution.nodes) for o in outcome.operations)
+    free = outcome.pieces - sum(group.count for group in outcome.staying)
     text, new = for_linuxcnc(text), for_linuxcnc(outcome.text)
     said = judged(text, replace(outcome, text=new))
     simulated = ""
@@ -118,7 +112,7 @@ def run(path: Path, longest: float) -> list[str]:
             if after > before * (1 + ROOM) + ROOM_S:
                 simulated += " slower"
     return [
-        path.name, work, f"{moved:,}", f"{outcome.before.time_s:.1f}", f"{outcome.after.time_s:.1f}",
+        path.name, work, f"{free:,} of {outcome.pieces:,}", f"{outcome.before.time_s:.1f}", f"{outcome.after.time_s:.1f}",
         f"{outcome.saved_percent:.1f}", simulated, said, why(outcome),
     ]  # fmt: skip
 
@@ -148,11 +142,11 @@ def main() -> None:
 each, {before:,.0f} s before and {after:,.0f} s after in all; what was saved, percent. {by_rs274} were judged by rs274:
 the same cutting moves. {len(simulated)} ran in the simulated LinuxCNC before and after (its own seconds, on its own \
 machine), {slower}
-of them slower after. What stays, and why, with how often.
+of them slower after. Pieces of work that are free to be ordered, and why the others stay, with the first line.
 
 {facts("real_files", sys.argv[1:], ["leafcut", "numpy", "numba"])}
 
-{table(["program", "work", "movable", "before", "after", "saved", "LinuxCNC", "judged", "note"], rows)}"""
+{table(["program", "work", "free", "before", "after", "saved", "LinuxCNC", "judged", "what stays and why"], rows)}"""
     print(text)
     if arguments.write:
         write_section(arguments.write, "real_files", text)

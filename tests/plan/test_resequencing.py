@@ -116,8 +116,8 @@ def test_a_coolant_or_tool_change_is_told_in_an_issue() -> None:
 def test_a_program_of_one_piece_says_that_nothing_can_move() -> None:
     sequence = sequence_of("G0 X0 Y0 / G1 Z-1 F100 / X10 / G0 Z5")
     assert [type(i) for i in sequence.items] == [Kept]
-    assert [i.code for i in sequence.issues] == ["L502", "L501"]
-    assert "one piece of work alone" in sequence.issues[1].message
+    assert [i.code for i in sequence.issues] == ["L502"]
+    assert [(s.reason, s.line) for s in sequence.stays] == [("only", 5)]
 
 
 def test_relative_blocks_move_inside_a_piece_and_hold_it_fast_outside() -> None:
@@ -269,10 +269,9 @@ def test_what_stays_is_said_with_the_line_that_it_is_about() -> None:
     holes = "G99 G81 X0 Y0 Z-1 R1 F100 / X5 / X9 / G80"
     first = f"G21 G90 / T1 M6 / S1000 M3 / G0 X0 Y0 / G43 Z5 H1 / {holes}"
     second = f"M5 / T2 M6 / S900 M3 / G0 G43 Z5 H2 / {holes} / M2"
-    found = [(i.message, i.place) for i in find_sequence(program_of(f"{first} / {second}")).issues]
-    unknown = "stays in its place: from how high the tool comes to it is not known"
-    assert (unknown, "line 6") in found
-    assert ("stays in its place: a change of tool", "line 11") in found
+    sequence = find_sequence(program_of(f"{first} / {second}"))
+    assert ("stays in its place: a change of tool", "line 11") in [(i.message, i.place) for i in sequence.issues]
+    assert ("unknown-height", 4) in [(s.reason, s.line) for s in sequence.stays]
 
 
 def test_full_circles_of_a_mill_are_cuts_and_no_holes() -> None:

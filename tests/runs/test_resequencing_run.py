@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import re
@@ -327,3 +328,31 @@ def test_a_program_whose_planning_takes_too_long_keeps_its_order(
     assert found.text == path.read_text()
     assert "L507" in {issue.code for issue in found.issues}
     assert found.operations == ()
+
+
+def test_every_face_says_how_many_pieces_stay_and_why_with_the_line(tmp_path: Path) -> None:
+    """Three holes, one of them alone behind M8; and the same with --keep-order."""
+    from rich.console import Console
+
+    import leafcut
+    from leafcut.report.json_answer import as_json
+    from leafcut.report.page import write_page
+    from leafcut.report.summary import print_summary
+
+    body = "G0 X0 Y0\nG1 Z-1 F100\nG0 Z5\nX30\nG1 Z-1\nG0 Z5\nM8\nX9 Y9\nG1 Z-1\nG0 Z5\n"
+    file = tmp_path / "holes.ngc"
+    file.write_text(f"G21 G90 G94 G17\nT1 M6\nS1000 M3\nG43 H1\nG0 Z5\n{body}M5\nM2\n")
+    outcome = leafcut.optimize(file, machine="linuxcnc-mill")
+    answer = as_json(outcome)
+    assert answer["counts"]["pieces"] == 3
+    (group,) = answer["staying"]
+    text = "alone between barriers (coolant is switched): M8 at line 12"
+    assert group == {"reason": "alone", "count": 1, "first_line": 12, "word": "M8", "text": text}
+    assert f"<li><bdi>1 {text}</bdi></li>" in write_page(outcome)
+    console = Console(width=400, record=True, file=io.StringIO())
+    print_summary(outcome, console)
+    said = console.export_text()
+    assert f"1 of 3 pieces stays: 1 {text}" in said
+    assert "2 of 3 pieces of work free to be ordered" in said
+    kept = as_json(leafcut.optimize(file, machine="linuxcnc-mill", keep_order=True))
+    assert [(g["reason"], g["count"]) for g in kept["staying"]] == [("keep-order", 2), ("alone", 1)]

@@ -10,6 +10,7 @@ from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.part import Part
 from leafcut.model.pocket import PocketPlan, PocketProgram
+from leafcut.model.sequence import Staying
 from leafcut.model.solution import Solution, gap
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
@@ -80,6 +81,8 @@ class Outcome:
         Of several pockets: the program as it is written, and that of every strategy that clears all of them.
     barriers
         How many pieces of a program stay where they are, and nothing is carried past them.
+    pieces, staying
+        How many pieces of work a program has (holes, cuts, strokes …), and why some of them keep their place.
     encoding
         Of the program's text in a file.
     output, report
@@ -104,6 +107,8 @@ class Outcome:
     issues: tuple[Issue, ...] = ()
     certificate: dict[str, Any] | None = None
     barriers: int = 0
+    pieces: int = 0
+    staying: tuple[Staying, ...] = ()
     cut_plans: tuple[CutPlan | None, ...] = ()
     pocket_plans: tuple[PocketPlan, ...] = ()
     pocket_programs: tuple[PocketProgram, ...] = ()

@@ -5,12 +5,58 @@ Blocks are those of `gcode.program.Program`, by number.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.issue import Issue
+
+
+class Stay(NamedTuple):
+    """Why one piece of work keeps its place.
+
+    Attributes
+    ----------
+    reason
+        A name of `leafcut.plan.staying.PHRASES`, or several, joined by a plus sign.
+    line
+        The line of what causes it, from 1.
+    word
+        What stands there, "" where it is the piece itself.
+    cause
+        Why what stands there stays, "" where nothing does.
+    """
+
+    reason: str
+    line: int
+    word: str = ""
+    cause: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Staying:
+    """Pieces that keep their place for one reason.
+
+    Attributes
+    ----------
+    reason
+        As in `Stay`.
+    count
+        How many they are.
+    first_line, word
+        The first line of what causes it, and what stands there, "" where it is the piece itself.
+    text
+        In words: why, and where first.
+    """
+
+    reason: str
+    count: int
+    first_line: int
+    word: str
+    text: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +116,11 @@ class Section:
         The height at which the tool crosses from chain to chain, mm: nowhere lower than it did there.
     tool
         In the spindle, None where the program does not say.
+    ties
+        By cause, int32[n, 2]: the first chain behind each that must stay behind it, n where there is none; and the
+        last one before each that must stay before it, -1 where there is none.
+    stays
+        Why a chain can stand nowhere else, None where it can; empty while that is not looked at.
     """
 
     chains: tuple[Chain, ...]
@@ -78,6 +129,8 @@ class Section:
     end: tuple[float, float] | None = None
     clearance: float = 0.0
     tool: int | None = None
+    ties: Mapping[str, NDArray[np.int32]] = field(default_factory=dict)
+    stays: tuple[Stay | None, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +158,8 @@ class Sequence:
         What was noticed.
     mergeable
         How many changes of tool joining sections would save, where that was not asked for.
+    stays
+        Why pieces of work outside of the sections keep their place, one for each.
     """
 
     items: tuple[Kept | Section, ...]
@@ -112,6 +167,7 @@ class Sequence:
     dropped: tuple[Kept, ...] = ()
     issues: tuple[Issue, ...] = ()
     mergeable: int = 0
+    stays: tuple[Stay, ...] = ()
 
     @property
     def sections(self) -> tuple[Section, ...]:

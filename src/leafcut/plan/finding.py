@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise, zip_longest
 
@@ -12,15 +12,16 @@ import numpy as np
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reliance import HERE, BlockReader, next_place
 from leafcut.model.look import Look, unseen
-from leafcut.model.sequence import Chain, Kept, Section
+from leafcut.model.sequence import Chain, Kept, Section, Stay
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.plan.chains import BEAMS, TOLERANCE, Rows, find_barriers, free_runs, read_rows
 from leafcut.plan.endings import follows_compensation, stays_last, stops_before_work
 from leafcut.plan.heights import group_by_height
 from leafcut.plan.precedence import with_precedence
+from leafcut.plan.staying import word_at
 
-#: Why the first hole after a change of length offset stays.
-FROM_UNKNOWN = "from how high the tool comes to it is not known"
+#: Why blocks stay that hold pieces of work alone, which say themselves why (`Sequence.stays`).
+STAYING = "the work in it stays"
 
 _MOTIONS = frozenset(int(k) for k in MOTIONS)
 
@@ -44,6 +45,9 @@ class Finder:
         self.reader = BlockReader(program)
         self.beam = process in BEAMS
         self.entries: set[int] = set()
+        #: By the block of a way across: why no chain begins there, and why a chain that could begin there stays.
+        self.refused: dict[int, str] = {}
+        self.why: dict[int, tuple[str, int]] = {}
         self.compensates = bool((program.path.kind == Kind.RADIUS).any())
         self.blind = self._blind()
         path, first = program.path, program.first
@@ -61,6 +65,8 @@ class Finder:
         for section in reversed(list(self._candidates())):
             if (found and found[-1].chains[0].begin == section.chains[-1].end) or self._may_end(section):
                 found.append(section)
+            else:
+                self._note(section.chains, "goes-on", section.chains[-1].end)
         return found[::-1]
 
     def _candidates(self) -> Iterator[Section]:
@@ -75,7 +81,7 @@ class Finder:
                 runs = [(a + 1, b) for a, b in pairwise(edges) if a + 1 < b]
                 waiting += reversed(runs)
                 continue
-            yield from self._of_run(starts, end)
+            yield from self._of_run(starts, begin, end)
 
     def _blind(self) -> set[int]:
         """Return the blocks from a change of length offset to the first that states Z: the height is not known."""
@@ -102,7 +108,7 @@ class Finder:
         for block in self.travels[low_block:high].tolist():
             cuts = int(self.cuts[self.first[block]])
             start = self._start(block)
-            up = self._may_begin(start, top) and not (level and math.isnan(self.rows.before[start.row, 2]))
+            up = self._may_begin(start, top, level)
             if starts and cuts == done:
                 # Where the tool waits before the first piece of work is no part of that.
                 if len(starts) == 1 and up and self._says_where(block):
@@ -118,13 +124,25 @@ class Finder:
                 done = cuts
         return starts
 
-    def _may_begin(self, start: _Start, top: float) -> bool:
-        if start.block in self.blind:
-            return False
-        placed = bool(np.isfinite(self.program.path.end[start.row, :2]).all())
-        up = start.height >= top - TOLERANCE and start.height >= self.floor
-        ended = not self.compensates or not follows_compensation(self.program, start.row)
-        return placed and up and ended and self._at_rest(start.block)
+    def _may_begin(self, start: _Start, top: float, level: bool) -> bool:
+        unknown = level and math.isnan(self.rows.before[start.row, 2])
+        why = self._why_not(start, top) or ("unknown-height" if unknown else "")
+        if why:
+            self.refused[start.block] = why
+        return not why
+
+    def _why_not(self, start: _Start, top: float) -> str:
+        """Return why no chain may begin with a way across, "" where one may (`leafcut.plan.staying.PHRASES`)."""
+        modal = self.program.modal(start.block)
+        if start.block in self.blind or math.isinf(start.height):
+            return "unknown-height"
+        if modal.incremental or not np.isfinite(self.program.path.end[start.row, :2]).all():
+            return "relative"
+        if start.height < top - TOLERANCE or start.height < self.floor:
+            return "low"
+        if modal.radius != 40 or (self.compensates and follows_compensation(self.program, start.row)):
+            return "compensated"
+        return ""
 
     def _arrives_alike(self, start: _Start, first: _Start) -> bool:
         """Return whether a second way to a piece of work is made like the first: no lower, and with the beam as it was.
@@ -186,28 +204,48 @@ class Finder:
 
     # -- chains and sections -----------------------------------------------------------------------------------------
 
-    def _of_run(self, starts: list[_Start], end: int) -> Iterator[Section]:
-        """Yield the sections of a run of blocks that ends before `end`."""
+    def _of_run(self, starts: list[_Start], begin: int, end: int) -> Iterator[Section]:
+        """Yield the sections of the run of blocks begin … end - 1."""
+        edges = [begin - 1, end]
         if starts and self.cuts[self.first[end]] == self.cuts[starts[-1].row]:
             # The last way leads to no work: home.
             end = starts[-1].block
             starts = starts[:-1]
+        for start in starts:
+            self.why[start.block] = self._alone(*edges) if len(starts) == 1 else ("crossing", -1)
         if len(starts) < 2:
             return
         path = self.program.path
         places = [(float(path.end[s.row, 0]), float(path.end[s.row, 1])) for s in starts]
         for members, stop, clearance in group_by_height([s.height for s in starts[1:]], places):
             chosen = [starts[m] for m in members]
-            edges = [*chosen, *starts[stop : stop + 1]]
-            chains = [self._chain(a, b.block, b.row, clearance) for a, b in pairwise(edges)]
+            # What lies between two members moves with the first of them.
+            self.entries -= {s.block for s in starts[members[0] : stop]} - {s.block for s in chosen}
+            chains = [self._chain(a, b.block, b.row, clearance) for a, b in pairwise([*chosen, *starts[stop:][:1]])]
             last = self._up_again(chosen[-1], end, clearance) if stop == len(starts) else None
+            why = "lit" if self.beam and self.rows.beam[int(self.first[end]) - 1] else "low"
             if last is not None:
                 chains.append(self._chain(chosen[-1], last, int(self.first[last]), clearance))
             chains = self._with_prefixes(chains, clearance)
             if stop == len(starts) and stays_last(self.program, self.rows, chains[-1]):
-                chains = chains[:-1]
+                chains, why = chains[:-1], why if last is None else "goes-on"
             if len(chains) > 1:
                 yield self._section(chains, chosen[0], clearance)
+                chosen = chosen[len(chains) :]
+            self.why.update((start.block, (why, end if why == "goes-on" else -1)) for start in chosen)
+
+    def _alone(self, before: int, after: int) -> tuple[str, int]:
+        """Return why a piece stays that is alone between two blocks, and which of them has work on its other side."""
+        last = int(self.cuts[-1])
+        if after < self.program.n_blocks and self.cuts[self.first[after]] < last:
+            return "alone", after
+        if before >= 0 and self.cuts[self.first[before + 1]] > 0:
+            return "alone", before
+        return "only", -1
+
+    def _note(self, chains: Iterable[Chain], why: str, block: int) -> None:
+        for chain in chains:
+            self.why.update((b, (why, block)) for b in range(chain.begin, chain.end) if b in self.entries)
 
     def _up_again(self, start: _Start, end: int, clearance: float) -> int | None:
         """Return the end of the last chain of a run: after the block with which the tool is up; None if it is not."""
@@ -339,7 +377,7 @@ class Finder:
 
     def _section(self, chains: list[Chain], first: _Start, clearance: float) -> Section:
         before = self.rows.before[first.row, :2]
-        marked, pairs = with_precedence(self.program, self.rows, chains, self.process, self.look)
+        marked, pairs, ties = with_precedence(self.program, self.rows, chains, self.process, self.look)
         return Section(
             marked,
             pairs,
@@ -347,6 +385,7 @@ class Finder:
             None,
             clearance,
             self.program.modal(chains[0].begin).tool,
+            ties,
         )
 
     # -- what stays --------------------------------------------------------------------------------------------------
@@ -373,28 +412,55 @@ class Finder:
         if not works and not inside:
             return Kept(begin, end)
         reasons = dict.fromkeys(self.barriers[b] for b in range(begin, end) if b in self.barriers and self._amid(b))
-        if works and any(b in self.entries for b in range(begin, end)):
-            reasons["one piece of work alone"] = None
-        elif works and self._comes_from_unknown(begin, end):
-            reasons[FROM_UNKNOWN] = None
-        elif works:
-            reasons["the tool does not rise to a height at which it goes across"] = None
+        if works and not reasons:
+            reasons[STAYING] = None
         return Kept(begin, end, "; ".join(reasons))
 
-    def _comes_from_unknown(self, begin: int, end: int) -> bool:
-        """Return whether nobody knows at what height the tool goes to the first work among some blocks."""
-        low, high = np.searchsorted(self.travels, [begin, end])
-        work = int(np.argmax(self.rows.cut[self.first[begin] :])) + int(self.first[begin])
-        ways = [int(b) for b in self.travels[low:high] if self.first[b] <= work]
-        return bool(ways) and (ways[-1] in self.blind or math.isnan(self.rows.before[self._start(ways[-1]).row, 2]))
-
     def line_of(self, kept: Kept, reason: str) -> int:
-        """Return the line that a reason is about: of the block that stays for it, else where its work begins."""
+        """Return the line of the block that stays for a reason."""
         blocks = range(kept.begin, kept.end)
-        block = next((b for b in blocks if self.barriers.get(b) == reason), None)
-        if block is None:
-            block = next((b for b in blocks if self.cuts[self.first[b + 1]] > self.cuts[self.first[b]]), kept.begin)
+        block = next((b for b in blocks if self.barriers.get(b) == reason), kept.begin)
         return int(self.program.line[block])
+
+    def stays(self, kept: Kept) -> Iterator[Stay]:
+        """Yield for every piece of work among blocks that stay why it does.
+
+        A piece is what is made from one way across to the next, but for such ways as no chain may begin with, between
+        which nothing stays for another reason: those join what they lie between.
+        """
+        begin = way = -1
+        worked = False
+        for block in range(kept.begin, kept.end):
+            across = bool(self.rows.travel[self.first[block] : self.first[block + 1]].any())
+            if across and worked and (block in self.entries or self._divided(begin, block)):
+                yield self._why_stays(begin, block)
+                begin, worked = block, False
+            if across and not worked:
+                way = block
+            if self.cuts[self.first[block + 1]] > self.cuts[self.first[block]]:
+                if not worked:
+                    begin = way if way >= 0 else block
+                worked = True
+        if worked:
+            yield self._why_stays(begin, kept.end)
+
+    def _divided(self, begin: int, end: int) -> bool:
+        return any(block in self.barriers for block in range(begin, end + 1))
+
+    def _why_stays(self, begin: int, end: int) -> Stay:
+        """Return why the piece of work stays that blocks begin … end - 1 hold."""
+        program = self.program
+        cuts = [b for b in range(begin, end) if self.cuts[self.first[b + 1]] > self.cuts[self.first[b]]]
+        holds = next((b for b in range(begin, cuts[-1] + 1) if b in self.barriers), None)
+        way = next((b for b in range(begin, cuts[0] + 1) if b in self.refused or b in self.why), begin)
+        reason, block = self.why.get(way, (self.refused.get(way, "low"), -1))
+        if holds is not None and self.refused.get(way) != "unknown-height":
+            reason, block = "holds", holds
+        line = int(program.line[begin if block < 0 else min(block, program.n_blocks - 1)])
+        if block < 0:
+            return Stay(reason, line)
+        cause = "" if reason == "goes-on" else self.barriers.get(block, "")
+        return Stay(reason, line, word_at(program, line), cause)
 
     def _amid(self, block: int) -> bool:
         """Return whether there is work both before and behind a block."""

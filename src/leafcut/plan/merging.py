@@ -96,7 +96,9 @@ class _Merger:
             elif any(chain.may_free for chain in later.chains):
                 # A part would come free before the work in between.
                 return False
-            elif len(related(self.program, self.rows, item.chains, later.chains, self.process, self.look)):
+            elif any(
+                map(len, related(self.program, self.rows, item.chains, later.chains, self.process, self.look).values())
+            ):
                 return False
         return False
 
@@ -104,10 +106,10 @@ class _Merger:
         earlier, later, change = self.items[place], self.items[at], self.items[at - 1]
         assert isinstance(earlier, Section) and isinstance(later, Section) and isinstance(change, Kept)
         both = (*earlier.chains, *later.chains)
-        chains, precedence = both, earlier.precedence
+        self.items[place] = replace(earlier, chains=both)
         if not self.only_counts:
-            chains, precedence = with_precedence(self.program, self.rows, both, self.process, self.look)
-        self.items[place] = replace(earlier, chains=chains, precedence=precedence)
+            chains, precedence, ties = with_precedence(self.program, self.rows, both, self.process, self.look)
+            self.items[place] = replace(earlier, chains=chains, precedence=precedence, ties=ties)
         self.dropped.append(replace(change, reason="a change to a tool that did all its work before"))
         self.saved += self._kinds(change).count(Kind.TOOL)
         del self.items[at - 1 : at + 1]

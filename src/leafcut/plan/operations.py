@@ -21,6 +21,7 @@ from leafcut.gcode.words import BlockError, tokenise
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.plan.chains import BEAMS, Rows
 from leafcut.plan.freeing import freeing_stages
+from leafcut.plan.staying import why_chains_stay
 
 #: A text that comes so often, with so many pieces at most (the median), names pieces.
 _OFTEN, _FEW = 3, 2
@@ -33,7 +34,8 @@ def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations:
     """Return the sequence with its sections divided where an operation of the CAM begins, and where parts come free.
 
     What frees parts and has no other work behind it is a section of its own: all else comes before it anyway. Of a
-    laser or a torch, and with `mix_operations`, operations are not looked for.
+    laser or a torch, and with `mix_operations`, operations are not looked for. Each chain that can then stand nowhere
+    else says why (`leafcut.plan.staying`).
     """
     items: list[Kept | Section] = []
     for item in sequence.items:
@@ -42,7 +44,8 @@ def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations:
             continue
         apart = set() if mix_operations or sequence.process in BEAMS else set(_operations(program, item, rows))
         edges = sorted({0, *apart, *freeing_stages(item.chains), len(item.chains)})
-        items += [_part(item, low, high) for low, high in pairwise(edges)]
+        whole = replace(item, stays=why_chains_stay(item, sorted(apart)))
+        items += [_part(whole, low, high) for low, high in pairwise(edges)]
     return replace(sequence, items=tuple(items))
 
 
@@ -58,6 +61,7 @@ def _part(section: Section, low: int, high: int) -> Section:
         precedence=pairs[inside] - np.int32(low),
         start=section.start if not low else None,
         end=section.end if high == len(section.chains) else None,
+        stays=section.stays[low:high],
     )
 
 

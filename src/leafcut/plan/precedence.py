@@ -21,6 +21,7 @@ from leafcut.plan.freeing import (
     MEETING,
     Area,
     freeing_chains,
+    freeing_stages,
     level_rows,
     through_cuts,
     work_before_freeing,
@@ -39,13 +40,24 @@ _MOST_POINTS = 20_000
 _AT_ONCE = 1024
 #: So many chains are looked at together for what they imply.
 _BITS = 8192
+#: Why an order is kept: cuts touch, passes of a mill whose width is not told, one lies inside the other, a part may
+#: come free.
+TOUCHES, PASSES, INSIDE, FREES = "touches", "passes", "inside", "frees"
 #: The number of a chain, and float64[n, 2]: a line along which it cuts.
 _Path = tuple[int, NDArray[np.float64]]
 
 
+class Precedence(NamedTuple):
+    """Chains, those that free a part marked; the pairs in which their order is kept; and `Section.ties`."""
+
+    chains: tuple[Chain, ...]
+    pairs: NDArray[np.int32]
+    ties: dict[str, NDArray[np.int32]]
+
+
 def with_precedence(
     program: Program, rows: Rows, chains: Sequence[Chain], process: str, look: Look = unseen
-) -> tuple[tuple[Chain, ...], NDArray[np.int32]]:
+) -> Precedence:
     """Return the chains, those that free a part marked, and the pairs in which the order of the program is kept.
 
     Two cuts that come nearer to each other than the tool is wide (where a comment says how wide; else than
@@ -55,11 +67,46 @@ def with_precedence(
     all other work before it (`leafcut.plan.freeing`). What follows from others is left out: int32[k, 2], pairs
     (before, after). `look` is called as it goes on.
     """
-    pairs = related(program, rows, chains, chains, process, look)
-    keep = pairs[pairs[:, 0] < pairs[:, 1]]
+    n = len(chains)
+    causes = related(program, rows, chains, chains, process, look)
+    causes = {cause: pairs[pairs[:, 0] < pairs[:, 1]] for cause, pairs in causes.items()}
     marked = _freeing(program, rows, chains, process, look)
-    keep = np.concatenate([keep, work_before_freeing(marked)])
-    return marked, _without_implied(keep, len(chains), look)
+    causes[FREES] = work_before_freeing(marked)
+    ties = {cause: ties_of(pairs, n) for cause, pairs in causes.items() if len(pairs)}
+    stages = divided_at(freeing_stages(marked), n)
+    if stages is not None:
+        ties[FREES] = nearer(ties.get(FREES), stages)
+    return Precedence(marked, _without_implied(np.concatenate(list(causes.values())), n, look), ties)
+
+
+def ties_of(pairs: NDArray[np.int64], n: int) -> NDArray[np.int32]:
+    """Return `Section.ties` of pairs (before, after), int64[k, 2], of n chains."""
+    ties = no_ties(n)
+    np.minimum.at(ties[:, 0], pairs[:, 0], pairs[:, 1].astype(np.int32))
+    np.maximum.at(ties[:, 1], pairs[:, 1], pairs[:, 0].astype(np.int32))
+    return ties
+
+
+def no_ties(n: int) -> NDArray[np.int32]:
+    """Return `Section.ties` of chains that nothing binds."""
+    return np.tile(np.array([n, -1], dtype=np.int32), (n, 1))
+
+
+def nearer(one: NDArray[np.int32] | None, other: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return what binds chains that are bound by both of two causes."""
+    if one is None:
+        return other
+    return np.stack([np.minimum(one[:, 0], other[:, 0]), np.maximum(one[:, 1], other[:, 1])], axis=1)
+
+
+def divided_at(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
+    """Return `Section.ties` of n chains that stay on their side of every edge; None without edges."""
+    inner = [edge for edge in edges if 0 < edge < n]
+    if not inner:
+        return None
+    ends = np.array([*inner, n], dtype=np.int32)
+    part = np.searchsorted(ends, np.arange(n), side="right")
+    return np.stack([ends[part], np.array([0, *inner], dtype=np.int32)[part] - 1], axis=1).astype(np.int32)
 
 
 def _freeing(program: Program, rows: Rows, chains: Sequence[Chain], process: str, look: Look) -> tuple[Chain, ...]:
@@ -97,8 +144,8 @@ def _freeing(program: Program, rows: Rows, chains: Sequence[Chain], process: str
 
 def related(
     program: Program, rows: Rows, ones: Sequence[Chain], others: Sequence[Chain], process: str, look: Look = unseen
-) -> NDArray[np.int64]:
-    """Return int64[k, 2], pairs of a chain of `ones` and one of `others` whose order has meaning, in that order."""
+) -> dict[str, NDArray[np.int64]]:
+    """Return int64[k, 2], pairs of a chain of `ones` and one of `others` whose order has meaning, by cause."""
     import shapely
 
     widths = tool_width(program, ones[0].begin), tool_width(program, others[0].begin)
@@ -112,17 +159,22 @@ def related(
         look()
         found = tree.query(other_lines[begin : begin + _AT_ONCE], predicate="dwithin", distance=reach)
         pairs.append(np.stack([owner[found[1]], other_owner[begin + found[0]]], axis=1))
+    passes: list[NDArray[np.int64]] = []
     if process not in BEAMS and not all(widths):
         pieces = [(lines, owner), (other_lines, other_owner)]
-        pairs += passes_in_order(shapely, program, rows, ones, others, pieces)
+        passes += passes_in_order(shapely, program, rows, ones, others, pieces)
         if others is ones:
-            pairs.append(rows_in_order(first, ones))
+            passes.append(rows_in_order(first, ones))
     # Inside something that came before it, work is free again, unless a mill goes round.
     tab = BEAM_TAB if process in BEAMS else MILL_TAB
-    pairs.append(_inside(shapely, first, second, tab, look))
+    inside = [_inside(shapely, first, second, tab, look)]
     if process not in BEAMS or not works_with_beam(program, rows):
-        pairs.append(_inside(shapely, second, first, tab, look)[:, ::-1])
-    every = np.concatenate(pairs)
+        inside.append(_inside(shapely, second, first, tab, look)[:, ::-1])
+    return {TOUCHES: _each_once(pairs), PASSES: _each_once(passes), INSIDE: _each_once(inside)}
+
+
+def _each_once(pairs: list[NDArray[np.int64]]) -> NDArray[np.int64]:
+    every = np.concatenate(pairs) if pairs else np.zeros((0, 2), dtype=np.int64)
     return np.unique(every, axis=0) if len(every) else every
 
 

@@ -21,9 +21,9 @@ from leafcut.gcode.program import Program
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.look import Look, unseen
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.model.sequence import Kept, Section, Sequence
-from leafcut.plan.chains import PROCESSES, known_process
-from leafcut.plan.finding import Finder
+from leafcut.model.sequence import Kept, Section, Sequence, Stay
+from leafcut.plan.chains import PROCESSES, known_process, read_rows
+from leafcut.plan.finding import STAYING, Finder
 from leafcut.plan.merging import changes_saved, merge_sections
 from leafcut.plan.operations import keep_apart
 
@@ -64,7 +64,8 @@ def find_sequence(
     found = known_process(program) if process == "auto" else process
     finder = Finder(program, found, look)
     items = finder.items()
-    sequence = Sequence(tuple(items), found, (), tuple(_issues(finder, items)))
+    stays = tuple(stay for item in items if isinstance(item, Kept) for stay in finder.stays(item))
+    sequence = Sequence(tuple(items), found, (), tuple(_issues(finder, items)), stays=stays)
     if merge_tools:
         sequence = merge_sections(program, sequence, finder.rows, look)
     else:
@@ -75,6 +76,15 @@ def find_sequence(
 
         sequence = with_reversible(program, sequence, finder.rows)
     return sequence
+
+
+def all_stay(program: Program, process: str, reason: str) -> Sequence:
+    """Return the program as one piece that stays, for one reason (`leafcut.plan.staying.PHRASES`)."""
+    rows = read_rows(program, process)
+    ways, cuts = np.cumsum(rows.travel), np.flatnonzero(rows.cut)
+    begins = cuts[np.flatnonzero(np.diff(ways[cuts], prepend=-1))]
+    lines = program.line[rows.block[begins]].tolist()
+    return Sequence((Kept(0, program.n_blocks),), process, stays=tuple(Stay(reason, line) for line in lines))
 
 
 def build_problem(section: Section, metric: Metric, start: Point | None, end: Point | None) -> RoutingProblem:
@@ -118,6 +128,8 @@ def _issues(finder: Finder, items: list[Kept | Section]) -> list[Issue]:
     for item in items:
         if isinstance(item, Kept) and item.reason:
             for reason in item.reason.split("; "):
+                if reason == STAYING:
+                    continue
                 where.setdefault(reason, []).append(finder.line_of(item, reason))
     issues = []
     if not any(isinstance(item, Section) for item in items):

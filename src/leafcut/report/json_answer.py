@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import asdict
 from typing import Any
 
 from leafcut.model.issue import Issue
@@ -42,6 +43,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "gap_percent": None if gap is None else 100.0 * gap,
         "verified": bool(outcome.verified),
         **proof,
+        **_staying(outcome),
         **cutting_as_json(outcome),
         **pockets_as_json(outcome),
         "seconds": plain_number(outcome.seconds),
@@ -91,13 +93,19 @@ def _counts(outcome: Outcome) -> dict[str, int]:
     if outcome.pocket_plans:
         return pocket_counts(outcome)
     if outcome.certificate is not None:
-        return {**outcome.certificate["before"], "barriers": outcome.barriers, "operations": len(outcome.operations)}
+        own = {"barriers": outcome.barriers, "operations": len(outcome.operations), "pieces": outcome.pieces}
+        return {**outcome.certificate["before"], **own}
     return {
         "holes": len(outcome.part.holes),
         "slots": len(outcome.part.slots),
         "tools": len({o.tool.number for o in outcome.operations}),
         "operations": len(outcome.operations),
     }
+
+
+def _staying(outcome: Outcome) -> dict[str, Any]:
+    """Return of a program why pieces of it keep their place."""
+    return {} if outcome.certificate is None else {"staying": [asdict(group) for group in outcome.staying]}
 
 
 def _measure(measure: Measure) -> dict[str, float | None]:

@@ -16,7 +16,16 @@ from leafcut.report.pocket_words import pocket_counts_words
 from leafcut.report.sheet_drawing import build_sheet_scene, sheet_drawing
 from leafcut.report.sheet_page import plan_words, sheet_size
 from leafcut.report.svg import element
-from leafcut.report.wording import BEAMS, algorithm_words, clean, counts_words, length_words, order_words, time_words
+from leafcut.report.wording import (
+    BEAMS,
+    algorithm_words,
+    clean,
+    counts_words,
+    length_words,
+    order_words,
+    staying_words,
+    time_words,
+)
 
 
 def write_page(outcome: Outcome) -> str:
@@ -96,6 +105,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "left_out": max(0, len(outcome.operations) - views.MOST_SEARCHES),
         "sections": any(o.lines for o in outcome.operations),
         "workers": views.workers(outcome) if not _no_choice(outcome) else {"rows": []},
+        "staying": staying_words(outcome),
         "issues": views.issues(outcome),
         "program": views.program(outcome),
     }

@@ -21,6 +21,7 @@ from leafcut.report.wording import (
     order_words,
     percent_words,
     saved_percent,
+    staying_words,
     time_words,
 )
 
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 
 #: So many different issues are named; the report page has them all.
 MOST_ISSUES = 12
+#: So many reasons why pieces of a program stay.
+MOST_REASONS = 6
 MOST_CHARACTERS = 219
 _WORST = (Severity.DANGER, Severity.MISSING)
 
@@ -137,6 +140,9 @@ def _facts(outcome: Outcome) -> Table:
         ]
     elif outcome.gap is not None:
         facts.append(("gap", Text(bound_words(outcome))))
+    head, *reasons = staying_words(outcome, MOST_REASONS) or [""]
+    if head:
+        facts.append(("stays", Text(f"{head}: {'; '.join(reasons)}")))
     if outcome.operations and not outcome.pocket_plans:
         method = f"{clean(algorithm_words(outcome))}, seed {outcome.seed}, {time_words(outcome.seconds)}"
         facts.append(("method", Text(method)))

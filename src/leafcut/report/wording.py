@@ -161,15 +161,28 @@ def counts_words(outcome: Outcome) -> str:
 def _program_counts(outcome: Outcome, certificate: dict[str, Any]) -> list[str]:
     """Return what a program makes, how much of it could change places, and how much is made from its other end."""
     counts = certificate["before"]
-    holes, cuts = sum(len(o.hole_order) for o in outcome.operations), sum(o.cuts for o in outcome.operations)
     words = [count(int(counts["holes"]), "hole")] if counts.get("holes") else []
     words += [count(int(counts["cuts"]), "cutting move")] if counts.get("cuts") else []
-    free = [count(number, noun) for number, noun in ((holes, "hole"), (cuts, "cut")) if number]
-    sections = len(outcome.operations)
-    if free:
-        words.append(f"{' and '.join(free)} in {count(sections, 'section')} free to be ordered")
+    free = outcome.pieces - sum(group.count for group in outcome.staying)
+    if outcome.pieces:
+        words.append(f"{free:,} of {count(outcome.pieces, 'piece')} of work free to be ordered")
     turned = certificate.get("reversed_cuts", 0)
     return [*(words or ["no work"]), *([f"{turned} made from the other end"] if turned else [])]
+
+
+def staying_words(outcome: Outcome, most: int = 0) -> list[str]:
+    """Return why pieces of a program keep their place: how many of how many do, and a text for each reason.
+
+    Of more than `most` reasons the rest is one text; 0: all are told.
+    """
+    if not outcome.staying:
+        return []
+    stay = sum(group.count for group in outcome.staying)
+    shown = outcome.staying[:most] if most else outcome.staying
+    said = [f"{group.count:,} {clean(group.text)}" for group in shown]
+    rest = stay - sum(group.count for group in shown)
+    said += [f"{rest:,} for other reasons, which the report names"] if rest else []
+    return [f"{stay:,} of {count(outcome.pieces, 'piece')} stay{'s' if stay == 1 else ''}", *said]
 
 
 #: The worst first.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,7 +40,7 @@ class Proved:
     certificate
         The proof.
     kept
-        The sections, by number, that keep their own order though another one was asked for.
+        Why sections, by number, keep their own order though another one was asked for.
     issues
         Why they do.
     """
@@ -48,7 +48,7 @@ class Proved:
     text: str
     program: Program
     certificate: Certificate
-    kept: frozenset[int] = frozenset()
+    kept: dict[int, str] = field(default_factory=dict)
     issues: tuple[Issue, ...] = ()
 
 
@@ -87,12 +87,12 @@ def write_proved(
                 kept = dict.fromkeys(range(len(orders)), str(refused))
                 break
         else:
-            return replace(found, kept=frozenset(kept), issues=tuple(writer.issues(kept)))
+            return replace(found, kept=kept, issues=tuple(writer.issues(kept)))
     try:
         found = writer.proved("".join(original.lines))
     except _Refused as refused:
         raise VerifyError(f"the program was not written: {refused}") from None
-    return replace(found, kept=frozenset(kept), issues=tuple(writer.issues(kept)))
+    return replace(found, kept=kept, issues=tuple(writer.issues(kept)))
 
 
 class _Refused(Exception):

@@ -61,6 +61,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
     """
     from leafcut.gcode.dialects import dialect
     from leafcut.plan.chains import dark_rows
+    from leafcut.plan.staying import count_pieces, grouped
     from leafcut.runs.reading import read_foreign
     from leafcut.solve.compiling import announced
     from leafcut.timing.toolpath import measure
@@ -83,7 +84,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
         measures.append(measure(proved.program.path, run.machine, dark_rows(proved.program, sequence.process), stands))
         timed = run.settings.solve.objective == "time"
         before, after = (m.time_s if timed else m.travel_mm for m in measures)
-        stay = proved.kept
+        stay, refused = frozenset(proved.kept), proved.kept
         if after > before:
             # The solver's cost leaves out what the look-ahead knows; what is no better is not written. Of a program
             # that crosses obstacles its own order is the measure once it goes over or round them.
@@ -119,6 +120,8 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
         ),
         certificate=proved.certificate.as_json(),
         barriers=sum(isinstance(item, Kept) and item.reason != "" for item in sequence.items),
+        pieces=count_pieces(sequence),
+        staying=grouped(sequence, refused, run.settings.resequence.keep_order),
         encoding=encoding,
         options=run.settings.changed(),
         version=__version__,
@@ -147,7 +150,7 @@ class _OutOfTime(Exception):
 def _planned(run: Run, original: Program, process: str, began: float) -> Sequence:
     """Return the program in pieces; all of it stays where it is if finding them takes longer than the time limit."""
     from leafcut.plan.chains import known_process
-    from leafcut.plan.resequencing import find_sequence
+    from leafcut.plan.resequencing import all_stay, find_sequence
 
     options, limit = run.settings.resequence, run.settings.solve.time_limit
     tell = run.looking("finding what may change places")
@@ -169,7 +172,7 @@ def _planned(run: Run, original: Program, process: str, began: float) -> Sequenc
     except _OutOfTime:
         said = "the order stays: finding what may change places took longer than --time-limit; give it more"
         found = known_process(original) if process == "auto" else process
-        return Sequence((Kept(0, original.n_blocks),), found, (), (Issue("L507", said),))
+        return replace(all_stay(original, found, "time-limit"), issues=(Issue("L507", said),))
 
 
 def _with_time_left(run: Run, used: float) -> Run:

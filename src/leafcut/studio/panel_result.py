@@ -23,6 +23,8 @@ _NUMBER = "n"
 _MOST_LINES, _MOST_ISSUES, _MOST_WORKERS = 2000, 200, 64
 #: So many warnings stand before the figures.
 _MOST_WARNINGS = 2
+#: So many reasons why pieces of a program stay.
+_MOST_REASONS = 20
 #: Files in the order in which they are offered.
 _FILES = ("program", "tour", "report", "plan", "order", "given", "list", "picture-before", "picture-after")
 
@@ -157,6 +159,7 @@ class ResultPanel:
         way = "between" if "cutting" in answer else "travel"
         heads = [("", ""), *((w(f"result.{name}"), _NUMBER) for name in ("time", way, "cutting"))]
         table(heads, rows, w("result.times"))
+        self._staying(answer)
         self._tools(answer)
         if "strategies" in answer:
             self._strategies(answer)
@@ -177,6 +180,19 @@ class ResultPanel:
                 w(f"result.{what}", number=f"{number:,}") for what, number in certificate["before"].items() if number
             )
             text("p", w("result.certificate", counted=counted), "quiet small")
+
+    def _staying(self, answer: dict[str, Any]) -> None:
+        """Say why pieces of a program keep their place."""
+        w, groups = self.view.words, answer.get("staying", [])
+        if not groups:
+            return
+        stay = sum(group["count"] for group in groups)
+        text("p", w("result.stay", number=f"{stay:,}", pieces=f"{answer['counts']['pieces']:,}"), "quiet small")
+        with box("ul", "plain-list"):
+            for group in groups[:_MOST_REASONS]:
+                why = " · ".join(w(f"stays.{name}") for name in group["reason"].split("+"))
+                where = w("stays.line", line=group["first_line"])
+                text("li", f"{group['count']:,} × {why} ({where}{': ' if group['word'] else ''}{group['word']})")
 
     def _tools(self, answer: dict[str, Any]) -> None:
         w = self.view.words
