@@ -111,9 +111,9 @@ def run(path: Path, longest: float) -> list[str]:
             simulated = f"{before:.1f} → {after:.1f}"
             if after > before * (1 + ROOM) + ROOM_S:
                 simulated += " slower"
+    of = f"{free:,} of {outcome.pieces:,}"
     return [
-        path.name, work, f"{free:,} of {outcome.pieces:,}", f"{outcome.before.time_s:.1f}", f"{outcome.after.time_s:.1f}",
-        f"{outcome.saved_percent:.1f}", simulated, said, why(outcome),
+        path.name, work, of, f"{outcome.before.time_s:.1f}", f"{outcome.after.time_s:.1f}", f"{outcome.saved_percent:.1f}", simulated, said, why(outcome),
     ]  # fmt: skip
 
 
