@@ -113,7 +113,8 @@ def run(path: Path, longest: float) -> list[str]:
                 simulated += " slower"
     of = f"{free:,} of {outcome.pieces:,}"
     return [
-        path.name, work, of, f"{outcome.before.time_s:.1f}", f"{outcome.after.time_s:.1f}", f"{outcome.saved_percent:.1f}", simulated, said, why(outcome),
+        path.name, work, of, f"{outcome.before.time_s:.1f}", f"{outcome.after.time_s:.1f}",
+        f"{outcome.saved_percent:.1f}", simulated, said, why(outcome),
     ]  # fmt: skip
 
 
