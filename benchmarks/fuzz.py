@@ -456,7 +456,9 @@ BROKE_BEFORE: dict[str, tuple[bytes, ...]] = {
     "csv": (b"x" + b"_" * 40_000 + b";y\n1;2\n",),
     "tsplib": (b"NAME" + _BLANKS + b"x\n", b"NAME: a" + _BLANKS + b"x\n", b"\n" * 40_000 + b"x"),
     "any": (b"\n" * 40_000 + b"x", b"T" + b"1" * 40_000, b"POLYGON" + _BLANKS + b"x"),
-    "gcode": (b"G1 X1 F100 (X" + _BLANKS + b")\nM2\n",),
+    "gcode": (
+        b"G1 X1 F100 (X" + _BLANKS + b")\nM2\n", b"G21\nG1 X#<" + b"s" * 200 + b"\\" + b"s" * 200 + b"> F100\nM2\n",
+    ),
     "gcode_haas": (b"#1=0\nWHILE [#1 LT 2] DO" + _ENDLESS + b"\n#1=#1+1\nEND" + _ENDLESS + b"\n",),
     "posts": (_BLANKS + b"\nG1 X1 F100\nM2\n",),
     "reorder": (b"G0 Z5\n(1" + _BLANKS + b")\n" + _BLANKS + b"\nG81 X1 Y1 Z-1 R1 F100\nX9\nX3\nG80\nM2\n",),

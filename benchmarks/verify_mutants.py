@@ -215,13 +215,17 @@ class Judge:
         table = "".join(f"T{n} P{n} D3.0 Z0 ;tool\n" for n in range(1, 100))
         (self.folder / "tool.tbl").write_text(table, encoding="ascii")
 
-    def prints(self, text: str) -> list[str] | None:
+    def prints(self, text: str, name: str = "linuxcnc") -> list[str] | None:
         """Return the canonical commands of a program, or None where it is refused or never ends."""
+        if dialect(name).groups == "fanuc":  # these begin with G98, LinuxCNC with G99
+            text = f"G98\n{text}"
         (self.folder / "part.ngc").write_text(text, encoding="ascii", newline="")
         for left in self.folder.glob("*.var*"):
             left.unlink()
         home = dict(os.environ, HOME=str(self.folder))
-        command = [self.command, "-g", "-t", "tool.tbl", "part.ngc"]
+        # Machine zero is far above the work, as on a mill; in the interpreter's units at its start, inches.
+        (self.folder / "part.var").write_text("5220\t1\n5223\t-8\n", encoding="ascii")
+        command = [self.command, "-g", "-t", "tool.tbl", "-v", "part.var", "part.ngc"]
         try:
             done = subprocess.run(
                 command, cwd=self.folder, env=home, capture_output=True, text=True, timeout=5, check=False
@@ -275,8 +279,9 @@ def work_of(prints: list[str]) -> tuple[list[object], list[dict[object, float]]]
     heights: list[dict[object, float]] = [{}]
     active = {"SELECT_PLANE": "SELECT_PLANECANON_PLANE_XY", "SET_FEED_MODE": "SET_FEED_MODE0, 0"}
     unit = 1.0
-    # Where the tool is at the start nobody knows.
+    # Where the tool is at the start nobody knows; nor how high it is when the origin has moved.
     place: list[float] = [math.nan] * 3 + [0.0] * 3
+    moved = True
     for call in prints:
         name, _, rest = call.partition("(")
         values = rest.rstrip(")")
@@ -290,6 +295,7 @@ def work_of(prints: list[str]) -> tuple[list[object], list[dict[object, float]]]
             known, active[name] = active.get(name), values
             if values == known or (known is None and not re.search(r"[1-9]", values.partition(".")[2])):
                 continue
+            moved = True
         if name in ("USE_LENGTH_UNITS", "MESSAGE"):
             unit = 25.4 if "INCH" in values else 1.0 if name == "USE_LENGTH_UNITS" else unit
             group[call] += name == "MESSAGE"
@@ -300,17 +306,17 @@ def work_of(prints: list[str]) -> tuple[list[object], list[dict[object, float]]]
             read = tuple(item for item in sorted(active.items()) if name == "ARC_FEED" or item[0] != "SELECT_PLANE")
             group[name, begin, unit, values, read] += 1
             if name == "STRAIGHT_FEED":
-                place = numbers[:6]
+                place, moved = numbers[:6], False
             elif name == "ARC_FEED":
                 place = _after_arc(place, numbers, active["SELECT_PLANE"][12:])
             continue
         if name == "STRAIGHT_TRAVERSE" and numbers[3:] == place[3:]:
             if numbers[:2] != place[:2] and not math.isnan(place[0]):
-                low = min(place[2], numbers[2])
+                low = numbers[2] if moved else min(place[2], numbers[2])
                 heights[-1]["across"] = min(low, heights[-1].get("across", math.inf))
-            if numbers[2] < place[2]:
+            if moved or numbers[2] < place[2]:
                 heights[-1]["lowest"] = min(numbers[2], heights[-1].get("lowest", math.inf))
-            place = numbers[:6]
+            place, moved = numbers[:6], False
             continue
         moves = name.startswith(("STRAIGHT", "ARC", "RIGID"))
         read = [item for item in sorted(active.items()) if moves or item[0].startswith(("START_SPIN", "FLOOD", "MIST"))]
@@ -354,7 +360,7 @@ def judge_all(count: int, seed: int, command: str, every: int = 10) -> Count:
     for mutant in mutants(count, seed):
         if mutant.original != last:
             last = mutant.original
-            prints = judge.prints(last) if mutant.judged else None
+            prints = judge.prints(last, mutant.dialect) if mutant.judged else None
             original = _read(last, mutant.dialect)
             if original is not None and not certify(original, original, tolerance_mm=0.0).same:
                 shown["unequal"].append(mutant)
@@ -362,7 +368,7 @@ def judge_all(count: int, seed: int, command: str, every: int = 10) -> Count:
         verdict = _verdict(mutant, original)
         became[verdict] += 1
         if verdict == "same" and mutant.judged and prints is not None:
-            now = judge.prints(mutant.new)
+            now = judge.prints(mutant.new, mutant.dialect)
             refused = now is None and mutant.dialect == "linuxcnc"
             if refused or (now is not None and differ(prints, now)):
                 shown["missed"].append(mutant)
@@ -371,7 +377,7 @@ def judge_all(count: int, seed: int, command: str, every: int = 10) -> Count:
         elif verdict == "seen" and prints is not None and became["seen"] % every == 0 and mutant.judged:
             became["looked at for a false alarm"] += 1
             # Modes that are stated no more print the same, and are not.
-            if judge.prints(mutant.new) == prints and mutant.new.startswith(HEAD.partition("\n")[0]):
+            if judge.prints(mutant.new, mutant.dialect) == prints and mutant.new.startswith(HEAD.partition("\n")[0]):
                 shown["alarm"].append(mutant)
     judge.close()
     return Count(became, shown["missed"], shown["alarm"], shown["unequal"])

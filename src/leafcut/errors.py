@@ -14,6 +14,7 @@ A message says what was found, what was expected and what to do; it is one line.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -26,7 +27,8 @@ LONGEST_QUOTE = 60
 LONGEST_MESSAGE = 1000
 
 _QUOTED = re.compile(rf"(?<!\w)'([^']{{{LONGEST_QUOTE + 1},}})'(?!\w)")
-_UNBROKEN = re.compile(rf"[^\s/\\]{{{LONGEST_QUOTE + 3},}}")
+#: The folders of a path are words of their own; a backslash is a letter like others where folders are not parted by it.
+_UNBROKEN = re.compile(rf"[^\s{re.escape(os.sep + (os.altsep or ''))}]{{{LONGEST_QUOTE + 3},}}")
 
 
 def shown(text: str, limit: int = LONGEST_QUOTE) -> str:

@@ -37,6 +37,8 @@ _NO_MOTION = frozenset({
     1530, 1540, 1870, 1880,
 })  # fmt: skip
 _ENDS_TRANSFORM = frozenset(_TRANSFORMS.values()) - {490}
+#: Of these, G8 (lathes: radius mode) alone is a word of LinuxCNC; it refuses the others (seen with rs274).
+_NOT_LINUXCNC = (_NO_MOTION | _ENDS_TRANSFORM) - {80}
 _MOTIONS = frozenset({0, 10, 20, 30})
 #: Cycles that `model.cycles` knows; G76, G87 and G88 wait for a person or move aside at the bottom.
 _CYCLES = frozenset({730, 810, 820, 830, 840, 850, 860, 890})
@@ -238,7 +240,8 @@ class BlockRunner(Reader):
             return
         codes = [word.value for word in block.words if word.letter == "G"]
         again = words.g.get("radius", 400) != 400 and self.state.radius != 40
-        if again or len(set(codes)) < len(codes):
+        strange = any(round(word.value * 10) in _NOT_LINUXCNC for word in words.unknown or () if word.letter == "G")
+        if again or strange or len(set(codes)) < len(codes):
             self.named = "refused by LinuxCNC"
 
     def _program_number(self, number: int) -> None:

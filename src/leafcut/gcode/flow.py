@@ -19,9 +19,9 @@ from leafcut.gcode.words import BlockError, split_line
 
 #: Subroutines inside subroutines: LinuxCNC has ten levels, the program itself among them.
 MAX_CALLS = 9
-#: Letters that loops and subprograms may run in all, and so many more for each of the program; a block counts at least
-#: `LEAST`. Beyond that a loop has no end, for all that anyone would wait.
-MAX_REPEATED, REPEATED_PER_LETTER, LEAST = 6_000_000, 100, 16
+#: Letters that loops and subprograms may run in all, or so many for each of the program, if that is more; a block
+#: counts at least `LEAST`. Beyond that a loop has no end, for all that anyone would wait.
+MAX_REPEATED, REPEATED_PER_LETTER, LEAST = 6_000_000, 24, 16
 
 _OPENING = r"(?:[ \t]|\([^()]*\))*+/?[ \t]*+(?:[nN][ \t]*+[0-9]++[ \t]*+)?[oO][ \t]*+"
 _CONTROL = re.compile(_OPENING + r"(<[^<>]*>|[0-9]++)[ \t]*+([A-Za-z]++)")
@@ -121,7 +121,7 @@ class Flow:
         self.jumps = Jumps(lines, parameters)
         self.calls: list[Call] = []
         self.repeated = 0
-        self._letters, self._most = 0, MAX_REPEATED + REPEATED_PER_LETTER * sum(map(len, lines))
+        self._letters, self._most = 0, max(MAX_REPEATED, REPEATED_PER_LETTER * sum(map(len, lines)))
         self._lines = lines
         self._counters: dict[int, int] = {}
         self._deciding = -1

@@ -98,8 +98,12 @@ def _number_of(cycle: DrillCycle) -> int:
 
 
 class States(NamedTuple):
-    """What is active at every row of a toolpath, by row; see `EXACT` and `AMOUNT` for what is not said by the name."""
+    """What is active at every row of a toolpath, by row; see `EXACT` and `AMOUNT` for what is not said by the name.
 
+    `plane` is that of the radius compensation: 0 where there is none.
+    """
+
+    plane: Ints
     tool: Ints
     coolant: Ints
     length: Ints
@@ -128,6 +132,7 @@ def states_of_path(path: Toolpath) -> States:
         return _latest(path, kind, path.ref, default).astype(np.int64)
 
     return States(
+        plane=none,
         tool=number(Kind.TOOL),
         coolant=number(Kind.COOLANT),
         length=number(Kind.OFFSET),
@@ -164,6 +169,7 @@ def states_of_program(program: Program) -> States:
         return states
     direction = column(lambda m: m.spindle)
     return states._replace(
+        plane=np.where(states.radius != 40, column(lambda m: m.plane), 0).astype(np.int64),
         length=states.length + TAKEN * _table_of(program.path),
         feed_mode=column(lambda m: m.feed_mode).astype(np.int64),
         direction=direction.astype(np.int64),
@@ -228,6 +234,7 @@ def features_of(path: Toolpath, states: States, which: Mask) -> Features:
     exact = np.zeros((n, len(EXACT)), dtype=np.int64)
     exact[:, 0] = kind
     for name in (
+        "plane",
         "tool",
         "coolant",
         "length",

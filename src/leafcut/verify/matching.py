@@ -202,6 +202,7 @@ def _shown_stated(value: int) -> str:
 
 #: The words for what must be equal, and how its numbers are shown. The kind and arcs have texts of their own.
 _EXACT_WORDS: dict[str, tuple[str, Callable[[int], object]]] = {
+    "plane": ("plane", lambda v: f"G{v}"),
     "tool": ("tool", str),
     "coolant": ("coolant", str),
     "length": ("length offset", lambda v: v % TAKEN),
@@ -240,7 +241,7 @@ def changes(a: Feature, b: Feature, room: Room) -> list[str]:
     ):
         if abs(one - other) > allowed or math.isnan(one) != math.isnan(other):
             found.append(f"{word} {_figure(one * factor)} became {_figure(other * factor)}")
-    if a.exact[1:3] != b.exact[1:3] or not _near(a.place[3:], b.place[3:], near):
+    if a.exact[2] != b.exact[2] or not _near(a.place[3:], b.place[3:], near):
         found.append(f"start {place(*a.place[3:6])} became {place(*b.place[3:6])}, or the arc is another")
     for word, one, other in zip(("R plane", "retract"), a.height, b.height, strict=True):
         if not other >= one - near and not (math.isnan(one) and math.isnan(other)):

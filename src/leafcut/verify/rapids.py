@@ -12,7 +12,7 @@ from leafcut.model.cycles import in_series
 from leafcut.model.toolpath import Kind
 from leafcut.verify.clearance import at_machine_height
 from leafcut.verify.difference import MOST_LISTED, Difference, place
-from leafcut.verify.features import EXACT, FIRST_CYCLE, Floats, Ints, Mask
+from leafcut.verify.features import EXACT, FIRST_CYCLE, TAKEN, Floats, Ints, Mask
 from leafcut.verify.stages import PLACELESS, Mark
 from leafcut.verify.work import Work, goes_across
 
@@ -244,8 +244,8 @@ def compare_rapids(
     which is made from its other end, else -1.
     """
     both = original, gaps_of(original), new, gaps_of(new)
-    found: list[Difference] = []
-    count = 0
+    found = list(_after_length_change(original, new, tolerance + 1e-9))
+    count = len(found)
     for what, text, old_line, new_line, wrong in (
         *_by_feature(both, new_of, turned, tolerance + 1e-9, beam),
         *_by_barrier(both, mark_of, tolerance + 1e-9),
@@ -411,6 +411,39 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
     leave = np.where(old_gaps.across[old + 1], old_gaps.leave[old + 1], old_gaps.top[old + 1])
     low = old_gaps.rows[old + 1] & gaps.across[now + 1] & (gaps.leave[now + 1] < leave - room)
     yield "lower retract", told("from"), *lines, low
+
+
+def _after_length_change(original: Work, new: Work, room: float) -> Iterator[Difference]:
+    """Yield how rapids go lower with a length offset just taken (G43, G49) than any did in the original.
+
+    Heights before it say nothing of heights after it, and no cut does where none comes next.
+    """
+    limits = _lowest_by_length(original)
+    for length, (height, line) in _lowest_by_length(new).items():
+        limit, was = limits.get(length, (height, 0))
+        if height < limit - room:
+            text = (
+                f"a rapid goes to Z{height:.3f} right after the length offset changed, never below Z{limit:.3f} before"
+            )
+            yield Difference("deeper rapid", was, line, text)
+
+
+def _lowest_by_length(work: Work) -> dict[int, tuple[float, int]]:
+    """Return by register the lowest place of rapids between a change of the length offset and work, and its line."""
+    path = work.path
+    changes, made = np.flatnonzero(path.kind == Kind.OFFSET), work.features.row
+    rapids = work.travel[np.isfinite(path.end[work.travel, 2])]
+    change = np.searchsorted(changes, rapids) - 1
+    after = change >= 0
+    rapids, change = rapids[after], changes[change[after]]
+    rapids = rapids[np.searchsorted(made, rapids) == np.searchsorted(made, change)]
+    found: dict[int, tuple[float, int]] = {}
+    length = work.states.length[rapids] % TAKEN
+    for register in np.unique(length).tolist():
+        rows = rapids[length == register]
+        row = int(rows[np.argmin(path.end[rows, 2])])
+        found[int(register)] = float(path.end[row, 2]), int(path.line[row])
+    return found
 
 
 def _stops(work: Work) -> list[Mark]:

@@ -15,7 +15,7 @@ from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.saying import plain
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.verify.difference import Difference, describe, place
-from leafcut.verify.features import FIRST_CYCLE, Features, Floats, Ints, Mask, States
+from leafcut.verify.features import FIRST_CYCLE, TAKEN, Features, Floats, Ints, Mask, States
 
 #: A block that a switch of the machine may skip is a barrier whatever it does, and so is a message or a record, and a
 #: comment or a setting that the controller obeys beside the G-code.
@@ -103,9 +103,11 @@ def barriers_of(program: Program, path: Toolpath, source: Ints, states: States, 
         end = tuple(round(v, 6) for v in motion.end if not np.isnan(v)) if motion.kind is Kind.MACHINE else ()
         at = (before[row, 0], before[row, 1], before[row, 2])
         exactly = motion.kind is Kind.FOREIGN or (motion.kind is Kind.SHIFT and bool(_FROM_HERE.search(said)))
-        state = (int(turning[row]), int(states.coolant[row]))
+        state = (int(turning[row]), int(states.coolant[row]), int(states.radius[row]))
+        # The next program may rely on that a length offset is off.
+        left_on = motion.kind is Kind.END and int(states.length[row]) % TAKEN != 0
         words = _shown(text, said) if text else f"{describe(motion)} {said}".rstrip()
-        marks.append(Mark((*what, end, *state), int(motion.kind), row, motion.line, at, exactly, words))
+        marks.append(Mark((*what, end, *state, left_on), int(motion.kind), row, motion.line, at, exactly, words))
     return sorted([*marks, *_placeless(program, source), *_obeyed(program, source)], key=lambda mark: mark.key)
 
 
@@ -165,7 +167,10 @@ def _obeyed(program: Program, source: Ints) -> Iterator[Mark]:
 
 def compare_unrun(before: Program, after: Program) -> Iterator[Difference]:
     """Yield what the controller obeys in lines that are never run (a subprogram not called, behind the end)."""
-    one, other = ([said for said in p.obeyed if said.line not in set(p.line.tolist())] for p in (before, after))
+    run = [set(p.line.tolist()) if p.obeyed else set() for p in (before, after)]
+    one, other = (
+        [said for said in p.obeyed if said.line not in lines] for p, lines in zip((before, after), run, strict=True)
+    )
     if [said.what for said in one] != [said.what for said in other]:
         lines = one[0].line if one else 0, other[0].line if other else 0
         text = "the settings that the controller takes from lines which are not run differ: "

@@ -54,13 +54,16 @@ _MODES = (
     _Mode("macro calls off (G67)", "6[67](?:[.]1)?", _MOVES, True),
     _Mode("the shift of the origin (G92.1)", "92(?:[.][123])?", _MOVES, True),
 )
+#: A G word that is none of G0 to G3; a blank may stand in a number.
+_OTHER = re.compile(r"[Gg](?![ \t]*0*[0-3](?![ \t]*[0-9.]))")
 _PATTERNS = [re.compile(rf"G0*{mode.words}(?![0-9.])") for mode in _MODES]
 
 
 def no_longer_stated(before: Program, after: Program) -> Iterator[Difference]:
     """Yield the modes that work relies on and that the original states before it, and the new program does not."""
+    words = [_words(program) for program in (before, after)]
     for mode, pattern in zip(_MODES, _PATTERNS, strict=True):
-        was, now = (_relying(program, mode, pattern) for program in (before, after))
+        was, now = (_relying(p, w, mode, pattern) for p, w in zip((before, after), words, strict=True))
         if (now.first and not was.first) or now.cuts > was.cuts:
             text = f"{mode.said}: the original states it before line {now.line or was.line} relies on it"
             yield Difference("not stated", was.line, now.line, text)
@@ -77,25 +80,26 @@ class _Relying(NamedTuple):
     cuts: int
 
 
-def _relying(program: Program, mode: _Mode, pattern: re.Pattern[str]) -> _Relying:
+def _words(program: Program) -> dict[int, str]:
+    """Return the text of the lines, from 1, that have another G word than G0 to G3, as far as it means anything."""
+    return {number: plain(text) for number, text in enumerate(program.lines, 1) if _OTHER.search(text)}
+
+
+def _relying(program: Program, words: dict[int, str], mode: _Mode, pattern: re.Pattern[str]) -> _Relying:
     path = program.path
     rows = np.flatnonzero(np.isin(path.kind, mode.kinds))
     if not len(rows):
         return _Relying(False, 0, 0)
     block = int(np.searchsorted(program.first, rows[0], side="right")) - 1
-    if _states(program, pattern, 0, block + 1) is not None:
+    stating = _first_with(program, [number for number, text in words.items() if pattern.search(text)])
+    if stating <= block:
         return _Relying(False, int(path.line[rows[0]]), 0)
-    stating = _states(program, pattern, block + 1, program.n_blocks)
-    end = len(path) if stating is None else int(program.first[stating])
+    end = int(program.first[stating])
     cuts = int(np.isin(path.kind[rows[rows < end]], _CUTS).sum())
     return _Relying(True, int(path.line[rows[0]]), cuts)
 
 
-def _states(program: Program, pattern: re.Pattern[str], begin: int, end: int) -> int | None:
-    """Return the first block of begin … end - 1 that has one of the words."""
-    lines = program.lines
-    for block, line in enumerate(program.line[begin:end].tolist(), begin):
-        text = lines[line - 1]
-        if ("G" in text or "g" in text) and pattern.search(plain(text)):
-            return block
-    return None
+def _first_with(program: Program, lines: list[int]) -> int:
+    """Return the first block that stands on one of some lines; the number of blocks where none does."""
+    found = np.isin(program.line, lines)
+    return int(np.argmax(found)) if found.any() else program.n_blocks
