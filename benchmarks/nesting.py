@@ -31,7 +31,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Nest, NestPart
 from leafcut.options import LARGEST_SHEET, NestOptions, SolveOptions
-from leafcut.plan.nesting import TOUCHING
+from leafcut.plan.nest_fill import TOUCHING
 from leafcut.runs.nesting import nest
 from leafcut.verify.nest import check_nest
 

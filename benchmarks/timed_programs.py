@@ -16,7 +16,7 @@ from nests import make, rounded
 from leafcut.api import optimize
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
-from leafcut.model.nest import Layout, Nest, NestPart, Placement
+from leafcut.model.nest import Layout, Nest, NestPart, Placement, Stock
 from leafcut.post.nest_dxf import write_layout
 
 HEAD = "G21 G90 G17 G40 G49 G80 G94 {mode}\nF600\nG0 Z5\nG0 X0 Y0\n"
@@ -164,7 +164,7 @@ def perforated(thickness: float, columns: int = 4, rows: int = 3, holes: int = 9
     plate = NestPart("plate", tuple(Contour(path) for path in paths), columns * rows)
     placements = [Placement(0, 0.0, 15.0 + 140.0 * i, 15.0 + 110.0 * j) for j in range(rows) for i in range(columns)]
     length, sheet_width = 10.0 + 140.0 * columns, 10.0 + 110.0 * rows
-    return cut_program(Nest((plate,), length, sheet_width, (Layout(tuple(placements)),), (0,)), thickness)
+    return cut_program(Nest((plate,), (Stock(length, sheet_width),), (Layout(tuple(placements)),), (0,)), thickness)
 
 
 def cut_program(sheet: Nest, thickness: float) -> str:

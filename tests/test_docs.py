@@ -94,13 +94,14 @@ def test_the_commands_of_the_page_on_sheets_run(tmp_path: Path, monkeypatch: pyt
 
 
 def test_the_commands_of_the_page_on_nesting_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    nest, cut = commands_of("nesting.md")
+    nest, cut, *more = commands_of("nesting.md")
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     monkeypatch.chdir(tmp_path)
     assert run([*shlex.split(nest), "--preset", "fast", "-q"]) == 0
     assert run([*shlex.split(cut), "--preset", "fast", "-q"]) == 0
     # A bracket has two holes and a gusset has one; each contour is pierced once.
     assert Path("sheet.ngc").read_text().count("M3 $0") == 10 * 3 + 4 * 2
+    assert [run([*shlex.split(command), "--preset", "fast", "-q"]) for command in more] == [0] * len(more)
 
 
 def test_the_sheet_that_the_readme_cuts_is_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

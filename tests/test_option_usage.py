@@ -32,7 +32,7 @@ plunge_feed = "100 mm/min"
 spindle_speed = "6000 rpm"
 """
 #: Properties that stand for an option.
-_STANDS_FOR = {"size": "sheet", "angles": "rotations"}
+_STANDS_FOR = {"sheets": "sheet", "angles": "rotations"}
 #: What only hands options on, or looks whether their files are in each other's way.
 _HANDS_ON = ("leafcut.option_spec", "dataclasses", "leafcut.options.", __name__)
 _INPUTS = ("tools", "hole_order", "chart", "plan")
@@ -114,7 +114,7 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         api.optimize(at["plasma.ngc"], machine="plasma-table", **LITTLE)
     elif work == "nest":
         laid = {"sheet": "400x200", "ignore_layers": "MARK", "open_paths": "drop", "nester": "shapes", **FAST}
-        api.nest([at["sheet.dxf"]], out / "nest.dxf", **laid)
+        api.nest([at["sheet.dxf"]], out / "nest.dxf", remnants_out=out, **laid)
     elif work == "solve":
         api.solve_file(at["holes.csv"], algorithm="acs", target_gap=1, **LITTLE)
         api.solve_file("random:12", algorithm="firefly", **LITTLE)

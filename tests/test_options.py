@@ -127,7 +127,7 @@ def test_options_of_a_file_may_stand_at_its_top_without_a_table(tmp_path: Path) 
     file = tmp_path / "o.toml"
     file.write_text('machine = "haas-vf2"\nseed = 3\nsheet = "400x300"\n[solve]\npreset = "fast"\n[drill]\ndepth = 4\n')
     settings = Settings.collect({}, file)
-    assert (settings.machine.machine, settings.nest.sheet, settings.drill.depth) == ("haas-vf2", "400x300", 4.0)
+    assert (settings.machine.machine, settings.nest.sheet, settings.drill.depth) == ("haas-vf2", ("400x300",), 4.0)
     assert (settings.solve.seed, settings.solve.preset) == (3, "fast")
 
 

@@ -193,9 +193,12 @@ def nest(
     lists = [name for word in words for name in (word, word.rpartition(":")[0]) if name]
     inputs = [options_file, *lists, *(one.file for one in wanted)]
     check_output(output, inputs)
+    if settings.nest.remnants_out is not None:
+        check_output(settings.nest.remnants_out / "rest.dxf", inputs)  # before any work: the folder is there
     outcome, texts = nest_drawings(wanted, settings, output, progress=progress, cancelled=cancelled)
+    sheets = [word.name for word in settings.nest.sheets if word.size is None]
     for name in texts:
-        check_output(name, inputs)
+        check_output(name, [*inputs, *sheets])
     write_together(texts)
     return outcome
 

@@ -235,10 +235,6 @@ def _nest(
 
         _print_json(nest_as_json(outcome))
     elif quiet:
-        from leafcut.report.nest_answer import left_over
-
-        if missing := left_over(outcome):
-            _refuse(f"warning: {missing}", DONE)
         _warn(outcome.issues)
     else:
         from rich.console import Console
@@ -246,7 +242,7 @@ def _nest(
         from leafcut.report.nest_answer import print_nests
 
         print_nests(outcome, Console())
-    return DONE
+    return INCOMPLETE if any(issue.severity == "missing" for issue in outcome.issues) else DONE
 
 
 def _simulate(

@@ -35,7 +35,9 @@ def command_of(
     flags = [_flag(group, name, spec) for group, name, spec in names]
 
     def command(*places: Any, **given: Any) -> int:
-        options = {name: given.pop(name, None) for _, name, _ in names}
+        # A list may be given by several flags.
+        taken = {name: given.pop(name, None) for _, name, _ in names}
+        options = {name: ",".join(value) if isinstance(value, list) else value for name, value in taken.items()}
         return function(*places, **given, options=options)
 
     command.__signature__ = inspect.Signature([*own, *flags])  # type: ignore[attr-defined]
@@ -59,6 +61,8 @@ def _flag(group: type[OptionGroup], name: str, spec: OptionSpec) -> inspect.Para
         group=Group(_TITLES[group.section], sort_key=10 + place),
         show_default=False,
         allow_leading_hyphen=True,
+        negative_iterable=(),
     )
-    annotation: Any = Annotated[bool | None, parameter] if spec.kind == "flag" else Annotated[str | None, parameter]
+    kinds: dict[str, Any] = {"flag": bool | None, "names": list[str] | None}
+    annotation: Any = Annotated[kinds.get(spec.kind, str | None), parameter]
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)

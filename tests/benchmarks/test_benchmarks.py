@@ -165,17 +165,17 @@ def test_nests_stand_beside_the_best_known_with_the_density_of_their_length(data
 
 def test_the_judge_of_nests_refuses_what_overlaps_is_missing_or_leaves_the_strip(benchmark: Any) -> None:
     """Two unit squares in a strip of width 1: side by side they fill a length of 2 and the gap between them."""
-    from leafcut.model.nest import Layout, Nest, Placement
+    from leafcut.model.nest import Layout, Nest, Placement, Stock
 
     nesting = benchmark("nesting")
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]])
     strip = nesting.Strip("two", 1.0, ((square, 2, (0.0,)),), 2.0, 100.0)
-    side, (length, width) = strip.scale, strip.options().size
+    side, (length, width) = strip.scale, strip.options().sheets[0].size or (0.0, 0.0)
 
     def judged(*places: tuple[float, float]) -> tuple[float, float]:
         laid = tuple(Placement(0, 0.0, x, y) for x, y in places)
         parts = tuple(strip.parts())
-        return strip.judged(Nest(parts, length, width, (Layout(laid),), (2 - len(laid),)))
+        return strip.judged(Nest(parts, (Stock(length, width),), (Layout(laid),), (2 - len(laid),)))
 
     assert judged((0.0, 0.0), (side + 0.1, 0.0)) == pytest.approx((2.0 + 0.1 / side, 100.0), rel=1e-4)
     for places in (((0.0, 0.0), (0.9 * side, 0.0)), ((0.0, 0.0),), ((0.0, 0.0), (side + 1.0, 2.0))):

@@ -33,7 +33,7 @@ from leafcut.timing.toolpath import measure
 ROOT = Path(__file__).parents[2]
 EN = words("en")
 #: Done by the studio itself.
-NOT_OFFERED = {"save_plan", "all_variants"}
+NOT_OFFERED = {"save_plan", "all_variants", "remnants_out", "remnant_size"}
 #: A page says the feed of a program's materials by the speed alone.
 OF_A_CHART = {"cut_process", "material", "thickness", "amps", "chart"}
 

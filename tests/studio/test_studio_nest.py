@@ -136,6 +136,7 @@ def test_programs_nest_and_compare_through_the_api(
         (["plate.svg"], {"parts": '[{"quantity": 1e9}]'}, "quantity: '1000000000.0' is not"),
         (["plate.svg"], {"parts": '[{"rotations": "up"}]'}, "rotations: "),
         (["plate.svg"], {"options": '{"sheet": "5x5"}'}, "--margin: 10 mm on both sides leaves nothing"),
+        (["plate.svg"], {"options": '{"sheet": "300x200,/etc/secret.dxf"}'}, "takes sizes here"),
         (["plate.svg"], {"options": '{"all_variants": true}'}, "the studio hands the file over itself"),
         (["parts.csv"], {}, "open the drawings themselves"),
     ],

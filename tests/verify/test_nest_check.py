@@ -8,7 +8,7 @@ import pytest
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
-from leafcut.model.nest import Layout, Nest, NestPart, Placement
+from leafcut.model.nest import Layout, Nest, NestPart, Placement, Stock
 from leafcut.verify.nest import check_nest
 
 
@@ -20,7 +20,9 @@ def square(side: float) -> Contour:
 FRAME = NestPart("frame", (square(100), Contour(Polyline.circle(50, 50, 30))))
 DISC = NestPart("disc", (Contour(Polyline.circle(0, 0, 20)),))
 #: The disc lies in the middle of the hole: 10 mm of scrap all round it.
-RIGHT = Nest((FRAME, DISC), 120, 120, (Layout((Placement(0, 0.0, 10, 10), Placement(1, 0.0, 60, 60))),), (0, 0))
+RIGHT = Nest(
+    (FRAME, DISC), (Stock(120, 120),), (Layout((Placement(0, 0.0, 10, 10), Placement(1, 0.0, 60, 60))),), (0, 0)
+)
 
 
 def moved(place: Placement, which: int) -> Nest:
@@ -54,14 +56,14 @@ def test_two_straight_parts_may_be_just_the_spacing_apart() -> None:
     part = NestPart("plate", (square(40), Contour(Polyline.circle(20, 20, 5))), quantity=2)
     for gap, faults in ((5.0, 0), (4.99, 1)):
         both = (Placement(0, 0.0, 10, 10), Placement(0, 0.0, 50 + gap, 10))
-        assert len(check_nest(Nest((part,), 200, 60, (Layout(both),), (0,)), 5.0, 10.0)) == faults
+        assert len(check_nest(Nest((part,), (Stock(200, 60),), (Layout(both),), (0,)), 5.0, 10.0)) == faults
 
 
 @pytest.mark.parametrize(("gap", "faults"), [(0.2, 0), (0.21, 1), (0.19, 1), (5.0, 0)])
 def test_parts_may_be_as_near_as_the_kerf_only_along_a_common_edge(gap: float, faults: int) -> None:
     part = NestPart("plate", (square(40),), quantity=3)
     places = (Placement(0, 0.0, 10, 10), Placement(0, 0.0, 50 + gap, 10), Placement(0, 0.0, 150, 10))
-    nest = Nest((part,), 300, 60, (Layout(places),), (0,))
+    nest = Nest((part,), (Stock(300, 60),), (Layout(places),), (0,))
     assert len(check_nest(nest, 5.0, 10.0, kerf=0.2)) == faults
     assert len(check_nest(nest, 5.0, 10.0)) == (gap < 5.0)
 
@@ -69,4 +71,4 @@ def test_parts_may_be_as_near_as_the_kerf_only_along_a_common_edge(gap: float, f
 def test_two_blocks_a_kerf_apart_at_a_corner_are_too_near() -> None:
     part = NestPart("plate", (square(40),), quantity=2)
     places = (Placement(0, 0.0, 10, 10), Placement(0, 0.0, 50.12, 50.16))
-    assert len(check_nest(Nest((part,), 300, 120, (Layout(places),), (0,)), 5.0, 10.0, kerf=0.2)) == 1
+    assert len(check_nest(Nest((part,), (Stock(300, 120),), (Layout(places),), (0,)), 5.0, 10.0, kerf=0.2)) == 1

@@ -295,7 +295,7 @@ class CutMeasures:
     utilisation
         Area of the parts by the area of the sheet, 0 … 1; None when the sheet's size is not known.
     cost, batch_cost
-        In the unit of the rates; 0 without rates.
+        In the unit of the rates, the price of the sheet with it; 0 without both.
     """
 
     sheet: CutTimes = field(default_factory=CutTimes)

@@ -66,6 +66,7 @@ CODES: dict[str, str] = {
     "L433": "a nest failed its check, or could not be made",
     "L434": "the clock or a person ended the nesting",
     "L435": "a nest's sheet is larger than the machine's table",
+    "L436": "parts have no room on the sheets that are there",
     "L501": "a piece of a program stays where it is",
     "L502": "nothing in a program may change places",
     "L503": "changes of tool were saved",

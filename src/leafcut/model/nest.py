@@ -65,11 +65,57 @@ class Placement:
 
 
 @dataclass(frozen=True)
+class Stock:
+    """A kind of sheet: a rectangle from (0, 0) to (length, width) in mm, or what of one remains.
+
+    Attributes
+    ----------
+    count
+        How many there are; None for as many as it takes.
+    price
+        Of one sheet; None where nobody has said.
+    edge
+        Of a remnant its outline and the holes in it; empty for a rectangle.
+    name
+        What it is called: ``3000x1500``, or the name of the remnant's drawing.
+    """
+
+    length: float
+    width: float
+    count: int | None = None
+    price: float | None = None
+    edge: tuple[Polyline, ...] = ()
+    name: str = ""
+
+    @property
+    def paths(self) -> tuple[Polyline, ...]:
+        """Its outline, then its holes."""
+        corners = [(0.0, 0.0), (self.length, 0.0), (self.length, self.width), (0.0, self.width)]
+        return self.edge or (Polyline.of_points(corners, closed=True),)
+
+    @cached_property
+    def area(self) -> float:
+        """Of its outline less its holes, mm²."""
+        outline, *holes = self.paths
+        return abs(outline.area) - sum(abs(hole.area) for hole in holes)
+
+    @property
+    def label(self) -> str:
+        """Its name with its price, as drawings hold it: ``3000x1500@180``."""
+        return self.name + ("" if self.price is None else f"@{self.price:.12g}")
+
+    def cost(self, priced: bool) -> float:
+        """Return what one costs: its price, where sheets have any, else its area in mm²."""
+        return (self.price or 0.0) if priced else self.area
+
+
+@dataclass(frozen=True)
 class Layout:
-    """One sheet: what lies where, and how many sheets are cut like this."""
+    """One sheet: what lies where, how many sheets are cut like this, and of which stock (its index in the nest)."""
 
     placements: tuple[Placement, ...]
     count: int = 1
+    stock: int = 0
 
 
 @dataclass(frozen=True)
@@ -78,8 +124,8 @@ class Nest:
 
     Attributes
     ----------
-    length, width
-        Of one sheet, which lies from (0, 0) to (length, width), mm.
+    stocks
+        The kinds of sheet that were at hand.
     unplaced
         How many of each part found no room; as many numbers as there are parts.
     method, seed
@@ -89,8 +135,7 @@ class Nest:
     """
 
     parts: tuple[NestPart, ...]
-    length: float
-    width: float
+    stocks: tuple[Stock, ...]
     layouts: tuple[Layout, ...]
     unplaced: tuple[int, ...]
     method: str = "shapes"
@@ -112,10 +157,33 @@ class Nest:
         """Area of the placed parts without their holes, mm²."""
         return sum(layout.count * self.parts[p.part].area for layout in self.layouts for p in layout.placements)
 
+    def stock_of(self, layout: Layout) -> Stock:
+        """Return the kind of sheet that a layout lies on."""
+        return self.stocks[layout.stock]
+
+    @property
+    def priced(self) -> bool:
+        """True: sheets have prices, and the least cost is sought; else the least area."""
+        return any(stock.price is not None for stock in self.stocks)
+
+    @property
+    def cost(self) -> float | None:
+        """What the sheets cost together; None where they have no prices."""
+        return self._cost if self.priced else None
+
+    @property
+    def _cost(self) -> float:
+        return sum(layout.count * self.stock_of(layout).cost(self.priced) for layout in self.layouts)
+
+    @cached_property
+    def sheet_area(self) -> float:
+        """Area of all sheets, mm²."""
+        return sum(layout.count * self.stock_of(layout).area for layout in self.layouts)
+
     @property
     def utilisation(self) -> float:
         """Share of the sheets that ends in parts, 0 … 1."""
-        return self.area / (self.n_sheets * self.length * self.width) if self.layouts else 0.0
+        return self.area / self.sheet_area if self.layouts else 0.0
 
     @cached_property
     def used_length(self) -> float:
@@ -127,21 +195,36 @@ class Nest:
 
     @property
     def utilisation_of_used(self) -> float:
-        """Share that ends in parts when the rest of the last sheet is kept, 0 … 1."""
-        used = self.width * ((self.n_sheets - 1) * self.length + self.used_length)
-        return self.area / used if used > 0.0 else 0.0
+        """Share that ends in parts when the rest of the last sheet, where that is a rectangle, is kept, 0 … 1."""
+        if not self.layouts:
+            return 0.0
+        last = self.stock_of(self.layouts[-1])
+        kept = 0.0 if last.edge else last.width * (last.length - self.used_length)
+        return self.area / (self.sheet_area - kept) if self.area > 0.0 else 0.0
 
     @property
-    def rank(self) -> tuple[float, float]:
-        """What makes a nest better than another, the lower the better: area of the parts left over, sheet used (mm)."""
+    def rank(self) -> tuple[float, float, float]:
+        """What makes a nest better than another, the lower the better.
+
+        Area of the parts left over; what the sheets cost, or their area; how much of the last is used (mm).
+        """
         left = sum(part.area * count for part, count in zip(self.parts, self.unplaced, strict=True))
-        return (left, (self.n_sheets - 1) * self.length + self.used_length if self.layouts else math.inf)
+        return (left, self._cost, self.used_length) if self.layouts else (left, math.inf, 0.0)
 
     def contours(self, layout: Layout) -> Iterator[Contour]:
         """Yield every contour of a sheet where it lies; those of one part have one number, from 1."""
         for number, placement in enumerate(layout.placements, 1):
             for contour in self.parts[placement.part].contours:
                 yield Contour(placement.placed(contour.path), contour.kind, contour.layer, contour.handle, number)
+
+
+@dataclass(frozen=True)
+class Remnant:
+    """What remains of sheets and is worth keeping: its drawing, how many there are, and itself."""
+
+    file: str
+    count: int
+    stock: Stock
 
 
 @dataclass(frozen=True)
@@ -156,6 +239,8 @@ class NestOutcome:
         One line for every variant that failed its check.
     files
         For every variant the files written, one per layout; empty where nothing was.
+    remnants
+        What remains of the sheets of the best one, where that was asked for.
     """
 
     nests: tuple[Nest, ...]
@@ -163,5 +248,6 @@ class NestOutcome:
     margin: float
     dropped: tuple[str, ...] = ()
     files: tuple[tuple[str, ...], ...] = ()
+    remnants: tuple[Remnant, ...] = ()
     issues: tuple[Issue, ...] = ()
     seconds: float = 0.0

@@ -46,6 +46,10 @@ class Sheet:
     ----------
     outline
         Edge of the sheet itself, closed, counter-clockwise; None where nobody has said.
+    holes
+        What was cut out of the sheet before, closed: there is no metal in them.
+    price
+        Of the sheet, where its drawing says it.
     zones
         Rectangles (x0, y0, x1, y1) that the torch must not enter: clamps.
     """
@@ -53,8 +57,15 @@ class Sheet:
     name: str
     contours: tuple[SheetContour, ...] = ()
     outline: Polyline | None = None
+    holes: tuple[Polyline, ...] = ()
+    price: float = 0.0
     zones: tuple[tuple[float, float, float, float], ...] = ()
     issues: tuple[Issue, ...] = ()
+
+    @property
+    def paths(self) -> tuple[Polyline, ...]:
+        """The edge of the sheet and its holes; empty where nobody has said."""
+        return () if self.outline is None else (self.outline, *self.holes)
 
     @property
     def n_parts(self) -> int:

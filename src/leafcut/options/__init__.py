@@ -11,7 +11,7 @@ from leafcut.option_spec import flag_name
 from leafcut.options.cutting import CutOptions
 from leafcut.options.drawings import ReadOptions, SheetOptions
 from leafcut.options.machining import CYCLES, DrillOptions, MachineOptions
-from leafcut.options.nests import LARGEST_SHEET, NestOptions, parse_angles
+from leafcut.options.nests import LARGEST_SHEET, NestOptions, SheetWord, parse_angles, parse_sheet
 from leafcut.options.pockets import PocketOptions
 from leafcut.options.programs import PostOptions, ResequenceOptions
 from leafcut.options.search import ALGORITHM_TITLES, ALGORITHMS, AcoOptions, FireflyOptions, SolveOptions
@@ -36,12 +36,14 @@ __all__ = [
     "ResequenceOptions",
     "Settings",
     "SheetOptions",
+    "SheetWord",
     "SolveOptions",
     "all_options",
     "flag_name",
     "group_of",
     "options_of_file",
     "parse_angles",
+    "parse_sheet",
     "settings_for",
     "used_by",
 ]

@@ -3,16 +3,67 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
-from leafcut.errors import OptionError
+from leafcut.errors import OptionError, shown
 from leafcut.option_spec import OptionGroup, option
 from leafcut.units import parse_quantity
 
 #: No sheet is longer, mm: the nester reckons with seven digits.
 LARGEST_SHEET = 20_000.0
+#: A sheet as a word: its size or its drawing, how many there are, and what one costs.
+_SHEET = re.compile(r"(.+?)(?::(\d{1,9}))?(?:@(\d{1,12}(?:\.\d{1,6})?))?", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class SheetWord:
+    """A kind of sheet as it was asked for: ``3000x1500:4@180`` or ``remnant.dxf``.
+
+    Attributes
+    ----------
+    name
+        Its size, or the file that it is drawn in.
+    size
+        Length and width, mm; None for a drawing.
+    count, price
+        None where they are not said. Of a drawing there is one, unless it is said.
+    """
+
+    name: str
+    size: tuple[float, float] | None
+    count: int | None = None
+    price: float | None = None
+
+
+def parse_sheet(word: str) -> SheetWord:
+    """Return what a word such as ``3000x1500:4@180`` asks for.
+
+    Raises
+    ------
+    OptionError
+        It is no size and no drawing, or a count of 0.
+    """
+    match = _SHEET.fullmatch(word.strip())
+    name, count, price = match.groups() if match else (word, None, None)
+    number, cost = None if count is None else int(count), None if price is None else float(price)
+    if number == 0:
+        raise OptionError(f"--sheet: '{shown(word)}' says that there is none; leave it out")
+    if name.lower().endswith(".dxf"):
+        return SheetWord(name, None, number or 1, cost)
+    try:
+        length, width = (parse_quantity(side, "mm") for side in name.lower().replace("×", "x").split("x"))
+    except (OptionError, ValueError):
+        raise OptionError(
+            f"--sheet: '{shown(word)}' is not a size such as 3000x1500 or 120inx60in, with count and price "
+            "3000x1500:4@180, nor a drawing such as remnant.dxf"
+        ) from None
+    if not (0.0 < length <= LARGEST_SHEET and 0.0 < width <= LARGEST_SHEET):
+        raise OptionError(f"--sheet: {shown(name)} is not between 0 and {LARGEST_SHEET / 1000:g} m a side")
+    return SheetWord(name, (length, width), number, cost)
 
 
 @dataclass(frozen=True)
@@ -25,10 +76,11 @@ class NestOptions(OptionGroup):
     section: ClassVar[str] = "nest"
     works: ClassVar[str] = "nest"
 
-    sheet: str = option(
-        "text",
-        "2500x1250",
-        "length and width of a sheet, such as 3000x1500 or 120inx60in",
+    sheet: tuple[str, ...] = option(
+        "names",
+        ("2500x1250",),
+        "length and width of a sheet, such as 3000x1500 or 120inx60in; or several, with how many there are and what "
+        "one costs, 3000x1500:4@180, and drawings of remnants; those are taken that cost least",
         default_words="as large as the table of --machine: 2500x1250 of plasma-table",
     )
     kerf: float = option("quantity", 2.0, "width of the cut", unit="mm", minimum=0, maximum=50)
@@ -50,7 +102,7 @@ class NestOptions(OptionGroup):
     max_sheets: int | None = option(
         "whole",
         None,
-        "sheets at hand; parts that find no room are told",
+        "sheets at most; parts that find no room are told",
         minimum=1,
         maximum=100_000,
         default_words="as many as it takes",
@@ -64,28 +116,51 @@ class NestOptions(OptionGroup):
         "flame), or grids (laser, water)",
         choices=("none", "pairs", "rows", "grids"),
     )
+    remnants_out: Path | None = option(
+        "path",
+        None,
+        "folder for drawings of what remains of the sheets, to be given as --sheet again",
+        default_words="none",
+        changes_program=False,
+    )
+    remnant_size: float = option(
+        "quantity",
+        150.0,
+        "a remnant is kept where it is so wide, and a disc of this diameter fits in",
+        unit="mm",
+        minimum=10,
+        maximum=10_000,
+        needs="remnants_out",
+    )
     into_holes: bool = option("flag", True, "lay small parts into the holes of large ones, where that saves sheet")
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        length, width = self.size
-        if min(length, width) <= 2.0 * self.margin:
-            raise OptionError(f"--margin: {self.margin:g} mm on both sides leaves nothing of a sheet of {self.sheet}")
+        for one in self.sheets:
+            if one.size is not None and min(one.size) <= 2.0 * self.margin:
+                raise OptionError(
+                    f"--margin: {self.margin:g} mm on both sides leaves nothing of a sheet of {shown(one.name)}"
+                )
         if self.blocks != "none" and self.kerf <= 0.0:
             raise OptionError("--blocks: parts of a block lie a kerf apart; give --kerf, that of the cutting data")
         _ = self.angles
 
     @property
-    def size(self) -> tuple[float, float]:
-        """Length (x) and width (y) of a sheet, mm."""
-        sides = self.sheet.lower().replace("×", "x").split("x")
-        try:
-            length, width = (parse_quantity(side, "mm") for side in sides)
-        except (OptionError, ValueError):
-            raise OptionError(f"--sheet: '{self.sheet}' is not a size such as 3000x1500 or 120inx60in") from None
-        if not (0.0 < length <= LARGEST_SHEET and 0.0 < width <= LARGEST_SHEET):
-            raise OptionError(f"--sheet: {self.sheet} is not between 0 and {LARGEST_SHEET / 1000:g} m a side")
-        return length, width
+    def sheets(self) -> tuple[SheetWord, ...]:
+        """The kinds of sheet that parts may be laid on.
+
+        Raises
+        ------
+        OptionError
+            There are none, one is not a sheet, or only some sizes have a price.
+        """
+        found = tuple(parse_sheet(word) for word in self.sheet)
+        if not found:
+            raise OptionError("--sheet: names no sheet; give a size such as 3000x1500")
+        free = next((one.name for one in found if one.size is not None and one.price is None), None)
+        if free is not None and any(one.price is not None for one in found):
+            raise OptionError(f"--sheet: {shown(free)} has no price, and others have; give all one, such as {free}@180")
+        return found
 
     @property
     def angles(self) -> tuple[float, ...] | None:

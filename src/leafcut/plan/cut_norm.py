@@ -45,19 +45,22 @@ def cut_norm(
     for times, cut in zip(each, cuts, strict=True):
         for number in {sheet.contours[i].part for i in cut.contours}:
             shares.setdefault(number, []).extend(_shares(sheet, cut, times, number))
-    parts = []
-    for number in sorted(shares):
-        own = _sum(shares[number])
-        parts.append(PartTimes(number, areas.get(number, 0.0), own, cost_of(own, options), names.get(number, "")))
     cut_parts = {sheet.contours[i].part for c in cuts if c.kind == "cut" for i in c.contours}
     used = sum(area for number, area in areas.items() if number in cut_parts)
-    cost = cost_of(one, options)
+    parts = []
+    for number in sorted(shares):
+        own, area = _sum(shares[number]), areas.get(number, 0.0)
+        # The sheet is paid by its parts, by their areas.
+        metal = sheet.price * area / used if number in cut_parts and used else 0.0
+        parts.append(PartTimes(number, area, own, cost_of(own, options) + metal, names.get(number, "")))
+    cost = cost_of(one, options) + sheet.price
+    stock = sum(abs(path.area) * (-1.0 if k else 1.0) for k, path in enumerate(sheet.paths))
     return CutMeasures(
         sheet=one,
         batch=one.times(options.quantity),
         quantity=options.quantity,
         parts=tuple(parts),
-        utilisation=used / abs(sheet.outline.area) if sheet.outline is not None else None,
+        utilisation=used / stock if stock > 0.0 else None,
         cost=cost,
         batch_cost=cost * options.quantity,
         cuts=tuple(each),

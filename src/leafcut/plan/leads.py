@@ -121,7 +121,8 @@ class Scrap:
         self._kerfs = Tiles([c.line for c in cut])
         self.zones = [shapely.box(*zone) for zone in sheet.zones]
         self._zone_tree = shapely.STRtree(self.zones)
-        outline = None if sheet.outline is None else shapely.Polygon(sheet.outline.flattened(FLATNESS))
+        rings = [path.flattened(FLATNESS) for path in sheet.paths]
+        outline = shapely.Polygon(rings[0], rings[1:]) if rings else None
         self.sheet = outline
         self.inner = None if outline is None else outline.buffer(-(self._half + rules.margin - ROUNDING))
         if self.inner is not None:

@@ -2,32 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import NestPart, Placement
-from leafcut.plan.nest_pieces import CHORD, Piece, angles_within, polygon_of
+from leafcut.plan.nest_pieces import Piece, angles_within, polygon_of
+from leafcut.plan.nest_rooms import FREE_ANGLES, clear_of, place
 
 if TYPE_CHECKING:
-    from shapely import Polygon
     from shapely.geometry.base import BaseGeometry
 
 #: Of a part only its largest holes are looked at, and in each so many kinds of part are tried.
 MOST_HOLES = 20
 MOST_TRIED = 40
-#: Places tried along either side of a hole; odd, so that the middle is one of them.
-PLACES = 15
-#: Of a part that may lie in any angle these are tried, rad.
-FREE_ANGLES = tuple(math.radians(k) for k in range(0, 360, 15))
-#: The chords of a round corner of a grown outline are nearer to it by this share of the distance at most.
-ROUND_CORNER = 1.002
-#: Kept clear beyond that, mm: arcs stand for chords on both sides.
-SLACK = 4.0 * CHORD
 
 
 def filled_holes(parts: Sequence[NestPart], pieces: Sequence[Piece], spacing: float) -> tuple[list[Piece], list[int]]:
@@ -37,7 +26,7 @@ def filled_holes(parts: Sequence[NestPart], pieces: Sequence[Piece], spacing: fl
     (mm) stays between a part and the edge of the hole. The sum of all members is the sum of all quantities.
     """
     found, counts = list(pieces), [part.quantity for part in parts]
-    clear = ROUND_CORNER * spacing + SLACK
+    clear = clear_of(spacing)
     for root in sorted(range(len(parts)), key=lambda i: (pieces[i].area, i)):
         rooms = _rooms(parts[root].holes, clear)
         while rooms and counts[root]:
@@ -74,38 +63,17 @@ def _fill(
         for number in sorted(fitting, key=lambda i: (-pieces[i].area, i))[:MOST_TRIED]:
             piece = pieces[number]
             while used[number] < counts[number] and piece.area < rest.area:
-                place = _place(piece, rest, pieces[root].angles)
-                if place is None:
+                found = place(piece, rest, _angles(piece, pieces[root].angles), quick=True)
+                if found is None:
                     break
-                angle, x, y, polygon = place
+                angle, x, y, polygon = found
                 members += piece.laid(angle, x, y)
                 used[number] += 1
                 rest = rest.difference(polygon.buffer(clear))
     return members, +used
 
 
-def _place(
-    piece: Piece, room: BaseGeometry, outer: Sequence[float] | None
-) -> tuple[float, float, float, Polygon] | None:
-    """Return the first angle and place, from the left and from below, in which a piece lies within a room."""
-    import shapely
-
-    shapely.prepare(room)
-    left, low, right, high = room.bounds
+def _angles(piece: Piece, outer: Sequence[float] | None) -> list[float]:
+    """Return the angles in which a piece may lie in a hole of a part that itself may lie in those of `outer`."""
     angles = piece.angles if piece.angles is not None else FREE_ANGLES
-    for angle in angles:
-        if not angles_within(piece.angles, outer, angle):
-            continue
-        points = polygon_of(piece.path.turned(angle)).exterior.coords
-        ring = np.asarray(points)
-        (x0, y0), (x1, y1) = ring.min(axis=0), ring.max(axis=0)
-        if x1 - x0 > right - left or y1 - y0 > high - low:
-            continue
-        xs, ys = np.linspace(left - x0, right - x1, PLACES), np.linspace(low - y0, high - y1, PLACES)
-        moves = np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=-1).reshape(-1, 2)
-        polygons = shapely.polygons(ring[None, :, :] + moves[:, None, :])
-        inside = np.flatnonzero(shapely.covers(room, polygons))
-        if len(inside):
-            x, y = moves[inside[0]]
-            return angle, float(x), float(y), polygons[inside[0]]
-    return None
+    return [angle for angle in angles if angles_within(piece.angles, outer, angle)]

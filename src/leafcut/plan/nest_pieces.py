@@ -152,13 +152,15 @@ def _piece(number: int, part: NestPart) -> Piece:
     return piece
 
 
-def check_fit(parts: Sequence[NestPart], pieces: Sequence[Piece], length: float, width: float) -> None:
-    """Raise `PlanError` for the first piece that fits a rectangle of `length` × `width` (mm) at none of its angles."""
+def check_fit(parts: Sequence[NestPart], pieces: Sequence[Piece], inner: Sequence[tuple[float, float]]) -> None:
+    """Raise `PlanError` for the first piece that fits none of some rectangles (length, width in mm) at any angle."""
     for part, piece in zip(parts, pieces, strict=True):
-        if not piece.fits(length, width):
+        if not any(piece.fits(*one) for one in inner):
+            length, width = max(inner, key=math.prod)
             box = min(piece.boxes, key=lambda b: max(b.width - length, b.height - width))
+            sheet = "a sheet" if len(inner) == 1 else "the largest sheet"
             raise PlanError(
-                f"{part.name}: is {box.width:.6g} × {box.height:.6g} mm, and a sheet less its margins "
+                f"{part.name}: is {box.width:.6g} × {box.height:.6g} mm, and {sheet} less its margins "
                 f"{length:.6g} × {width:.6g} mm; use a larger sheet, a smaller margin or more rotations"
             )
 

@@ -69,6 +69,7 @@ class RectanglePacker:
         self, pieces: Sequence[Piece], length: float, width: float, margin: float, spacing: float, rule: int
     ) -> None:
         require("rectpack")
+        self.pieces, self.inner = pieces, (length, width)
         self.slack = 2.0 * max(piece.slack for piece in pieces)
         self.cells = [_cell(piece, spacing + self.slack) for piece in pieces]
         self.rotation = all(cell.turned is not None for cell in self.cells)
@@ -76,6 +77,10 @@ class RectanglePacker:
         self.width = _floor(width + spacing + self.slack)
         self.corner = margin
         self.rule = RULES[rule]
+
+    def holds(self, piece: int) -> bool:
+        """Return whether a piece has room on an empty sheet."""
+        return self.pieces[piece].fits(*self.inner)
 
     def weight(self, piece: int) -> float:
         """Return what a piece takes of a sheet, mm²."""

@@ -58,7 +58,7 @@ class ShapePacker:
         cancelled: threading.Event,
     ) -> None:
         require("spyrrow")
-        self.pieces = pieces
+        self.pieces, self.inner = pieces, (length, width)
         self.length, self.width = length + spacing, width + spacing
         self.corner = margin - 0.5 * spacing
         self.spacing, self.seed = spacing, seed
@@ -66,6 +66,10 @@ class ShapePacker:
         self.repeatable = True
         self.shape = cache(self._shape)
         self.extent = cache(self._extent)
+
+    def holds(self, piece: int) -> bool:
+        """Return whether a piece has room on an empty sheet."""
+        return self.pieces[piece].fits(*self.inner)
 
     def weight(self, piece: int) -> float:
         """Return what a piece takes of a sheet, mm²: no less than its area grown by half the spacing."""

@@ -50,7 +50,7 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None) -> Sheet:
     kinds = kinds_of(part.contours, options, issues)
     strokes = _strokes(part.contours, kinds, issues)
     found = {k: _joined(strokes.get(k, []), k, options, issues) for k in ("cut", "mark", "sheet", "maybe sheet")}
-    outline = _edge(found["sheet"])
+    outline, holes, price = _edge(found["sheet"])
     cuts, marks = found["cut"], found["mark"]
     if found["maybe sheet"]:
         if outline is None and (named := _named_sheet(found["maybe sheet"], cuts, marks)) is not None:
@@ -69,9 +69,9 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None) -> Sheet:
     if not closed and not opened and not marks:
         raise PlanError(f"{part.source or part.name}: nothing is left to cut or mark")
     contours = _placed(closed, shapes, [*opened, *marks])
-    _check_inside(contours, outline)
+    _check_inside(contours, outline, holes)
     _look_for_frame(contours, outline, issues)
-    return Sheet(part.name, contours, outline, issues=tuple(issues))
+    return Sheet(part.name, contours, outline, holes, price, issues=tuple(issues))
 
 
 @dataclass(frozen=True)
@@ -129,19 +129,33 @@ def _joined(strokes: list[_Made], kind: str, options: SheetOptions, issues: list
     return made
 
 
-def _edge(sheets: list[_Made]) -> Polyline | None:
-    """Return the edge of the sheet, or None where no layer shows it."""
+def _edge(sheets: list[_Made]) -> tuple[Polyline | None, tuple[Polyline, ...], float]:
+    """Return the edge of the sheet, what was cut out of it before, and its price; None where no layer shows it."""
     if not sheets:
-        return None
+        return None, (), 0.0
     closed = [m for m in sheets if m.contour.path.closed]
-    if len(closed) != 1 or len(sheets) != 1:
+    shapes = polygons([m.contour.path for m in closed])
+    _check_simple(closed, shapes)
+    depth = nesting(shapes)[0].tolist() if len(closed) == len(sheets) and not conflicts(shapes) else []
+    if depth.count(0) != 1 or max(depth) > 1:
         places = _at([m.contour.path.start for m in sheets])
         raise PlanError(
-            f"the sheet's layer must hold one closed outline; it holds {len(closed)} closed and "
-            f"{len(sheets) - len(closed)} open paths, {places}"
+            f"the sheet's layer must hold one closed outline, and within it only holes apart from each other; it holds "
+            f"{len(closed)} closed and {len(sheets) - len(closed)} open paths, {places}"
         )
-    _check_simple(closed, polygons([m.contour.path for m in closed]))
-    return closed[0].contour.path
+    edge = closed[depth.index(0)].contour
+    holes = tuple(m.contour.path for m, deep in zip(closed, depth, strict=True) if deep)
+    return edge.path, holes, _price(edge.name)
+
+
+def _price(name: str) -> float:
+    """Return the price in the name of a sheet, such as ``3000x1500@180``; 0 for none."""
+    _, found, text = name.rpartition("@")
+    try:
+        price = float(text) if found else 0.0
+    except ValueError:
+        return 0.0
+    return price if 0.0 <= price < math.inf else 0.0
 
 
 def _named_sheet(maybe: list[_Made], cuts: list[_Made], marks: list[_Made]) -> _Made | None:
@@ -288,21 +302,23 @@ def _parts(closed: list[_Made], depths: list[int], parents: list[int], order: li
     return [numbers[k] if depths[k] % 2 == 0 else numbers[parents[k]] for k in range(len(closed))]
 
 
-def _check_inside(contours: Sequence[SheetContour], outline: Polyline | None) -> None:
-    """Raise `PlanError` for what lies beyond the sheet's edge."""
+def _check_inside(contours: Sequence[SheetContour], outline: Polyline | None, holes: Sequence[Polyline]) -> None:
+    """Raise `PlanError` for what lies beyond the sheet's edge, or in a hole of the sheet."""
     import shapely
 
     if outline is None:
         return
-    sheet = polygons([outline])[0].buffer(SAME)
+    edge, *inner = polygons([outline, *holes])
+    sheet = shapely.Polygon(edge.exterior, [hole.exterior for hole in inner]).buffer(SAME)
     shapely.prepare(sheet)
     outer = [c for c in contours if c.parent < 0]
     beyond = [c for c in outer if not sheet.covers(shapely.LineString(c.contour.path.flattened()))]
     if beyond:
         first = beyond[0]
         what = f"part {first.part}" if first.part else first.contour.kind
+        or_holes = " or in its holes" if holes else ""
         raise PlanError(
-            f"{_count(len(beyond), 'contour')} beyond the edge of the sheet: {what}, "
+            f"{_count(len(beyond), 'contour')} beyond the edge of the sheet{or_holes}: {what}, "
             f"{_at([c.contour.path.start for c in beyond])}; move it or use a larger sheet"
         )
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.model.nest import Layout, Nest
+from leafcut.model.nest import Layout, Nest, Stock
 
 #: Threads may write drawings at the same time.
 _ONE_BY_ONE = threading.Lock()
@@ -33,7 +33,15 @@ def write_layout(nest: Nest, layout: Layout) -> str:
         return _text(_drawing(nest, layout))
 
 
-def _drawing(nest: Nest, layout: Layout) -> Any:
+def write_stock(stock: Stock) -> str:
+    """Return what remains of a sheet as a drawing of its own: its outline and its holes, on SHEET."""
+    with _without_dates():
+        drawing = _new()
+        _draw_stock(drawing.modelspace(), stock)
+        return _text(drawing)
+
+
+def _new() -> Any:
     import ezdxf
     from ezdxf.enums import InsertUnits
 
@@ -41,9 +49,13 @@ def _drawing(nest: Nest, layout: Layout) -> Any:
     for name, colour in LAYERS.items():
         drawing.layers.add(name, color=colour)
     drawing.appids.add(APPLICATION)
+    return drawing
+
+
+def _drawing(nest: Nest, layout: Layout) -> Any:
+    drawing = _new()
     space = drawing.modelspace()
-    corners = [(0.0, 0.0), (nest.length, 0.0), (nest.length, nest.width), (0.0, nest.width)]
-    _draw(space, Polyline.of_points(corners, closed=True), "SHEET")
+    _draw_stock(space, nest.stock_of(layout))
     for placement in layout.placements:
         part = nest.parts[placement.part]
         for number, contour in enumerate(part.contours):
@@ -51,10 +63,19 @@ def _drawing(nest: Nest, layout: Layout) -> Any:
             layer = "MARK" if contour.kind == "mark" else "CUT_HOLES" if hole else "CUT"
             drawn = _draw(space, placement.placed(contour.path), layer)
             if number == 0:
-                # What is no ASCII as DXF of this age has it, such as \U+00E4.
-                name = "".join(c if c.isascii() else f"\\U+{ord(c):04X}" for c in part.label)
-                drawn.set_xdata(APPLICATION, [(1000, name)])
+                drawn.set_xdata(APPLICATION, [(1000, _ascii(part.label))])
     return drawing
+
+
+def _draw_stock(space: Any, stock: Stock) -> None:
+    """Add the edge of a sheet and its holes, each with the name of the sheet."""
+    for path in stock.paths:
+        _draw(space, path, "SHEET").set_xdata(APPLICATION, [(1000, _ascii(stock.label)), (1000, "sheet")])
+
+
+def _ascii(name: str) -> str:
+    """Return a name with what is no ASCII as DXF of this age has it, such as \\U+00E4."""
+    return "".join(c if c.isascii() else f"\\U+{ord(c):04X}" for c in name)
 
 
 def _draw(space: Any, path: Polyline, layer: str) -> Any:

@@ -136,7 +136,7 @@ class Strokes:
             self.sloping.append(path.start)
         z = 0.0 if made.rising else made.z + (0.0 if matrix is IDENTITY else matrix[3][2] * self.factor)
         placed = _rounded(path, self.factor)
-        self.found.append(Contour(placed, layer=layer, handle=stroke.handle, z=z, name=stroke.name))
+        self.found.append(Contour(placed, stroke.kind, layer, stroke.handle, z=z, name=stroke.name))
 
     def _of_block(self, stroke: Stroke, turn: Any) -> _Made:
         """Return a stroke of a block that is inserted at the origin."""

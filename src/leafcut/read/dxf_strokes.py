@@ -63,6 +63,7 @@ class Stroke(NamedTuple):
     layer: str
     handle: str
     name: str = ""
+    kind: str = "cut"
 
 
 class LeaningError(ValueError):
@@ -82,14 +83,14 @@ def stroke_of(entity: Any) -> Stroke | None:
     form = maker(entity) if maker else None
     if form is None:
         return None
-    return Stroke(kind, form, entity.dxf.get("layer", "0"), entity.dxf.get("handle") or "", _name_of(entity))
+    return Stroke(kind, form, entity.dxf.get("layer", "0"), entity.dxf.get("handle") or "", *_said_of(entity))
 
 
-def _name_of(entity: Any) -> str:
-    """Return the name of a part that a nest wrote beside its outline; empty for none."""
-    if not entity.has_xdata(APPLICATION):
-        return ""
-    return next((str(tag.value) for tag in entity.get_xdata(APPLICATION) if tag.code == 1000), "")
+def _said_of(entity: Any) -> tuple[str, str]:
+    """Return the name that a nest wrote beside the outline of a part or of the sheet, empty for none, and its kind."""
+    texts = [str(tag.value) for tag in entity.get_xdata(APPLICATION)] if entity.has_xdata(APPLICATION) else []
+    name, kind = [*texts[:2], "", ""][:2]
+    return name, "sheet" if kind == "sheet" else "cut"
 
 
 def _line(entity: Any) -> Chain:

@@ -7,30 +7,42 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from leafcut.model.issue import Severity
-from leafcut.model.nest import Layout, Nest, NestOutcome
+from leafcut.model.nest import Layout, Nest, NestOutcome, Stock
 from leafcut.report.json_answer import issues_as_json
 from leafcut.report.wording import clean, count
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-#: So many parts without a place are named on the terminal.
-MOST_NAMED = 5
-
 
 def nest_as_json(outcome: NestOutcome) -> dict[str, Any]:
     """Return the outcome as a dict of plain values: lengths in mm, shares in percent, the best variant first."""
     first = outcome.nests[0]
     return {
-        "sheet": {"length_mm": first.length, "width_mm": first.width},
+        "sheet": {"length_mm": first.stocks[0].length, "width_mm": first.stocks[0].width},
+        "sheets": [_stock(stock) for stock in first.stocks],
         "parts": sum(part.quantity for part in first.parts),
         "spacing_mm": outcome.spacing,
         "margin_mm": outcome.margin,
         "variants": [_variant(one, files) for one, files in _with_files(outcome)],
+        "remnants": [
+            {**_stock(one.stock), "count": one.count, "area_mm2": one.stock.area, "file": one.file}
+            for one in outcome.remnants
+        ],
         "dropped": list(outcome.dropped),
         "verified": True,
         "seconds": outcome.seconds,
         "issues": issues_as_json(outcome.issues),
+    }
+
+
+def _stock(stock: Stock) -> dict[str, Any]:
+    return {
+        "name": stock.name,
+        "length_mm": stock.length,
+        "width_mm": stock.width,
+        "count": stock.count,
+        "price": stock.price,
     }
 
 
@@ -44,13 +56,21 @@ def _variant(one: Nest, files: tuple[str, ...]) -> dict[str, Any]:
         "seed": one.seed,
         "repeatable": one.repeatable,
         "sheets": one.n_sheets,
+        "sheet_area_mm2": one.sheet_area,
+        "cost": one.cost,
         "utilisation_percent": 100.0 * one.utilisation,
         "utilisation_of_used_percent": 100.0 * one.utilisation_of_used,
         "used_length_of_last_mm": one.used_length,
         "placed": one.n_placed,
         "unplaced": {part.name: left for part, left in zip(one.parts, one.unplaced, strict=True) if left},
         "layouts": [
-            {"sheets": layout.count, "parts": _parts(one, layout), "file": files[i] if files else None}
+            {
+                "sheets": layout.count,
+                "sheet": one.stock_of(layout).name,
+                "price": one.stock_of(layout).price,
+                "parts": _parts(one, layout),
+                "file": files[i] if files else None,
+            }
             for i, layout in enumerate(one.layouts)
         ],
     }
@@ -71,37 +91,50 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
 
     first = outcome.nests[0]
     parts = count(sum(part.quantity for part in first.parts), "part")
-    size = f"{first.length:g} × {first.width:g} mm"
-    console.print(
-        Text(f"{parts} on sheets of {size}, {outcome.spacing:g} mm apart, {outcome.margin:g} mm from the edge")
-    )
+    for issue in outcome.issues:
+        if issue.severity is Severity.MISSING:
+            console.print(Text(clean(f"missing: {issue}")), soft_wrap=True)
+    spaced = f"{outcome.spacing:g} mm apart, {outcome.margin:g} mm from the edge"
+    console.print(Text(clean(f"{parts} on sheets of {_sizes(first)}, {spaced}")), soft_wrap=True)
     table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim", pad_edge=False)
     table.add_column("variant")
-    for title in ("sheets", "used of the last", "utilisation", "of what is used"):
+    for title in (*(["cost"] if first.priced else []), "sheets", "used of the last", "utilisation", "of what is used"):
         table.add_column(title, justify="right", no_wrap=True)
     for number, one in enumerate(outcome.nests, 1):
         shares = (f"{100.0 * share:.1f} %" for share in (one.utilisation, one.utilisation_of_used))
+        cost = [] if one.cost is None else [f"{one.cost:,.2f}"]
         table.add_row(
-            f"{number} by {one.method}, seed {one.seed}", str(one.n_sheets), f"{one.used_length:.0f} mm", *shares
+            f"{number} by {one.method}, seed {one.seed}", *cost, str(one.n_sheets), f"{one.used_length:.0f} mm", *shares
         )
     console.print(table)
     for line in _lines(outcome):
         console.print(Text(clean(line)), soft_wrap=True)
 
 
-def left_over(outcome: NestOutcome) -> str:
-    """Return which parts the best nest has no room for, as a line; empty for none."""
-    first = outcome.nests[0]
-    left = [f"{n} of {part.name}" for part, n in zip(first.parts, first.unplaced, strict=True) if n]
-    more = f" and {len(left) - MOST_NAMED} kinds more" if len(left) > MOST_NAMED else ""
-    return f"no room for {', '.join(left[:MOST_NAMED])}{more}" if left else ""
+def _sizes(one: Nest) -> str:
+    """Return the kinds of sheet: ``3000 × 1500 mm``, or which of them are taken."""
+    if len(one.stocks) == 1:
+        return f"{one.stocks[0].length:g} × {one.stocks[0].width:g} mm"
+    taken: Counter[int] = Counter()
+    for layout in one.layouts:
+        taken[layout.stock] += layout.count
+    each = []
+    for k, stock in enumerate(one.stocks):
+        there = "" if stock.count is None else f" of {stock.count}"
+        price = "" if stock.price is None else f" at {stock.price:g}"
+        each.append(f"{stock.name} ({taken[k]}{there} taken{price})")
+    return ", ".join(each)
 
 
 def _lines(outcome: NestOutcome) -> Iterator[str]:
     for one, files in _with_files(outcome):
         for layout, file in zip(one.layouts, files, strict=False):
-            yield f"{file}: {count(len(layout.placements), 'part')}, cut {count(layout.count, 'sheet')} like this"
-    if missing := left_over(outcome):
-        yield missing
+            of = f" of {one.stock_of(layout).name}" if len(one.stocks) > 1 else ""
+            parts = count(len(layout.placements), "part")
+            yield f"{file}: {parts}, cut {count(layout.count, 'sheet')}{of} like this"
+    for rest in outcome.remnants:
+        size = f"{rest.stock.length:.0f} × {rest.stock.width:.0f} mm, {rest.stock.area / 1e6:.3f} m²"
+        yield f"{rest.file}: {count(rest.count, 'remnant')} of {size}"
     for issue in outcome.issues:
-        yield f"{'warning: ' if issue.severity is Severity.WARNING else ''}{issue}"
+        if issue.severity is not Severity.MISSING:
+            yield f"{'warning: ' if issue.severity is Severity.WARNING else ''}{issue}"

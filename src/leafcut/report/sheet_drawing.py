@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -123,7 +124,7 @@ def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
     frame, sheet = scene.frame, scene.sheet
     shapes = []
     if sheet.outline is not None:
-        shapes.append(element("path", d=_area(frame, [sheet.outline]), class_="stock"))
+        shapes.append(element("path", d=_area(frame, sheet.paths), class_="stock"))
     areas: dict[int, list[Polyline]] = {}
     for c in sheet.contours:
         if c.contour.kind == "cut" and c.contour.path.closed and c.part:
@@ -155,7 +156,7 @@ def _chords(frame: Frame, path: Polyline) -> Points:
     return frame.place(path.flattened(_CHORDS / frame.scale))
 
 
-def _area(frame: Frame, paths: list[Polyline]) -> str:
+def _area(frame: Frame, paths: Sequence[Polyline]) -> str:
     """Return path data of closed outlines."""
     return "".join(f"{lines_data(_segments(_chords(frame, path)))}z" for path in paths)
 

@@ -10,11 +10,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from leafcut.errors import OptionError, PlanError, VerifyError
+from leafcut.errors import OptionError, PlanError, VerifyError, shown
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.look import Look
-from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart
-from leafcut.options import NestOptions, ReadOptions, Settings, SheetOptions, SolveOptions, parse_angles
+from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Remnant, Stock
+from leafcut.options import (
+    LARGEST_SHEET,
+    NestOptions,
+    ReadOptions,
+    Settings,
+    SheetOptions,
+    SheetWord,
+    SolveOptions,
+    parse_angles,
+)
 from leafcut.runs.run import Progress, for_cutting, looking_for
 
 if TYPE_CHECKING:
@@ -22,6 +31,8 @@ if TYPE_CHECKING:
 
 #: A sheet as large as a table is so by whole steps of this, mm.
 SHEET_STEP = 50.0
+#: So many parts without a place are named.
+MOST_NAMED = 5
 #: Two nests that use the same length of sheet to this, mm, are one to a person.
 ALIKE = 0.01
 
@@ -31,10 +42,11 @@ def nest(
     options: NestOptions,
     search: SolveOptions,
     *,
+    stocks: Sequence[Stock] = (),
     progress: Progress | None = None,
     cancelled: threading.Event | None = None,
 ) -> NestOutcome:
-    """Return the nests of parts that passed the check, the best first.
+    """Return the nests of parts that passed the check, the best first; on `stocks`, else on the sizes of the options.
 
     The same seed gives the same nests, unless the clock ended the search (`Nest.repeatable`). Stopped by `cancelled` or
     Ctrl-C it keeps those that it has.
@@ -49,7 +61,7 @@ def nest(
 
     began = time.perf_counter()
     cancelled = cancelled or threading.Event()
-    task = prepare(parts, options)
+    task = prepare(parts, options, stocks or sized_sheets(options))
     kerf = options.kerf if options.blocks != "none" else 0.0
     found: list[Nest] = []
     dropped: list[str] = []
@@ -74,9 +86,9 @@ def nest(
     if not found:
         raise PlanError(f"no nest could be made that passes the check: {(dropped or ['stopped too early'])[0]}")
     best = _different(found)[: options.variants]
-    issues = _issues(best, dropped, cancelled.is_set())
+    issues = (*_left_over(best[0]), *_issues(best, dropped, cancelled.is_set()))
     seconds = time.perf_counter() - began
-    return NestOutcome(tuple(best), task.spacing, options.margin, tuple(dropped), (), issues, seconds)
+    return NestOutcome(tuple(best), task.spacing, options.margin, tuple(dropped), (), (), issues, seconds)
 
 
 def _different(found: list[Nest]) -> list[Nest]:
@@ -86,6 +98,32 @@ def _different(found: list[Nest]) -> list[Nest]:
         if not kept or max(abs(a - b) for a, b in zip(one.rank, kept[-1].rank, strict=True)) > ALIKE:
             kept.append(one)
     return kept
+
+
+def sized_sheets(options: NestOptions) -> list[Stock]:
+    """Return the sheets of the options that have a size.
+
+    Raises
+    ------
+    OptionError
+        One of them is a drawing.
+    """
+    found = []
+    for word in options.sheets:
+        if word.size is None:
+            raise OptionError(f"--sheet: {shown(word.name)} is a drawing, and nothing reads it here; give a size")
+        found.append(Stock(*word.size, word.count, word.price, (), word.name))
+    return found
+
+
+def _left_over(best: Nest) -> list[Issue]:
+    """Return which parts have no room on the sheets that are there."""
+    left = [f"{n} of {part.name}" for part, n in zip(best.parts, best.unplaced, strict=True) if n]
+    if not left:
+        return []
+    more = f" and {len(left) - MOST_NAMED} kinds more" if len(left) > MOST_NAMED else ""
+    words = f"no room for {', '.join(left[:MOST_NAMED])}{more}: more or larger sheets hold them"
+    return [Issue("L436", words, severity=Severity.MISSING)]
 
 
 def _issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple[Issue, ...]:
@@ -119,7 +157,7 @@ def nest_drawings(
         raise OptionError(f"--output: nested sheets are written as DXF; name a .dxf, not '{Path(output).name}'")
     from leafcut.read.strip_instance import is_strip_instance, read_strip_instance
 
-    settings, issues = _on_the_table(settings)
+    settings, issues, stocks = _sheets_at_hand(settings, looking_for(progress, "reading"))
     parts: list[NestPart] = []
     for one in wanted:
         angles = parse_angles(one.rotations, "rotations") if one.rotations else settings.nest.angles
@@ -130,18 +168,27 @@ def nest_drawings(
         more, said = _read(one.file, one.quantity, angles, settings, looking_for(progress, "reading"))
         parts += more
         issues += said
-    outcome = nest(parts, settings.nest, settings.solve, progress=progress, cancelled=cancelled)
+    outcome = nest(parts, settings.nest, settings.solve, stocks=stocks, progress=progress, cancelled=cancelled)
     files, texts = _drawn(outcome, Path(output), settings) if output else ((), {})
-    return replace(outcome, files=files, issues=(*dict.fromkeys(issues), *outcome.issues)), texts
+    remnants: tuple[Remnant, ...] = ()
+    if settings.nest.remnants_out is not None:
+        remnants, drawn = _remnants(outcome, Path(output or "sheet.dxf").stem, settings.nest)
+        texts |= drawn
+    every = (*dict.fromkeys(issues), *outcome.issues)
+    # What is not made comes first.
+    issues = sorted(every, key=lambda issue: issue.severity is not Severity.MISSING)
+    return replace(outcome, files=files, remnants=remnants, issues=tuple(issues)), texts
 
 
-def _on_the_table(settings: Settings) -> tuple[Settings, list[Issue]]:
-    """Return the settings with a sheet as large as the table where none is given, and a note on one too large.
+def _sheets_at_hand(settings: Settings, look: Look) -> tuple[Settings, list[Issue], list[Stock]]:
+    """Return the settings, notes, and the sheets: one as large as the table, as many as it takes, where none is given.
 
     Raises
     ------
+    ReadError, PlanError
+        A remnant's drawing cannot be read, or is no sheet.
     OptionError
-        The sheet is larger than the table of the machine that is named.
+        A sheet is larger than the table of the machine that is named.
     """
     from leafcut.read.machine import load_machine
 
@@ -150,13 +197,85 @@ def _on_the_table(settings: Settings) -> tuple[Settings, list[Issue]]:
     if "sheet" not in settings.given:
         sides = [SHEET_STEP * max(math.floor(side / SHEET_STEP), 1) for side in reach]
         size = "x".join(f"{side:g}" for side in sides)
-        return replace(settings, nest=replace(settings.nest, sheet=size)), []
-    if all(side <= most for side, most in zip(settings.nest.size, reach, strict=True)):
-        return settings, []
-    words = f"a sheet of {settings.nest.sheet} is larger than {machine.name} reaches, {reach[0]:g} × {reach[1]:g} mm"
-    if "machine" in settings.given:
-        raise OptionError(f"--sheet: {words}; give a smaller one, or another --machine")
-    return settings, [Issue("L435", f"{words}: name the machine that cuts it (--machine), here and there")]
+        settings = replace(settings, nest=replace(settings.nest, sheet=(size,)))
+        return settings, [], sized_sheets(settings.nest)
+    stocks = [
+        _remnant(word, settings.nest.margin, look)
+        if word.size is None
+        else Stock(*word.size, word.count, word.price, (), word.name)
+        for word in settings.nest.sheets
+    ]
+    issues = []
+    for stock in stocks:
+        if all(side <= most for side, most in zip((stock.length, stock.width), reach, strict=True)):
+            continue
+        words = f"a sheet of {shown(stock.name)} is larger than {machine.name} reaches, {reach[0]:g} × {reach[1]:g} mm"
+        if "machine" in settings.given:
+            raise OptionError(f"--sheet: {words}; give a smaller one, or another --machine")
+        issues.append(Issue("L435", f"{words}: name the machine that cuts it (--machine), here and there"))
+    return settings, issues, stocks
+
+
+def _remnant(word: SheetWord, margin: float, look: Look) -> Stock:
+    """Return the sheet that a drawing shows: one closed outline, and in it the holes of what was cut before.
+
+    All that is drawn counts, but for marks; so the drawing of a nested sheet is what remains when its parts are out.
+    """
+    from shapely import Polygon
+
+    from leafcut.plan.layers import MARK_NAMES
+    from leafcut.plan.sheet import prepare_sheet
+    from leafcut.read import read_contours
+
+    part = read_contours(word.name, ReadOptions(), look)
+    try:
+        drawn = prepare_sheet(part, SheetOptions(cut_layers=("*",), ignore_layers=MARK_NAMES))
+    except PlanError as error:
+        raise error if str(error).startswith(word.name) else PlanError(f"{shown(word.name)}: {error}") from None
+    outer = [c.contour.path for c in drawn.contours if c.depth == 0]
+    holes = [c.contour.path for c in drawn.contours if c.depth == 1]
+    if len(outer) != 1:
+        raise PlanError(
+            f"{shown(word.name)}: {len(outer)} outlines lie beside each other; a sheet is one, with holes in it: give "
+            "each its own drawing"
+        )
+    x0, y0, x1, y1 = outer[0].extents
+    paths = tuple(path.moved(-x0, -y0) for path in (*outer, *holes))
+    outline, *inner = (path.flattened() for path in paths)
+    metal = Polygon(outline, inner)
+    if max(x1 - x0, y1 - y0) > LARGEST_SHEET or not metal.is_valid or metal.buffer(-margin).is_empty:
+        raise PlanError(
+            f"{shown(word.name)}: {x1 - x0:.6g} × {y1 - y0:.6g} mm is no sheet that holds anything, less --margin "
+            f"{margin:g} mm along its edges"
+        )
+    return Stock(x1 - x0, y1 - y0, word.count, word.price, paths, Path(word.name).stem)
+
+
+def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tuple[Remnant, ...], dict[str, str]]:
+    """Return what remains of the sheets of the best nest, and the text of each drawing by its file.
+
+    Raises
+    ------
+    VerifyError
+        A remnant reaches into a part, or beyond the sheet.
+    """
+    from leafcut.plan.nest_remains import remains
+    from leafcut.post.nest_dxf import write_stock
+    from leafcut.verify.nest import check_remnants
+
+    best, folder = outcome.nests[0], options.remnants_out or Path()
+    found: list[Remnant] = []
+    texts: dict[str, str] = {}
+    for number, layout in enumerate(best.layouts, 1):
+        name = f"{stem}_{number}_rest" if len(best.layouts) > 1 else f"{stem}_rest"
+        stocks = remains(best, layout, outcome.spacing, options.remnant_size, name)
+        for stock, _ in stocks:
+            file = str(folder / f"{stock.name}.dxf")
+            texts[file] = write_stock(stock)
+            found.append(Remnant(file, layout.count, stock))
+        if faults := check_remnants(best, layout, stocks, outcome.spacing):
+            raise VerifyError(f"remnants of sheet {number} were not written: {faults[0]}")
+    return tuple(found), texts
 
 
 def _read(

@@ -42,7 +42,7 @@ class NestPanel:
         best = answer["variants"][0]
         text("p", f"{best['utilisation_of_used_percent']:.1f} %", "headline")
         text("p", w("nest.used"), "under")
-        size = f"{answer['sheet']['length_mm']:g} × {answer['sheet']['width_mm']:g} mm"
+        size = ", ".join(f"{one['length_mm']:g} × {one['width_mm']:g} mm" for one in answer["sheets"])
         text(
             "p",
             w("nest.spaced", size=size, spacing=f"{answer['spacing_mm']:g}", margin=f"{answer['margin_mm']:g}"),
@@ -136,6 +136,8 @@ class NestPanel:
             text("p", f"{figures}{cost}", "quiet small")
         if row["line"]:
             text("p", row["line"], "error small")
+        if variant["cost"] is not None:
+            text("p", w("nest.sheets_cost", cost=f"{variant['cost']:,.2f}"), "quiet small")
         if variant["unplaced"]:
             left = ", ".join(f"{count} × {name}" for name, count in list(variant["unplaced"].items())[:5])
             text("p", w("nest.unplaced", left=left), "error")

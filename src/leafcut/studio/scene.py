@@ -66,7 +66,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import CutPlan
 from leafcut.model.issue import Issue
@@ -144,9 +143,8 @@ def unitless(part: Part) -> bool:
 
 def nest_scene(nest: Nest, layout: Layout) -> bytes:
     """Return one sheet of a nest as a part: its edge and what lies on it."""
-    corners = [(0.0, 0.0), (nest.length, 0.0), (nest.length, nest.width), (0.0, nest.width)]
-    edge = Contour(Polyline.of_points(corners, closed=True), "sheet")
-    return part_scene(Part(name="nest", holes=(), contours=(edge, *nest.contours(layout))), filled=True)
+    edges = (Contour(path, "sheet") for path in nest.stock_of(layout).paths)
+    return part_scene(Part(name="nest", holes=(), contours=(*edges, *nest.contours(layout))), filled=True)
 
 
 def outcome_scene(outcome: Outcome, which: Which) -> bytes:

@@ -11,14 +11,14 @@ from typing import Any
 
 from leafcut.errors import OptionError, nearest
 from leafcut.option_spec import flag_name
-from leafcut.options import Settings, group_of
+from leafcut.options import NestOptions, Settings, group_of
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
 from leafcut.studio.wanted import WantedPart, needs_list
 
 #: How many files each takes; `nest` as many as there are drawings.
 COMMANDS = {"optimize": 1, "nest": 0, "solve": 1, "simulate": 1, "verify": 2}
 #: Options that name what is to be written: the studio does that itself.
-_OUTPUTS = ("save_plan", "all_variants")
+_OUTPUTS = ("save_plan", "all_variants", "remnants_out")
 #: Names of the list and of the drawings of a nest.
 LIST, NEST = "parts.csv", "nest.dxf"
 #: So many drawings are named in a title.
@@ -123,6 +123,8 @@ def _resolved(name: str, value: Any, folder: Folder) -> Any:
     flag = flag_name(name)
     if name in _OUTPUTS:
         raise OptionError(f"{flag}: the studio hands the file over itself; leave it out")
+    if name == "sheet" and any(sheet.size is None for sheet in NestOptions(sheet=value).sheets):
+        raise OptionError(f"{flag}: takes sizes here, such as 3000x1500:4@180; leafcut nest takes drawings of remnants")
     if spec.kind != "path" and not spec.may_be_path:
         return value
     if not isinstance(value, str):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from leafcut.geometry.index import linked
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
-from leafcut.model.nest import Layout, Nest, Placement
+from leafcut.model.nest import Layout, Nest, Placement, Stock
 from leafcut.model.sheet import Sheet
 
 if TYPE_CHECKING:
@@ -32,11 +33,12 @@ SAME_ANGLE = 1e-6
 def check_nest(nest: Nest, spacing: float, margin: float, kerf: float = 0.0) -> list[str]:
     """Return what is wrong with a nest, in a person's words; nothing when it can be cut.
 
-    Every part is there as often as it was asked for; each lies in an allowed angle, inside the sheet less its margin,
-    and at least `spacing` (mm) from every other, or from the edge of the hole that it lies in. With a `kerf` (mm)
-    parts may be as near as that to those with which they hang together by edges just a kerf apart.
+    No more sheets of a kind are taken than there are. Every part is there as often as it was asked for; each lies in an
+    allowed angle, inside the sheet less its margin, and at least `spacing` (mm) from every other, or from the edge of
+    the hole that it lies in. With a `kerf` (mm) parts may be as near as that to those with which they hang together by
+    edges just a kerf apart.
     """
-    found = _counted(nest)
+    found = _sheets(nest) + _counted(nest)
     for number, layout in enumerate(nest.layouts, 1):
         words = _angles(nest, layout) + _inside(nest, layout, margin) + _apart(nest, layout, spacing, kerf)
         found += [f"sheet {number}: {line}" for line in words]
@@ -56,6 +58,17 @@ def _counted(nest: Nest) -> list[str]:
     ]
 
 
+def _sheets(nest: Nest) -> list[str]:
+    taken = Counter[int]()
+    for layout in nest.layouts:
+        taken[layout.stock] += layout.count
+    return [
+        f"{taken[k]} sheets of {stock.name} are taken, {stock.count} are there"
+        for k, stock in enumerate(nest.stocks)
+        if stock.count is not None and taken[k] > stock.count
+    ]
+
+
 def _angles(nest: Nest, layout: Layout) -> list[str]:
     return [
         f"{nest.parts[p.part].name}: lies at {math.degrees(p.angle):g}°, which is not allowed"
@@ -69,12 +82,31 @@ def _allowed(angle: float, rotations: tuple[float, ...] | None) -> bool:
 
 
 def _inside(nest: Nest, layout: Layout, margin: float) -> list[str]:
-    edge = margin - ROUNDING
+    edge, stock = margin - ROUNDING, nest.stock_of(layout)
+    if stock.edge:
+        return _within(nest, layout, margin)
     found = []
     for p in layout.placements:
         x0, y0, x1, y1 = p.placed(nest.parts[p.part].outline).extents
-        if min(x0, y0) < edge or x1 > nest.length - edge or y1 > nest.width - edge:
+        if min(x0, y0) < edge or x1 > stock.length - edge or y1 > stock.width - edge:
             found.append(f"{nest.parts[p.part].name}: reaches from ({x0:.3f}, {y0:.3f}) to ({x1:.3f}, {y1:.3f})")
+    return found
+
+
+def _within(nest: Nest, layout: Layout, margin: float) -> list[str]:
+    """Return the parts that are not inside a sheet of any shape less its margin."""
+    import shapely
+
+    outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
+    sheet = shapely.Polygon(outline, holes)
+    rounded = any(path.bulges.any() for path in nest.stock_of(layout).paths)
+    found = []
+    for p in layout.placements:
+        shell = shapely.Polygon(_region(nest, p).exterior)
+        away = shell.distance(sheet.boundary) - CHORD * (rounded + _round(nest, p)[0])
+        if not sheet.contains(shell) or away < margin - ROUNDING:
+            x, y = shell.representative_point().coords[0]
+            found.append(f"{nest.parts[p.part].name}: lies {away:.3f} mm from the edge near ({x:.1f}, {y:.1f})")
     return found
 
 
@@ -132,13 +164,44 @@ def _region(nest: Nest, placement: Placement) -> Polygon:
     return shapely.Polygon(outline, holes)
 
 
+def check_remnants(
+    nest: Nest, layout: Layout, remnants: Sequence[tuple[Stock, tuple[float, float]]], spacing: float
+) -> list[str]:
+    """Return what is wrong with what is said to remain of a sheet: each with where its corner (mm) was on the sheet.
+
+    It lies within the sheet, and `spacing` (mm) from every part and from what lies in it.
+    """
+    import shapely
+
+    outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
+    sheet = shapely.Polygon(outline, holes).buffer(2.0 * CHORD)
+    shells = [shapely.Polygon(_region(nest, p).exterior) for p in layout.placements]
+    found = []
+    for stock, (x, y) in remnants:
+        ring, *inner = (path.moved(x, y).flattened(CHORD) for path in stock.paths)
+        piece = shapely.Polygon(ring, inner)
+        if not piece.is_valid or not sheet.covers(piece):
+            found.append(f"{stock.name} reaches beyond the sheet, or crosses itself")
+        near = [shell for shell in shells if shell.distance(piece) < spacing - ROUNDING]
+        found += [f"{stock.name} is {shell.distance(piece):.3f} mm from a part, {spacing:g} expected" for shell in near]
+    return found
+
+
 def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
     """Return how a sheet that was read from a drawing differs from the one planned; nothing where it does not."""
     from shapely import Point, STRtree
 
     found = []
-    if sheet.outline is None or _unlike(sheet.outline.extents, (0.0, 0.0, nest.length, nest.width)):
-        found.append(f"the edge of the sheet is not {nest.length:g} × {nest.width:g} mm")
+    stock = nest.stock_of(layout)
+    edges = [Contour(path, "sheet") for path in sheet.paths]
+    for path in stock.paths:
+        edge = next((one for one in edges if _is_same(Contour(path, "sheet"), one)), None)
+        if edge is None:
+            found.append(f"the edge of the sheet is not that of {stock.length:g} × {stock.width:g} mm")
+        else:
+            edges.remove(edge)
+    if edges:
+        found.append("the sheet has a hole that was not planned")
     if sheet.n_parts != len(layout.placements):
         found.append(f"{sheet.n_parts} parts are in the drawing, {len(layout.placements)} expected")
     drawn = [c.contour for c in sheet.contours]

@@ -101,7 +101,8 @@ def shapes_of(sheet: Sheet, half: float) -> Shapes:
             closed_up.add(source.part)
     left = narrow | {t.index for t in targets if t.source.part in closed_up}
     parts, numbers = _metal(sheet)
-    outline = None if sheet.outline is None else shapely.Polygon(sheet.outline.flattened(FLATNESS))
+    rings = [path.flattened(FLATNESS) for path in sheet.paths]
+    outline = shapely.Polygon(rings[0], rings[1:]) if rings else None
     return Shapes(
         targets=tuple(t for t in targets if t.index not in left),
         left_out=tuple(sorted(left)),

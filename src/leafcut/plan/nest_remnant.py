@@ -1,0 +1,86 @@
+"""Pieces on a sheet that is no rectangle: what remains of an earlier one, with the holes that were cut into it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from functools import cache
+from typing import TYPE_CHECKING
+
+from leafcut.model.nest import Stock
+from leafcut.plan.nest_pieces import CHORD, Piece
+from leafcut.plan.nest_rectangles import Laid
+from leafcut.plan.nest_rooms import FREE_ANGLES, SLACK, clear_of, place
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+#: Corners grow by at most this many times the spacing.
+_MITRE = 2.0
+#: What is smaller holds nothing, mm².
+_NOTHING = 1.0
+
+
+class RemnantPacker:
+    """Lays the largest pieces first, each as far to the left as it has room.
+
+    Parameters
+    ----------
+    margin, spacing
+        What stays free along every edge, and between two pieces, mm.
+    """
+
+    #: So many times the sheet's area are offered to it: it takes what fits.
+    offered = 1.3
+    repeatable = True
+
+    def __init__(self, pieces: Sequence[Piece], stock: Stock, margin: float, spacing: float) -> None:
+        import shapely
+
+        self.pieces = pieces
+        self.clear = clear_of(spacing)
+        outline, *holes = (path.flattened(CHORD) for path in stock.paths)
+        round_edge = any(path.bulges.any() for path in stock.paths)
+        whole = shapely.Polygon(outline, holes)
+        away = margin + (SLACK if round_edge or any(piece.slack for piece in pieces) else 0.0)
+        self.inner: BaseGeometry = whole.buffer(-away, join_style="mitre", mitre_limit=_MITRE)
+        self._rooms = cache(self._has_room)
+
+    def holds(self, piece: int) -> bool:
+        """Return whether a piece has room on an empty sheet."""
+        return self._rooms(piece)
+
+    def weight(self, piece: int) -> float:
+        """Return what a piece takes of a sheet, mm²."""
+        return self.pieces[piece].area
+
+    @property
+    def room(self) -> float:
+        """What a sheet has, mm²."""
+        return float(self.inner.area)
+
+    def fill(self, offered: Counter[int], last: bool) -> list[Laid]:
+        """Return what fits of the pieces offered."""
+        import shapely
+
+        laid: list[Laid] = []
+        rest = self.inner
+        for number in sorted(+offered, key=lambda p: (-self.pieces[p].area, p)):
+            piece = self.pieces[number]
+            for _ in range(offered[number]):
+                found = place(piece, rest, self._angles(number)) if piece.area <= rest.area else None
+                if found is None:
+                    break
+                angle, x, y, polygon = found
+                laid.append(Laid(number, angle, x, y))
+                rest = rest.difference(polygon.buffer(self.clear, join_style="mitre", mitre_limit=_MITRE))
+                rooms = [room for room in shapely.get_parts(rest) if room.area > _NOTHING]
+                rest = shapely.union_all(rooms) if rooms else shapely.Polygon()
+        return laid
+
+    def _has_room(self, number: int) -> bool:
+        return place(self.pieces[number], self.inner, self._angles(number)) is not None
+
+    def _angles(self, number: int) -> Sequence[float]:
+        angles = self.pieces[number].angles
+        return FREE_ANGLES if angles is None else angles
