@@ -46,21 +46,21 @@ class Sheet:
     ----------
     outline
         Edge of the sheet itself, closed, counter-clockwise; None where nobody has said.
+    zones
+        Rectangles (x0, y0, x1, y1) that the torch must not enter: clamps.
     holes
         What was cut out of the sheet before, closed: there is no metal in them.
     price
         Of the sheet, where its drawing says it.
-    zones
-        Rectangles (x0, y0, x1, y1) that the torch must not enter: clamps.
     """
 
     name: str
     contours: tuple[SheetContour, ...] = ()
     outline: Polyline | None = None
-    holes: tuple[Polyline, ...] = ()
-    price: float = 0.0
     zones: tuple[tuple[float, float, float, float], ...] = ()
     issues: tuple[Issue, ...] = ()
+    holes: tuple[Polyline, ...] = ()
+    price: float = 0.0
 
     @property
     def paths(self) -> tuple[Polyline, ...]:

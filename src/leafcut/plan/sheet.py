@@ -71,7 +71,7 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None) -> Sheet:
     contours = _placed(closed, shapes, [*opened, *marks])
     _check_inside(contours, outline, holes)
     _look_for_frame(contours, outline, issues)
-    return Sheet(part.name, contours, outline, holes, price, issues=tuple(issues))
+    return Sheet(part.name, contours, outline, issues=tuple(issues), holes=holes, price=price)
 
 
 @dataclass(frozen=True)
