@@ -22,6 +22,7 @@ OPTIONS_INTRODUCTION = (
     "An option that the work at hand does not use is an error where it is given on the command line or in a call:",
     f"{', '.join(f'`{name}` is {words}' for name, words in WORKS.items())}.",
     "A file of options may serve many kinds of work: of it, what a run does not use is not applied.",
+    "So may a file of your own defaults ([inputs.md](inputs.md)).",
 )
 
 

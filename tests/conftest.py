@@ -13,6 +13,10 @@ from hypothesis import settings
 settings.register_profile("leafcut", deadline=None, derandomize=True)
 settings.load_profile("leafcut")
 
+# Nobody's own defaults are read, and nothing is remembered from run to run: what is told does not hang on that.
+os.environ["LEAFCUT_DEFAULTS"] = ""
+os.environ["XDG_STATE_HOME"] = os.environ["LOCALAPPDATA"] = os.devnull
+
 
 @pytest.fixture(scope="session")
 def rs274() -> str:

@@ -39,7 +39,11 @@ STAGES = {"read", "plan", "timing", "solve", "post", "verify", "report"}
 MAY_IMPORT["runs"] = STAGE | STAGES
 MAY_IMPORT["api"] = STAGE | STAGES | {"files", "runs"}
 MAY_IMPORT["studio"] = MODEL | {"api", "option_spec", "options", "files", "progress", "read", "report"}
+MAY_IMPORT["user_files"] = MAY_IMPORT["files"] | {"files"}
+MAY_IMPORT["several"] = BASE | {"files", "read"}
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
+MAY_IMPORT["studio"] |= {"user_files"}
+MAY_IMPORT["cli"] |= {"user_files", "several", "model"}
 
 FILES = sorted(ROOT.rglob("*.py"))
 

@@ -156,7 +156,9 @@ def _default_or_some(group: type[OptionGroup], name: str) -> Any:
         return written(spec, value) if spec.kind == "quantity" else value
     if spec.choices:
         return spec.choices[0]
-    return {"text": "10x10", "names": "a", "point": "1,2", "path": "a", "flag": True}.get(spec.kind, 2)
+    return {"text": "10x10", "names": "a", "point": "1,2", "place": "centre", "path": "a", "flag": True}.get(
+        spec.kind, 2
+    )
 
 
 def test_what_an_option_needs_is_an_option_and_one_of_its_values() -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
-from leafcut.files import check_output, read_program, write_together
+from leafcut.files import StandardInput, check_output, read_program, write_together
 from leafcut.model.issue import Issue
 from leafcut.model.look import Look
 from leafcut.model.nest import NestOutcome
@@ -33,19 +33,24 @@ if TYPE_CHECKING:
     from leafcut.model.cutting import CutPlan
     from leafcut.model.machine import Machine
     from leafcut.model.toolpath import Toolpath
+    from leafcut.read.format import Format, Source
     from leafcut.runs.reading import ProgramRead
+
+#: What a drawing or a program may be given as.
+Given = str | Path | StandardInput
 
 #: What `optimize` can be told to make of its input.
 PROCESSES = ("auto", "drill", "cut", "pocket", "mill", "laser", "plasma")
 
 
 def optimize(
-    source: str | Path,
+    source: Given | Sequence[str | Path],
     output: str | Path | None = None,
     *,
     report: str | Path | None = None,
     process: str = "auto",
     options_file: str | Path | None = None,
+    defaults_file: str | Path | None = None,
     progress: Progress | None = None,
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
@@ -57,7 +62,8 @@ def optimize(
     ----------
     source
         A drawing or a map that `leafcut.read_part` understands, the name of an example such as ``example:plate-70``, or
-        a G-code program of any CAM.
+        a G-code program of any CAM. Of several drill files, such as those of plated and of other holes, one program is
+        made.
     output, report
         Where to write the program and the report page; nothing is written without them.
     process
@@ -66,6 +72,8 @@ def optimize(
         ``auto`` makes pockets.
     options_file
         A TOML file of options.
+    defaults_file
+        Another one, whose options hold where neither a call nor `options_file` says others.
     progress
         Called as the work goes on with (what, cost so far or None, share done, gap or None).
     observe
@@ -87,17 +95,18 @@ def optimize(
         One line that says what was found and what to do. Nothing has been written then.
     """
     began = time.perf_counter()
-    settings = Settings.collect(options, Path(options_file) if options_file else None)
+    sources = _sources(source)
+    settings = _collected(options, options_file, defaults_file)
     profile = settings.machine.machine
     tables = (settings.drill.tools, settings.drill.hole_order, settings.cut.chart, settings.cut.plan)
-    inputs = [source, options_file, *tables, profile if profile.endswith(".toml") else None]
+    inputs = [*sources, options_file, defaults_file, *tables, profile if profile.endswith(".toml") else None]
     outputs = [output, report, settings.cut.save_plan if process == "cut" else None]
     for k, target in enumerate(outputs):
         check_output(target, [*inputs, *outputs[:k]])
     if process == "cut":
         settings = for_cutting(settings)
     run = Run(settings, machine_of(settings), progress, cancelled or threading.Event(), observe)
-    outcome = replace(_work(run, source, process), output=str(output or ""), report=str(report or ""))
+    outcome = replace(_work(run, sources, process), output=str(output or ""), report=str(report or ""))
     outcome = replace(outcome, seconds=time.perf_counter() - began)
     page = _page(outcome) if report else ""  # before anything is written: it may fail
     texts = {str(output): outcome.text} if output else {}
@@ -109,13 +118,28 @@ def optimize(
     return outcome
 
 
-def _work(run: Run, source: str | Path, process: str) -> Outcome:
+def _sources(source: Given | Sequence[str | Path]) -> list[Given]:
+    sources: list[Given] = [source] if isinstance(source, str | Path | StandardInput) else [*source]
+    if not sources:
+        raise OptionError("there is no input")
+    return sources
+
+
+def _collected(
+    options: Mapping[str, Any], file: str | Path | None = None, defaults: str | Path | None = None
+) -> Settings:
+    return Settings.collect(options, Path(file) if file else None, Path(defaults) if defaults else None)
+
+
+def _work(run: Run, sources: Sequence[Given], process: str) -> Outcome:
     """Do what is to be done with an input of its kind."""
     from leafcut.read.registry import read_source
 
     if process not in PROCESSES:
         raise OptionError(f"--process: '{process}' is not there; use one of {', '.join(PROCESSES)}")
-    format_, loaded = read_source(source)
+    if len(sources) > 1:
+        return _drilled_together(run, [read_source(one) for one in sources], process)
+    format_, loaded = read_source(sources[0])
     if format_.name == "gcode" and process == "cut":
         raise OptionError("--process cut: this is a program; of a program, say what it does: laser or plasma")
     if format_.name == "gcode" and process == "pocket":
@@ -123,25 +147,37 @@ def _work(run: Run, source: str | Path, process: str) -> Outcome:
     if format_.name == "gcode":
         from leafcut.runs.resequencing import resequence
 
-        return resequence(_for(run, "program", format_.name), loaded.path, loaded.data, process)
+        return _done(run, "program", format_.name, lambda run: resequence(run, loaded.path, loaded.data, process))
     if process not in ("auto", "drill", "cut", "pocket"):
         raise OptionError(f"--process {process}: a drawing is drilled, cut or milled; use auto, drill, cut or pocket")
     if process == "pocket" or (process == "auto" and format_.processes == ("pocket",)):
         from leafcut.runs.pocketing import pocket
 
-        return pocket(_for(run, "pocket", format_.name), source)
+        return _done(run, "pocket", format_.name, lambda run: pocket(run, loaded))
     if process == "cut":
         from leafcut.runs.cutting import cut
 
-        return cut(_for(run, "cut", format_.name), source)
+        return _done(run, "cut", format_.name, lambda run: cut(run, loaded))
     from leafcut.runs.drilling import drill
 
-    return drill(_for(run, "drill", format_.name), source)
+    return _done(run, "drill", format_.name, lambda run: drill(run, loaded))
 
 
-def _for(run: Run, work: str, input_kind: str) -> Run:
-    """Return a run with the options that its kind of work uses; refuse others."""
-    return replace(run, settings=settings_for(run.settings, work, input_kind))
+def _drilled_together(run: Run, inputs: Sequence[tuple[Format, Source]], process: str) -> Outcome:
+    """Make one program of several drill files."""
+    from leafcut.runs.drilling import drill
+
+    for format_, loaded in inputs:
+        if format_.name != "excellon" or process not in ("auto", "drill"):
+            what = f"{loaded.path} is none" if format_.name != "excellon" else f"--process {process} is none for them"
+            raise OptionError(f"one program is made of several drill files only; {what}")
+    return _done(run, "drill", "excellon", lambda run: drill(run, *(loaded for _, loaded in inputs)))
+
+
+def _done(run: Run, work: str, input_kind: str, do: Callable[[Run], Outcome]) -> Outcome:
+    """Do a kind of work with the options that it uses; refuse others; tell what of them is of the person's defaults."""
+    run = replace(run, settings=settings_for(run.settings, work, input_kind))
+    return replace(do(run), defaults=run.settings.from_defaults())
 
 
 def _plan_text(plan: CutPlan) -> str:
@@ -162,6 +198,7 @@ def nest(
     output: str | Path | None = None,
     *,
     options_file: str | Path | None = None,
+    defaults_file: str | Path | None = None,
     progress: Progress | None = None,
     cancelled: threading.Event | None = None,
     **options: Any,
@@ -177,7 +214,7 @@ def nest(
     options
         Any option of `leafcut.options` by its name: ``sheet="3000x1500", kerf=1.5, gap="5mm", variants=5``.
 
-    `options_file`, `progress` and `cancelled` are those of `optimize`.
+    `options_file`, `defaults_file`, `progress` and `cancelled` are those of `optimize`.
 
     Raises
     ------
@@ -187,11 +224,11 @@ def nest(
     from leafcut.read.nest_list import read_wanted
     from leafcut.runs.nesting import nest_drawings
 
-    settings = settings_for(Settings.collect(options, Path(options_file) if options_file else None), "nest")
+    settings = settings_for(_collected(options, options_file, defaults_file), "nest")
     words = [str(part) for part in parts]
     wanted = read_wanted(words)
     lists = [name for word in words for name in (word, word.rpartition(":")[0]) if name]
-    inputs = [options_file, *lists, *(one.file for one in wanted)]
+    inputs = [options_file, defaults_file, *lists, *(one.file for one in wanted)]
     check_output(output, inputs)
     if settings.nest.remnants_out is not None:
         check_output(settings.nest.remnants_out / "rest.dxf", inputs)  # before any work: the folder is there
@@ -200,7 +237,7 @@ def nest(
     for name in texts:
         check_output(name, [*inputs, *sheets])
     write_together(texts)
-    return outcome
+    return replace(outcome, defaults=settings.from_defaults())
 
 
 def solve_part(
@@ -212,11 +249,18 @@ def solve_part(
     Where the map has sets of points, the tour visits one point of each, and keeps what must come before what.
     `progress`, `observe`, `cancelled` and `options` are those of `optimize`.
     """
+    return _solved(part, settings_for(_collected(options), "solve"), progress, observe, cancelled)
+
+
+def _solved(
+    part: Part, settings: Settings, progress: Progress | None, observe: Observer | None,
+    cancelled: threading.Event | None,
+) -> Solution:  # fmt: skip
     from leafcut.plan.maps import check_allowed, problem_of_map
     from leafcut.solve.compiling import announced
     from leafcut.solve.solve import solve
 
-    settings, problem = settings_for(Settings.collect(options), "solve"), problem_of_map(part)
+    problem = problem_of_map(part)
     tell = passing_on(progress, f"solving {part.name}")
     with announced(lambda words: progress(words, None, 0.0, None) if progress else None):
         solution = solve(
@@ -228,8 +272,9 @@ def solve_part(
 
 
 def solve_file(
-    source: str | Path,
+    source: Given,
     *,
+    defaults_file: str | Path | None = None,
     progress: Progress | None = None,
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
@@ -239,19 +284,33 @@ def solve_file(
     from leafcut.read import read
     from leafcut.report.json_answer import solution_as_json
 
-    part = read(source, settings_for(Settings.collect(options), "solve").read, looking_for(progress, "reading"))
-    solution = solve_part(part, progress=progress, observe=observe, cancelled=cancelled, **options)
-    return solution_as_json(part, solution), solution.nodes
+    settings = settings_for(_collected(options, None, defaults_file), "solve")
+    part = read(source, settings.read, looking_for(progress, "reading"))
+    solution = _solved(part, settings, progress, observe, cancelled)
+    return {**solution_as_json(part, solution), **_defaults(settings)}, solution.nodes
+
+
+def _defaults(settings: Settings) -> dict[str, list[str]]:
+    """Return what an answer tells of the person's defaults: nothing where none of them is used."""
+    told = settings.from_defaults()
+    return {"defaults": list(told)} if told else {}
 
 
 def simulate(
-    program: str | Path, *, dialect: str | None = None, progress: Progress | None = None, **options: Any
+    program: Given,
+    *,
+    dialect: str | None = None,
+    defaults_file: str | Path | None = None,
+    progress: Progress | None = None,
+    **options: Any,
 ) -> dict[str, Any]:
     """Return what a program costs on a machine: seconds and lengths by kind of motion, extents, and dangers in it.
 
     `progress` is that of `optimize`; here and in all else an exception that it raises ends the work.
     """
-    return {"program": str(program), **read_run(program, dialect=dialect, progress=progress, **options).cost()}
+    settings = settings_for(_collected(options, None, defaults_file), "simulate")
+    cost = _read_run(program, settings, dialect, progress).cost()
+    return {"program": str(program), **cost, **_defaults(settings)}
 
 
 @dataclass(frozen=True)
@@ -295,13 +354,16 @@ class ProgramRun:
 
 
 def read_run(
-    program: str | Path, *, dialect: str | None = None, progress: Progress | None = None, **options: Any
+    program: Given, *, dialect: str | None = None, progress: Progress | None = None, **options: Any
 ) -> ProgramRun:
     """Return what a program does on the machine that the options name."""
+    return _read_run(program, settings_for(_collected(options), "simulate"), dialect, progress)
+
+
+def _read_run(program: Given, settings: Settings, dialect: str | None, progress: Progress | None) -> ProgramRun:
     from leafcut.gcode import dialects
     from leafcut.runs.reading import read_foreign
 
-    settings = settings_for(Settings.collect(options), "simulate")
     machine = machine_of(settings)
     name = dialect or machine.controller
     words = dialects.dialect(name)
@@ -333,10 +395,11 @@ def _as_run(program: Program, dialect_name: str, clearance: float) -> tuple[Tool
 
 
 def verify_programs(
-    original: str | Path,
-    new: str | Path,
+    original: Given,
+    new: Given,
     *,
     dialect: str | None = None,
+    defaults_file: str | Path | None = None,
     allow_reverse: bool = False,
     progress: Progress | None = None,
     **options: Any,
@@ -348,7 +411,7 @@ def verify_programs(
     from leafcut.gcode import dialects
     from leafcut.verify.certificate import certify
 
-    settings = settings_for(Settings.collect(options), "verify")
+    settings = settings_for(_collected(options, None, defaults_file), "verify")
     machine = machine_of(settings)
     words = dialect or machine.controller
     look = looking_for(progress, "verifying")
@@ -358,7 +421,33 @@ def verify_programs(
     answer = found.as_json()
     for row, difference in zip(answer["differences"], found.differences, strict=True):
         row["words"] = str(difference)
-    return answer
+    return {**answer, **_defaults(settings)}
+
+
+def output_name(
+    source: str | Path,
+    process: str = "auto",
+    options_file: str | Path | None = None,
+    defaults_file: str | Path | None = None,
+    **options: Any,
+) -> str:
+    """Return the name of the program of an input among those of several inputs: a program keeps its own.
+
+    That of a drawing ends as programs of the dialect do in which `optimize` would write it.
+
+    Raises
+    ------
+    OptionError
+        An option, or the machine, is refused whatever the input is.
+    """
+    from leafcut.read.registry import format_name
+
+    settings = _collected(options, options_file, defaults_file)
+    settings = for_cutting(settings) if process == "cut" else settings
+    extension = program_extension(settings.post.dialect or machine_of(settings).controller)
+    if format_name(source) == "gcode":
+        return Path(source).name
+    return Path(str(source).replace("example:", "").replace(":", "-")).stem + extension
 
 
 def default_machine(process: str = "auto") -> str:
@@ -382,7 +471,7 @@ def program_extension(dialect_name: str) -> str:
 
 
 def _interpret(
-    program: str | Path, words: Dialect, settings: Settings, machine: Machine, look: Look, *, choose: bool
+    program: Given, words: Dialect, settings: Settings, machine: Machine, look: Look, *, choose: bool
 ) -> ProgramRead:
     from leafcut.runs.reading import read_foreign
 

@@ -7,21 +7,33 @@ import io
 import json
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter
 
 from leafcut import __version__
 from leafcut.errors import LeafcutError, OptionError
+from leafcut.files import StandardInput
 from leafcut.flags import command_of
 from leafcut.options import used_by
 from leafcut.progress import Reporter
+from leafcut.several import expanded, targets_of
+from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, first_time
+
+if TYPE_CHECKING:
+    from leafcut.model.outcome import Outcome
 
 DONE, REFUSED, USAGE, INCOMPLETE = 0, 1, 2, 3
 _WORST_FIRST = ("danger", "missing", "warning")
+#: Of several inputs the status is that of the worst.
+_STATUS_ORDER = (DONE, INCOMPLETE, REFUSED, USAGE)
+#: Stands for standard input and standard output. Alone it would be taken for a flag, so it is held back from the parser
+#: in the form of what no file can be called.
+DASH, _HELD = "-", "\0"
 
 #: New objects between two looks for garbage: what is imported and compiled stays, and looking takes a tenth of a start.
 LITTER = 100_000
@@ -31,6 +43,16 @@ MOST_WARNINGS = 10
 
 #: The switch that every command which answers has.
 Json = Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")]
+
+#: Whether the person's own defaults are left out of account.
+NoDefaults = Annotated[
+    bool,
+    Parameter(
+        name="--no-defaults",
+        negative="",
+        help=f"leave your own defaults out (leafcut/defaults.toml in your folder of settings, or ${DEFAULTS_VARIABLE})",
+    ),
+]
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -45,13 +67,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def run(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit status; errors are one line on standard error."""
     try:
-        status = app()(arguments, exit_on_error=False, print_error=False)
+        words = [_HELD if word == DASH else word for word in arguments]
+        status = app()(words, exit_on_error=False, print_error=False)
         return int(status or DONE)
     except CycloptsError as problem:
         return _refuse(" ".join(str(problem).split()) + " (see leafcut --help)", USAGE)
-    except LeafcutError as problem:
-        line = "; ".join([str(problem), *getattr(problem, "__notes__", ())])
-        return _refuse(line, USAGE if isinstance(problem, OptionError) else REFUSED)
     except KeyboardInterrupt:
         return _refuse("interrupted; nothing was written", REFUSED)
     except BrokenPipeError:
@@ -59,19 +79,27 @@ def run(arguments: Sequence[str]) -> int:
         with suppress(OSError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
-    except MemoryError:
-        return _refuse("not enough memory for this input", REFUSED)
     except Exception as problem:  # the last net: no traceback reaches a user
-        if os.environ.get("LEAFCUT_TRACEBACK"):
-            raise
-        text = " ".join(f"{type(problem).__name__}: {problem}".split())
-        return _refuse(f"a fault in leafcut itself ({text}); set LEAFCUT_TRACEBACK=1 to see where", REFUSED)
+        return _refuse(*_failure(problem))
 
 
-def _warn(issues: Iterable[Any]) -> None:
+def _failure(problem: Exception) -> tuple[str, int]:
+    """Return what a person is told of an error, in a line, and the exit status."""
+    if isinstance(problem, LeafcutError):
+        line = "; ".join([str(problem), *getattr(problem, "__notes__", ())])
+        return line, USAGE if isinstance(problem, OptionError) else REFUSED
+    if isinstance(problem, MemoryError):
+        return "not enough memory for this input", REFUSED
+    if os.environ.get("LEAFCUT_TRACEBACK"):
+        raise problem
+    text = " ".join(f"{type(problem).__name__}: {problem}".split())
+    return f"a fault in leafcut itself ({text}); set LEAFCUT_TRACEBACK=1 to see where", REFUSED
+
+
+def _warn(issues: Iterable[Any], place: str = "") -> None:
     """Say on standard error what matters even to somebody who wants no summary: holes lost, depths assumed."""
     told = sorted((i for i in issues if i.severity != "note"), key=lambda i: _WORST_FIRST.index(i.severity))
-    lines = list(dict.fromkeys(f"{issue.severity}: {issue}" for issue in told))
+    lines = list(dict.fromkeys(f"{place}{issue.severity}: {issue}" for issue in told))
     for line in lines[:MOST_WARNINGS]:
         _refuse(line, DONE)
     if len(lines) > MOST_WARNINGS:
@@ -122,17 +150,28 @@ def app() -> App:
 
 
 def _optimize(
-    source: Annotated[
-        str, Parameter(name="INPUT", help="a drawing, a drill file, a map, a G-code program, or example:plate-70")
+    *sources: Annotated[
+        str,
+        Parameter(
+            name="INPUT",
+            help="a drawing, a drill file, a map, a G-code program, example:plate-70, or - for standard input; several "
+            "drill files make one program, of several others, or with * and ?, each is done by itself",
+        ),
     ],
-    /,
-    *,
-    output: Annotated[str | None, Parameter(name=["--output", "-o"], help="the program to write")] = None,
-    report: Annotated[str | None, Parameter(name="--report", help="a page with pictures to write")] = None,
+    output: Annotated[
+        str | None,
+        Parameter(
+            name=["--output", "-o"], help="the program to write, - for standard output; of several, their folder"
+        ),
+    ] = None,
+    report: Annotated[
+        str | None, Parameter(name="--report", help="a page with pictures to write; of several, their folder")
+    ] = None,
     process: Annotated[
         str, Parameter(name="--process", help="what is done [auto, drill, cut, pocket, mill, laser, plasma]")
     ] = "auto",
     options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
+    no_defaults: NoDefaults = False,
     as_json: Json = False,
     quiet: Annotated[
         bool, Parameter(name=["--quiet", "-q"], negative="", help="no progress, no summary; warnings only")
@@ -143,18 +182,23 @@ def _optimize(
 
     The search ends by itself when its colonies agree; --time-limit and --preset say what it may use at most.
     """
+    output, report = _dashed(output), _dashed(report)
+    inputs, each = expanded([*map(_dashed, sources)], "optimize", folder=output, process=process)
+    if output == DASH and as_json:
+        raise OptionError("--json and -o -: standard output is for one of them; leave the other out")
+    _check_file("--report", report)
+    given: dict[str, Any] = {"process": process, "options_file": options_file, "defaults_file": _defaults(no_defaults)}
+    if each:
+        return _optimize_each(inputs, output, report, {**given, **_given(options)}, as_json=as_json, quiet=quiet)
+    source = StandardInput.read() if inputs == [DASH] else inputs[0] if len(inputs) == 1 else inputs
+    file = None if output == DASH else output
     from leafcut import api
 
-    with _nothing_new_in(output), Reporter(quiet=quiet) as reporter:
-        outcome = api.optimize(
-            source,
-            output,
-            report=report,
-            process=process,
-            options_file=options_file,
-            progress=reporter,
-            **_given(options),
-        )
+    with _nothing_new_in(file), Reporter(quiet=quiet) as reporter:
+        outcome = api.optimize(source, file, report=report, progress=reporter, **given, **_given(options))
+    if output == DASH:
+        _write_out(outcome.text.encode(outcome.encoding))
+        outcome = replace(outcome, output="standard output")
     if as_json:
         from leafcut.report.json_answer import as_json as answer
 
@@ -166,8 +210,76 @@ def _optimize(
 
         from leafcut.report.summary import print_summary
 
-        print_summary(outcome, Console())
+        print_summary(_without_what_is_known(outcome), Console(stderr=output == DASH))
+    return _status_of(outcome)
+
+
+def _status_of(outcome: Outcome) -> int:
     return INCOMPLETE if any(issue.severity == "missing" for issue in outcome.issues) else DONE
+
+
+def _without_what_is_known(outcome: Outcome) -> Outcome:
+    """Return an outcome without the note that a person had of this machine before (L403)."""
+    issues = outcome.issues
+    if any(issue.code == "L403" for issue in issues) and not first_time(f"L403 {outcome.machine.name}"):
+        return replace(outcome, issues=tuple(issue for issue in issues if issue.code != "L403"))
+    return outcome
+
+
+def _optimize_each(
+    inputs: list[str], output: str | None, report: str | None, given: dict[str, Any], *, as_json: bool, quiet: bool
+) -> int:
+    """Make a program of each of several inputs; one that is refused does not stop the others."""
+    from leafcut import api
+    from leafcut.report.json_answer import as_json as answer
+
+    if given.get("save_plan"):
+        raise OptionError("--save-plan: names one file, and there are several inputs; run them one by one")
+    names = [api.output_name(source, **given) for source in inputs]
+    programs = targets_of(inputs, names, output, "-o")
+    pages = targets_of(inputs, [f"{Path(name).stem}.html" for name in names], report, "--report")
+
+    def do(number: int, source: str) -> tuple[dict[str, Any], int]:
+        with _nothing_new_in(programs[number]), Reporter(quiet=quiet) as reporter:
+            outcome = api.optimize(source, programs[number], report=pages[number], progress=reporter, **given)
+        if quiet:
+            _warn(outcome.issues, f"{source}: ")
+        return {**answer(outcome), "input": source}, _status_of(outcome)
+
+    rows, status = _each("input", inputs, do)
+    if as_json:
+        from leafcut.report.several import several_as_json
+
+        _print_json(several_as_json(rows, status))
+    elif not quiet:
+        from rich.console import Console
+
+        from leafcut.report.several import print_programs
+
+        print_programs(rows, output, Console())
+    return status
+
+
+def _each(
+    noun: str, inputs: Sequence[str], do: Callable[[int, str], tuple[dict[str, Any], int]]
+) -> tuple[list[dict[str, Any]], int]:
+    """Return the answer of each input with its ``status``, and the worst status; an error is told where it happens."""
+    rows: list[dict[str, Any]] = []
+    for number, source in enumerate(inputs):
+        try:
+            answer, status = do(number, source)
+        except KeyboardInterrupt:
+            _refuse(f"interrupted; {number} of {len(inputs)} inputs were done", REFUSED)
+            rows += [{noun: one, "error": "interrupted", "status": REFUSED} for one in inputs[number:]]
+            break
+        except BrokenPipeError:
+            raise
+        except Exception as problem:
+            line, status = _failure(problem)
+            _refuse(line if source in line else f"{source}: {line}", status)
+            answer = {noun: source, "error": line}
+        rows.append({**answer, "status": status})
+    return rows, max((row["status"] for row in rows), key=_STATUS_ORDER.index)
 
 
 def _solve(
@@ -184,6 +296,7 @@ def _solve(
             "against lower_bound",
         ),
     ] = False,
+    no_defaults: NoDefaults = False,
     options: dict[str, Any],
 ) -> int:
     """Find a short closed tour through the points of a map, or through sets of them, to study the algorithms."""
@@ -191,12 +304,18 @@ def _solve(
     from leafcut.read.tsplib import write_tour
     from leafcut.report.wording import count, gap_lines
 
+    _check_file("--tour", tour)
     if tour:
         from leafcut.files import check_output
 
         check_output(tour, [instance])
     with Reporter() as reporter:
-        answer, nodes = api.solve_file(instance, progress=reporter, **_given(options))
+        answer, nodes = api.solve_file(
+            StandardInput.read() if _dashed(instance) == DASH else instance,
+            progress=reporter,
+            defaults_file=_defaults(no_defaults),
+            **_given(options),
+        )
     if tour:
         write_tour(tour, answer["instance"], nodes, every="clusters" not in answer)
     if as_json:
@@ -210,6 +329,7 @@ def _solve(
         print("stopped before its end; this is the best so far")
     for line in gap_lines(answer["length"], answer["optimum"], answer["lower_bound"]):
         print(line)
+    _print_defaults(answer)
     for issue in answer["issues"][:MOST_WARNINGS]:
         print(f"{issue['code']}  {issue['message']}{' (' + issue['place'] + ')' if issue['place'] else ''}")
     return DONE
@@ -219,6 +339,7 @@ def _nest(
     *parts: Annotated[str, Parameter(name="PARTS", help="drawings with quantities, bracket.dxf:10, or a list.csv")],
     output: Annotated[str | None, Parameter(name=["--output", "-o"], help="the nested sheet to write, DXF")] = None,
     options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
+    no_defaults: NoDefaults = False,
     as_json: Json = False,
     quiet: Annotated[
         bool, Parameter(name=["--quiet", "-q"], negative="", help="no progress, no summary; warnings only")
@@ -228,8 +349,16 @@ def _nest(
     """Lay parts on sheets, in several variants, and write the best as DXF to be cut."""
     from leafcut import api
 
+    _check_file("-o", output)
     with _nothing_new_in(output), Reporter(quiet=quiet) as reporter:
-        outcome = api.nest(parts, output, options_file=options_file, progress=reporter, **_given(options))
+        outcome = api.nest(
+            [*map(_dashed, parts)],
+            output,
+            options_file=options_file,
+            defaults_file=_defaults(no_defaults),
+            progress=reporter,
+            **_given(options),
+        )
     if as_json:
         from leafcut.report.nest_answer import nest_as_json
 
@@ -246,27 +375,53 @@ def _nest(
 
 
 def _simulate(
-    program: Annotated[str, Parameter(name="PROGRAM", help="a G-code program")],
-    /,
-    *,
+    *programs: Annotated[
+        str, Parameter(name="PROGRAM", help="a G-code program, or - for standard input; several, or with * and ?: each")
+    ],
     dialect: Annotated[str | None, Parameter(name="--dialect", help="its dialect (default: the machine's)")] = None,
+    no_defaults: NoDefaults = False,
     as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
     """Tell how long a program runs on a machine, how far it moves, and what is dangerous in it."""
     from leafcut import api
 
-    answer = api.simulate(program, dialect=dialect, **_given(options))
-    dangers = [issue for issue in answer["issues"] if issue["severity"] == "danger"]
-    status = REFUSED if dangers and options.get("strict") else DONE
+    inputs, each = expanded([*map(_dashed, programs)], "simulate")
+    given = {"dialect": dialect, "defaults_file": _defaults(no_defaults), **_given(options)}
+
+    def do(_: int, program: str) -> tuple[dict[str, Any], int]:
+        answer = api.simulate(StandardInput.read() if program == DASH else program, **given)
+        dangerous = any(issue["severity"] == "danger" for issue in answer["issues"])
+        return answer, REFUSED if dangerous and options.get("strict") else DONE
+
+    if each:
+        rows, status = _each("program", inputs, do)
+        if as_json:
+            from leafcut.report.several import several_as_json
+
+            _print_json(several_as_json(rows, status))
+        else:
+            from rich.console import Console
+
+            from leafcut.report.several import print_simulated
+
+            print_simulated(rows, Console())
+        return status
+    answer, status = do(0, inputs[0])
     if as_json:
         _print_json(answer)
-        return status
+    else:
+        _print_simulated(answer)
+    return status
+
+
+def _print_simulated(answer: dict[str, Any]) -> None:
     from leafcut.units import format_length, format_time
 
+    dangers = [issue for issue in answer["issues"] if issue["severity"] == "danger"]
     for issue in dangers:
         print(f"danger: {_said(issue)}")
-    print(f"{program}: {format_time(answer['time_s'])} on {answer['machine']}")
+    print(f"{answer['program']}: {format_time(answer['time_s'])} on {answer['machine']}")
     print(f"rapid {format_length(answer['rapid_mm'])}, feed {format_length(answer['feed_mm'])}")
     print("  ".join(f"{kind} {format_time(s)}" for kind, s in answer["by_kind"].items()))
     for axis, (low, high) in answer["extents"].items():
@@ -274,7 +429,12 @@ def _simulate(
     for issue in answer["issues"]:
         if issue not in dangers:
             print(f"{issue['severity']}: {_said(issue)}")
-    return status
+    _print_defaults(answer)
+
+
+def _print_defaults(answer: dict[str, Any]) -> None:
+    if told := answer.get("defaults"):
+        print(f"of your defaults: {', '.join(told)}")
 
 
 def _said(issue: dict[str, str]) -> str:
@@ -286,19 +446,34 @@ def _verify(
     original: Annotated[str, Parameter(name="ORIGINAL", help="the program that is right")],
     new: Annotated[str, Parameter(name="NEW", help="the program that must do the same work")],
     /,
-    *,
+    *more: Annotated[str, Parameter(show=False)],
     dialect: Annotated[str | None, Parameter(name="--dialect", help="their dialect (default: the machine's)")] = None,
     allow_reverse: Annotated[
         bool,
         Parameter(name="--allow-reverse", negative="", help="open cuts of one depth are the same from either end"),
     ] = False,
+    no_defaults: NoDefaults = False,
     as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
     """Tell whether two programs do the same work, or where they differ."""
     from leafcut import api
 
-    answer = api.verify_programs(original, new, dialect=dialect, allow_reverse=allow_reverse, **_given(options))
+    if more:
+        raise OptionError(
+            f"verify compares two programs, and here are {len(more) + 2}; give the original and the new one"
+        )
+    if _dashed(original) == _dashed(new) == DASH:
+        raise OptionError("verify: one of the two programs may come through standard input, not both")
+    first, other = (StandardInput.read() if _dashed(word) == DASH else word for word in (original, new))
+    answer = api.verify_programs(
+        first,
+        other,
+        dialect=dialect,
+        allow_reverse=allow_reverse,
+        defaults_file=_defaults(no_defaults),
+        **_given(options),
+    )
     if as_json:
         _print_json(answer)
     elif answer["same"]:
@@ -369,11 +544,43 @@ def _list(rows: list[tuple[str, str]], as_json: bool) -> int:
 
 
 def _given(options: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in options.items() if value is not None}
+    return {name: _dashed(value) for name, value in options.items() if value is not None}
+
+
+def _check_file(flag: str, name: str | None) -> None:
+    """Refuse standard output where no program is written."""
+    if _dashed(name) == DASH:
+        raise OptionError(f"{flag} -: only a program goes to standard output, with optimize; name a file")
+
+
+def _dashed(word: Any) -> Any:
+    """Return a word of the command line as it was typed."""
+    return DASH if word == _HELD else word
+
+
+def _defaults(left_out: bool) -> Path | None:
+    """Return the file of the person's own defaults, unless they are left out or there is none."""
+    return None if left_out else defaults_file()
+
+
+def _write_out(data: bytes) -> None:
+    """Write a program to standard output as it is, whatever the terminal's letters are."""
+    sys.stdout.flush()
+    sys.stdout.buffer.write(data)
+    sys.stdout.buffer.flush()
 
 
 def _print_json(answer: Any) -> None:
-    print(json.dumps(answer, allow_nan=False, indent=2, ensure_ascii=False))
+    text = json.dumps(answer, allow_nan=False, indent=2, ensure_ascii=False)
+    with suppress(UnicodeError):
+        # Where the locale is not that of the names of files, their letters come as bytes that stand for others.
+        text = text.encode("utf-8", "surrogateescape").decode("utf-8")
+    try:
+        text.encode(sys.stdout.encoding or "ascii")
+    except (UnicodeError, LookupError):
+        # Standard output does not have all letters: as escapes they come through whole.
+        text = json.dumps(json.loads(text), indent=2)
+    print(text)
 
 
 if __name__ == "__main__":

@@ -5,9 +5,11 @@ from __future__ import annotations
 import glob
 import os
 import secrets
+import sys
 import tempfile
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -27,7 +29,36 @@ class OutputError(LeafcutError):
     """A file cannot be written, or would overwrite an input."""
 
 
-def read_program(source: str | Path) -> str:
+@dataclass(frozen=True)
+class StandardInput:
+    """What came through standard input: taken wherever a drawing or a program is, under this name."""
+
+    data: bytes
+
+    def __str__(self) -> str:
+        return "standard input"
+
+    @classmethod
+    def read(cls) -> StandardInput:
+        """Return all that comes, within the bounds of a file.
+
+        Raises
+        ------
+        ReadError
+            Nothing comes, or more than any file may have.
+        """
+        try:
+            data = sys.stdin.buffer.read(LARGEST_PROGRAM + 1) if sys.stdin is not None else b""
+        except OSError as problem:
+            raise ReadError("standard input", f"cannot be read ({problem.strerror})") from None
+        if len(data) > LARGEST_PROGRAM:
+            raise ReadError("standard input", f"is larger than {LARGEST_PROGRAM >> 20} MiB; no program is")
+        if not data.strip():
+            raise ReadError("standard input", "is empty")
+        return cls(data)
+
+
+def read_program(source: str | Path | StandardInput) -> str:
     """Return the text of a G-code program; bytes that are not UTF-8 are taken as Latin-1, as old controllers have it.
 
     Raises
@@ -35,7 +66,14 @@ def read_program(source: str | Path) -> str:
     ReadError
         The file cannot be read, is empty, or is larger than any program.
     """
-    path = Path(source)
+    data = source.data if isinstance(source, StandardInput) else _bytes_of(Path(source))
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def _bytes_of(path: Path) -> bytes:
     try:
         if path.stat().st_size > LARGEST_PROGRAM:
             raise ReadError(path, f"is larger than {LARGEST_PROGRAM >> 20} MiB; no program is")
@@ -44,10 +82,7 @@ def read_program(source: str | Path) -> str:
         raise ReadError(path, f"cannot be read ({problem.strerror})") from None
     if not data.strip():
         raise ReadError(path, "is empty")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
+    return data
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -97,7 +132,7 @@ def _check_wholes(value: Any) -> None:
         raise ValueError(f"'{shown(str(value))}' is a whole number of more than 64 bits")
 
 
-def check_output(target: str | Path | None, inputs: Iterable[str | Path | None]) -> None:
+def check_output(target: str | Path | None, inputs: Iterable[str | Path | StandardInput | None]) -> None:
     """Raise `OutputError` when `target` cannot be written, or is one of `inputs`; before any work is done."""
     if target is None:
         return
@@ -111,7 +146,7 @@ def check_output(target: str | Path | None, inputs: Iterable[str | Path | None])
     if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
         raise OutputError(f"{path}: may not be written; choose another place")
     for other in inputs:
-        if other is not None and _same_file(path, Path(other)):
+        if other is not None and not isinstance(other, StandardInput) and _same_file(path, Path(other)):
             raise OutputError(
                 f"{path}: is an input or another output of this run and is never overwritten; choose another name"
             )

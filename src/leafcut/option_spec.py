@@ -16,7 +16,8 @@ class OptionSpec:
     """What a face needs to know about one option, beside its name and default.
 
     `kind` is one of ``quantity`` (a float in `unit`), ``number``, ``share`` (0.6 or 60%), ``whole``, ``flag``,
-    ``text``, ``names`` (a comma list), ``point`` (two or three lengths), ``percent`` and ``path``.
+    ``text``, ``names`` (a comma list), ``point`` (two or three lengths), ``place`` (a name of `PLACES` or two lengths),
+    ``percent`` and ``path``.
     """
 
     help: str
@@ -38,6 +39,15 @@ class OptionSpec:
     #: where that is the work. All of several with spaces between.
     needs: str = ""
 
+
+#: Places of what lies in a box, and how far they are across it and up it, 0 to 1.
+PLACES = {
+    "lower-left": (0.0, 0.0),
+    "lower-right": (1.0, 0.0),
+    "upper-left": (0.0, 1.0),
+    "upper-right": (1.0, 1.0),
+    "centre": (0.5, 0.5),
+}
 
 #: The kinds of work, and how a message calls them.
 WORKS = {
@@ -92,6 +102,11 @@ class OptionGroup:
             name: repr(float(value)) if specs[name].kind == "quantity" and _is_float(value) else value
             for name, value in given.items()
         }
+
+    @classmethod
+    def check(cls, name: str, value: Any) -> None:
+        """Raise `OptionError` where an option does not take a value, whatever the others are."""
+        _convert(name, cls.specs()[name], cls.as_typed({name: value})[name])
 
     def changed(self) -> dict[str, Any]:
         """Return the options that differ from their defaults, in inner units."""
@@ -191,6 +206,18 @@ def _point(_: OptionSpec, value: Any) -> tuple[float, ...] | None:
     return numbers
 
 
+def _place(_: OptionSpec, value: Any) -> str | tuple[float, ...]:
+    if isinstance(value, str) and "," not in value:
+        name = value.strip().lower().replace("center", "centre")
+        if name not in PLACES:
+            raise OptionError(f"unknown place '{value}'{nearest(name, PLACES)}; or give a point such as '10,20'")
+        return name
+    numbers = parse_point(value)
+    if len(numbers) != 2:
+        raise OptionError(f"'{value}' is not a point such as '10,20'")
+    return numbers
+
+
 def _text(_: OptionSpec, value: Any) -> str:
     if not isinstance(value, str):
         raise ValueError(value)
@@ -206,6 +233,7 @@ _CONVERTERS: dict[str, Any] = {
     "text": _text,
     "names": _names,
     "point": _point,
+    "place": _place,
     "percent": lambda spec, value: _number(spec, value.removesuffix("%") if isinstance(value, str) else value),
     "path": lambda _, value: Path(value),
 }
@@ -218,6 +246,7 @@ _KIND_WORDS = {
     "text": "a text",
     "names": "a list of names",
     "point": "a point",
+    "place": "a place such as lower-left, or a point",
     "percent": "a number of percent",
     "path": "a path",
 }
@@ -234,7 +263,7 @@ def written(spec: OptionSpec, value: Any) -> str:
         return f"{value / FACTORS[spec.unit][unit]:.6g}{unit}"
     if spec.kind == "percent":
         return f"{value:g}%"
-    if spec.kind in ("names", "point"):
+    if spec.kind in ("names", "point", "place") and not isinstance(value, str):
         return ",".join(f"{v:.6g}" if isinstance(v, float) else v for v in value)
     if spec.kind == "path" or (spec.may_be_path and value.lower().endswith(".toml")):
         return Path(value).name

@@ -54,7 +54,7 @@ def test_every_option_is_in_a_form() -> None:
 
 
 #: What a command takes that is no choice of a form: the page has inputs, downloads, lists of choices and files for it.
-BESIDE = {"options", "output", "report", "process", "json", "quiet", "tour", "help", "version"}
+BESIDE = {"defaults", "options", "output", "report", "process", "json", "quiet", "tour", "help", "version"}
 #: What the points of a map have no use for: they are solved by the map's own rule of distance.
 NOT_OF_MAPS = {"objective", "min_diameter", "max_diameter", "merge_tolerance", "concentric"}
 
@@ -341,7 +341,7 @@ def test_an_options_file_fills_in_the_form_and_names_no_files(studio: Studio) ->
     assert view.values == {"thickness": "3", "start_point": "1,2", "header": False, "layers": "A,B"}
     assert view.errors == {}
     for text, line in (
-        ("[drill]\nthicknes = 3\n", "^shop.toml: unknown option 'thicknes' in"),
+        ("[drill]\nthicknes = 3\n", "^shop.toml:2: unknown option 'thicknes' in"),
         ("x", "^shop.toml: not a TOML file"),
         ('[drill]\ntools = "/etc/passwd"\n', "--tools: takes a file that was opened in the studio"),
         ('[machine]\nmachine = "/home/me/mill.toml"\n', "--machine: takes a file that was opened"),

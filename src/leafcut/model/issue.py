@@ -51,6 +51,7 @@ CODES: dict[str, str] = {
     "L406": "a drawing does not lie at Z0",
     "L407": "a tool of a library is not used",
     "L408": "a machine's profile does not say all that its time hangs on",
+    "L409": "several drill files were joined",
     "L411": "cutting data were taken between two rows of the chart",
     "L412": "the chart has other ways to cut this thickness",
     "L413": "cutting data are not certain",

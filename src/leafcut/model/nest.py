@@ -241,6 +241,8 @@ class NestOutcome:
         For every variant the files written, one per layout; empty where nothing was.
     remnants
         What remains of the sheets of the best one, where that was asked for.
+    defaults
+        Which of the options that were used are of the person's own defaults, as one types them.
     """
 
     nests: tuple[Nest, ...]
@@ -251,3 +253,4 @@ class NestOutcome:
     remnants: tuple[Remnant, ...] = ()
     issues: tuple[Issue, ...] = ()
     seconds: float = 0.0
+    defaults: tuple[str, ...] = ()

@@ -89,6 +89,8 @@ class Outcome:
         Where program and report were written, or empty.
     options
         Every option that is not at its default, flag → value as a person would type it.
+    defaults
+        Which of the options that were used are of the person's own defaults, as one types them.
     """
 
     part: Part
@@ -116,6 +118,7 @@ class Outcome:
     output: str = ""
     report: str = ""
     options: dict[str, str] = field(default_factory=dict)
+    defaults: tuple[str, ...] = ()
     version: str = ""
     seconds: float = 0.0
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from leafcut.option_spec import flag_name
 from leafcut.options.cutting import CutOptions
-from leafcut.options.drawings import ReadOptions, SheetOptions
+from leafcut.options.drawings import ORIGINS, ReadOptions, SheetOptions
 from leafcut.options.machining import CYCLES, DrillOptions, MachineOptions
 from leafcut.options.nests import LARGEST_SHEET, NestOptions, SheetWord, parse_angles, parse_sheet
 from leafcut.options.pockets import PocketOptions
@@ -24,6 +24,7 @@ __all__ = [
     "CYCLES",
     "GROUPS",
     "LARGEST_SHEET",
+    "ORIGINS",
     "AcoOptions",
     "CutOptions",
     "DrillOptions",

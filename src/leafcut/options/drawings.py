@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from leafcut.option_spec import OptionGroup, option
+from leafcut.option_spec import PLACES, OptionGroup, option
+
+#: The places that an origin can be named by, and how far they are across and up what is worked, 0 to 1.
+ORIGINS = PLACES
 
 
 @dataclass(frozen=True)
@@ -59,6 +63,32 @@ class ReadOptions(OptionGroup):
         "which of several circles with one centre is drilled",
         choices=("smallest", "largest", "all"),
         works="drill solve",
+    )
+    mirror: str | None = option(
+        "text",
+        None,
+        "mirror the drawing first: x makes X to −X, as a board turned over sideways shows its back; y makes Y to −Y",
+        choices=("x", "y"),
+        default_words="as it is drawn",
+        works="drill cut pocket",
+    )
+    rotate: float = option(
+        "quantity",
+        0.0,
+        "then turn it about its zero, counter-clockwise",
+        unit="rad",
+        minimum=-2 * math.pi,
+        maximum=2 * math.pi,
+        works="drill cut pocket",
+    )
+    origin: str | tuple[float, ...] | None = option(
+        "place",
+        None,
+        "then make this its zero: lower-left, lower-right, upper-left, upper-right or centre of what is worked, holes "
+        "by their centres; or a point x,y",
+        unit="mm",
+        default_words="the zero of the drawing",
+        works="drill cut pocket",
     )
     strict: bool = option(
         "flag",

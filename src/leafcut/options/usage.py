@@ -20,6 +20,9 @@ _INSTEAD = {
     ("program", "coolant"): "a program keeps its own coolant",
     ("program", "depth"): "a program keeps its own depths",
     ("program", "program_number"): "a program keeps its own number",
+    ("program", "origin"): "a program stays where it is; set the work offset on the machine",
+    ("program", "mirror"): "mirror the drawing, or in the CAM, which knows leads and climb milling",
+    ("program", "rotate"): "turn the drawing, or in the CAM, or by the machine's work offset",
     ("drill", "keep_order"): "--algorithm none keeps the order of the drawing",
     ("pocket", "thickness"): "--depth says how deep the pocket is",
 }

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 from leafcut.errors import ReadError
 from leafcut.model import Part, Severity
 from leafcut.model.look import Look, unseen
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.read.format import Format, Match, Source
-from leafcut.read.registry import formats, read_source, run
+from leafcut.read.registry import Input, formats, read_source, run
 
-__all__ = ["Format", "Match", "Source", "formats", "read", "read_contours", "read_pockets"]
+__all__ = ["Format", "Input", "Match", "Source", "formats", "read", "read_contours", "read_pockets"]
 
 
-def read(source: str | Path, options: ReadOptions | None = None, look: Look = unseen) -> Part:
+def read(source: Input, options: ReadOptions | None = None, look: Look = unseen) -> Part:
     """Return the part that a file, or a name such as ``example:plate-70`` or ``random:200:7``, holds; in mm.
 
     `look` is called as it goes on.
@@ -30,7 +29,7 @@ def read(source: str | Path, options: ReadOptions | None = None, look: Look = un
     return _unless_strict(run(format_, loaded, options), loaded, options)
 
 
-def read_contours(source: str | Path, options: ReadOptions | None = None, look: Look = unseen) -> Part:
+def read_contours(source: Input, options: ReadOptions | None = None, look: Look = unseen) -> Part:
     """Return the lines and curves of a drawing as contours, as they are drawn, in mm.
 
     `plan.sheet.prepare_sheet` joins and cleans them. `look` is called as it goes on.
@@ -50,7 +49,7 @@ def read_contours(source: str | Path, options: ReadOptions | None = None, look: 
 
 
 def read_pockets(
-    source: str | Path,
+    source: Input,
     options: ReadOptions | None = None,
     pocket_options: PocketOptions | None = None,
     joining: SheetOptions | None = None,

@@ -57,6 +57,9 @@ class Source:
     data: bytes = b""
     look: Look = field(default=unseen, compare=False)
 
+    def __str__(self) -> str:
+        return self.path
+
     @property
     def file_name(self) -> str:
         """The file's name without its folders, so that no program's header tells where it was made."""

@@ -7,11 +7,15 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
 from leafcut.errors import ReadError, parsing, shown
+from leafcut.files import StandardInput
 from leafcut.model import Part
 from leafcut.model.look import Look, unseen
 from leafcut.options import ReadOptions
 from leafcut.read import csvmap, dxf, examples, excellon, gcode, gtsp, picture, sirius, svg, tsplib, wkt, xmlmap
 from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load
+
+#: What can be read: a file, the name of an example, what came through standard input, or what was read already.
+Input = str | Path | StandardInput | Source
 
 #: Packages of other people add a format by an entry point of this group that names a `Format`.
 PLUGIN_GROUP = "leafcut.readers"
@@ -56,8 +60,10 @@ def _broken(name: str, problem: BaseException) -> Format:
     return Format(name, (), f"plug-in that does not load ({message})", refuse, error=message)
 
 
-def read_source(source: str | Path, look: Look = unseen) -> tuple[Format, Source]:
+def read_source(source: Input, look: Look = unseen) -> tuple[Format, Source]:
     """Return the format that takes an input, and the input's bytes; who waits looks at its reader by `look`.
+
+    What was read already (a `Source`) is not read again.
 
     Raises
     ------
@@ -68,8 +74,19 @@ def read_source(source: str | Path, look: Look = unseen) -> tuple[Format, Source
     for format_ in known:
         if format_.prefix and str(source).startswith(format_.prefix):
             return format_, Source(str(source), look=look)
-    loaded = replace(load(source), look=look)
+    if isinstance(source, StandardInput):
+        source = Source(str(source), source.data)
+    loaded = replace(source if isinstance(source, Source) else load(source), look=look)
     return choose(known, loaded), loaded
+
+
+def format_name(path: str | Path) -> str:
+    """Return the name of the format of a file, from its first bytes; empty where it cannot be read or is unknown."""
+    try:
+        with Path(path).open("rb") as stream:
+            return choose(formats(), Source(str(path), stream.read(SNIFF_BYTES))).name
+    except (OSError, ValueError, ReadError):
+        return ""
 
 
 def choose(known: tuple[Format, ...], source: Source) -> Format:

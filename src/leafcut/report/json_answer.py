@@ -50,6 +50,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "tools": [_tool(o) for o in outcome.operations],
         "workers": [w for number, o in enumerate(outcome.operations) for w in _workers(number, o)],
         "issues": issues_as_json(outcome.issues),
+        **({"defaults": list(outcome.defaults)} if outcome.defaults else {}),
     }
 
 

@@ -33,6 +33,7 @@ def nest_as_json(outcome: NestOutcome) -> dict[str, Any]:
         "verified": True,
         "seconds": outcome.seconds,
         "issues": issues_as_json(outcome.issues),
+        **({"defaults": list(outcome.defaults)} if outcome.defaults else {}),
     }
 
 
@@ -135,6 +136,10 @@ def _lines(outcome: NestOutcome) -> Iterator[str]:
     for rest in outcome.remnants:
         size = f"{rest.stock.length:.0f} × {rest.stock.width:.0f} mm, {rest.stock.area / 1e6:.3f} m²"
         yield f"{rest.file}: {count(rest.count, 'remnant')} of {size}"
+    if not any(outcome.files):
+        yield "not written: name a file for the sheet, -o FILE.dxf"
+    if outcome.defaults:
+        yield f"of your defaults: {', '.join(outcome.defaults)}"
     for issue in outcome.issues:
         if issue.severity is not Severity.MISSING:
             yield f"{'warning: ' if issue.severity is Severity.WARNING else ''}{issue}"

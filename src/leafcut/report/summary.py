@@ -154,6 +154,8 @@ def _facts(outcome: Outcome) -> Table:
         )
         if place
     ]
+    if outcome.defaults:
+        facts.append(("defaults", Text(clean(", ".join(outcome.defaults)))))
     if not outcome.output:
         facts.append(("program", Text("not written: name a file for it, -o FILE")))
     table = Table.grid(padding=(0, 2, 0, 0))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from leafcut.model.part import Part
     from leafcut.model.sheet import Sheet
     from leafcut.plan.cutting import Cutting
+    from leafcut.read import Input
 
 Point = tuple[float, float]
 
@@ -72,7 +72,7 @@ class Job:
         return lambda a, b: travel_cost(self.metric, a, b)
 
 
-def prepared(run: Run, source: str | Path) -> tuple[Job, list[Issue]]:
+def prepared(run: Run, source: Input) -> tuple[Job, list[Issue]]:
     """Read the sheet and its rules, and make it ready for the search."""
     from leafcut.gcode.dialects import dialect
     from leafcut.plan.cut_rules import resolve_rules
@@ -129,7 +129,7 @@ def prepared(run: Run, source: str | Path) -> tuple[Job, list[Issue]]:
     return job, [*sheet.issues, *issues, *cutting.issues, *_probe_issues(probe)]
 
 
-def _refuse_missing(source: str | Path, issues: Iterable[Issue]) -> None:
+def _refuse_missing(source: Input, issues: Iterable[Issue]) -> None:
     """Refuse a sheet of which something is not cut."""
     missing = [issue for issue in issues if issue.severity is Severity.MISSING]
     if missing:
@@ -156,13 +156,18 @@ def switches(words: Dialect) -> bool:
     return words.torch is not None and words.torch.darkens
 
 
-def _sheet(run: Run, source: str | Path) -> tuple[Part, Sheet]:
+def _sheet(run: Run, source: Input) -> tuple[Part, Sheet]:
     """Return the drawing, and its contours made ready."""
     from leafcut.plan.hole_sizes import with_chosen_holes
+    from leafcut.plan.layers import kinds_of
+    from leafcut.plan.placing import placed
     from leafcut.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
     part = read_contours(source, run.settings.read, run.looking("reading"))
+    # What is left out of the sheet does not say where its corners are.
+    kinds = kinds_of(part.contours, run.settings.sheet, [])
+    part = placed(part, run.settings.read, [kind != "" for kind in kinds])
     return part, with_chosen_holes(prepare_sheet(part, run.settings.sheet), run.settings.read)
 
 

@@ -27,12 +27,13 @@ if TYPE_CHECKING:
     from leafcut.plan.cut_starts import CutStart
     from leafcut.plan.cut_toolpath import LaidCut
     from leafcut.plan.freed_parts import Round
+    from leafcut.read import Input
 
 #: Where leads met, an order is sought anew so often at most; of more cuts than this never.
 ROUNDS, MOST_AGAIN = 2, 1000
 
 
-def cut(run: Run, source: str | Path) -> Outcome:
+def cut(run: Run, source: Input) -> Outcome:
     """Return the verified cutting program of a nested sheet, and all that was found out on the way.
 
     Raises

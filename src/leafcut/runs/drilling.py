@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -23,14 +23,19 @@ from leafcut.runs.run import Run, check_words_used, machine_issues, passing_on, 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.plan.drilling import DrillPlan
+    from leafcut.read import Input
 
 
-def _plan(run: Run, source: str | Path) -> DrillPlan:
+def _plan(run: Run, sources: Sequence[Input]) -> DrillPlan:
     from leafcut.plan.drilling import plan_drilling
+    from leafcut.plan.placing import placed
     from leafcut.read import read
+    from leafcut.read.joining import join_drill_files
     from leafcut.read.tools import load_tools
 
-    part = read(source, run.settings.read, run.looking("reading"))
+    parts = [read(source, run.settings.read, run.looking("reading")) for source in sources]
+    part = parts[0] if len(parts) == 1 else join_drill_files(parts, run.settings.read)
+    part = placed(part, run.settings.read)
     tools = run.settings.drill.tools
     plan = plan_drilling(part, run.machine, load_tools(tools, run.machine.units) if tools else None, run.settings.drill)
     for name in ("feed", "spindle_speed"):
@@ -39,15 +44,15 @@ def _plan(run: Run, source: str | Path) -> DrillPlan:
     return plan
 
 
-def drill(run: Run, source: str | Path) -> Outcome:
-    """Return the verified drilling program of a drawing, and all that was found out on the way.
+def drill(run: Run, *sources: Input) -> Outcome:
+    """Return the verified drilling program of a drawing, or of several drill files, and all that was found out.
 
     Raises
     ------
     ReadError, OptionError, PlanError, PostError, VerifyError
         One line that says what was found and what to do.
     """
-    return _order(run, _plan(run, source))
+    return _order(run, _plan(run, sources))
 
 
 def _order(run: Run, plan: DrillPlan) -> Outcome:

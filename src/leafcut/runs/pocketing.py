@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,6 +37,7 @@ if TYPE_CHECKING:
     from leafcut.plan.pocket_entries import Descent
     from leafcut.plan.pocket_region import CentreRegion
     from leafcut.plan.pocket_toolpath import Clearing
+    from leafcut.read import Input
     from leafcut.runs.pocket_strategies import Way
 
 Point = tuple[float, float]
@@ -57,7 +57,7 @@ class _Cleared:
     ways: dict[str, list[Clearing]]
 
 
-def pocket(run: Run, source: str | Path) -> Outcome:
+def pocket(run: Run, source: Input) -> Outcome:
     """Return the verified milling program of the pockets in a drawing or a picture, and all that was found out.
 
     Raises
@@ -99,10 +99,11 @@ def _programs(job: PocketJob, cleared: list[_Cleared], nodes: Sequence[int]) -> 
     return tuple(programs)
 
 
-def _prepared(run: Run, source: str | Path) -> tuple[PocketJob, list[Issue]]:
+def _prepared(run: Run, source: Input) -> tuple[PocketJob, list[Issue]]:
     """Read the pockets and what is said of them."""
     from leafcut.gcode.dialects import dialect
     from leafcut.plan.drilling import parse_zones
+    from leafcut.plan.placing import placed
     from leafcut.plan.pocket_rules import levels_of, milling_data, rules_of
     from leafcut.plan.pocket_toolpath import Heights
     from leafcut.read import read_pockets
@@ -114,6 +115,7 @@ def _prepared(run: Run, source: str | Path) -> tuple[PocketJob, list[Issue]]:
     levels = levels_of(settings.drill, options)
     data, issues = milling_data(options, settings.drill, rules, run.machine, mill, settings.cut.material)
     part = read_pockets(source, settings.read, settings.pocket, settings.sheet, run.looking("reading"))
+    part = placed(part, settings.read)
     heights = Heights(
         levels=levels,
         clearance=settings.drill.clearance_height,

@@ -49,6 +49,7 @@ _DRILL_MAIN = ("machine", "thickness", "depth", "tools", "retract", "peck")
 _CUT_MAIN = ("machine", "thickness", "material", "cut_process", "chains", "common_lines")
 _POCKET_MAIN = ("machine", "tool_diameter", "depth", "strategy", "milling", "stock", "pixel_size")
 _POCKET_PLACES = ("clearance_height", "retract_height", "spindle_speed", "start_point", "end_point", "work_offset")
+_PLACE = ("mirror", "rotate", "origin")
 _SHEET_PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
 _NEST_MAIN = ("sheet", "kerf", "gap", "margin", "rotations", "into_holes")
 _PROGRAM_MAIN = ("machine", "merge_tools", "mix_operations", "allow_reverse", "keep_order")
@@ -66,7 +67,7 @@ WORKS: dict[str, Work] = {
             ("search", _SEARCH),
             ("drill", _all("drill", _DRILL_MAIN)),
             ("read", _READ),
-            ("place", ("work_offset",)),
+            ("place", (*_PLACE, "work_offset")),
             ("post", (*_POST, "coolant")),
             ("solve", _SEARCH_MORE),
         ),
@@ -78,7 +79,7 @@ WORKS: dict[str, Work] = {
             ("main", _CUT_MAIN),
             ("search", _SEARCH),
             ("cut", _all("cut", (*_CUT_MAIN, "save_plan"))),
-            ("place", (*_SHEET_PLACES, "work_offset")),
+            ("place", (*_PLACE, *_SHEET_PLACES, "work_offset")),
             ("sheet", _all("sheet")),
             ("read", ("units", "layers", "min_diameter", "max_diameter", "strict")),
             ("post", (*_POST, "beam_power", "mark_power", "path_tolerance", "material_number")),
@@ -104,7 +105,7 @@ WORKS: dict[str, Work] = {
             ("main", _POCKET_MAIN),
             ("search", _SEARCH),
             ("pocket", ("tools", *_all("pocket", _POCKET_MAIN), "material")),
-            ("place", _POCKET_PLACES),
+            ("place", (*_PLACE, *_POCKET_PLACES)),
             ("read", ("units", "layers", "join_tolerance", "strict")),
             ("post", (*_POST, "coolant")),
             ("solve", _SEARCH_MORE),

@@ -14,6 +14,7 @@ from leafcut.option_spec import flag_name
 from leafcut.options import NestOptions, Settings, group_of
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
 from leafcut.studio.wanted import WantedPart, needs_list
+from leafcut.user_files import has_defaults
 
 #: How many files each takes; `nest` as many as there are drawings.
 COMMANDS = {"optimize": 1, "nest": 0, "solve": 1, "simulate": 1, "verify": 2}
@@ -191,7 +192,8 @@ def command_line(task: Task, folder: Folder, output: str = "") -> str:
         words += ["--process", task.process] if task.process != "auto" else []
     for name, value in given(task.options).items():
         words += _flag(name, value, folder)
-    return shlex.join(words)
+    # The studio runs with what its page shows; the person's own defaults are for the command line.
+    return shlex.join([*words, *(["--no-defaults"] if has_defaults() else [])])
 
 
 def _flag(name: str, value: Any, folder: Folder) -> list[str]:

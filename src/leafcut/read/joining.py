@@ -1,0 +1,62 @@
+"""Drill files of one board joined: those of plated and of other holes, as KiCad and others write them apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from leafcut.errors import ReadError
+from leafcut.model import Issue, Part, Severity
+from leafcut.options import ReadOptions
+from leafcut.read.format import count_of
+from leafcut.read.sift import sift
+
+
+def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
+    """Return one part with the holes and slots of several drill files, in their order.
+
+    A hole that stands in two of them is drilled once. Holes of one diameter are alike, plated or not: what tells them
+    apart is the file, and who wants them apart makes a program of each.
+
+    Raises
+    ------
+    ReadError
+        With `options.strict`, a hole stands in two files, or they lie so far apart that they are hardly of one board.
+    """
+    holes, noticed = sift([hole for part in parts for hole in part.holes], options)
+    words = ", ".join(f"{part.source} {_counts(part)}" for part in parts)
+    message = f"drilled in one program: {words}; one tool for each diameter, plated or not"
+    issues = [Issue("L409", message, severity=Severity.NOTE)]
+    if far := _far_apart(parts):
+        message = f"{far} lie far apart: are they of one board, with the same zero and the same units?"
+        issues.append(Issue("L409", message))
+    issues += [issue for issue in noticed if issue.code in ("L301", "L302")]
+    warnings = [issue for issue in issues if issue.severity is Severity.WARNING]
+    if options.strict and warnings:
+        raise ReadError(parts[0].source, f"refused by --strict: {warnings[0]}")
+    return replace(
+        parts[0],
+        name=" + ".join(part.name for part in parts),
+        source=" + ".join(part.source for part in parts),
+        holes=holes,
+        slots=tuple(slot for part in parts for slot in part.slots),
+        issues=(*issues, *(issue for part in parts for issue in part.issues)),
+    )
+
+
+def _counts(part: Part) -> str:
+    words = [count_of(len(part.holes), "hole")] if part.holes else []
+    return " and ".join([*words, *([count_of(len(part.slots), "slot")] if part.slots else [])])
+
+
+def _far_apart(parts: Sequence[Part]) -> str:
+    """Return which two parts are further from each other than they are large together; empty for none."""
+    boxes = [part.extents for part in parts]
+    for k, (a, one) in enumerate(zip(parts, boxes, strict=True)):
+        for b, other in zip(parts[k + 1 :], boxes[k + 1 :], strict=True):
+            apart = [max(one[i] - other[i + 2], other[i] - one[i + 2], 0.0) for i in (0, 1)]
+            sizes = [math.dist(box[:2], box[2:]) for box in (one, other)]
+            if math.hypot(*apart) > sum(sizes) and math.hypot(*apart) > 0.0:
+                return f"{a.source} and {b.source}"
+    return ""

@@ -1,0 +1,113 @@
+"""The answers about several inputs of one command: one table on the terminal, one object as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from leafcut.report.wording import NO_VALUE, clean, count, length_words, percent_words, time_words
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+#: The worst first.
+_SEVERITIES = ("danger", "missing", "warning")
+
+
+def several_as_json(rows: Sequence[dict[str, Any]], status: int) -> dict[str, Any]:
+    """Return the answers of several inputs as one object: ``runs``, each with its ``status``, and the worst status."""
+    return {"runs": list(rows), "failed": sum("error" in row for row in rows), "status": status}
+
+
+def print_programs(rows: Sequence[dict[str, Any]], folder: str | None, console: Console) -> None:
+    """Print what became of several programs or drawings, and where they were written."""
+    table = _table("input", "before", "leafcut", "saved", "verified")
+    total = [0.0, 0.0]
+    for row in rows:
+        if "error" in row:
+            _add(table, row["input"], [NO_VALUE, NO_VALUE, NO_VALUE], "refused", "bold red")
+            continue
+        times = [row["before"]["time_s"] or 0.0, row["after"]["time_s"] or 0.0]
+        total = [a + b for a, b in zip(total, times, strict=True)]
+        worst = _worst(row["issues"])
+        cells = [*map(time_words, times), percent_words(row["saved_percent"])]
+        _add(table, row["input"], cells, f"yes; {worst}" if worst else "yes", "yellow" if worst else "")
+    done = [row for row in rows if "error" not in row]
+    if len(done) > 1:
+        saved = 100.0 * (1.0 - total[1] / total[0]) if total[0] > 0.0 else None
+        _add(table, f"{len(done)} in all", [*map(time_words, total), percent_words(saved)], "", "bold")
+    lines = [_defaults(row) for row in done[:1] if row.get("defaults")]
+    if not folder:
+        lines.append("programs  not written: name a folder for them, -o FOLDER")
+    elif done:
+        lines.append(f"programs  {count(len(done), 'file')} in {folder}")
+    _print(table, lines, rows, console)
+
+
+def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
+    """Print how long several programs run, and what is dangerous in them."""
+    table = _table("program", "time", "rapid", "feed", "issues")
+    total = 0.0
+    for row in rows:
+        if "error" in row:
+            _add(table, row["program"], [NO_VALUE, NO_VALUE, NO_VALUE], "refused", "bold red")
+            continue
+        total += row["time_s"]
+        worst = _worst(row["issues"])
+        cells = [time_words(row["time_s"]), length_words(row["rapid_mm"]), length_words(row["feed_mm"])]
+        _add(table, row["program"], cells, worst, "bold red" if "danger" in worst else "")
+    done = [row for row in rows if "error" not in row]
+    if len(done) > 1:
+        _add(table, f"{len(done)} in all", [time_words(total), "", ""], "", "bold")
+    dangers = [
+        f"danger  {row['program']}: {issue['code']} {issue['message']}"
+        for row in done
+        for issue in row["issues"]
+        if issue["severity"] == "danger"
+    ]
+    _print(table, [*dangers, *(_defaults(row) for row in done[:1] if row.get("defaults"))], rows, console)
+
+
+def _defaults(row: dict[str, Any]) -> str:
+    return f"defaults  {', '.join(row['defaults'])}"
+
+
+def _table(first: str, *columns: str) -> Table:
+    from rich.table import Table
+
+    table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim", pad_edge=False)
+    table.add_column(first, overflow="fold")
+    for title in columns[:-1]:
+        table.add_column(title, justify="right", no_wrap=True)
+    table.add_column(columns[-1], overflow="fold")
+    return table
+
+
+def _add(table: Table, name: str, cells: Iterable[str], last: str, style: str) -> None:
+    from rich.text import Text
+
+    table.add_row(*(Text(clean(words), style) for words in (name, *cells, last)))
+
+
+def _worst(issues: Iterable[dict[str, str]]) -> str:
+    """Return how many issues there are of the worst kind: ``2 dangers``; empty where there are notes alone."""
+    kinds = [issue["severity"] for issue in issues]
+    worst = next((kind for kind in _SEVERITIES if kind in kinds), "")
+    if worst == "missing":
+        return f"{kinds.count(worst)} missing"
+    return count(kinds.count(worst), worst) if worst else ""
+
+
+def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], console: Console) -> None:
+    from rich.text import Text
+
+    console.print("")
+    console.print(table)
+    console.print("")
+    failed = sum("error" in row for row in rows)
+    told = [f"refused   {count(failed, 'input')}, as told above", *lines] if failed else lines
+    for line in told:
+        console.print(Text(clean(line), overflow="fold"))
+    if told:
+        console.print("")
