@@ -120,6 +120,17 @@ def test_files_that_the_defaults_name_are_sought_from_where_they_lie(defaults: P
     assert Settings.collect({}, None, defaults).machine.machine == "haas-vf2"
 
 
+def test_a_refusal_tells_that_nobody_typed_the_option_that_it_names(
+    defaults: Path, capsys: pytest.CaptureFixture[str], examples: Path
+) -> None:
+    """A mill of the defaults does not cut sheets."""
+    defaults.write_text('machine = "haas-vf2"\n')
+    words = ["optimize", str(examples / "sheet.dxf"), "--process", "cut", "--thickness", "6"]
+    _, err = said(capsys, *words, status=2)
+    assert err.endswith("; --machine may be of your own defaults, which --no-defaults leaves out\n")
+    assert "defaults" not in said(capsys, *words, "--machine", "haas-vf2", status=2)[1]
+
+
 def test_the_variable_names_another_file_or_none(
     defaults: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import OptionError
+from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput, check_output, read_program, write_together
 from leafcut.model.issue import Issue
 from leafcut.model.look import Look
@@ -24,7 +25,7 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
-from leafcut.options import Settings, settings_for
+from leafcut.options import Settings, flag_name, settings_for
 from leafcut.runs.run import Progress, Run, for_cutting, looking_for, machine_of, passing_on
 
 if TYPE_CHECKING:
@@ -105,8 +106,9 @@ def optimize(
         check_output(target, [*inputs, *outputs[:k]])
     if process == "cut":
         settings = for_cutting(settings)
-    run = Run(settings, machine_of(settings), progress, cancelled or threading.Event(), observe)
-    outcome = replace(_work(run, sources, process), output=str(output or ""), report=str(report or ""))
+    with _telling_defaults(settings):
+        run = Run(settings, machine_of(settings), progress, cancelled or threading.Event(), observe)
+        outcome = replace(_work(run, sources, process), output=str(output or ""), report=str(report or ""))
     outcome = replace(outcome, seconds=time.perf_counter() - began)
     page = _page(outcome) if report else ""  # before anything is written: it may fail
     texts = {str(output): outcome.text} if output else {}
@@ -172,6 +174,19 @@ def _drilled_together(run: Run, inputs: Sequence[tuple[Format, Source]], process
             what = f"{loaded.path} is none" if format_.name != "excellon" else f"--process {process} is none for them"
             raise OptionError(f"one program is made of several drill files only; {what}")
     return _done(run, "drill", "excellon", lambda run: drill(run, *(loaded for _, loaded in inputs)))
+
+
+@contextmanager
+def _telling_defaults(settings: Settings) -> Iterator[None]:
+    """Let a refusal tell which of the options that it names were not typed, but are of the person's own defaults."""
+    try:
+        yield
+    except LeafcutError as problem:
+        flags = {word.rstrip(".,:;") for word in str(problem).split()}
+        own = [flag_name(name) for name in sorted(settings.defaults) if flag_name(name) in flags]
+        if own:
+            problem.add_note(f"{' and '.join(own)} may be of your own defaults, which --no-defaults leaves out")
+        raise
 
 
 def _done(run: Run, work: str, input_kind: str, do: Callable[[Run], Outcome]) -> Outcome:
@@ -448,6 +463,15 @@ def output_name(
     if format_name(source) == "gcode":
         return Path(source).name
     return Path(str(source).replace("example:", "").replace(":", "-")).stem + extension
+
+
+def in_place(part: Part, settings: Settings, work: str) -> Part:
+    """Return what was read for a kind of work as it lies before that work is planned."""
+    from leafcut.plan.placing import placed, placed_sheet
+
+    if work == "cut":
+        return placed_sheet(part, settings.read, settings.sheet)
+    return placed(part, settings.read) if work in ("drill", "pocket") else part
 
 
 def default_machine(process: str = "auto") -> str:

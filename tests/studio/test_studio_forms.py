@@ -406,3 +406,14 @@ def test_both_languages_have_the_same_words_and_none_is_unused() -> None:
     assert set(re.findall(rf'\b(?:w|words)\(\s*"((?:{every})\.[^"]+)"', code)) <= keys
     drawing = (ROOT / "src" / "leafcut" / "studio" / "static" / "words.js").read_text(encoding="utf-8")
     assert dict(re.findall(r'^  (\w+): "(.*)",$', drawing, flags=re.MULTILINE)) == words("en").section("canvas")
+
+
+def test_the_drawing_before_a_run_lies_as_the_run_will_place_it() -> None:
+    """Mirrored it is as large, and drawn elsewhere; a map that is solved is not placed at all."""
+    from leafcut.studio.preview import look
+
+    plain = look("example:plate-10", "drill")
+    mirrored = look("example:plate-10", "drill", {"mirror": "x"})
+    assert plain.facts == mirrored.facts
+    assert plain.scenes["part"] != mirrored.scenes["part"]
+    assert look("example:plate-10", "solve", {"mirror": "x"}).scenes["part"] == plain.scenes["part"]

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.part import Part
-from leafcut.options import ORIGINS, ReadOptions
+from leafcut.options import ORIGINS, ReadOptions, SheetOptions
+from leafcut.plan.layers import kinds_of
 
 #: x and y of a turn by so many quarters, without the rounding of sines.
 _QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
@@ -43,6 +44,12 @@ def placed(part: Part, options: ReadOptions, counted: Sequence[bool] | None = No
         there = replace(turned, contours=tuple(c for c, yes in zip(turned.contours, counted, strict=True) if yes))
     x, y = _zero(options.origin, there.extents)
     return _moved(turned, np.eye(2), (-x, -y))
+
+
+def placed_sheet(part: Part, options: ReadOptions, sheet: SheetOptions) -> Part:
+    """Return the drawing of a sheet as it is placed: contours that are left out do not say where its corners are."""
+    counted = [kind != "" for kind in kinds_of(part.contours, sheet, [])] if options.origin is not None else None
+    return placed(part, options, counted)
 
 
 def _matrix(options: ReadOptions) -> NDArray[np.float64]:

@@ -159,15 +159,12 @@ def switches(words: Dialect) -> bool:
 def _sheet(run: Run, source: Input) -> tuple[Part, Sheet]:
     """Return the drawing, and its contours made ready."""
     from leafcut.plan.hole_sizes import with_chosen_holes
-    from leafcut.plan.layers import kinds_of
-    from leafcut.plan.placing import placed
+    from leafcut.plan.placing import placed_sheet
     from leafcut.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
     part = read_contours(source, run.settings.read, run.looking("reading"))
-    # What is left out of the sheet does not say where its corners are.
-    kinds = kinds_of(part.contours, run.settings.sheet, [])
-    part = placed(part, run.settings.read, [kind != "" for kind in kinds])
+    part = placed_sheet(part, run.settings.read, run.settings.sheet)
     return part, with_chosen_holes(prepare_sheet(part, run.settings.sheet), run.settings.read)
 
 

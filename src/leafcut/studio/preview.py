@@ -75,6 +75,7 @@ def look(source: str, work: str = "", options: dict[str, Any] | None = None) -> 
 
 def _drawing(source: str, name: str, work: str, settings: Settings) -> Seen:
     """Return a drawing or a map, read for a kind of work."""
+    from leafcut.api import in_place
     from leafcut.read import read, read_contours, read_pockets
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.scene import part_scene
@@ -85,6 +86,7 @@ def _drawing(source: str, name: str, work: str, settings: Settings) -> Seen:
         part = read_pockets(source, settings.read, settings.pocket, settings.sheet)
     else:
         part = read(source, settings.read)
+    part = in_place(part, settings, work)
     return Seen(name, (work,), _facts(part), tuple(issues_as_json(part.issues)), {"part": part_scene(part)}, work=work)
 
 
