@@ -57,14 +57,15 @@ def test_one_that_is_refused_does_not_stop_the_others_and_the_worst_status_count
 def test_several_programs_are_one_object_of_json_and_reports_go_to_their_folder(
     shop: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    out, _ = answered(
-        capsys, "optimize", "c.nc", "a.nc", "no.nc", "--report", "out", "--json", "--keep-order", *FAST, status=1
+    out, err = answered(
+        capsys, "optimize", "c.nc", "a.nc", "./no.nc", "--report", "out", "--json", "--keep-order", *FAST, status=1
     )
     found = json.loads(out)
     assert [(row["input"], row["status"], "error" in row) for row in found["runs"]] == [
-        ("c.nc", 1, True), ("a.nc", 0, False), ("no.nc", 1, True),
+        ("c.nc", 1, True), ("a.nc", 0, False), ("./no.nc", 1, True),
     ]  # fmt: skip
     assert (found["failed"], found["status"]) == (2, 1)
+    assert err.splitlines()[-1].startswith(("leafcut: ./no.nc: there", "leafcut: no.nc: there"))
     assert found["runs"][1]["verified"] is True
     assert [p.name for p in (shop / "out").iterdir()] == ["a.html"]
 

@@ -276,7 +276,7 @@ def _each(
             raise
         except Exception as problem:
             line, status = _failure(problem)
-            _refuse(line if source in line else f"{source}: {line}", status)
+            _refuse(line if str(Path(source)) in line else f"{source}: {line}", status)
             answer = {noun: source, "error": line}
         rows.append({**answer, "status": status})
     return rows, max((row["status"] for row in rows), key=_STATUS_ORDER.index)
