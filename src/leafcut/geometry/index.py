@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,10 @@ Indices = NDArray[np.int64]
 MOST_PAIRS, MOST_PER_SHAPE = 500_000, 64
 #: Shapes that one question to the index is about: few where many lie together, so that it is found out early.
 _FEWEST, _MOST = 16, 4096
+#: Lines whose neighbours `NearLines` asks the index for, and pairs that it looks at, at once.
+_LINES, _PAIRS = 256, 500_000
+#: Distances of boxes and of points are as exact as this; what is nearer to the limit is measured by GEOS.
+_EXACT = 1e-9
 
 
 def query_pairs(
@@ -59,6 +63,69 @@ def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArr
         found.append(np.stack([i, j])[:, i < j])
     first, second = np.concatenate(found, axis=1)
     return first, second, np.hypot(*(points[first] - points[second]).T)
+
+
+class NearLines:
+    """Short lines and points, object[n] of shapely, that are asked for those which come near to each other.
+
+    Most pairs are decided by boxes and three points of each, without a look at how far apart the lines are; where many
+    lie beside each other, that is nearly all of the work.
+    """
+
+    def __init__(self, lines: NDArray[np.object_]) -> None:
+        import shapely
+
+        self.lines, self.boxes = lines, shapely.bounds(lines)
+        coordinates, of = shapely.get_coordinates(lines, return_index=True)
+        first, last = (np.searchsorted(of, np.arange(len(lines)), side=side) for side in ("left", "right"))
+        self.marks = coordinates[np.stack([first, (first + last - 1) // 2, last - 1], axis=1)]
+        self.tree = shapely.STRtree(lines)
+
+    def pairs(
+        self, others: NearLines, reach: float, wanted: Callable[[Indices, Indices], NDArray[np.bool_]] | None = None
+    ) -> Iterator[tuple[Indices, Indices]]:
+        """Yield (index here, index in `others`) of lines not farther apart than `reach`, some at a time.
+
+        `wanted` says of pairs, int64[k] and int64[k], which are asked for, bool[k].
+        """
+        import shapely
+
+        for begin in range(0, len(others.lines), _LINES):
+            left, low, right, high = others.boxes[begin : begin + _LINES].T
+            wide = shapely.box(left - reach, low - reach, right + reach, high + reach)
+            found = self.tree.query(wide)
+            for k in range(0, max(found.shape[1], 1), _PAIRS):
+                other, one = found[:, k : k + _PAIRS]
+                other = other + begin
+                if wanted is not None:
+                    chosen = wanted(one, other)
+                    one, other = one[chosen], other[chosen]
+                yield self._near(one, others, other, reach)
+
+    def _near(self, one: Indices, others: NearLines, other: Indices, reach: float) -> tuple[Indices, Indices]:
+        """Return those of some pairs that are near."""
+        import shapely
+
+        a, b = self.boxes[one], others.boxes[other]
+        apart = np.maximum(np.maximum(a[:, :2] - b[:, 2:], b[:, :2] - a[:, 2:]), 0.0)
+        may = np.hypot(*apart.T) <= reach * (1.0 + _EXACT)
+        one, other = one[may], other[may]
+        near = np.zeros(len(one), dtype=bool)
+        for k in range(3):
+            for m in range(3):
+                between = self.marks[one, k] - others.marks[other, m]
+                near |= np.hypot(*between.T) <= reach * (1.0 - _EXACT)
+        unsure = np.flatnonzero(~near)
+        near[unsure] = shapely.dwithin(self.lines[one[unsure]], others.lines[other[unsure]], reach)
+        return one[near], other[near]
+
+
+def unique_pairs(first: Indices, second: Indices) -> Indices:
+    """Return int64[k, 2], the pairs (first, second) once each, in order; neither is negative."""
+    wide = int(second.max(initial=0)) + 1
+    keys = np.sort(first * wide + second)
+    keys = keys[np.diff(keys, prepend=-1) > 0]
+    return np.stack([keys // wide, keys % wide], axis=1)
 
 
 def linked(n: int, first: Indices, second: Indices) -> Indices:

@@ -105,6 +105,7 @@ def _grid(
 def _pair(piece: Piece, kerf: float) -> Piece | None:
     """Return two of a piece, a kerf apart along the longest straight edge where the turned one has room; or None."""
     import shapely
+    from shapely.affinity import affine_transform
 
     path = piece.path if piece.path.area >= 0.0 else piece.path.reversed()
     edges = [s for s in path.segments() if not s.is_arc]
@@ -115,7 +116,7 @@ def _pair(piece: Piece, kerf: float) -> Piece | None:
         # Outlines run counter-clockwise: the scrap is to the right of an edge.
         out = ((s.end[1] - s.start[1]) / length, (s.start[0] - s.end[0]) / length)
         x, y = s.start[0] + s.end[0] + kerf * out[0], s.start[1] + s.end[1] + kerf * out[1]
-        other = shapely.affinity.affine_transform(piece.polygon, [-1.0, 0.0, 0.0, -1.0, x, y])
+        other = affine_transform(piece.polygon, [-1.0, 0.0, 0.0, -1.0, x, y])
         if piece.polygon.distance(other) < kerf - ROUNDING:
             continue
         a, b = s.start, s.end

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
+from leafcut.geometry.index import NearLines, unique_pairs
 from leafcut.model.sequence import Chain
 from leafcut.model.toolpath import Kind
 from leafcut.plan.chains import Rows
@@ -28,14 +29,18 @@ _LEVEL = 0.01
 _MOSTLY_LEVEL = 0.25
 #: Rows that clear a surface lie no farther apart, mm, and are so many at least.
 _WIDEST_ROW, _LEAST_ROWS = 100.0, 3
-_CHUNK = 256
 
 _Path = tuple[int, NDArray[np.float64]]
 _Lines = tuple[NDArray[np.object_], NDArray[np.int64]]
 
 
 def passes_in_order(
-    shapely: Any, program: Program, rows: Rows, ones: Sequence[Chain], others: Sequence[Chain], pieces: list[_Lines]
+    shapely: Any,
+    program: Program,
+    rows: Rows,
+    ones: Sequence[Chain],
+    others: Sequence[Chain],
+    pieces: Sequence[tuple[NearLines, NDArray[np.int64]]],
 ) -> Iterator[NDArray[np.int64]]:
     """Yield int64[k, 2], pairs of a chain of `ones` and one of `others` whose order has meaning to a mill.
 
@@ -47,26 +52,34 @@ def passes_in_order(
     pieces
         Short lines of `ones`, with the number of the chain of each, and those of `others`.
     """
-    (lines, owner), (other_lines, other_owner) = pieces
-    one, other = _Shapes(program, rows, ones), _Shapes(program, rows, others)
-    tree = shapely.STRtree(lines)
+    (near, owner), (other_near, other_owner) = pieces
+    one = _Shapes(program, rows, ones)
+    other = one if others is ones else _Shapes(program, rows, others)
+
+    def deeper(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.bool_]:
+        a, b = owner[a], other_owner[b]
+        chosen = _apart(one, a, other, b) & ~(one.follows[a] & other.follows[b])
+        return chosen & ~(one.still[a] & other.still[b])
+
+    def alike(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.bool_]:
+        a, b = owner[a], other_owner[b]
+        chosen = ~_apart(one, a, other, b) & ~one.still[a] & ~other.still[b] & ~(one.closed[a] & other.closed[b])
+        chosen &= ~(one.follows[a] & other.follows[b])
+        return chosen & (a != b) if ones is others else chosen
+
     depths = np.concatenate([one.bottom, other.bottom])
-    levels = bool(np.fmax.reduce(depths) - np.fmin.reduce(depths) > _LEVEL)
-    for begin in range(0, len(other_lines), _CHUNK):
-        some = slice(begin, begin + _CHUNK)
-        for reach in (SUPPOSED_WIDTH, _ALLOWANCE) if levels else (_ALLOWANCE,):
-            found = tree.query(other_lines[some], predicate="dwithin", distance=reach)
-            pairs = np.unique(np.stack([owner[found[1]], other_owner[some][found[0]]], axis=1), axis=0)
-            a, b = pairs.T
-            apart = np.abs(one.bottom[a] - other.bottom[b]) > _LEVEL
-            if reach == SUPPOSED_WIDTH:
-                chosen = apart & ~(one.follows[a] & other.follows[b]) & ~(one.still[a] & other.still[b])
-                yield pairs[chosen]
-            else:
-                alike = ~apart & ~one.still[a] & ~other.still[b] & ~(one.closed[a] & other.closed[b])
-                alike &= ~(one.follows[a] & other.follows[b])
-                pairs = pairs[alike & (a != b if ones is others else True)]
-                yield pairs[_side_by_side(shapely, pieces[0], pieces[1], pairs)]
+    if np.fmax.reduce(depths) - np.fmin.reduce(depths) > _LEVEL:
+        for a, b in near.pairs(other_near, SUPPOSED_WIDTH, deeper):
+            yield unique_pairs(owner[a], other_owner[b])
+    for a, b in near.pairs(other_near, _ALLOWANCE, alike):
+        pairs = unique_pairs(owner[a], other_owner[b])
+        yield pairs[_side_by_side(shapely, (near.lines, owner), (other_near.lines, other_owner), pairs)]
+
+
+def _apart(one: _Shapes, a: NDArray[np.int64], other: _Shapes, b: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return whether chains lie at different depths; not where a depth is not known."""
+    different: NDArray[np.bool_] = np.abs(one.bottom[a] - other.bottom[b]) > _LEVEL
+    return different
 
 
 def rows_in_order(paths: Sequence[_Path], chains: Sequence[Chain]) -> NDArray[np.int64]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
-from leafcut.geometry.index import linked
+from leafcut.geometry.index import NearLines, linked, unique_pairs
 from leafcut.model.look import Look, unseen
 from leafcut.model.sequence import Chain
 from leafcut.model.toolpath import Kind, arc_extremes, arc_sweep
@@ -36,8 +36,6 @@ _SAGITTA = 0.02
 _PIECE = 32
 #: A path of more points is not made into an area; the hull of its points stands for it.
 _MOST_POINTS = 20_000
-#: So many lines are asked for at once.
-_AT_ONCE = 1024
 #: So many chains are looked at together for what they imply.
 _BITS = 8192
 #: Why an order is kept: cuts touch, passes of a mill whose width is not told, one lies inside the other, a part may
@@ -152,30 +150,31 @@ def related(
     reach = TOUCHING + 2 * _SAGITTA + max(widths)
     first = _paths(program, rows, ones, look)
     second = first if others is ones else _paths(program, rows, others, look)
-    lines, owner = _pieces(shapely, first)
-    other_lines, other_owner = (lines, owner) if others is ones else _pieces(shapely, second)
-    tree, pairs = shapely.STRtree(lines), []
-    for begin in range(0, len(other_lines), _AT_ONCE):
+    near, owner = mine = _pieces(shapely, first)
+    other_near, other_owner = other = mine if others is ones else _pieces(shapely, second)
+    pairs: list[NDArray[np.int64]] = []
+    for a, b in near.pairs(other_near, reach):
         look()
-        found = tree.query(other_lines[begin : begin + _AT_ONCE], predicate="dwithin", distance=reach)
-        pairs.append(np.stack([owner[found[1]], other_owner[begin + found[0]]], axis=1))
+        pairs.append(unique_pairs(owner[a], other_owner[b]))
     passes: list[NDArray[np.int64]] = []
     if process not in BEAMS and not all(widths):
-        pieces = [(lines, owner), (other_lines, other_owner)]
-        passes += passes_in_order(shapely, program, rows, ones, others, pieces)
+        for found in passes_in_order(shapely, program, rows, ones, others, (mine, other)):
+            look()
+            passes.append(found)
         if others is ones:
             passes.append(rows_in_order(first, ones))
     # Inside something that came before it, work is free again, unless a mill goes round.
     tab = BEAM_TAB if process in BEAMS else MILL_TAB
     inside = [_inside(shapely, first, second, tab, look)]
     if process not in BEAMS or not works_with_beam(program, rows):
-        inside.append(_inside(shapely, second, first, tab, look)[:, ::-1])
+        around = inside[0] if first is second else _inside(shapely, second, first, tab, look)
+        inside.append(around[:, ::-1])
     return {TOUCHES: _each_once(pairs), PASSES: _each_once(passes), INSIDE: _each_once(inside)}
 
 
 def _each_once(pairs: list[NDArray[np.int64]]) -> NDArray[np.int64]:
-    every = np.concatenate(pairs) if pairs else np.zeros((0, 2), dtype=np.int64)
-    return np.unique(every, axis=0) if len(every) else every
+    every = np.concatenate([np.zeros((0, 2), dtype=np.int64), *pairs])
+    return unique_pairs(every[:, 0], every[:, 1])
 
 
 def _paths(program: Program, rows: Rows, chains: Sequence[Chain], look: Look) -> list[_Path]:
@@ -277,7 +276,7 @@ def _chords(program: Program, row: int) -> NDArray[np.float64]:
     return np.concatenate([centre + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1), end])
 
 
-def _pieces(shapely: Any, paths: list[_Path]) -> tuple[NDArray[np.object_], NDArray[np.int64]]:
+def _pieces(shapely: Any, paths: list[_Path]) -> tuple[NearLines, NDArray[np.int64]]:
     """Return short lines that together are the paths, and the number of the chain that each is of."""
     coordinates: list[NDArray[np.float64]] = []
     line_of: list[NDArray[np.int64]] = []
@@ -294,7 +293,7 @@ def _pieces(shapely: Any, paths: list[_Path]) -> tuple[NDArray[np.object_], NDAr
     lines: NDArray[np.object_] = shapely.linestrings(np.concatenate(coordinates), indices=np.concatenate(line_of))
     # A line without length is no line to GEOS, and near to nothing.
     lines[still] = shapely.points(np.array([coordinates[k][0] for k in still]).reshape(-1, 2))
-    return lines, np.array(owner, dtype=np.int64)
+    return NearLines(lines), np.array(owner, dtype=np.int64)
 
 
 def _inside(shapely: Any, inner: list[_Path], outer: list[_Path], tab: float, look: Look) -> NDArray[np.int64]:
@@ -370,7 +369,7 @@ def _without_implied(pairs: NDArray[np.int64], n: int, look: Look = unseen) -> N
     order = np.argsort(group, kind="stable")
     rank = np.empty(n, dtype=np.int64)
     rank[order] = np.arange(n)
-    pairs = np.unique(rank[pairs], axis=0)
+    pairs = unique_pairs(*rank[pairs].T)
     stop = np.searchsorted(group[order], group[order], side="right")
     kept: list[tuple[int, int]] = []
     by_after = pairs[np.lexsort([-pairs[:, 0], pairs[:, 1]])]
