@@ -5,7 +5,18 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 READY_DEV := $(VENV)/.ready-dev
 
-.PHONY: demo test check format clean
+#: Environments of their own: the lowest versions that are allowed, and no extra, which each Python has once.
+LOWEST := .venv-lowest
+CORE := .venv-core-$(notdir $(PYTHON))
+#: Tests of what depends most on other packages, and that need no extra; with the packages of tomorrow and yesterday
+#: what only warns of its end may warn.
+SMOKE := tests/test_extras.py tests/test_files.py tests/geometry/test_curves.py tests/geometry/test_index.py \
+    tests/read/test_read_dxf.py tests/read/test_read_excellon.py tests/read/test_read_picture.py \
+    tests/read/test_read_pockets.py tests/kernels/test_keeping.py tests/plan/test_clear_pierces.py \
+    tests/plan/test_pocket_region.py
+SMOKE_FLAGS := -n 2 -p no:cacheprovider -o filterwarnings= --disable-warnings
+
+.PHONY: demo test test-lowest test-core check format clean
 
 demo: $(READY)
 	@mkdir -p demo
@@ -14,6 +25,13 @@ demo: $(READY)
 
 test: $(READY_DEV)
 	$(BIN)/pytest -n 2
+
+test-lowest: $(LOWEST)/.ready
+	$(LOWEST)/bin/pytest $(SMOKE_FLAGS) $(SMOKE) tests/plan/test_nest_blocks.py
+
+test-core: $(CORE)/.ready
+	$(CORE)/bin/leafcut optimize examples/plate_27.dxf --thickness 6
+	$(CORE)/bin/pytest $(SMOKE_FLAGS) $(SMOKE)
 
 check: $(READY_DEV)
 	$(BIN)/ruff format --check .
@@ -26,7 +44,7 @@ format: $(READY_DEV)
 	$(BIN)/ruff check --fix .
 
 clean:
-	rm -rf $(VENV) demo .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(VENV)-lowest $(VENV)-core-* demo .pytest_cache .mypy_cache .ruff_cache .hypothesis
 
 $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "leafcut needs Python 3.11 or newer")'
@@ -36,4 +54,16 @@ $(READY): pyproject.toml
 
 $(READY_DEV): $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@touch $@
+
+$(LOWEST)/.ready: pyproject.toml .ci/lowest_versions.py
+	$(PYTHON) -m venv $(LOWEST)
+	$(LOWEST)/bin/python .ci/lowest_versions.py > $(LOWEST)/constraints.txt
+	$(LOWEST)/bin/python -m pip install --quiet --disable-pip-version-check -c $(LOWEST)/constraints.txt \
+	    -e '.[all]' pytest pytest-xdist hypothesis
+	@touch $@
+
+$(CORE)/.ready: pyproject.toml
+	$(PYTHON) -m venv $(CORE)
+	$(CORE)/bin/python -m pip install --quiet --disable-pip-version-check -e . pytest pytest-xdist hypothesis
 	@touch $@

@@ -1,0 +1,54 @@
+"""Without its extras leafcut runs, and what needs one says so in one line."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+#: The command line where some packages are not installed, whether they are or not.
+WITHOUT = """
+import sys
+from importlib.machinery import PathFinder
+hidden = sys.argv.pop(1).split(",")
+found = PathFinder.find_spec
+PathFinder.find_spec = classmethod(
+    lambda _, name, *more, **words: None if name.partition(".")[0] in hidden else found(name, *more, **words)
+)
+from leafcut.cli import run
+sys.exit(run(sys.argv[1:]))
+"""
+
+
+def without(hidden: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Return what the command line says where the packages `hidden` are not there."""
+    command = [sys.executable, "-c", WITHOUT, hidden, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "extra", "packages"),
+    [
+        (("studio", "--no-open"), "studio", "nicegui,uvicorn,fastapi"),
+        (("nest", "{examples}/bracket.dxf:3"), "nest", "spyrrow,rectpack"),
+        (("nest", "{examples}/bracket.dxf:3", "--nester", "rectangles"), "nest", "spyrrow,rectpack"),
+    ],
+)
+def test_what_needs_an_extra_that_is_not_there_says_so_in_one_line(
+    arguments: tuple[str, ...], extra: str, packages: str, examples: Path
+) -> None:
+    """It names the package and the command that installs it."""
+    done = without(packages, *(word.format(examples=examples) for word in arguments))
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert f"pip install 'leafcut[{extra}]'" in line
+    assert any(f"needs the package {package}" in line for package in packages.split(","))
+
+
+def test_what_needs_no_extra_runs_without_them() -> None:
+    packages = "nicegui,uvicorn,fastapi,spyrrow,rectpack"
+    for arguments in (("formats",), ("machines",), ("optimize", "example:plate-27", "--algorithm", "none", "--json")):
+        done = without(packages, *arguments)
+        assert done.returncode == 0, done.stderr
