@@ -126,7 +126,17 @@ def test_simulate_takes_several_programs_and_strict_counts_for_each(
     assert [(row["program"], row["status"]) for row in rows] == [("a.nc", 0), ("d.nc", 1)]
     assert rows[0]["time_s"] == leafcut.simulate("a.nc")["time_s"]
     out, err = answered(capsys, "simulate", "a.nc", "c.nc", "d.nc", status=1)
-    assert "danger  d.nc: L80" in out and "c.nc" in out and "c.nc:1" in err
+    assert out.split()[:3] == ["danger:", "d.nc:", "L801"] and "c.nc" in out and "c.nc:1" in err
+
+
+def test_what_is_dangerous_in_one_of_several_programs_is_told_before_the_table(
+    shop: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As of one alone: where it is, and what."""
+    (shop / "d.nc").write_text("G21 G90\nM3 S900\nG0 X0 Y0\nG0 Z-1\nG0 X50\nM5\nG0 Z5\nM2\n")
+    out, _ = answered(capsys, "optimize", "a.nc", "d.nc", "--keep-order")
+    assert out.split()[:3] == ["danger:", "d.nc:", "L801"]
+    assert "danger: L801" in " ".join(answered(capsys, "optimize", "d.nc", "--keep-order")[0].split())
 
 
 def test_verify_compares_two_programs_and_no_more(shop: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -37,12 +37,12 @@ def print_programs(rows: Sequence[dict[str, Any]], folder: str | None, console: 
     if len(done) > 1:
         saved = 100.0 * (1.0 - total[1] / total[0]) if total[0] > 0.0 else None
         _add(table, f"{len(done)} in all", [*map(time_words, total), percent_words(saved)], "", "bold")
-    lines = [_defaults(row) for row in done[:1] if row.get("defaults")]
+    lines = _defaults(done)
     if not folder:
         lines.append("programs  not written: name a folder for them, -o FOLDER")
     elif done:
         lines.append(f"programs  {count(len(done), 'file')} in {folder}")
-    _print(table, lines, rows, console)
+    _print(table, lines, rows, console, "input")
 
 
 def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
@@ -60,17 +60,13 @@ def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
     done = [row for row in rows if "error" not in row]
     if len(done) > 1:
         _add(table, f"{len(done)} in all", [time_words(total), "", ""], "", "bold")
-    dangers = [
-        f"danger  {row['program']}: {issue['code']} {issue['message']}"
-        for row in done
-        for issue in row["issues"]
-        if issue["severity"] == "danger"
-    ]
-    _print(table, [*dangers, *(_defaults(row) for row in done[:1] if row.get("defaults"))], rows, console)
+    _print(table, _defaults(done), rows, console, "program")
 
 
-def _defaults(row: dict[str, Any]) -> str:
-    return f"defaults  {', '.join(row['defaults'])}"
+def _defaults(done: Sequence[dict[str, Any]]) -> list[str]:
+    """Return what was used of the person's own defaults: each once, as inputs of several kinds use others."""
+    told = dict.fromkeys(words for row in done for words in row.get("defaults", ()))
+    return [f"defaults  {', '.join(told)}"] if told else []
 
 
 def _table(first: str, *columns: str) -> Table:
@@ -99,10 +95,23 @@ def _worst(issues: Iterable[dict[str, str]]) -> str:
     return count(kinds.count(worst), worst) if worst else ""
 
 
-def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], console: Console) -> None:
+def _print(table: Table, lines: Sequence[str], rows: Sequence[dict[str, Any]], console: Console, noun: str) -> None:
+    """Print what is dangerous or missing first, then the table, then the rest."""
     from rich.text import Text
 
     console.print("")
+    worst = [
+        f"{severity}: {row[noun]}: {issue['code']} {issue['message']}"
+        + (f" ({issue['place']})" if issue["place"] else "")
+        for severity in _SEVERITIES[:2]
+        for row in rows
+        for issue in row.get("issues", ())
+        if issue["severity"] == severity
+    ]
+    for line in worst:
+        console.print(Text(clean(line), "bold red", overflow="fold"))
+    if worst:
+        console.print("")
     console.print(table)
     console.print("")
     failed = sum("error" in row for row in rows)
