@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from leafcut.geometry.polyline import Polyline
 
 #: What a contour is for.
-CONTOUR_KINDS = ("cut", "mark", "sheet")
+CONTOUR_KINDS = ("cut", "mark", "sheet", "text")
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,8 @@ class Contour:
     path
         Lines and arcs, mm; closed for the outline of a part or a hole in it, open for marking and trimming.
     kind
-        ``cut``, ``mark``, or ``sheet`` for the outline of the sheet itself, which is not cut.
+        ``cut``, ``mark``, ``sheet`` for the outline of the sheet itself, which is not cut, or ``text`` for a stroke of
+        a text, which is a mark on the layers of marks and left out elsewhere.
     layer, handle
         The drawing's layer and entity handle (of its first entity).
     part
@@ -28,7 +29,7 @@ class Contour:
     z
         The height at which it is drawn, mm.
     name
-        What the part is called, on its outline; empty where nobody has said.
+        What the part is called, on its outline; of a text why it cannot be engraved. Empty where nobody has said.
     """
 
     path: Polyline

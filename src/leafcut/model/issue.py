@@ -36,6 +36,7 @@ CODES: dict[str, str] = {
     "L213": "a contour is very small",
     "L214": "a spot of a picture was taken as dirt",
     "L215": "a clip path or a mask was left out of account",
+    "L216": "a text has letters that cannot be engraved",
     "L301": "holes drawn on top of each other were merged",
     "L302": "circles with one centre: one of them was taken",
     "L303": "arcs that close a circle were joined into a hole",

@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 
+from leafcut.errors import shown
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, Severity
 from leafcut.options import SheetOptions
@@ -26,26 +27,47 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
     """Return the kind of every contour: ``cut``, ``mark``, ``sheet``, ``maybe sheet`` or empty for what is left out.
 
     ``maybe sheet`` is what only its layer's name says to be the sheet. What the drawing itself says of a contour holds
-    unless an option says otherwise.
+    unless an option says otherwise. Texts are marks on the layers of marks, and left out elsewhere.
     """
     names = {c.layer for c in contours}
     said = {name: _said(name, options) for name in names}
     known = [said[c.layer] or (c.kind if c.kind != "cut" else "") for c in contours]
     by_name = matcher(MARK_NAMES)
     if not options.mark_layers and any(not k and not by_name(c.layer) for k, c in zip(known, contours, strict=True)):
-        marks = {c.layer for k, c in zip(known, contours, strict=True) if not k and by_name(c.layer)}
-        known = [k or ("mark" if c.layer in marks else "") for k, c in zip(known, contours, strict=True)]
+        marks = {c.layer for k, c in zip(known, contours, strict=True) if k in ("", "text") and by_name(c.layer)}
+        known = ["mark" if k in ("", "text") and c.layer in marks else k for k, c in zip(known, contours, strict=True)]
         if marks:
             message = f"marked, not cut, by the name of the layer: {_listed(marks)}; --mark-layers says otherwise"
             issues.append(Issue("L421", message, severity=Severity.NOTE))
     if not options.sheet_layers and "sheet" not in known:
         maybe = matcher(SHEET_NAMES)
         known = [k or ("maybe sheet" if maybe(c.layer) else "") for k, c in zip(known, contours, strict=True)]
-    left = Counter(c.layer for k, c in zip(known, contours, strict=True) if k == "ignore")
+    left = Counter(c.layer for k, c in zip(known, contours, strict=True) if k == "ignore" and c.kind != "text")
     if left:
         words = ", ".join(f"{number} on layer {name}" for name, number in left.most_common(5))
         issues.append(Issue("L211", f"not cut: {words}", severity=Severity.NOTE))
-    return ["" if k == "ignore" else k or "cut" for k in known]
+    found = ["" if k == "ignore" else k or "cut" for k in known]
+    return _texts(contours, found, issues)
+
+
+def _texts(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> list[str]:
+    """Return the kinds with those of texts: engraved on layers of marks, if their letters have strokes."""
+    texts = [k for k, c in enumerate(contours) if c.kind == "text"]
+    failed = {contours[k].handle: contours[k] for k in texts if contours[k].name and kinds[k] == "mark"}
+    left = Counter({contours[k].handle: contours[k].layer for k in texts if kinds[k] != "mark"}.values())
+    for one in failed.values():
+        x, y = one.path.start
+        words = f"a text on layer {shown(one.layer)} is not engraved: {one.name}; draw it as lines"
+        issues.append(Issue("L216", words, f"at ({x:g}, {y:g})", Severity.MISSING))
+    if left:
+        layers = ", ".join(f"{number} on layer {shown(name)}" for name, number in left.most_common(5))
+        words = f"texts are engraved on layers of marks only, and left out: {layers}"
+        issues.append(Issue("L210", words, severity=Severity.NOTE))
+    kept = set(texts)
+    return [
+        kind if k not in kept else "mark" if kind == "mark" and not contours[k].name else ""
+        for k, kind in enumerate(kinds)
+    ]
 
 
 def _said(layer: str, options: SheetOptions) -> str:

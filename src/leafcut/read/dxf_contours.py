@@ -17,7 +17,8 @@ from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.read.dxf_blocks import Walk
 from leafcut.read.dxf_document import layers_of, open_document, units_of, walk_issues
 from leafcut.read.dxf_shapes import IDENTITY, Matrix
-from leafcut.read.dxf_strokes import LeaningError, Stroke, height_of, placed_stroke, slopes, stroke_of
+from leafcut.read.dxf_strokes import LeaningError, Letters, Stroke, height_of, placed_stroke, slopes, stroke_of
+from leafcut.read.dxf_texts import text_of
 from leafcut.read.format import (
     CURVE_TOLERANCE,
     MAX_COORDINATE,
@@ -33,8 +34,10 @@ from leafcut.read.format import (
 from leafcut.read.pocket_outlines import pockets_of_drawing
 
 
-def read_dxf_contours(source: Source, options: ReadOptions) -> Part:
+def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = True) -> Part:
     """Return the lines and curves of a DXF drawing's model space as contours, one per entity, in mm.
+
+    With `texts` the strokes of its texts, too, of kind ``text``.
 
     Raises
     ------
@@ -44,23 +47,26 @@ def read_dxf_contours(source: Source, options: ReadOptions) -> Part:
     issues: list[Issue] = []
     document = open_document(source, issues)
     factor, unit = units_of(document, options)
-    walk = Walk(document, copies_of(source, "blocks"), layers_of(document, options), stroke_of, "lines")
+    walk = Walk(
+        document, copies_of(source, "blocks"), layers_of(document, options), _shape_of if texts else stroke_of, "lines"
+    )
     strokes = Strokes(factor, source.path, points_of(source))
     for stroke, matrix, layer in walk.shapes():
         source.look()
         strokes.add(stroke, matrix, layer)
     issues += walk_issues(walk) + strokes.issues()
-    if walk.others:
-        words = ", ".join(f"{number} {shown(kind)}" for kind, number in walk.others.most_common())
+    contours = tuple(strokes.found)
+    drawn = any(c.kind != "text" for c in contours)
+    if others := walk.others + (Counter() if drawn else strokes.texts):
+        words = ", ".join(f"{number} {shown(kind)}" for kind, number in others.most_common())
         issues.append(Issue("L210", f"not cut: {words}", severity=Severity.NOTE))
-    if not strokes.found:
+    if not drawn:
         reasons = "; ".join(i.message for i in issues) or "the drawing is empty"
         if options.layers:
             names = sorted(str(layer.dxf.get("name", "")) for layer in document.layers)
             reasons += f"; the drawing has the layers {shown(', '.join(names), 120)}"
         raise ReadError(source.path, f"nothing to cut: {reasons}")
-    contours = tuple(strokes.found)
-    issues += _heights(contours)
+    issues += _heights(tuple(c for c in contours if c.kind != "text"))
     part = Part(source.name, source=source.file_name, format="dxf", units=unit or "mm", contours=contours)
     if unit is None:
         issues.insert(0, units_unknown("the drawing", part, Severity.WARNING))
@@ -86,7 +92,11 @@ def read_dxf_pockets(
     ReadError
         As `read_dxf_contours` and `pockets_of_drawing`.
     """
-    return pockets_of_drawing(read_dxf_contours(source, options), pocket_options, joining, source.path)
+    return pockets_of_drawing(read_dxf_contours(source, options, texts=False), pocket_options, joining, source.path)
+
+
+def _shape_of(entity: Any) -> Stroke | None:
+    return stroke_of(entity) or text_of(entity)
 
 
 class _Made(NamedTuple):
@@ -108,13 +118,20 @@ class Strokes:
     leaning: Counter[str] = field(default_factory=Counter)
     sloping: list[tuple[float, float]] = field(default_factory=list)
     absurd: dict[tuple[str, str], list[str]] = field(default_factory=dict)
+    #: Texts, by their type.
+    texts: Counter[str] = field(default_factory=Counter)
     _segments: int = 0
     #: Strokes of blocks as if inserted at the origin, by how the block is turned, or why there are none; copies of them
     #: are only moved.
     _made: dict[tuple[int, Any], _Made | Exception] = field(default_factory=dict)
 
     def add(self, stroke: Stroke, matrix: Matrix, layer: str) -> None:
-        """Take one stroke at its place."""
+        """Take one stroke at its place; of a text all of its strokes."""
+        if isinstance(stroke.form, Letters):
+            self.texts[stroke.dxftype] += 1
+            for line in stroke.form.strokes:
+                self.add(line, matrix, layer)
+            return
         try:
             made = self._of_block(stroke, matrix[:3]) if matrix is not IDENTITY else self._make(stroke, matrix)
         except LeaningError:

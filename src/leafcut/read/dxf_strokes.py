@@ -55,11 +55,17 @@ class Freeform(NamedTuple):
     weights: Table | None
 
 
+class Letters(NamedTuple):
+    """A text: its strokes, open lines."""
+
+    strokes: tuple[Stroke, ...]
+
+
 class Stroke(NamedTuple):
     """An entity that may be cut, in the coordinates of its layout or block."""
 
     dxftype: str
-    form: Chain | Curve | Freeform
+    form: Chain | Curve | Freeform | Letters
     layer: str
     handle: str
     name: str = ""
@@ -95,10 +101,11 @@ def _said_of(entity: Any) -> tuple[str, str]:
 
 def _line(entity: Any) -> Chain:
     need(entity, "start", "end")
-    return _straight(np.array([entity.dxf.start.xyz, entity.dxf.end.xyz]), closed=False)
+    return straight(np.array([entity.dxf.start.xyz, entity.dxf.end.xyz]), closed=False)
 
 
-def _straight(vertices: Table, closed: bool) -> Chain:
+def straight(vertices: Table, closed: bool) -> Chain:
+    """Return lines through places float64[n, 3]."""
     return Chain(vertices, np.zeros(len(vertices)), closed, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 
@@ -107,7 +114,7 @@ def _polyline(entity: Any) -> Chain | None:
         if not entity.is_3d_polyline:
             return None  # a mesh
         places = [v.dxf.location.xyz for v in real_vertices(entity)]
-        return _straight(np.array(places).reshape(-1, 3), entity.is_closed) if places else None
+        return straight(np.array(places).reshape(-1, 3), entity.is_closed) if places else None
     vertices, closed, elevation = vertices_of(entity)
     if not vertices:
         return None
@@ -153,6 +160,7 @@ def placed_stroke(stroke: Stroke, matrix: Matrix, factor: float, tolerance: floa
         return _placed_curve(moved(matrix, form), factor, tolerance, spend)
     if isinstance(form, Chain):
         return _placed_chain(form, matrix, factor, tolerance, spend)
+    assert isinstance(form, Freeform)  # of a text each stroke is placed
     control = _placed(form.control, matrix)[:, :2] * factor
     points = spline_points(control, form.degree, form.knots, form.weights, 0.25 * tolerance)
     ends_meet = float(np.abs(points[0] - points[-1]).max()) <= 1e-9 * float(np.abs(points).max() + 1.0)
@@ -173,6 +181,7 @@ def height_of(stroke: Stroke, matrix: Matrix) -> float:
     form = stroke.form
     if isinstance(form, Curve):
         return float(moved(matrix, form).center[2])
+    assert not isinstance(form, Letters)
     return float(_placed((form.vertices if isinstance(form, Chain) else form.control)[:1], matrix)[0, 2])
 
 

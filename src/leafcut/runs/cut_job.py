@@ -125,7 +125,7 @@ def prepared(run: Run, source: Input) -> tuple[Job, list[Issue]]:
     )
     issues += _register_issues(words, data, settings.cut)
     if settings.read.strict:
-        _refuse_missing(source, cutting.issues)
+        _refuse_missing(source, (*sheet.issues, *cutting.issues))
     return job, [*sheet.issues, *issues, *cutting.issues, *_probe_issues(probe)]
 
 

@@ -299,7 +299,7 @@ def _extents(rows: Playback) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 def _outlines(contours: Iterable[Contour], pockets: Iterable[Pocket]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the vertices of all outlines, float64[n, 3], and a row for each: see above."""
-    every = [(c.path, c.kind, c.part) for c in contours]
+    every = [(c.path, "mark" if c.kind == "text" else c.kind, c.part) for c in contours]
     for number, pocket in enumerate(pockets, 1):
         every.append((pocket.outline, "pocket", number))
         every += [(island, "island", number) for island in pocket.islands]

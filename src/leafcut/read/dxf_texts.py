@@ -1,0 +1,116 @@
+"""TEXT and MTEXT of a DXF as strokes to be engraved: where they stand, how high, turned, stretched and slanted."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import shown
+from leafcut.read.dxf_strokes import Letters, Stroke, straight
+from leafcut.read.lettering import letters
+
+Table = NDArray[np.float64]
+#: No engraving says more, letters.
+MOST_LETTERS = 2_000
+#: What hangs below the base line, by the height of a capital.
+_BELOW = 7.0 / 21.0
+#: Lines of an MTEXT are so far apart, by the height of a capital and its factor (DXF reference, MTEXT, group 44).
+_PITCH = 5.0 / 3.0
+_BACKWARDS, _UPSIDE_DOWN = 2, 4
+
+
+def text_of(entity: Any) -> Stroke | None:
+    """Return the strokes of a TEXT or an MTEXT in its layout or block; None for another entity.
+
+    Where a letter has no strokes there are none, and the reason is said.
+    """
+    kind = entity.dxftype()
+    if kind not in ("TEXT", "MTEXT"):
+        return None
+    layer, handle = entity.dxf.get("layer", "0"), entity.dxf.get("handle") or ""
+    try:
+        places = _text(entity) if kind == "TEXT" else _mtext(entity)
+        problem = ""
+    except ValueError as reason:
+        places, problem = [np.array([entity.dxf.insert.xyz, entity.dxf.insert.xyz])], str(reason)
+    strokes = tuple(Stroke(kind, straight(line, closed=False), layer, handle, problem, "text") for line in places)
+    return Stroke(kind, Letters(strokes), layer, handle, problem, "text")
+
+
+def _written(text: str) -> tuple[list[Table], float]:
+    if len(text) > MOST_LETTERS:
+        raise ValueError(f"a text of {len(text):,} letters")
+    try:
+        return letters(text)
+    except ValueError as problem:
+        raise ValueError(f"'{shown(text)}': {problem}") from None
+
+
+def _text(entity: Any) -> list[Table]:
+    dxf = entity.dxf
+    lines, width = _written(entity.plain_text())
+    height, stretch = float(dxf.get("height", 1.0)), float(dxf.get("width", 1.0))
+    turn, slant = math.radians(dxf.get("rotation", 0.0)), math.tan(math.radians(dxf.get("oblique", 0.0)))
+    align, first, second = entity.get_placement()
+    place, name = np.array(first.xyz), align.name
+    if name in ("ALIGNED", "FIT"):
+        step = np.array(second.xyz) - place
+        turn, span = math.atan2(step[1], step[0]), math.hypot(step[0], step[1])
+        if width > 0.0 and name == "ALIGNED":
+            height = span / (width * stretch)
+        elif width > 0.0:
+            stretch = span / (width * height)
+    left = -0.5 if name in ("CENTER", "MIDDLE") or name.endswith("_CENTER") else -1.0 if name.endswith("RIGHT") else 0.0
+    low = -1.0 if name.startswith("TOP") else -0.5 if name.startswith("MIDDLE") else 0.0
+    low = _BELOW if name.startswith("BOTTOM") else low
+    flags = int(dxf.get("text_generation_flag", 0))
+    signs = (-1.0 if flags & _BACKWARDS else 1.0, -1.0 if flags & _UPSIDE_DOWN else 1.0)
+    found = []
+    for line in lines:
+        x = (line[:, 0] + left * width) * stretch + slant * line[:, 1]
+        found.append(_turned(np.column_stack([signs[0] * x, signs[1] * (line[:, 1] + low)]) * height, turn))
+    ocs = entity.ocs()
+    return [np.array([ocs.to_wcs((x + place[0], y + place[1], place[2])) for x, y in line]) for line in found]
+
+
+def _mtext(entity: Any) -> list[Table]:
+    dxf = entity.dxf
+    height, wide = float(dxf.get("char_height", 1.0)), float(dxf.get("width", 0.0))
+    rows = [row for line in entity.plain_text(split=True) for row in _wrapped(line, wide / height if height else 0.0)]
+    pitch = _PITCH * float(dxf.get("line_spacing_factor", 1.0))
+    whole = 1.0 + pitch * (len(rows) - 1)
+    attached = int(dxf.get("attachment_point", 1)) - 1
+    top = (0.0, 0.5 * whole, whole)[attached // 3 % 3]
+    across = (0.0, -0.5, -1.0)[attached % 3]
+    turn, place = math.radians(entity.get_rotation()), np.array(dxf.insert.xyz)
+    # Seen from below it is mirrored.
+    side = -1.0 if dxf.get("extrusion") is not None and dxf.extrusion.z < 0.0 else 1.0
+    found = []
+    for number, row in enumerate(rows):
+        lines, width = _written(row)
+        shift = (across * width, top - 1.0 - number * pitch)
+        found += [_turned((line + shift) * height, turn) for line in lines]
+    return [
+        np.column_stack([side * line[:, 0] + place[0], line[:, 1] + place[1], np.full(len(line), place[2])])
+        for line in found
+    ]
+
+
+def _wrapped(line: str, wide: float) -> list[str]:
+    """Return a line in rows no wider than `wide`, by the height of a capital; one row for 0."""
+    rows: list[str] = []
+    for word in line.split(" ") if wide > 0.0 else [line]:
+        if rows and _written(f"{rows[-1]} {word}")[1] <= wide:
+            rows[-1] += f" {word}"
+        else:
+            rows.append(word)
+    return rows
+
+
+def _turned(points: Table, angle: float) -> Table:
+    cos, sin = math.cos(angle), math.sin(angle)
+    turned: Table = points @ np.array([[cos, sin], [-sin, cos]])
+    return turned

@@ -1,0 +1,97 @@
+"""Letters as single strokes, to be engraved: the Hershey font "Roman Simplex", the same on every machine.
+
+Source of the strokes: A. V. Hershey, Calligraphy for Computers, NWL Report 2101 (1967), by the package Hershey-Fonts.
+Accents, and what a drawing writes as %%c, %%d and %%p, are put together here.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Lines = list[NDArray[np.float64]]
+
+#: In the font's units: a capital's foot and head, and how high it is; y runs down.
+_FOOT, _CAPITAL = 9.0, 21.0
+#: The head of a small letter, above the foot.
+_SMALL = 14.0
+#: Marks over or under a letter, about its middle, from 0 at the letter's edge away from it.
+_ACCENTS: dict[str, list[list[tuple[float, float]]]] = {
+    "\u0300": [[(-3, 6), (1, 3)]],
+    "\u0301": [[(3, 6), (-1, 3)]],
+    "\u0302": [[(-4, 3), (0, 6), (4, 3)]],
+    "\u0303": [[(-5, 3), (-2, 5), (2, 3), (5, 5)]],
+    "\u0308": [[(-4, 3), (-4, 4)], [(4, 3), (4, 4)]],
+    "\u030a": [[(0, 2), (2, 4), (0, 6), (-2, 4), (0, 2)]],
+    "\u030c": [[(-4, 6), (0, 3), (4, 6)]],
+    "\u0327": [[(1, 0), (-1, -3), (2, -4), (0, -6), (-3, -6)]],
+}
+#: A letter whose strokes are those of two others.
+_TOGETHER = {"Ø": "O/", "ø": "o/", "±": "+_", "⌀": "O/", "∅": "O/"}
+_ALIKE = {"–": "-", "—": "-", "−": "-", "’": "'", "‘": "'", "“": '"', "”": '"', "\u00a0": " ", "\t": " ", "ı": "i"}
+
+
+def letters(text: str) -> tuple[Lines, float]:
+    """Return a line of text as strokes float64[n, 2] from its base line's beginning, and its width.
+
+    A capital is 1 high.
+
+    Raises
+    ------
+    ValueError
+        There are no strokes for a letter; names it.
+    """
+    found: Lines = []
+    x = 0.0
+    for letter in unicodedata.normalize("NFC", text):
+        lines, width = _letter(_ALIKE.get(letter, letter))
+        found += [_moved(line, x) for line in lines]
+        x += width
+    return found, x
+
+
+@cache
+def _letter(letter: str) -> tuple[Lines, float]:
+    if letter == "°":
+        ring, width = _letter("o")
+        return [_moved(0.5 * line, 0.0, 0.5) for line in ring], 0.6 * width
+    if letter in _TOGETHER:
+        parts = [_letter(part) for part in _TOGETHER[letter]]
+        widest = max(width for _, width in parts)
+        return [_moved(line, 0.5 * (widest - width)) for lines, width in parts for line in lines], widest
+    base, *marks = list(unicodedata.normalize("NFD", letter))
+    glyph = _font().get(base)
+    if glyph is None or any(mark not in _ACCENTS for mark in marks):
+        raise ValueError(f"no strokes for '{letter}'")
+    left = glyph.left_offset
+    strokes = [[(x - left, _FOOT - y) for x, y in stroke] for stroke in glyph.strokes]
+    if base == "i" and marks:
+        strokes = strokes[1:]  # the mark stands where the dot was
+    strokes += _marked(marks, 0.5 * glyph.char_width, _SMALL if base.islower() else _CAPITAL)
+    return [np.array(stroke, dtype=np.float64) / _CAPITAL for stroke in strokes], glyph.char_width / _CAPITAL
+
+
+def _moved(line: NDArray[np.float64], x: float, y: float = 0.0) -> NDArray[np.float64]:
+    moved: NDArray[np.float64] = line + np.array([x, y])
+    return moved
+
+
+def _marked(marks: list[str], middle: float, head: float) -> Iterator[list[tuple[float, float]]]:
+    for mark in marks:
+        edge = 0.0 if mark == "\u0327" else head
+        for stroke in _ACCENTS[mark]:
+            yield [(middle + x, edge + y) for x, y in stroke]
+
+
+@cache
+def _font() -> dict[str, Any]:
+    from HersheyFonts import HersheyFonts
+
+    font = HersheyFonts()
+    font.load_default_font("futural")
+    return dict(font.all_glyphs)
