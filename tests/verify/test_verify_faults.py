@@ -42,6 +42,10 @@ def haas(name: str, block: str, old: str, new: str, end: str = "M30", head: str 
     return Fault(name, "haas", after(head, block, FANUC_HOLE, end), old, new)
 
 
+#: Another hole; its place and that of a line's number changed round.
+OTHER_HOLE = FANUC_HOLE.replace("X1", "X5")
+LATER = (f"N10 {FANUC_HOLE} / {OTHER_HOLE}", f"{FANUC_HOLE} / N10 {OTHER_HOLE}")
+SWAPPED = (f"N10 {FANUC_HOLE} / N11", f"N11 {FANUC_HOLE} / N10")
 SUB = "M30 / O100 / G1 X#24 F100. / G91 G0 Z2. / G90 / M99"
 
 VERIFY_FAULTS = [
@@ -108,6 +112,16 @@ VERIFY_FAULTS = [
     haas("text called by G65", "G65 P100 X5.", "Z2.", "Z3.", SUB),
     haas("text called by G66", "G66 P100 X5. / G0 X30. / G67", "Z2.", "Z3.", SUB),
     haas("text called by G150", "G150 P100 X5. Y5. Z-5. R1. Q1. I2. D1 G41", "Z2.", "Z3.", SUB),
+    haas("text called by a computed M98", "M98 P#500", "Z2.", "Z3.", SUB),
+    haas("text called by a computed G65", "#1=100 / G65 P#1", "Z2.", "Z3.", SUB),
+    haas("text called by a computed M97", "M97 P#500", "Z2.", "Z3.", SUB.replace("O100", "N100")),
+    Fault("text called by a Fagor", "fagor8055",
+          "G71 G90 G17 / S900 M3 / (CALL 10) / G0 X1 Y2 Z5 / G1 Z-1 F100 / G0 Z5 / M30 / (SUB 10) / G1 X9 F100 / (RET)",
+          "X9", "X8"),
+    # Where a jump leads to that only the machine decides on.
+    haas("goal of a jump back", f"N10 {FANUC_HOLE} / {OTHER_HOLE} / IF [#500 EQ 1] GOTO 10", *LATER),
+    haas("goal of a jump that is computed", f"N10 {FANUC_HOLE} / N11 {OTHER_HOLE} / GOTO #500", *SWAPPED),
+    haas("goal from which all begins again", f"N10 {FANUC_HOLE} / {OTHER_HOLE}", *LATER, "M99 P10"),
     haas("text called by what G65 calls", "G65 P50 X5.", "Z2.", "Z3.", SUB + " / O50 / G65 P100 X1. / M99"),
     haas("parameter of a macro in the control", "#101=5. / G65 P9001", "#101=5.", "#101=6."),
     # Ends.

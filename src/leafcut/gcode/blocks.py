@@ -43,7 +43,8 @@ _MOTIONS = frozenset({0, 10, 20, 30})
 #: Cycles that `model.cycles` knows; G76, G87 and G88 wait for a person or move aside at the bottom.
 _CYCLES = frozenset({730, 810, 820, 830, 840, 850, 860, 890})
 #: M words that call a program elsewhere, or may; M72 brings back modes that were stored, M73 at the end of a call.
-_CALLS = frozenset({96, 197, 198, 72})
+_CALLS = frozenset({197, 198, 72})
+_JUMPS_ON_SIGNAL = 96
 _RESTORES_LATER = 73
 #: What Fagor has in parentheses beside remarks: statements that do something, and those that go elsewhere in the text.
 _FAGOR_STATEMENT = re.compile(r"P[ \t]*[0-9]+[ \t]*=|(?:CALL|PCALL|MCALL|PROBE|DIGIT|ERROR|OPEN|WRITE|DGWZ)\b", re.I)
@@ -256,6 +257,8 @@ class BlockRunner(Reader):
                 continue
             if word.value in _CALLS:
                 self.opaque = str(word)
+            elif word.value == _JUMPS_ON_SIGNAL:
+                self.jumps = True
             elif word.value == _RESTORES_LATER:
                 self.restores = True
             elif word.value in (97, 98):
@@ -265,6 +268,7 @@ class BlockRunner(Reader):
                     self.call = (number, times)
                 else:
                     self.call, self.label = (None, times), number
+                    self.jumps |= number is None
                 unknown.remove(word)
             elif word.value in (99, 47):
                 self.label = whole(letters.pop("P")) if "P" in letters else None

@@ -10,6 +10,7 @@ next.
 from __future__ import annotations
 
 import io
+from functools import cached_property
 
 from leafcut.errors import OptionError, ReadError
 from leafcut.gcode.blocks import BlockRunner
@@ -22,7 +23,7 @@ from leafcut.gcode.obeyed import obeyed_lines
 from leafcut.gcode.program import Program
 from leafcut.gcode.quick import QuickWay
 from leafcut.gcode.record import Record
-from leafcut.gcode.saying import called_text, may_read_parameters, messages, plain, say
+from leafcut.gcode.saying import Stretches, as_read, may_read_parameters, messages, say, text_behind
 from leafcut.gcode.words import Block, BlockError, has_nested_comment, split_line, words_of
 from leafcut.model.look import Look, unseen
 from leafcut.model.toolpath import Kind
@@ -97,16 +98,30 @@ def lines_of(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
 
 
 def _begin(lines: tuple[str, ...]) -> int:
-    """Return the first line, from 0: what stands above a percent sign and is no G-code is none of the program."""
+    """Return the first line, from 0: what stands above a percent sign and is no G-code is none of the program.
+
+    Above it are words for people alone then, and the program is behind it. One block above it, and all of it is the
+    program: a percent sign is its end, too.
+    """
     percent = next((at for at, line in enumerate(lines[:_MOST_TITLE]) if line.lstrip(_FILLING).startswith("%")), 0)
+    words = False
     for line in lines[:percent]:
-        try:
-            body, _ = split_line(line.strip(_FILLING + "\r\n"), nested=True)
-            if not set("#[") & set(body) and control_of(line) is None and statement_of(line) is None:
-                words_of(body)
-        except BlockError:
-            return percent
-    return 0
+        readable = _readable(line)
+        if readable:
+            return 0
+        words |= readable is None
+    return percent if words and any(_readable(line) for line in lines[percent + 1 :]) else 0
+
+
+def _readable(line: str) -> bool | None:
+    """Return whether a line has words of a program; None where it has words that are none."""
+    try:
+        body, _ = split_line(line.strip(_FILLING + "\r\n"), nested=True)
+        if set("#[") & set(body) or control_of(line) is not None or statement_of(line) is not None:
+            return True
+        return bool(words_of(body)) and body != "%"
+    except BlockError:
+        return None
 
 
 class _Run:
@@ -123,12 +138,17 @@ class _Run:
         self.parameters.fanuc = state.dialect.groups == "fanuc" or has_statements(self.lines)
         self.flow = Flow(self.lines, self.parameters)
         self.ended = False
+        self._title = _begin(self.lines)
+        #: What the program does for ever, where it begins again from a line of its own.
+        self._endless = ""
+        #: Up to which block, and from which line on, text may be run once more.
+        self._again: list[tuple[int, int]] = []
         #: How many calls deep the modes are brought back at the end of a call (M73).
         self.restored: list[int] = []
 
     def program(self) -> Program:
         quick, flow, n = QuickWay(self.lines, self.state, self.record, self.look), self.flow, len(self.lines)
-        at = _begin(self.lines)
+        at = self._title
         while at < n and not self.ended:
             self.look()
             if not flow.looped(at) and quick.open():
@@ -142,7 +162,18 @@ class _Run:
         for block, line in enumerate(self.record.line):
             if flow.jumps.is_goal(line - 1):
                 self.record.fixed.setdefault(block, _GOAL)
-        return self.record.program(self.lines, at if self.ended and not flow.calls else n, self.state.assumed)
+        self._fix_what_is_run_again()
+        last = at if self.ended and not flow.calls else n
+        return self.record.program(self.lines, last, self.state.assumed, self._title)
+
+    def _fix_what_is_run_again(self) -> None:
+        """Let every block stay that stands behind the goal of a jump back that comes after it."""
+        again, left = len(self.lines) + 1, sorted(self._again)
+        for block in range(len(self.record.line) - 1, -1, -1):
+            while left and left[-1][0] > block:
+                again = min(again, left.pop()[1])
+            if self.record.line[block] > again:
+                self.record.fixed.setdefault(block, _AGAIN)
 
     def _step(self, at: int) -> int:
         """Run the line `at` (from 0); return the one that comes next, or the number of lines done when it ends all."""
@@ -171,6 +202,9 @@ class _Run:
         else:
             kept = list(range(at, unknown.last + 1))
         said = {k: self._text_of(k) for k in kept if self._means_something(k)}
+        if unknown.again is not None and said:
+            first = min(said)
+            said[first] = f"{said[first]} {self._back_to(unknown.again, at)}"
         self.parameters.forget()
         for k, text in said.items():
             self.state.line = k + 1
@@ -179,9 +213,7 @@ class _Run:
             self.record.say(text)
             self.record.add(k + 1, rows, _MAYBE)
         if unknown.again is not None:
-            for block, line in enumerate(self.record.line):
-                if line > unknown.again:
-                    self.record.fixed.setdefault(block, _AGAIN)
+            self._again.append((len(self.record.line), unknown.again))
         return len(self.lines) if unknown.last is None else unknown.last + 1
 
     def _means_something(self, at: int) -> bool:
@@ -236,6 +268,8 @@ class _Run:
             self._say(block, line)
         elif runner.named and not (runner.returns and flow.calls):
             self.record.say(runner.named)
+        if self._endless:
+            self.record.say(f"{self.record.said.get(len(self.record.line), '')} {self._endless}")
         for key, value in settings:
             self.parameters.put(key, value)
         if runner.opaque or of_machine:
@@ -264,9 +298,13 @@ class _Run:
             if self.restored and self.restored[-1] > len(flow.calls):
                 self.restored.pop()
                 runner.opaque = "M73"
-            if back is None and (to is None or not (goal := flow.jumps.label(to, at)) or goal <= at):
+            goal = None if to is None else flow.jumps.label(to, at)
+            if back is None and (goal is None or goal <= at):
                 # The controller begins again from there: once through is all that there is to see.
                 self.state.path.end(line=at + 1)
+                if to is not None:
+                    self._endless = self._back_to(goal or 0, at)
+                    self._again.append((len(self.record.line) + 1, goal or 0))
                 self.ended = True
                 return after
             goal = flow.jumps.label(to, at if back is None else back - 1) if to is not None else back
@@ -286,17 +324,33 @@ class _Run:
             runner.opaque = "M97" if runner.label is not None else f"M98 P{number}" if number is not None else "M98"
         return after
 
+    def _back_to(self, goal: int, line: int) -> str:
+        """Return what a jump from a line back to its goal says: all text in between, as it may be run once more."""
+        return f"[again {self._lines_read.between(goal, line)}]"
+
+    @cached_property
+    def _lines_read(self) -> Stretches:
+        return Stretches([self._read_of(at) for at in range(len(self.lines))])
+
+    @cached_property
+    def _behind(self) -> str:
+        return text_behind(self.lines, self.state.dialect)
+
+    def _read_of(self, at: int) -> str:
+        """Return a line as far as it means anything, with its number where a jump may lead to it."""
+        text = as_read(self.lines[at], self.state.dialect)
+        return self.flow.jumps.named(at) + text if self.flow.jumps.is_goal(at) else text
+
     def _text_of(self, at: int) -> str:
         """Return what a line says that reads what is not known: its text, and all that the program has set by then."""
         line = self.lines[at].rstrip("\r\n")
-        said = "".join(line.split()) if self.state.dialect.cycle_words == "fagor" else plain(line)
         shown = messages(split_line(line, nested=True)[1]) if "(" in line or ";" in line else []
-        called = called_text(self.lines, line)
-        return " ".join([said, *shown, f"[parameters {self.parameters.digest()}]", f"[calls {called}]"])
+        parameters = f"[parameters {self.parameters.digest()}]"
+        return " ".join([self._read_of(at), *shown, parameters, f"[calls {self._behind}]"])
 
     def _say(self, block: Block, line: str) -> None:
         """Note what a block says whose doing is not known, or that shows a message."""
         dialect, unknown, obeyed = self.state.dialect, self.runner.unknown, self.runner.obeyed
         read = may_read_parameters(unknown, obeyed, dialect)
-        called = called_text(self.lines, line) if unknown else ""
+        called = self._behind if unknown else ""
         self.record.say(say(block, obeyed, self.parameters.digest() if read else None, called, dialect))

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import re
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -86,13 +87,20 @@ class Jumps:
     def __init__(self, lines: Sequence[str], parameters: Parameters) -> None:
         self._lines, self._parameters = lines, parameters
         self._labels: dict[int, list[int]] | None = None
+        self._programs: list[int] = []
         self._goals: set[int] | None = None
+        self._loops: dict[int, tuple[int, int]] | None = None
 
     def is_goal(self, line: int) -> bool:
         """Return whether a jump may lead to a line."""
         if self._goals is None:
             self._goals = self._find_goals()
         return line in self._goals
+
+    def named(self, line: int) -> str:
+        """Return the number of a line, as jumps name it: "N20"; "" where it has none."""
+        found = _LABEL.match(self._lines[line])
+        return "" if found is None else f"N{int(found.group(1))}"
 
     def label(self, number: int, line: int) -> int | None:
         """Return the line N`number` that a jump from `line` leads to, or None where there is none."""
@@ -102,13 +110,15 @@ class Jumps:
                 found = _LABEL.match(text)
                 if found is not None:
                     self._labels.setdefault(int(found.group(1)), []).append(at)
+                elif _PROGRAM.match(text):
+                    self._programs.append(at)
         places = self._labels.get(number, [])
-        first = next((at for at in range(line, -1, -1) if _PROGRAM.match(self._lines[at])), 0)
-        end = next(
-            (at for at in range(line + 1, len(self._lines)) if _PROGRAM.match(self._lines[at])), len(self._lines)
-        )
-        mine = [at for at in places if first <= at < end] or places
-        return next((at for at in mine if at > line), mine[0] if mine else None)
+        program = bisect_right(self._programs, line)
+        first = self._programs[program - 1] if program else 0
+        end = self._programs[program] if program < len(self._programs) else len(self._lines)
+        mine = places[bisect_left(places, first) : bisect_left(places, end)] or places
+        behind = bisect_right(mine, line)
+        return mine[behind] if behind < len(mine) else mine[0] if mine else None
 
     def obey(self, statement: Statement, line: int) -> tuple[int, str]:
         """Carry out the statement on `line`; return the line that comes next, and a text to be run before that.
@@ -199,47 +209,57 @@ class Jumps:
 
     def _loop_at(self, line: int) -> tuple[int, int]:
         """Return the number of the loop that a line opens, and the line of its END."""
-        number = self._opened(line)
-        depth = 0
-        for at in range(line + 1, len(self._lines)):
-            statement = statement_of(self._lines[at]) if number is not None else None
-            if statement is None:
-                continue
-            if statement.keyword == "END" and _number_of(statement.rest) == number:
-                if depth == 0 and number is not None:
-                    return number, at
-                depth -= 1
-            elif self._opened(at) == number:
-                depth += 1
-        raise BlockError("a loop (WHILE … DO) without its END")
+        found = self._all_loops().get(line)
+        if found is None:
+            raise BlockError("a loop (WHILE … DO) without its END")
+        return found
 
-    def _opened(self, line: int) -> int | None:
-        statement = statement_of(self._lines[line])
-        if statement is None or statement.keyword not in ("WHILE", "DO"):
-            return None
+    def _begin_of(self, line: int) -> int:
+        found = self._all_loops().get(line)
+        if found is None:
+            raise BlockError("an END without its WHILE … DO before it")
+        return found[1]
+
+    def _all_loops(self) -> dict[int, tuple[int, int]]:
+        """Return for the lines that open and close loops the number of the loop, and the line of its other end."""
+        if self._loops is None:
+            self._loops = {}
+            opened: dict[int, list[int]] = {}
+            for at in range(len(self._lines)):
+                statement = statement_of(self._lines[at])
+                number = None if statement is None else self._opened(statement)
+                if number is not None:
+                    opened.setdefault(number, []).append(at)
+                elif statement is not None and statement.keyword == "END":
+                    number = _number_of(statement.rest)
+                    if opened.get(number):
+                        begin = opened[number].pop()
+                        self._loops[begin], self._loops[at] = (number, at), (number, begin)
+        return self._loops
+
+    @staticmethod
+    def _opened(statement: Statement) -> int | None:
+        """Return the number of the loop that a statement opens."""
         if statement.keyword == "DO":
             return _number_of(statement.rest)
+        if statement.keyword != "WHILE":
+            return None
         found = re.search(r"DO[ \t]*([0-9]{1,9})[ \t]*$", statement.rest, re.IGNORECASE)
         return int(found.group(1)) if found else None
 
-    def _begin_of(self, line: int) -> int:
-        for at in range(line - 1, -1, -1):
-            if self._opened(at) is not None and self._loop_at(at)[1] == line:
-                return at
-        raise BlockError("an END without its WHILE … DO before it")
-
     def _find_goals(self) -> set[int]:
         found: set[int] = set()
+        anywhere = False
         for at, line in enumerate(self._lines):
             if not _MAY_JUMP.search(line):
                 continue
             for goal in _GOAL.finditer(compact(line)):
                 if goal.group(1) is None:
-                    found.update(k for k, text in enumerate(self._lines) if _LABEL.match(text))
+                    anywhere = True
                 else:
                     place = self.label(int(goal.group(1)), at)
                     found.update(() if place is None else (place,))
-        return found
+        return found | {k for k, text in enumerate(self._lines) if _LABEL.match(text)} if anywhere else found
 
 
 def _number_of(rest: str) -> int:

@@ -106,6 +106,8 @@ class Program:
         controller's own figure.
     assumed_units
         The program has lengths before it states its units: they are those that the reader was told.
+    title_lines
+        So many lines at the beginning are no G-code but a title, above a percent sign: they were left out.
     obeyed
         Comments and settings that the controller obeys beside the G-code, in the order of the text, wherever it ends.
     """
@@ -123,6 +125,7 @@ class Program:
     assumed_units: bool = False
     feed_words: dict[float, str] = field(default_factory=dict)
     slants: bool = False
+    title_lines: int = 0
 
     @property
     def n_blocks(self) -> int:

@@ -62,7 +62,7 @@ class Record:
             number = self._plain[motion, feed] = self._numbers.setdefault(tuple(values), len(self._numbers))
         return number
 
-    def program(self, lines: tuple[str, ...], last_line: int, assumed: bool = False) -> Program:
+    def program(self, lines: tuple[str, ...], last_line: int, assumed: bool = False, title: int = 0) -> Program:
         """Return the program."""
         path = self.state.path.build()
         return Program(
@@ -77,6 +77,7 @@ class Record:
             self.obeyed,
             self.said,
             assumed,
+            title_lines=title,
             slants=self.state.dialect.groups == "rs274",
         )
 

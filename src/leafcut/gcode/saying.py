@@ -1,7 +1,7 @@
 """What a block says, in values: for blocks that a proof must compare though their doing is not known.
 
     A[#3+90]        A93.
-    G65 P100 A5.    G65 P100. A5. and the text of O100, and of what that calls
+    G65 P100 A5.    G65 P100. A5. and the text behind the end of the program, where O100 may be
     (MSG, turn it)  itself
 
 Two such blocks are the same only if all that they read is: their words by value, the parameters that a macro of the
@@ -23,8 +23,7 @@ _MESSAGE = re.compile(
 )
 #: M words of LinuxCNC that call no macro: what they do is not known here, but what they read is in their words.
 _PLAIN_M = frozenset({19, *range(48, 54), 60, 61, *range(62, 69), 190})
-_CALL = re.compile(r"(?:G0*(?:65|66|66\.1|150)(?![0-9.])|M0*(?:98|198)(?![0-9.])).*?P0*([0-9]{1,8})")
-_LABEL = re.compile(r"[ \t]*[oO:][ \t]*0*([0-9]{1,8})(?![0-9.])")
+_END = re.compile(r"M0*(?:2|30|99)(?![0-9.])")
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
 _NUMBER = re.compile(r"^(/?)N[0-9]+")
 
@@ -51,6 +50,26 @@ def say(block: Block, obeyed: Sequence[str], parameters: str | None, called: str
     return " ".join(said)
 
 
+#: What stands in brackets behind the words, and what is meant by it.
+_READS = {
+    "parameters": "a parameter that it may read has another value",
+    "calls": "the text behind the end of the program, which it may call, has changed",
+    "again": "what it may run once more has changed",
+}
+_DIGEST = re.compile(r" ?\[(parameters|calls|again) ([^\]]*)\]")
+
+
+def in_words(said: str) -> str:
+    """Return what a block says as a person may read it: without the digests of what else it reads."""
+    return _DIGEST.sub("", said)
+
+
+def reads_differently(one: str, other: str) -> list[str]:
+    """Return what else two blocks read that is not the same, in words; they say what they say in `say`'s words."""
+    left, right = (dict(_DIGEST.findall(said)) for said in (one, other))
+    return [words for name, words in _READS.items() if left.get(name) != right.get(name)]
+
+
 def may_read_parameters(unknown: Iterable[Word], obeyed: Sequence[str], dialect: Dialect) -> bool:
     """Return whether a block may read parameters that are not in its words: in a macro, or in its message."""
     plain_m = _PLAIN_M if dialect.groups == "rs274" else ()
@@ -63,39 +82,48 @@ def _number(value: float) -> str:
     return f"{round(value, 9) + 0.0:.12g}"
 
 
-def called_text(lines: Sequence[str], line: str) -> str:
-    """Return a digest of the subprograms of the file that a line calls (G65, G66, G150, M98), and of those they call.
+def text_behind(lines: Sequence[str], dialect: Dialect) -> str:
+    """Return a digest of the text behind the end of a program, "" where there is none.
 
-    "" where it calls none, or none that is in the file.
+    Whatever a block calls that is not understood stands there, be its number said, computed or the controller's own.
     """
-    wanted = [int(n) for n in _CALL.findall(plain(line))]
-    if not wanted:
-        return ""
-    starts: dict[int, int] = {}
-    for at, text in enumerate(lines):
-        found = _LABEL.match(text)
-        if found:
-            starts.setdefault(int(found.group(1)), at)
-    texts: dict[int, str] = {}
-    while wanted:
-        number = wanted.pop()
-        if number in texts or number not in starts:
-            continue
-        texts[number] = text = _subprogram(lines, starts[number])
-        wanted += [int(n) for n in _CALL.findall(text)]
-    return hashlib.sha256(repr(sorted(texts.items())).encode()).hexdigest()[:16] if texts else ""
-
-
-def _subprogram(lines: Sequence[str], start: int) -> str:
-    """Return the text of a subprogram, from its label to the next one, as far as it means anything."""
-    kept = [plain(lines[start])]
-    for line in lines[start + 1 :]:
-        text = plain(line)
-        if text.startswith("%") or _LABEL.match(line):
-            break
-        if text:
+    kept, ended, began = [], False, False
+    for line in lines:
+        text = as_read(line, dialect)
+        if ended and text not in ("", "%"):
             kept.append(text)
-    return "\n".join(kept)
+        ended = ended or (began and text.startswith("%")) or _END.search(text) is not None
+        began = began or bool(text)
+    return hashlib.sha256("\n".join(kept).encode()).hexdigest()[:16] if kept else ""
+
+
+class Stretches:
+    """Tells stretches of lines apart, each at once, however many and long they are.
+
+    A number is kept of all lines up to each one, made of those before it (Rabin and Karp 1987); a line goes into it as
+    the digest of its text, and one that says nothing not at all.
+    """
+
+    _BASE, _PRIME = 0x1E3779B97F4A7C15F39CC0605CEDC835, 2**127 - 1
+
+    def __init__(self, texts: Iterable[str]) -> None:
+        self._upto, self._count = [0], [0]
+        for text in texts:
+            own = int.from_bytes(hashlib.sha256(text.encode()).digest()[:15], "big")
+            last = self._upto[-1]
+            self._upto.append((last * self._BASE + own) % self._PRIME if text else last)
+            self._count.append(self._count[-1] + bool(text))
+
+    def between(self, first: int, last: int) -> str:
+        """Return what no other stretch has than the one from one line to another, both with it."""
+        count = self._count[last + 1] - self._count[first]
+        value = self._upto[last + 1] - self._upto[first] * pow(self._BASE, count, self._PRIME)
+        return f"{count}:{value % self._PRIME:032x}"
+
+
+def as_read(line: str, dialect: Dialect) -> str:
+    """Return a line as far as it means anything to its controller: to a Fagor statements in parentheses do."""
+    return "".join(line.split()).upper() if dialect.cycle_words == "fagor" else plain(line)
 
 
 def plain(line: str) -> str:

@@ -158,6 +158,9 @@ def _read(text: str, source: str, settings: Settings, machine: Machine, words: D
     program = interpret_program(known, words, source, units=units, look=look)
     if known is not text:
         program = replace(program, lines=lines_of(text, words, source), feed_words=feed_words)
+    if program.title_lines:
+        what = "line 1 is" if program.title_lines == 1 else f"lines 1 to {program.title_lines} are"
+        issues.append(Issue("L101", f"{what} no G-code, and stand above the percent sign: left out as a title"))
     if not program.assumed_units and "units" in settings.asked:
         raise OptionError("--units: the program says its own units (G20 or G21); leave it out")
     if program.assumed_units:

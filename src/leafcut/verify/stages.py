@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from leafcut.gcode.program import Modal, Program
-from leafcut.gcode.saying import plain
+from leafcut.gcode.saying import in_words, plain, reads_differently
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.verify.difference import Difference, describe, place
 from leafcut.verify.features import FIRST_CYCLE, TAKEN, Features, Floats, Ints, Mask, States
@@ -106,7 +106,8 @@ def barriers_of(program: Program, path: Toolpath, source: Ints, states: States, 
         state = (int(turning[row]), int(states.coolant[row]), int(states.radius[row]))
         # The next program may rely on that a length offset is off.
         left_on = motion.kind is Kind.END and int(states.length[row]) % TAKEN != 0
-        words = _shown(text, said) if text else f"{describe(motion)} {said}".rstrip()
+        shown = in_words(said)
+        words = _shown(text, shown) if text else f"{describe(motion)} {shown}".rstrip()
         marks.append(Mark((*what, end, *state, left_on), int(motion.kind), row, motion.line, at, exactly, words))
     return sorted([*marks, *_placeless(program, source), *_obeyed(program, source)], key=lambda mark: mark.key)
 
@@ -151,7 +152,8 @@ def _placeless(program: Program, source: Ints) -> Iterator[Mark]:
 def _shown(text: str, said: str) -> str:
     """Return a block as a person knows it: its text, and its values where they are not the text."""
     values = said.replace(" ", "").replace(".", "")
-    return f"{text} = {said}" if said and text and ("#" in text or "[" in values) else text
+    computed = "".join(text.split()) != "".join(said.split()) and ("#" in text or "[" in values)
+    return f"{text} = {said}" if said and text and computed else text
 
 
 def _obeyed(program: Program, source: Ints) -> Iterator[Mark]:
@@ -321,7 +323,9 @@ def _differing(before: list[Mark], after: list[Mark]) -> Iterator[Difference]:
     for one, other in zip(gone, new, strict=False):
         text = f"'{one.said}' became '{other.said}'"
         if one.said == other.said:
-            text = f"'{one.said}' with the spindle, the coolant or the work around it in another state than before"
+            reads = reads_differently(*("".join(w for w in mark.what if isinstance(w, str)) for mark in (one, other)))
+            around = "with the spindle, the coolant or the work around it in another state than before"
+            text = f"'{one.said}': {'; '.join(reads)}" if reads else f"'{one.said}' {around}"
         yield Difference("changed barrier", one.line, other.line, text)
     for mark in gone[len(new) :]:
         yield Difference("missing barrier", mark.line, 0, f"'{mark.said}' is gone")
