@@ -22,10 +22,10 @@ _STATEMENT = re.compile(
     _OPENING + r"(IF(?=[ \t]*\[)|WHILE(?=[ \t]*\[)|GOTO|DO(?=[ \t]*[0-9])|END(?=[ \t]*[0-9]))", re.IGNORECASE
 )
 _OUTPUT = re.compile(_OPENING + r"(?:DPRNT|BPRNT|POPEN|PCLOS)(?![A-Za-z])", re.IGNORECASE)
-_LABEL = re.compile(r"(?:[ \t]|\([^()]*\))*+/?[1-9]?[ \t]*+[nN][ \t]*+([0-9]++)")
+_LABEL = re.compile(r"(?:[ \t]|\([^()]*\))*+/?[1-9]?[ \t]*+[nN][ \t]*+([0-9]{1,18})(?![0-9])")
 _PROGRAM = re.compile(r"[ \t]*[oO:][ \t]*[0-9]")
 _MAY_JUMP = re.compile(r"GOTO|M[ \t]*9[79]", re.IGNORECASE)
-_GOAL = re.compile(r"(?:GOTO|M97P|M99P)([0-9]++)?", re.IGNORECASE)
+_GOAL = re.compile(r"(?:GOTO|M97P|M99P)([0-9]{1,18}(?![0-9]))?", re.IGNORECASE)
 #: Words that leave a piece of text for somewhere else, beside jumps to a line of it.
 _LEAVES = re.compile(r"M99(?![0-9])|O(?:[0-9]+|<[^<>]*>)(?:RETURN|BREAK|CONTINUE)|GOTO(?![0-9])", re.IGNORECASE)
 _AFTER_IF = re.compile(r"[ \t]*(GOTO|THEN)[ \t]*", re.IGNORECASE)
@@ -263,5 +263,5 @@ class Jumps:
 
 
 def _number_of(rest: str) -> int:
-    digits = re.match(r"[ \t]*([0-9]+)", rest)
+    digits = re.match(r"[ \t]*([0-9]{1,9})(?![0-9])", rest)
     return int(digits.group(1)) if digits else -1
