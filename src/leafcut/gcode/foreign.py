@@ -33,8 +33,10 @@ from leafcut.units import MM_PER_UNIT
 _FILLING = " \t\f\x1a\0"
 #: So many lines may stand above the percent sign with which a program begins.
 _MOST_TITLE = 200
+#: Why the blocks of a call stay that do nothing else.
 _DIRECTS = "it directs a loop, a condition or a subprogram"
 _LOOPED = "it is run from a loop or a subprogram"
+CALLED = frozenset((_DIRECTS, _LOOPED))
 _OBEYED = "the controller takes settings from it"
 _COMPUTED = "its numbers come from parameters or expressions"
 _NESTED = "a comment is inside a comment: controllers differ in where it ends"
@@ -241,14 +243,15 @@ class _Run:
             self.flow.count(at)
 
     def _obey(self, control: Control, at: int) -> int:
-        self.state.line = at + 1
+        self.state.line, depth = at + 1, len(self.flow.calls)
         after = self.flow.obey(control, at)
         self.record.add(at + 1, len(self.state.path), _DIRECTS)
+        self.record.note_depth(depth, len(self.flow.calls))
         return after
 
     def _words(self, line: str, at: int) -> int:
         state, runner, flow = self.state, self.runner, self.flow
-        rows, shift, looped = len(state.path), state.shift, flow.looped(at)
+        rows, shift, looped, depth = len(state.path), state.shift, flow.looped(at), len(flow.calls)
         if is_output(line):
             x, y, z = state.path.position
             state.path.set_place(Kind.FOREIGN, (x, y, z), 0, at + 1)
@@ -266,7 +269,7 @@ class _Run:
             self.record.say(self._text_of(at))
         elif block.deleted or runner.obeyed or runner.unclear or state.shift != shift:
             self._say(block, line)
-        elif runner.named and not (runner.returns and flow.calls):
+        elif runner.named and not (runner.returns and depth):
             self.record.say(runner.named)
         if self._endless:
             self.record.say(f"{self.record.said.get(len(self.record.line), '')} {self._endless}")
@@ -285,6 +288,7 @@ class _Run:
             reason = _OBEYED
         if block.words or settings or reason:
             self.record.add(at + 1, rows, reason)
+            self.record.note_depth(depth, len(flow.calls))
         self.ended |= runner.ended
         return after
 

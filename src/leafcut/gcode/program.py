@@ -7,6 +7,7 @@ it, and what each of them takes from the lines before.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,6 +98,8 @@ class Program:
     said
         By block, where what it does is not known, or where the controller obeys it beside its motions: all that it
         reads, in values (`leafcut.gcode.saying`).
+    calls
+        The blocks begin … end - 1 of every subprogram that the program itself calls, with that which calls it.
     slants
         The controller goes to the next hole of a series of cycles on a slant where it has to rise for it.
     last_line
@@ -124,6 +127,7 @@ class Program:
     said: dict[int, str] = field(default_factory=dict)
     assumed_units: bool = False
     feed_words: dict[float, str] = field(default_factory=dict)
+    calls: tuple[tuple[int, int], ...] = ()
     slants: bool = False
     title_lines: int = 0
 
@@ -131,6 +135,14 @@ class Program:
     def n_blocks(self) -> int:
         """Number of blocks that were run."""
         return len(self.line)
+
+    @cached_property
+    def text_line(self) -> NDArray[np.int32]:
+        """int32[m]: the line of the program's own text that each block is run from: its own, or that of the call."""
+        line = self.line.copy()
+        for begin, end in self.calls:
+            line[begin:end] = line[begin]
+        return line
 
     def modal(self, block: int) -> Modal:
         """Return what is active before a block; for `n_blocks`: at the end."""

@@ -28,8 +28,10 @@ class Record:
     obeyed: tuple[Obeyed, ...] = ()
     said: dict[int, str] = field(default_factory=dict)
     current: int = 0
+    calls: list[tuple[int, int]] = field(default_factory=list)
     _numbers: dict[tuple, int] = field(default_factory=dict)
     _plain: dict[tuple[int, float], int] = field(default_factory=dict)
+    _called: int = 0
 
     def __post_init__(self) -> None:
         self.look()
@@ -52,6 +54,13 @@ class Record:
     def say(self, said: str) -> None:
         """Note what the block that comes next says."""
         self.said[len(self.line)] = said
+
+    def note_depth(self, before: int, after: int) -> None:
+        """Note how many calls deep the program is before and after the block that was added last."""
+        if before == 0 and after:
+            self._called = len(self.line) - 1
+        elif before and after == 0:
+            self.calls.append((self._called, len(self.line)))
 
     def current_of(self, motion: int, feed: float) -> int:
         """Return the number of the state that differs from that of the last look by motion and feed only."""
@@ -78,6 +87,7 @@ class Record:
             self.said,
             assumed,
             title_lines=title,
+            calls=tuple(self.calls),
             slants=self.state.dialect.groups == "rs274",
         )
 

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.gcode.foreign import CALLED
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.words import BlockError, tokenise
 from leafcut.model.toolpath import MOTIONS, Kind, positions_before
@@ -213,14 +214,47 @@ def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
             reasons[pair] = _change(program.modals[pair[0]], program.modals[pair[1]])
         if reasons[pair]:
             barriers.setdefault(number, reasons[pair])
-    often = np.bincount(program.line, minlength=2)
-    for number in np.flatnonzero(often[program.line] > 1).tolist():
-        barriers[number] = "it is run more than once"
     for row in _idle(program, rows):
         what = "a dwell" if path.kind[row] == Kind.DWELL else "the spindle is switched"
         barriers.setdefault(int(block[row]), f"{what} between pieces of work")
-    barriers.update(program.fixed)
+    _hold_calls(program, barriers)
     return barriers
+
+
+def _hold_calls(program: Program, barriers: dict[int, str]) -> None:
+    """Add the blocks that stay as they are to those that do for another reason, but for calls that may move as a whole.
+
+    Those are calls by M98 or M97 of text that is plain words throughout, parameters left out, and leaves the spindle as
+    it was; where it takes its modes and the place of the tool from, a piece of work takes with it.
+    """
+    free: set[int] = set()
+    for begin, end in program.calls:
+        why = _why_called_stays(program, barriers, begin, end)
+        if why:
+            barriers[begin] = why
+        else:
+            free.update(range(begin, end))
+    often = np.bincount(program.line, minlength=2)
+    for number in np.flatnonzero(often[program.line] > 1).tolist():
+        if number not in free:
+            barriers[number] = "it is run more than once"
+    barriers.update((block, why) for block, why in program.fixed.items() if block not in free)
+
+
+def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, end: int) -> str:
+    """Return why a call and what it runs cannot move as a whole, "" where they can."""
+    for block in range(begin, end):
+        fixed = program.fixed.get(block, "")
+        inner = barriers.get(block) or ("" if fixed in CALLED else fixed)
+        line = int(program.line[block])
+        text = program.lines[line - 1]
+        if not inner and ("#" in text or "[" in text or "o" in text.lower().split("(")[0] and block == begin):
+            inner = "its numbers come from parameters or expressions"
+        if inner:
+            return f"the subprogram holds what stays at line {line}: {inner}"
+    before, after = program.modal(begin), program.modal(end)
+    same = (before.spindle, before.rpm) == (after.spindle, after.rpm)
+    return "" if same else "the subprogram leaves the spindle otherwise than it was"
 
 
 def _idle(program: Program, rows: Rows) -> list[int]:
@@ -265,10 +299,13 @@ def free_runs(program: Program, barriers: dict[int, str]) -> list[tuple[int, int
     edges = {0, program.n_blocks}
     for block in barriers:
         edges |= {block, block + 1}
-    step = np.diff(program.line)
+    step = np.diff(program.text_line)
+    for begin, end in program.calls:
+        # What is called is one with its call.
+        step[begin : end - 1] = 1
     edges |= {int(b) + 1 for b in np.flatnonzero(step < 1)}
     for block in np.flatnonzero(step > 1).tolist():
-        between = program.lines[int(program.line[block]) : int(program.line[block + 1]) - 1]
+        between = program.lines[int(program.text_line[block]) : int(program.text_line[block + 1]) - 1]
         if not all(_is_remark(line) for line in between):
             edges.add(block + 1)
     ordered = sorted(edges)

@@ -48,6 +48,8 @@ class Finder:
         #: By the block of a way across: why no chain begins there, and why a chain that could begin there stays.
         self.refused: dict[int, str] = {}
         self.why: dict[int, tuple[str, int]] = {}
+        #: By block, where the call ends that it is run from; of the call itself, none.
+        self.called = {block: end for begin, end in program.calls for block in range(begin + 1, end)}
         self.compensates = bool((program.path.kind == Kind.RADIUS).any())
         self.blind = self._blind()
         path, first = program.path, program.first
@@ -106,6 +108,8 @@ class Finder:
         starts: list[_Start] = []
         done = low = -1
         for block in self.travels[low_block:high].tolist():
+            if block in self.called:
+                continue
             cuts = int(self.cuts[self.first[block]])
             start = self._start(block)
             up = self._may_begin(start, top, level)
@@ -197,7 +201,7 @@ class Finder:
             key = self._key(self.program.modal(other.block))
             if key != self._key(self.program.modal(one.block)):
                 last = other.block - 1
-                while self._key(self.program.modal(last)) == key:
+                while self._key(self.program.modal(last)) == key or last in self.called:
                     last -= 1
                 found.append(last)
         return found
@@ -255,6 +259,8 @@ class Finder:
         if not len(cuts):
             return None
         for block in range(int(self.rows.block[low + int(cuts[-1])]), end):
+            if block + 1 in self.called:
+                continue
             row = int(self.first[block + 1]) - 1
             z = self._z_after(row)
             up = (math.isnan(z) and self.beam) or z >= clearance - TOLERANCE

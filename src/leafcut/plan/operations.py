@@ -88,7 +88,7 @@ def _remark(program: Program, section: Section, rows: Rows, number: int, last_cu
     Numbers are left out, so that names of pieces in a row are one text. `last_cut` is the row of the last cut before
     every row, -1 where there is none.
     """
-    chain, line = section.chains[number], program.line
+    chain, line = section.chains[number], program.text_line
     first, last = int(program.first[chain.begin]), int(program.first[chain.end])
     worked = last_cut[first]
     low = int(line[rows.block[worked]]) if worked >= 0 else 0

@@ -353,7 +353,7 @@ class _Rewriter:
                     back += [self._text(w, v, block) for w, v in words]
             elif need.motion is not None and have.motion != need.motion:
                 front.append(f"G{need.motion}")
-        if "feed" in relies and (have.feed != need.feed or ("feed" in again and need.feed)):
+        if "feed" in relies and need.feed and (have.feed != need.feed or "feed" in again):
             back.append(self._text("F", need.feed, block))
         # The power of a beam is said where it is switched on.
         if "speed" in relies and (have.rpm != need.rpm or ("speed" in again and not self.beam)):

@@ -198,7 +198,7 @@ class _Writer:
         return last
 
     def _lines_of(self, section: Section) -> tuple[int, int]:
-        line, chains = self.original.line, section.chains
+        line, chains = self.original.text_line, section.chains
         return int(line[chains[0].begin]), int(line[chains[-1].end - 1])
 
 

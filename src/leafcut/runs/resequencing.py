@@ -382,5 +382,6 @@ def _operation(program: Program, section: Section, process: str, first: int, sol
     at = {chain: first + i for i, chain in enumerate(holes)}
     order = tuple(at[k] for k in solution.nodes.tolist() if k in at)
     cycle = path.cycles[int(path.ref[drilling[0]])].name if len(drilling) else ""
-    lines = int(program.line[section.chains[0].begin]), int(program.line[section.chains[-1].end - 1])
+    line = program.text_line
+    lines = int(line[section.chains[0].begin]), int(line[section.chains[-1].end - 1])
     return OperationOutcome(tool, cycle, order, False, solution, len(section.chains) - len(holes), lines)
