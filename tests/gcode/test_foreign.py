@@ -204,7 +204,7 @@ def test_another_length_offset_leaves_the_height_open() -> None:
 
 
 def test_blocks_that_depend_on_more_than_their_text_are_fixed() -> None:
-    """Loops, subprograms, conditions, parameters, switches, messages; plain blocks beside them are not."""
+    """Loops, subprograms, conditions, settings, switches, messages; others, and what reads parameters, are not."""
     program = run(
         "o1 repeat [2]",
         "G1 X1",
@@ -227,10 +227,10 @@ def test_blocks_that_depend_on_more_than_their_text_are_fixed() -> None:
     )
     check_structure(program)
     plain = [int(program.line[b]) for b in range(4, program.n_blocks) if b not in program.fixed]
-    assert plain == [8, 18, 19]
+    assert plain == [8, 10, 11, 18, 19]
     assert program.line.tolist()[4:9] == [5, 6, 7, 6, 7]
     reasons = {int(program.line[b]): reason for b, reason in program.fixed.items()}
-    assert "loop" in reasons[6] and "parameters" in reasons[9] and "parameters" in reasons[10]
+    assert "loop" in reasons[6] and "parameters" in reasons[9]
     assert "switch" in reasons[12] and "switch" in reasons[13] and "message" in reasons[14] and 16 not in reasons
     assert program.last_line == 19
     assert program.path.end[program.path.kind == Kind.FEED, 0].tolist() == [1, 1, 2, 3, 4, 5, 6, 7, 9, 8]

@@ -46,7 +46,6 @@ STAYS = {
     "an arc to lead in": "G0 X0 Y0 / G1 Z-1 F50 / G2 X2 I1 F200 / G1 X9 / Y9",
     "an arc to lead out": "G0 X0 Y0 / G1 Z-1 F50 / X9 F200 / Y8 / G2 X12 I1.5",
     "a dwell": "G0 X0 Y0 / G1 Z-1 F50 / X5 F200 / G4 P1 / X9",
-    "a dwell at the bottom": "G0 X0 Y0 / G1 Z-1 F50 / G4 P1 / X9 F200",
     "another speed": "G0 X0 Y0 / G1 Z-1 F50 / X5 F200 / S1100 X9 / S1000",
     "a remark that says where": "G0 X0 Y0 / G1 Z-1 F50 / X5 F200 (to X5)",
     "time for a feed": "G0 X0 Y0 / G1 Z-1 F50 / G93 X5 F4 / G94",

@@ -28,7 +28,6 @@ FIXED = {
     "camotics_heart_cutout.ngc": "holds",
     "camotics_scorpion.nc": "only",
     "cncjs_helical_thread.gcode": "is incremental (G91), but where Z is before it is not known",
-    "lcnc_bezel.ngc": "holds",
     "lcnc_cam_nisley.ngc": "from a loop or a subprogram",
     "lcnc_test_12mmflat.ngc": "only",
     "pcb2gcode_easysdr_outline.ngc": "only",

@@ -334,7 +334,6 @@ def test_every_face_says_how_many_pieces_stay_and_why_with_the_line(tmp_path: Pa
     """Three holes, one of them alone behind M8; and the same with --keep-order."""
     from rich.console import Console
 
-    import leafcut
     from leafcut.report.json_answer import as_json
     from leafcut.report.page import write_page
     from leafcut.report.summary import print_summary
@@ -356,3 +355,24 @@ def test_every_face_says_how_many_pieces_stay_and_why_with_the_line(tmp_path: Pa
     assert "2 of 3 pieces of work free to be ordered" in said
     kept = as_json(leafcut.optimize(file, machine="linuxcnc-mill", keep_order=True))
     assert [(g["reason"], g["count"]) for g in kept["staying"]] == [("keep-order", 2), ("alone", 1)]
+
+
+def test_the_spindle_changes_speed_no_more_often_than_before(tmp_path: Path) -> None:
+    """Pieces at two speeds by turns: each keeps its own, and all of one speed come before the next one."""
+    from leafcut.model.toolpath import Kind
+    from rewriting import work_of
+
+    places = [(0, 0), (80, 5), (3, 9), (90, 0), (12, 3), (85, 12), (6, 4), (70, 3)]
+    body = "".join(
+        f"G0 X{x} Y{y}\nS{2000 + 1000 * (k % 2)}\nG1 Z-1 F300\nX{x + 5}\nG0 Z5\n" for k, (x, y) in enumerate(places)
+    )
+    file = tmp_path / "speeds.ngc"
+    file.write_text(f"G21 G90 G94 G17\nT1 M6\nS1000 M3\nG43 H1\nG0 Z5\n{body}M5\nM2\n")
+    outcome = leafcut.optimize(file, machine="linuxcnc-mill")
+    assert not outcome.staying and outcome.after.time_s < outcome.before.time_s
+    texts = (file.read_text(), outcome.text)
+    old, new = (interpret_program(text, dialect("linuxcnc")) for text in texts)
+    assert work_of(new) == work_of(old)
+    speeds = [p.path.value[p.path.kind == Kind.SPINDLE] for p in (old, new)]
+    changes = [int((np.diff(speed) != 0).sum()) for speed in speeds]
+    assert changes[0] == 9 and changes[1] == 3

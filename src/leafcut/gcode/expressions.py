@@ -35,6 +35,8 @@ UNKNOWN = math.nan
 ANY_NUMBER = -1
 
 _SPECIAL = re.compile(r"[#\[\]=<>*$@^/]")
+#: Words that do not say what is done, but where, how fast and how long.
+_MAY_BE_COMPUTED = frozenset("XYZIJKRFSQP")
 _SPACE = re.compile(r"[ \t]*")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)")
 _NAME = re.compile(r"<((?:_(?:hal|ini)\[[^<>\[\]#]*\][^<>\[\]#]*)|[^<>\[\]#]*)>", re.IGNORECASE)
@@ -62,6 +64,8 @@ class Parameters:
     shared: dict[str, float] = field(default_factory=dict)
     local: dict[str, float] = field(default_factory=dict)
     inside: bool = False
+    #: Whether a value was asked for that is not the program's own: such a one may be another elsewhere in the text.
+    asked: bool = False
     #: As Fanuc has it: a value may be an expression without brackets, and the machine's parameters begin at #1000.
     fanuc: bool = False
 
@@ -74,6 +78,7 @@ class Parameters:
         """Return #number."""
         value = self.numbered.get(number)
         if value is None:
+            self.asked = True
             value = 0.0 if self.inside and 0 < number <= ARGUMENTS else self.known(str(number))
         return UNKNOWN if value is None else value
 
@@ -92,6 +97,7 @@ class Parameters:
 
     def _find(self, name: str) -> float | None:
         value = (self.shared if name.startswith("_") else self.local).get(name)
+        self.asked |= value is None
         return self.known(name) if value is None else value
 
     def digest(self) -> str:
@@ -115,6 +121,19 @@ class Parameters:
         if names:
             self.shared.clear()
             self.local = dict.fromkeys(self.local, UNKNOWN)
+
+
+class _Unread(Parameters):
+    """Parameters of which no value is known."""
+
+    def number(self, number: int) -> float:
+        return UNKNOWN
+
+    def named(self, name: str) -> float:
+        return UNKNOWN
+
+    def exists(self, name: str) -> float:
+        return UNKNOWN
 
 
 Setting = tuple[int | str, float]
@@ -164,6 +183,29 @@ def read_block(line: str, number: int, parameters: Parameters) -> Reading:
             words.append(scanner.word())
     block = Block(number, tuple(words), comments, deleted=deleted)
     return Reading(block, settings, scanner.computed, scanner.of_machine)
+
+
+def spelled_words(line: str) -> tuple[Word, ...] | None:
+    """Return the words of a line with the texts of their numbers as they stand there; an expression is worth nan.
+
+    None where a parameter is set, where other than lengths, feeds, speeds and times are computed, or where it cannot be
+    read so.
+    """
+    try:
+        body, _ = split_line(line)
+        scanner = Scanner(body, _Unread())
+        words: list[Word] = []
+        while not scanner.at_end():
+            if scanner.peek() == "#":
+                return None
+            begin, scanner.computed = scanner.position + 1, False
+            word = scanner.word()
+            if scanner.computed and word.letter not in _MAY_BE_COMPUTED:
+                return None
+            words.append(Word(word.letter, word.value, body[begin : scanner.position].strip()))
+    except BlockError:
+        return None
+    return tuple(words)
 
 
 class Scanner:

@@ -15,7 +15,7 @@ from functools import cached_property
 from leafcut.errors import OptionError, ReadError
 from leafcut.gcode.blocks import BlockRunner
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.expressions import Parameters, read_block
+from leafcut.gcode.expressions import Parameters, Reading, read_block, spelled_words
 from leafcut.gcode.flow import Control, Flow, control_of
 from leafcut.gcode.foreign_state import ForeignState
 from leafcut.gcode.jumps import Statement, Undecided, has_statements, is_output, statement_of
@@ -258,6 +258,7 @@ class _Run:
             self.record.say(self._text_of(at))
             self.record.add(at + 1, rows, _SENDS)
             return at + 1
+        self.parameters.asked = False
         reading = read_block(line, at + 1, self.parameters)
         block, settings, of_machine = reading.block, reading.settings, reading.of_machine
         runner.begins = bool(flow.calls) and flow.calls[-1].start == at
@@ -278,8 +279,7 @@ class _Run:
         if runner.opaque or of_machine:
             self.parameters.forget()
             runner.lose_all(runner.opaque or "a parameter of the machine")
-        reason = runner.reason or (_LOOPED if looped else _DIRECTS if runner.call else "")
-        reason = reason or (_COMPUTED if reading.computed else "")
+        reason = runner.reason or (_LOOPED if looped else _DIRECTS if runner.call else self._computed(reading, line))
         if runner.opaque or of_machine:
             reason = f"{runner.opaque or 'a parameter of the machine'} may change anything"
         elif not reason and "(" in line and has_nested_comment(line):
@@ -291,6 +291,11 @@ class _Run:
             self.record.note_depth(depth, len(flow.calls))
         self.ended |= runner.ended
         return after
+
+    def _computed(self, reading: Reading, line: str) -> str:
+        """Return why a block with parameters stays, "" where it need not: they are the same while none is set."""
+        stays = reading.computed and (reading.settings or self.parameters.asked or spelled_words(line) is None)
+        return _COMPUTED if stays else ""
 
     def _next(self, at: int) -> int:
         """Return the line that comes after one that was run: it may call a subprogram, or end one."""

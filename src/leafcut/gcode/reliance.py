@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from leafcut.gcode.expressions import spelled_words
 from leafcut.gcode.program import Program
 from leafcut.gcode.words import BlockError, tokenise
 from leafcut.model.toolpath import Kind
@@ -108,10 +109,14 @@ class BlockReader:
         return self._words[block]
 
     def _read(self, block: int) -> BlockWords | None:
+        line = self.program.lines[int(self.program.line[block]) - 1].rstrip("\r\n")
         try:
-            words = tokenise(self.program.lines[int(self.program.line[block]) - 1].rstrip("\r\n")).words
+            words = tokenise(line).words
         except BlockError:
-            return None
+            spelled = spelled_words(line)
+            if spelled is None:
+                return None
+            words = spelled
         states = {_STATED_BY.get(round(w.value * 10), "") for w in words if w.letter == "G"}
         states |= {{"F": "feed", "S": "speed"}.get(w.letter, "") for w in words}
         letters = {w.letter: w.text for w in words if w.letter not in "GMN"}

@@ -22,6 +22,7 @@ from leafcut.model.toolpath import Kind
 _ASIDE = frozenset({0, 10, 170, 400, 900, 901, 911, 940})
 _SPINDLE = frozenset({3.0, 4.0, 5.0})
 _LETTERS = frozenset("NGMXYZFS")
+_DWELL_LETTERS = frozenset("NGP")
 _BODY_LETTERS = frozenset("NGXYZIJRFS")
 _MOTIONS = frozenset({10, 20, 30})
 _CUTS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
@@ -134,6 +135,10 @@ class _Reader:
         """Return whether a block of the lead or tail is plain, and is at `at` where it says a place."""
         rows = range(int(self.program.first[block]), int(self.program.first[block + 1]))
         letters = {word.letter for word in words.words}
+        if self.path.kind[rows.start : rows.stop].tolist() == [int(Kind.DWELL)]:
+            codes = [round(word.value * 10) for word in words.words if word.letter == "G"]
+            # It waits where the cut begins, or ends, whichever that is.
+            return letters <= _DWELL_LETTERS and codes == [40] and self._near(self._before(rows.start), at)
         plain = _LETTERS.issuperset(letters) and all(
             round(word.value * 10) in _ASIDE if word.letter == "G" else word.value in _SPINDLE
             for word in words.words

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from leafcut.gcode.foreign import CALLED
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.words import BlockError, tokenise
-from leafcut.model.toolpath import MOTIONS, Kind, positions_before
+from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, positions_before
 
 BEAMS = ("laser", "plasma")
 PROCESSES = ("drill", "mill", *BEAMS)
@@ -228,10 +228,11 @@ def _hold_calls(program: Program, barriers: dict[int, str]) -> None:
     it was; where it takes its modes and the place of the tool from, a piece of work takes with it.
     """
     free: set[int] = set()
+    held: dict[int, str] = {}
     for begin, end in program.calls:
         why = _why_called_stays(program, barriers, begin, end)
         if why:
-            barriers[begin] = why
+            held[begin] = why
         else:
             free.update(range(begin, end))
     often = np.bincount(program.line, minlength=2)
@@ -239,6 +240,7 @@ def _hold_calls(program: Program, barriers: dict[int, str]) -> None:
         if number not in free:
             barriers[number] = "it is run more than once"
     barriers.update((block, why) for block, why in program.fixed.items() if block not in free)
+    barriers.update(held)
 
 
 def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, end: int) -> str:
@@ -248,8 +250,8 @@ def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, en
         inner = barriers.get(block) or ("" if fixed in CALLED else fixed)
         line = int(program.line[block])
         text = program.lines[line - 1]
-        if not inner and ("#" in text or "[" in text or "o" in text.lower().split("(")[0] and block == begin):
-            inner = "its numbers come from parameters or expressions"
+        if not inner and not _is_plain(text):
+            inner = "its numbers come from parameters" if "#" in text else "it is more than words with numbers"
         if inner:
             return f"the subprogram holds what stays at line {line}: {inner}"
     before, after = program.modal(begin), program.modal(end)
@@ -278,7 +280,8 @@ def _idle(program: Program, rows: Rows) -> list[int]:
     ways = rows.travel & ~rows.cut
     cut, rapid, travel = last(rows.cut), last(kind == Kind.RAPID), last(ways)
     dwells = kind == Kind.DWELL
-    switches = (kind == Kind.SPINDLE) & (not rows.beam.any())
+    # A speed by S alone is for the work that comes (`leafcut.plan.finding`).
+    switches = (kind == Kind.SPINDLE) & (program.path.ref != SPEED_ALONE) & (not rows.beam.any())
     after_work = (cut >= 0) & (rapid > cut)
     leads_away = ((dwells | switches) & (travel < cut)) | (dwells & (next_(ways) < next_(rows.cut)))
     # A canned cycle ends with its own rise.
@@ -311,6 +314,14 @@ def free_runs(program: Program, barriers: dict[int, str]) -> list[tuple[int, int
     ordered = sorted(edges)
     pairs = pairwise(ordered)
     return [(begin, end) for begin, end in pairs if begin not in barriers]
+
+
+def _is_plain(line: str) -> bool:
+    """Return whether a line has words with numbers, and nothing else that does anything."""
+    try:
+        return tokenise(line.rstrip("\r\n")).percent is None
+    except BlockError:
+        return False
 
 
 def _is_remark(line: str) -> bool:

@@ -13,7 +13,7 @@ from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reliance import HERE, BlockReader, next_place
 from leafcut.model.look import Look, unseen
 from leafcut.model.sequence import Chain, Kept, Section, Stay
-from leafcut.model.toolpath import MOTIONS, Kind
+from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind
 from leafcut.plan.chains import BEAMS, TOLERANCE, Rows, find_barriers, free_runs, read_rows
 from leafcut.plan.endings import follows_compensation, stays_last, stops_before_work
 from leafcut.plan.heights import group_by_height
@@ -197,14 +197,40 @@ class Finder:
     def _switches(self, starts: list[_Start]) -> list[int]:
         """Return the blocks of a run that switch the spindle for what comes after them."""
         found = []
+        free = self._speeds_recur(starts)
         for one, other in pairwise(starts):
             key = self._key(self.program.modal(other.block))
-            if key != self._key(self.program.modal(one.block)):
+            before = self._key(self.program.modal(one.block))
+            if key != before and not (free and key[0] == before[0]):
                 last = other.block - 1
                 while self._key(self.program.modal(last)) == key or last in self.called:
                     last -= 1
                 found.append(last)
         return found
+
+    def _speeds_recur(self, starts: list[_Start]) -> bool:
+        """Return whether a run goes back to speeds that it had, by S alone, so that fewer changes of speed may do.
+
+        What M3 or M4 starts anew stays, and so does an S for a hole of a cycle that stands in a block of its own.
+        """
+        path, first = self.program.path, self.first
+        speeds = [self._key(self.program.modal(s.block)) for s in starts]
+        changes = sum(a != b for a, b in pairwise(speeds))
+        if self.beam or not starts or changes < len(set(speeds)):
+            return False
+        rows = slice(int(first[starts[0].block]), int(first[starts[-1].block]))
+        switched = path.kind[rows] == Kind.SPINDLE
+        alone = bool((path.ref[rows][switched] == SPEED_ALONE).all())
+        cycles = any(path.kind[s.row] == Kind.DRILL and self._only_speed(s.block - 1) for s in starts[1:])
+        return alone and not cycles
+
+    def _only_speed(self, block: int) -> bool:
+        """Return whether a block says S and does nothing else."""
+        words, rows = self.reader.words(block), range(int(self.first[block]), int(self.first[block + 1]))
+        path = self.program.path
+        alone = [r for r in rows if path.kind[r] == Kind.SPINDLE and path.ref[r] == SPEED_ALONE]
+        says = words is not None and words.letters.keys() == {"S"} and words.states <= {"speed"}
+        return says and len(alone) == len(rows) == 1 and not self.beam
 
     # -- chains and sections -----------------------------------------------------------------------------------------
 
@@ -253,7 +279,7 @@ class Finder:
 
     def _up_again(self, start: _Start, end: int, clearance: float) -> int | None:
         """Return the end of the last chain of a run: after the block with which the tool is up; None if it is not."""
-        key = self._key(self.program.modal(start.block))
+        turning = self.program.modal(start.block).spindle
         low, high = int(self.first[start.block]), int(self.first[end])
         cuts = np.flatnonzero(self.rows.cut[low:high])
         if not len(cuts):
@@ -264,7 +290,7 @@ class Finder:
             row = int(self.first[block + 1]) - 1
             z = self._z_after(row)
             up = (math.isnan(z) and self.beam) or z >= clearance - TOLERANCE
-            same = self._key(self.program.modal(block + 1)) == key and self._at_rest(block + 1)
+            same = self.program.modal(block + 1).spindle == turning and self._at_rest(block + 1)
             if up and same and not (self.beam and self.rows.beam[row]):
                 return self._retracted(self._dwells_end(block + 1, end, low + int(cuts[-1])), end)
         return None
@@ -333,7 +359,9 @@ class Finder:
         result = chains[:1]
         for chain in chains[1:]:
             begin = chain.begin
-            while begin - 1 > result[-1].begin and self._stays_up(begin - 1, clearance):
+            while begin - 1 > result[-1].begin and (
+                self._stays_up(begin - 1, clearance) or self._only_speed(begin - 1)
+            ):
                 begin -= 1
             if begin < chain.begin:
                 result[-1] = replace(result[-1], end=begin)

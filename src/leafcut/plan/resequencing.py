@@ -22,6 +22,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.look import Look, unseen
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sequence import Kept, Section, Sequence, Stay
+from leafcut.model.toolpath import Kind
 from leafcut.plan.chains import PROCESSES, known_process, read_rows
 from leafcut.plan.finding import STAYING, Finder
 from leafcut.plan.merging import changes_saved, merge_sections
@@ -116,6 +117,18 @@ def chain_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]
     chain = np.concatenate([np.arange(len(section.chains), dtype=np.int32), ~_reversible(section)])
     order: NDArray[np.int32] = chain[nodes]
     return order
+
+
+def speeds_of(program: Program, section: Section) -> NDArray[np.float64]:
+    """Return with how many revolutions per minute each chain of a section begins its work, float64[n]."""
+    kind, first = program.path.kind, program.first
+    found = []
+    for chain in section.chains:
+        rows = slice(int(first[chain.begin]), int(first[chain.end]))
+        cuts = np.flatnonzero((kind[rows] >= Kind.FEED) & (kind[rows] <= Kind.DRILL))
+        row = rows.start + (int(cuts[0]) if len(cuts) else 0)
+        found.append(program.modal(int(np.searchsorted(first, row, side="right"))).rpm)
+    return np.array(found, dtype=np.float64)
 
 
 def _reversible(section: Section) -> NDArray[np.int32]:

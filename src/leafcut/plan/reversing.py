@@ -2,7 +2,8 @@
 
 A program does not say where climb milling is wanted, nor what a lead-in is for, so a person has to allow this; and what
 shows a direction stays: a piece that begins or ends with another feed or another kind of move than it is made of, that
-goes round something or meets itself, that waits, switches or rises amid its cut.
+goes round something or meets itself, that waits, switches or rises amid its cut. Where a mill waits at an end, it waits
+at the other one: behind the plunge, or before it rises. Where a beam waits it pierces, and stays.
 """
 
 from __future__ import annotations
@@ -53,6 +54,10 @@ class _Finder:
             return False
         stroke = find_stroke(self.program, chain.begin, chain.end)
         if stroke is None or not all(self.rows.cut[row] for row in stroke.rows):
+            return False
+        part = slice(int(self.program.first[chain.begin]), int(self.program.first[chain.end]))
+        if self.beam and (self.program.path.kind[part] == Kind.DWELL).any():
+            # It pierces where the program chose to.
             return False
         return self._fits(chain, stroke) and self._alike(stroke) and self._is_open(stroke)
 

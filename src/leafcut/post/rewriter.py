@@ -10,6 +10,7 @@ gets a rapid of its own. Between pieces the tool is nowhere lower than the secti
 from __future__ import annotations
 
 import math
+import re
 from bisect import bisect_right
 from collections.abc import Iterator
 from collections.abc import Sequence as Many
@@ -36,6 +37,8 @@ from leafcut.post.territory import Territory
 _TOLERANCE = 1e-6
 #: Without a centre they are an error: rs274 ("R i j k words all missing for arc"), GRBL (error 26).
 _ARCS = frozenset({"G2", "G3"})
+#: The text of a number, and of no expression.
+_NUMBER = re.compile(r"[-+]?[0-9.]+")
 #: Modes that the first piece of a section may say anew.
 _ANEW = frozenset({"plane", "distance", "feed_mode", "feed", "speed"})
 #: Fields of `Modal` by what a block relies on.
@@ -366,7 +369,7 @@ class _Rewriter:
             return self.program.feed_words[value]
         blocks, texts = self.reader.stated.get(letter, ([], []))
         at = bisect_right(blocks, block - 1) - 1
-        if at >= 0 and float(texts[at]) == value:
+        if at >= 0 and _NUMBER.fullmatch(texts[at]) and float(texts[at]) == value:
             return letter + texts[at]
         return letter + format_value(value)
 

@@ -79,6 +79,10 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
     with announced(run.tell):
         stands, begins = _stands(run, original, sequence)
         solutions = _solve_sections(searching, sequence, obstacles, begins)
+        solutions = [
+            None if found is None else _with_few_speeds(original, section, found)
+            for section, found in zip(sequence.sections, solutions, strict=True)
+        ]
         measures = [measure(original.path, run.machine, dark_rows(original, sequence.process), stands)]
         proved = write_proved(run, words, original, sequence, _orders(sequence, solutions), source, obstacles)
         measures.append(measure(proved.program.path, run.machine, dark_rows(proved.program, sequence.process), stands))
@@ -92,7 +96,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
             measured = measure(own.program.path, run.machine, dark_rows(own.program, sequence.process), stands)
             if obstacles is None or (measured.time_s if timed else measured.travel_mm) <= after:
                 stay, proved, measures[1] = frozenset(range(len(solutions))), own, measured
-        solutions = [_unchanged(s) if k in stay else s for k, s in enumerate(solutions)]
+        solutions = [_unchanged(s) if s is not None and k in stay else s for k, s in enumerate(solutions)]
     part, operations = _work_of(source, original, sequence, solutions)
     return Outcome(
         part=part,
@@ -284,10 +288,45 @@ def _metric(run: Run, section: Section, obstacles: Obstacles | None) -> Metric:
     return travel_metric(run.machine, objective, zones=obstacles.of_tool(section.tool), lift_height_mm=max(rise, 0.0))
 
 
-def _unchanged(solution: Solution | None) -> Solution | None:
-    if solution is None:
-        return None
+def _unchanged(solution: Solution) -> Solution:
     return replace(solution, nodes=np.arange(len(solution.nodes), dtype=np.int32), lower_bound=None)
+
+
+def _with_few_speeds(program: Program, section: Section, solution: Solution) -> Solution:
+    """Return a solution that changes the speed of the spindle no more often than the program did.
+
+    Where it changes more often, all that waits for a speed and may be made with it is made before the next one.
+    """
+    from leafcut.plan.resequencing import chain_order, speeds_of
+
+    speeds = speeds_of(program, section)
+    if len(np.unique(speeds)) < 2:
+        return solution
+    chain = chain_order(section, solution.nodes)
+    chain = np.where(chain < 0, ~chain, chain)
+    most = int(np.count_nonzero(np.diff(speeds)))
+    if np.count_nonzero(np.diff(speeds[chain])) <= most:
+        return solution
+    waits_for: dict[int, set[int]] = {}
+    for one, other in section.precedence.tolist():
+        waits_for.setdefault(other, set()).add(one)
+    waiting = list(zip(chain.tolist(), solution.nodes.tolist(), strict=True))
+    speed, done, nodes = float(speeds[0]), set[int](), list[int]()
+    while waiting:
+        left = []
+        for one, node in waiting:
+            if speeds[one] == speed and waits_for.get(one, set()) <= done:
+                done.add(one)
+                nodes.append(node)
+            else:
+                left.append((one, node))
+        if len(left) == len(waiting):
+            speed = next(float(speeds[one]) for one, _ in left if waits_for.get(one, set()) <= done)
+        waiting = left
+    order = chain_order(section, np.array(nodes, dtype=np.int32))
+    if np.count_nonzero(np.diff(speeds[np.where(order < 0, ~order, order)])) > most:
+        return _unchanged(solution)
+    return replace(solution, nodes=np.array(nodes, dtype=np.int32), lower_bound=None)
 
 
 def _orders(sequence: Sequence, solutions: list[Solution | None]) -> Orders:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from leafcut.model.toolpath import Kind
-from leafcut.verify.features import EXACT, Features, Ints, Mask
+from leafcut.verify.features import AMOUNT, EXACT, Features, Ints, Mask
 from leafcut.verify.inside import outline_of
 from leafcut.verify.rapids import Gaps, gaps_of
 from leafcut.verify.traces import traces_of
@@ -98,17 +98,19 @@ def _body(features: Features, gaps: Gaps, first: int, end: int) -> Ints | None:
 
 
 def _upright(features: Features, rows: Ints) -> Mask:
-    """Return which cuts go straight up or down, or nowhere."""
+    """Return which cuts go straight up or down, or nowhere, and where the tool waits."""
     place = features.place[rows]
     moved = np.abs(place[:, :2] - place[:, _START][:, :2]) > STILL
-    upright: Mask = (features.kind[rows] == Kind.FEED) & ~moved.any(axis=1)
+    upright: Mask = ((features.kind[rows] == Kind.FEED) & ~moved.any(axis=1)) | (features.kind[rows] == Kind.DWELL)
     return upright
 
 
 def _steady(features: Features, rows: Ints, body: Ints) -> bool:
     """Return whether all of a run is one kind of work, and its body lies at one level."""
     exact = np.delete(features.exact[rows], _OF_ONE_CUT, axis=1)
-    kinds = np.isin(features.kind[rows], [int(Kind.FEED), int(Kind.ARC_CW), int(Kind.ARC_CCW)])
+    kinds = np.isin(features.kind[rows], [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DWELL)])
+    # A dwell has no feed, but a time of its own.
+    amount = np.delete(features.amount[rows], [AMOUNT.index("feed"), AMOUNT.index("dwell")], axis=1)
     arcs = body[features.kind[body] != Kind.FEED]
     flat = (features.exact[arcs, EXACT.index("plane")] == 17) & (features.exact[arcs, EXACT.index("turns")] == 1)
     z = features.place[body][:, [2, 5]]
@@ -117,7 +119,7 @@ def _steady(features: Features, rows: Ints, body: Ints) -> bool:
     return bool(
         kinds.all()
         and (exact == exact[0]).all()
-        and (features.amount[rows, 1:] == features.amount[rows[0], 1:]).all()
+        and (amount == amount[0]).all()
         and flat.all()
         and level
         and radius == 40
