@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Points, Polyline
 from leafcut.model.cutting import Lead
-from leafcut.plan.cut_contours import NO_LEAD, CutContour
+from leafcut.plan.cut_contours import NO_LEAD, ROUNDING, CutContour
 from leafcut.plan.cut_rules import CutRules
 from leafcut.plan.leads import Scrap, as_lines, lead_shape, placed, ways_to_lead
 
@@ -137,6 +137,8 @@ def find_starts(contours: list[CutContour], scrap: Scrap, rules: CutRules) -> li
             )
         # The controller cannot turn its compensation on without a lead.
         instead = "--compensation geometry" if rules.compensation == "controller" else "--lead-in none"
+        if not rules.common_lines and any(_has_common_edge(one, contours, rules) for one in stuck[:3]):
+            instead = "cut edges that lie a kerf apart once (--common-lines), nested by leafcut nest --blocks"
         if rules.common_lines:
             instead = "nest the parts in blocks with room around them (leafcut nest --blocks)"
         raise PlanError(
@@ -144,6 +146,13 @@ def find_starts(contours: list[CutContour], scrap: Scrap, rules: CutRules) -> li
             "between the parts"
         )
     return found
+
+
+def _has_common_edge(one: CutContour, contours: list[CutContour], rules: CutRules) -> bool:
+    """Return whether the kerf of another outline runs along its own, so that one cut would do for both."""
+    near = one.line.buffer(ROUNDING)
+    others = (other for other in contours if other is not one and other.has_leads and not other.hole)
+    return not one.hole and any(near.intersection(other.line).length > 2.0 * rules.kerf for other in others)
 
 
 def starts_of(number: int, contour: CutContour, scrap: Scrap, rules: CutRules, most: int) -> list[CutStart]:
