@@ -14,11 +14,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import SolveError
+from leafcut.kernels.route import Route
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.solve import sequential
 from leafcut.solve.clusters import choose_nodes
-from leafcut.solve.directed import build_directed
+from leafcut.solve.directed import DirectedInstance, build_directed
 from leafcut.solve.instance import path_cost
 from leafcut.solve.precedence import consequences, keeps
 from leafcut.solve.sequential import Search, greedy_path
@@ -332,7 +333,7 @@ def test_the_search_knows_what_its_path_costs_and_never_loses_the_best(kind: str
     instance = build_directed(problem, sequential.CANDIDATES)
     search = Search(instance, 3, Best(Stop()))
     for kicks in (700, 700, 2000):
-        search.run(search.kicks + kicks)
+        search.run(search.kicks + kicks, greedy_path(instance))
         route = search.route
         assert sorted(route.node.tolist()) == list(range(instance.n))
         assert np.array_equal(route.place[route.node], np.arange(instance.n))
@@ -348,6 +349,20 @@ def test_the_first_path_keeps_precedence() -> None:
         instance = build_directed(problem, 12)
         route = greedy_path(instance)
         check(problem, instance.nodes(route.node, route.enter), instance.length(route.node, route.enter, route.leave))
+
+
+@pytest.mark.parametrize("size", [25, 300])
+def test_the_first_path_is_laid_once_for_ants_and_kicks(size: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    laid: list[int] = []
+
+    def counted(instance: DirectedInstance) -> Route:
+        laid.append(instance.n)
+        return greedy_path(instance)
+
+    problem = random_problem(1, size, "chains", ENDS[3], pairs=4)
+    monkeypatch.setattr(sequential, "greedy_path", counted)
+    solve(problem, SolveOptions(iterations=1, bound=False))
+    assert len([n for n in laid if size <= n <= size + 2]) == 1  # another is of what is compiled for
 
 
 def test_what_follows_from_pairs_is_found_by_looking_at_all_orders() -> None:

@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from leafcut.kernels.layers import Layers
+from leafcut.kernels.route import Route
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import WorkerFigures
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
@@ -75,12 +76,13 @@ def _search_together(instance: DirectedInstance, seed: int, best: Best, kicks: f
         best.watched.workers = figures
 
     def run() -> int:
+        greedy = sequential.greedy_path(instance)
         if layers is not None:
-            _send_ants(instance, layers, seed, best)
+            _send_ants(instance, layers, greedy, seed, best)
         if threads == 1:
-            return searches[0].run(kicks)
+            return searches[0].run(kicks, greedy)
         with ThreadPoolExecutor(threads, thread_name_prefix="ants") as executor:
-            jobs = [executor.submit(search.run, kicks) for search in searches]
+            jobs = [executor.submit(search.run, kicks, greedy) for search in searches]
             try:
                 return sum(job.result() for job in jobs)
             except BaseException:
@@ -92,10 +94,10 @@ def _search_together(instance: DirectedInstance, seed: int, best: Best, kicks: f
 
 
 def _send_ants(
-    instance: DirectedInstance, layers: Layers, seed: int, best: Best, generations: int = GENERATIONS
+    instance: DirectedInstance, layers: Layers, greedy: Route, seed: int, best: Best, generations: int = GENERATIONS
 ) -> None:
-    """Offer the best path that a few generations of ants find, each of whose tours is improved."""
-    greedy, stop = sequential.greedy_path(instance), best.stop
+    """Offer the greedy path, and the best that a few generations of ants find, each of whose tours is improved."""
+    stop = best.stop
     best.offer(instance.nodes(greedy.node, greedy.enter), instance.length(greedy.node, greedy.enter, greedy.leave), 0)
     own = Stop(
         iterations=generations, patience=PATIENCE, seconds=ANTS_SHARE * stop.seconds, target=stop.target,
@@ -126,9 +128,10 @@ def warm_up_in_order(problem: RoutingProblem, algorithm: str = "colony") -> None
     )
     instance, best = build_directed(small, sequential.CANDIDATES), Best(Stop(iterations=3))
     if algorithm == "colony":
+        greedy = sequential.greedy_path(instance)
         if problem.n_clusters < FEW_CLUSTERS and problem.n_nodes <= FEW_NODES:
-            _send_ants(instance, layers_of(instance), 1, best, generations=1)
-        sequential.Search(instance, 1, best).run(math.inf, phase=1)
+            _send_ants(instance, layers_of(instance), greedy, 1, best, generations=1)
+        sequential.Search(instance, 1, best).run(math.inf, greedy, phase=1)
     else:
         once = SolveOptions(algorithm=algorithm, iterations=2)
         run_in_order(instance, once, AcoOptions(n_ants=1), FireflyOptions(n_fireflies=2), best)

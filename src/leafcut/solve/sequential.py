@@ -126,15 +126,14 @@ class Search:
         self.iteration = self.kicks = 0
         self.shortest = math.inf
 
-    def run(self, most: float, phase: float = PHASE) -> int:
-        """Improve the greedy path to a local optimum and then kick by kick, until `stop` or `most` kicks.
+    def run(self, most: float, start: Route, phase: float = PHASE) -> int:
+        """Improve a path, the greedy one, to a local optimum and then kick by kick, until `stop` or `most` kicks.
 
         Where the problem is small, by turns: kick by kick, and forgetting pieces of the path while cooling down; first
         with `phase` kicks per node, then twice as many each time. Return the iterations made. What comes out depends on
         the seed and on their number only.
         """
         instance = self.instance
-        start = greedy_path(instance)
         self.route = route_of(instance, start.node, start.enter, log=3 * instance.n + 1000)
         self._offer()
         self.mean = self._mean_way()

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 
 from leafcut.errors import LeafcutError
 from leafcut.files import OutputError
+from leafcut.studio.ending import Endable
 from leafcut.studio.folder import Folder
 from leafcut.studio.history import History, Record, State
 from leafcut.studio.running import Made, run
@@ -24,6 +25,8 @@ from leafcut.studio.watching import Watch
 
 #: So many run at once, the others wait: a search uses all cores already.
 AT_ONCE = 2
+#: What runs tell while they read their inputs, `runs.run.looking_for`.
+READING = "reading"
 #: Most of what a run says that is kept: the last.
 _MOST_MESSAGES = 1000
 #: Most points of a convergence that are kept while it runs, and least seconds between two.
@@ -59,6 +62,8 @@ class Live:
         How many messages there have been.
     watch
         Looks at its search for the pages that show it.
+    reading
+        What it does while it reads, and until it tells of something else, can be ended at any step.
     ended
         Done when it is over and the history knows it.
     """
@@ -75,14 +80,24 @@ class Live:
     began: float = 0.0
     watch: Watch = field(default_factory=Watch)
     stop: threading.Event = field(default_factory=threading.Event)
+    reading: Endable = field(default_factory=Endable)
     dropped: bool = False
     future: Future[None] | None = None
     ended: Future[None] = field(default_factory=Future)
+
+    def drop(self) -> None:
+        """Have the run end, and keep nothing."""
+        self.dropped = True
+        self.stop.set()
+        self.watch.release()
+        self.reading.end()
 
     def tell(self, what: str, cost: float | None, share: float, gap: float | None) -> None:
         """Note what is being done; called by the run, often."""
         if self.dropped:
             raise Cancelled
+        if what != self.latest.what:
+            self.reading.begin() if what == READING else self.reading.leave()
         now = time.perf_counter() - self.began
         if not self.messages or self.messages[-1][1] != what:
             self.messages.append((now, what))
@@ -173,9 +188,7 @@ class Jobs:
         live = self._live.get(job)
         if live is None or live.state.over:
             return
-        live.dropped = True
-        live.stop.set()
-        live.watch.release()
+        live.drop()
         if live.future is not None and live.future.cancel():
             self._end(live, State.CANCELLED)
 
@@ -212,9 +225,7 @@ class Jobs:
         self.closed = True
         for live in list(self._live.values()):
             if not live.state.over:
-                live.dropped = True
-                live.stop.set()
-                live.watch.release()
+                live.drop()
         self._threads.shutdown(wait=True, cancel_futures=True)
         self.history.interrupt()
         for live in list(self._live.values()):
@@ -227,7 +238,10 @@ class Jobs:
         live.state, live.began = State.RUNNING, time.perf_counter()
         try:
             self.history.mark(live.id, State.RUNNING)
-            made = run(live.call, live.names, live.tell, live.stop, live.watch)
+            try:
+                made = run(live.call, live.names, live.tell, live.stop, live.watch)
+            finally:
+                live.reading.leave()
         except BaseException as problem:
             if live.dropped:
                 self._end(live, State.INTERRUPTED if self.closed else State.CANCELLED)

@@ -11,6 +11,7 @@ from nicegui import run, ui
 from leafcut.errors import LeafcutError
 from leafcut.studio import forms
 from leafcut.studio.elements import Form, Opener, box, button, text
+from leafcut.studio.ending import Endable, Ended
 from leafcut.studio.folder import BUILT_IN
 from leafcut.studio.jobs import line_of
 from leafcut.studio.panel_live import pace_field
@@ -35,6 +36,7 @@ class InputPanel:
         self.view, self.page = view, page
         #: Counts the readings: what an older one found is not shown.
         self._turn = 0
+        self._earlier = Endable()
         #: Whether an input is being read, or will be as soon as the page comes to it.
         self._reading = False
         #: Whether Run was pressed while the input was being read: the run begins when it is read.
@@ -175,9 +177,11 @@ class InputPanel:
         Reading takes a while, and a person may open something else meanwhile.
         """
         turn = self._begin_reading()
+        self._earlier.end()  # nobody waits for it any more
+        self._earlier = endable = Endable()
         seen, line = None, ""
         try:
-            seen = await run.io_bound(view.look, work)
+            seen = await run.io_bound(look_until_ended, view, work, endable)
         except Exception as problem:
             line = line_of(problem)
         newest = turn == self._turn
@@ -392,6 +396,15 @@ def _field(name: str, label: str, choices: list[list[str]]) -> dict[str, Any]:
 
 def _group(fields: list[dict[str, Any]]) -> dict[str, Any]:
     return {"key": "one", "title": "", "folded": False, "changed": 0, "fields": fields}
+
+
+def look_until_ended(view: View, work: str, endable: Endable) -> Seen | None:
+    """Return what `View.look` does, or None where nobody waits for it any more."""
+    try:
+        with endable:
+            return view.look(work)
+    except Ended:
+        return None
 
 
 def work_of(task: Task, name: str) -> str:

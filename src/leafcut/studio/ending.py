@@ -1,0 +1,80 @@
+"""Ending what another thread does between any two steps of its Python, where it does not look up by itself.
+
+Readers of other packages take no word from outside while they read a damaged or endless file. What they hold is their
+own, so that nothing is harmed where they end anywhere; searches and compilers hold what others use, and look up.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+import threading
+from types import TracebackType
+
+#: Seconds until a thread that loads a module is looked at again.
+_AGAIN = 0.05
+
+
+class Ended(BaseException):
+    """Raised where the thread just is; no `except Exception` of a reader takes it."""
+
+
+class Endable:
+    """A stretch of work of one thread, which another one may end: ``with endable: …``, and there ``endable.end()``."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._thread: int | None = None
+        self._over = False
+
+    def __enter__(self) -> None:
+        self.begin()
+
+    def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
+        self.leave()
+
+    def begin(self) -> None:
+        """Let the work of this thread be ended from now on.
+
+        Raises
+        ------
+        Ended
+            It is to be ended already.
+        """
+        with self._lock:
+            if self._over:
+                raise Ended
+            self._thread = threading.get_ident()
+
+    def leave(self) -> None:
+        """Let the work of this thread not be ended any more; once this has returned, nothing is raised in it."""
+        with self._lock:
+            self._thread = None
+
+    def end(self) -> None:
+        """Raise `Ended` in the thread, once, if it is inside, else as soon as it begins; return at once.
+
+        What a package in another language does in one call is done first, and a module that is being loaded, as half a
+        module would stay for all others.
+        """
+        with self._lock:
+            self._over, thread = True, self._thread
+            if thread is None:
+                return
+            if _loads(thread):
+                again = threading.Timer(_AGAIN, self.end)
+                again.daemon = True
+                again.start()
+            else:
+                self._thread = None
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(Ended))
+
+
+def _loads(thread: int) -> bool:
+    """Return whether a thread is loading a module."""
+    frame = sys._current_frames().get(thread)
+    while frame is not None:
+        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+            return True
+        frame = frame.f_back
+    return False

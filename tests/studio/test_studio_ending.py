@@ -1,0 +1,107 @@
+"""What reads in a thread can be ended wherever it is, also where it never looks up."""
+
+from __future__ import annotations
+
+import json
+import threading
+from typing import Any
+
+import pytest
+
+from leafcut.studio import jobs as room
+from leafcut.studio.app import Studio
+from leafcut.studio.ending import Endable, Ended
+from leafcut.studio.history import State
+from leafcut.studio.task import Task
+
+LONG_ENOUGH = 60.0
+
+
+class Endless:
+    """Reads for ever in plain Python and lets no error go, as a reader of another package may."""
+
+    def __init__(self) -> None:
+        self.begun, self.let_go = threading.Event(), threading.Event()
+
+    def __call__(self, *_: Any) -> None:
+        while not self.let_go.is_set():
+            try:
+                json.loads("[" * 50 + "]" * 50)
+                self.begun.set()
+            except Exception:
+                continue
+
+
+@pytest.fixture
+def endless() -> Any:
+    reader = Endless()
+    yield reader
+    reader.let_go.set()
+
+
+@pytest.mark.parametrize("how", ["cancel", "delete", "close"])
+def test_a_job_that_reads_for_ever_is_ended(
+    how: str, studio: Studio, endless: Endless, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By Cancel, by being forgotten, and by the end of the studio; the next job has its turn."""
+
+    def run(call: Any, names: Any, tell: Any, *_: Any) -> Any:
+        tell("reading", None, 0.0, None)
+        endless()
+        pytest.fail("it was not ended")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(room, "run", run)
+        job = studio.jobs.start(Task("optimize", ("example:plate-10",)))
+        assert endless.begun.wait(LONG_ENOUGH)
+        live = studio.jobs.live(job)
+        assert live is not None
+        studio.jobs.close() if how == "close" else getattr(studio.jobs, how)(job)
+        live.ended.result(LONG_ENOUGH)
+    expected = {"cancel": State.CANCELLED, "close": State.INTERRUPTED}
+    assert live.state is expected.get(how, live.state)
+
+
+def test_what_does_not_read_is_not_ended_anywhere(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search or a compiler looks up by itself; it holds what others use."""
+    begun, cancelled = threading.Event(), threading.Event()
+    through: list[bool] = []
+
+    def run(call: Any, names: Any, tell: Any, *_: Any) -> Any:
+        tell("reading", None, 0.0, None)
+        tell("searching", None, 0.0, None)
+        begun.set()
+        cancelled.wait(LONG_ENOUGH)
+        through.append(True)
+        tell("searching", None, 0.5, None)
+
+    monkeypatch.setattr(room, "run", run)
+    job = studio.jobs.start(Task("optimize", ("example:plate-10",)))
+    assert begun.wait(LONG_ENOUGH)
+    studio.jobs.cancel(job)
+    cancelled.set()
+    assert studio.jobs.wait(job, LONG_ENOUGH) is State.CANCELLED
+    assert through == [True]
+
+
+def test_a_preview_is_ended_where_another_is_wanted_and_before_it_began(endless: Endless) -> None:
+    first, second = Endable(), Endable()
+    ended: list[str] = []
+
+    def work(endable: Endable) -> None:
+        try:
+            with endable:
+                endless()
+        except Ended:
+            ended.append("ended")
+
+    thread = threading.Thread(target=work, args=(first,))
+    thread.start()
+    assert endless.begun.wait(LONG_ENOUGH)
+    first.end()
+    thread.join(LONG_ENOUGH)
+    second.end()
+    work(second)
+    assert ended == ["ended", "ended"]
+    first.end()  # it is left: nothing is raised here or later
+    assert not endless.let_go.is_set()
