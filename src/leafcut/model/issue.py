@@ -92,6 +92,7 @@ CODES: dict[str, str] = {
     "L622": "a register of the controller must hold half of the kerf",
     "L623": "ways of a head that stays down, over parts that are cut free",
     "L626": "contours are compensated by the program, not by the controller",
+    "L627": "a slot is cut once along its middle, and is not as wide as drawn",
     "L701": "a place of a pocket cannot be reached by the tool",
     "L702": "the tool comes down in another way than was asked for",
     "L703": "holes have to be there before a program runs",

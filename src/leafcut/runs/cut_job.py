@@ -79,6 +79,7 @@ def prepared(run: Run, source: Input) -> tuple[Job, list[Issue]]:
     from leafcut.plan.cutting import corner_point, prepare_cutting, with_options
     from leafcut.plan.drilling import parse_zones
     from leafcut.plan.following import follow_plan
+    from leafcut.plan.slots import on_their_middle
     from leafcut.post.cutting import check_words
     from leafcut.read.plan_file import load_plan
     from leafcut.timing.travel import travel_metric
@@ -99,6 +100,9 @@ def prepared(run: Run, source: Input) -> tuple[Job, list[Issue]]:
     rules = resolve_rules(data, settings.cut, switches=switches(words), max_feed=run.machine.max_feed)
     part, sheet = _sheet(run, source)
     sheet = with_options(sheet, settings.cut, parse_zones(settings.drill.keep_out))
+    if rules.compensation == "geometry" and data.can_pierce:
+        sheet, narrow = on_their_middle(sheet, data.kerf)
+        issues += narrow
     refuse(check_envelope(_bounds(sheet), run.machine))
     marks = any(c.contour.kind == "mark" for c in sheet.contours)
     check_words(words, settings.post, marks=marks, compensates=settings.cut.compensation == "controller")
