@@ -17,7 +17,7 @@ from leafcut.errors import SolveError
 from leafcut.kernels.route import Route
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
-from leafcut.solve import sequential
+from leafcut.solve import ordering, sequential
 from leafcut.solve.clusters import choose_nodes
 from leafcut.solve.directed import DirectedInstance, build_directed
 from leafcut.solve.instance import path_cost
@@ -360,7 +360,8 @@ def test_the_first_path_is_laid_once_for_ants_and_kicks(size: int, monkeypatch: 
         return greedy_path(instance)
 
     problem = random_problem(1, size, "chains", ENDS[3], pairs=4)
-    monkeypatch.setattr(sequential, "greedy_path", counted)
+    for room in (sequential, ordering):
+        monkeypatch.setattr(room, "greedy_path", counted)
     solve(problem, SolveOptions(iterations=1, bound=False))
     assert len([n for n in laid if size <= n <= size + 2]) == 1  # another is of what is compiled for
 

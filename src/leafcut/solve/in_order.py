@@ -106,7 +106,7 @@ def _send_ants(
     found = Best(own)
     options = SolveOptions(algorithm="acs", seed=seed)
     swarm = ordering.Swarm(
-        ordering.Ordering(instance, True, own, layers), options, AcoOptions(), FireflyOptions(), found
+        ordering.Ordering(instance, True, own, layers, greedy), options, AcoOptions(), FireflyOptions(), found
     )
     swarm.run()
     nodes = swarm.nodes(found.tour)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels.layers import Layers
 from leafcut.kernels.ordering import choose_all, invert_runs, lay_order, steps_apart
-from leafcut.kernels.route import begin_bias
+from leafcut.kernels.route import Route, begin_bias
 from leafcut.kernels.sequential import improve_route
 from leafcut.model.snapshot import Pheromone
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
@@ -42,11 +42,12 @@ class Ordering:
     """What all searches for an order need: the clusters, the exact choice of nodes, and the local search."""
 
     def __init__(
-        self, instance: DirectedInstance, local_search: bool, stop: Stop, layers: Layers | None = None
-    ) -> None:
-        """Begin; `layers` are those of the instance, where they are there already."""
+        self, instance: DirectedInstance, local_search: bool, stop: Stop, layers: Layers | None = None,
+        greedy: Route | None = None,
+    ) -> None:  # fmt: skip
+        """Begin; `layers` and the `greedy` path are those of the instance, where they are there already."""
         self.instance, self.local_search, self.stop = instance, local_search, stop
-        self.layers = layers or layers_of(instance)
+        self.layers, self.greedy = layers or layers_of(instance), greedy
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
         self.path, self.trial, self.missing = (np.zeros(m, dtype=np.int32) for _ in range(3))
         self.sums, self.links = np.zeros((2, widest)), np.zeros((m, widest), dtype=np.int32)
@@ -54,7 +55,7 @@ class Ordering:
 
     def nearest_neighbour(self) -> tuple[Ints, float]:
         """Return the order int32[m] that always goes on to the cheapest cluster that may come next, and its length."""
-        order = greedy_path(self.instance).node
+        order = (greedy_path(self.instance) if self.greedy is None else self.greedy).node.copy()
         return order, self.length(order)
 
     def length(self, order: Ints) -> float:
