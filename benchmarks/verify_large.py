@@ -89,7 +89,12 @@ Processor seconds and peak of resident memory of one run, interpreter and librar
 
 def run(words: list[str], folder: str) -> tuple[float, float, str]:
     """Return the processor seconds, the peak in bytes and the exit status of one run of leafcut."""
-    child = subprocess.Popen([sys.executable, "-m", "leafcut", *words], cwd=folder, stdout=subprocess.DEVNULL)
+    child = subprocess.Popen(
+        [sys.executable, "-c", "from leafcut.cli import main; main()", *words],
+        cwd=folder,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     _, status, used = os.wait4(child.pid, 0)
     child.returncode = os.waitstatus_to_exitcode(status)
     return used.ru_utime + used.ru_stime, 1024.0 * used.ru_maxrss, f"status {child.returncode}"

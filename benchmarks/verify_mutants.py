@@ -206,6 +206,10 @@ def _digit_of_foreign(name: str, text: str, chance: random.Random) -> Mutant:
     return Mutant(name, text, text[:at] + digit + text[at + 1 :], f"digit of '{line[0]}' to {digit}", False)
 
 
+#: How high the machine's zero is above the program's, mm: nothing is in the way there.
+MACHINE_ZERO = 203.2
+
+
 class Judge:
     """LinuxCNC's interpreter."""
 
@@ -224,7 +228,7 @@ class Judge:
             left.unlink()
         home = dict(os.environ, HOME=str(self.folder))
         # Machine zero is far above the work, as on a mill; in the interpreter's units at its start, inches.
-        (self.folder / "part.var").write_text("5220\t1\n5223\t-8\n", encoding="ascii")
+        (self.folder / "part.var").write_text(f"5220\t1\n5223\t{-MACHINE_ZERO / 25.4}\n", encoding="ascii")
         command = [self.command, "-g", "-t", "tool.tbl", "-v", "part.var", "part.ngc"]
         try:
             done = subprocess.run(
@@ -314,7 +318,7 @@ def work_of(prints: list[str]) -> tuple[list[object], list[dict[object, float]]]
             if numbers[:2] != place[:2] and not math.isnan(place[0]):
                 low = numbers[2] if moved else min(place[2], numbers[2])
                 heights[-1]["across"] = min(low, heights[-1].get("across", math.inf))
-            if moved or numbers[2] < place[2]:
+            if (moved or numbers[2] < place[2]) and numbers[2] < MACHINE_ZERO - 0.001:
                 heights[-1]["lowest"] = min(numbers[2], heights[-1].get("lowest", math.inf))
             place, moved = numbers[:6], False
             continue

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import leafcut
 from leafcut.errors import LeafcutError, PlanError, VerifyError
+from leafcut.model.solution import Solution
 from leafcut.read.order_file import drawing_of, order_text
 from leafcut.solve import solve as room
 
@@ -133,3 +136,26 @@ def test_an_order_that_cannot_be_meant_is_one_line(tmp_path: Path, text: str, li
     given.write_text(text)
     with pytest.raises(LeafcutError, match=re.escape(line)):
         leafcut.optimize(row, units="mm", hole_order=given)
+
+
+def test_a_search_that_finds_less_than_the_drawing_has_gives_the_better_order_at_its_own_cost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever a search returns, here the drawing's order from behind: the cost told is that of what is made."""
+    from leafcut.runs import together
+
+    def poor(stages: list[together.Stage], *given: Any) -> list[Solution]:
+        found = real(stages, *given)
+        return [replace(one, nodes=stage.own[::-1].copy()) for one, stage in zip(found, stages, strict=True)]
+
+    real = together.solve_together
+    monkeypatch.setattr(together, "solve_together", poor)
+    row = tmp_path / "row.csv"
+    row.write_text("x,y,diameter\n" + "".join(f"{10 * k},0,{2 + (k > 3)}\n" for k in (0, 1, 2, 3, 4, 5, 6, 7)))
+    found = leafcut.optimize(row, units="mm", objective="distance", preset="fast")
+    assert found.after.travel_mm == min(found.before.travel_mm, found.nearest.travel_mm)
+    assert [one.solution.algorithm for one in found.operations] == ["none", "none"]
+    assert sum(one.solution.cost for one in found.operations) == pytest.approx(70.0)
+    for one in found.operations:
+        assert one.solution.lower_bound is not None
+        assert one.solution.lower_bound <= one.solution.cost + 1e-9

@@ -71,3 +71,25 @@ def test_a_place_is_within_a_loop_where_shapely_says_so_and_outside_of_its_box_n
     loop = (rng.uniform(2, 9, 30) * [np.cos(angle), np.sin(angle)]).T
     spots = rng.uniform(-10, 10, (n, 2))
     assert within_loop(spots, loop).tolist() == shapely.contains_xy(shapely.polygons(loop), spots).tolist()
+
+
+def test_memory_grows_by_less_than_a_kilobyte_a_line() -> None:
+    """What both programs and their proof need at most, by the interpreter's own count; 1.7 kB a line once."""
+    import tracemalloc
+
+    contours = [
+        f"G0 X{12 * k} Y0\nG0 Z1\nG1 Z-1 F200\n"
+        + "".join(f"G1 X{12 * k + 0.3 * j:.1f} Y{5 + j % 3} F800\n" for j in range(20)) + "G0 Z5\n"
+        for k in range(400)
+    ]  # fmt: skip
+    head = "G21 G90 G17 G40 G94\nS900 M3\nG0 Z5\n"
+    texts = [head + "".join(order) + "M5\nM2\n" for order in (contours, contours[::-1])]
+    certify(
+        *(program_of(t, "linuxcnc") for t in (texts[0][:200], texts[0][:200]))
+    )  # what is loaded once is not counted
+    tracemalloc.start()
+    found = certify(*(program_of(t, "linuxcnc") for t in texts))
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert found.same
+    assert most / texts[0].count("\n") < 1100

@@ -245,7 +245,7 @@ def _disordered(
     features = before.features
     if (np.diff(new_of[new_of >= 0]) > 0).all():
         return
-    known = np.isfinite(features.place[:, :2]).all(axis=1)
+    known = np.isfinite(features.end[:, :2]).all(axis=1)
     for one in _overtaken(new_of, np.flatnonzero(~known)):
         yield _both(before, after, new_of, one, one, "order", "where {} is, is not known, and it has changed places")
     traces = traces_of(features)
@@ -257,7 +257,7 @@ def _disordered(
         yield Difference("order", 0, 0, "so many cuts lie on top of each other that their order cannot be proved")
     look()
     chain = np.cumsum(heights_of(before, gaps_of(before)).follows == 0)
-    places = features.place[:, :2]
+    places = features.end[:, :2]
     for inner, outer in exchanged(traces, places, chain - chain[0], new_of, inner_may_come_first=flat):
         was, now = ("before", "after") if inner < outer else ("after", "before")
         text = f"{{}} lies inside a closed cut that ends at {{}}, and was made {was} it; now it is made {now} it"
@@ -299,7 +299,7 @@ def _overtaken(rank: Ints, which: Ints) -> list[int]:
 
 def _both(before: Work, after: Work, new_of: Ints, one: int, other: int, what: str, text: str) -> Difference:
     """Return a difference of two features: the first one's line in the original and in the new program."""
-    said = [place(*before.features.place[k, :3]) + f" (line {before.features.line[k]})" for k in (one, other)]
+    said = [place(*before.features.end[k]) + f" (line {before.features.line[k]})" for k in (one, other)]
     lines = int(before.features.line[one]), int(after.features.line[new_of[one]])
     return Difference(what, *lines, text.format(*said))
 

@@ -1,10 +1,14 @@
-"""Features: the holes, cuts and dwells of a toolpath in columns, with all that makes them what they are."""
+"""Features: the holes, cuts and dwells of a toolpath in columns, with all that makes them what they are.
+
+A million of them must stay small, so that what few places change (`States`), what only arcs have and what only cycles
+have stand in tables, which the features point into.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,17 +20,20 @@ from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, posi
 Mask = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Rows = Ints | Mask | slice | int
+#: Numbers of rows of a table.
+Refs = NDArray[np.int32]
 
-#: What the columns of `Features.exact` hold: equal or not.
+#: What must be equal or not; all but the first three are `States`, and the plane is, too, where no arc has one.
 EXACT = (
     "kind", "plane", "turns", "tool", "coolant",
     "length", "frame", "radius", "blending", "feed_mode", "direction", "stated", "obeyed",
 )  # fmt: skip
-#: What the columns of `Features.place` hold, mm: the end of a cut or the bottom of a hole, its start, an arc's centre.
+#: mm: the end of a cut or the bottom of a hole, its start, an arc's centre.
 PLACE = ("x", "y", "depth", "start x", "start y", "start z", "centre x", "centre y", "centre z")
-#: What the columns of `Features.amount` hold: mm/s, rpm (< 0 backwards), mm, s, D as written, mm, mm.
+#: mm/s, rpm (< 0 backwards), mm, s, D as written, mm, mm.
 AMOUNT = ("feed", "speed", "peck", "dwell", "register", "corner", "joining")
-#: What the columns of `Features.height` hold, mm; these may rise.
+#: mm; these may rise.
 HEIGHT = ("r_plane", "retract")
 
 #: Kinds of cuts and what people call them.
@@ -37,51 +44,154 @@ CUTS = {
     Kind.ARC_CCW: "counter-clockwise arc",
     Kind.DWELL: "dwell",
 }
+_ALL = slice(None)
+
+
+class States:
+    """What is active at every row of a toolpath.
+
+    Attributes
+    ----------
+    number
+        int32[n]: the row of `table` that holds.
+    table
+        By name, see `EXACT` and `AMOUNT`: one value for every different state. `plane` is that of the radius
+        compensation: 0 where there is none.
+    """
+
+    def __init__(self, number: Refs, table: dict[str, NDArray]) -> None:
+        self.number = number
+        self.table = table
+
+    @classmethod
+    def of_columns(cls, columns: Iterable[tuple[str, NDArray]], n: int) -> States:
+        """Return the states of columns, which are taken one after the other."""
+        number, table = np.zeros(n, dtype=np.int64), dict[str, NDArray]()
+        for name, column in columns:
+            values, which = _numbered(column)
+            if len(values) > 1:
+                pairs, number = _numbered(number * len(values) + which)
+                was, now = np.divmod(pairs.astype(np.int64), len(values))
+                table = {known: one[was] for known, one in table.items()}
+                values = values[now]
+            else:
+                values = values[np.zeros(len(next(iter(table.values()), np.zeros(1))), dtype=np.int64)]
+            table[name] = values
+        return cls(number.astype(np.int32), table)
+
+    def of(self, name: str, rows: Rows = _ALL) -> NDArray:
+        """Return a column, or some rows of it."""
+        column: NDArray = self.table[name][self.number[rows]]
+        return column
+
+    def take(self, rows: Ints) -> States:
+        """Return the states at some rows."""
+        return States(self.number[rows], self.table)
+
+
+def _numbered(column: NDArray) -> tuple[NDArray, Ints]:
+    """Return the different values of a column, and the number of each row's; few rows differ from the one before."""
+    if not len(column):
+        return np.zeros(1, dtype=column.dtype), np.zeros(0, dtype=np.int64)
+    begins = np.concatenate([[0], np.flatnonzero(column[1:] != column[:-1]) + 1])
+    values, which = np.unique(column[begins], return_inverse=True)
+    return values, np.repeat(which.ravel(), np.diff(np.append(begins, len(column))))
+
+
+class Tables(NamedTuple):
+    """What few features have, a row for each arc or cycle; in the first one, for all others, every number is 0.
+
+    Attributes
+    ----------
+    center, plane, turns
+        float64[a, 3] in mm, int64[a], int64[a]: of arcs.
+    r_plane, peck
+        float64[c], mm: of cycles.
+    """
+
+    center: Floats
+    plane: Ints
+    turns: Ints
+    r_plane: Floats
+    peck: Floats
 
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """Holes, cuts and dwells in the order of the program; columns as `EXACT`, `PLACE`, `AMOUNT` and `HEIGHT` name them.
+    """Holes, cuts and dwells in the order of the program; `of` returns what `EXACT`, `PLACE` … name.
 
     Attributes
     ----------
     row, line
-        int64[n]: the row of the toolpath; int32[n]: the line of the text.
-    exact
-        int64[n, 13]; `kind` is a `Kind`, or the number of a cycle's name.
-    place, amount, height
-        float64[n, 9], float64[n, 7], float64[n, 2].
+        int32[n]: the row of the toolpath, the line of the text.
+    kind
+        int64[n]: the `Kind` of every cut; a cycle is the number of its name, above all of them.
+    end, start
+        float64[n, 3], mm: of a cut; the bottom of a hole, and as its start the height to which the tool comes back.
+    feed, dwell
+        float64[n]: mm/s, s.
+    state, arc, cycle
+        int32[n]: the row of the states' table, and of `tables`.
+    states, tables
+        What these point into.
     group
         int64[n]: features of different groups are never equal.
     """
 
-    row: Ints
-    line: NDArray[np.int32]
-    exact: Ints
-    place: Floats
-    amount: Floats
-    height: Floats
+    row: Refs
+    line: Refs
+    kind: Ints
+    end: Floats
+    start: Floats
+    feed: Floats
+    dwell: Floats
+    state: Refs
+    arc: Refs
+    cycle: Refs
     group: Ints
+    states: dict[str, NDArray]
+    tables: Tables
 
     def __len__(self) -> int:
         return len(self.row)
 
-    @property
-    def kind(self) -> Ints:
-        """The `Kind` of every cut; a cycle is a number above all of them."""
-        return self.exact[:, 0]
+    def of(self, name: str, rows: Rows = _ALL) -> NDArray:
+        """Return what has this name, of all features or of some."""
+        column: NDArray
+        match name:
+            case "x" | "y" | "depth":
+                column = self.end[rows, ("x", "y", "depth").index(name)]
+            case "start x" | "start y":
+                column = self.start[rows, int(name == "start y")]
+            case "start z":
+                column = np.where(self.kind[rows] >= FIRST_CYCLE, 0.0, self.start[rows, 2])
+            case "retract":
+                column = np.where(self.kind[rows] >= FIRST_CYCLE, self.start[rows, 2], 0.0)
+            case "centre x" | "centre y" | "centre z":
+                column = self.tables.center[self.arc[rows], "xyz".index(name[-1])]
+            case "plane":
+                arc = self.arc[rows]
+                column = np.where(arc > 0, self.tables.plane[arc], self.states["plane"][self.state[rows]])
+            case "turns":
+                column = self.tables.turns[self.arc[rows]]
+            case "peck" | "r_plane":
+                column = getattr(self.tables, name)[self.cycle[rows]]
+            case "kind" | "feed" | "dwell":
+                column = getattr(self, name)[rows]
+            case _:
+                column = self.states[name][self.state[rows]]
+        return column
 
-    def pick(self, which: Mask | Ints, group: Ints | None = None) -> Features:
-        """Return some of the features, with their groups or with others."""
-        return Features(
-            self.row[which],
-            self.line[which],
-            self.exact[which],
-            self.place[which],
-            self.amount[which],
-            self.height[which],
-            self.group[which] if group is None else group,
-        )
+    def several(self, names: Iterable[str], rows: Rows = _ALL) -> NDArray:
+        """Return several of these side by side, [n, names]."""
+        return np.column_stack([self.of(name, rows) for name in names])
+
+    def pick(self, which: Mask | Ints) -> Features:
+        """Return some of the features."""
+        return replace(self, **{name: getattr(self, name)[which] for name in _BY_FEATURE})
+
+
+_BY_FEATURE = ("row", "line", "kind", "end", "start", "feed", "dwell", "state", "arc", "cycle", "group")
 
 
 def name_of(kind: int) -> str:
@@ -97,57 +207,28 @@ def _number_of(cycle: DrillCycle) -> int:
     return int.from_bytes(cycle.name.encode("ascii", "replace")[:7], "big")
 
 
-class States(NamedTuple):
-    """What is active at every row of a toolpath, by row; see `EXACT` and `AMOUNT` for what is not said by the name.
-
-    `plane` is that of the radius compensation: 0 where there is none.
-    """
-
-    plane: Ints
-    tool: Ints
-    coolant: Ints
-    length: Ints
-    frame: Ints
-    radius: Ints
-    blending: Ints
-    feed_mode: Ints
-    direction: Ints
-    stated: Ints
-    obeyed: Ints
-    speed: Floats
-    register: Floats
-    corner: Floats
-    joining: Floats
-
-    def take(self, rows: Ints) -> States:
-        """Return the states at some rows."""
-        return States._make(column[rows] for column in self)
-
-
 def states_of_path(path: Toolpath) -> States:
     """Return what the rows of a toolpath themselves set."""
+    return States.of_columns(_columns_of_path(path), len(path))
+
+
+def _columns_of_path(path: Toolpath) -> Iterator[tuple[str, NDArray]]:
     none = np.zeros(len(path), dtype=np.int64)
-
-    def number(kind: Kind, default: int = 0) -> Ints:
-        return _latest(path, kind, path.ref, default).astype(np.int64)
-
-    return States(
-        plane=none,
-        tool=number(Kind.TOOL),
-        coolant=number(Kind.COOLANT),
-        length=number(Kind.OFFSET),
-        frame=number(Kind.FRAME, 540),
-        radius=number(Kind.RADIUS, 40),
-        blending=number(Kind.BLENDING),
-        feed_mode=none,
-        direction=none,
-        stated=none,
-        obeyed=none,
-        speed=_latest(path, Kind.SPINDLE, path.value),
-        register=_latest(path, Kind.RADIUS, path.value),
-        corner=_latest(path, Kind.BLENDING, path.value),
-        joining=_latest(path, Kind.BLENDING, path.end[:, 0]),
-    )
+    for name, kind, default in (
+        ("tool", Kind.TOOL, 0),
+        ("coolant", Kind.COOLANT, 0),
+        ("length", Kind.OFFSET, 0),
+        ("frame", Kind.FRAME, 540),
+        ("radius", Kind.RADIUS, 40),
+        ("blending", Kind.BLENDING, 0),
+    ):
+        yield name, _latest(path, kind, path.ref, default).astype(np.int64)
+    for name in ("plane", "feed_mode", "direction", "stated", "obeyed"):
+        yield name, none
+    yield "speed", _latest(path, Kind.SPINDLE, path.value)
+    yield "register", _latest(path, Kind.RADIUS, path.value)
+    yield "corner", _latest(path, Kind.BLENDING, path.value)
+    yield "joining", _latest(path, Kind.BLENDING, path.end[:, 0])
 
 
 def states_of_program(program: Program) -> States:
@@ -157,26 +238,49 @@ def states_of_program(program: Program) -> States:
     needs no S. Where the work's units are stated, no machine can take them for others. What the controller obeys
     beside the G-code it obeys in the order of the text.
     """
-    states = states_of_path(program.path)
-    rows = np.arange(len(program.path))
+    path = program.path
+    if not len(program.modals):
+        return states_of_path(path)
+    rows = np.arange(len(path))
     block = np.searchsorted(program.first, rows, side="right") - 1
     active = program.before[np.clip(block + 1, 0, len(program.before) - 1)]
 
     def column(take: Callable[[Modal], float]) -> Floats:
         return np.array([take(modal) for modal in program.modals], dtype=np.float64)[active]
 
+    def columns() -> Iterator[tuple[str, NDArray]]:
+        radius, direction = np.zeros(0), direction_of(program)
+        for name, known in _columns_of_path(path):
+            match name:
+                case "length":
+                    yield name, known + TAKEN * _table_of(path)
+                case "plane":
+                    yield name, np.where(radius != 40, column(lambda m: m.plane), 0).astype(np.int64)
+                case "feed_mode":
+                    yield name, column(lambda m: m.feed_mode).astype(np.int64)
+                case "direction":
+                    yield name, direction.astype(np.int64)
+                case "stated":
+                    yield name, (block >= _first_with_units(program)) + 2 * _started(path, direction)
+                case "obeyed":
+                    yield name, np.searchsorted([said.line for said in program.obeyed], path.line).astype(np.int64)
+                case "speed":
+                    yield name, direction * column(lambda m: m.rpm)
+                case _:
+                    radius = known if name == "radius" else radius
+                    yield name, known
+
+    return States.of_columns(columns(), len(path))
+
+
+def direction_of(program: Program) -> Floats:
+    """Return for every row 1 for M3, -1 for M4, 0 for M5."""
+    path = program.path
     if not len(program.modals):
-        return states
-    direction = column(lambda m: m.spindle)
-    return states._replace(
-        plane=np.where(states.radius != 40, column(lambda m: m.plane), 0).astype(np.int64),
-        length=states.length + TAKEN * _table_of(program.path),
-        feed_mode=column(lambda m: m.feed_mode).astype(np.int64),
-        direction=direction.astype(np.int64),
-        stated=(block >= _first_with_units(program)) + 2 * _started(program.path, direction),
-        obeyed=np.searchsorted([said.line for said in program.obeyed], program.path.line).astype(np.int64),
-        speed=direction * column(lambda m: m.rpm),
-    )
+        return np.zeros(len(path))
+    block = np.searchsorted(program.first, np.arange(len(path)), side="right") - 1
+    active = program.before[np.clip(block + 1, 0, len(program.before) - 1)]
+    return np.array([modal.spindle for modal in program.modals], dtype=np.float64)[active]
 
 
 #: A length offset is its register and this many times the number of blocks before it that may have changed the table.
@@ -221,58 +325,48 @@ def _latest(path: Toolpath, kind: Kind, column: NDArray, default: float = 0.0) -
     return np.where(rows >= 0, column[rows], default).astype(np.float64)
 
 
-def features_of(path: Toolpath, states: States, which: Mask) -> Features:
-    """Return the features that the rows `which` are: cuts, cycles, dwells, and rapids (under radius compensation)."""
+def features_of(path: Toolpath, states: States, which: Mask, before: Floats | None = None) -> Features:
+    """Return the features that the rows `which` are: cuts, cycles, dwells, and rapids (under radius compensation).
+
+    `before` is where the tool is before every row (`positions_before`), where that is known already.
+    """
     rows = np.flatnonzero(which)
-    kind = path.kind[rows]
-    here, at = positions_before(path)[rows], states.take(rows)
-    n = len(rows)
-    place, amount, height = np.zeros((n, len(PLACE))), np.zeros((n, len(AMOUNT))), np.zeros((n, len(HEIGHT)))
-    dwell = kind == Kind.DWELL
-    place[:, :3] = np.where(dwell[:, None], here, path.end[rows])
-    place[:, 3:6] = here
-    exact = np.zeros((n, len(EXACT)), dtype=np.int64)
-    exact[:, 0] = kind
-    for name in (
-        "plane",
-        "tool",
-        "coolant",
-        "length",
-        "frame",
-        "radius",
-        "blending",
-        "feed_mode",
-        "direction",
-        "stated",
-        "obeyed",
-    ):
-        exact[:, EXACT.index(name)] = getattr(at, name)
-    amount[:, 0] = np.where(dwell | (kind == Kind.RAPID), 0.0, path.value[rows])
-    amount[:, 1], amount[:, 4], amount[:, 5], amount[:, 6] = at.speed, at.register, at.corner, at.joining
-    amount[dwell, 3] = path.value[rows][dwell]
-    _fill_cycles(path, rows, exact, place, amount, height)
-    _fill_arcs(path, rows, exact, place)
-    return Features(rows, path.line[rows], exact, place, amount, height, np.zeros(n, dtype=np.int64))
+    kind = path.kind[rows].astype(np.int64)
+    start = (positions_before(path) if before is None else before)[rows]
+    dwell, drill = kind == Kind.DWELL, kind == Kind.DRILL
+    end = path.end[rows]
+    end[dwell] = start[dwell]
+    value, ref = path.value[rows], path.ref[rows]
+    curved = (kind == Kind.ARC_CW) | (kind == Kind.ARC_CCW)
+    if drill.any():
+        kind[drill] = np.array([_number_of(c) for c in path.cycles], dtype=np.int64)[ref[drill]]
+        # A hole begins over its place; the height to which the tool comes back stands there.
+        start[drill] = end[drill]
+        end[drill, 2] = np.array([c.bottom for c in path.cycles])[ref[drill]]
+    waits = np.where(dwell, value, 0.0)
+    waits[drill] = np.array([c.dwell for c in path.cycles], dtype=np.float64)[ref[drill]]
+    return Features(
+        row=rows.astype(np.int32),
+        line=path.line[rows],
+        kind=kind,
+        end=end,
+        start=start,
+        feed=np.where(dwell | (kind == Kind.RAPID), 0.0, value),
+        dwell=waits,
+        state=states.number[rows],
+        arc=np.where(curved, ref + 1, 0).astype(np.int32),
+        cycle=np.where(drill, ref + 1, 0).astype(np.int32),
+        group=np.zeros(len(rows), dtype=np.int64),
+        states=states.table,
+        tables=_tables_of(path),
+    )
 
 
-def _fill_cycles(path: Toolpath, rows: Ints, exact: Ints, place: Floats, amount: Floats, height: Floats) -> None:
-    drill = path.kind[rows] == Kind.DRILL
-    if not drill.any():
-        return
-    ref = path.ref[rows[drill]]
-    words = np.array([(c.bottom, c.peck, c.dwell, c.r_plane) for c in path.cycles], dtype=np.float64)[ref]
-    exact[drill, 0] = np.array([_number_of(c) for c in path.cycles], dtype=np.int64)[ref]
-    height[drill, 0], height[drill, 1] = words[:, 3], place[drill, 2]
-    place[drill, 2] = words[:, 0]
-    place[drill, 3:5], place[drill, 5] = place[drill, :2], 0.0
-    amount[drill, 2], amount[drill, 3] = words[:, 1], words[:, 2]
-
-
-def _fill_arcs(path: Toolpath, rows: Ints, exact: Ints, place: Floats) -> None:
-    arc = (path.kind[rows] == Kind.ARC_CW) | (path.kind[rows] == Kind.ARC_CCW)
-    if not arc.any():
-        return
-    used = [path.arcs[ref] for ref in path.ref[rows[arc]].tolist()]
-    place[arc, 6:9] = np.array([a.center for a in used])
-    exact[arc, 1] = [a.plane for a in used]
-    exact[arc, 2] = [a.turns for a in used]
+def _tables_of(path: Toolpath) -> Tables:
+    return Tables(
+        np.array([(0.0, 0.0, 0.0), *(a.center for a in path.arcs)]),
+        np.array([0, *(a.plane for a in path.arcs)], dtype=np.int64),
+        np.array([0, *(a.turns for a in path.arcs)], dtype=np.int64),
+        np.array([0.0, *(c.r_plane for c in path.cycles)]),
+        np.array([0.0, *(c.peck for c in path.cycles)]),
+    )

@@ -79,7 +79,7 @@ def _enclosed(spots: Floats, traces: Traces) -> Mask:
 
 def outline_of(traces: Traces) -> Floats:
     """Return the corners of a chain in order, arcs as many short lines."""
-    for _ in range(_HALVINGS):
+    for _ in range(_HALVINGS if (traces.arc >= 0).any() else 0):
         traces = traces.halved().pick(_needed(traces))
     return np.concatenate([traces.begin[:1], traces.end])
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from leafcut.model.toolpath import Kind
 from leafcut.verify.difference import MOST_LISTED
-from leafcut.verify.features import EXACT, FIRST_CYCLE, Features, Floats, Ints, Mask
+from leafcut.verify.features import FIRST_CYCLE, Features, Floats, Ints, Mask
 from leafcut.verify.inside import loops_in, outline_of
 from leafcut.verify.traces import Traces
 
@@ -106,15 +106,15 @@ def _visits(features: Features, aside: Mask, visit: Ints, origin: Ints, new_of: 
     ends = np.full(n, -1, dtype=np.int64)
     np.maximum.at(ends, visit, new_of)
     bottom = np.full(n, np.inf)
-    np.fmin.at(bottom, visit[aside], features.place[aside, 2])
-    frame = features.exact[first, EXACT.index("frame")]
+    np.fmin.at(bottom, visit[aside], features.end[aside, 2])
+    frame = features.of("frame", first)
     _, zero = np.unique(np.column_stack([frame, origin[first]]), axis=0, return_inverse=True)
     zero = zero.ravel()
     deepest = np.full(int(zero.max()) + 1, np.inf)
     np.minimum.at(deepest, zero, bottom)
     with np.errstate(invalid="ignore"):
         above = np.where(np.isfinite(bottom), bottom - deepest[zero], np.inf)
-    start, end = features.place[first, 3:5], features.place[first, :2]
+    start, end = features.start[first, :2], features.end[first, :2]
     drilled = ~np.isfinite(start) | (features.kind[first] >= FIRST_CYCLE)[:, None]
     return _Visits(first, last, ends, bottom, np.where(drilled, end, start), above)
 
@@ -160,7 +160,7 @@ def _loops(features: Features, traces: Traces, aside: Mask, visits: _Visits, num
     """Return what a visit goes round at its lowest level, float64[k, 2] each."""
     mine = np.arange(int(visits.first[number]), int(visits.last[number]) + 1)
     mine = mine[aside[mine]]
-    z, start = features.place[mine, 2], features.place[mine, 5]
+    z, start = features.end[mine, 2], features.start[mine, 2]
     steady = bool((z <= start + _STEADY).all() and (z[:-1] + _STEADY >= start[1:]).all())
     limit = float(visits.bottom[number]) + _FLAT
     level = mine if steady else mine[(z <= limit) & (start <= limit)]

@@ -6,14 +6,14 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.units import SECONDS_PER_MINUTE
 from leafcut.verify.difference import Difference, place
-from leafcut.verify.features import AMOUNT, EXACT, FIRST_CYCLE, PLACE, TAKEN, Features, Ints, name_of
+from leafcut.verify.features import AMOUNT, EXACT, FIRST_CYCLE, HEIGHT, PLACE, TAKEN, Features, Ints, name_of
 from leafcut.verify.read_back import DWELL_ROUNDING, FEED_PART, FEED_ROUNDING, SPEED_ROUNDING
 
 #: Features that agree to this, in mm, mm/s, rpm and s, are paired all at once; the others one by one.
@@ -91,8 +91,8 @@ def _paired_at_once(before: Features, after: Features, tolerance: float) -> tupl
     same = np.ones(len(old), dtype=bool)
     for one, other in zip(_rounded(before), _rounded(after), strict=True):
         same &= one[old] == other[new]
-    for one, other in zip(before.place.T, after.place.T, strict=True):
-        here, there = one[old], other[new]
+    for name in PLACE:
+        here, there = before.of(name, old), after.of(name, new)
         same &= (np.abs(here - there) <= tolerance + 1e-9) | (np.isnan(here) & np.isnan(there))
     return old[same], new[same]
 
@@ -100,12 +100,11 @@ def _paired_at_once(before: Features, after: Features, tolerance: float) -> tupl
 def _rounded(features: Features) -> Iterator[Ints]:
     """Yield all that a feature is as whole numbers, a column at a time: of a million, all at once fill the memory."""
     yield features.group
-    yield from features.exact.T
-    for table in (features.place, features.amount, features.height):
-        for column in table.T:
-            values = column / _QUANTUM
-            known = np.isfinite(values) & (np.abs(values) < _FAR)
-            yield np.where(known, np.rint(np.where(known, values, 0.0)), -float(_FAR)).astype(np.int64)
+    yield from (features.of(name) for name in EXACT)
+    for name in (*PLACE, *AMOUNT, *HEIGHT):
+        values = features.of(name) / _QUANTUM
+        known = np.isfinite(values) & (np.abs(values) < _FAR)
+        yield np.where(known, np.rint(np.where(known, values, 0.0)), -float(_FAR)).astype(np.int64)
 
 
 def _hashed(features: Features) -> NDArray[np.uint64]:
@@ -129,8 +128,8 @@ def _counted(number: Ints) -> Ints:
 
 
 def _listed(features: Features, which: Ints) -> list[Feature]:
-    columns = (features.line, features.group, features.exact, features.place, features.amount, features.height)
-    parts = [column[which].tolist() for column in columns]
+    parts: list[list[Any]] = [features.line[which].tolist(), features.group[which].tolist()]
+    parts += [features.several(names, which).tolist() for names in (EXACT, PLACE, AMOUNT, HEIGHT)]
     return [
         Feature(index, line, group, tuple(e), tuple(p), tuple(a), tuple(h))
         for index, line, group, e, p, a, h in zip(which.tolist(), *parts, strict=True)

@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,6 +40,8 @@ _BESIDE_PART, _PLACES = 0.55, 40
 _ROW, _LEAN, _LEAST_ROWS = 100.0, 0.015, 3
 #: Lines of a way in one piece, pieces and pairs that are looked at together.
 _PIECE, _PIECES, _PAIRS = 32, 512, 2000
+#: Traces whose ways are made together.
+_AT_ONCE = 50_000
 #: Times that an arc of an eighth of a turn is halved to be drawn as lines: 0.005 of its radius are left.
 _HALVINGS = 2
 
@@ -174,7 +177,7 @@ def _moved(begins: Ints) -> Mask:
 
 def _visits(features: Features, traces: Traces, visit: Ints, new_of: Ints) -> _Visits:
     n = int(visit[-1]) + 1
-    kind, z, start = features.kind, features.place[:, 2], features.place[:, 5]
+    kind, z, start = features.kind, features.end[:, 2], features.of("start z")
     bottom = np.full(n, np.inf)
     made = kind != Kind.DWELL
     np.fmin.at(bottom, visit[made], z[made])
@@ -233,7 +236,22 @@ def _near(visits: _Visits, traces: Traces, visit: Ints, width: float) -> Iterato
 
 def ways_of(shapely: Any, traces: Traces, owner: Ints, most: int) -> tuple[NDArray[np.object_], Ints]:
     """Return the ways of visits as lines of at most so many parts, and the visit that each is of."""
-    for _ in range(_HALVINGS):
+    begins = np.flatnonzero(np.diff(owner, prepend=-1))
+    at = begins[
+        np.unique(np.searchsorted(begins, np.arange(0, len(owner), _AT_ONCE)).clip(max=max(len(begins) - 1, 0)))
+    ]
+    if len(at) <= 1:
+        return _ways_of(shapely, traces, owner, most)
+    # A part after the other, as every halving doubles what it needs of memory.
+    parts = [
+        _ways_of(shapely, traces.pick(np.arange(begin, end)), owner[begin:end], most)
+        for begin, end in pairwise([*at.tolist(), len(owner)])
+    ]
+    return np.concatenate([lines for lines, _ in parts]), np.concatenate([of for _, of in parts])
+
+
+def _ways_of(shapely: Any, traces: Traces, owner: Ints, most: int) -> tuple[NDArray[np.object_], Ints]:
+    for _ in range(_HALVINGS if (traces.arc >= 0).any() else 0):
         twice = np.repeat(traces.arc >= 0, 2)
         keep = np.flatnonzero(twice | (np.arange(len(twice)) % 2 == 0))
         traces, owner = traces.halved().pick(keep), np.repeat(owner, 2)[keep]

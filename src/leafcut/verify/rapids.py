@@ -12,9 +12,12 @@ from leafcut.model.cycles import in_series
 from leafcut.model.toolpath import Kind
 from leafcut.verify.clearance import at_machine_height
 from leafcut.verify.difference import MOST_LISTED, Difference, place
-from leafcut.verify.features import EXACT, FIRST_CYCLE, TAKEN, Floats, Ints, Mask
+from leafcut.verify.features import FIRST_CYCLE, TAKEN, Floats, Ints, Mask
 from leafcut.verify.stages import PLACELESS, Mark
 from leafcut.verify.work import Work, goes_across
+
+#: Features whose rapids are compared together.
+_AT_ONCE = 100_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +101,7 @@ def gaps_of(work: Work) -> Gaps:
     here, there = sinks & (moves < first[gap]), sinks & (moves > last[gap])
     begins = np.full(n, -1)
     begins[gap[::-1]] = row[::-1]
-    on = np.append(work.states.direction[row] != 0, False)
+    on = np.append(work.states.of("direction", row) != 0, False)
     lit = np.zeros(n, dtype=bool)
     lit[gap[across & on[:-1]]] = True
     from_unknown, to_unknown = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
@@ -208,8 +211,9 @@ def heights_of(work: Work, gaps: Gaps) -> Heights:
         np.where(last, np.minimum(leave, reached), leave),
     )
     arrive = np.where(waits, np.minimum(arrive, reached), arrive)
-    end = np.where(work.features.exact[:, 0] >= FIRST_CYCLE, work.features.height[:, 1], work.features.place[:, 2])
-    start = np.where(work.features.exact[:, 0] >= FIRST_CYCLE, work.features.height[:, 0], work.features.place[:, 5])
+    made = work.features
+    end = np.where(made.kind >= FIRST_CYCLE, made.start[:, 2], made.end[:, 2])
+    start = np.where(made.kind >= FIRST_CYCLE, made.of("r_plane"), made.start[:, 2])
     # Without a way across, all of the gap is at one place.
     sunk = np.where(gaps.across, gaps.down_here, gaps.down_there)[after]
     return Heights(
@@ -262,17 +266,31 @@ Both = tuple[Work, Gaps, Work, Gaps]
 
 
 def _by_feature(both: Both, new_of: Ints, turned: Ints, room: float, beam: bool) -> Iterator[Check]:
-    original, old_gaps, new, gaps = both
+    original, old_gaps, _, _ = both
     allowed = _of_both_ends(heights_of(original, old_gaps), turned)
+    lowest = _lowest_crossing(original, old_gaps)
     old = np.flatnonzero(new_of >= 0)
+    old_of = np.full(int(new_of.max(initial=-1)) + 2, -1)
+    old_of[new_of[old]] = old
+    # Some after the others: all at once, what is compared would need more memory than the programs.
+    for begin in range(0, len(old), _AT_ONCE):
+        some = old[begin : begin + _AT_ONCE]
+        yield from _of_some(both, allowed, lowest, some, new_of, old_of, room, beam)
+
+
+def _of_some(
+    both: Both, allowed: Heights, lowest: Floats, old: Ints, new_of: Ints, old_of: Ints, room: float, beam: bool
+) -> Iterator[Check]:
+    original, old_gaps, new, gaps = both
     now = new_of[old]
+    previous = old_of[now - 1]
     before, old_before = gaps.gap_of[now], old_gaps.gap_of[old]
     follows, rows = allowed.follows[old], gaps.rows[before]
-    came_from = np.concatenate([[-1], new_of])[old]
+    came_from = np.where(old > 0, new_of[old - 1], -1)
     stayed = np.where(old_gaps.opened_by_feature[old_before], (came_from == now - 1) | (came_from < 0), True)
     stayed &= gaps.opened_by_feature[before] == old_gaps.opened_by_feature[old_before]
     lines = original.features.line[old], new.features.line[now]
-    places = original.features.place[old]
+    places = original.features.end[old]
 
     def at(row: int) -> str:
         return place(*places[row, :2])
@@ -283,37 +301,31 @@ def _by_feature(both: Both, new_of: Ints, turned: Ints, room: float, beam: bool)
         *lines,
         follows & (rows | ~stayed),
     )
-    yield from _heights_by_feature(both, allowed, old, now, room)
+    yield from _heights_by_feature(both, allowed, lowest, old, now, previous, room)
     if beam:
-        for lit in _lit(old_gaps, gaps, old, now, allowed.first):
+        for lit in _lit(old_gaps, gaps, old, now, previous, allowed.first):
             yield "beam on", lambda row: f"a rapid next to {at(row)} is made with the beam on, it was off", *lines, lit
 
 
-def _lit(old_gaps: Gaps, gaps: Gaps, old: Ints, now: Ints, first: Mask) -> Iterator[Mask]:
+def _lit(old_gaps: Gaps, gaps: Gaps, old: Ints, now: Ints, previous: Ints, first: Mask) -> Iterator[Mask]:
     """Yield for rapids to features, from them, and between them, which are made with the beam on and were not."""
     before, was = gaps.gap_of[now], old_gaps.gap_of[old]
     yield gaps.lit_last[before] & old_gaps.across[was] & ~old_gaps.lit_last[was] & ~first[old]
     yield gaps.lit_first[before + 1] & old_gaps.across[was + 1] & ~old_gaps.lit_first[was + 1]
-    previous = _previous(old, now)
     known = old_gaps.across[was] & ~old_gaps.lit[was] & (previous >= 0) & ~first[old]
     yield gaps.lit[before] & known & ~old_gaps.lit[old_gaps.gap_of[previous] + 1]
 
 
-def _previous(old: Ints, now: Ints) -> Ints:
-    """Return for every pair of features the original of what is before it in the new program, or -1."""
-    old_of = np.full(max(int(now.max(initial=-1)) + 2, 1), -1)
-    old_of[now] = old
-    return old_of[now - 1]
-
-
-def _heights_by_feature(both: Both, allowed: Heights, old: Ints, now: Ints, room: float) -> Iterator[Check]:
+def _heights_by_feature(
+    both: Both, allowed: Heights, lowest: Floats, old: Ints, now: Ints, previous: Ints, room: float
+) -> Iterator[Check]:
     original, old_gaps, new, gaps = both
     before, old_before = gaps.gap_of[now], old_gaps.gap_of[old]
     after, old_after = before + 1, old_before + 1
     rows, across = gaps.rows[before], gaps.across[before]
     approach = old_gaps.line[old_before], gaps.line[before]
     retract = old_gaps.line[old_after], gaps.line[after]
-    places, start = original.features.place[old], new.features.place[now, 5]
+    places, start = original.features.end[old], new.features.of("start z", now)
 
     def told(word: str, before: Floats, after: Floats) -> Callable[[int], str]:
         return lambda row: f"{word} {place(*places[row, :2])} at {_said(after[row])}, {_said(before[row])} before"
@@ -325,7 +337,6 @@ def _heights_by_feature(both: Both, allowed: Heights, old: Ints, now: Ints, room
     low = gaps.across[after] & (leave < allowed.leave[old] - room)
     yield "lower retract", told("a rapid leaves", allowed.leave[old], leave), *retract, low
     # Without a way across both are at one place: how far the tool went down there after the one counts, too.
-    previous = _previous(old, now)
     together = ~across & gaps.opened_by_feature[before] & (previous >= 0)
     behind = old_gaps.gap_of[previous] + 1
     sunk = np.where(old_gaps.across[behind], old_gaps.down_here[behind], old_gaps.down_there[behind])
@@ -342,10 +353,9 @@ def _heights_by_feature(both: Both, allowed: Heights, old: Ints, now: Ints, room
             *lines,
             _less_known(gaps, now_gap, old_gaps, old_gap) & np.isfinite(places[:, 2]),
         )
-    lowest = _lowest_crossing(original, old_gaps)[old]
-    lowest = np.where(np.isinf(lowest), allowed.arrive[old], lowest)
+    limit = np.where(np.isinf(lowest[old]), allowed.arrive[old], lowest[old])
     cross = np.where(across, gaps.cross[before], np.inf)
-    yield "lower retract", told("a rapid goes across to", lowest, cross), *approach, cross < lowest - room
+    yield "lower retract", told("a rapid goes across to", limit, cross), *approach, cross < limit - room
 
 
 def _less_known(gaps: Gaps, now: Ints, old_gaps: Gaps, old: Ints) -> Mask:
@@ -358,11 +368,11 @@ def _less_known(gaps: Gaps, now: Ints, old_gaps: Gaps, old: Ints) -> Mask:
 
 def _lowest_crossing(work: Work, gaps: Gaps) -> Floats:
     """Return for every feature the lowest rapid across next to any of the same group and tool; else of the group."""
-    group, tool = work.features.group, work.features.exact[:, EXACT.index("tool")]
+    group, tool = work.features.group, work.features.of("tool")
     cross = np.minimum(gaps.cross[gaps.gap_of], gaps.cross[gaps.gap_of + 1])
     lowest = np.full(len(group), np.inf)
-    for columns in ([group, tool], [group]):
-        _, key = np.unique(np.column_stack(columns), axis=0, return_inverse=True)
+    for number in (group * (np.ptp(tool) + 1) + tool if len(tool) else tool, group):
+        _, key = np.unique(number, return_inverse=True)
         key = key.reshape(-1)
         lowest = np.where(np.isinf(lowest), _least(int(key.max(initial=-1)) + 1, key, cross)[key], lowest)
     return lowest
@@ -438,7 +448,7 @@ def _lowest_by_length(work: Work) -> dict[int, tuple[float, int]]:
     rapids, change = rapids[after], changes[change[after]]
     rapids = rapids[np.searchsorted(made, rapids) == np.searchsorted(made, change)]
     found: dict[int, tuple[float, int]] = {}
-    length = work.states.length[rapids] % TAKEN
+    length = work.states.of("length", rapids) % TAKEN
     for register in np.unique(length).tolist():
         rows = rapids[length == register]
         row = int(rows[np.argmin(path.end[rows, 2])])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath, positions_before
 from leafcut.verify.difference import MOST_LISTED, Difference, shorten
-from leafcut.verify.features import AMOUNT, EXACT, Features, Floats, Mask, features_of, states_of_path
+from leafcut.verify.features import Features, Floats, Mask, features_of, states_of_path
 from leafcut.verify.matching import Pairing, Room, explain, pair
 from leafcut.verify.read_back import compare_motion
 
@@ -61,14 +62,12 @@ def _working(path: Toolpath) -> Mask:
 def _planned(path: Toolpath) -> Features:
     """Return the features of a planned toolpath: of its states only those that a plan has, a dwell with its cut."""
     features = features_of(path, states_of_path(path), _working(path))
-    for name in ("length", "frame", "radius", "blending"):
-        features.exact[:, EXACT.index(name)] = 0
-    features.amount[:, AMOUNT.index("corner")] = 0.0
+    none = {name: np.zeros_like(features.states[name]) for name in ("length", "frame", "radius", "blending", "corner")}
     dwell = np.zeros(len(path))
     dwell[:-1] = np.where(path.kind[1:] == Kind.DWELL, path.value[1:], 0.0)
     cuts = path.kind[features.row] != Kind.DRILL
-    features.amount[cuts, AMOUNT.index("dwell")] = dwell[features.row[cuts]]
-    return features
+    features.dwell[cuts] = dwell[features.row[cuts]]
+    return replace(features, states={**features.states, **none})
 
 
 def _lower_traverses(original: Toolpath, new: Toolpath, tolerance: float) -> Iterator[Difference]:
@@ -89,7 +88,7 @@ def _lowest_traverses(path: Toolpath) -> dict[int, tuple[float, int]]:
     moved = np.abs(path.end - before)
     across = (path.kind == Kind.RAPID) & ((moved[:, 0] > 0) | (moved[:, 1] > 0))
     lowest: Floats = np.fmin(before[:, 2], path.end[:, 2])
-    tools = states_of_path(path).tool
+    tools = states_of_path(path).of("tool")
     found: dict[int, tuple[float, int]] = {}
     for tool in np.unique(tools[across]).tolist():
         rows = np.flatnonzero(across & (tools == tool) & np.isfinite(lowest))

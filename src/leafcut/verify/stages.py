@@ -14,8 +14,9 @@ import numpy as np
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.saying import in_words, plain, reads_differently
 from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.verify.clearance import at_machine_height
 from leafcut.verify.difference import Difference, describe, place
-from leafcut.verify.features import FIRST_CYCLE, TAKEN, Features, Floats, Ints, Mask, States
+from leafcut.verify.features import FIRST_CYCLE, TAKEN, Features, Floats, Ints, Mask, Refs, States
 
 #: A block that a switch of the machine may skip is a barrier whatever it does, and so is a message or a record, and a
 #: comment or a setting that the controller obeys beside the G-code.
@@ -51,6 +52,8 @@ class Mark(NamedTuple):
         The tool must be at the very same place, since the block may begin from there.
     said
         For messages.
+    unsure
+        How high the tool is then is not known, and it is not at machine zero.
     """
 
     what: tuple[object, ...]
@@ -60,6 +63,7 @@ class Mark(NamedTuple):
     place: tuple[float, float, float]
     exactly: bool
     said: str
+    unsure: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +91,9 @@ def barriers_of(program: Program, path: Toolpath, source: Ints, states: States, 
     `path` may have its cycles written out; `source` says of which row of the program each of its rows is part.
     """
     kind = path.kind
-    frame = (kind == Kind.FRAME) & (np.diff(states.frame, prepend=540) != 0)
+    frame = (kind == Kind.FRAME) & (np.diff(states.of("frame"), prepend=540) != 0)
     rows = np.flatnonzero(np.isin(kind, [int(k) for k in _HARD]) | frame)
-    turning = np.sign(states.direction)
+    lost = np.isnan(before[:, 2]) & ~at_machine_height(path, 0.0)
     marks = []
     for row in rows.tolist():
         motion = path[row]
@@ -98,17 +102,19 @@ def barriers_of(program: Program, path: Toolpath, source: Ints, states: States, 
         context: tuple[object, ...] = ()
         if motion.kind in _SAYING:
             text = _plain(program, motion.line)
-            context = _context(program, block, motion.kind, said, float(states.register[row]))
+            context = _context(program, block, motion.kind, said, float(states.of("register", row)))
         what = (int(motion.kind), 0 if text else motion.ref, said or text, context)
         end = tuple(round(v, 6) for v in motion.end if not np.isnan(v)) if motion.kind is Kind.MACHINE else ()
         at = (before[row, 0], before[row, 1], before[row, 2])
         exactly = motion.kind is Kind.FOREIGN or (motion.kind is Kind.SHIFT and bool(_FROM_HERE.search(said)))
-        state = (int(turning[row]), int(states.coolant[row]), int(states.radius[row]))
+        state = (*(int(states.of(name, row)) for name in ("direction", "coolant", "radius")),)
         # The next program may rely on that a length offset is off.
-        left_on = motion.kind is Kind.END and int(states.length[row]) % TAKEN != 0
+        left_on = motion.kind is Kind.END and int(states.of("length", row)) % TAKEN != 0
         shown = in_words(said)
         words = _shown(text, shown) if text else f"{describe(motion)} {shown}".rstrip()
-        marks.append(Mark((*what, end, *state, left_on), int(motion.kind), row, motion.line, at, exactly, words))
+        marks.append(
+            Mark((*what, end, *state, left_on), int(motion.kind), row, motion.line, at, exactly, words, bool(lost[row]))
+        )
     return sorted([*marks, *_placeless(program, source), *_obeyed(program, source)], key=lambda mark: mark.key)
 
 
@@ -204,6 +210,9 @@ def with_dwells(
     begin, end = keys[at - 1], keys[at]
     last_work = np.maximum(_last_before(work, rows), begin)
     head = (last_work == begin) & (_last_before(across, rows) <= begin)
+    # What is not understood may have cut: whether the tool waits before or after the rapid away from there counts.
+    foreign = np.array([False, *(mark.kind == Kind.FOREIGN for mark in marks), False])[at - 1]
+    waits_there = foreign & (_last_before(travel, rows) <= begin)
     coming = np.append(work, np.inf)[np.searchsorted(work, rows)]
     cycle = np.append(features.kind[~dwell] >= FIRST_CYCLE, True)
     head &= cycle[np.searchsorted(work, rows)] | (coming > end) | (_last_before(travel, coming) > rows)
@@ -213,11 +222,12 @@ def with_dwells(
     moved = np.zeros(len(features), dtype=bool)
     moved[dwell] = head | tail
     added = []
-    for index, first in zip(np.flatnonzero(moved).tolist(), head[head | tail].tolist(), strict=True):
-        row, line, seconds = int(features.row[index]), int(features.line[index]), float(features.amount[index, 3])
-        state = (int(np.sign(states.direction[row])), int(states.coolant[row]))
-        what = (int(Kind.DWELL), "head" if first else "tail", round(seconds, 4), *state)
-        x, y, z = features.place[index, :3].tolist()
+    of_barrier = zip(np.flatnonzero(moved).tolist(), head[head | tail].tolist(), waits_there[head | tail], strict=True)
+    for index, first, there in of_barrier:
+        row, line, seconds = int(features.row[index]), int(features.line[index]), float(features.dwell[index])
+        state = (int(states.of("direction", row)), int(states.of("coolant", row)))
+        what = (int(Kind.DWELL), "head" if first else "tail", bool(there), round(seconds, 4), *state)
+        x, y, z = features.end[index].tolist()
         added.append(Mark(what, int(Kind.DWELL), row, line, (x, y, z), False, f"dwell of {seconds:g} s"))
     return sorted([*marks, *added], key=lambda mark: mark.key), moved
 
@@ -227,8 +237,8 @@ def _last_before(among: Ints, rows: Ints | Floats) -> Floats:
     return np.concatenate([[-1.0], among])[np.searchsorted(among, rows)]
 
 
-def walls_of(marks: list[Mark], work: Ints) -> list[Wall]:
-    """Return the marks in walls; `work` are the rows of the features, int64[n], in order."""
+def walls_of(marks: list[Mark], work: Refs) -> list[Wall]:
+    """Return the marks in walls; `work` are the rows of the features, int32[n], in order."""
     walls: list[Wall] = []
     ranks = np.searchsorted(work, [mark.key for mark in marks]).tolist()
     together: list[Mark] = []
@@ -344,6 +354,9 @@ def misplaced(marks: list[Mark], mark_of: dict[float, Mark], tolerance: float) -
         if mark.exactly and apart.any():
             text = f"'{mark.said}' may begin where the tool is: {place(*mark.place)} became {place(*new.place)}"
             yield Difference("barrier at another place", mark.line, new.line, text)
+        elif new.unsure and not mark.unsure:
+            text = f"at '{mark.said}' it is not known any more how high the tool is"
+            yield Difference("unknown height", mark.line, new.line, text)
         elif new.place[2] < mark.place[2] - tolerance - 1e-9:
             text = f"at '{mark.said}' the tool was at Z{mark.place[2]:.3f}, now at Z{new.place[2]:.3f}"
             yield Difference("lower retract", mark.line, new.line, text)

@@ -115,12 +115,12 @@ class Traces:
 
 def traces_of(features: Features) -> Traces:
     """Return the traces of features; one whose end is not known has none, one whose start is not known is a point."""
-    x_y, start = features.place[:, :2], features.place[:, 3:5].copy()
+    x_y, start = features.end[:, :2], features.start[:, :2]
     pointed = (features.kind != Kind.FEED) & (features.kind != Kind.RAPID)
     start = np.where(np.isnan(start) | pointed[:, None], x_y, start)
     known = np.isfinite(x_y).all(axis=1)
     curved = (features.kind == Kind.ARC_CW) | (features.kind == Kind.ARC_CCW)
-    curved &= np.isfinite(features.place).all(axis=1)
+    curved &= np.isfinite(features.end).all(axis=1) & np.isfinite(features.start).all(axis=1)
     straight = np.flatnonzero(known & ~curved)
     rows = np.flatnonzero(curved)
     arcs = _arcs(features.pick(rows))
@@ -146,11 +146,11 @@ def traces_of(features: Features) -> Traces:
 
 def _arcs(features: Features) -> Arcs:
     """Return arcs as curves; seen from above, turns on top of each other are one."""
-    plane, turns = features.exact[:, 1], features.exact[:, 2]
+    plane, turns = features.of("plane"), features.of("turns")
     axes = np.array([plane_axes(p) if p in (17, 18, 19) else (0, 1, 2) for p in plane.tolist()], dtype=np.int64)
     axes = axes.reshape(-1, 3)
     rows = np.arange(len(features))
-    center, end, begin = features.place[:, 6:9], features.place[:, :3], features.place[:, 3:6]
+    center, end, begin = features.tables.center[features.arc], features.end, features.start
     (u0, v0), (u1, v1) = ([(side - center)[rows, axes[:, k]] for k in (0, 1)] for side in (begin, end))
     start, stop = np.arctan2(v0, u0), np.arctan2(v1, u1)
     turning = np.where(features.kind == Kind.ARC_CCW, 1.0, -1.0)

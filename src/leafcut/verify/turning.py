@@ -26,9 +26,8 @@ from leafcut.verify.work import STILL, Work
 _CLOSED = 0.01
 #: A cut runs towards here as it is compared. It is along no line that anybody draws.
 _ONWARD = np.array([0.8386705679, 0.5446390350])
-#: Columns of `Features.exact` that are not the same in all cuts of a run that can be turned.
-_OF_ONE_CUT = (EXACT.index("kind"), EXACT.index("plane"), EXACT.index("turns"))
-_START = slice(3, 6)
+#: What is the same in all of a run that can be turned; a dwell has no feed, but a time of its own.
+_STEADY = tuple(name for name in (*EXACT, *AMOUNT) if name not in ("kind", "plane", "turns", "feed", "dwell"))
 
 
 class Turned(NamedTuple):
@@ -67,7 +66,7 @@ def one_way(work: Work) -> Turned:
         if body is None:
             continue
         run[first:end] = first
-        way = features.place[body[-1], :2] - features.place[body[0], _START][:2]
+        way = features.end[body[-1], :2] - features.start[body[0], :2]
         if float(way @ _ONWARD) < 0.0:
             turned[first:end] = True
             order[body] = body[::-1]
@@ -91,7 +90,7 @@ def _body(features: Features, gaps: Gaps, first: int, end: int) -> Ints | None:
     reached = gaps.rows[gaps.gap_of[first]] and (gaps.rows[after] or not gaps.closed_by_feature[after])
     if len(body) != len(level) or not reached or not _steady(features, rows, body):
         return None
-    ends = features.place[body[0], 3:5], features.place[body[-1], :2]
+    ends = features.start[body[0], :2], features.end[body[-1], :2]
     if not np.isfinite(ends).all() or np.hypot(*(ends[1] - ends[0])) <= _CLOSED:
         return None
     return body if _alike(features, body) and _is_simple(features.pick(body)) else None
@@ -99,31 +98,22 @@ def _body(features: Features, gaps: Gaps, first: int, end: int) -> Ints | None:
 
 def _upright(features: Features, rows: Ints) -> Mask:
     """Return which cuts go straight up or down, or nowhere, and where the tool waits."""
-    place = features.place[rows]
-    moved = np.abs(place[:, :2] - place[:, _START][:, :2]) > STILL
+    moved = np.abs(features.end[rows, :2] - features.start[rows, :2]) > STILL
     upright: Mask = ((features.kind[rows] == Kind.FEED) & ~moved.any(axis=1)) | (features.kind[rows] == Kind.DWELL)
     return upright
 
 
 def _steady(features: Features, rows: Ints, body: Ints) -> bool:
     """Return whether all of a run is one kind of work, and its body lies at one level."""
-    exact = np.delete(features.exact[rows], _OF_ONE_CUT, axis=1)
+    steady = features.several(_STEADY, rows)
     kinds = np.isin(features.kind[rows], [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DWELL)])
-    # A dwell has no feed, but a time of its own.
-    amount = np.delete(features.amount[rows], [AMOUNT.index("feed"), AMOUNT.index("dwell")], axis=1)
     arcs = body[features.kind[body] != Kind.FEED]
-    flat = (features.exact[arcs, EXACT.index("plane")] == 17) & (features.exact[arcs, EXACT.index("turns")] == 1)
-    z = features.place[body][:, [2, 5]]
+    flat = (features.of("plane", arcs) == 17) & (features.of("turns", arcs) == 1)
+    z = np.concatenate([features.end[body, 2], features.start[body, 2]])
     level = bool(np.isnan(z).all() or np.ptp(z) <= STILL)
-    radius, mode = (features.exact[rows[0], EXACT.index(name)] for name in ("radius", "feed_mode"))
+    radius, mode = (features.of(name, rows[:1])[0] for name in ("radius", "feed_mode"))
     return bool(
-        kinds.all()
-        and (exact == exact[0]).all()
-        and (amount == amount[0]).all()
-        and flat.all()
-        and level
-        and radius == 40
-        and mode in (94, 95)
+        kinds.all() and (steady == steady[0]).all() and flat.all() and level and radius == 40 and mode in (94, 95)
     )
 
 
@@ -132,7 +122,7 @@ def _alike(features: Features, body: Ints) -> bool:
     if len(body) == 1:
         return True
     arc = (features.kind[body] != Kind.FEED).tolist()
-    feed = features.amount[body, 0].round(6).tolist()
+    feed = features.feed[body].round(6).tolist()
     usual = Counter(feed).most_common(1)[0][0]
     return arc[0] in arc[1:] and arc[-1] in arc[:-1] and feed[0] == feed[-1] == usual
 
@@ -144,7 +134,7 @@ def _is_simple(cuts: Features) -> bool:
     import shapely
 
     straight = (cuts.kind == Kind.FEED).all()
-    places = np.concatenate([cuts.place[:1, 3:5], cuts.place[:, :2]])
+    places = np.concatenate([cuts.start[:1, :2], cuts.end[:, :2]])
     outline = places if straight else outline_of(traces_of(cuts))
     outline = outline[np.concatenate([[True], (np.diff(outline, axis=0) != 0.0).any(axis=1)])]
     return bool(shapely.is_simple(shapely.linestrings(outline)))
@@ -153,15 +143,15 @@ def _is_simple(cuts: Features) -> bool:
 def _turn(new: Features, old: Features, first: int, end: int, body: Ints) -> None:
     """Write the cuts of a run the other way round, each where it is: from end to start, plunge and rise exchanged.
 
-    Changes: exact and place of `new`.
+    Changes: kind, start and end of `new`.
     """
-    new.place[body, :3], new.place[body, _START] = old.place[body, _START], old.place[body, :3]
-    kind = old.exact[body, 0]
+    new.end[body], new.start[body] = old.start[body], old.end[body]
+    kind = old.kind[body]
     back = np.where(kind == Kind.ARC_CW, int(Kind.ARC_CCW), np.where(kind == Kind.ARC_CCW, int(Kind.ARC_CW), kind))
-    new.exact[body, 0] = back
-    entry, leave = old.place[body[0], 3:5], old.place[body[-1], :2]
+    new.kind[body] = back
+    entry, leave = old.start[body[0], :2], old.end[body[-1], :2]
     for part, place in ((slice(first, int(body[0])), leave), (slice(int(body[-1]) + 1, end), entry)):
-        new.place[part, 0:2], new.place[part, 3:5] = place, place
+        new.end[part, :2], new.start[part, :2] = place, place
 
 
 def runs_turned(one: Turned, other: Turned, new_of: Ints) -> Ints:

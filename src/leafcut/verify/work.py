@@ -9,7 +9,7 @@ import numpy as np
 from leafcut.gcode.program import Program
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath, positions_before
-from leafcut.verify.features import Features, Floats, Ints, Mask, States, features_of, states_of_program
+from leafcut.verify.features import Features, Floats, Ints, Mask, States, direction_of, features_of, states_of_program
 from leafcut.verify.stages import Mark, Wall, barriers_of, walls_of, with_dwells
 
 #: Moves shorter than this are none, mm.
@@ -62,15 +62,15 @@ def read_work(program: Program, *, written_out: bool, beam: bool) -> Work:
     path = replace(path, line=program.path.line[source])
     states, before = states_of_program(program).take(source), positions_before(path)
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
-    dark = cuts & (states.direction == 0) & np.full(len(path), beam)
+    dark = cuts & (states.of("direction") == 0) & np.full(len(path), beam)
     compensated = (path.kind == Kind.RAPID) & _compensated(path, states)
     making = (cuts & ~dark) | compensated | (path.kind == Kind.DRILL) | (path.kind == Kind.DWELL)
-    features = features_of(path, states, making)
+    features = features_of(path, states, making, before)
     travel = np.flatnonzero(dark | ((path.kind == Kind.RAPID) & ~compensated))
     across = travel[goes_across(before[travel], path.end[travel])]
     marks = barriers_of(program, path, source, states, before)
     marks, part_of_barrier = with_dwells(marks, features, travel, across, states)
-    features = features.pick(~part_of_barrier)
+    features = features.pick(~part_of_barrier) if part_of_barrier.any() else features
     return Work(path, states, before, features, travel, marks, walls_of(marks, features.row), program.slants)
 
 
@@ -85,7 +85,7 @@ def cuts_with_beam(program: Program) -> bool:
 
     No mill does that but for a barrier: it is a laser or a torch. Moves with the beam off then make nothing.
     """
-    path, direction = program.path, states_of_program(program).direction
+    path, direction = program.path, direction_of(program)
     stage = np.cumsum(np.isin(path.kind, (Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE)))
     moving = path.kind <= Kind.ARC_CCW
     lit = np.flatnonzero(moving & (path.kind != Kind.RAPID) & (direction != 0))
@@ -96,7 +96,7 @@ def cuts_with_beam(program: Program) -> bool:
 def _compensated(path: Toolpath, states: States) -> Mask:
     """Return which rows move under radius compensation, or come next after such a move, where it takes effect yet."""
     moving = np.flatnonzero(path.kind <= Kind.DRILL)
-    on = states.radius[moving] != 40
+    on = states.of("radius", moving) != 40
     mask = np.zeros(len(path), dtype=bool)
     mask[moving] = on | np.concatenate([[False], on[:-1]])[: len(on)]
     return mask
