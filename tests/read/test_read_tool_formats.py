@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import zipfile
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -64,6 +65,18 @@ def test_fusion_says_units_feeds_and_numbers_of_every_tool(name: str, tmp_path: 
     assert drill.point_angle == pytest.approx(math.radians(135))
     assert (mill.feed, mill.plunge_feed, mill.teeth) == (15.0, 5.0, 3)
     assert library.left_out == ("T9: leafcut has no 'ball end mill'",)
+
+
+@pytest.mark.parametrize("how", [zipfile.ZIP_DEFLATED, zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2])
+def test_a_damaged_zip_is_no_library_wherever_it_is_damaged(how: int, tmp_path: Path) -> None:
+    file = tmp_path / "shop.tools"
+    with zipfile.ZipFile(file, "w", how) as packed:
+        packed.writestr("tools.json", json.dumps(FUSION))
+    whole = file.read_bytes()
+    for at in range(0, len(whole), 7):
+        file.write_bytes(whole[:at] + bytes(255 - b for b in whole[at : at + 5]) + whole[at + 5 :])
+        with suppress(OptionError):
+            load_tools(file)
 
 
 def test_a_freecad_library_finds_its_bits_beside_it_or_in_its_folder(tmp_path: Path) -> None:

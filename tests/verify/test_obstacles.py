@@ -7,6 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.foreign import interpret_program
 from leafcut.geometry.zones import touches_any_zone, way_round
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.verify.obstacles import check_obstacles
@@ -120,3 +122,24 @@ def test_a_way_round_touches_nothing_and_is_as_short_as_any_over_the_corners(dog
 
 def test_where_there_is_no_way_round_none_is_made() -> None:
     assert way_round((0.0, 0.0), (100.0, 0.0), [[90.0, -10.0, 110.0, 10.0]]) is None
+
+
+@pytest.mark.parametrize(
+    ("block", "seen"),
+    [
+        ("G0 X30 Y10 A10", False),
+        ("G53 G0 X30 Y10", False),
+        ("G38.2 X30 F100", False),
+        ("G1 X#500 F100", False),
+        ("G65 P9000", False),
+        ("G0 Z30", True),
+        ("G0 Z30\nG0 X30 Y10 A10", True),
+        ("G53 G0 Z0\nG53 G0 X30 Y10", True),
+        ("M64 P0", True),
+    ],
+)
+def test_a_way_that_nobody_knows_is_taken_to_meet_an_obstacle_unless_the_tool_is_up(block: str, seen: bool) -> None:
+    words = "haas" if "G65" in block else "linuxcnc"
+    text = f"G21 G90 G17\nT1 M6\nS1000 M3\nG0 X0. Y0.\nG43 H1 Z5.\nG1 Z1. F100.\n{block}\nM30\n"
+    found = check_obstacles(interpret_program(text, dialect(words)).path, [[15, 5, 25, 15]], 20.0)
+    assert [d.what for d in found] == ([] if seen else ["may cross an obstacle"])

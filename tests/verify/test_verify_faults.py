@@ -46,6 +46,7 @@ def haas(name: str, block: str, old: str, new: str, end: str = "M30", head: str 
 OTHER_HOLE = FANUC_HOLE.replace("X1", "X5")
 LATER = (f"N10 {FANUC_HOLE} / {OTHER_HOLE}", f"{FANUC_HOLE} / N10 {OTHER_HOLE}")
 SWAPPED = (f"N10 {FANUC_HOLE} / N11", f"N11 {FANUC_HOLE} / N10")
+O200 = "o200 sub / G1 X9 F100 / o200 endsub"
 SUB = "M30 / O100 / G1 X#24 F100. / G91 G0 Z2. / G90 / M99"
 
 VERIFY_FAULTS = [
@@ -118,6 +119,8 @@ VERIFY_FAULTS = [
     Fault("text called by a Fagor", "fagor8055",
           "G71 G90 G17 / S900 M3 / (CALL 10) / G0 X1 Y2 Z5 / G1 Z-1 F100 / G0 Z5 / M30 / (SUB 10) / G1 X9 F100 / (RET)",
           "X9", "X8"),
+    lcnc("sub that is called on a condition", f"{O200} / o1 if [#501] / o200 call / o1 endif", "X9", "X8"),
+    lcnc("sub that is called in a loop", f"{O200} / o1 while [#501] / o200 call / o1 endwhile", "X9", "X8"),
     # Where a jump leads to that only the machine decides on.
     haas("goal of a jump back", f"N10 {FANUC_HOLE} / {OTHER_HOLE} / IF [#500 EQ 1] GOTO 10", *LATER),
     haas("goal of a jump that is computed", f"N10 {FANUC_HOLE} / N11 {OTHER_HOLE} / GOTO #500", *SWAPPED),
@@ -166,6 +169,8 @@ VERIFY_FAULTS = [
     Fault("spindle not started again after the tool change", "haas",
           f"{FANUC} / {FANUC_HOLE} / T2 M6 / S800 M3 / {FANUC_HOLE.replace('X1', 'X11')} / M30",
           "T2 M6\nS800 M3\n", "S800 M3\nT2 M6\n"),
+    Fault("a laser's constant power for one that follows the speed", "grbl-laser",
+          "G21 G90 / M4 S0 / G0 X1 / G1 X9 S500 F900 / M5 / M2", "M4", "M3"),
     # A tool's length that is taken again after the table has changed.
     lcnc("G43 after G10 L1", "G43 H1 / G0 Z5 / G10 L1 P1 Z3 / G43 H1 / G0 Z5", "P1 Z3\nG43 H1", "P1 Z3"),
 ]  # fmt: skip

@@ -113,6 +113,8 @@ class BlockRunner(Reader):
         #: Whether a subprogram begins with the next block, so that it may bear a program number.
         self.begins = False
         self._g, self._m = _codes(state.dialect), frozenset(M_GROUP_OF) - OUTPUT_CODES
+        # Of another CAM's program M3 and M4 are two things: in a laser the power follows the speed or does not.
+        self._turning = {3: 1, 4: -1, 5: 0}
         self.unclear: list[tuple[str, tuple[bool, bool, bool]]] = []
 
     def run(self, block: Block) -> None:

@@ -24,6 +24,7 @@ _MESSAGE = re.compile(
 #: M words of LinuxCNC that call no macro: what they do is not known here, but what they read is in their words.
 _PLAIN_M = frozenset({19, *range(48, 54), 60, 61, *range(62, 69), 190})
 _END = re.compile(r"M0*(?:2|30|99)(?![0-9.])")
+_SUB = re.compile(r"O([0-9]+|<[^<>]*>)(SUB|ENDSUB)")
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
 _NUMBER = re.compile(r"^(/?)N[0-9]+")
 
@@ -53,7 +54,7 @@ def say(block: Block, obeyed: Sequence[str], parameters: str | None, called: str
 #: What stands in brackets behind the words, and what is meant by it.
 _READS = {
     "parameters": "a parameter that it may read has another value",
-    "calls": "the text behind the end of the program, which it may call, has changed",
+    "calls": "the text of a subprogram that it may call has changed",
     "again": "what it may run once more has changed",
 }
 _DIGEST = re.compile(r" ?\[(parameters|calls|again) ([^\]]*)\]")
@@ -83,16 +84,21 @@ def _number(value: float) -> str:
 
 
 def text_behind(lines: Sequence[str], dialect: Dialect) -> str:
-    """Return a digest of the text behind the end of a program, "" where there is none.
+    """Return a digest of the text behind the end of a program and of its subroutines (o… sub), "" where there is none.
 
     Whatever a block calls that is not understood stands there, be its number said, computed or the controller's own.
     """
-    kept, ended, began = [], False, False
+    kept, ended, began, sub = [], False, False, ""
     for line in lines:
         text = as_read(line, dialect)
-        if ended and text not in ("", "%"):
+        word = _SUB.match(text)
+        if word is not None and not sub and word.group(2) == "SUB":
+            sub = word.group(1)
+        if (ended or sub) and text not in ("", "%"):
             kept.append(text)
-        ended = ended or (began and text.startswith("%")) or _END.search(text) is not None
+        if word is not None and word.group(1) == sub and word.group(2) == "ENDSUB":
+            sub = ""
+        ended = ended or (began and text.startswith("%")) or (not sub and _END.search(text) is not None)
         began = began or bool(text)
     return hashlib.sha256("\n".join(kept).encode()).hexdigest()[:16] if kept else ""
 

@@ -405,6 +405,8 @@ class _Rewriter:
         if obstacles is None or path.kind[row] not in (Kind.RAPID, Kind.DRILL) or modal.cycle or modal.incremental:
             return False
         x, y, z = path.end[row].tolist()
+        if math.isnan(x) or math.isnan(y):
+            return False
         drills = path.kind[row] == Kind.DRILL
         level = max(self.place[2], path.cycles[int(path.ref[row])].r_plane) if drills else min(self.place[2], z)
         # A height that is not known is the machine's own, up; a laser has none, and never is.

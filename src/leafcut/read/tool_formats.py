@@ -11,7 +11,9 @@ import io
 import json
 import re
 import zipfile
+import zlib
 from collections.abc import Iterator
+from lzma import LZMAError
 from pathlib import Path
 from typing import Any
 
@@ -196,7 +198,16 @@ def _unzipped(path: Path, data: bytes) -> bytes:
             if inner.file_size > MAX_BYTES:
                 raise OptionError(f"{path}: unpacks to more than {MAX_BYTES >> 20} MiB")
             return packed.read(inner)
-    except (zipfile.BadZipFile, StopIteration, NotImplementedError, RuntimeError):
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        LZMAError,
+        EOFError,
+        OSError,
+        StopIteration,
+        NotImplementedError,
+        RuntimeError,
+    ):
         raise OptionError(f"{path}: is not a tool library of Fusion: a zip file with a .json was expected") from None
 
 

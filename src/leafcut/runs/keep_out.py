@@ -32,7 +32,7 @@ def obstacles_of(run: Run, program: Program, beam: bool) -> tuple[Obstacles | No
     Raises
     ------
     PlanError
-        The program cuts in an obstacle: no order and no way helps.
+        The program cuts in an obstacle: no order and no way helps. Or it goes on ways that are not known.
     """
     from leafcut.plan.drilling import parse_zones
 
@@ -50,6 +50,9 @@ def obstacles_of(run: Run, program: Program, beam: bool) -> tuple[Obstacles | No
     cut = next((d for d in met if d.what.startswith("cuts")), None)
     if cut is not None:
         raise PlanError(f"{cut}; move what stands there, or the program's origin")
+    unseen = next((d for d in met if d.what.startswith("may")), None)
+    if unseen is not None:
+        raise PlanError(f"{unseen}; raise the tool before it, or leave --keep-out out")
     issues = []
     if met:
         way = f"over it at Z{height:g} or above" if lifts else "round it"

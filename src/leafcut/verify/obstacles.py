@@ -43,7 +43,7 @@ def check_obstacles(
         float64[k, 4]: x0, y0, x1, y1, mm.
     height
         At this height or above all may cross, mm; infinite: nothing may anywhere. From a place that is not known a
-        rapid may cross everything.
+        rapid may cross everything; so may what is not understood, or goes to a place of the machine.
     tool_radii
         By number, mm; 0 where it is not given. Arcs are arcs; with `dogleg` a rapid is all of the rectangle between its
         ends.
@@ -60,17 +60,32 @@ def check_obstacles(
     lowest = np.minimum(before[:, 2], path.end[:, 2])
     moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
     rapid = path.kind == Kind.RAPID
-    up = (lowest >= height - _ROOM) | (np.isfinite(height) & rapid & at_machine_height(path, safe_z))
+    at_machine = np.isfinite(height) & at_machine_height(path, safe_z)
+    up = (lowest >= height - _ROOM) | (rapid & at_machine)
+    lost = np.flatnonzero(_ways_unknown(path, before) & ~up & ~at_machine)
+    unseen = [_unseen(path, before, row) for row in lost.tolist()]
     rows = np.flatnonzero(moves & ~up & np.isfinite(path.end[:, :2]).all(axis=1))
     if not len(rows):
-        return []
+        return shorten(unseen[:100], len(unseen))
     shapes = _shapes(path, before, rows, dogleg)
     radius = np.array([tool_radii.get(tool, 0.0) for tool in _tool_at(path)[rows].tolist()])
     nearest: NDArray[np.float64] = np.stack([shapely.distance(shapes, box) for box in boxes]).min(axis=0)
     from_anywhere = rapid[rows] & np.isnan(before[rows, :2]).any(axis=1) & np.isfinite(lowest[rows] + height)
     inside = np.flatnonzero(from_anywhere | (nearest <= np.maximum(radius - _ROOM, 0.0)))
     found = [_difference(path, before, int(row), height) for row in rows[inside].tolist()]
+    found += unseen
     return shorten(found[:100], len(found))
+
+
+def _ways_unknown(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return where the tool goes sideways and nobody knows on what way, or whither."""
+    end, here = path.end[:, :2], before[:, :2]
+    moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
+    sideways = ((end != here) & ~(np.isnan(end) & np.isnan(here))).any(axis=1)
+    lost = moves & np.isnan(end).any(axis=1) & sideways
+    machine = (path.kind == Kind.MACHINE) & np.isfinite(end).any(axis=1)
+    unknown: NDArray[np.bool_] = lost | machine | ((path.kind == Kind.FOREIGN) & sideways)
+    return unknown
 
 
 def _shapes(path: Toolpath, before: NDArray[np.float64], rows: NDArray[np.intp], dogleg: bool) -> NDArray[Any]:
@@ -110,6 +125,12 @@ def _tool_at(path: Toolpath) -> NDArray[np.int64]:
     changes = np.where(path.kind == Kind.TOOL, np.arange(len(path)), -1)
     last = np.maximum.accumulate(changes)
     return np.where(last >= 0, path.ref[last], 0).astype(np.int64)
+
+
+def _unseen(path: Toolpath, before: NDArray[np.float64], row: int) -> Difference:
+    came = place(*before[row].tolist())
+    why = f"it leaves {came} on a way that is not known, and not high enough to cross what --keep-out names"
+    return Difference("may cross an obstacle", 0, int(path.line[row]), why)
 
 
 def _difference(path: Toolpath, before: NDArray[np.float64], row: int, height: float) -> Difference:
