@@ -25,6 +25,9 @@ MAX_BYTES = 16 * 1024 * 1024
 #: A tool as the values of a ``[[tool]]``, or why it is left out: what it is called, and values or a reason.
 Row = tuple[str, dict[str, Any] | str]
 
+#: What `zipfile` and what it unpacks with raise of a file that is none, or is torn.
+_TORN = (zipfile.BadZipFile, zlib.error, LZMAError, EOFError, OSError, ValueError, NotImplementedError, RuntimeError)
+
 #: What a comment calls a tool, the first that fits.
 _IN_WORDS = (
     ("centre-drill", r"\b(centre|center|spot)[\s-]*drill|\bspot(ting)?\b"),
@@ -194,21 +197,15 @@ def _json(path: Path, data: bytes) -> Any:
 def _unzipped(path: Path, data: bytes) -> bytes:
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as packed:
-            inner = next(i for i in packed.infolist() if i.filename.lower().endswith(".json"))
-            if inner.file_size > MAX_BYTES:
+            inner = next((i for i in packed.infolist() if i.filename.lower().endswith(".json")), None)
+            if inner is not None and inner.file_size > MAX_BYTES:
                 raise OptionError(f"{path}: unpacks to more than {MAX_BYTES >> 20} MiB")
-            return packed.read(inner)
-    except (
-        zipfile.BadZipFile,
-        zlib.error,
-        LZMAError,
-        EOFError,
-        OSError,
-        StopIteration,
-        NotImplementedError,
-        RuntimeError,
-    ):
-        raise OptionError(f"{path}: is not a tool library of Fusion: a zip file with a .json was expected") from None
+            if inner is not None:
+                return packed.read(inner)
+    except _TORN as problem:
+        if isinstance(problem, OptionError):
+            raise
+    raise OptionError(f"{path}: is not a tool library of Fusion: a zip file with a .json was expected")
 
 
 def _inner(table: dict[str, Any], key: str) -> dict[str, Any]:
