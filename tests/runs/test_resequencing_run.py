@@ -376,3 +376,40 @@ def test_the_spindle_changes_speed_no_more_often_than_before(tmp_path: Path) -> 
     speeds = [p.path.value[p.path.kind == Kind.SPINDLE] for p in (old, new)]
     changes = [int((np.diff(speed) != 0).sum()) for speed in speeds]
     assert changes[0] == 9 and changes[1] == 3
+
+
+@pytest.mark.parametrize(
+    "head", ["G0 G43 Z15 H1", "G0 X0 Y0\nG0 Z15", "G0 X0 Y0\nG43 H1 Z15 T2", "G0 X0 Y0\nG43 H1\nG0 Z15"]
+)
+@pytest.mark.parametrize("approach", [2, 5])
+def test_no_ordinary_head_keeps_an_order(head: str, approach: int, tmp_path: Path) -> None:
+    """Not one that goes across before its height is said, nor a first piece that is come down to less far than others.
+
+    Six slots, the far ones and the near ones by turns: the shortest way is less than half as long.
+    """
+    lines = ["G21 G90 G17 G40 G49 G80 G94", "T1 M6", "S2000 M3", "G54", head]
+    for k, at in enumerate((100, 10, 90, 20, 80, 30)):
+        down = f"Z{2 if k else approach}"
+        lines += [f"G0 X{at} Y{at}", down, "G1 Z-1 F100", f"X{at + 5} F300", "G0 Z15"]
+    file = tmp_path / "p.ngc"
+    file.write_text("\n".join([*lines, "G28 G91 Z0", "G90", "M5", "M30"]) + "\n")
+    outcome = leafcut.optimize(file, machine="linuxcnc-mill", iterations=50)
+    assert outcome.verified
+    assert outcome.after.travel_mm < 0.5 * outcome.before.travel_mm
+
+
+def test_a_rapid_that_was_made_without_power_is_so_in_another_order(tmp_path: Path) -> None:
+    """The power of a laser by S alone, M3 throughout: where a controller does not darken rapids, each says its own."""
+    text = "G21 G90\nM3 S0\nG0 X0 Y0\n"
+    for x, y, power in ((0, 0, 500), (50, 50, 800), (12, 2, 300), (70, 52, 800)):
+        text += f"G0 X{x} Y{y}\nS{power}\nG1 X{x + 10} F1000\nS0\n"
+    text += "G0 X14 Y3\nG1 X24 S300\n"
+    file = tmp_path / "p.ngc"
+    file.write_text(f"{text}G0 X52 Y53 S0\nG1 X62 S300\nS0\nG0 X0 Y0\nM5\nM2\n")
+    outcome = leafcut.optimize(file, machine="linuxcnc-mill", iterations=50)
+    assert outcome.verified and outcome.after.travel_mm < outcome.before.travel_mm
+    power, dark = 0.0, []
+    for line in outcome.text.splitlines():
+        power = float(found.group(1)) if (found := re.search(r"S([0-9.]+)", line)) else power
+        dark += [power == 0.0] if line.startswith("G0") else []
+    assert len(dark) == 8 and all(dark)

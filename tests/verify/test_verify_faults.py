@@ -46,6 +46,7 @@ def haas(name: str, block: str, old: str, new: str, end: str = "M30", head: str 
 OTHER_HOLE = FANUC_HOLE.replace("X1", "X5")
 LATER = (f"N10 {FANUC_HOLE} / {OTHER_HOLE}", f"{FANUC_HOLE} / N10 {OTHER_HOLE}")
 SWAPPED = (f"N10 {FANUC_HOLE} / N11", f"N11 {FANUC_HOLE} / N10")
+S_LASER = "S500 / G1 X10 F900 / S0 / G0 X50 Y50 / S800 / G1 X60 / S0"
 O200 = "o200 sub / G1 X9 F100 / o200 endsub"
 SUB = "M30 / O100 / G1 X#24 F100. / G91 G0 Z2. / G90 / M99"
 
@@ -169,6 +170,10 @@ VERIFY_FAULTS = [
     Fault("spindle not started again after the tool change", "haas",
           f"{FANUC} / {FANUC_HOLE} / T2 M6 / S800 M3 / {FANUC_HOLE.replace('X1', 'X11')} / M30",
           "T2 M6\nS800 M3\n", "S800 M3\nT2 M6\n"),
+    Fault("power of a beam left on for a rapid", "linuxcnc", f"G21 G90 / M3 S0 / G0 X0 Y0 / {S_LASER} / M5 / M2",
+          "S0\nG0 X50", "G0 X50"),
+    Fault("power of a beam left on at Mach3", "mach3", f"G21 G90 / M3 S0 / G0 X0 Y0 / {S_LASER} / M5 / M2",
+          "S0\nG0 X50", "G0 X50"),
     Fault("a laser's constant power for one that follows the speed", "grbl-laser",
           "G21 G90 / M4 S0 / G0 X1 / G1 X9 S500 F900 / M5 / M2", "M4", "M3"),
     # A tool's length that is taken again after the table has changed.

@@ -37,6 +37,8 @@ class Torch:
         The program waits for the pierce (G4); else the controller does.
     power
         S is the power of the beam; S0 keeps it dark while the head moves on.
+    dark_rapids
+        The controller darkens the beam in every rapid, whatever S is.
     arc_output, height_output
         Digital output (M62 to M65) that keeps the arc off while the torch moves on, that holds the height; or None.
     feed_output
@@ -62,6 +64,7 @@ class Torch:
     heights: str = "program"
     waits: bool = True
     power: bool = False
+    dark_rapids: bool = False
     arc_output: int | None = None
     height_output: int | None = None
     feed_output: int | None = None

@@ -109,6 +109,8 @@ class Program:
         controller's own figure.
     assumed_units
         The program has lengths before it states its units: they are those that the reader was told.
+    dark_rapids
+        The controller darkens a beam in every rapid, whatever S is.
     title_lines
         So many lines at the beginning are no G-code but a title, above a percent sign: they were left out.
     obeyed
@@ -129,6 +131,7 @@ class Program:
     feed_words: dict[float, str] = field(default_factory=dict)
     calls: tuple[tuple[int, int], ...] = ()
     slants: bool = False
+    dark_rapids: bool = False
     title_lines: int = 0
 
     @property

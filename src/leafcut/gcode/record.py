@@ -86,6 +86,7 @@ class Record:
             self.obeyed,
             self.said,
             assumed,
+            dark_rapids=(torch := self.state.dialect.torch) is not None and torch.dark_rapids,
             title_lines=title,
             calls=tuple(self.calls),
             slants=self.state.dialect.groups == "rs274",

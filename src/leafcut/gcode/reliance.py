@@ -59,10 +59,11 @@ class Reliance:
 
 
 class BlockReader:
-    """Reads the words of a program's blocks, each once."""
+    """Reads the words of a program's blocks, each once. Of a `beam` S is the power, which may show in rapids, too."""
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, *, beam: bool = False) -> None:
         self.program = program
+        self._lit_rapids = beam and not program.dark_rapids
         self._kinds: list[int] = program.path.kind.tolist()
         self._first: list[int] = program.first.tolist()
         self._words: dict[int, BlockWords | None] = {}
@@ -160,6 +161,8 @@ class BlockReader:
             used |= {"feed", "feed_mode"}
             if after.spindle:
                 used.add("speed")
+        if self._lit_rapids and int(Kind.RAPID) in kinds and after.spindle:
+            used.add("speed")
         if kinds & _ARCS:
             used |= {"plane", "centres"}
         if words.starts_spindle:

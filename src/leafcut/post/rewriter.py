@@ -108,7 +108,7 @@ class _Rewriter:
     ) -> None:
         self.program, self.sequence, self.longest, self.look = program, sequence, longest, look
         self.obstacles = obstacles
-        self.reader = BlockReader(program)
+        self.reader = BlockReader(program, beam=sequence.process == "laser")
         self.beam = sequence.process in ("laser", "plasma")
         self.territory = Territory(program, sequence)
         self.original = Original(program)

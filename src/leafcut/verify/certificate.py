@@ -224,8 +224,8 @@ def _compare_work(
     pairing = pair(features[0], features[1], room)
     found.add(*list_changes(pairing, room))
     turned = runs_turned(both[0], both[1], pairing.new_of)
-    found.add(*compare_rapids(before, after, pairing.new_of, turned, grouping.mark_of, tolerance, beam))
     no_mill = beam or _is_flat(before.path)
+    found.add(*compare_rapids(before, after, pairing.new_of, turned, grouping.mark_of, tolerance, no_mill))
     found.add(_disordered(before, after, pairing.new_of, tolerance, no_mill, found.look))
     if not no_mill:
         found.add(_passes(before, after, pairing.new_of, width))

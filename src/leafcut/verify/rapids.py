@@ -18,6 +18,8 @@ from leafcut.verify.work import Work, goes_across
 
 #: Features whose rapids are compared together.
 _AT_ONCE = 100_000
+#: Whether a way across begins, or ends, at a height that is not known.
+FROM, TO = 1, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +44,9 @@ class Gaps:
         The lowest place to which rapids go down before the first one across, and after the last, mm.
     top
         The highest place, mm; minus infinity without rapids.
-    from_unknown, to_unknown
-        bool[n + 1]: a rapid goes across from a height that is not known, or ends at one.
+    unknown, unknown_first, unknown_last
+        int8[n + 1]: `FROM` where a rapid goes across from a height that is not known, `TO` where it ends at one, or
+        their sum: any of them, the first one, the last one.
     lit, lit_first, lit_last
         bool[n + 1]: the spindle (beam) is on in a rapid across, in the first one, in the last one.
     """
@@ -59,8 +62,9 @@ class Gaps:
     down_here: Floats
     down_there: Floats
     top: Floats
-    from_unknown: Mask
-    to_unknown: Mask
+    unknown: NDArray[np.int8]
+    unknown_first: NDArray[np.int8]
+    unknown_last: NDArray[np.int8]
     lit: Mask
     lit_first: Mask
     lit_last: Mask
@@ -102,13 +106,16 @@ def gaps_of(work: Work) -> Gaps:
     begins = np.full(n, -1)
     begins[gap[::-1]] = row[::-1]
     on = np.append(work.states.of("direction", row) != 0, False)
+    if not work.dark_rapids:
+        # A beam without power is dark.
+        on[:-1] &= work.states.of("speed", row) != 0
     lit = np.zeros(n, dtype=bool)
     lit[gap[across & on[:-1]]] = True
-    from_unknown, to_unknown = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
     # At machine zero or above the tool is up, whatever the work offset is.
     lost = across & ~at_machine_height(work.path, 0.0)[row]
-    from_unknown[gap[lost & np.isnan(begin[:, 2])]] = True
-    to_unknown[gap[lost & np.isnan(end[:, 2])]] = True
+    unknown = np.append(lost * (FROM * np.isnan(begin[:, 2]) + TO * np.isnan(end[:, 2])), 0).astype(np.int8)
+    any_unknown = np.zeros(n, dtype=np.int8)
+    np.bitwise_or.at(any_unknown, gap, unknown[:-1])
     padded = [np.append(z, np.inf) for z in (low, high)]
     return Gaps(
         feature,
@@ -122,8 +129,9 @@ def gaps_of(work: Work) -> Gaps:
         _least(n, gap[here & has_across[gap]], high[here & has_across[gap]]),
         _least(n, gap[there], high[there]),
         -_least(n, gap, -np.maximum(low, high)),
-        from_unknown,
-        to_unknown,
+        any_unknown,
+        unknown[first],
+        np.where(has_across, unknown[last], np.int8(0)),
         lit,
         on[first],
         has_across & on[last],
@@ -346,23 +354,30 @@ def _heights_by_feature(
         ("a rapid goes down over", retract, allowed.down_here[old], gaps.down_here[after]),
     ):
         yield "deeper rapid", told(word, limit, deep), *lines, deep < limit - room
-    for now_gap, old_gap, lines in ((before, old_before, approach), (after, old_after, retract)):
+    for now_gap, old_gap, lines, first in ((before, old_before, approach, False), (after, old_after, retract, True)):
+        found, was = _own_unknown(gaps, now_gap, first), _own_unknown(old_gaps, old_gap, first)
         yield (
             "unknown height",
             lambda row: f"a rapid next to {place(*places[row, :2])} goes across at a height that is not known",
             *lines,
-            _less_known(gaps, now_gap, old_gaps, old_gap) & np.isfinite(places[:, 2]),
+            _less_known(found, was) & np.isfinite(places[:, 2]),
         )
     limit = np.where(np.isinf(lowest[old]), allowed.arrive[old], lowest[old])
     cross = np.where(across, gaps.cross[before], np.inf)
     yield "lower retract", told("a rapid goes across to", limit, cross), *approach, cross < limit - room
 
 
-def _less_known(gaps: Gaps, now: Ints, old_gaps: Gaps, old: Ints) -> Mask:
-    """Return in which gaps a rapid goes across at a height that is not known, but was: such a height is not up."""
-    less: Mask = (gaps.from_unknown[now] & ~old_gaps.from_unknown[old]) | (
-        gaps.to_unknown[now] & ~old_gaps.to_unknown[old]
-    )
+def _own_unknown(gaps: Gaps, gap: Ints, first: bool) -> NDArray[np.int8]:
+    """Return what is not known of the ways across that are a feature's own: beside a barrier the one next to it."""
+    nearest, inside = gaps.unknown_last, gaps.opened_by_feature
+    if first:
+        nearest, inside = gaps.unknown_first, gaps.closed_by_feature
+    return np.where(inside[gap], gaps.unknown[gap], nearest[gap])
+
+
+def _less_known(now: NDArray[np.int8], before: NDArray[np.int8]) -> Mask:
+    """Return where a rapid goes across at a height that is not known, but was: such a height is not up."""
+    less: Mask = (now & ~before) != 0
     return less
 
 
@@ -385,6 +400,14 @@ def _said(height: float) -> str:
 def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator[Check]:
     """Yield the checks of rapids to a barrier, and from it: a place to which the tool was parked is kept."""
     original, old_gaps, new, gaps = both
+    begins = _less_known(gaps.unknown_first[:1], old_gaps.unknown[:1]) & old_gaps.across[:1]
+    yield (
+        "unknown height",
+        lambda _: "the program begins with a rapid across at a height that is not known",
+        old_gaps.line[:1],
+        gaps.line[:1],
+        begins,
+    )
     at = {mark.key: k for mark, k in zip(_stops(new), np.flatnonzero(gaps.feature < 0).tolist(), strict=True)}
     marks = zip(_stops(original), np.flatnonzero(old_gaps.feature < 0).tolist(), strict=True)
     pairs = [(mark, mark_of[mark.key], k, at[mark_of[mark.key].key]) for mark, k in marks if mark.key in mark_of]
@@ -415,12 +438,19 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
     between = ~gaps.opened_by_feature[now] & ~old_gaps.opened_by_feature[old]
     sunk = [np.minimum(side.down_here[gap], side.down_there[gap]) for side, gap in ((gaps, now), (old_gaps, old))]
     yield "deeper rapid", told("down to"), *lines, between & (sunk[0] < sunk[1] - room)
-    unknown = _less_known(gaps, now, old_gaps, old) & old_gaps.across[old]
-    text_unknown = "a rapid to '{}' goes across at a height that is not known"
-    yield "unknown height", lambda row: text_unknown.format(pairs[row][0].said), *lines, unknown
+    for word, here_now, here_old in (("to", now, old), ("from", now + 1, old + 1)):
+        text_unknown = f"a rapid {word} '{{}}' goes across at a height that is not known"
+        # What comes behind the way next to the barrier may be another work's.
+        found = gaps.unknown[here_now] if word == "to" else gaps.unknown_first[here_now]
+        less = _less_known(found, old_gaps.unknown[here_old]) & old_gaps.across[here_old]
+        yield "unknown height", _named(text_unknown, pairs), *lines, less
     leave = np.where(old_gaps.across[old + 1], old_gaps.leave[old + 1], old_gaps.top[old + 1])
     low = old_gaps.rows[old + 1] & gaps.across[now + 1] & (gaps.leave[now + 1] < leave - room)
     yield "lower retract", told("from"), *lines, low
+
+
+def _named(text: str, pairs: list[tuple[Mark, Mark, int, int]]) -> Callable[[int], str]:
+    return lambda row: text.format(pairs[row][0].said)
 
 
 def _after_length_change(original: Work, new: Work, room: float) -> Iterator[Difference]:
@@ -439,14 +469,21 @@ def _after_length_change(original: Work, new: Work, room: float) -> Iterator[Dif
 
 
 def _lowest_by_length(work: Work) -> dict[int, tuple[float, int]]:
-    """Return by register the lowest place of rapids between a change of the length offset and work, and its line."""
+    """Return by register the lowest place of rapids between a change of the length offset and work, and its line.
+
+    Up to the first way across at a height that is known: from there on heights are compared place by place.
+    """
     path = work.path
     changes, made = np.flatnonzero(path.kind == Kind.OFFSET), work.features.row
-    rapids = work.travel[np.isfinite(path.end[work.travel, 2])]
+    rapids = work.travel
+    begin, end = work.before[rapids], path.end[rapids]
+    sure = np.concatenate([[0], np.cumsum(goes_across(begin, end) & np.isfinite(begin[:, 2]))])
     change = np.searchsorted(changes, rapids) - 1
     after = change >= 0
-    rapids, change = rapids[after], changes[change[after]]
-    rapids = rapids[np.searchsorted(made, rapids) == np.searchsorted(made, change)]
+    change = changes[np.maximum(change, 0)] if len(changes) else change
+    counted = after & (np.searchsorted(made, rapids) == np.searchsorted(made, change)) & np.isfinite(end[:, 2])
+    counted &= sure[:-1] == sure[np.searchsorted(rapids, change)]
+    rapids = rapids[counted]
     found: dict[int, tuple[float, int]] = {}
     length = work.states.of("length", rapids) % TAKEN
     for register in np.unique(length).tolist():

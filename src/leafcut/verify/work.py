@@ -32,7 +32,7 @@ class Work:
         beam is off.
     marks, walls
         What stays where it is.
-    slants
+    slants, dark_rapids
         As of `Program`.
     """
 
@@ -44,6 +44,7 @@ class Work:
     marks: list[Mark]
     walls: list[Wall]
     slants: bool
+    dark_rapids: bool
 
 
 def read_work(program: Program, *, written_out: bool, beam: bool) -> Work:
@@ -71,7 +72,17 @@ def read_work(program: Program, *, written_out: bool, beam: bool) -> Work:
     marks = barriers_of(program, path, source, states, before)
     marks, part_of_barrier = with_dwells(marks, features, travel, across, states)
     features = features.pick(~part_of_barrier) if part_of_barrier.any() else features
-    return Work(path, states, before, features, travel, marks, walls_of(marks, features.row), program.slants)
+    return Work(
+        path,
+        states,
+        before,
+        features,
+        travel,
+        marks,
+        walls_of(marks, features.row),
+        program.slants,
+        program.dark_rapids,
+    )
 
 
 def goes_across(begin: Floats, end: Floats) -> Mask:
