@@ -241,6 +241,7 @@ def test_what_is_told_covers_no_button_a_hand_made_order_is_of_one_drawing_and_j
     run(page)
     page.get_by_role("button", name="Edit by hand").click()
     page.locator(".edit").get_by_role("button", name="Undo").click()
+    said_by(page.locator("#said"))
     said = page.locator("#said").bounding_box()
     assert said is not None
     buttons = page.locator("button:visible").evaluate_all(
