@@ -404,3 +404,18 @@ def test_the_benchmark_counts_the_motions_that_it_times() -> None:
     command = [sys.executable, str(script), "--lines", "200", "--runs", "1"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.count("\n| ") == 2 + 4
+
+
+def test_the_lines_of_a_program_are_those_of_its_text() -> None:
+    """One by one, from the end, in slices and joined, as of a tuple."""
+    from leafcut.gcode.lines import Lines
+
+    for text in ("", "G0 X1\n", "\n\nG0 X1\r\n(é – 3 µm)\nM2", HEAD):
+        plain = tuple(text.splitlines(keepends=True))
+        lines = Lines(plain)
+        assert (tuple(lines), len(lines), "".join(lines)) == (plain, len(plain), text)
+        assert [lines[k] for k in range(-len(plain), len(plain))] == [plain[k] for k in range(-len(plain), len(plain))]
+        assert all(lines[a:b] == plain[a:b] for a in range(-2, 5) for b in range(-2, 5))
+        assert lines == plain and (not plain or lines != plain[1:])
+        with pytest.raises(IndexError):
+            lines[len(plain)]

@@ -6,6 +6,7 @@ it, and what each of them takes from the lines before.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -117,7 +118,7 @@ class Program:
         Comments and settings that the controller obeys beside the G-code, in the order of the text, wherever it ends.
     """
 
-    lines: tuple[str, ...]
+    lines: Sequence[str]
     path: Toolpath
     line: NDArray[np.int32]
     first: NDArray[np.int32]

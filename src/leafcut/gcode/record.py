@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from leafcut.gcode.foreign_state import ForeignState
+from leafcut.gcode.lines import Lines
 from leafcut.gcode.obeyed import Obeyed
 from leafcut.gcode.program import Modal, Program
 
@@ -75,7 +76,7 @@ class Record:
         """Return the program."""
         path = self.state.path.build()
         return Program(
-            lines,
+            Lines(lines),
             path,
             np.array(self.line, dtype=np.int32),
             np.array(self.first + array("i", [len(path)]), dtype=np.int32),

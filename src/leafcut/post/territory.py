@@ -15,7 +15,7 @@ class Territory:
     """
 
     def __init__(self, program: Program, sequence: Sequence) -> None:
-        self._lines = program.lines
+        self._lines = tuple(program.lines)
         self._line = program.text_line.tolist()
         self._cut: dict[int, int] = {}
         for section in sequence.sections:

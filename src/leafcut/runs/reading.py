@@ -150,6 +150,7 @@ def _laser_for(program: Program) -> str:
 def _read(text: str, source: str, settings: Settings, machine: Machine, words: Dialect, look: Look) -> ProgramRead:
     """Return a program as it is read for a machine, in its units and with its feeds."""
     from leafcut.gcode.foreign import interpret_program, lines_of
+    from leafcut.gcode.lines import Lines
 
     units = settings.read.units or machine.units
     if units not in ("mm", "in"):
@@ -157,7 +158,7 @@ def _read(text: str, source: str, settings: Settings, machine: Machine, words: D
     known, feed_words, issues = _with_machine_feeds(text, settings, words)
     program = interpret_program(known, words, source, units=units, look=look)
     if known is not text:
-        program = replace(program, lines=lines_of(text, words, source), feed_words=feed_words)
+        program = replace(program, lines=Lines(lines_of(text, words, source)), feed_words=feed_words)
     if program.title_lines:
         what = "line 1 is" if program.title_lines == 1 else f"lines 1 to {program.title_lines} are"
         issues.append(Issue("L101", f"{what} no G-code, and stand above the percent sign: left out as a title"))

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from leafcut.verify.difference import MOST_LISTED
-from leafcut.verify.features import Floats, Ints, Mask
+from leafcut.verify.features import Ints, Mask
 from leafcut.verify.traces import Traces, touching
 
 #: So few pieces are compared each with each.
@@ -18,6 +19,9 @@ _FEW = 16
 _MOST_PAIRS = 60_000_000
 _MOST_LEVELS = 64
 _CHUNK = 200_000
+
+#: How far pieces reach along some directions, mm.
+Reach = NDArray[np.float32]
 
 
 class Inversions(NamedTuple):
@@ -42,8 +46,9 @@ def inverted(traces: Traces, rank: Ints, tolerance: float) -> Inversions:
     are not in it. The pieces are split by lines into ever smaller cells, and a cell whose pieces have kept their order
     is done with: a program that is not changed costs nothing.
     """
-    kept = np.flatnonzero(rank[traces.feature] >= 0)
-    traces = traces.pick(kept)
+    kept = rank[traces.feature] >= 0
+    if not kept.all():
+        traces = traces.pick(np.flatnonzero(kept))
     place = rank[traces.feature]
     low, high = _extents(traces, tolerance)
     entry, cell = np.arange(len(place)), np.zeros(len(place), dtype=np.int64)
@@ -72,8 +77,8 @@ def _unique(found: list[Ints]) -> Ints:
     return np.unique(np.concatenate(found), axis=0) if found else np.zeros((0, 2), dtype=np.int64)
 
 
-def _extents(traces: Traces, tolerance: float) -> tuple[Floats, Floats]:
-    """Return from where to where every piece reaches along four directions, float64[k, 4] each.
+def _extents(traces: Traces, tolerance: float) -> tuple[Reach, Reach]:
+    """Return from where to where every piece reaches along four directions, float32[k, 4] each.
 
     Two are x and y, the others along and across the direction that most of the length has: hatching is told apart.
     """
@@ -87,9 +92,14 @@ def _extents(traces: Traces, tolerance: float) -> tuple[Floats, Floats]:
     main = float(np.average(angle[chosen], weights=length[chosen])) if weight[best] > 0 else math.pi / 4
     turned = (0.0, math.pi / 2, main, main + math.pi / 2)
     directions = np.array([(math.cos(a), math.sin(a)) for a in turned]).T
-    ends = traces.begin @ directions, traces.end @ directions
-    room = (traces.bow + 0.5 * tolerance + 1e-9)[:, None]
-    return np.minimum(*ends) - room, np.maximum(*ends) + room
+    room = traces.bow + 0.5 * tolerance + 1e-9
+    # Half as exact is enough to part them by, where it makes none smaller.
+    low, high = (np.empty((len(room), directions.shape[1]), dtype=np.float32) for _ in range(2))
+    for k, direction in enumerate(directions.T):
+        ends = traces.begin @ direction, traces.end @ direction
+        low[:, k] = np.minimum(*ends) - room
+        high[:, k] = np.maximum(*ends) + room
+    return np.nextafter(low, np.float32(-np.inf), out=low), np.nextafter(high, np.float32(np.inf), out=high)
 
 
 def _with_inversions(entry: Ints, cell: Ints, place: Ints) -> tuple[Ints, Ints]:
@@ -105,7 +115,7 @@ def _with_inversions(entry: Ints, cell: Ints, place: Ints) -> tuple[Ints, Ints]:
     return entry[stays], (np.cumsum(bad) - 1)[number[stays]]
 
 
-def _split(entry: Ints, cell: Ints, low: Floats, high: Floats) -> tuple[Mask, Mask, tuple[Ints, Ints]]:
+def _split(entry: Ints, cell: Ints, low: Reach, high: Reach) -> tuple[Mask, Mask, tuple[Ints, Ints]]:
     """Return which entries are in cells of few, which in cells that cannot be split, and the others in halves.
 
     Every cell is split along the direction that puts the fewest on both sides.
