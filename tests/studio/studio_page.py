@@ -31,6 +31,12 @@ def run(page: Page) -> None:
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
 
 
+def choose_machine(page: Page, name: str) -> None:
+    """Choose a machine of the library; what is done next is done with it once it is shown."""
+    page.locator("#view-machines").get_by_role("button", name=name, exact=True).click()
+    expect(page.locator(f"#view-machines section[aria-label='{name}']")).to_be_visible()
+
+
 def said_by(place: Locator) -> str:
     """Return what stands at a place, once something does: the page may be there before its figures."""
     expect(place).to_have_text(re.compile(r"\S"))

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from playwright.sync_api import Page, expect
-from studio_page import LONG, PLATE, opened, run, said_by, typed, wait_for
+from studio_page import LONG, PLATE, choose_machine, opened, run, said_by, typed, wait_for
 
 
 def test_another_file_takes_the_place_of_a_run_which_goes_on_and_can_be_ended(page: Page) -> None:
@@ -96,7 +96,7 @@ def test_what_is_told_can_be_clicked_away_and_a_change_by_hand_be_taken_back_by_
 
 def test_what_was_typed_of_a_machine_and_not_saved_is_there_when_a_person_comes_back(page: Page) -> None:
     page.keyboard.press("3")
-    page.locator("#view-machines").get_by_role("button", name="grbl-3018", exact=True).click()
+    choose_machine(page, "grbl-3018")
     page.locator("#view-machines").get_by_role("button", name="Copy").click()
     text = page.locator("#view-machines textarea")
     expect(page.locator("#editor-name")).to_have_value("my-grbl-3018")
@@ -292,7 +292,7 @@ def test_a_run_that_was_cancelled_is_not_told_as_none(page: Page) -> None:
 
 def test_a_machine_saved_under_another_name_has_it_and_another_is_replaced_only_when_asked_twice(page: Page) -> None:
     page.get_by_role("button", name="Machines", exact=True).click()
-    page.get_by_role("button", name="laser-table", exact=True).click()
+    choose_machine(page, "laser-table")
     page.get_by_role("button", name="Copy", exact=True).last.click()
     name, said = page.locator("#editor-name"), page.locator("#said")
     save = page.get_by_role("button", name="Save", exact=True)

@@ -10,7 +10,7 @@ import ezdxf
 import pytest
 from parts_to_nest import PLATE as PART
 from playwright.sync_api import Browser, Page, expect
-from studio_page import LONG, PLATE, ROOT, at_rest, downloaded, opened, run, said_by, serious, typed
+from studio_page import LONG, PLATE, ROOT, at_rest, choose_machine, downloaded, opened, run, said_by, serious, typed
 from studio_server import Server
 
 import leafcut
@@ -153,7 +153,7 @@ def test_a_program_of_50_megabytes_is_opened_and_the_page_lives_on(page: Page, t
 
 def test_a_machine_is_copied_changed_and_used(page: Page) -> None:
     page.keyboard.press("3")
-    page.get_by_role("button", name="pcb-drill").click()
+    choose_machine(page, "pcb-drill")
     page.get_by_role("button", name="Copy", exact=True).click()
     expect(page.locator("#said")).to_contain_text("my-pcb-drill was checked and saved")
     text = page.get_by_label("my-pcb-drill.toml")
