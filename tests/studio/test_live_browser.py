@@ -296,7 +296,7 @@ def test_after_an_edit_that_is_refused_it_can_be_taken_back_and_the_next_run_is_
     expect(page.locator("#said")).to_contain_text("must be cut first", timeout=LONG)
     expect(edit).to_be_visible()
     expect(page.locator("#command")).not_to_contain_text("--plan")
-    assert page.url == address
+    expect(page).to_have_url(address)
     expect(edit).not_to_contain_text("as before")
     edit.get_by_role("button", name="Undo").click()
     expect(edit).to_contain_text("as before")

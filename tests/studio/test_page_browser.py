@@ -168,7 +168,7 @@ def test_a_file_of_no_kind_takes_nothing_away(page: Page, tmp_path: Path) -> Non
     expect(page.locator("#said")).to_contain_text("unknown kind of file")
     expect(page.locator(".about-part .name")).to_have_text(PLATE.name)
     expect(page.locator(".headline")).to_have_text(saved)
-    assert "job=" in page.url
+    expect(page).to_have_url(re.compile("job="))
 
 
 def test_the_keys_of_the_page_mean_the_same_once_the_drawing_was_clicked(page: Page) -> None:
