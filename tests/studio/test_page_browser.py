@@ -147,7 +147,7 @@ def test_a_wrong_value_is_not_told_as_a_missing_file(page: Page) -> None:
 
 def test_the_list_of_jobs_says_when_one_is_over(page: Page) -> None:
     opened(page, PLATE)
-    typed(page, "Time limit", "2s")
+    typed(page, "Time limit", "6s")
     page.get_by_label("Algorithm", exact=True).select_option("mmas")
     page.get_by_role("button", name="Run", exact=True).click()
     expect(page.locator(".progress")).to_be_visible()
