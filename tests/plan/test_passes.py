@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.foreign import interpret_program
 from leafcut.plan.resequencing import find_sequence
 from leafcut.plan.widths import tool_width
 from rewriting import program_of
@@ -118,6 +120,16 @@ def test_the_list_of_tools_at_the_top_tells_the_width_far_below() -> None:
         "(T1 D=8.) / (T2 D=3.) / G21 G90 / " + "G4 P0 / " * 400 + "T1 M6 / S1000 M3 / G0 Z5 / " + line(0)
     )
     assert tool_width(program, program.n_blocks - 1) == 8.0
+
+
+def test_in_a_subprogram_the_comment_of_the_tool_that_calls_it_counts() -> None:
+    """The change before it in the text is that of the last tool: obstacles would be passed 4.5 mm too near."""
+    body = "T1 M6 / (10MM ENDMILL) / S1000 M3 / M98 P2 / T2 M6 / (1MM ENDMILL) / S1000 M3 / M98 P2 / M30 / "
+    called = "O2 / G90 G0 Z5. / G1 Z-1. F100. / X10. / G0 Z5. / M99 / %"
+    lines = f"% / O1 / G21 G90 G94 G17 / {body}{called}".replace(" / ", "\n")
+    program = interpret_program(lines, dialect("haas"))
+    cuts = [block for block in range(program.n_blocks) if program.lines[program.line[block] - 1].startswith("X10.")]
+    assert [tool_width(program, block) for block in cuts] == [10.0, 1.0]
 
 
 def test_mills_that_are_described_by_their_name_keep_what_they_reach_in_order() -> None:

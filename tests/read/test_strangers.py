@@ -18,9 +18,10 @@ from leafcut.model.issue import Issue
 from leafcut.options import PocketOptions, ReadOptions, Settings, SheetOptions
 from leafcut.read import read_contours
 from leafcut.read.csvmap import read_csv
-from leafcut.read.format import Source
+from leafcut.read.format import Source, load_json
 from leafcut.read.machine import load_machine
 from leafcut.read.nest_list import read_wanted
+from leafcut.read.strip_instance import read_strip_instance
 from leafcut.read.svg import read_svg_contours
 from leafcut.read.wkt import read_wkt_pockets
 from leafcut.read.xmlmap import read_xml
@@ -216,3 +217,36 @@ def test_outlines_of_which_all_cross_each_other_are_refused(monkeypatch: pytest.
     squares = shapely.box(*np.array([[k, k, k + 100, k + 100] for k in range(60)], dtype=float).T)
     with pytest.raises(LeafcutError, match="thousands of outlines"):
         conflicts(squares)
+
+
+HALVES = [b"\xff\xfe", b"\\U+D800", b"\\U+DFFF"]
+
+
+@pytest.mark.parametrize("half", HALVES)
+def test_letters_of_a_drawing_that_no_text_can_hold_stop_no_report_and_no_answer(half: bytes, tmp_path: Path) -> None:
+    """Bytes that are no UTF-8, and halves of letters: in a layer, a part's name, a text."""
+    import ezdxf
+
+    drawing = ezdxf.new("R2010", units=4)
+    drawing.appids.add("LEAFCUT")
+    space = drawing.modelspace()
+    outline = space.add_lwpolyline([(0, 0), (60, 0), (60, 40)], close=True, dxfattribs={"layer": "CUTQQ"})
+    outline.set_xdata("LEAFCUT", [(1000, "nameQQ")])
+    space.add_text("textQQ", dxfattribs={"layer": "ENGRAVE"}).set_placement((5, 5))
+    drawing.saveas(file := tmp_path / "a.dxf")
+    file.write_bytes(file.read_bytes().replace(b"QQ", half))
+    part = read_contours(file)
+    words = [c.layer + c.name for c in part.contours] + [str(issue) for issue in part.issues]
+    assert "�" in "".join(words)
+    assert "".join(words).encode()
+
+
+def test_half_a_letter_in_json_is_told_in_one_line(tmp_path: Path) -> None:
+    file = tmp_path / "a.json"
+    file.write_text('{"name": "\\ud83d\\ude00 \\ud800", "items": []}')
+    for read in (lambda: read_strip_instance(str(file), 1, None, False), lambda: load_json(file)):
+        with pytest.raises(ReadError, match="half of a letter") as caught:
+            read()
+        assert one_line(caught.value).encode()
+    file.write_text('{"name": "\\ud83d\\ude00"}')
+    assert load_json(file) == {"name": "😀"}

@@ -171,6 +171,9 @@ def test_a_task_that_cannot_be_meant_is_refused_before_it_is_a_job(studio: Studi
         Task("optimize", ("example:plate-10",), "saw"),
         Task("optimize", ("example:plate-10",), options={"thicknes": "3mm"}),
         Task("optimize", ("example:plate-10",), options={"thickness": "3 bananas"}),
+        # Half of a letter: the list of jobs could not be shown any more.
+        Task("optimize", ("example:plate-10",), options={"machine": "\ud800"}),
+        Task("optimize", ("example:\udfff",)),
     ):
         with pytest.raises(OptionError):
             studio.jobs.start(task)

@@ -25,7 +25,7 @@ PHRASES: dict[str, str] = {
     "passes": "because passes of a mill of unknown width keep their order",
     "inside": "because what lies inside an outline keeps its order with it",
     "operation": "because operations of the CAM are not mixed (--mix-operations)",
-    "holds": "because {cause}",
+    "holds": "with a block that stays ({cause})",
     "alone": "alone between barriers ({cause})",
     "only": "with no other work to change places with",
     "unknown-height": "because the height from which the tool comes is not known",

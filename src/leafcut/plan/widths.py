@@ -40,12 +40,13 @@ def tool_width(program: Program, block: int) -> float:
 
     A comment that names another tool says nothing of this one; one in a list at the top, with its number, does.
     """
-    line = int(program.line[block]) - 1
+    # Of what is called, the call counts: the last change of tool in the text may be that of a later one.
+    line = int(program.text_line[block]) - 1
     modal = program.modal(block)
     unit, tool = modal.unit or 1.0, modal.tool
-    changes = np.flatnonzero(program.path.kind == Kind.TOOL)
-    at = program.path.line[changes]
-    last = int(at[at <= line].max()) if (at <= line).any() else 1
+    changes = np.searchsorted(program.first, np.flatnonzero(program.path.kind == Kind.TOOL), side="right") - 1
+    made = changes[changes < block]
+    last = int(program.text_line[made[-1]]) if len(made) else 1
     for number in range(line, max(last - _BEFORE_CHANGE, 0, line - _FARTHEST_COMMENT) - 1, -1):
         said = _said(program.lines[number], unit)
         if said and (tool is None or said[1] in (None, tool)):

@@ -55,6 +55,8 @@ _END = re.compile(rb"[\r\n][ \t]*0[ \t]*\r?\n[ \t]*EOF[ \t]*(?:[\r\n\x1a\0]|$)",
 _STRUCTURE = re.compile(rb"\n[ \t]*0[ \t]*\r?\n(?=[ \t]*[A-Za-z])")
 _SECTION_END = re.compile(rb"\n[ \t]*0[ \t]*\r?\n[ \t]*ENDSEC\b")
 _LINE = re.compile(r"\bline:? (\d+)")
+#: Half of a letter beyond U+FFFF, which no file or message can say.
+_HALF_LETTER = re.compile(rb"\\U\+[dD][89a-fA-F][0-9a-fA-F]{2}")
 
 
 def sniff(head: bytes) -> Match:
@@ -70,7 +72,7 @@ def open_document(source: Source, issues: list[Issue]) -> Any:
     The audit deletes circles whose handle is used twice, and follows all paths through nested blocks, which a
     hundred lines of DXF can make endless; what it would find about holes and blocks, the walk finds itself.
     """
-    data = source.data
+    data = _HALF_LETTER.sub(rb"\\U+FFFD", source.data)
     if data[:4] == b"AC10":
         raise ReadError(source.path, "this is a DWG drawing; save it as DXF")
     binary = data.startswith(BINARY_MARK)
@@ -114,7 +116,7 @@ def _load_binary(data: bytes) -> Any:
     from ezdxf.document import Drawing
     from ezdxf.lldxf.tagger import binary_tags_loader
 
-    return Drawing.load(binary_tags_loader(data))
+    return Drawing.load(binary_tags_loader(data, errors="replace"))
 
 
 class _Watched(io.BytesIO):
@@ -134,7 +136,7 @@ def _load_text(source: Source, data: bytes, issues: list[Issue]) -> Any:
     from ezdxf.document import Drawing
     from ezdxf.recover import Recover
 
-    tool = Recover.run(_Watched(data, source.look))
+    tool = Recover.run(_Watched(data, source.look), errors="replace")
     for code, message in tool.errors:
         if code == GUESSED_NUMBER:
             line = _LINE.search(message)

@@ -237,9 +237,26 @@ def load_json(path: str | Path) -> Any:
         The file cannot be read (`load`), or is not JSON.
     """
     try:
-        return json.loads(load(path).text())
+        return parse_json(load(path).text())
     except (ValueError, RecursionError) as problem:
         raise ReadError(path, f"is not JSON ({shown(str(problem), 100)})") from None
+
+
+def parse_json(text: str) -> Any:
+    """Return what a JSON text holds.
+
+    Raises
+    ------
+    ValueError, RecursionError
+        It is not JSON, or a text in it has half of a letter (``\\ud800``), which nothing can be written with.
+    """
+    found = json.loads(text)
+    if "\\ud" in text.lower():
+        try:
+            json.dumps(found, ensure_ascii=False).encode()
+        except UnicodeEncodeError:
+            raise ValueError("a text with half of a letter, \\ud800 to \\udfff") from None
+    return found
 
 
 def count_of(number: int, noun: str) -> str:

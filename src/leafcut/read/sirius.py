@@ -5,7 +5,6 @@ The bulge is that of DXF (LWPOLYLINE, group code 42). Units are mm.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 from dataclasses import replace
@@ -17,7 +16,16 @@ from leafcut.errors import ReadError, shown
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Issue, Part
 from leafcut.options import ReadOptions
-from leafcut.read.format import MAX_COORDINATE, MAX_SEGMENTS, Format, Match, Source, to_mm, too_many_segments
+from leafcut.read.format import (
+    MAX_COORDINATE,
+    MAX_SEGMENTS,
+    Format,
+    Match,
+    Source,
+    parse_json,
+    to_mm,
+    too_many_segments,
+)
 from leafcut.units import MM_PER_UNIT
 
 #: A path whose last vertex is as near to its first is closed, mm.
@@ -79,7 +87,7 @@ def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
 
 def _entries(source: Source) -> list[tuple[str, list[Any]]]:
     try:
-        data = json.loads(source.text())
+        data = parse_json(source.text())
     except (ValueError, RecursionError) as problem:
         line = getattr(problem, "lineno", None)
         raise ReadError(source.path, f"not JSON: {shown(str(problem), 80)}", line) from None

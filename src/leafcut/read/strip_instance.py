@@ -6,7 +6,6 @@ An item has an ``id``, a ``demand``, ``allowed_orientations`` in degrees (none, 
 
 from __future__ import annotations
 
-import json
 import math
 from typing import Any
 
@@ -14,7 +13,7 @@ from leafcut.errors import ReadError, parsing, shown
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
-from leafcut.read.format import MAX_COORDINATE, load
+from leafcut.read.format import MAX_COORDINATE, load, parse_json
 
 #: More items than this, or points in one, are no instance.
 MAX_ITEMS, MAX_POINTS = 2_000, 100_000
@@ -38,7 +37,7 @@ def read_strip_instance(file: str, quantity: int, angles: tuple[float, ...] | No
     """
     text = load(file).text()
     with parsing(file, "this is no JSON"):
-        data = json.loads(text)
+        data = parse_json(text)
     items = data.get("items") if isinstance(data, dict) else None
     if not isinstance(items, list) or not 0 < len(items) <= MAX_ITEMS:
         raise ReadError(file, f"a strip instance has a list 'items' of 1 to {MAX_ITEMS:,} items")
@@ -56,7 +55,7 @@ def _item(
         demand, turns = item["demand"], item.get("allowed_orientations")
         corners = [(float(x), float(y)) for x, y in points[:MAX_POINTS]]
         own = None if turns is None else tuple(math.radians(float(turn)) % math.tau for turn in turns)
-        label = f"{name}-{item.get('id', number)}"
+        label = f"{name}-{shown(str(item.get('id', number)))}"
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as problem:
         raise ReadError(file, f"item {number} is not whole ({type(problem).__name__}: {shown(str(problem))})") from None
     if type(demand) is not int or demand < 1:

@@ -8,7 +8,6 @@ in its presets. A FreeCAD library (``.fctl`` with a ``.fctb`` for every tool) ca
 from __future__ import annotations
 
 import io
-import json
 import re
 import zipfile
 import zlib
@@ -18,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, shown
+from leafcut.read.format import parse_json
 
 #: A library larger than this is none, bytes; so is what it unpacks to.
 MAX_BYTES = 16 * 1024 * 1024
@@ -189,7 +189,7 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
 
 def _json(path: Path, data: bytes) -> Any:
     try:
-        return json.loads(data.decode("utf-8-sig"))
+        return parse_json(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as problem:
         raise OptionError(f"{path}: is not JSON ({shown(str(problem), 60)})") from None
 

@@ -214,7 +214,7 @@ def _parts(scene: SheetScene, plan: CutPlan) -> Row:
     places = 3 if with_cost and min((p.cost for p in norm.parts), default=1.0) < 0.1 else 2
     rows = [
         {
-            "number": f"{p.part} {p.name}".rstrip() if p.part else "in no part",
+            "number": clean(f"{p.part} {p.name}".rstrip()) if p.part else "in no part",
             "href": f"#{part_id(p.part)}" if part_window(scene, p.part) else "",
             "window": part_window(scene, p.part),
             "contours": _contours_words(plan, p.part),

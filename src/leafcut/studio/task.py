@@ -83,6 +83,10 @@ def prepare(task: Task, folder: Folder) -> Call:
     """
     if task.command not in COMMANDS:
         raise OptionError(f"unknown command '{task.command}'{nearest(task.command, COMMANDS)}")
+    try:
+        json.dumps([task.inputs, task.options], ensure_ascii=False).encode()
+    except UnicodeEncodeError:
+        raise OptionError("a text with half of a letter, \\ud800 to \\udfff; no file or page can say it") from None
     parts = parts_of(task)
     if task.command == "nest" and not parts:
         raise OptionError("there are no parts; open drawings to be nested")
