@@ -718,8 +718,22 @@ def warm_up() -> None:
             if (name in WHOLE) == (child == 0):
                 fault_of(name, seeds_of(name)[0], Path(folder) / "input")
         if child == 0:
+            _compile_searches()
             os._exit(0)
         os.waitpid(child, 0)
+
+
+def _compile_searches() -> None:
+    """Have the searches compiled that a changed program may need although its seed does not: those with an order."""
+    import numpy as np
+
+    from leafcut.model.problem import RoutingProblem
+    from leafcut.solve.in_order import warm_up_in_order
+
+    entry = np.random.default_rng(1).uniform(0.0, 100.0, (8, 2))
+    for clusters, away in ((8, 0.0), (8, 1.0), (4, 1.0)):
+        cluster = np.arange(8, dtype=np.int32) % clusters
+        warm_up_in_order(RoutingProblem(entry=entry, exit=entry + away, cluster=cluster, service=np.zeros(8)))
 
 
 def main() -> None:
