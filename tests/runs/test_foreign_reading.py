@@ -109,6 +109,28 @@ def test_a_program_for_a_laser_is_read_for_one_where_no_machine_is_named(name: s
         assert said in next(issue["message"] for issue in found["issues"] if issue["code"] == "L807")
 
 
+@pytest.mark.parametrize("choice", ["(o=0, kw=1.5, ph=4, pd=0.5, ch=1.5, fr=1200, nu=1)", "M190 P3", "#<holes>=1"])
+def test_a_program_of_qtplasmac_with_its_own_feeds_is_read_for_a_plasma_table(tmp_path: Path, choice: str) -> None:
+    """As a laser's its materials would be remarks, and its cuts made with any of them; far cuts come first in each."""
+    source = tmp_path / "a.ngc"
+    cut = "G0 X{0} Y10\nM3 $0 S1\nG1 X{0} Y20\nM5 $0\n"
+    one, other = ("".join(cut.format(x) for x in row) for row in ((900, 100, 500), (890, 110, 510)))
+    source.write_text(f"G21 G90\nF2000\n{choice}\n{one}{choice.replace('1', '2').replace('3', '4')}\n{other}M2\n")
+    found = leafcut.optimize(source)
+    assert (found.machine.name, found.process, found.dialect) == ("plasma-table", "plasma", "qtplasmac")
+    told = next(issue.message for issue in found.issues if issue.code == "L807")
+    assert "a plasma table" in told and found.after.time_s < found.before.time_s
+    order = [int(line.split()[1][1:]) for line in found.text.splitlines() if line.startswith("G0 X")]
+    assert set(order[:3]) == {900, 100, 500}
+
+
+def test_a_torch_that_says_which_one_it_is_is_no_laser(tmp_path: Path) -> None:
+    """``M3 $0`` without a material, as SheetCam's post has it where the operator chooses one."""
+    source = tmp_path / "a.ngc"
+    source.write_text("G21 G90\nM52 P1\nF2000\n" + "G0 X9 Y1\nM3 $0 S1\nG1 X20\nM5 $0\n" * 2 + "M2\n")
+    assert leafcut.simulate(source)["machine"] == "plasma-table"
+
+
 def test_the_laser_that_is_taken_is_as_fast_and_as_large_as_the_program(tmp_path: Path) -> None:
     """The slowest of the three that can; the time of a straight cut is its length by its feed, and the ramps."""
     for feed, width, machine in ((6000, 100, "5w"), (9000, 100, "20w"), (20000, 100, "co2"), (1000, 500, "co2")):

@@ -318,6 +318,17 @@ def test_the_way_from_where_the_tool_stands_to_the_first_cut_counts(tmp_path: Pa
     assert found["0,0"].gap == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("end", ["", "M5\n", "M2\n"])
+def test_the_way_counts_behind_switches_and_a_program_needs_no_end(tmp_path: Path, end: str) -> None:
+    """M52 P1 moves nothing; where the tool is after a last M5 is where its last cut ended."""
+    cut = "G0 X{0} Y0\nM3 $0 S1\nG1 X{0} Y10\nM5 $0\n"
+    text = "G21 G90\nM52 P1\nF600\n" + "".join(cut.format(x) for x in (300, 100, 200)) + end
+    found = leafcut.optimize(written(tmp_path, text), objective="distance")
+    assert found.before.travel_mm == pytest.approx(300 + math.hypot(200, 10) + math.hypot(100, 10))
+    assert found.after.travel_mm == pytest.approx(100 + 2 * math.hypot(100, 10))
+    assert found.pieces == 3 and not found.staying
+
+
 def test_a_program_whose_planning_takes_too_long_keeps_its_order(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

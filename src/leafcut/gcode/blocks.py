@@ -23,7 +23,7 @@ from leafcut.gcode.state import AXES, whole
 from leafcut.gcode.torch import lower_feed
 from leafcut.gcode.words import Block, BlockError, UnclearBlock, Word
 from leafcut.model.cycles import PECKING
-from leafcut.model.toolpath import UNKNOWN, Kind
+from leafcut.model.toolpath import STILL, UNKNOWN, Kind
 
 #: G codes in tenths that turn, scale, mirror or wrap all that follows, and those that end it.
 #: After G66 a macro runs at every move, rapids included.
@@ -404,7 +404,8 @@ class BlockRunner(Reader):
         after = [UNKNOWN if gone else p for p, gone in zip(place, lost, strict=True)]
         if any(lost):
             path.initial_plane = None
-        path.set_place(Kind.FOREIGN, (after[0], after[1], after[2]), 0, state.line, probing)
+        stays = not any(lost) and not any(named) and not words.g
+        path.set_place(Kind.FOREIGN, (after[0], after[1], after[2]), STILL if stays else 0, state.line, probing)
         if words.g.get("length") == 432:
             state.take_dynamic_length()
         self.reason = self.unclear[0][0]

@@ -35,7 +35,7 @@ class Kind(IntEnum):
     SHIFT      where the tool is then                       –                    origin moved (G52, G92 …), counted
     RADIUS     –                                            D, as it is written  40, 41 or 42
     BLENDING   x: how far short moves may be joined, mm     tolerance, mm        610, 611 or 640 (G61, G61.1, G64)
-    FOREIGN    where the tool is then                       of a probe, mm/s     not understood; 1: all is lost
+    FOREIGN    where the tool is then                       of a probe, mm/s     1: all is lost; 2: `STILL`
     TORCH      –                                            1 on, 0 off          – (while it moves on)
     HEIGHT     –                                            1 on, 0 off          – (control of the torch's height)
     PROBE      the farthest it may go                       feed, mm/s           – (until a probe trips)
@@ -72,6 +72,8 @@ class Kind(IntEnum):
 MOTIONS = (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL, Kind.PROBE)
 #: Kinds whose `end` says where the tool is in program coordinates after them.
 PLACES = (*MOTIONS, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)
+#: `ref` of a FOREIGN row whose block moves nothing, such as M52 P1.
+STILL = 2
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,12 +14,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.model.motion import MOTIONS, PLACES, SPEED_ALONE, UNKNOWN, Arc, DrillCycle, Kind, Motion
+from leafcut.model.motion import MOTIONS, PLACES, SPEED_ALONE, STILL, UNKNOWN, Arc, DrillCycle, Kind, Motion
 
 __all__ = [
     "MOTIONS",
     "PLACES",
     "SPEED_ALONE",
+    "STILL",
     "UNKNOWN",
     "WIDTH",
     "Arc",

@@ -13,7 +13,7 @@ from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reliance import HERE, BlockReader, next_place
 from leafcut.model.look import Look, unseen
 from leafcut.model.sequence import Chain, Kept, Section, Stay
-from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind
+from leafcut.model.toolpath import MOTIONS, PLACES, SPEED_ALONE, Kind
 from leafcut.plan.chains import BEAMS, TOLERANCE, Rows, find_barriers, free_runs, read_rows
 from leafcut.plan.endings import follows_compensation, stays_last, stops_before_work
 from leafcut.plan.heights import group_by_height
@@ -104,7 +104,9 @@ class Finder:
         low_block, high = np.searchsorted(self.travels, [begin, end])
         top = self._top(begin, end)
         # A beam may work at a height that nobody states; but where one is, it is for all.
-        level = not math.isnan(self._z_after(int(self.first[end]) - 1)) if self.beam and self.first[end] else False
+        level = (
+            not math.isnan(self._place_after(int(self.first[end]) - 1)[2]) if self.beam and self.first[end] else False
+        )
         starts: list[_Start] = []
         done = low = -1
         for block in self.travels[low_block:high].tolist():
@@ -288,7 +290,7 @@ class Finder:
             if block + 1 in self.called:
                 continue
             row = int(self.first[block + 1]) - 1
-            z = self._z_after(row)
+            z = self._place_after(row)[2]
             up = (math.isnan(z) and self.beam) or z >= clearance - TOLERANCE
             same = self.program.modal(block + 1).spindle == turning and self._at_rest(block + 1)
             if up and same and not (self.beam and self.rows.beam[row]):
@@ -319,18 +321,20 @@ class Finder:
             block += 1
         return block
 
-    def _z_after(self, row: int) -> float:
-        path = self.program.path
-        return float(self.rows.before[row + 1, 2]) if row + 1 < len(path) else float(path.end[row, 2])
+    def _place_after(self, row: int) -> tuple[float, float, float]:
+        """Return where the tool is after a row; a program may end without a word for that."""
+        path, before = self.program.path, self.rows.before
+        if row + 1 < len(path):
+            x, y, z = before[row + 1].tolist()
+        else:
+            x, y, z = (path.end if path.kind[row] in PLACES else before)[row].tolist()
+        return x, y, z
 
     def _chain(self, start: _Start, end: int, end_row: int, clearance: float) -> Chain:
         self.look()
-        path, before = self.program.path, self.rows.before
+        path = self.program.path
         rows = slice(start.row, int(self.first[end]))
-        if end_row < len(path):
-            x, y, z = before[end_row].tolist()
-        else:
-            x, y, z = path.end[end_row - 1].tolist()
+        x, y, z = self._place_after(end_row - 1)
         worked = path.kind[rows][self.rows.cut[rows]]
         depths = path.end[rows, 2][self.rows.cut[rows]]
         drills = worked == Kind.DRILL

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -84,10 +85,12 @@ def read_foreign(
     named = "machine" in settings.given or settings.machine.machine != MachineOptions().machine
     free = choose and not named and words.name == machine.controller
     if free and _QTPLASMAC in text:
-        read = _read(text, source, settings, *_other_machine(settings, CUTTING_MACHINES["plasma"]), look)
-        return replace(read, process=_process(read, process), issues=(_chosen(read.machine, "plasma"), *read.issues))
+        return _of_plasma_table(text, source, settings, look, process)
     read = _read(text, source, settings, machine, words, look)
     read = replace(read, process=_process(read, process))
+    if free and read.process in _BEAMS and (read.program.obeyed or _OF_QTPLASMAC.search(text)):
+        # Any other reader would take its materials for remarks, and carry cuts past them.
+        return _of_plasma_table(text, source, settings, look, process)
     if free and read.process == "laser" and machine.process == "spindle":
         chosen = _other_machine(settings, _laser_for(read.program))
         again = _read(text, source, settings, *chosen, look)
@@ -104,8 +107,16 @@ def read_foreign(
 #: What the program does: the process of its machine, and what it drives.
 _BEAMS = {"laser": ("laser", "a laser"), "plasma": ("torch", "a torch")}
 _QTPLASMAC = "#<_hal[plasmac."
+#: Words that QtPlasmaC alone has: which torch or scribe, the number of a material.
+_OF_QTPLASMAC = re.compile(r"^[^(;\n]*M0*(?:[35]\s*\$[0-2]|190\s*P)", re.IGNORECASE | re.MULTILINE)
 #: By the speed that they reach: which takes a program is the first that is as fast as its cuts, and as large.
 _LASERS = ("grbl-laser-5w", "grbl-laser-20w", "grbl-laser-co2")
+
+
+def _of_plasma_table(text: str, source: str, settings: Settings, look: Look, process: str) -> ProgramRead:
+    read = _read(text, source, settings, *_other_machine(settings, CUTTING_MACHINES["plasma"]), look)
+    done = "plasma" if process == "auto" else process
+    return replace(read, process=done, issues=(_chosen(read.machine, "plasma"), *read.issues))
 
 
 def _process(read: ProgramRead, process: str) -> str:

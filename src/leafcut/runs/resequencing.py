@@ -22,7 +22,7 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
-from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, position_before
+from leafcut.model.toolpath import PLACES, STILL, Kind, Toolpath, arc_sweep, position_before
 from leafcut.runs.keep_out import obstacles_of
 from leafcut.runs.proving import Orders, write_proved
 from leafcut.runs.run import Run, machine_issues, passing_on, share
@@ -73,7 +73,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
     dangers = read.dangers
     _refuse_dangers(run, source, dangers)
     began = time.monotonic()
-    sequence = _planned(run, original, process, began)
+    sequence = _planned(run, original, read.process, began)
     searching = _with_time_left(run, time.monotonic() - began)
     obstacles, noticed = obstacles_of(run, original, sequence.process in ("laser", "plasma"))
     with announced(run.tell):
@@ -262,7 +262,7 @@ def _stands(run: Run, original: Program, sequence: Sequence) -> tuple[Point | No
     path = original.path
     before = slice(0, int(original.first[sequence.sections[0].chains[0].begin]))
     known = np.isfinite(path.end[before, :2]).any(axis=1) & np.isin(path.kind[before], _PLACES)
-    moved = known.any() or (path.kind[before] == Kind.FOREIGN).any()
+    moved = known.any() or ((path.kind[before] == Kind.FOREIGN) & (path.ref[before] != STILL)).any()
     stands = float(start[0]), float(start[1])
     return stands, None if moved else stands
 

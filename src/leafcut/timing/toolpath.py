@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from leafcut.model.cycles import expand
 from leafcut.model.machine import Machine
 from leafcut.model.outcome import Measure
-from leafcut.model.toolpath import MOTIONS, PLACES, Kind, Toolpath
+from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.lookahead import move_seconds
 from leafcut.timing.moves import BLEND, EXACT, REST, Floats, Moves, Turns, moves_of, turns_of
@@ -199,7 +199,7 @@ def _displacements(
     delta, estimate = np.zeros((len(path), 3)), np.zeros((len(path), 3))
     in_machine = path.kind == Kind.MACHINE
     moving = (path.kind <= Kind.ARC_CCW) | in_machine
-    restated = np.isin(path.kind, _RESTATED)
+    restated = np.isin(path.kind, _RESTATED) & ((path.kind != Kind.FOREIGN) | (path.ref != STILL))
     shifted = (path.kind == Kind.SHIFT) | ((path.kind == Kind.FRAME) & (path.ref != _FIRST_FRAME))
     offset = None if shifted.any() else machine.work_offset
     for axis in range(3):
