@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
+from leafcut.report.wording import was_spared
+from leafcut.solve.sequential import SECONDS_PER_KICK, budget
 from leafcut.solve.solve import solve
+from leafcut.solve.thrift import FIRST_STRETCH, Thrift
 
 XY = np.random.default_rng(1).uniform(0.0, 300.0, (300, 2))
 
@@ -27,3 +34,49 @@ def test_less_is_sought_where_less_can_be_gained() -> None:
 def test_who_asks_for_thoroughness_or_iterations_gets_them() -> None:
     assert generations(3000.0, iterations=60)[0] >= generations(3000.0)[0]
     assert generations(3000.0, iterations=60)[1] <= generations(3000.0)[1] * 1.01
+
+
+def contours(count: int, *, ways: int = 1, pairs: bool = False, velocity: float = 3000.0) -> RoutingProblem:
+    """Return contours of several starts, or cuts from one place to another, on a machine of this speed."""
+    rng = np.random.default_rng(2)
+    entry = rng.uniform(0.0, 100.0, (count, 1, 2)) + rng.uniform(-2.0, 2.0, (count, ways, 2))
+    return RoutingProblem(
+        entry=entry.reshape(-1, 2),
+        exit=entry.reshape(-1, 2) + np.array([1.0, 0.0]),
+        cluster=np.repeat(np.arange(count, dtype=np.int32), ways),
+        service=np.zeros(count * ways),
+        metric=Metric("linear", velocity=(velocity, velocity), acceleration=(1e5, 1e5)),
+        precedence=np.array(
+            [[k, k + 1] for k in range(0, count - 1, 7)] if pairs else np.zeros((0, 2)), dtype=np.int32
+        ),
+    )
+
+
+def kicks(found: Solution) -> int:
+    return sum(figures.ants for figures in found.workers)
+
+
+@pytest.mark.parametrize("problem", [contours(300, ways=2), contours(300), contours(300, pairs=True)])
+def test_it_holds_for_sheets_and_programs_too(problem: RoutingProblem) -> None:
+    """Contours with several starts, cuts with two ends, and what must come first: all of it takes seconds here."""
+    found = solve(problem, SolveOptions(bound=False))
+    assert found.spared and was_spared(found)
+    assert FIRST_STRETCH / (SECONDS_PER_KICK * 300**0.5) <= kicks(found) < 0.5 * budget("default", 300)
+
+
+def test_a_longer_budget_or_iterations_asked_for_are_used() -> None:
+    problem = contours(100)
+    found = solve(problem, SolveOptions(iterations=120, bound=False))
+    assert found.iterations == 120 and not found.spared
+    thrifty = [Thrift.of(o, problem).holds for o in (SolveOptions(), SolveOptions(preset="thorough"))]
+    assert thrifty == [True, False]
+    assert not Thrift.of(SolveOptions(time_limit=5.0), problem).holds
+    assert not Thrift.of(SolveOptions(), replace(problem, metric=Metric())).holds, "millimetres are no seconds"
+
+
+def test_stretches_double_and_each_has_to_gain_what_the_next_takes() -> None:
+    """By hand: 1 s, 2 s, 4 s. From 10 to 6 is worth 1 s more, to 3.5 is worth 2 s more, to 0 is not worth 4 s."""
+    rule = Thrift(holds=True)
+    steps = [(0.0, 10.0), (0.9, 9.99), (1.0, 6.0), (1.5, 6.0), (2.0, 3.5), (3.9, 3.4), (4.0, 0.0)]
+    assert [rule.goes_on(*step) for step in steps] == [True] * 6 + [False]
+    assert rule.spared and not rule.goes_on(4.1, -9.0)

@@ -36,6 +36,8 @@ class Solution:
         No path can cost less, or None when no bound was computed.
     stopped_early
         True when a person or the clock stopped it before its budget of work was used.
+    spared
+        True when the search ended because more of it would have taken longer than it could still gain.
     """
 
     nodes: NDArray[np.int32]
@@ -49,6 +51,7 @@ class Solution:
     workers: tuple[WorkerFigures, ...] = ()
     lower_bound: float | None = None
     stopped_early: bool = False
+    spared: bool = False
 
     @property
     def gap(self) -> float | None:

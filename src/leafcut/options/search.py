@@ -42,7 +42,8 @@ class SolveOptions(OptionGroup):
     preset: str = option(
         "text",
         "default",
-        "budget of work, the same on every machine; the search ends sooner when the colonies agree",
+        "budget of work, the same on every machine; the search ends sooner when the colonies agree, and but for "
+        "thorough when more of it would take longer than it saves",
         choices=("fast", "default", "thorough"),
         works="drill cut pocket program solve nest",
     )

@@ -12,12 +12,12 @@ from leafcut.report.pocket_words import facts as pocket_facts
 from leafcut.report.pocket_words import figures as strategy_figures
 from leafcut.report.wording import (
     NO_VALUE,
-    algorithm_words,
     bound_words,
     clean,
     counts_words,
     group_issues,
     length_words,
+    method_words,
     order_words,
     percent_words,
     saved_percent,
@@ -144,8 +144,7 @@ def _facts(outcome: Outcome) -> Table:
     if head:
         facts.append(("stays", Text(f"{head}: {'; '.join(reasons)}")))
     if outcome.operations and not outcome.pocket_plans:
-        method = f"{clean(algorithm_words(outcome))}, seed {outcome.seed}, {time_words(outcome.seconds)}"
-        facts.append(("method", Text(method)))
+        facts.append(("method", Text(method_words(outcome))))
     facts += [
         (name, Text(clean(place), "cyan", overflow="fold"))
         for name, place in (

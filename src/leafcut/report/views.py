@@ -11,8 +11,10 @@ from leafcut.report import chart
 from leafcut.report.drawing import Scene, tool_class
 from leafcut.report.wording import (
     BEAMS,
+    LEAST_GAP,
     NO_VALUE,
     SEVERITIES,
+    SPARED,
     at_most_words,
     bound_words,
     clean,
@@ -27,6 +29,7 @@ from leafcut.report.wording import (
     percent_words,
     saved_percent,
     time_words,
+    was_spared,
 )
 
 Row = dict[str, Any]
@@ -179,8 +182,10 @@ def searches(outcome: Outcome) -> list[Row]:
             facts.append(count(solution.iterations, "iteration"))
         if solution.gap is not None:
             facts.append(at_most_words(solution.gap, solution.unit))
-        if solution.stopped_early and (solution.gap is None or solution.gap > 1e-4):
+        if solution.stopped_early and (solution.gap is None or solution.gap > LEAST_GAP):
             facts.append("stopped early")
+        if was_spared(solution):
+            facts.append(SPARED)
         words = operation_words(operation) if not outcome.cut_plans else _band_words(outcome, number)
         rows.append(
             {

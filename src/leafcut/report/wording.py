@@ -11,13 +11,17 @@ from typing import Any
 
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import Measure, Outcome
-from leafcut.model.solution import gap
+from leafcut.model.solution import Solution, gap
 from leafcut.units import SECONDS_PER_MINUTE, format_length, format_time
 
 #: Processes whose tool is a beam that is on or off.
 BEAMS = ("laser", "plasma")
 
 NO_VALUE = "–"
+#: A smaller gap is none: the path is the best there is.
+LEAST_GAP = 1e-4
+#: Of a search that ended by `solve.thrift`.
+SPARED = "more search would take longer than it saves"
 MINUS = "−"
 
 #: Unicode categories that print nothing and may mislead: controls, direction overrides, surrogates, private use.
@@ -141,6 +145,17 @@ def algorithm_words(outcome: Outcome) -> str:
     """Return the algorithms of all operations, each once, the one with the most holes first."""
     by_size = sorted(outcome.operations, key=lambda o: -len(o.hole_order))
     return ", ".join(dict.fromkeys(o.solution.algorithm for o in by_size))
+
+
+def method_words(outcome: Outcome) -> str:
+    """Return how the order was sought, for how long, and why no longer where that was too little to gain."""
+    words = f"{clean(algorithm_words(outcome))}, seed {outcome.seed}, {time_words(outcome.seconds)}"
+    return f"{words}; {SPARED}" if any(was_spared(o.solution) for o in outcome.operations) else words
+
+
+def was_spared(solution: Solution) -> bool:
+    """Return whether a search ended as it was not worth it any more, before the best path was known."""
+    return solution.spared and (solution.gap is None or solution.gap > LEAST_GAP)
 
 
 def tool_count(outcome: Outcome) -> int:

@@ -188,19 +188,16 @@ def next_generation(instance: Instance, colony: Colony, seed: int, workers: Work
 
 
 def improve_by_colony(
-    instance: Instance, seed: int, stop: Stop, best: Best, workers: Workers, visits: float = math.inf,
-    worth: float = 0.0,
-) -> int:  # fmt: skip
+    instance: Instance, seed: int, stop: Stop, best: Best, workers: Workers, visits: float = math.inf
+) -> int:
     """Found colonies, one after another and each larger, until `stop`; return the generations that were lived.
 
     Parameters
     ----------
     visits
         The budget of work: the nodes of all tours that may be built. With budget or time left, the search ends when
-        several colonies (`SAME_ANSWERS`), and some kicks on the best tour, have found nothing better.
-    worth
-        What a visit has to gain, in the cost of tours: a colony that would have to gain more than the one before did
-        is not founded, as gains become smaller from colony to colony.
+        several colonies (`SAME_ANSWERS`), and some kicks on the best tour, have found nothing better, or when another
+        colony is not worth its seconds (`stop.thrift`).
     """
     began = stop.elapsed()
     first_tour(instance, BREADTH, stop, best)
@@ -212,7 +209,9 @@ def improve_by_colony(
     gain = math.inf
     while same < enough and not stop.reached(generations, 0):
         ants = _how_many(instance.n, number, seconds, stop, visits)
-        if ants < (FEWEST_OF_MANY if many else FEWEST_ANTS) or gain < worth * ants * instance.n:
+        if ants < (FEWEST_OF_MANY if many else FEWEST_ANTS):
+            break
+        if not stop.thrift.is_worth(SECONDS_PER_VISIT * ants * instance.n, gain):
             break
         visits -= ants * instance.n
         before, began = best.cost, stop.elapsed()
@@ -227,7 +226,7 @@ def improve_by_colony(
         gain = before - best.cost
     if best.watched is not None:
         best.watched.pheromone = lambda: None  # those who kick follow nobody
-    kicks = KICKS_PER_VISIT * (min(visits, gain / worth) if worth else visits)
+    kicks = KICKS_PER_VISIT * (min(visits, gain / SECONDS_PER_VISIT) if stop.thrift.holds else visits)
     if same == enough:
         kicks = min(kicks, LAST_KICKS * instance.n)
     if many:

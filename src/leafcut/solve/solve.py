@@ -22,7 +22,7 @@ from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.solve.certificate import aim, aim_without_order, certify, foresee, stands_for_its_tour
 from leafcut.solve.clusters import choose_nodes
-from leafcut.solve.colony import SECONDS_PER_VISIT, improve_by_colony
+from leafcut.solve.colony import improve_by_colony
 from leafcut.solve.construction import nearest_neighbour
 from leafcut.solve.directed import (
     FEW_CLUSTERS,
@@ -46,6 +46,7 @@ from leafcut.solve.precedence import broken_pair, checked_pairs, keeps
 from leafcut.solve.running import PRESETS, Found, set_budget, until_interrupted
 from leafcut.solve.statistics import Best, Progress, WorkerLog
 from leafcut.solve.stop import Stop
+from leafcut.solve.thrift import Thrift
 from leafcut.solve.workers import Workers
 
 #: Candidates of each node for ants that choose every edge of a tour among them.
@@ -110,7 +111,7 @@ def solve(
     elif not tiny and options.algorithm != "none":
         warm_up(options, aco, problem.n_clusters)
     limit = math.inf if options.time_limit is None else options.time_limit
-    stop = Stop(seconds=limit, cancelled=cancelled or threading.Event())
+    stop = Stop(seconds=limit, cancelled=cancelled or threading.Event(), thrift=Thrift.of(options, problem))
     best = Best(stop, progress, float(problem.service.sum()))
     if tiny or options.algorithm == "none":
         return _without_search(problem, pairs, options, best)
@@ -316,18 +317,13 @@ def _colony(instance: Instance, options: SolveOptions, stop: Stop, best: Best) -
     visits = math.inf if counted else COLONY_PRESETS[options.preset]
     if options.iterations is not None:
         stop.iterations = options.iterations
-    # Seconds of a machine that are fewer than those of the search are not worth it, unless thoroughness is asked for.
-    thrifty = not counted and options.preset != "thorough" and instance.problem.metric.unit == "s"
     threads = options.threads or os.cpu_count() or 1
     with _pool(threads) as executor:
         workers = Workers(executor, threads, stop, WorkerLog.of(threads))
         if best.watched is not None:
             best.watched.workers = workers.log.figures
         iterations = until_interrupted(
-            lambda: improve_by_colony(
-                instance, options.seed, stop, best, workers, visits, SECONDS_PER_VISIT if thrifty else 0.0
-            ),
-            best,
+            lambda: improve_by_colony(instance, options.seed, stop, best, workers, visits), best
         )
     return Found(best.tour, iterations, workers.log.figures())
 
@@ -367,6 +363,7 @@ def _solution(
         history=_history(best, seconds, cost, known or stands_for_its_tour(problem)),
         workers=found.workers,
         stopped_early=best.stop.cancelled.is_set() or seconds >= best.stop.seconds,
+        spared=best.stop.thrift.spared,
     )
 
 

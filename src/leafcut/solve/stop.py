@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+from leafcut.solve.thrift import Thrift
+
 
 def clock() -> float:
     """Return seconds from any beginning: what time limits and histories are measured in."""
@@ -34,6 +36,8 @@ class Stop:
         Set by `Best.offer` when it was given such a tour.
     cancelled
         Set from outside (Ctrl-C, a button) to stop and keep the best.
+    thrift
+        Says whether more work is worth its seconds.
     """
 
     iterations: float = math.inf
@@ -42,6 +46,7 @@ class Stop:
     target: float = -math.inf
     satisfied: bool = False
     cancelled: threading.Event = field(default_factory=threading.Event)
+    thrift: Thrift = field(default_factory=Thrift)
     began: float = field(default_factory=lambda: clock())  # noqa: PLW0108  # whichever clock there is then
 
     def elapsed(self) -> float:
