@@ -10,6 +10,7 @@ from pathlib import Path
 import ezdxf
 import numpy as np
 import pytest
+import shapely
 
 from leafcut import api
 from leafcut.gcode.dialects import dialect
@@ -19,7 +20,7 @@ from leafcut.model.cutting import Cut
 from leafcut.model.outcome import Outcome
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.plan.freed_parts import HIT, MARGIN, cut_free_later, lead_round
+from leafcut.plan.freed_parts import BESIDE, HIT, MARGIN, cut_free_later, lead_round
 from leafcut.verify.cut_motion import read_back
 from leafcut.verify.freed import check_freed, crossings
 from leafcut.verify.laid_runs import Asked, Laid
@@ -72,6 +73,42 @@ def test_a_way_that_ends_inside_a_free_part_crosses_and_is_counted() -> None:
     inside = cut_of(2, (20.0, 5.0), (20.0, 5.1))
     found = lead_round(ROW, [MIDDLE, inside], None, None)
     assert (found.crossing, found.corners, found.ways) == ((1,), {}, 1)
+
+
+def nearest(ways: list[list[tuple[float, float]]], free: list[object], radius: float) -> float:
+    """How near the middle of a head comes to free parts, but within its radius of where its ways begin and end."""
+    least = math.inf
+    for way in ways:
+        ends = shapely.union_all([shapely.Point(way[0]).buffer(radius, 64), shapely.Point(way[-1]).buffer(radius, 64)])
+        outside = shapely.difference(shapely.LineString(way), ends)
+        least = min([least, *(shapely.distance(outside, part) for part in free if not outside.is_empty)])
+    return least
+
+
+@pytest.mark.parametrize("radius", [1.5, 2.4, 4.0])
+def test_a_nozzle_keeps_its_radius_from_free_parts_where_there_is_room(radius: float) -> None:
+    """From a cut just above the middle square, which is free, along its upper edge to beyond its corner, and down on
+    the right of it. By hand: the gap is 5 mm, so a radius of 1.5 and 2.4 fits between two free squares, 4 does not."""
+    above, beside = cut_of(1, (20.0, 10.2), (18.0, 10.2)), cut_of(2, (27.5, 2.0), (29.8, 3.0))
+    free = [shapely.box(15, 0, 25, 10)]
+    found = lead_round(ROW, [above, beside], None, None, radius)
+    assert (found.crossing, found.close) == ((), ())
+    way = [above.path.end, *found.corners[1], beside.path.start]
+    assert nearest([way], free, radius) >= radius - 0.02
+    assert lead_round(ROW, [above, beside], None, None).corners.keys() == {1}, "its middle alone goes by the corner"
+
+    right = cut_of(2, (31.0, 10.2), (30.5, 10.2))
+    found = lead_round(ROW, [right, above, cut_of(0, (27.5, 2.0), (27.5, 2.1))], None, None, radius)
+    assert found.crossing == ()
+    assert found.close == (() if radius < 2.5 else (2,)), "two free squares, 5 mm apart"
+
+
+def test_a_nozzle_that_comes_from_beside_a_free_part_leaves_it_at_once() -> None:
+    """Along an edge from 0.2 mm beside it: the middle alone goes straight, a nozzle of 3 mm steps away first."""
+    beside, on = cut_of(1, (14.8, 1.0), (14.8, 1.0)), cut_of(0, (14.0, 9.9), (14.0, 9.9))
+    assert lead_round(ROW, [beside, on], None, None).corners == {}
+    corners = lead_round(ROW, [beside, on], None, None, 1.5).corners[1]
+    assert corners[0] == pytest.approx((15.0 - 1.5 - BESIDE, 1.0), abs=0.02)
 
 
 def test_the_way_to_the_end_counts_too() -> None:
@@ -128,10 +165,12 @@ def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(l
     straight it finds some that do, and refuses them."""
     laid, path = laid_of(laser, laser.text)
     assert laser.cut_plan.crossings == 0 == len(crossings(laid, path))
+    assert laser.machine.nozzle_diameter == 8.0
+    assert laser.cut_plan.close >= len(crossings(laid, path, 4.0))
     words = dialect(laser.dialect)
-    assert check_freed(laid, path, words) == []
+    assert check_freed(laid, path, words, 8.0) == []
     (told,) = [i for i in laser.issues if i.code == "L623"]
-    assert "none crosses one" in told.message
+    assert f"a nozzle of 8 mm comes over parts that are cut free on {laser.cut_plan.close} of 40 ways" in told.message
     rapid = path.kind == Kind.RAPID
     last = ~(rapid & np.append(rapid[1:], False))
     columns = {name: getattr(path, name)[last] for name in ("kind", "end", "value", "ref", "line")}
@@ -139,6 +178,8 @@ def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(l
     found = check_freed(laid, straight, words)
     assert found
     assert "0 are told" in str(found[0])
+    (wider,) = check_freed(laid, path, words, 60.0)
+    assert "a nozzle of 60 mm comes over parts" in str(wider)
 
 
 def test_a_table_that_rises_between_cuts_goes_straight(tmp_path: Path) -> None:

@@ -312,7 +312,8 @@ class CutMeasures:
 class CutPlan:
     """A sheet, how its material is cut, and its cuts in order.
 
-    `crossings`: how many ways cross parts that are cut free; None where the head rises between cuts.
+    `crossings`: how many ways cross parts that are cut free; None where the head rises between cuts. `close`: how many
+    more come nearer to one than the nozzle is wide.
     """
 
     sheet: Sheet
@@ -320,3 +321,4 @@ class CutPlan:
     cuts: tuple[Cut, ...]
     measures: CutMeasures = field(default_factory=CutMeasures)
     crossings: int | None = None
+    close: int = 0

@@ -70,6 +70,8 @@ class Machine:
     safe_z
         Machine coordinate z of a safe height for tool changes and the end of a program, or None: the program's own
         clearance height is used.
+    nozzle_diameter
+        How wide its head is just above the sheet, mm; 0 where that is not known.
     probe
         How its torch finds the sheet where the program does that, or None.
     sources
@@ -101,6 +103,7 @@ class Machine:
     safe_z: float | None = None
     corners: str = ""
     corner_deviation: float = 0.01
+    nozzle_diameter: float = 0.0
     probe: Probe | None = None
     sources: dict[str, str] = field(default_factory=dict)
     assumed: dict[str, str] = field(default_factory=dict)

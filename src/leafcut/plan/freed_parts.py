@@ -1,10 +1,12 @@
 """Ways of a head that stays down: round the parts that are cut free, which may stand up and be hit.
 
-    found = lead_round(cutting.sheet, cuts, start, end)
+    found = lead_round(cutting.sheet, cuts, start, end, radius)
 
-A part is free once its outline is cut without micro-joints. A way between two cuts that would cross one goes round it
-by its corners; where no such way is found, it crosses and is counted. `cut_free_later` moves the outline of a part
-behind the ways that cross it, where that costs less than to go round.
+A part is free once its outline is cut without micro-joints. A way between two cuts that would cross one, or come nearer
+to it than the radius of the head, goes round it by its corners. Within that radius of the cuts that it leads from and
+to it may be nearer: there is no other place for it. Where no such way is found, its middle at least keeps off; where
+none is found for that either, it crosses. Both are counted. `cut_free_later` moves the outline of a part behind the
+ways that cross it, where that costs less than to go round.
 """
 
 from __future__ import annotations
@@ -26,12 +28,17 @@ Point = tuple[float, float]
 
 #: A way that comes no deeper over a part crosses nothing, mm: what begins a kerf beside one leaves along it.
 DEPTH = 0.1
-#: Ways go round corners at this distance, mm (an estimate: more would not fit between nested parts).
-MARGIN = 1.0
+#: Ways go round corners at this distance, mm (an estimate: more would not fit between nested parts), or at the radius
+#: of the head and a little more.
+MARGIN, BESIDE = 1.0, 0.02
+#: Ways are taken to keep the radius of the head when they are nearer by no more than this, mm.
+SLACK = 0.01
 #: Corners looked at for one way, and rounds in which parts are added that are in the way of the first ones.
 MOST_CORNERS, MOST_ROUNDS = 120, 3
 #: What a way that cannot go round is taken to cost when orders are compared, in seconds or mm.
 HIT = 60.0
+#: The same for a way of which the head, but not its middle, comes over a free part.
+CLOSE = 15.0
 #: So many moves of an outline are tried.
 MOST_MOVES = 400
 
@@ -46,13 +53,19 @@ class Round:
         Places on the way to a cut, by its number; to the end, by the number of cuts.
     crossing
         Numbers of the cuts to which ways lead that cross a free part all the same.
+    close
+        The same of ways that cross none, but come nearer to one than the radius of the head.
     ways
         How many there are.
+    radius
+        Of the head, mm.
     """
 
     corners: dict[int, list[Point]] = field(default_factory=dict)
     crossing: tuple[int, ...] = ()
+    close: tuple[int, ...] = ()
     ways: int = 0
+    radius: float = 0.0
 
 
 def freed_by(sheet: Sheet, cut: Cut) -> list[int]:
@@ -63,9 +76,12 @@ def freed_by(sheet: Sheet, cut: Cut) -> list[int]:
     return [k for k, c in outlines if c.depth % 2 == 0 and c.contour.path.closed and c.contour.kind == "cut"]
 
 
-def lead_round(sheet: Sheet, cuts: Sequence[Cut], start: Point | None, end: Point | None) -> Round:
-    """Return how the head goes from cut to cut; `start` and `end` are where it comes from and goes to, or None."""
-    shapes = Shapes(sheet)
+def lead_round(sheet: Sheet, cuts: Sequence[Cut], start: Point | None, end: Point | None, radius: float = 0.0) -> Round:
+    """Return how the head goes from cut to cut.
+
+    `start` and `end` are where it comes from and goes to, or None; `radius` is that of its nozzle, mm.
+    """
+    shapes = Shapes(sheet, radius)
     places = [
         *((start, cut.path.start) if k == 0 else (cuts[k - 1].path.end, cut.path.start) for k, cut in enumerate(cuts))
     ]
@@ -73,22 +89,24 @@ def lead_round(sheet: Sheet, cuts: Sequence[Cut], start: Point | None, end: Poin
         places.append((cuts[-1].path.end, end))
     free: set[int] = set()
     corners: dict[int, list[Point]] = {}
-    crossing = []
+    crossing, close = [], []
     for k, (a, b) in enumerate(places):
-        if a is not None and shapes.crossed(a, b) & free:
-            found = shapes.way_round(a, b, free)
-            if found is None:
+        if a is not None:
+            led = shapes.led(a, b, free)
+            if led.corners:
+                corners[k] = list(led.corners)
+            if led.worst == HIT:
                 crossing.append(k)
-            else:
-                corners[k] = found
+            elif led.worst == CLOSE:
+                close.append(k)
         if k < len(cuts):
             free |= set(freed_by(sheet, cuts[k]))
-    return Round(corners, tuple(crossing), sum(a is not None for a, _ in places))
+    return Round(corners, tuple(crossing), tuple(close), sum(a is not None for a, _ in places), radius)
 
 
 def cut_free_later(
     sheet: Sheet, cuts: Sequence[Cut], pairs: Iterable[tuple[int, int]], cost: Callable[[Point, Point], float],
-    look: Callable[[], bool],
+    look: Callable[[], bool], radius: float = 0.0,
 ) -> list[int]:  # fmt: skip
     """Return an order of the cuts in which outlines are cut behind ways that cross their parts, where that costs less.
 
@@ -100,8 +118,10 @@ def cut_free_later(
         Of a straight way, in seconds or mm.
     look
         Called between trials; False ends them.
+    radius
+        Of the head, mm.
     """
-    shapes = Shapes(sheet)
+    shapes = Shapes(sheet, radius)
     frees = [frozenset(freed_by(sheet, cut)) for cut in cuts]
     before: dict[int, set[int]] = {}
     for a, b in pairs:
@@ -111,13 +131,10 @@ def cut_free_later(
 
     def way(a: int, b: int, free: set[int]) -> float:
         begin, goal = cuts[a].path.end, cuts[b].path.start
-        hit = frozenset(shapes.crossed(begin, goal) & free)
-        key = (a, b, hit)
+        key = (a, b, shapes.met(begin, goal) & free)
         if key not in known:
-            found = shapes.way_round(begin, goal, free) if hit else []
-            stops = [begin, *(found or ()), goal]
-            straight = sum(cost(p, q) for p, q in pairwise(stops))
-            known[key] = straight + (HIT if found is None else 0.0)
+            led = shapes.led(begin, goal, free)
+            known[key] = sum(cost(p, q) for p, q in pairwise([begin, *led.corners, goal])) + led.worst
         return known[key]
 
     def whole(order: Sequence[int]) -> float:
@@ -131,7 +148,7 @@ def cut_free_later(
     best, tried, place = whole(order), 0, 1
     while place < len(order) and tried < MOST_MOVES and look():
         free_at = {part: at for at, k in enumerate(order[:place]) for part in frees[k]}
-        hit = shapes.crossed(cuts[order[place - 1]].path.end, cuts[order[place]].path.start) & free_at.keys()
+        hit = shapes.met(cuts[order[place - 1]].path.end, cuts[order[place]].path.start) & free_at.keys()
         for at in sorted({free_at[part] for part in hit}):
             moved = order[at]
             between = order[at + 1 : place + 1]
@@ -147,10 +164,21 @@ def cut_free_later(
     return order
 
 
-class Shapes:
-    """The parts of a sheet as the head may meet them, and its clamps, which are always there."""
+@dataclass(frozen=True)
+class Led:
+    """A way: its corners, and what the worst of it is taken to cost: 0, `CLOSE` to a free part or a `HIT`."""
 
-    def __init__(self, sheet: Sheet) -> None:
+    corners: tuple[Point, ...] = ()
+    worst: float = 0.0
+
+
+class Shapes:
+    """The parts of a sheet as the head may meet them, and its clamps, which are always there.
+
+    What is named as a clamp is kept off by the middle of the head, as everywhere.
+    """
+
+    def __init__(self, sheet: Sheet, radius: float = 0.0) -> None:
         import shapely
 
         outlines = [
@@ -164,8 +192,11 @@ class Shapes:
         self._place = {n: at for at, n in enumerate(self.numbers)}
         self._whole = whole
         self._tree: Any = shapely.STRtree(np.array([shape.buffer(-DEPTH) for shape in whole], dtype=object))
-        self._corners: dict[int, NDArray[np.float64]] = {}
+        self._parts: Any = shapely.STRtree(np.array(whole[: len(outlines)], dtype=object))
+        self.radius = radius
+        self._corners: dict[tuple[int, float], NDArray[np.float64]] = {}
         self._crossed: dict[tuple[Point, Point], frozenset[int]] = {}
+        self._met: dict[tuple[Point, Point], frozenset[int]] = {}
 
     def crossed(self, a: Point, b: Point) -> frozenset[int]:
         """Return the parts that a straight way crosses, free or not."""
@@ -177,15 +208,40 @@ class Shapes:
             self._crossed[key] = frozenset(n for n in (self.numbers[k] for k in hit.tolist()) if n >= 0)
         return self._crossed[key]
 
-    def way_round(self, a: Point, b: Point, free: set[int]) -> list[Point] | None:
-        """Return the corners of a short way that crosses no free part and no clamp, or None where none was found."""
+    def met(self, a: Point, b: Point) -> frozenset[int]:
+        """Return the parts, free or not, that a straight way crosses, or comes nearer to than the head is wide."""
+        key = (a, b)
+        if key not in self._met:
+            _, near = self._neared(np.array([[a, b]]), np.array([[True, True]]), self.radius)
+            self._met[key] = self.crossed(a, b) | {self.numbers[k] for k in near.tolist()}
+        return self._met[key]
+
+    def led(self, a: Point, b: Point, free: set[int]) -> Led:
+        """Return the best way that is found: one that keeps off all free parts, or else its middle, or neither."""
+        if not self.met(a, b) & free:
+            return Led()
+        if self.radius > 0.0:
+            wide = self.way_round(a, b, free, self.radius)
+            if wide is not None:
+                return Led(tuple(wide))
+        if not self.crossed(a, b) & free:
+            return Led((), CLOSE)
+        narrow = self.way_round(a, b, free, 0.0)
+        if narrow is None:
+            return Led((), HIT)
+        return Led(tuple(narrow), CLOSE if self.radius > 0.0 else 0.0)
+
+    def way_round(self, a: Point, b: Point, free: set[int], radius: float) -> list[Point] | None:
+        """Return the corners of a short way on which a head of this radius keeps off free parts and its middle off
+        clamps, or None where none was found."""
         stand = free | self.always
-        blocking = set(self.crossed(a, b) & free)
+        blocking = set((self.met(a, b) if radius > 0.0 else self.crossed(a, b)) & free)
+        ends = np.array([a, b, *self._steps_away(a, free, radius), *self._steps_away(b, free, radius)])
         for _ in range(MOST_ROUNDS):
-            nodes = np.array([a, b, *(p for n in sorted(blocking) for p in self._around(n).tolist())])
+            nodes = np.array([*ends.tolist(), *(p for n in sorted(blocking) for p in self._around(n, radius).tolist())])
             if len(nodes) > MOST_CORNERS:
                 return None
-            path, hit = self._shortest(nodes, stand)
+            path, hit = self._shortest(nodes, stand, radius)
             if path is not None:
                 return [(float(x), float(y)) for x, y in nodes[path[1:-1]].tolist()]
             if hit <= blocking:
@@ -193,28 +249,64 @@ class Shapes:
             blocking |= hit
         return None
 
-    def _around(self, number: int) -> NDArray[np.float64]:
-        """Return the outward corners of a part, float64[k, 2], a little beside it."""
+    def _steps_away(self, place: Point, free: set[int], radius: float) -> list[Point]:
+        """Return where the head keeps off each free part that it is beside at a place, straight away from it."""
+        import shapely
+
+        point, away = shapely.Point(place), list[Point]()
+        for k in self._parts.query(point, predicate="dwithin", distance=radius).tolist() if radius > 0.0 else ():
+            x, y = shapely.get_coordinates(shapely.shortest_line(self._whole[k], point))[0]
+            far = math.hypot(place[0] - x, place[1] - y)
+            if self.numbers[k] in free and far > 0.0:
+                out = (radius + BESIDE) / far
+                away.append((float(x + out * (place[0] - x)), float(y + out * (place[1] - y))))
+        return away
+
+    def _neared(
+        self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return which lines float64[n, 2, 2] come nearer to which parts than a radius.
+
+        Where a line begins or ends the whole way (bool[n, 2]), it may be nearer within that radius of there.
+        """
+        import shapely
+
+        step = lines[:, 1] - lines[:, 0]
+        length = np.maximum(np.hypot(*step.T), 1e-12)
+        low, high = np.where(ends[:, 0], radius / length, 0.0), np.where(ends[:, 1], 1.0 - radius / length, 1.0)
+        some = np.flatnonzero((low < high) & (radius > 0.0))
+        begin, end = lines[:, 0] + low[:, None] * step, lines[:, 0] + high[:, None] * step
+        cut = shapely.linestrings(np.stack([begin, end], axis=1)[some])
+        at, what = self._parts.query(cut, predicate="dwithin", distance=max(radius - SLACK, 0.0))
+        return some[at], what
+
+    def _around(self, number: int, radius: float) -> NDArray[np.float64]:
+        """Return the outward corners of a part, float64[k, 2], a little beside it, or so far that the head is."""
         import shapely
         from shapely.geometry.polygon import orient
 
-        if number not in self._corners:
+        beside = max(MARGIN, radius + BESIDE)
+        if (number, beside) not in self._corners:
             shape = self._whole[self._place[number]].simplify(0.25 * MARGIN)
-            grown = shape.buffer(MARGIN, join_style="mitre", mitre_limit=2.0)
+            grown = shape.buffer(beside, join_style="mitre", mitre_limit=2.0)
             ring = shapely.get_coordinates(orient(grown).exterior)[:-1]
             one, other = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
-            self._corners[number] = ring[one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0] > 0.0]
-        return self._corners[number]
+            self._corners[number, beside] = ring[one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0] > 0.0]
+        return self._corners[number, beside]
 
-    def _shortest(self, nodes: NDArray[np.float64], stand: set[int]) -> tuple[list[int] | None, set[int]]:
-        """Return the shortest way from the first node to the second along straight lines that cross nothing that
-        stands, and what stands in the way of the lines that do."""
+    def _shortest(
+        self, nodes: NDArray[np.float64], stand: set[int], radius: float
+    ) -> tuple[list[int] | None, set[int]]:
+        """Return the shortest way from the first node to the second along straight lines that keep off all that
+        stands, and what stands in the way of the lines that do not."""
         import shapely
 
         n = len(nodes)
         one, other = np.triu_indices(n, 1)
-        lines = shapely.linestrings(np.stack([nodes[one], nodes[other]], axis=1))
-        at, what = self._tree.query(lines, predicate="intersects")
+        lines = np.stack([nodes[one], nodes[other]], axis=1)
+        at, what = self._tree.query(shapely.linestrings(lines), predicate="intersects")
+        near, by = self._neared(lines, np.stack([one < 2, other < 2], axis=1), radius)
+        at, what = np.concatenate([at, near]), np.concatenate([what, by])
         standing = np.array([self.numbers[k] in stand for k in what.tolist()], dtype=bool)
         blocked = np.zeros(len(lines), dtype=bool)
         blocked[at[standing]] = True

@@ -26,6 +26,8 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 #: LinuxCNC and others check the limits of an axis to about this, mm.
 _ROOM = 1e-6
+#: No nozzle is wider, mm.
+_WIDEST_NOZZLE = 200.0
 
 
 def machine_names() -> list[str]:
@@ -120,6 +122,7 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         tool_changer=change.flag("automatic", True),
         tool_change_s=change.quantity("time", "s"),
         tool_change_position=change.optional("position", lambda key: _xy(change.vector(key, "mm", size=2))),
+        nozzle_diameter=top.quantity("nozzle_diameter", "mm"),
         probe=_probe(top) if "probe" in top else None,
         sources=_sources(top),
     )
@@ -195,5 +198,7 @@ def _check_positive(machine: Machine, top: Table, refuse: Callable[[str, str], O
     if not machine.corner_deviation > 0:
         shown = top.table("corners", KEYS["corners"]).typed("deviation")
         raise refuse("corners.deviation", f"is {shown}, but must be above 0")
+    if not 0 <= machine.nozzle_diameter <= _WIDEST_NOZZLE:
+        raise refuse("nozzle_diameter", f"is {top.typed('nozzle_diameter')}, but must be 0 to {_WIDEST_NOZZLE:g} mm")
     if not machine.max_feed > 0:
         raise refuse("max_feed", f"is {top.typed('max_feed')}, but must be above 0")

@@ -95,6 +95,12 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         example="0 mm",
     ),
     ProfileKey(
+        "nozzle_diameter",
+        "how wide the nozzle of a cutting head is, for a head that stays down: ways keep off parts that are cut free",
+        "0 mm",
+        "not known: only its middle is counted",
+    ),
+    ProfileKey(
         "rapid.style",
         "linear: all axes arrive together; dogleg: each axis at its own speed",
         "linear",

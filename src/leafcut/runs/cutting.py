@@ -128,7 +128,11 @@ def _laid(job: Job, order: list[CutStart]) -> _Laid:
     check_precedence(job.cutting, order)
     order = leads_apart(job.cutting, order, job.travel(), job.start, job.end)
     cuts = tuple(job.cutting.cut(s) for s in order)
-    led = None if moves_z(job.words) else lead_round(job.cutting.sheet, cuts, job.start, job.end)
+    led = (
+        None
+        if moves_z(job.words)
+        else lead_round(job.cutting.sheet, cuts, job.start, job.end, 0.5 * machine.nozzle_diameter)
+    )
     corners = {} if led is None else led.corners
     path, rows = lay_cuts(
         cuts,
@@ -149,24 +153,25 @@ def _laid(job: Job, order: list[CutStart]) -> _Laid:
     whole = measure(path, machine)
     seconds = _cut_seconds(path, rows, machine)
     norm = cut_norm(job.cutting.sheet, cuts, seconds, whole.time_s, settings.cut, corners)
-    crossings = None if led is None else len(led.crossing)
-    return _Laid(CutPlan(job.cutting.sheet, job.data, cuts, norm, crossings), path, rows, whole, order, led)
+    crossings, close = (None, 0) if led is None else (len(led.crossing), len(led.close))
+    return _Laid(CutPlan(job.cutting.sheet, job.data, cuts, norm, crossings, close), path, rows, whole, order, led)
 
 
 def _kept_off(job: Job, laid: _Laid) -> _Laid:
     """Return an order that frees parts behind the ways that cross them, if it comes out better: fewer ways over free
-    parts, or else less time."""
+    parts, then fewer that come close to one, then less time."""
     from leafcut.plan.freed_parts import cut_free_later
 
-    if laid.round is None or not (laid.round.crossing or laid.round.corners):
+    if laid.round is None or not (laid.round.crossing or laid.round.close or laid.round.corners):
         return laid
     numbers = [c.index for c in job.cutting.contours]
     pairs = [(numbers[a], numbers[b]) for a, b in job.cutting.pairs]
     place = cut_free_later(
-        job.cutting.sheet, laid.plan.cuts, pairs, job.travel(), lambda: not job.run.cancelled.is_set()
-    )
+        job.cutting.sheet, laid.plan.cuts, pairs, job.travel(), lambda: not job.run.cancelled.is_set(),
+        0.5 * job.run.machine.nozzle_diameter,
+    )  # fmt: skip
     other = _laid(job, [laid.order[k] for k in place])
-    ranks = [(len(one.round.crossing) if one.round else 0, one.score(job.run)) for one in (other, laid)]
+    ranks = [(one.plan.crossings or 0, one.plan.close, one.score(job.run)) for one in (other, laid)]
     return other if ranks[0] < ranks[1] else laid
 
 
@@ -264,16 +269,22 @@ def _probing_issues(job: Job, laid: _Laid) -> list[Issue]:
 def _freed_issues(laid: _Laid) -> list[Issue]:
     """Tell of the ways of a head that stays down: how many cross parts that are free, and how many go round them."""
     led = laid.round
-    if led is None or not (led.crossing or led.corners):
+    if led is None or not (led.crossing or led.close or led.corners):
         return []
     round_ = f"{len(led.corners)} of {led.ways} ways go round parts that are cut free"
-    if not led.crossing:
-        return [Issue("L623", f"the head stays down between cuts: {round_}, none crosses one", "", Severity.NOTE)]
-    cuts, first = laid.plan.cuts, led.crossing[0]
+    unknown = "; how wide its nozzle is, is not known (nozzle_diameter in the machine's profile), so only its middle "
+    unknown = "" if led.radius > 0.0 else f"{unknown}is counted"
+    if not (led.crossing or led.close):
+        words = f"the head stays down between cuts: {round_}, none crosses one{unknown}"
+        return [Issue("L623", words, "", Severity.NOTE)]
+    cuts, first = laid.plan.cuts, min((*led.crossing, *led.close))
     x, y = cuts[min(first, len(cuts) - 1)].path.start
+    over = [f"{len(led.crossing)} of {led.ways} ways cross parts that are cut free"] if led.crossing else []
+    wide = f"a nozzle of {2.0 * led.radius:g} mm comes over parts that are cut free on {len(led.close)} "
+    over += [f"{wide}{'more' if led.crossing else f'of {led.ways}'} ways"] if led.close else []
     words = (
-        f"the head stays down between cuts, and {len(led.crossing)} of {led.ways} ways cross parts that are cut free "
-        f"and may stand up ({round_}): hold them with --micro-joints, or watch these"
+        f"the head stays down between cuts, and {' and '.join(over)}, which may stand up ({round_}){unknown}: hold "
+        "them with --micro-joints, or watch these"
     )
     return [Issue("L623", words, f"the first on the way to ({x:.4g}, {y:.4g})")]
 

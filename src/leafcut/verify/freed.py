@@ -13,37 +13,64 @@ from leafcut.verify.sheet_shapes import Target
 
 #: Ways are looked at in steps, mm; what comes no deeper over a part crosses nothing.
 _STEP, _DEPTH = 0.5, 0.3
+#: A head comes over a part where it does by more than this, mm: edges are chords, and ways were laid beside others.
+_LEEWAY = 0.2
 
 Points = NDArray[np.float64]
 
 
-def check_freed(laid: Laid, path: Toolpath, dialect: Dialect) -> list[Difference]:
-    """Return the ways over free parts that the plan does not tell; a head that rises between cuts crosses nothing."""
-    torch, told = dialect.torch, laid.plan.crossings
+def check_freed(laid: Laid, path: Toolpath, dialect: Dialect, nozzle: float = 0.0) -> list[Difference]:
+    """Return the ways over free parts that the plan does not tell; a head that rises between cuts crosses nothing.
+
+    `nozzle` is how wide the head is above the sheet, mm.
+    """
+    torch, told, close = dialect.torch, laid.plan.crossings, laid.plan.close
     if torch is None or torch.heights != "none" or told is None:
         return []
     found = crossings(laid, path)
-    if len(found) <= told:
-        return []
-    line, where = found[0]
-    text = f"{len(found)} ways cross parts that are cut free, {told} are told; the first to {place(*where)}"
-    return [Difference("way over a free part", 0, line, text)]
+    if len(found) > told:
+        line, where = found[0]
+        text = f"{len(found)} ways cross parts that are cut free, {told} are told; the first to {place(*where)}"
+        return [Difference("way over a free part", 0, line, text)]
+    near = crossings(laid, path, 0.5 * nozzle) if nozzle > 0.0 else []
+    if len(near) > told + close:
+        line, where = near[0]
+        text = (
+            f"a nozzle of {nozzle:g} mm comes over parts that are cut free on {len(near)} ways, {told + close} are "
+            f"told; the first to {place(*where)}"
+        )
+        return [Difference("way over a free part", 0, line, text)]
+    return []
 
 
-def crossings(laid: Laid, path: Toolpath) -> list[tuple[int, tuple[float, float]]]:
-    """Return the line and the end of every way that crosses a free part, once for each way from run to run."""
+def crossings(laid: Laid, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
+    """Return the line and the end of every way that crosses a free part, once for each way from run to run.
+
+    With the radius of a head, mm, also of every one on which it comes over a part, but within that radius of where the
+    way begins and ends.
+    """
     ends = np.array([run.row_line[-1] for run in laid.runs], dtype=np.int64)
     freed = _freed(laid)
     before = positions_before(path)
-    seen: dict[int, tuple[int, tuple[float, float]]] = {}
-    for row in np.flatnonzero(path.kind == Kind.RAPID).tolist():
-        way = int(np.searchsorted(ends, path.line[row]))
-        a, b = before[row, :2], path.end[row, :2]
-        if way in seen or not (np.isfinite(a).all() and np.isfinite(b).all()):
+    rows = np.flatnonzero(path.kind == Kind.RAPID)
+    way_of = np.searchsorted(ends, path.line[rows])
+    found = []
+    for way in np.unique(way_of).tolist():
+        mine = rows[way_of == way]
+        known = np.isfinite(before[mine, :2]).all(axis=1) & np.isfinite(path.end[mine, :2]).all(axis=1)
+        mine = mine[known]
+        free = [edge for run, edge in freed if run < way]
+        if not len(mine) or not free:
             continue
-        if any(_crosses(a, b, edge) for run, edge in freed if run < way):
-            seen[way] = int(path.line[row]), (float(b[0]), float(b[1]))
-    return list(seen.values())
+        begin, goal = before[mine[0], :2], path.end[mine[-1], :2]
+        for row in mine.tolist():
+            a, b = before[row, :2], path.end[row, :2]
+            points = _along(a, b)
+            away = np.minimum(np.hypot(*(points - begin).T), np.hypot(*(points - goal).T)) >= radius
+            if any(_crosses(points, edge) or _nears(points[away], edge, radius - _LEEWAY) for edge in free):
+                found.append((int(path.line[row]), (float(b[0]), float(b[1]))))
+                break
+    return found
 
 
 def _freed(laid: Laid) -> list[tuple[int, Points]]:
@@ -61,15 +88,25 @@ def _is_outline(target: Target) -> bool:
     return target.shape is not None and not target.marks and target.source.depth % 2 == 0
 
 
-def _crosses(a: Points, b: Points, edge: Points) -> bool:
-    """Return whether a straight way comes deep over what is inside an edge."""
-    low, high = edge.min(axis=0), edge.max(axis=0)
-    if (np.maximum(a, b) < low).any() or (np.minimum(a, b) > high).any():
-        return False
+def _along(a: Points, b: Points) -> Points:
+    """Return the places of a straight way, float64[n, 2]."""
     steps = max(2, int(np.hypot(*(b - a)) / _STEP) + 2)
-    points = a + np.linspace(0.0, 1.0, steps)[:, None] * (b - a)
+    return a + np.linspace(0.0, 1.0, steps)[:, None] * (b - a)
+
+
+def _crosses(points: Points, edge: Points) -> bool:
+    """Return whether a way comes deep over what is inside an edge."""
+    low, high = edge.min(axis=0), edge.max(axis=0)
     points = points[((points > low) & (points < high)).all(axis=1)]
-    return any(_is_deep(point, edge) for point in points[_inside(points, edge)])
+    points = points[_inside(points, edge)]
+    return bool((_distances(points, edge) > _DEPTH).any())
+
+
+def _nears(points: Points, edge: Points, distance: float) -> bool:
+    """Return whether a way comes nearer to an edge, or to what is inside, than a distance."""
+    low, high = edge.min(axis=0) - distance, edge.max(axis=0) + distance
+    points = points[((points > low) & (points < high)).all(axis=1)] if distance > 0.0 else points[:0]
+    return bool((_distances(points, edge) < distance).any())
 
 
 def _inside(points: Points, edge: Points) -> NDArray[np.bool_]:
@@ -83,9 +120,11 @@ def _inside(points: Points, edge: Points) -> NDArray[np.bool_]:
     return odd
 
 
-def _is_deep(point: Points, edge: Points) -> bool:
+def _distances(points: Points, edge: Points) -> Points:
+    """Return how far points are from an edge, float64[n]."""
     begin, step = edge[:-1], np.diff(edge, axis=0)
     square = np.maximum((step**2).sum(axis=1), 1e-18)
-    share = np.clip(((point - begin) * step).sum(axis=1) / square, 0.0, 1.0)
-    away = point - begin - share[:, None] * step
-    return bool(np.hypot(away[:, 0], away[:, 1]).min() > _DEPTH)
+    away = points[:, None] - begin
+    share = np.clip((away * step).sum(axis=2) / square, 0.0, 1.0)
+    distance: Points = np.hypot(*np.moveaxis(away - share[..., None] * step, 2, 0)).min(axis=1, initial=np.inf)
+    return distance

@@ -62,7 +62,7 @@ def check_sheet(
     laid = Laid(runs, plan, shapes, dialect, asked)
     for looks in (missing, repeated, gouges, strays, misplaced, disordered, in_the_air, turned, chained):
         found += looks(laid)
-    found += check_freed(laid, path, dialect)
+    found += check_freed(laid, path, dialect, machine.nozzle_diameter)
     return shorten([*found, *check_envelope(path, machine)])
 
 
