@@ -432,7 +432,9 @@ def verify_programs(
     look = looking_for(progress, "verifying")
     first = _interpret(original, dialects.dialect(words), settings, machine, look, choose=True)
     other = _interpret(new, first.words, settings, first.machine, look, choose=False)
-    found = certify(first.program, other.program, machine=first.machine, allow_reverse=allow_reverse, look=look)
+    found = certify(
+        first.program, other.program, machine=first.machine, allow_reverse=allow_reverse, look=look, notes=True
+    )
     answer = found.as_json()
     for row, difference in zip(answer["differences"], found.differences, strict=True):
         row["words"] = str(difference)

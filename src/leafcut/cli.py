@@ -482,6 +482,9 @@ def _verify(
     else:
         for difference in answer["differences"]:
             print(difference["words"])
+    if not as_json:
+        for note in answer["notes"]:
+            print(f"note: {note}")
     return DONE if answer["same"] else REFUSED
 
 

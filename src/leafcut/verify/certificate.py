@@ -18,6 +18,7 @@ from leafcut.gcode.program import Program
 from leafcut.model.look import Look, unseen
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.verify.came_free import came_free
 from leafcut.verify.difference import MOST_LISTED, Difference, place, shorten
 from leafcut.verify.envelope import check_envelope
 from leafcut.verify.features import FIRST_CYCLE, Ints
@@ -92,6 +93,8 @@ class Certificate:
         Open cuts were the same in either direction.
     reversed_cuts
         How many of them are made from their other end.
+    notes
+        What has changed beside the work, in sentences: which parts a beam cuts free before which.
     """
 
     same: bool
@@ -102,6 +105,7 @@ class Certificate:
     sha256: str
     allow_reverse: bool = False
     reversed_cuts: int = 0
+    notes: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Return the certificate as plain data, with the names of its attributes."""
@@ -114,6 +118,7 @@ class Certificate:
             "sha256": self.sha256,
             "allow_reverse": self.allow_reverse,
             "reversed_cuts": self.reversed_cuts,
+            "notes": list(self.notes),
         }
 
     def comment_lines(self, name: str = "the original") -> list[str]:
@@ -141,6 +146,7 @@ def certify(
     allow_reverse: bool = False,
     beyond: Box | None = None,
     look: Look = unseen,
+    notes: bool = False,
 ) -> Certificate:
     """Return the proof that two programs do the same work, or in what they differ.
 
@@ -160,7 +166,8 @@ def certify(
     drilling cycles, both are compared as single moves. Coordinates agree within `tolerance_mm` on every axis.
 
     With `allow_reverse`, open cuts at one level may be made from their other end (`leafcut.verify.turning`).
-    `look` is called as it goes on.
+    `look` is called as it goes on. `notes`: also tell what comes free before what, which is no difference where parts
+    lie beside each other.
 
     Raises
     ------
@@ -170,7 +177,7 @@ def certify(
     written_out, beam = only_moves(original.path) != only_moves(new.path), cuts_with_beam(original)
     before, after = (read_work(program, written_out=written_out, beam=beam) for program in (original, new))
     grouping = compare_walls(before.walls, after.walls)
-    found = _Found(look)
+    found = _Found(look, notes)
     found.add(grouping.differences)
     found.add(compare_unrun(original, new))
     found.add(no_longer_stated(original, new))
@@ -182,14 +189,17 @@ def certify(
     differences = tuple(shorten(found.differences, found.count))
     counts = _counts(before), _counts(after)
     compared = (*COMPARED, _EITHER_WAY) if allow_reverse else COMPARED
-    return Certificate(not differences, differences, *counts, compared, digest, allow_reverse, turned)
+    return Certificate(
+        not differences, differences, *counts, compared, digest, allow_reverse, turned, tuple(found.notes)
+    )
 
 
 class _Found:
-    """Differences as they come: the first of each sort, and how many there are in all."""
+    """Differences as they come: the first of each sort, and how many there are in all; and notes where asked for."""
 
-    def __init__(self, look: Look) -> None:
-        self.look = look
+    def __init__(self, look: Look, noting: bool) -> None:
+        self.look, self.noting = look, noting
+        self.notes: list[str] = []
         self.differences: list[Difference] = []
         self.count = 0
 
@@ -227,6 +237,9 @@ def _compare_work(
     no_mill = beam or _is_flat(before.path)
     found.add(*compare_rapids(before, after, pairing.new_of, turned, grouping.mark_of, tolerance, no_mill))
     found.add(_disordered(before, after, pairing.new_of, tolerance, no_mill, found.look))
+    if no_mill and found.noting:
+        chain = _chains(before)
+        found.notes += came_free(before.features, traces_of(before.features), chain, pairing.new_of, look=found.look)
     if not no_mill:
         found.add(_passes(before, after, pairing.new_of, width))
     return len(np.unique(turned[turned >= 0]))
@@ -256,19 +269,26 @@ def _disordered(
     if not touching.proved:
         yield Difference("order", 0, 0, "so many cuts lie on top of each other that their order cannot be proved")
     look()
-    chain = np.cumsum(heights_of(before, gaps_of(before)).follows == 0)
+    chain = _chains(before)
     places = features.end[:, :2]
-    for inner, outer in exchanged(traces, places, chain - chain[0], new_of, inner_may_come_first=flat):
+    for inner, outer in exchanged(traces, places, chain, new_of, inner_may_come_first=flat):
         was, now = ("before", "after") if inner < outer else ("after", "before")
         text = f"{{}} lies inside a closed cut that ends at {{}}, and was made {was} it; now it is made {now} it"
+        text += ", in a part that is free by then" if flat else ""
         yield _both(before, after, new_of, inner, outer, f"inner {now} outer", text)
     tab = BEAM_TAB if flat else MILL_TAB
-    for inner, outer in freed(traces, chain - chain[0], new_of, tab, look, inner_may_come_first=flat):
+    for inner, outer in freed(traces, chain, new_of, tab, look, inner_may_come_first=flat):
         was, now = ("before", "after") if inner < outer else ("after", "before")
         text = (
             f"{{}} lies inside an outline with tabs that ends at {{}}, and was made {was} it; now it is made {now} it"
         )
         yield _both(before, after, new_of, inner, outer, f"inner {now} outer", text)
+
+
+def _chains(work: Work) -> Ints:
+    """Return numbers of the runs of cuts without a way across in between, int64[n], from 0."""
+    chain: Ints = np.cumsum(heights_of(work, gaps_of(work)).follows == 0)
+    return np.subtract(chain, chain[:1], dtype=np.int64)
 
 
 def _passes(before: Work, after: Work, new_of: Ints, width: float) -> Iterator[Difference]:
