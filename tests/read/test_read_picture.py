@@ -335,3 +335,18 @@ def test_a_picture_whose_light_falls_off_is_levelled_and_the_outline_is_that_und
     [pocket] = part.pockets
     assert pocket.area == pytest.approx(DISC.area, rel=0.01)
     assert [i.code for i in part.issues] == ["L426"]
+
+
+def test_light_is_not_made_up_where_nothing_is_bright(save: Save) -> None:
+    """An island in a large pocket, evenly lit: levelled by what is bright alone, the floor was taken for bright."""
+    noise = np.random.default_rng(59).normal(0.0, 8.0, (200, 200))
+    seen = np.full((200, 200), 92.0)
+    seen[28:90, 57:95] = 163.0
+    part = read_pockets(
+        save(np.clip(seen + noise, 0, 255).astype(np.uint8)),
+        ReadOptions(),
+        PocketOptions(pixel_size=SIZE),
+    )
+    assert "L426" not in [i.code for i in part.issues]
+    [pocket] = part.pockets
+    assert pocket.area == pytest.approx((200 * 200 - 62 * 38) * SIZE**2, rel=0.02)

@@ -224,20 +224,23 @@ def _level(source: Source, grey: Grey, options: PocketOptions) -> float:
 def _evenly_lit(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     """Return the brightness as under even light, where that of a photo falls off to one side or to its edges.
 
-    What is bright should be equally bright everywhere: a surface of second degree is fitted to it, and the brightness
-    divided by it; then what is bright is looked at again. A picture whose light is even stays as it is.
+    What is bright should be equally bright everywhere, and what is dark equally dark: the light is a surface of second
+    degree, fitted to both, and the brightness is divided by it; then what is bright is looked at again. Fitted to the
+    bright alone it would be made up wherever there is none. A picture whose light is even stays as it is.
     """
     light = 1.0 - grey if invert else grey
     if not np.isfinite(light).all() or float(np.ptp(light)) < LEAST_CONTRAST:
         return grey
     step = max(max(grey.shape) // 200, 1)
     few = light[::step, ::step].astype(np.float64)
-    surface, small = np.ones_like(few), _powers(few.shape)
+    small, few = _powers(few.shape), few.ravel()
+    surface, weights = np.ones_like(few), np.zeros(6)
     for _ in range(LIGHT_ROUNDS):
         even = few / surface
-        bright = (even >= otsu(even.astype(np.float32))).ravel()
-        weights = np.linalg.lstsq(small[bright], few.ravel()[bright], rcond=None)[0]
-        surface = np.maximum((small @ weights).reshape(few.shape), 0.02)
+        bright = even >= otsu(even.astype(np.float32))
+        shade = np.where(bright, 1.0, even[~bright].mean() / even[bright].mean())
+        weights = np.linalg.lstsq(small * shade[:, None], few, rcond=None)[0]
+        surface = np.maximum(small @ weights, 0.02)
     fall = 1.0 - float(surface.min() / surface.max())
     if fall < UNEVEN:
         return grey
