@@ -61,6 +61,8 @@ def test_a_default_passes_its_own_check_and_has_a_help(group: type) -> None:
         (DrillOptions, "depth", "5 parsec", "unknown unit"),
         (DrillOptions, "depth", 0, "below the smallest"),
         (DrillOptions, "depth", math.nan, "not a finite"),
+        (ReadOptions, "origin", "1e50,0", "farther away than any machine reaches"),
+        (DrillOptions, "start_point", "0,-2e6", "farther away than any machine reaches"),
         (DrillOptions, "depth", True, "not a number"),
         (DrillOptions, "start_point", "1", "not a point"),
         (DrillOptions, "start_point", "1,2,3,4", "not a point"),

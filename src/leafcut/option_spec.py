@@ -49,6 +49,8 @@ PLACES = {
     "centre": (0.5, 0.5),
 }
 
+#: No machine reaches a coordinate beyond this, mm.
+_FARTHEST = 1e6
 #: The kinds of work, and how a message calls them.
 WORKS = {
     "drill": "drilling",
@@ -197,10 +199,18 @@ def _names(_: OptionSpec, value: Any) -> tuple[str, ...]:
     return tuple(str(word).strip() for word in words if str(word).strip())
 
 
+def _coordinates(value: Any) -> tuple[float, ...]:
+    numbers = parse_point(value)
+    far = next((number for number in numbers if abs(number) > _FARTHEST), None)
+    if far is not None:
+        raise OptionError(f"{far:g} mm is farther away than any machine reaches")
+    return numbers
+
+
 def _point(_: OptionSpec, value: Any) -> tuple[float, ...] | None:
     if value == "free":
         return None
-    numbers = parse_point(value)
+    numbers = _coordinates(value)
     if len(numbers) not in (2, 3):
         raise OptionError(f"'{value}' is not a point such as '10,20' or '10,20,5'")
     return numbers
@@ -212,7 +222,7 @@ def _place(_: OptionSpec, value: Any) -> str | tuple[float, ...]:
         if name not in PLACES:
             raise OptionError(f"unknown place '{value}'{nearest(name, PLACES)}; or give a point such as '10,20'")
         return name
-    numbers = parse_point(value)
+    numbers = _coordinates(value)
     if len(numbers) != 2:
         raise OptionError(f"'{value}' is not a point such as '10,20'")
     return numbers

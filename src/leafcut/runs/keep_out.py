@@ -55,8 +55,9 @@ def obstacles_of(run: Run, program: Program, beam: bool) -> tuple[Obstacles | No
         raise PlanError(f"{unseen}; raise the tool before it, or leave --keep-out out")
     issues = []
     if met:
+        often = "once" if len(met) == 2 else f"{len(met) - 1} times"
         way = f"over it at Z{height:g} or above" if lifts else "round it"
-        words = f"the original goes by rapids across what --keep-out names, here and {len(met) - 1} times more"
+        words = f"the original goes by rapids across what --keep-out names, here and {often} more"
         words = f"{words if len(met) > 1 else words.partition(', here')[0]}; the new program goes {way}"
         issues.append(Issue("L508", words, f"line {met[0].new}"))
     if unknown:
