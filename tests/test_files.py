@@ -109,7 +109,16 @@ def test_what_is_no_program_is_refused_with_its_name(tmp_path: Path) -> None:
     empty.write_bytes(b" \n")
     with huge.open("wb") as file:
         file.truncate(LARGEST_PROGRAM + 1)  # a sparse file: it takes no room
-    for file_name, words in ((empty, "is empty"), (huge, "is larger than"), (tmp_path / "no.nc", "cannot be read")):
+    wide, binary = tmp_path / "wide.nc", tmp_path / "binary.nc"
+    wide.write_bytes("G0 X1\n".encode("utf-16"))
+    binary.write_bytes(b"G0\0X1\n")
+    for file_name, words in (
+        (empty, "is empty"),
+        (huge, "is larger than"),
+        (tmp_path / "no.nc", "cannot be read"),
+        (wide, "this text is UTF-16; save it as UTF-8"),
+        (binary, "this is a binary file"),
+    ):
         with pytest.raises(ReadError, match=f"{file_name.name}: {words}"):
             read_program(file_name)
 

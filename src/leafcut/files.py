@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import glob
 import os
 import secrets
@@ -67,10 +68,26 @@ def read_program(source: str | Path | StandardInput) -> str:
         The file cannot be read, is empty, or is larger than any program.
     """
     data = source.data if isinstance(source, StandardInput) else _bytes_of(Path(source))
+    check_is_text(str(source), data)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
         return data.decode("latin-1")
+
+
+def check_is_text(source: str, data: bytes) -> None:
+    """Refuse a program that is no text, or one in which every letter takes two bytes.
+
+    Raises
+    ------
+    ReadError
+        It has a zero byte.
+    """
+    if b"\0" in data:
+        wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+        if wide:
+            raise ReadError(source, "this text is UTF-16; save it as UTF-8")
+        raise ReadError(source, "this is a binary file; a G-code program was expected")
 
 
 def _bytes_of(path: Path) -> bytes:

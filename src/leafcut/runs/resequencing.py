@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut import __version__
-from leafcut.errors import ReadError, VerifyError
+from leafcut.errors import VerifyError
+from leafcut.files import check_is_text
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.outcome import OperationOutcome, Outcome
@@ -196,8 +197,7 @@ def decoded(source: str, data: bytes) -> tuple[str, str]:
     ReadError
         It is no text.
     """
-    if b"\0" in data:
-        raise ReadError(source, "this is a binary file; a G-code program was expected")
+    check_is_text(source, data)
     try:
         encoding = "utf-8-sig" if data.startswith(codecs.BOM_UTF8) else "utf-8"
         return data.decode(encoding), encoding
