@@ -232,9 +232,9 @@ def _evenly_lit(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     if not np.isfinite(light).all() or float(np.ptp(light)) < LEAST_CONTRAST:
         return grey
     step = max(max(grey.shape) // 200, 1)
-    few = light[::step, ::step].astype(np.float64)
-    small, few = _powers(few.shape), few.ravel()
-    surface, weights = np.ones_like(few), np.zeros(6)
+    thin = light[::step, ::step].astype(np.float64)
+    small, few = _powers(thin.shape), thin.ravel()
+    surface: NDArray[np.float64] = np.ones_like(few)
     for _ in range(LIGHT_ROUNDS):
         even = few / surface
         bright = even >= otsu(even.astype(np.float32))
