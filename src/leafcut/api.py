@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.files import StandardInput, check_output, read_program, write_together
+from leafcut.files import StandardInput, check_is_text, check_output, read_program, write_together
 from leafcut.model.issue import Issue
 from leafcut.model.look import Look
 from leafcut.model.nest import NestOutcome
@@ -149,6 +149,7 @@ def _work(run: Run, sources: Sequence[Given], process: str) -> Outcome:
     if format_.name == "gcode":
         from leafcut.runs.resequencing import resequence
 
+        check_is_text(loaded.path, loaded.data)
         return _done(run, "program", format_.name, lambda run: resequence(run, loaded.path, loaded.data, process))
     if process not in ("auto", "drill", "cut", "pocket"):
         raise OptionError(f"--process {process}: a drawing is drilled, cut or milled; use auto, drill, cut or pocket")

@@ -22,7 +22,6 @@ from leafcut.post import rewriter
 from leafcut.report.views import work_words
 from leafcut.runs import resequencing
 from leafcut.runs.proving import with_comments
-from leafcut.runs.resequencing import decoded
 from rewriting import work_of
 
 
@@ -273,9 +272,10 @@ def test_the_proof_stands_below_the_percent_sign_and_the_number() -> None:
     assert text == "%\r\nO0001 (X)\r\n(one)\r\n(two)\r\nG21\r\n"
 
 
-def test_a_binary_file_is_no_program() -> None:
+def test_a_binary_file_is_no_program(tmp_path: Path) -> None:
+    (file := tmp_path / "x.nc").write_bytes(b"G0\0")
     with pytest.raises(ReadError, match="binary"):
-        decoded("x.nc", b"G0\0")
+        leafcut.optimize(file)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from leafcut import __version__
 from leafcut.errors import VerifyError
-from leafcut.files import check_is_text
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.outcome import OperationOutcome, Outcome
@@ -68,7 +67,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
     from leafcut.timing.toolpath import measure
 
     words = dialect(run.settings.post.dialect or run.machine.controller)
-    text, encoding = decoded(source, data)
+    text, encoding = decoded(data)
     read = read_foreign(text, source, run.settings, run.machine, words, run.looking("reading"), process=process)
     original, words, run = read.program, read.words, replace(run, machine=read.machine)
     dangers = read.dangers
@@ -189,15 +188,8 @@ def _with_time_left(run: Run, used: float) -> Run:
     return replace(run, settings=replace(run.settings, solve=search))
 
 
-def decoded(source: str, data: bytes) -> tuple[str, str]:
-    """Return the text of a program, its line ends as they are, and the encoding that gives the same bytes again.
-
-    Raises
-    ------
-    ReadError
-        It is no text.
-    """
-    check_is_text(source, data)
+def decoded(data: bytes) -> tuple[str, str]:
+    """Return the text of a program, its line ends as they are, and the encoding that gives the same bytes again."""
     try:
         encoding = "utf-8-sig" if data.startswith(codecs.BOM_UTF8) else "utf-8"
         return data.decode(encoding), encoding
