@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import ReadError
+from leafcut.gcode.blocks import BlockRunner
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.foreign import interpret_program
 from leafcut.gcode.program import Program
@@ -323,7 +324,7 @@ PLAIN = st.builds(
     lambda g, gap, words: gap.join(filter(None, [g, *words])),
     st.sampled_from(["", "", "G0", "G1", "g01", "G00", "N7 G1", "N8"]),
     st.sampled_from(["", " "]),
-    st.lists(st.builds(lambda a, n: a + n, st.sampled_from("XYZXYzF"), NUMBER | SMALL), max_size=4),
+    st.lists(st.builds(lambda a, n: a + n, st.sampled_from("XYZXYzFSs"), NUMBER | SMALL), max_size=4),
 )
 ROUND = st.builds(
     lambda g, r, axis, sign, f: f"{g}{axis}{2 * r * sign:g}{'I' if axis == 'X' else 'J'}{r * sign:g}{f}",
@@ -331,7 +332,7 @@ ROUND = st.builds(
     st.sampled_from([0.5, 1, 7.25, 40.001]),
     st.sampled_from("XY"),
     st.sampled_from([1, -1]),
-    st.sampled_from(["", "F90", "Z3", "P2", "K1"]),
+    st.sampled_from(["", "F90", "S300", "Z3", "P2", "K1"]),
 )
 ODD = st.sampled_from(
     [
@@ -346,6 +347,9 @@ ODD = st.sampled_from(
         "G80",
         "F0",
         "M3 S100",
+        "M4",
+        "M5",
+        "G96",
         "G81 X1 Z-1 R1",
         "X5 (b)",
         "G93",
@@ -371,7 +375,7 @@ ODD = st.sampled_from(
 
 
 @settings(max_examples=300)
-@given(st.lists(PLAIN | ROUND | ODD, max_size=30), st.sampled_from(["linuxcnc", "grbl", "haas", "fagor8055"]))
+@given(st.lists(PLAIN | ROUND | ODD, max_size=30), st.sampled_from(["linuxcnc", "grbl-laser", "haas", "fagor8055"]))
 def test_plain_lines_give_the_same_by_the_quick_way_and_by_the_full_one(body: list[str], words: str) -> None:
     """Rows, blocks, states and reasons are equal bit for bit, and so are refusals."""
     head = "G71 G90 G0 X0. Y0. Z0. F100" if words == "fagor8055" else "G21 G90 G0 X0. Y0. Z0. F100"
@@ -396,6 +400,21 @@ def test_plain_lines_give_the_same_by_the_quick_way_and_by_the_full_one(body: li
     assert (one.path.arcs, one.path.cycles, one.fixed) == (other.path.arcs, other.path.cycles, other.fixed)
     assert np.array_equal(one.line, other.line) and np.array_equal(one.first, other.first)
     assert [one.modal(b) for b in range(one.n_blocks + 1)] == [other.modal(b) for b in range(one.n_blocks + 1)]
+
+
+def test_the_lines_of_a_lasers_picture_are_plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A power of its own in every line, before F or behind it, takes none of them off the quick way."""
+    ran = []
+    run_block = BlockRunner.run
+    monkeypatch.setattr(BlockRunner, "run", lambda self, block: (ran.append(block.line), run_block(self, block))[1])
+    rows = [f"X{0.1 * k:.1f} S{(k * 37) % 1000}" for k in range(50)]
+    text = "\n".join(["G21 G90 G0 X0 Y0", "M4 S0", "G1 X1 F3000", *rows, "G1 X9 S20 F900", "G1X0F800S3.5", "S7", "M5"])
+    program = interpret_program(text, dialect("grbl-laser"))
+    assert ran == [1, 2, 57]
+    cuts = program.path.kind == Kind.FEED
+    assert [program.modal(b + 1).rpm for b in range(3, 53)] == [float((k * 37) % 1000) for k in range(50)]
+    assert np.array_equal(program.path.value[cuts][-2:] * 60.0, [900.0, 800.0])
+    assert program.modal(55).rpm == 3.5 and program.modal(56).rpm == 7.0
 
 
 def test_the_benchmark_counts_the_motions_that_it_times() -> None:

@@ -1,5 +1,7 @@
 """The quick way through plain lines: `G1X12.5Y3.F600` and its like, most of the lines of most programs.
 
+S may stand in them, before F or behind it: a laser's picture has a power of its own in every line.
+
 It gives what `BlockRunner` gives, row for row, and leaves to it every line that is not plain in a plain state.
 """
 
@@ -12,8 +14,9 @@ from collections.abc import Sequence
 from leafcut.gcode.foreign_state import ForeignState
 from leafcut.gcode.motion import RADIUS_RELATIVE_TOLERANCE, RADIUS_TOLERANCE
 from leafcut.gcode.record import Record
+from leafcut.gcode.torch import say_power
 from leafcut.model.look import Look, unseen
-from leafcut.model.toolpath import Arc
+from leafcut.model.toolpath import SPEED_ALONE, Arc
 from leafcut.units import SECONDS_PER_MINUTE
 
 _SPACES = r"[ \t]*+"
@@ -27,7 +30,8 @@ Row = tuple[float, ...]
 def _pattern(number: str) -> re.Pattern[str]:
     words = "".join(f"(?:[{letter}{letter.lower()}]{_SPACES}{number}{_SPACES})?+" for letter in "XYZIJ")
     start = f"{_SPACES}(?:[Nn]{_SPACES}[0-9]{{1,8}}+{_SPACES})?+(?:[Gg]{_SPACES}0?([0-3])(?![0-9.]){_SPACES})?+"
-    return re.compile(f"{start}{words}(?:[Ff]{_SPACES}{_ANY}{_SPACES})?+[\r\n]*+")
+    feed, speed = (f"(?:[{letter}{letter.lower()}]{_SPACES}{_ANY}{_SPACES})" for letter in "FS")
+    return re.compile(f"{start}{words}(?:{speed}{feed}?+|{feed}{speed}?+)?+[\r\n]*+")
 
 
 #: Somebody looks at one in so many lines, less one.
@@ -72,9 +76,11 @@ class QuickWay:
             found = match(lines[at])
             if found is None or found.lastindex is None:
                 return at
-            g, x, y, z, i, j, f = found.groups()
+            g, x, y, z, i, j, s, f, f_first, s_last = found.groups()
+            f, s = f or f_first, s or s_last
             motion = state.motion or 0 if g is None else int(g)
             feed = state.feed if f is None else float(f) * unit / SECONDS_PER_MINUTE
+            speed = state.rpm if s is None else float(s)
             here = path.position
             end = [
                 here[0] if x is None else float(x) * unit + 0.0,
@@ -89,23 +95,33 @@ class QuickWay:
                 row = ()
             else:
                 row = (motion, *end, feed if motion else 0.0, 0)
-            if row is None or feed < 0.0:
+            if row is None or feed < 0.0 or speed < 0.0:
                 return at
             add_line(at + 1)
             add_first(count)
             add_before(record.current)
+            if s is not None:
+                count = self._turn(speed, at + 1)
             if row:
                 add_row(row)
                 add_row((at + 1,))
                 count += 1
                 path.position = end
                 path.initial_plane = None
-            if motion != state.motion or f is not None:
+            if motion != state.motion or f is not None or s is not None:
                 state.motion, state.feed = motion, feed
                 if f is not None:
                     state.feed_said = float(f)
-                record.current = record.current_of(motion, state.feed_said)
+                record.current = record.current_of(motion, state.feed_said, speed)
         return len(lines)
+
+    def _turn(self, speed: float, line: int) -> int:
+        """Take an S; return how many rows there are then."""
+        state = self._state
+        state.line, state.rpm = line, speed
+        if state.spindle and not say_power(state):
+            state.path.spindle(state.spindle * speed, line, SPEED_ALONE)
+        return len(state.path)
 
     def _arc(self, motion: int, end: list[float], i: str | None, j: str | None, feed: float) -> Row | None:
         """Return the row of an arc, or None when it is for the full way."""

@@ -15,6 +15,7 @@ from leafcut.gcode.program import Modal, Program
 _PIERCED = "the controller makes only a pierce of it (#<pierce-only>=1)"
 _MOTION = [f.name for f in fields(Modal)].index("motion")
 _FEED = [f.name for f in fields(Modal)].index("feed")
+_SPEED = [f.name for f in fields(Modal)].index("rpm")
 
 
 @dataclass
@@ -31,7 +32,7 @@ class Record:
     current: int = 0
     calls: list[tuple[int, int]] = field(default_factory=list)
     _numbers: dict[tuple, int] = field(default_factory=dict)
-    _plain: dict[tuple[int, float], int] = field(default_factory=dict)
+    _plain: dict[tuple[int, float, float], int] = field(default_factory=dict)
     _called: int = 0
 
     def __post_init__(self) -> None:
@@ -63,13 +64,13 @@ class Record:
         elif before and after == 0:
             self.calls.append((self._called, len(self.line)))
 
-    def current_of(self, motion: int, feed: float) -> int:
-        """Return the number of the state that differs from that of the last look by motion and feed only."""
-        number = self._plain.get((motion, feed))
+    def current_of(self, motion: int, feed: float, speed: float) -> int:
+        """Return the number of the state that differs from that of the last look by motion, feed and speed only."""
+        number = self._plain.get((motion, feed, speed))
         if number is None:
             values = list(self.state.modal_values())
-            values[_MOTION], values[_FEED] = motion, feed
-            number = self._plain[motion, feed] = self._numbers.setdefault(tuple(values), len(self._numbers))
+            values[_MOTION], values[_FEED], values[_SPEED] = motion, feed, speed
+            number = self._plain[motion, feed, speed] = self._numbers.setdefault(tuple(values), len(self._numbers))
         return number
 
     def program(self, lines: tuple[str, ...], last_line: int, assumed: bool = False, title: int = 0) -> Program:

@@ -60,6 +60,7 @@ _FEED_PART, _FEED, _DWELL, _SPEED_PART, _SPEED = 5e-5, 1e-4, 1e-4, 1e-6, 1e-3
 _NOT_IN_COMMENT = re.compile(r"[^A-Za-z0-9 ._+=,-]")
 #: GRBL takes lines of 80 characters at most; the parentheses and a line number need some of them.
 _LONGEST_COMMENT = 66
+_LINES_AT_ONCE = 10_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,13 +186,21 @@ def certify(
     turned = _compare_work(before, after, grouping, tolerance_mm, beam, allow_reverse, told_width(original), found)
     found.add(_larger(before.path, after.path, tolerance_mm, beyond))
     found.add(_outside(new.path, machine))
-    digest = hashlib.sha256("".join(original.lines).encode("utf-8", "surrogatepass")).hexdigest()
     differences = tuple(shorten(found.differences, found.count))
     counts = _counts(before), _counts(after)
     compared = (*COMPARED, _EITHER_WAY) if allow_reverse else COMPARED
     return Certificate(
-        not differences, differences, *counts, compared, digest, allow_reverse, turned, tuple(found.notes)
+        not differences, differences, *counts, compared, _digest(original), allow_reverse, turned, tuple(found.notes)
     )
+
+
+def _digest(program: Program) -> str:
+    """Return the SHA-256 of a program's text, some lines after the others: all at once fill the memory."""
+    digest = hashlib.sha256()
+    for begin in range(0, len(program.lines), _LINES_AT_ONCE):
+        text = "".join(program.lines[begin : begin + _LINES_AT_ONCE])
+        digest.update(text.encode("utf-8", "surrogatepass"))
+    return digest.hexdigest()
 
 
 class _Found:
@@ -225,7 +234,7 @@ def _compare_work(
     features = [
         replace(
             side.work.features,
-            group=np.searchsorted(ends, np.arange(len(side.work.features)), side="right"),
+            group=np.searchsorted(ends, np.arange(len(side.work.features)), side="right").astype(np.int32),
         )
         for side, ends in zip(both, (grouping.before, grouping.after), strict=True)
     ]
@@ -327,19 +336,24 @@ def _both(before: Work, after: Work, new_of: Ints, one: int, other: int, what: s
 def _larger(before: Toolpath, after: Toolpath, tolerance: float, beyond: Box | None) -> Iterator[Difference]:
     """Yield the axes on which the new program goes farther. Cuts are the same: what is looked at are ends of moves."""
     lowest, highest = beyond or ((math.inf,) * 3, (-math.inf,) * 3)
-    rows = [np.flatnonzero(path.kind <= Kind.DRILL) for path in (before, after)]
     for axis, name in enumerate("XYZ"):
         for sign, word in ((1.0, "above"), (-1.0, "below")):
-            ends = [
-                np.where(np.isnan(path.end[r, axis]), -np.inf, sign * path.end[r, axis])
-                for path, r in zip((before, after), rows, strict=True)
-            ]
-            room = max(ends[0].max(initial=-math.inf), sign * (highest if sign > 0 else lowest)[axis])
-            if any(len(end) == 0 for end in ends) or ends[1].max() <= room + tolerance + 1e-9:
+            (was, reached), (now, reaches) = (_farthest(path, axis, sign) for path in (before, after))
+            room = max(reached, sign * (highest if sign > 0 else lowest)[axis])
+            if was < 0 or reaches <= room + tolerance + 1e-9:
                 continue
-            was, now = (int(r[np.argmax(end)]) for r, end in zip(rows, ends, strict=True))
             text = f"{name}{after.end[now, axis]:.3f} is {word} all of the original, {name}{before.end[was, axis]:.3f}"
             yield Difference("envelope", int(before.line[was]), int(after.line[now]), text)
+
+
+def _farthest(path: Toolpath, axis: int, sign: float) -> tuple[int, float]:
+    """Return the move that ends farthest along an axis (sign 1) or against it, -1 without moves, and how far."""
+    moves = path.kind <= Kind.DRILL
+    ends = np.where(moves, path.end[:, axis], np.nan)
+    np.multiply(ends, sign, out=ends)
+    ends[np.isnan(ends)] = -np.inf
+    row = int(np.argmax(ends)) if moves.any() else -1
+    return row, float(ends[row]) if row >= 0 else -math.inf
 
 
 def _outside(path: Toolpath, machine: Machine | None) -> list[Difference]:

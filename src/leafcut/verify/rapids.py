@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +13,12 @@ from leafcut.model.cycles import in_series
 from leafcut.model.toolpath import Kind
 from leafcut.verify.clearance import at_machine_height
 from leafcut.verify.difference import MOST_LISTED, Difference, place
-from leafcut.verify.features import FIRST_CYCLE, TAKEN, Floats, Ints, Mask
+from leafcut.verify.features import FIRST_CYCLE, TAKEN, Floats, Ints, Mask, Refs
 from leafcut.verify.stages import PLACELESS, Mark
 from leafcut.verify.work import Work, goes_across
 
 #: Features whose rapids are compared together.
-_AT_ONCE = 100_000
+_AT_ONCE = 30_000
 #: Whether a way across begins, or ends, at a height that is not known.
 FROM, TO = 1, 2
 
@@ -31,9 +32,9 @@ class Gaps:
     Attributes
     ----------
     feature
-        int64[n]: which feature stop k is, -1 for a barrier.
+        int32[n]: which feature stop k is, -1 for a barrier.
     gap_of
-        int64[m]: the gap before every feature.
+        int32[m]: the gap before every feature.
     rows, across
         bool[n + 1]: there are rapids at all; there are some in x or y.
     line
@@ -51,8 +52,8 @@ class Gaps:
         bool[n + 1]: the spindle (beam) is on in a rapid across, in the first one, in the last one.
     """
 
-    feature: Ints
-    gap_of: Ints
+    feature: Refs
+    gap_of: Refs
     rows: Mask
     across: Mask
     line: Ints
@@ -69,12 +70,12 @@ class Gaps:
     lit_first: Mask
     lit_last: Mask
 
-    @property
+    @cached_property
     def closed_by_feature(self) -> Mask:
         """bool[n + 1]: the stop after the gap is a feature."""
         return np.append(self.feature >= 0, False)
 
-    @property
+    @cached_property
     def opened_by_feature(self) -> Mask:
         """bool[n + 1]: the stop before the gap is a feature."""
         return np.concatenate([[False], self.feature >= 0])
@@ -86,8 +87,8 @@ def gaps_of(work: Work) -> Gaps:
     keys = np.concatenate([work.features.row.astype(np.float64), barriers])
     number = np.concatenate([np.arange(len(work.features)), np.full(len(barriers), -1)])
     order = np.argsort(keys, kind="stable")
-    keys, feature = keys[order], number[order].astype(np.int64)
-    gap_of = np.empty(len(work.features), dtype=np.int64)
+    keys, feature = keys[order], number[order].astype(np.int32)
+    gap_of = np.empty(len(work.features), dtype=np.int32)
     gap_of[feature[feature >= 0]] = np.flatnonzero(feature >= 0)
     at, row, begin, end = _moves(work)
     gap = np.searchsorted(keys, at)
@@ -150,11 +151,11 @@ def _moves(work: Work) -> tuple[Floats, Ints, Floats, Floats]:
     A cycle goes to its place at the height where the tool is, or at the R plane if that is higher, then to the R plane;
     in a series of LinuxCNC on a slant where it has to rise.
     """
-    path, before = work.path, work.before
+    path = work.path
     drill = np.flatnonzero(path.kind == Kind.DRILL)
     r_plane = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[path.ref[drill]]
     over = path.end[drill].copy()
-    level = before[drill].copy()
+    level = work.drill_from.copy()
     slanting = in_series(path)[drill] & work.slants & (level[:, 2] < over[:, 2])
     # A height that is not known stays so.
     level[:, 2] = np.where((level[:, 2] < r_plane) & ~slanting, r_plane, level[:, 2])
@@ -164,7 +165,7 @@ def _moves(work: Work) -> tuple[Floats, Ints, Floats, Floats]:
     at = np.concatenate([work.travel, drill - 0.4, drill - 0.3])
     order = np.argsort(at, kind="stable")
     row = np.concatenate([work.travel, drill, drill])
-    begin = np.concatenate([before[work.travel], level, over])
+    begin = np.concatenate([work.travel_from, level, over])
     end = np.concatenate([path.end[work.travel], over, down])
     return at[order], row[order], begin[order], end[order]
 
@@ -239,6 +240,8 @@ def _of_both_ends(heights: Heights, turned: Ints) -> Heights:
 
     What the tool comes down at is now where it left, and where it left is the place that it came to.
     """
+    if not (turned >= 0).any():
+        return heights
     arrive, leave = heights.arrive.copy(), heights.leave.copy()
     _, first, count = np.unique(turned[turned >= 0], return_index=True, return_counts=True)
     first = np.flatnonzero(turned >= 0)[first]
@@ -367,7 +370,7 @@ def _heights_by_feature(
     yield "lower retract", told("a rapid goes across to", limit, cross), *approach, cross < limit - room
 
 
-def _own_unknown(gaps: Gaps, gap: Ints, first: bool) -> NDArray[np.int8]:
+def _own_unknown(gaps: Gaps, gap: Ints | Refs, first: bool) -> NDArray[np.int8]:
     """Return what is not known of the ways across that are a feature's own: beside a barrier the one next to it."""
     nearest, inside = gaps.unknown_last, gaps.opened_by_feature
     if first:
@@ -476,7 +479,7 @@ def _lowest_by_length(work: Work) -> dict[int, tuple[float, int]]:
     path = work.path
     changes, made = np.flatnonzero(path.kind == Kind.OFFSET), work.features.row
     rapids = work.travel
-    begin, end = work.before[rapids], path.end[rapids]
+    begin, end = work.travel_from, path.end[rapids]
     sure = np.concatenate([[0], np.cumsum(goes_across(begin, end) & np.isfinite(begin[:, 2]))])
     change = np.searchsorted(changes, rapids) - 1
     after = change >= 0

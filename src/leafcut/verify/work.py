@@ -22,14 +22,15 @@ class Work:
 
     Attributes
     ----------
-    path, states, before
-        Its rows, with cycles written out if the other program has none; what is active at them; where the tool is
-        before them, float64[n, 3].
+    path, states
+        Its rows, with cycles written out if the other program has none; what is active at them.
     features
         What is made, without the dwells that belong to barriers.
     travel
         Rows of the moves that make nothing, int64[k]: rapids, and feeds of a program that cuts with a beam while the
         beam is off.
+    travel_from, drill_from
+        Where the tool is before the rows of `travel`, and before its drilling cycles, float64[k, 3], float64[d, 3].
     marks, walls
         What stays where it is.
     slants, dark_rapids
@@ -38,9 +39,10 @@ class Work:
 
     path: Toolpath
     states: States
-    before: Floats
     features: Features
     travel: Ints
+    travel_from: Floats
+    drill_from: Floats
     marks: list[Mark]
     walls: list[Wall]
     slants: bool
@@ -75,9 +77,10 @@ def read_work(program: Program, *, written_out: bool, beam: bool) -> Work:
     return Work(
         path,
         states,
-        before,
         features,
         travel,
+        before[travel],
+        before[path.kind == Kind.DRILL],
         marks,
         walls_of(marks, features.row),
         program.slants,
