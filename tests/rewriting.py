@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 
@@ -76,7 +77,7 @@ def work_of(program: Program) -> Counter:
             detail: object = None
             start = tuple(round(v, 6) for v in before[row].tolist())
             if motion.kind is Kind.DRILL:
-                detail, start = path.cycles[motion.ref], ()
+                detail, start = replace(path.cycles[motion.ref], approach="level"), ()
             elif motion.kind is not Kind.FEED:
                 detail = path.arcs[motion.ref]
             end = tuple(round(v, 6) for v in motion.end)

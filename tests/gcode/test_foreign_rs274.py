@@ -27,6 +27,11 @@ PROGRAMS = {
     "cycles": "G98 G81 X1 Y1 Z-3 R2 / X2 / Y2 Z-4 / G99 X3 R3 / G82 X4 Z-2 R1 P0.5 / X5 P0.2 / G80 / G0 Z8"
     " / G83 X5 Y5 R1 Z-10 Q3 / X6 Q4 / G73 X7 Y7 Z-9 R0.5 Q2.2 / G85 X3 Z-2 R0.5 / G80 G0 Z9"
     " / G91 G81 X1 Y1 R-1 Z-3 L3 / G90 G80",
+    "series that begins high": "G99 G81 X5 Z-3 R2 / X9 R6 / G98 X12 / G99 X15 R2 / G98 X18 R8 / X20 R4 / G99 X22"
+    " / X25 R12 / X27 R3 / G98 X30 R2 / X33 R7 / G99 X35 R1 / G82 X38 R4 Z-2 P0.1 / G80 / G99 G83 X40 R6 Z-2 Q1"
+    " / G98 X42",
+    "series that begins low": "G0 Z3 / G99 G81 X5 Z-3 R2 / X9 R6 / X12 R4 / G98 X15 R5 / X17 R2 / G80 / G98 G82 X20 Z-3"
+    " R9 P0.1 / X25 R7 / G99 X28 R3 / X30 R8 / G0 Z1 / G98 G85 X33 Z-1 R4 / X35 R2",
     "bore and ream": "M3 S100 / G86 X1 Y1 R2 Z-1 P0.5 / X2 / G89 X3 R1 Z-2 P0.25 / Y3 / G85 X4 R1 Z-3 / G84 X5 R1 Z-3",
     "dwell and tools": "T1 M6 / G43 H1 Z7 / M3 S1000 / G4 P1.5 / G1 X5 / G49 / T2 M6 / G43 H2 Z3 / G0 Z9 / M9 / M5",
     "feed modes": "G93 G1 X10 F2 / G1 Y10 Z3 F0.5 / G94 G1 X0 F100",

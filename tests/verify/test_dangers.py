@@ -13,6 +13,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.foreign import interpret_program
 from leafcut.model.issue import Issue, Severity
 from leafcut.read.machine import load_machine
+from leafcut.timing.toolpath import measure
 from leafcut.verify.dangers import find_dangers
 
 HEAD = "G21 G90 G17\nM3 S1000\nG0 Z5\nG0 X0 Y0\n"
@@ -48,6 +49,22 @@ def codes(text: str, process: str = "mill", words: str = "linuxcnc") -> list[str
 def test_each_kind_of_danger_is_told_once_and_what_is_safe_is_not(text: str, found: list[str]) -> None:
     """Rapids below the surface and into the part, cuts with the spindle off: by hand; what M98 does is not known."""
     assert codes(text + "\nM2\n") == found
+
+
+@pytest.mark.parametrize(("r", "told"), [("-1", ["L801"]), ("1", [])])
+def test_a_series_of_cycles_rises_on_a_slant_in_linuxcnc_for_dangers_and_times_alike(r: str, told: list[str]) -> None:
+    """From an R plane in a recess the way to a higher one goes through the edge; the points are those of rs274."""
+    series = f"G1 X5 F100\nG0 Z5\nG99 G81 X5 Y0 Z-3 R{r} F100\nX25 R4\nG80\nG0 Z5\n"
+    moves = f"G1 X5 F100\nG61\nG0 Z{r}\nG1 Z-3\nG0 Z{r}\nG0 X25 Z4\nG1 Z-3\nG0 Z4\nG64\nG0 Z5\n"
+    recess = "G1 Z-1 F100\n" if r == "-1" else ""
+    head = f"G0 X5\n{recess}G0 Z5\nG0 X0\n"
+    assert [issue.code for issue in dangers(f"{head}{series}M2\n")] == told
+    machine = load_machine("linuxcnc-mill")
+    slanting, written = (
+        measure(interpret_program(f"{HEAD}{text}M2\n", dialect("linuxcnc")).path, machine) for text in (series, moves)
+    )
+    assert (slanting.travel_mm, slanting.cut_mm) == pytest.approx((written.travel_mm, written.cut_mm))
+    assert slanting.time_s == pytest.approx(written.time_s, abs=0.02)
 
 
 def test_a_danger_tells_how_often_and_where_first() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple
 
 import pytest
@@ -10,6 +11,7 @@ from leafcut.errors import LeafcutError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.foreign import interpret_program
 from leafcut.verify.certificate import Certificate, certify
+from rs274_moves import run_rs274
 
 
 class Fault(NamedTuple):
@@ -49,6 +51,22 @@ SWAPPED = (f"N10 {FANUC_HOLE} / N11", f"N11 {FANUC_HOLE} / N10")
 S_LASER = "S500 / G1 X10 F900 / S0 / G0 X50 Y50 / S800 / G1 X60 / S0"
 O200 = "o200 sub / G1 X9 F100 / o200 endsub"
 SUB = "M30 / O100 / G1 X#24 F100. / G91 G0 Z2. / G90 / M99"
+
+#: What LinuxCNC refuses, though what is meant is clear.
+REFUSED = [
+    lcnc("G1 without a feed in the safe-start line", "M8", "G90 G17", "G90 G17 G1"),
+    lcnc("G1 for the plane", "M8", "G21 G90 G17 G40", "G21 G90 G1 G40"),
+    lcnc("G1 alone before any feed", "M8", "S900 M3", "S900 M3\nG1"),
+    lcnc("a number behind a word", "M8", "S900 M3", "S900 M3 N5"),
+    lcnc("a program's number behind a word", "M8", "G40 G94", "G40 G94 O100"),
+    lcnc("M3 twice in a block", "M8", "S900 M3", "S900 M3 M3"),
+    lcnc("M8 twice in a block", "M8", "M8", "M8 M8"),
+    lcnc("an unknown word beside the end", "M8", "M2", "M2 G15"),
+    lcnc("G94 again, which forgets F", "G1 Z0 F200 / X9 / G0 Z5", "F200\nX9", "F200\nG94\nX9"),
+    lcnc("G94 again before a cycle", "G0 X5 / F150 / G81 X9 Z-2 R1 / G80", "F150\n", "F150\nG94\n"),
+    lcnc("P of a cycle that has none", "G81 X9 Z-2 R1 F100 / G80", "R1 F100", "R1 P0 F100"),
+    lcnc("Q of a cycle that has none", "G81 X9 Z-2 R1 F100 / G80", "R1 F100", "R1 Q0 F100"),
+]
 
 VERIFY_FAULTS = [
     # A parameter that feeds a word which is taken as it stands.
@@ -161,6 +179,7 @@ VERIFY_FAULTS = [
     Fault("length offset left on at the end", "linuxcnc", f"{HEAD} / G43 H1 / G0 Z20 / {HOLE} / G49 / G0 Z20 / M2",
           "G49\n", ""),
     lcnc("compensation twice, refused by LinuxCNC", "G41.1 D3 / G0 X20 / G40", "G41.1 D3\n", "G41.1 D3 / G41.1 D3\n"),
+    *REFUSED,
     lcnc("plane of a compensated cut", "G18 / G41.1 D3 / G0 X20 / G1 Y40 F100 / G40 / G17", "G18", "G17"),
     lcnc("compensation before the origin moves", "G92 X5 / G0 X9 / G92.1 / G41.1 D3 / G0 X20 / G1 Y40 F100 / G40",
          "G92.1\nG41.1 D3", "G41.1 D3\nG92.1"),
@@ -197,3 +216,12 @@ def test_what_is_not_the_same_work_is_never_called_so(fault: Fault) -> None:
     except LeafcutError:
         return
     assert not found.same
+
+
+@pytest.mark.external
+@pytest.mark.parametrize("fault", REFUSED, ids=lambda fault: fault.name)
+def test_linuxcnc_refuses_what_is_said_to_be_refused(rs274: str, tmp_path: Path, fault: Fault) -> None:
+    """And runs the program that it was made from."""
+    original = fault.text.replace(" / ", "\n") + "\n"
+    assert run_rs274(rs274, original, tmp_path)[0] == 0
+    assert run_rs274(rs274, original.replace(fault.old, fault.new, 1), tmp_path)[0] != 0

@@ -42,6 +42,8 @@ _NOT_LINUXCNC = (_NO_MOTION | _ENDS_TRANSFORM) - {80}
 _MOTIONS = frozenset({0, 10, 20, 30})
 #: Cycles that `model.cycles` knows; G76, G87 and G88 wait for a person or move aside at the bottom.
 _CYCLES = frozenset({730, 810, 820, 830, 840, 850, 860, 890})
+#: Those of LinuxCNC that take P, and Q.
+_TAKES_P, _TAKES_Q = frozenset({74, 76, 82, 84, 86, 88, 89}), frozenset({73, 76, 83})
 #: M words that call a program elsewhere, or may; M72 brings back modes that were stored, M73 at the end of a call.
 _CALLS = frozenset({197, 198, 72})
 _JUMPS_ON_SIGNAL = 96
@@ -80,6 +82,14 @@ def _codes(dialect: Dialect) -> frozenset[int]:
     return frozenset(GROUP_OF) - (other - dialect.g_codes)
 
 
+def _is_malformed(words: tuple[Word, ...]) -> bool:
+    """Return whether a block has a G or M word twice, or N or O behind another word, which LinuxCNC refuses."""
+    codes = [(word.letter, word.value) for word in words if word.letter in "GM"]
+    letters = [word.letter for word in words]
+    numbered = letters[0] == "N"
+    return "N" in letters[1:] or "O" in letters[1 + numbered :] or len(set(codes)) < len(codes)
+
+
 def _probes(words: SortedBlock) -> bool:
     """Return whether a block moves until a probe trips: G38.2 to G38.5, and G31 on Fanuc and Mach."""
     return words.g.get("motion") in _PROBES or any(str(w) == "G31" for w in words.unknown or ())
@@ -90,8 +100,9 @@ class BlockRunner(Reader):
 
     After `run`: `unclear` says what is not understood, and which axes are then not known; `unknown` holds the words
     that are not, `obeyed` the messages and records; `named` is the word that tells a stop or a reference point from
-    others like it; `reason` says why the block must stay as it is (""
-    when it need not); `call` is the subprogram that it calls and how often; `returns` says that it ends one (M99).
+    others like it; `refused` says that LinuxCNC refuses the block, whatever it means; `reason` says why the block must
+    stay as it is ("" when it need not); `call` is the subprogram that it calls and how often; `returns` says that it
+    ends one (M99).
     """
 
     state: ForeignState
@@ -109,7 +120,7 @@ class BlockRunner(Reader):
         self.label: int | None = None
         #: Who may have changed anything, and whether that goes elsewhere in the text.
         self.opaque = ""
-        self.jumps = self.restores = False
+        self.jumps = self.restores = self.refused = False
         #: Whether a subprogram begins with the next block, so that it may bear a program number.
         self.begins = False
         self._g, self._m = _codes(state.dialect), frozenset(M_GROUP_OF) - OUTPUT_CODES
@@ -122,6 +133,7 @@ class BlockRunner(Reader):
         self.reason, self.call, self.returns, self.unclear = "", None, False, []
         self.unknown, self.obeyed = (), messages(block.comments)
         self.label, self.opaque, self.jumps, self.restores, self.named = None, "", False, False, ""
+        self.refused = False
         if block.percent is not None:
             self._percent(block.percent)
             return
@@ -137,6 +149,7 @@ class BlockRunner(Reader):
 
     def _run_words(self, block: Block) -> None:
         state = self.state
+        self.refused = state.dialect.name in _LINUXCNC and _is_malformed(block.words)
         macro = next((w for w in block.words if w.letter == "G" and w.value == 65.0), None)
         if macro is not None:
             # The other words are the macro's, and mean what it makes of them.
@@ -152,7 +165,7 @@ class BlockRunner(Reader):
             self._program_number(whole(letters.pop("O")))
         self._blocks += 1
         self._subprograms(words)
-        self._note_refused(block, words)
+        self._note_refused(words)
         self.unknown = tuple(words.unknown or ())
         if unknown:
             self.reason = _OF_MACHINE
@@ -237,15 +250,36 @@ class BlockRunner(Reader):
         separate = self._separate or any(w.letter == "G" and w.value == 80 for w in block.words)
         return sort_words(block, self._g, self._m, separate, keep_unknown=True)
 
-    def _note_refused(self, block: Block, words: SortedBlock) -> None:
+    def _note_refused(self, words: SortedBlock) -> None:
         """Note what LinuxCNC refuses (seen with rs274), though what is meant is clear."""
-        if self.state.dialect.name not in _LINUXCNC:
+        state = self.state
+        if state.dialect.name not in _LINUXCNC:
             return
-        codes = [word.value for word in block.words if word.letter == "G"]
-        again = words.g.get("radius", 400) != 400 and self.state.radius != 40
+        again = words.g.get("radius", 400) != 400 and state.radius != 40
         strange = any(round(word.value * 10) in _NOT_LINUXCNC for word in words.unknown or () if word.letter == "G")
-        if again or strange or len(set(codes)) < len(codes):
-            self.named = "refused by LinuxCNC"
+        # G94 and G95 forget F, also where they say nothing new.
+        state.feed_forgotten = "F" not in words.letters and (
+            state.feed_forgotten or words.g.get("feed mode") in (940, 950)
+        )
+        lacks_feed = (state.feed_forgotten or state.feed_said == 0.0) and "F" not in words.letters
+        unfed = lacks_feed and words.g.get("feed mode", 10 * state.feed_mode) != 930 and self._feeds(words)
+        self.refused |= again or strange or unfed or self._has_spare_words(words)
+
+    def _has_spare_words(self, words: SortedBlock) -> bool:
+        """Return whether a cycle is given a P or a Q that it does not use."""
+        cycle, letters = words.g.get("cycle", 10 * (self.state.cycle or 0)) // 10, words.letters
+        others = words.unknown or words.m or not words.g.keys().isdisjoint(("non-modal", "path"))
+        if cycle in (0, 80) or others:
+            return False
+        return ("P" in letters and cycle not in _TAKES_P) or ("Q" in letters and cycle not in _TAKES_Q)
+
+    def _feeds(self, words: SortedBlock) -> bool:
+        """Return whether a block chooses G1, or moves at feed."""
+        state, g = self.state, words.g
+        active = state.cycle if state.cycle is not None else state.motion
+        chosen = g.get("cycle", g.get("motion", active))
+        moving = not words.letters.keys().isdisjoint((*AXES, *_OTHER_AXES))
+        return g.get("motion") == 10 or (moving and chosen not in (None, 0, 800))
 
     def _program_number(self, number: int) -> None:
         if self._blocks and not self.begins:

@@ -3,8 +3,8 @@
 As RS274/NGC has them (3.5.16), Z is the bottom, R the plane where rapid becomes feed, Q the peck, P the dwell. In the
 Fagor 8055, Z is that plane, I the bottom and K the dwell.
 
-In RS274/NGC the next hole of a series is reached on a slant where the tool has to rise for it, by G98 behind G99 or by
-a higher R (seen with rs274; `Program.slants`); elsewhere it crosses at the height where it is, or first rises to R.
+In LinuxCNC the next hole of a series is reached on a slant where the tool has to rise for it, by G98 behind G99 or by a
+higher R (`DrillCycle.approach`); elsewhere it crosses at the height where it is, or first rises to R.
 """
 
 from __future__ import annotations

@@ -272,8 +272,9 @@ class _Run:
             self._say(block, line)
         elif runner.named and not (runner.returns and depth):
             self.record.say(runner.named)
-        if self._endless:
-            self.record.say(f"{self.record.said.get(len(self.record.line), '')} {self._endless}")
+        besides = ["refused by LinuxCNC"] * runner.refused + [self._endless] * bool(self._endless)
+        if besides:
+            self.record.say(" ".join([self.record.said.get(len(self.record.line), ""), *besides]))
         for key, value in settings:
             self.parameters.put(key, value)
         if runner.opaque or of_machine:

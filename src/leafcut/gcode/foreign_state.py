@@ -25,6 +25,7 @@ class ForeignState(State):
     `feed_said` and `cycle_said` are F and the words of the cycle as they were written. `register` is the length offset.
     `foreign_motion` is the motion or cycle that is active but not understood,
     `transform` a G code in tenths that turns, scales or mirrors all that follows, `surface` says that G96 is active.
+    `feed_forgotten`: G94 or G95 came after the last F, for which LinuxCNC forgets it.
     """
 
     feed_said: float = 0.0
@@ -37,12 +38,14 @@ class ForeignState(State):
     foreign_motion: str = ""
     transform: int = 0
     surface: bool = False
+    feed_forgotten: bool = False
     unsure: set[str] = field(default_factory=set)
     default_unit: float | None = None
     assumed: bool = False
     _bare_feed: float | None = None
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         fanuc = self.dialect.groups == "fanuc"
         self.may_store, self.lenient = fanuc, True
         if fanuc:

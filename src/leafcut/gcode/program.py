@@ -101,8 +101,6 @@ class Program:
         reads, in values (`leafcut.gcode.saying`).
     calls
         The blocks begin … end - 1 of every subprogram that the program itself calls, with that which calls it.
-    slants
-        The controller goes to the next hole of a series of cycles on a slant where it has to rise for it.
     last_line
         The last line that was looked at; what follows is not part of the program.
     feed_words
@@ -131,7 +129,6 @@ class Program:
     assumed_units: bool = False
     feed_words: dict[float, str] = field(default_factory=dict)
     calls: tuple[tuple[int, int], ...] = ()
-    slants: bool = False
     dark_rapids: bool = False
     title_lines: int = 0
 

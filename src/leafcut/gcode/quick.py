@@ -59,6 +59,7 @@ class QuickWay:
             and state.feed_mode == 94
             and not state.foreign_motion
             and not state.unsure
+            and not state.feed_forgotten
             and not state.transform
             and state.override == 1.0
         )

@@ -91,7 +91,6 @@ class Record:
             dark_rapids=(torch := self.state.dialect.torch) is not None and torch.dark_rapids,
             title_lines=title,
             calls=tuple(self.calls),
-            slants=self.state.dialect.groups == "rs274",
         )
 
     def _fixed(self) -> dict[int, str]:

@@ -75,6 +75,9 @@ class State:
     dark: bool = False
     holds_height: bool = False
 
+    def __post_init__(self) -> None:
+        self.path.slants = self.dialect.groups == "rs274"
+
     def know_unit(self, unit: float) -> None:
         """Take the units that the program states."""
         self.unit = unit

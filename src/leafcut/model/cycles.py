@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
-from leafcut.model.toolpath import PLACES, DrillCycle, Kind, Motion, Toolpath, positions_before
+from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath, positions_before
 
 #: How far G73 backs off, and how far above the last depth G83 ends its rapid re-entry: 0.010 inch in LinuxCNC 2.9
 #: (measured with rs274); Fanuc and Haas read it from a parameter.
@@ -59,8 +59,8 @@ def _peck_count(cycle: DrillCycle) -> int:
 def expand_drill(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Motion]:
     """Yield the rapids, feeds and dwells of one cycle, from the height `z_now` (NaN: at or above the R plane).
 
-    First up to the R plane if the tool is below it, then over the hole, down to the R plane, drill, and up to the
-    height that `motion.end` states.
+    First up to the R plane if the tool is below it, then over the hole (`DrillCycle.approach`), down to the R plane,
+    drill, and up to the height that `motion.end` states.
     """
     x, y, z_after = motion.end
     feed, line = motion.value, motion.line
@@ -71,7 +71,9 @@ def expand_drill(motion: Motion, cycle: DrillCycle, z_now: float) -> Iterator[Mo
         height = z
         return Motion(kind, (x, y, z), value, 0, line)
 
-    if z_now < cycle.r_plane:
+    if cycle.approach == "slant":
+        height = z_after
+    elif z_now < cycle.r_plane or cycle.approach == "sink":
         # Straight up where it stands: x and y are the caller's, marked as unknown here.
         yield Motion(Kind.RAPID, (math.nan, math.nan, cycle.r_plane), 0.0, 0, line)
         height = cycle.r_plane
@@ -99,21 +101,32 @@ def _drilling(cycle: DrillCycle, move: Callable[..., Motion], feed: float, line:
         yield Motion(Kind.DWELL, (math.nan,) * 3, cycle.dwell, 0, line)
 
 
-def in_series(path: Toolpath) -> NDArray[np.bool_]:
-    """Return which rows follow a canned cycle with no other motion in between, bool[n]."""
-    moving = np.flatnonzero(np.isin(path.kind, [int(kind) for kind in (*PLACES, Kind.MACHINE)]))
-    before = np.searchsorted(moving, np.arange(len(path))) - 1
-    drilled = np.append(path.kind[moving] == Kind.DRILL, False)
-    series: NDArray[np.bool_] = drilled[before]
-    return series
+class Approach(NamedTuple):
+    """How the tool comes over holes: `upright` first to the R plane where it stands; at which heights it travels, mm.
+
+    NaN where the height is not known.
+    """
+
+    upright: NDArray[np.bool_]
+    begin: NDArray[np.float64]
+    end: NDArray[np.float64]
 
 
-def expand(path: Toolpath, keep: Collection[str] = (), *, slants: bool = False) -> Toolpath:
+def approach_of(path: Toolpath, drills: NDArray[np.int64], height: NDArray[np.float64]) -> Approach:
+    """Return how the tool comes over the holes in some rows of a path, from the `height` where it is before each."""
+    ref = path.ref[drills]
+    r_plane = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[ref]
+    slant, sink = (np.array([c.approach == name for c in path.cycles], dtype=bool)[ref] for name in ("slant", "sink"))
+    upright = sink | ((height < r_plane) & ~slant)
+    begin = np.where(upright, r_plane, height)
+    return Approach(upright, begin, np.where(slant, path.end[drills, 2], begin))
+
+
+def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
     """Return the same toolpath with every canned cycle, but those named in `keep`, as rapids, feeds and dwells.
 
     A tap's reversal of the spindle stays implied by the cycle and is not written out. Row by row this is
-    `expand_drill`; here all holes are laid out at once, since a board has a hundred thousand. With `slants` the next
-    hole of a series is reached on a slant where the tool has to rise for it, as LinuxCNC does.
+    `expand_drill`; here all holes are laid out at once, since a board has a hundred thousand.
 
     Raises
     ------
@@ -131,9 +144,7 @@ def expand(path: Toolpath, keep: Collection[str] = (), *, slants: bool = False) 
     n_steps = np.array([len(s) for s in steps])[ref]
     drilled = np.array([s[-1].z for s in steps])[ref]
     before = positions_before(path)[drills]
-    slanting = in_series(path)[drills] & slants & (before[:, 2] < path.end[drills, 2])
-    lift = (before[:, 2] < r_plane) & ~slanting
-    level = np.where(lift, r_plane, np.where(slanting, path.end[drills, 2], before[:, 2]))
+    lift, _, level = approach_of(path, drills, before[:, 2])
     down = level != r_plane
     rise = drilled != path.end[drills, 2]
     count = np.ones(len(path), dtype=np.int64)

@@ -82,6 +82,8 @@ class DrillCycle:
 
     `name` is the G word as LinuxCNC and Fanuc have it (G81 … G86, G89, G73), whatever the controller calls it.
     `to_initial` is G98: after the hole the tool rises to where it was before the cycle; else G99, to `r_plane`.
+    `approach` is how the tool comes over the hole: "level", where it is or at the R plane if that is higher; "slant",
+    rising on its way to the height to which it returns; "sink", first straight down to the R plane where it stands.
     """
 
     name: str
@@ -90,6 +92,7 @@ class DrillCycle:
     to_initial: bool = False
     peck: float = 0.0
     dwell: float = 0.0
+    approach: str = "level"
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -204,6 +204,8 @@ class ToolpathBuilder:
     position: list[float] = field(default_factory=lambda: [UNKNOWN, UNKNOWN, UNKNOWN])
     #: Height before the running series of canned cycles, to which G98 returns; None outside a series.
     initial_plane: float | None = None
+    #: In a series of canned cycles the controller goes by the height before it, as LinuxCNC does.
+    slants: bool = False
     #: kind, x, y, z, value, ref, line of every row, one after the other: 56 bytes a row.
     _rows: array[float] = field(default_factory=lambda: array("d"))
     _cycles: dict[DrillCycle, int] = field(default_factory=dict)
@@ -232,8 +234,21 @@ class ToolpathBuilder:
         """
         initial = self.position[2] if self.initial_plane is None else self.initial_plane
         after = initial if cycle.to_initial and initial >= cycle.r_plane else cycle.r_plane
+        if self.slants and self.initial_plane is not None:
+            cycle = self._approached(cycle, initial, after)
         self._move(Kind.DRILL, x, y, after, feed, self._cycles.setdefault(cycle, len(self._cycles)), line)
         self.initial_plane = initial
+
+    def _approached(self, cycle: DrillCycle, initial: float, after: float) -> DrillCycle:
+        """Return a cycle of a series with its approach in LinuxCNC 2.9 (seen with rs274).
+
+        Where the height before the series is below R, it goes to R where it stands, up or down; else, from R or below
+        it, it rises on its way over the hole as far as it will come back. A height that is not known may be any.
+        """
+        here = self.position[2]
+        if initial < cycle.r_plane:
+            return replace(cycle, approach="sink") if here > cycle.r_plane else cycle
+        return replace(cycle, approach="slant") if here <= cycle.r_plane and here < after else cycle
 
     def end_cycles(self) -> None:
         """End a series of canned cycles (G80)."""

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.model.cycles import in_series
+from leafcut.model.cycles import approach_of
 from leafcut.model.toolpath import Kind
 from leafcut.verify.clearance import at_machine_height
 from leafcut.verify.difference import MOST_LISTED, Difference, place
@@ -148,25 +148,22 @@ def _least(n: int, gap: Ints, value: Floats) -> Floats:
 def _moves(work: Work) -> tuple[Floats, Ints, Floats, Floats]:
     """Return all rapids in order: where they stand, their rows, begin and end; those of a drilling cycle included.
 
-    A cycle goes to its place at the height where the tool is, or at the R plane if that is higher, then to the R plane;
-    in a series of LinuxCNC on a slant where it has to rise.
+    A cycle goes to its place as its approach says, then to the R plane.
     """
     path = work.path
     drill = np.flatnonzero(path.kind == Kind.DRILL)
-    r_plane = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[path.ref[drill]]
-    over = path.end[drill].copy()
-    level = work.drill_from.copy()
-    slanting = in_series(path)[drill] & work.slants & (level[:, 2] < over[:, 2])
-    # A height that is not known stays so.
-    level[:, 2] = np.where((level[:, 2] < r_plane) & ~slanting, r_plane, level[:, 2])
-    over[:, 2] = np.where(slanting, over[:, 2], level[:, 2])
+    over, level = path.end[drill].copy(), work.drill_from.copy()
+    approach = approach_of(path, drill, level[:, 2])
+    level[:, 2], over[:, 2] = approach.begin, approach.end
     down = over.copy()
-    down[:, 2] = r_plane
-    at = np.concatenate([work.travel, drill - 0.4, drill - 0.3])
+    down[:, 2] = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[path.ref[drill]]
+    # A rise goes nowhere that the way down has not been; but one may go down where it stands, too.
+    upright = approach.upright
+    at = np.concatenate([work.travel, drill[upright] - 0.5, drill - 0.4, drill - 0.3])
     order = np.argsort(at, kind="stable")
-    row = np.concatenate([work.travel, drill, drill])
-    begin = np.concatenate([work.travel_from, level, over])
-    end = np.concatenate([path.end[work.travel], over, down])
+    row = np.concatenate([work.travel, drill[upright], drill, drill])
+    begin = np.concatenate([work.travel_from, work.drill_from[upright], level, over])
+    end = np.concatenate([path.end[work.travel], level[upright], over, down])
     return at[order], row[order], begin[order], end[order]
 
 

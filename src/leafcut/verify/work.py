@@ -33,7 +33,7 @@ class Work:
         Where the tool is before the rows of `travel`, and before its drilling cycles, float64[k, 3], float64[d, 3].
     marks, walls
         What stays where it is.
-    slants, dark_rapids
+    dark_rapids
         As of `Program`.
     """
 
@@ -45,7 +45,6 @@ class Work:
     drill_from: Floats
     marks: list[Mark]
     walls: list[Wall]
-    slants: bool
     dark_rapids: bool
 
 
@@ -60,7 +59,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool) -> Work:
     program = _with_end(program)
     path = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
     if written_out:
-        path = expand(path, slants=program.slants)
+        path = expand(path)
     source = path.line.astype(np.int64)
     path = replace(path, line=program.path.line[source])
     states, before = states_of_program(program).take(source), positions_before(path)
@@ -83,7 +82,6 @@ def read_work(program: Program, *, written_out: bool, beam: bool) -> Work:
         before[path.kind == Kind.DRILL],
         marks,
         walls_of(marks, features.row),
-        program.slants,
         program.dark_rapids,
     )
 
