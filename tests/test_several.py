@@ -259,6 +259,17 @@ def test_in_a_folder_every_drill_file_has_a_program_of_its_own(board: Path, caps
     assert sorted(p.name for p in (board / "out").iterdir()) == ["board-NPTH.ngc", "board-PTH.ngc"]
 
 
+def test_drill_files_of_a_board_have_one_zero(board: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A corner of what is drilled is another place in each of them; a point is the same, and one program has one."""
+    (board / "out").mkdir()
+    _, told = answered(
+        capsys, "optimize", "board*.drl", "-o", "out", "--depth", "2", "--origin", "lower-left", status=2
+    )
+    assert "a zero of its own" in told and not list((board / "out").iterdir())
+    answered(capsys, "optimize", "board*.drl", "-o", "out", "--depth", "2", "--origin", "1,2", "-q")
+    answered(capsys, "optimize", "board*.drl", "-o", "all.ngc", "--depth", "2", "--origin", "lower-left", "-q")
+
+
 def test_drill_files_that_lie_far_apart_are_warned_of(board: Path) -> None:
     (board / "board-NPTH.drl").write_text(BOARD.format("T1C3.2\n", "T1\nX200.0Y200.0\n"))
     outcome = leafcut.optimize(["board-PTH.drl", "board-NPTH.drl"], depth=2, machine="linuxcnc-sim")

@@ -19,9 +19,10 @@ from leafcut import __version__
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput
 from leafcut.flags import command_of
+from leafcut.option_spec import PLACES
 from leafcut.options import used_by
 from leafcut.progress import Reporter
-from leafcut.several import expanded, targets_of
+from leafcut.several import all_drill_files, expanded, targets_of
 from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, first_time
 
 if TYPE_CHECKING:
@@ -235,6 +236,11 @@ def _optimize_each(
 
     if given.get("save_plan"):
         raise OptionError("--save-plan: names one file, and there are several inputs; run them one by one")
+    if given.get("origin") in PLACES and len(inputs) > 1 and all_drill_files(inputs):
+        raise OptionError(
+            f"--origin {given['origin']}: every drill file would have a zero of its own, and the holes of one "
+            "board would not match; name one program for all with -o, or a point, --origin x,y"
+        )
     names = [api.output_name(source, **given) for source in inputs]
     programs = targets_of(inputs, names, output, "-o")
     pages = targets_of(inputs, [f"{Path(name).stem}.html" for name in names], report, "--report")

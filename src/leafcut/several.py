@@ -43,13 +43,14 @@ def expanded(
         raise OptionError(f"{command} needs an INPUT (see leafcut {command} --help)")
     if len(inputs) > 1 and _DASH in inputs:
         raise OptionError("-: standard input is one input; give it without others")
-    joined = command == "optimize" and process in ("auto", "drill") and _all_drill_files(inputs)
+    joined = command == "optimize" and process in ("auto", "drill") and all_drill_files(inputs)
     if joined and len(inputs) > 1 and not (folder and Path(folder).is_dir()):
         return inputs, False
     return inputs, pattern or len(inputs) > 1
 
 
-def _all_drill_files(inputs: Iterable[str]) -> bool:
+def all_drill_files(inputs: Iterable[str]) -> bool:
+    """Return whether inputs may be those of one board."""
     from leafcut.read.registry import format_name
 
     return all(format_name(one) == "excellon" for one in inputs)

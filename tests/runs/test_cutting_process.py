@@ -53,7 +53,12 @@ def test_a_process_without_a_machine_is_cut_on_a_table_that_can(
 
 @pytest.mark.parametrize(
     ("how", "machine", "material"),
-    [("laser_co2_60W", "grbl-laser-co2", "acrylic"), ("laser_fiber_6kW", "laser-table", "mild_steel")],
+    [
+        ("laser_co2_60W", "grbl-laser-co2", "acrylic"),
+        ("laser", "grbl-laser-co2", "acrylic"),
+        ("laser_fiber_6kW", "laser-table", "mild_steel"),
+        ("laser", "laser-table", "mild_steel"),
+    ],
 )
 def test_a_laser_named_by_its_kind_cuts_on_the_table_of_such_a_laser(
     how: str, machine: str, material: str, plate: Path

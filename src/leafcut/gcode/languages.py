@@ -16,6 +16,8 @@ _LOOKED_AT = 400_000
 _HEIDENHAIN = re.compile(
     r"\d*\s*(BEGIN PGM|END PGM|TOOL CALL|TOOL DEF|CYCL DEF|BLK FORM|LBL|CALL LBL)\b", re.IGNORECASE
 )
+#: In DIN/ISO of the same controls: the program's name and its units, and a star behind each block.
+_HEIDENHAIN_ISO = re.compile(r"%\S+\s+G7[01]\s*\*", re.IGNORECASE)
 _FMAX = re.compile(r"\d*\s*(?:L|CC|C|CR|APPR|DEP)\s.*\bFMAX\b", re.IGNORECASE)
 _SIEMENS_HEAD = re.compile(r";\s*\$PATH\s*=|%_N_\w+_(?:MPF|SPF|INI)\b", re.IGNORECASE)
 _SIEMENS = re.compile(
@@ -30,12 +32,13 @@ _SLICER = re.compile(
     r"generated (?:by|with) (?:PrusaSlicer|SuperSlicer|Slic3r|Cura|OrcaSlicer|Bambu))",
     re.IGNORECASE,
 )
+#: The words of a lathe, in lines without blanks; what else has to stand there is only looked at.
 _LATHE = (
-    (re.compile(r"G96(?![0-9.])", re.IGNORECASE), "G96"),
-    (re.compile(r"G(?:50|92)S[0-9]", re.IGNORECASE), "G50 S"),
-    (re.compile(r"T[0-9]{4}(?![0-9.])(?!.*M0*6(?![0-9]))", re.IGNORECASE), "T0101"),
-    (re.compile(r"G7(?![0-9.])", re.IGNORECASE), "G7"),
-    (re.compile(r"G7[0-3](?![0-9.])(?:.*P[0-9]+.*Q[0-9]|[UW][0-9.]+R[0-9.])|G76(?![0-9.]).*P[0-9]", re.I), "G71"),
+    re.compile(r"G96(?![0-9.])", re.IGNORECASE),
+    re.compile(r"G(?:50|92)(?=S[0-9])", re.IGNORECASE),
+    re.compile(r"T[0-9]{4}(?![0-9.])(?!.*M0*6(?![0-9]))", re.IGNORECASE),
+    re.compile(r"G7(?![0-9.])", re.IGNORECASE),
+    re.compile(r"G7[0-3](?![0-9.])(?=.*P[0-9]+.*Q[0-9]|[UW][0-9.]+R[0-9.])|G76(?![0-9.])(?=.*P[0-9])", re.IGNORECASE),
 )
 _Y = re.compile(r"Y\s*[-+\[#.0-9]", re.IGNORECASE)
 _X = re.compile(r"[XU]\s*[-+\[#.0-9]", re.IGNORECASE)
@@ -52,6 +55,7 @@ def other_language(text: str) -> str:
     code = [_REMARK.sub(" ", line).strip() for line in lines]
     for found, what in (
         (_heidenhain(lines), "a program in Heidenhain's plain language ({}), not in G-code"),
+        (_heidenhain_iso(lines), "a program in Heidenhain's DIN/ISO ({})"),
         (_siemens(lines), "a program in the language of Siemens ({}), not in plain G-code"),
         (_print(lines, code), "a program for a 3D printer ({})"),
         (_lathe(code, text), "a program for a lathe ({}, and no Y)"),
@@ -68,6 +72,11 @@ def _heidenhain(lines: list[str]) -> str:
         return "BEGIN PGM"
     rapid = any(True for _ in _matches(_FMAX, lines))
     return sorted(found)[0] if len(found) > 1 or (found and rapid) else ""
+
+
+def _heidenhain_iso(lines: list[str]) -> str:
+    found = next(_matches(_HEIDENHAIN_ISO, lines), None)
+    return "" if found is None else "blocks that end in *"
 
 
 def _siemens(lines: list[str]) -> str:
@@ -94,7 +103,8 @@ def _lathe(code: list[str], text: str) -> str:
     if not (any(_X.search(line) for line in code) and any(_Z.search(line) for line in code)):
         return ""
     compact = ["".join(line.split()) for line in code]
-    found = next((name for pattern, name in _LATHE if any(map(pattern.search, compact))), "")
+    words = (m.group().upper() for pattern in _LATHE for m in map(pattern.search, compact) if m is not None)
+    found = next(words, "")
     return "" if _Y.search(_REMARK.sub(" ", text[_LOOKED_AT:])) else found
 
 

@@ -236,7 +236,7 @@ def _places(remarks: list[_Remark]) -> str:
 def _too_narrow(index: int, source: SheetContour, rules: CutRules) -> _Remark:
     x, y = source.contour.path.start
     low_x, low_y, high_x, high_y = source.contour.path.extents
-    size, kerf = f"{high_x - low_x:.4g} × {high_y - low_y:.4g} mm", f"{rules.kerf:g} mm"
+    size, kerf = f"{high_x - low_x:.4g} × {high_y - low_y:.4g} mm", f"{rules.kerf:.4g} mm"
     if not source.is_hole:
         words = f"part {source.part}, {size}, has a gap narrower than the kerf of {kerf}: it is not cut"
         several = f"{{n}} parts have a gap narrower than the kerf of {kerf}: they are not cut"

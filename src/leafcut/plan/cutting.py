@@ -152,8 +152,8 @@ def check_room(contours: list[CutContour], scrap: Scrap) -> None:
             if scrap.part_numbers[part] != owner and (cut[k].path.closed or owner):
                 other = scrap.part_numbers[part]
                 found.append(
-                    f"{cut[k].name()} is nearer to part {other} than the kerf of {scrap.rules.kerf:g} mm: cutting one "
-                    "would cut into the other; nest them farther apart, with that kerf "
+                    f"{cut[k].name()} is nearer to part {other} than the kerf of {scrap.rules.kerf:.4g} mm: cutting "
+                    "one would cut into the other; nest them farther apart, with that kerf "
                     f"(leafcut nest --kerf {scrap.rules.kerf:g})"
                 )
     for k, zone in scrap.zones_near(lines).T.tolist():
@@ -165,8 +165,8 @@ def check_room(contours: list[CutContour], scrap: Scrap) -> None:
     if scrap.sheet is not None:
         beyond = np.flatnonzero(~shapely.contains(scrap.sheet.buffer(ROUNDING), lines))
         found += [
-            f"{cut[k].name()} lies so near the edge of the sheet that the kerf of {scrap.rules.kerf:g} mm runs off it; "
-            "move the part in, or take a larger sheet"
+            f"{cut[k].name()} lies so near the edge of the sheet that the kerf of {scrap.rules.kerf:.4g} mm runs off "
+            "it; move the part in, or take a larger sheet"
             for k in beyond.tolist()
         ]
     if found:

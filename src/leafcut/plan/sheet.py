@@ -211,7 +211,8 @@ def _opened(opened: list[_Made], options: SheetOptions, issues: list[Issue]) -> 
         first = "; ".join(_ends(m) + _nearest_end(k, paths) for k, m in enumerate(opened[:3]))
         raise PlanError(
             f"{number} on layers that are cut: {first}{' …' if len(opened) > 3 else ''}; close the outline, widen "
-            "--join-tolerance, or say what open paths are with --open-paths cut, mark or drop"
+            "--join-tolerance, leave a layer out (--ignore-layers), or say what open paths are with --open-paths cut, "
+            "mark or drop"
         )
     if options.open_paths == "drop":
         issues.append(Issue("L212", f"{number} left out", places))

@@ -38,7 +38,7 @@ def on_their_middle(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
         return sheet, []
     places = ", ".join(f"({x:.6g}, {y:.6g})" for _, (x, y) in told[:3]) + (" …" if len(told) > 3 else "")
     many = "a slot is" if len(told) == 1 else f"{len(told)} slots are"
-    words = f"{many} narrower than two kerfs and cut once along the middle: {kerf:g} mm wide, not as wide as drawn"
+    words = f"{many} narrower than two kerfs and cut once along the middle: {kerf:.4g} mm wide, not as wide as drawn"
     return replace(sheet, contours=tuple(contours)), [Issue("L627", words, f"at {places}")] if told else []
 
 

@@ -161,6 +161,11 @@ def _named(material: str) -> str:
     return MATERIALS.get(word, word)
 
 
+def kinds_for(rows: Iterable[Row], process: str, material: str) -> set[str]:
+    """Return what of a process the chart has for a material: the full names, such as ``laser_co2_60w``."""
+    return {r.process for r in rows if _is_process(r.process, process) and r.material == _named(material)}
+
+
 def find_cut_data(
     rows: Iterable[Row],
     process: str,

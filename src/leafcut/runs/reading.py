@@ -86,7 +86,13 @@ def read_foreign(
     free = choose and not named and words.name == machine.controller
     if free and _QTPLASMAC in text:
         return _of_plasma_table(text, source, settings, look, process)
-    read = _read(text, source, settings, machine, words, look)
+    try:
+        read = _read(text, source, settings, machine, words, look)
+    except ReadError as error:
+        if not free or not _reads(text, source, settings, _HAAS, look):
+            raise
+        hint = f"read for {machine.name}, but a Haas takes it: name your machine, such as --machine {_HAAS}"
+        raise ReadError(source, f"{error.reason}; {hint}", error.line) from None
     read = replace(read, process=_process(read, process))
     if free and read.process in _BEAMS and (read.program.obeyed or _OF_QTPLASMAC.search(text)):
         # Any other reader would take its materials for remarks, and carry cuts past them.
@@ -106,11 +112,22 @@ def read_foreign(
 
 #: What the program does: the process of its machine, and what it drives.
 _BEAMS = {"laser": ("laser", "a laser"), "plasma": ("torch", "a torch")}
+#: The machine whose words most machining centres share, where the default one does not understand a program.
+_HAAS = "haas-vf2"
 _QTPLASMAC = "#<_hal[plasmac."
 #: Words that QtPlasmaC alone has: which torch or scribe, the number of a material.
 _OF_QTPLASMAC = re.compile(r"^[^(;\n]*M0*(?:[35]\s*\$[0-2]|190\s*P)", re.IGNORECASE | re.MULTILINE)
 #: By the speed that they reach: which takes a program is the first that is as fast as its cuts, and as large.
 _LASERS = ("grbl-laser-5w", "grbl-laser-20w", "grbl-laser-co2")
+
+
+def _reads(text: str, source: str, settings: Settings, machine: str, look: Look) -> bool:
+    """Return whether another machine understands a program."""
+    try:
+        _read(text, source, settings, *_other_machine(settings, machine), look)
+    except ReadError:
+        return False
+    return True
 
 
 def _of_plasma_table(text: str, source: str, settings: Settings, look: Look, process: str) -> ProgramRead:
