@@ -6,6 +6,7 @@ import itertools
 import json
 import math
 import random
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,11 @@ import shapely
 from leafcut import api
 from leafcut.cli import run
 from leafcut.errors import LeafcutError
-from leafcut.model.nest import NestOutcome
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.contour import Contour
+from leafcut.model.nest import NestOutcome, NestPart, Stock
+from leafcut.plan import nest_remnant
+from leafcut.plan.nest_pieces import pieces_of
 from leafcut.report.json_answer import as_json
 
 #: Plates of 50 × 50, 10 mm between two and along the edge: a sheet of L × W holds ⌊(L − 10) / 60⌋ × ⌊(W − 10) / 60⌋.
@@ -210,3 +215,18 @@ def test_the_drawing_of_a_nested_sheet_is_the_sheet_with_its_parts_cut_out(plate
     both = rings(first, "CUT") + rings(second, "CUT")
     assert len(both) == 10
     assert min(a.distance(b) for a, b in itertools.combinations(both, 2)) >= 10.0 - 0.01
+
+
+def test_a_remnant_is_filled_once_for_the_same_parts_and_ends_with_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    square = Polyline.of_points([(0, 0), (40, 0), (40, 40), (0, 40)], closed=True)
+    edge = Polyline.of_points([(0, 0), (200, 0), (200, 60), (0, 60)], closed=True)
+    pieces = pieces_of([NestPart("square", (Contour(square),), quantity=3)])
+    stock = Stock(200.0, 60.0, 1, None, (edge,), "rest")
+    looked = []
+    place = nest_remnant.place
+    monkeypatch.setattr(nest_remnant, "place", lambda *given, **more: looked.append(1) or place(*given, **more))
+    packer = nest_remnant.RemnantPacker(pieces, stock, 5.0, 5.0)
+    first, again = packer.fill(Counter({0: 3}), False), packer.fill(Counter({0: 3}), True)
+    assert len(first) == len(again) == len(looked) == 3 and packer.repeatable
+    late = nest_remnant.RemnantPacker(pieces, stock, 5.0, 5.0, end=0.0)
+    assert late.fill(Counter({0: 3}), False) == [] and not late.repeatable

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import json
 import shlex
 from pathlib import Path
 from typing import Any
 
+import ezdxf
 import pytest
 from parts_to_nest import ANGLE, PLATE
 from starlette.testclient import TestClient
@@ -127,6 +129,24 @@ def test_programs_nest_and_compare_through_the_api(
     assert client.get(f"/api/jobs/{answer['job']}/cuts").json() == rows
 
 
+def test_a_drawing_that_is_named_as_a_sheet_is_one_and_no_part(client: TestClient) -> None:
+    """What remains of a sheet, 300 by 200 mm, is opened beside the part and named in the sheets."""
+    document = ezdxf.new(units=4)
+    document.modelspace().add_lwpolyline([(0, 0), (300, 0), (300, 200), (0, 200)], close=True)
+    text = io.StringIO()
+    document.write(text)
+    rest = text.getvalue().encode()
+    answer = client.post(
+        "/api/nest",
+        files=[("files", ("plate.svg", PLATE)), ("files", ("rest.dxf", rest))],
+        data={"parts": '[{"quantity": 2}, {}]', "options": '{"sheet": "rest.dxf:3@5", "nester": "rectangles"}'},
+    )
+    assert answer.status_code == 200, answer.json()
+    told = answer.json()
+    assert [(one["length_mm"], one["width_mm"], one["price"]) for one in told["sheets"]] == [(300, 200, 5)]
+    assert {name for v in told["variants"] for layout in v["layouts"] for name in layout["parts"]} == {"plate"}
+
+
 @pytest.mark.parametrize(
     ("files", "data", "line"),
     [
@@ -136,7 +156,7 @@ def test_programs_nest_and_compare_through_the_api(
         (["plate.svg"], {"parts": '[{"quantity": 1e9}]'}, "quantity: '1000000000.0' is not"),
         (["plate.svg"], {"parts": '[{"rotations": "up"}]'}, "rotations: "),
         (["plate.svg"], {"options": '{"sheet": "5x5"}'}, "--margin: 10 mm on both sides leaves nothing"),
-        (["plate.svg"], {"options": '{"sheet": "300x200,/etc/secret.dxf"}'}, "takes sizes here"),
+        (["plate.svg"], {"options": '{"sheet": "300x200,/etc/secret.dxf"}'}, "is open here; open it"),
         (["plate.svg"], {"options": '{"all_variants": true}'}, "the studio hands the file over itself"),
         (["parts.csv"], {}, "open the drawings themselves"),
     ],

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from leafcut.model.nest import Layout, Nest, NestPart, Stock
@@ -42,13 +42,17 @@ class Packer(Protocol):
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be nested: parts as pieces, how many of each, and on what."""
+    """What is to be nested: parts as pieces, how many of each, and on what.
+
+    `remnants` are the packers of the kinds of sheet that are no rectangles, by their index.
+    """
 
     parts: tuple[NestPart, ...]
     pieces: tuple[Piece, ...]
     counts: tuple[int, ...]
     stocks: tuple[Stock, ...]
     options: NestOptions
+    remnants: Mapping[int, Packer] = field(default_factory=dict)
 
     def inner(self, stock: int) -> tuple[float, float]:
         """Length and width of a sheet, or of the rectangle around it, less the margins, mm."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections import Counter
 from collections.abc import Sequence
 from functools import cache
@@ -28,16 +30,23 @@ class RemnantPacker:
     ----------
     margin, spacing
         What stays free along every edge, and between two pieces, mm.
+    seconds, end
+        How long one sheet may take by the clock, s, and when all must be over (`time.monotonic`); it then has what was
+        laid so far.
     """
 
     #: So many times the sheet's area are offered to it: it takes what fits.
     offered = 1.3
-    repeatable = True
 
-    def __init__(self, pieces: Sequence[Piece], stock: Stock, margin: float, spacing: float) -> None:
+    def __init__(
+        self, pieces: Sequence[Piece], stock: Stock, margin: float, spacing: float, *, seconds: float = math.inf,
+        end: float = math.inf,
+    ) -> None:  # fmt: skip
         import shapely
 
-        self.pieces = pieces
+        self.pieces, self.seconds, self.end = pieces, seconds, end
+        self.repeatable = True
+        self._filled: dict[tuple[tuple[int, int], ...], list[Laid]] = {}
         self.clear = clear_of(spacing)
         outline, *holes = (path.flattened(CHORD) for path in stock.paths)
         round_edge = any(path.bulges.any() for path in stock.paths)
@@ -60,14 +69,24 @@ class RemnantPacker:
         return float(self.inner.area)
 
     def fill(self, offered: Counter[int], last: bool) -> list[Laid]:
-        """Return what fits of the pieces offered."""
+        """Return what fits of the pieces offered; of the same pieces it is sought once."""
+        key = tuple(sorted((+offered).items()))
+        if key not in self._filled:
+            self._filled[key] = self._fill(offered)
+        return self._filled[key]
+
+    def _fill(self, offered: Counter[int]) -> list[Laid]:
         import shapely
 
+        end = min(self.end, time.monotonic() + self.seconds)
         laid: list[Laid] = []
         rest = self.inner
         for number in sorted(+offered, key=lambda p: (-self.pieces[p].area, p)):
             piece = self.pieces[number]
             for _ in range(offered[number]):
+                if time.monotonic() >= end:
+                    self.repeatable = False
+                    return laid
                 found = place(piece, rest, self._angles(number)) if piece.area <= rest.area else None
                 if found is None:
                     break

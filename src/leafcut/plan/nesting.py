@@ -78,6 +78,7 @@ def variants(task: Task, search: SolveOptions, tell: Tell, cancelled: threading.
 
     By shapes, one for each seed from the one asked for; by rectangles, one for each rule of `RULES`.
     """
+    task = _with_remnants(task, search)
     if len(task.stocks) > 1:
         yield from _on_several(task, search, tell, cancelled)
         return
@@ -141,11 +142,25 @@ def _rectangle_packers(task: Task, rule: int) -> list[Packer]:
 
 def _packers(task: Task, rectangular: Callable[[int], Packer]) -> list[Packer]:
     """Return a packer for every kind of sheet; for those that are rectangles the one that is made by its index."""
-    margin, spacing = task.options.margin, task.spacing
-    return [
-        RemnantPacker(task.pieces, stock, margin, spacing) if stock.edge else rectangular(k)
-        for k, stock in enumerate(task.stocks)
-    ]
+    return [task.remnants[k] if k in task.remnants else rectangular(k) for k in range(len(task.stocks))]
+
+
+def _with_remnants(task: Task, search: SolveOptions) -> Task:
+    """Return the task with packers for what is no rectangle: all variants share them, as they lay the same alike.
+
+    Of a time limit they may take their share for every sheet that they fill, and nothing behind its end.
+    """
+    limit = math.inf if search.time_limit is None else search.time_limit
+    end = time.monotonic() + limit
+    kinds = [k for k, stock in enumerate(task.stocks) if stock.edge]
+    seconds = CHOOSING * limit / max(len(kinds), 1)
+    return replace(
+        task,
+        remnants={
+            k: RemnantPacker(task.pieces, task.stocks[k], task.options.margin, task.spacing, seconds=seconds, end=end)
+            for k in kinds
+        },
+    )
 
 
 def _shape_variants(

@@ -130,7 +130,8 @@ def _nest(call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.E
         for k, layout in enumerate(one.layouts, 1):
             artefacts[f"scene-{v}-{k}"] = _scene(nest_scene(one, layout))
     if needs_list(call.parts):
-        artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, told_apart(names)).encode())
+        names = told_apart([Path(source).name for source in call.sources])  # of all inputs, those that are no sheets
+        artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, names).encode())
     return Made(nest_as_json(outcome), _nest_figures(outcome), artefacts)
 
 

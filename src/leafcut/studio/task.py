@@ -9,9 +9,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, nearest
+from leafcut.errors import OptionError, nearest, shown
 from leafcut.option_spec import flag_name
-from leafcut.options import NestOptions, Settings, group_of
+from leafcut.options import NestOptions, Settings, SheetWord, group_of
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
 from leafcut.studio.wanted import WantedPart, needs_list
 from leafcut.user_files import has_defaults
@@ -87,7 +87,8 @@ def prepare(task: Task, folder: Folder) -> Call:
         json.dumps([task.inputs, task.options], ensure_ascii=False).encode()
     except UnicodeEncodeError:
         raise OptionError("a text with half of a letter, \\ud800 to \\udfff; no file or page can say it") from None
-    parts = parts_of(task)
+    parts, drawn = parts_of(task), _drawn_sheets(task, folder)
+    parts = tuple(one for one in parts if one.input not in drawn.values())
     if task.command == "nest" and not parts:
         raise OptionError("there are no parts; open drawings to be nested")
     if task.command != "nest" and len(task.inputs) != COMMANDS[task.command]:
@@ -98,6 +99,11 @@ def prepare(task: Task, folder: Folder) -> Call:
     if task.process not in PROCESSES:
         raise OptionError(f"--process: '{task.process}' is not there; use one of {', '.join(PROCESSES)}")
     options = {name: _resolved(name, value, folder) for name, value in given(task.options).items()}
+    if drawn:
+        options["sheet"] = tuple(
+            _sheet_word(word, str(folder.input_path(drawn[word.name])) if word.size is None else word.name)
+            for word in NestOptions(sheet=options["sheet"]).sheets
+        )
     Settings.collect(options)
     # Nothing built in is a drawing of a part, so a part is an upload.
     sources = [str(folder.input_path(one.input)) for one in parts] or [folder.source(word) for word in task.inputs]
@@ -117,6 +123,30 @@ def parts_of(task: Task) -> tuple[WantedPart, ...]:
     return tuple(WantedPart.of(word) for word in task.inputs) if task.command == "nest" else ()
 
 
+def _drawn_sheets(task: Task, folder: Folder) -> dict[str, str]:
+    """Return the drawings among the inputs of a nest that are sheets and no parts: name → id, as --sheet names them.
+
+    Raises
+    ------
+    OptionError
+        A drawing is named that is not open.
+    """
+    sheet = given(task.options).get("sheet")
+    if task.command != "nest" or sheet is None:
+        return {}
+    open_ = {folder.input_path(one.input).name: one.input for one in parts_of(task)}
+    names = [word.name for word in NestOptions(sheet=sheet).sheets if word.size is None]
+    for name in names:
+        if name not in open_:
+            raise OptionError(f"--sheet: no drawing '{shown(name)}' is open here; open it, or give a size")
+    return {name: open_[name] for name in names}
+
+
+def _sheet_word(word: SheetWord, name: str) -> str:
+    count = "" if word.count is None else f":{word.count}"
+    return name + count + ("" if word.price is None else f"@{word.price:.6f}")
+
+
 def given(options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options that say something: an empty field does not."""
     return {name: value for name, value in options.items() if value is not None and value != ""}
@@ -128,8 +158,6 @@ def _resolved(name: str, value: Any, folder: Folder) -> Any:
     flag = flag_name(name)
     if name in _OUTPUTS:
         raise OptionError(f"{flag}: the studio hands the file over itself; leave it out")
-    if name == "sheet" and any(sheet.size is None for sheet in NestOptions(sheet=value).sheets):
-        raise OptionError(f"{flag}: takes sizes here, such as 3000x1500:4@180; leafcut nest takes drawings of remnants")
     if spec.kind != "path" and not spec.may_be_path:
         return value
     if not isinstance(value, str):
@@ -154,6 +182,12 @@ def names_of(task: Task, folder: Folder) -> tuple[str, ...]:
     return tuple(word if word.startswith(BUILT_IN) else folder.input_path(word).name for word in task.inputs)
 
 
+def _counted(task: Task, folder: Folder, names: Sequence[str]) -> list[tuple[str, WantedPart]]:
+    """Return the parts of a nest with their names, of all inputs; those that are sheets are left out."""
+    sheets = _drawn_sheets(task, folder).values()
+    return [(name, one) for name, one in zip(names, parts_of(task), strict=True) if one.input not in sheets]
+
+
 def told_apart(names: Sequence[str]) -> tuple[str, ...]:
     """Return names of files as they can lie beside each other: those of one name in folders, ``1/a.nc 2/a.nc``."""
     return tuple(f"{k}/{name}" if names.count(name) > 1 else name for k, name in enumerate(names, 1))
@@ -169,7 +203,7 @@ def title_of(task: Task, folder: Folder) -> str:
     try:
         names = [called(name) for name in names_of(task, folder)]
         if task.command == "nest":
-            names = [f"{name} × {one.quantity}" for name, one in zip(names, parts_of(task), strict=True)]
+            names = [f"{name} × {one.quantity}" for name, one in _counted(task, folder, names)]
         return " · ".join(names[:_MOST_NAMED]) + (" …" if len(names) > _MOST_NAMED else "")
     except OptionError:
         return "?"
@@ -186,9 +220,11 @@ def command_line(task: Task, folder: Folder, output: str = "") -> str:
     """Return what one types to have the same run: quoted for a shell, with the names that the files have."""
     names = told_apart(names_of(task, folder))
     if task.command == "nest":
-        parts = parts_of(task)
-        counted = [f"{name}:{one.quantity}" for name, one in zip(names, parts, strict=True)]
-        words = ["leafcut", "nest", *([LIST] if needs_list(parts) else counted), "-o", NEST, "--all-variants"]
+        parts = _counted(task, folder, names_of(task, folder))
+        names = told_apart([name for name, _ in parts])
+        counted = [f"{name}:{one.quantity}" for name, (_, one) in zip(names, parts, strict=True)]
+        listed = needs_list(tuple(one for _, one in parts))
+        words = ["leafcut", "nest", *([LIST] if listed else counted), "-o", NEST, "--all-variants"]
     else:
         words = ["leafcut", task.command, *names]
     if task.command == "optimize":
