@@ -125,6 +125,13 @@ def test_what_is_refused_says_so_in_one_line(client: TestClient, data: dict[str,
     assert len(answer.json()["error"].splitlines()) == 1
 
 
+def test_a_field_too_large_for_a_form_is_told_in_words_of_ours(studio: Studio) -> None:
+    data = {"source": "example:plate-10", "options": "x" * ((1 << 20) + 1)}
+    answer = TestClient(make_api(studio)).post("/api/optimize", files={"file": ("a.dxf", b"0")}, data=data)
+    assert answer.status_code == 400
+    assert answer.json() == {"error": "a field of this request is larger than 1 MiB; only files may be"}
+
+
 def test_a_request_that_lacks_something_is_refused_in_the_same_form(client: TestClient) -> None:
     for method, address, status in (
         ("POST", "/api/verify", 422),

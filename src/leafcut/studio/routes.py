@@ -115,6 +115,8 @@ def refuse(_: Request, problem: Exception) -> JSONResponse:
 def refuse_http(_: Request, problem: Exception) -> JSONResponse:
     """Answer what the routes themselves refuse in the same form."""
     status, detail = getattr(problem, "status_code", 400), getattr(problem, "detail", "")
+    if str(detail).startswith("Part exceeded"):  # of a form, as its parser calls it
+        detail = "a field of this request is larger than 1 MiB; only files may be"
     return JSONResponse({"error": str(detail) or "this request cannot be understood"}, status)
 
 
