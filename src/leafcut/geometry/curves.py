@@ -154,6 +154,6 @@ def fitted(points: Points, tolerance: float, closed: bool, spend: Spend = free) 
         The curve goes where no machine does; also what `spend` raises.
     """
     if not np.abs(points).max(initial=0.0) <= FARTHEST:
-        raise PlanError("coordinates or radius that cannot be meant")
+        raise PlanError("coordinates or radius out of range")
     spend(len(points))
     return fit_arcs(points[:-1] if closed else points, 0.7 * tolerance, closed)

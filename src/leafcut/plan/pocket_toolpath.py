@@ -106,7 +106,7 @@ def lay_pockets(
     """
     moves = sum(p.path.n_segments for c in clearings for p in c.path.pieces) * len(heights.levels)
     if moves > MOST_MOVES:
-        raise PlanError(f"{moves:,} moves cannot be meant; raise --step-down or the tolerance of the drawing")
+        raise PlanError(f"{moves:,} moves are too many; raise --step-down or the tolerance of the drawing")
     builder = ToolpathBuilder()
     if corner_tolerance > 0.0:
         builder.blending(640, corner_tolerance)

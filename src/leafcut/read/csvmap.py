@@ -185,11 +185,11 @@ def _hole(fields: list[str], columns: _Columns, separator: str | None, factor: f
     elif text:
         diameter = to_mm(_number(text, separator), factor)
     if not (abs(x) <= MAX_COORDINATE and abs(y) <= MAX_COORDINATE and 0 <= diameter <= MAX_COORDINATE):
-        raise ValueError(f"x {x:g}, y {y:g}, diameter {diameter:g} mm cannot be meant")
+        raise ValueError(f"x {x:g}, y {y:g}, diameter {diameter:g} mm is out of range")
     height = _field(fields, columns.z)
     z = to_mm(_number(height, separator), factor) if height else 0.0
     if not abs(z) <= MAX_COORDINATE:
-        raise ValueError(f"z {z:g} mm cannot be meant")
+        raise ValueError(f"z {z:g} mm is out of range")
     return Hole(x, y, diameter, _field(fields, columns.layer), _field(fields, name_at), z)
 
 

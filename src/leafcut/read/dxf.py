@@ -148,7 +148,7 @@ class Finds:
             message = f"{count_of(len(self.leaning), 'circle')} not in the plane of the plate"
             found.append(Issue("L202", message, places_of(self.leaning, len(self.leaning))))
         for kind, number in self.absurd.items():
-            found.append(Issue("L203", f"{number} {kind} with coordinates or radius that cannot be meant"))
+            found.append(Issue("L203", f"{number} {kind} with coordinates or radius out of range"))
         for kind, number in self.squashed.items():
             severity = Severity.NOTE if kind == "ELLIPSE" else Severity.WARNING
             what = "not circular" if kind == "ELLIPSE" else "scaled to an ellipse by its block"

@@ -143,7 +143,7 @@ class Strokes:
         dx, dy = matrix[3][0] * self.factor, matrix[3][1] * self.factor
         x0, y0, x1, y1 = made.path.extents
         if not max(abs(x0 + dx), abs(x1 + dx), abs(y0 + dy), abs(y1 + dy)) <= MAX_COORDINATE:
-            self._skip(stroke, "coordinates or radius that cannot be meant")
+            self._skip(stroke, "coordinates or radius out of range")
             return
         self._segments += made.path.n_segments
         if self._segments > MAX_SEGMENTS:

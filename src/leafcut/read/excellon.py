@@ -275,7 +275,7 @@ def _objects(source: Source, parser: Any, options: ReadOptions, issues: list[Iss
         if len(holes) > MAX_HOLES:
             raise too_many_holes(source.path)
     if absurd:
-        issues.append(Issue("L203", f"{count_of(absurd, 'hole')} with coordinates or diameter that cannot be meant"))
+        issues.append(Issue("L203", f"{count_of(absurd, 'hole')} with coordinates or diameter out of range"))
     if hidden:
         message = f"{count_of(hidden, 'hole')} of tools that are not chosen left out"
         issues.append(Issue("L204", message, severity=Severity.NOTE))

@@ -309,7 +309,7 @@ class _Walk:
             path = placed_outline(outline, place.matrix, CURVE_TOLERANCE, self.points)
             far = 0.0 if path is None else np.abs(path.extents).max()
         if not far <= MAX_COORDINATE:
-            raise ValueError("coordinates that cannot be meant")
+            raise ValueError("coordinates out of range")
         if path is None:
             return
         self._segments += path.n_segments

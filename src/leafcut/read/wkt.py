@@ -173,7 +173,7 @@ class _Rings:
         if not np.isfinite(points).all():
             raise ReadError(self.path, "a coordinate is not a number", line)
         if np.abs(points).max() > MAX_COORDINATE:
-            raise ReadError(self.path, f"a coordinate of {np.abs(points).max():.6g} mm cannot be meant", line)
+            raise ReadError(self.path, f"a coordinate of {np.abs(points).max():.6g} mm is out of range", line)
         if len(points) < _RING:
             raise ReadError(
                 self.path, f"a ring has {len(points)} points; a region needs 3 corners and the first again", line

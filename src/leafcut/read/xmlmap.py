@@ -160,7 +160,7 @@ def _hole(point: _Point, factor: float) -> Hole:
         except ValueError:
             raise ValueError(f"{name} is '{shown(text, 20)}'") from None
     if not all(abs(v) <= MAX_COORDINATE for v in numbers.values()) or numbers["d"] < 0 or math.isnan(numbers["d"]):
-        raise ValueError(f"x {numbers['x']:g}, y {numbers['y']:g}, diameter {numbers['d']:g} mm cannot be meant")
+        raise ValueError(f"x {numbers['x']:g}, y {numbers['y']:g}, diameter {numbers['d']:g} mm is out of range")
     values = {k: " ".join(v.split())[:100] for k, v in point.values.items()}
     return Hole(numbers["x"], numbers["y"], numbers["d"], values.get("layer", ""), values.get("name", ""))
 

@@ -74,7 +74,7 @@ class Refusal(BaseModel):
 
 #: What of the statuses is meant, in every route.
 _REFUSED: dict[int | str, dict[str, Any]] = {
-    400: {"model": Refusal, "description": "options that cannot be meant"},
+    400: {"model": Refusal, "description": "options that are unknown or out of range"},
     401: {"model": Refusal, "description": "the token is missing"},
     403: {"model": Refusal, "description": "another host or origin than the studio's own"},
     404: {"model": Refusal, "description": "there is no such thing"},
