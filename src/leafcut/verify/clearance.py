@@ -30,7 +30,8 @@ def check_clearance(
     """Return every move that could crash, with its line and place; nothing when the program is safe by these rules.
 
     1. A rapid in x or y is nowhere lower than `clearance` mm over `surface_z`, and z is known when it is made.
-       After a move to machine z (G53, G28) at or above `safe_z` it is known to be high.
+       After a move to machine z (G53, G28) at or above `safe_z` it is known to be high. No move to machine x or y
+       begins lower, rising or not.
     2. A rapid does not go down below `surface_z`, but for the return into a hole: over a place where a feed has gone at
        least as deep since the tool arrived there. Not looked at where an area is `milled`: how low a rapid may go
        there, what was cut before says (`verify.pocket`).
@@ -62,6 +63,8 @@ def height_checks(
     across = _moves_across(path, before)
     lowest = np.fmin(before[:, 2], path.end[:, 2])
     low = rapid & across & (lowest < surface_z + clearance - _ROOM)
+    home = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
+    low |= home & (before[:, 2] < surface_z + clearance - _ROOM)
     down = rapid & _goes_down(path, before) & (path.end[:, 2] < surface_z - _ROOM) & ~_returns(path, before)
     unknown = across & np.isnan(path.end[:, 2]) & ~at_machine_height(path, safe_z)
     return [

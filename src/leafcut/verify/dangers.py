@@ -119,6 +119,8 @@ def _issue(path: Toolpath, before: NDArray[np.float64], what: str, mask: Mask) -
     code, severity, one, several = _KINDS[what]
     number, row = int(mask.sum()), int(np.argmax(mask))
     came, goes = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
+    if path.kind[row] == Kind.MACHINE:
+        goes = "a place in machine coordinates"
     said = one if number == 1 else f"{number:,} {several}"
     first = "from" if number == 1 else "the first from"
     return Issue(code, f"{said}: {first} {came} to {goes}", f"line {int(path.line[row])}", severity)
