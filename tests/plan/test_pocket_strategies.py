@@ -189,3 +189,20 @@ def test_any_pocket_is_cleared_without_hurting_a_wall_one_way_per_region(pocket:
         assert path.retracts == 0
         assert leaves(region, path) < 1e-6
         assert uncovered_share(region, path) < 1e-3
+
+
+@pytest.mark.parametrize("islands", [(), (Polyline.circle(9, -7, 8, clockwise=True),)])
+def test_a_zigzag_leaves_its_pass_along_round_walls_no_more_than_the_step_over(islands: tuple[Polyline, ...]) -> None:
+    """From the wall into the pocket, square to it, ground that no line has cleared is no wider than the step-over."""
+    region = only_region(Pocket(Polyline.circle(0, 0, 40), islands))
+    path, radius = zigzag(region, too_wide=TooWide(region.polygon, RULES)), 0.5 * RULES.tool_diameter
+    rough = [shapely.LineString(piece.path.flattened(0.01)) for piece in path.pieces if piece.kind == "rough"]
+    cleared = shapely.union_all(rough).buffer(radius, 64)
+    widest = 0.0
+    for middle, radii in ((np.zeros(2), 40.0), *((np.array([9.0, -7.0]), -8.0) for _ in islands)):
+        for angle in np.linspace(0.0, math.tau, 720, endpoint=False):
+            out = np.array([math.cos(angle), math.sin(angle)]) * math.copysign(1.0, radii)
+            wall = middle + abs(radii) * np.array([math.cos(angle), math.sin(angle)])
+            ray = shapely.LineString([wall, wall - 2.0 * radius * out])
+            widest = max(widest, shapely.Point(wall).distance(ray.intersection(cleared)))
+    assert 0.5 * RULES.step_over < widest <= RULES.step_over

@@ -20,6 +20,8 @@ ANGLES = 12
 #: Lines end so many step-overs before the finishing pass; on it where that leaves more than a step-over somewhere, as
 #: beside a wall that runs nearly along the lines.
 MARGINS = (0.5, 0.0)
+#: Places of a wall are looked at so many step-overs apart; a line is beside it if they part by no more than this, rad.
+LOOKED, SIDE_BY_SIDE = 0.1, math.radians(30.0)
 #: Runs this long, in tool diameters, have room for a ramp down to a level of the usual depth.
 ENTRY_ROOM = 1.0
 
@@ -41,29 +43,32 @@ def zigzag(
     ----------
     too_wide
         Returns the places of a path, float64[n, 2], where it is further than the step-over from its nearer neighbour:
-        of the paths without any the shortest is taken, with lines that end before the walls or on them.
+        of the paths without any the shortest is taken, with lines that end before the walls or on them. Nor is a line
+        further than that from a pass along a wall beside it, which would take off more.
     """
     angles = [math.pi * k / ANGLES for k in range(ANGLES)] if angle is None else [angle]
     found: list[tuple[int, PocketPath]] = []
     for margin in MARGINS if finishing_pass else MARGINS[-1:]:
-        paths: list[PocketPath] = []
+        paths: list[tuple[PocketPath, int]] = []
         for turn in angles:
             if (paths or found) and stopped():
                 break
             paths.append(_at(region, turn, margin * region.rules.step_over, finishing_pass))
-        for path in sorted(paths, key=lambda path: path.feed_mm + path.rapid_mm):
-            found.append((len(too_wide(path)) if too_wide else 0, path))
+        for path, far in sorted(paths, key=lambda one: one[0].feed_mm + one[0].rapid_mm):
+            found.append((far or (len(too_wide(path)) if too_wide else 0), path))
             if not found[-1][0]:
                 return path
     return min(found, key=lambda one: one[0])[1]
 
 
-def _at(region: CentreRegion, angle: float, margin: float, finishing_pass: bool) -> PocketPath:
-    """Return the path of lines at one angle that end so far from the walls, mm."""
+def _at(region: CentreRegion, angle: float, margin: float, finishing_pass: bool) -> tuple[PocketPath, int]:
+    """Return the path of lines at one angle that end so far from the walls, mm, and how many places of the passes along
+    the walls are further than the step-over from the line beside them."""
     rules = region.rules
     inner = shrunk(region.polygon, margin, rules.tolerance) if margin else region.polygon
     runs = [run for part in polygons(inner) for run in _runs(region, part, angle, rules)]
     walls = [ring for ring in rings(region) if ring.level == 0] if finishing_pass else []
+    far = _far_beside(runs, [ring.stretch(0.0, ring.length) for ring in walls], rules.step_over)
     path = _Path(region)
     while runs:
         way = path.nearest([way for run in runs for way in (run, run[::-1])])
@@ -76,7 +81,33 @@ def _at(region: CentreRegion, angle: float, margin: float, finishing_pass: bool)
         path.go(ways[k], kind_of(walls.pop(k), rules))
     ways = with_spurs([piece.path.vertices[:, :2] for piece in path.pieces], region.polygon, rules)
     pieces = [PocketPiece(as_polyline(way), piece.kind) for way, piece in zip(ways, path.pieces, strict=True)]
-    return PocketPath("zigzag", tuple(pieces))
+    return PocketPath("zigzag", tuple(pieces)), far
+
+
+def _far_beside(runs: list[Points], walls: list[Points], step_over: float) -> int:
+    """Return at how many places of passes along walls the line beside is further than the step-over, square to them.
+
+    Beyond two step-overs there is no line beside it, but another wall.
+    """
+    import shapely
+
+    if not runs or not walls:
+        return 0
+    lines = np.concatenate([np.stack([run[:-1], run[1:]], axis=1) for run in runs])
+    lines = lines[np.hypot(*(lines[:, 1] - lines[:, 0]).T) > 0.0]
+    fine = [shapely.get_coordinates(shapely.segmentize(shapely.LineString(way), LOOKED * step_over)) for way in walls]
+    places = np.concatenate([0.5 * (way[1:] + way[:-1]) for way in fine])
+    along = np.concatenate([np.diff(way, axis=0) for way in fine])
+    along /= np.maximum(np.hypot(*along.T), 1e-12)[:, None]
+    (at, by), away = shapely.STRtree(shapely.linestrings(lines)).query_nearest(
+        shapely.points(places), max_distance=2.0 * step_over, return_distance=True, all_matches=False
+    )
+    ahead = (lines[:, 1] - lines[:, 0])[by]
+    ahead /= np.hypot(*ahead.T)[:, None]
+    beside = np.abs((ahead * along[at]).sum(axis=1)) >= math.cos(SIDE_BY_SIDE)
+    across = places[at] - lines[by, 0]
+    square = np.abs(across[:, 0] * ahead[:, 1] - across[:, 1] * ahead[:, 0]) >= away * (1.0 - 1e-6)
+    return int((beside & square & (away > step_over * (1.0 + 1e-6))).sum())
 
 
 def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) -> list[Points]:
