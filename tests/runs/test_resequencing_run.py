@@ -6,6 +6,7 @@ import io
 import json
 import math
 import re
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -219,6 +220,8 @@ def test_the_command_line_puts_a_program_in_order_and_the_answer_has_the_keys_of
     assert found["counts"]["holes"] == 40
     assert found["after"]["time_s"] < found["before"]["time_s"]
     assert "same work" in page.read_text()
+    said = subprocess.run(["sha256sum", str(out)], capture_output=True, text=True, check=True).stdout.split()[0]
+    assert found["program_sha256"] == said and f">{said}<" in page.read_text()
     assert run(["verify", str(path), str(out), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["same"]
     assert run(["simulate", str(out), "--json"]) == 0

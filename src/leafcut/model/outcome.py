@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -126,6 +127,11 @@ class Outcome:
     def cut_plan(self) -> CutPlan | None:
         """Of a sheet: its cuts in order as written, with the time norm and the cost; None for all else."""
         return self.cut_plans[-1] if self.cut_plans else None
+
+    @property
+    def program_sha256(self) -> str:
+        """SHA-256 of the program's bytes as they are in its file, in hexadecimal digits."""
+        return hashlib.sha256(self.text.encode(self.encoding, "replace")).hexdigest()
 
     @property
     def norms(self) -> tuple[CutMeasures | None, ...]:

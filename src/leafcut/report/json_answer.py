@@ -28,6 +28,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
     return {
         "input": outcome.part.source or outcome.part.name,
         "output": outcome.output,
+        "program_sha256": outcome.program_sha256,
         "report": outcome.report,
         "process": outcome.process,
         "machine": outcome.machine.name,

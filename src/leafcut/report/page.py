@@ -90,6 +90,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "came_in": order_words(outcome),
         "source": clean(outcome.part.source),
         "output": clean(outcome.output),
+        "sha256": outcome.program_sha256,
         "machine": clean(outcome.machine.name),
         "machine_words": clean(outcome.machine.description),
         "dialect": clean(outcome.dialect),
