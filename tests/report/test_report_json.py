@@ -12,7 +12,18 @@ CONTRACT = {
     "input", "output", "process", "counts", "before", "after", "saved_percent", "lower_bound", "gap_percent",
     "verified", "issues",
 }  # fmt: skip
-BESIDE = {"nearest", "machine", "dialect", "algorithm", "seed", "tools", "seconds", "workers", "report", "program_sha256"}
+BESIDE = {
+    "nearest",
+    "machine",
+    "dialect",
+    "algorithm",
+    "seed",
+    "tools",
+    "seconds",
+    "workers",
+    "report",
+    "program_sha256",
+}
 
 
 def test_keys_are_exactly_those_of_the_contract(every_outcome):
