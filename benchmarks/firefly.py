@@ -41,6 +41,8 @@ DIAMETER, PITCH = 10.0, 6.0
 OFFSETS = 12
 #: Of grids that lie elsewhere so many are tried.
 PROMISING = 4
+#: Seconds of the search that a bound by 1-trees is sought beside.
+BOUND_S = 3.0
 PLAIN, MENDED = False, True
 FIREFLY = SolveOptions(algorithm="firefly", threads=1, bound=False)
 
@@ -96,7 +98,7 @@ def checked_gap(context: GridContext, order: np.ndarray) -> float:
 
 def bound_gap(problem: RoutingProblem, grid: Grid) -> float:
     """Return how far above (N - 1)·DP every path is, percent."""
-    best = solve(problem, SolveOptions(threads=1, time_limit=3))
+    best = solve(problem, SolveOptions(threads=1, time_limit=BOUND_S))
     least = max(grid.bound, best.lower_bound or 0.0)
     return 100.0 * (least / (grid.pitch * (len(grid.points) - 1)) - 1.0)
 

@@ -18,7 +18,6 @@ import math
 import os
 import sys
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -153,14 +152,14 @@ HEAD = [
 ]
 
 
-def main(arguments: Sequence[str]) -> None:
+def main() -> None:
     """Measure and print the table; write it into the page where asked."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("instances", nargs="*", help="names of instances; all unless given")
     parser.add_argument("--time", type=float, default=18.0, help="seconds by the clock for each")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--write", type=Path, help="the page whose section is replaced")
-    given = parser.parse_args(arguments)
+    given = parser.parse_args()
     best, rows = known(), []
     for name in given.instances or best:
         rows.append(measured(load(name, best[name]), SolveOptions(time_limit=given.time, threads=1, seed=given.seed)))
@@ -173,7 +172,7 @@ no kerf is asked for, and a little for the seven digits that its nester reckons 
 a sheet of {LARGEST_SHEET / 1000:g} m, where that is felt least. Every nest was measured anew: all pieces there, in
 allowed angles, inside the strip, and apart.
 
-{facts("nesting", arguments, ["leafcut", "spyrrow", "rectpack", "shapely"])}
+{facts("nesting", sys.argv[1:], ["leafcut", "spyrrow", "rectpack", "shapely"])}
 
 {table(HEAD, rows)}"""
     print(text)
@@ -182,4 +181,4 @@ allowed angles, inside the strip, and apart.
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -379,7 +379,7 @@ def parts(given: argparse.Namespace) -> Iterator[tuple[str, str]]:
         yield "sheets: common lines", f"{COMMON_TEXT}\n{table(COMMON_HEAD, common_rows(given.limit))}"
 
 
-def main(arguments: Sequence[str]) -> None:
+def main() -> None:
     """Measure, print, and write the sections of the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sheets", default=",".join(SHEETS), help="names of sheets")
@@ -387,13 +387,13 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--only", default="routes,times,nests,common", help="what to measure")
     parser.add_argument("--limit", type=float, default=10.0, help="time limit of a search, s")
     parser.add_argument("--write", type=Path, help="page whose sections are replaced")
-    given = parser.parse_args(arguments)
+    given = parser.parse_args()
     for name, text in parts(given):
-        whole = f"{text}\n\n{facts('sheets', arguments, ('numpy', 'numba', 'shapely'))}"
+        whole = f"{text}\n\n{facts('sheets', sys.argv[1:], ('numpy', 'numba', 'shapely'))}"
         if given.write:
             write_section(given.write, name, whole)
         print(whole, flush=True)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

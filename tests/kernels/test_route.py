@@ -69,7 +69,7 @@ def check(instance: DirectedInstance, route: Route) -> None:
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize(
     ("kind", "n", "pairs"),
-    [("holes", 400, 0), ("holes", 60, 20), ("chains", 60, 0), ("chains", 600, 90), ("ways", 70, 20)],
+    [("holes", 200, 0), ("holes", 60, 20), ("chains", 60, 0), ("chains", 600, 90), ("ways", 70, 20)],
 )
 def test_every_exchange_gains_what_it_says_and_keeps_precedence(kind: str, n: int, pairs: int, closed: bool) -> None:
     """From a path that many kicks have made bad, so that there is something to gain in every way."""
@@ -81,9 +81,9 @@ def test_every_exchange_gains_what_it_says_and_keeps_precedence(kind: str, n: in
     kinds = set()
     for v in np.random.default_rng(1).permutation(instance.n):
         for s, lists in ((1, rules.onward), (-1, rules.backward)):
-            before = cost_of(instance, route)
             gain = find_exchange(instance.cost, route, rules, lists, BREADTH, 1e-7, s, v)
             if gain > 0.0:
+                before = cost_of(instance, route)
                 kinds.add(tuple(route.move[3:].tolist()))
                 route.counts[2] = 0
                 assert make_exchange(instance.cost, route)

@@ -136,7 +136,7 @@ def check(path: PocketPath, shape: CentreRegion) -> None:
     assert shape.polygon.buffer(4.99, quad_segs=16).difference(cut).area < 1e-6
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(st.randoms(use_true_random=False), st.sampled_from([DEAR, CHEAP, Retract()]))
 def test_whatever_the_order_no_feed_crosses_an_island_and_nothing_stays_uncut(order: object, retract: Retract) -> None:
     shape = region(RING)
