@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -12,6 +11,7 @@ import pytest
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Snapshot
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
+from leafcut.solve import stop
 from leafcut.solve.observing import FAINT, on_lists
 from leafcut.solve.solve import solve
 
@@ -145,14 +145,21 @@ def test_workers_are_told_of_while_they_work() -> None:
     assert all(len(one.workers) == 2 for one in eye.seen)
 
 
-def test_the_clock_stands_still_while_an_observer_holds_the_search() -> None:
+def test_the_clock_stands_still_while_an_observer_holds_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
     """Half a second of searching, of which the observer takes twice as much: else the search would end at once."""
     seen: list[float] = []
+    now = [0.0]
+
+    def clock() -> float:
+        now[0] += 0.001
+        return now[0]
 
     def hold(take: Take, alone: bool) -> None:
         seen.append(take().seconds)
         if alone and len(seen) <= 3:
-            time.sleep(0.4)
+            now[0] += 0.4
+
+    monkeypatch.setattr(stop, "clock", clock)
 
     solve(points(40), SolveOptions(algorithm="mmas", time_limit=0.5, threads=1, bound=False), observe=hold)
     assert len(seen) > 4
@@ -160,10 +167,20 @@ def test_the_clock_stands_still_while_an_observer_holds_the_search() -> None:
 
 
 def test_searches_in_threads_are_not_held_but_seen() -> None:
-    eye = Eye()
-    both = SolveOptions(algorithm="colony", time_limit=0.3, threads=2, bound=False)
-    solve(in_order(30), both, observe=eye)
-    assert eye.seen
+    """The clock is that of a search that would go on for a minute: it ends when it was seen three times."""
+
+    class Enough(Exception):
+        pass
+
+    class Glance(Eye):
+        def __call__(self, take: Take, alone: bool) -> None:
+            super().__call__(take, alone)
+            if len(self.seen) == 3:
+                raise Enough
+
+    eye = Glance()
+    with pytest.raises(Enough):
+        solve(in_order(30), SolveOptions(algorithm="colony", time_limit=60.0, threads=2, bound=False), observe=eye)
     assert not any(eye.alone)
     assert len(eye.seen[-1].workers) == 2
 

@@ -55,8 +55,8 @@ def _answer(path: str, scenes: Mapping[str, bytes]) -> tuple[bytes | None, str]:
 
 
 def until(page: Any, condition: str) -> None:
-    """Wait until a condition holds in the page, at most ten seconds; not by eval, which its policy forbids."""
-    for _ in range(500):
+    """Wait until a condition holds in the page, a minute at most; not by eval, which its policy forbids."""
+    for _ in range(3000):
         if page.evaluate(condition):
             return
         page.wait_for_timeout(20)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
@@ -43,8 +44,31 @@ def said_by(place: Locator) -> str:
     return place.inner_text()
 
 
-def wait_for(page: Page, true: object) -> None:
+def sure(button: Locator) -> None:
+    """Press a button that asks once more, and once more: in one go, as its question goes by itself after a while."""
+    assert button.evaluate(
+        """at => {
+            if (!at.dataset.asked) at.click();
+            const asked = at.textContent === at.dataset.sure;
+            at.click();
+            return asked;
+        }"""
+    )
+
+
+def steady(page: Page, script: str, *arguments: object) -> Any:
+    """Return what a script finds in the page once it finds the same twice: layout and drawing have come to rest."""
+    found = page.evaluate(script, *arguments)
     for _ in range(600):
+        page.wait_for_timeout(100)
+        before, found = found, page.evaluate(script, *arguments)
+        if found == before:
+            return found
+    pytest.fail("it never rests")
+
+
+def wait_for(page: Page, true: object) -> None:
+    for _ in range(1200):
         if true():  # type: ignore[operator]
             return
         page.wait_for_timeout(50)
@@ -64,6 +88,7 @@ def downloaded(page: Page, name: str) -> tuple[str, bytes]:
 
 def serious(page: Page, where: str) -> list[tuple[str, ...]]:
     """Return what axe finds that keeps somebody out."""
+    at_rest(page)
     return [
         (where, rule["id"], rule["nodes"][0]["html"])
         for rule in Axe().run(page).response["violations"]

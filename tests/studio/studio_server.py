@@ -17,36 +17,47 @@ from typing import Any
 import httpx2
 
 
+def free_port() -> int:
+    """Return a port of this machine that nothing listens at."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
 class Server:
     """A studio in a process of its own."""
 
     def __init__(self, home: Path, port: int = 0, browser: tuple[str, str] | None = None) -> None:
-        if not port:
-            with socket.socket() as probe:
-                probe.bind(("127.0.0.1", 0))
-                port = probe.getsockname()[1]
         environment = {**os.environ, "XDG_DATA_HOME": str(home), "LOCALAPPDATA": str(home)}
         environment.update([browser] if browser else [])
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "leafcut.cli", "studio", *([] if browser else ["--no-open"]), "--port", str(port)],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env=environment,
-        )
-        assert self.process.stdout is not None
-        self.line = self.process.stdout.readline()
+        for _ in range(1 if port else 5):  # a port that is free now may be taken until it is used
+            command = [sys.executable, "-m", "leafcut.cli", "studio", *([] if browser else ["--no-open"])]
+            self.process = subprocess.Popen(
+                [*command, "--port", str(port or free_port())],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+                env=environment,
+            )
+            assert self.process.stdout is not None
+            self.line = self.process.stdout.readline()
+            if self.line:
+                break
+            self.process.communicate(timeout=60)
         found = re.search(r"(http://127\.0\.0\.1:(\d+))/\?token=([\w-]+)$", self.line.strip())
         assert found, self.line
         self.origin, self.port, self.key = found.group(1), int(found.group(2)), found.group(3)
         #: What programs of the same person send.
         self.token = (home / "leafcut" / "studio" / "token").read_text()
         self._cookies: dict[str, str] = {}
-        for _ in range(200):
+        # It tells its address before it listens: a busy machine may take its time in between.
+        for left in reversed(range(1200)):
             try:
                 httpx2.get(self.origin)
                 break
             except httpx2.TransportError:
+                if not left:
+                    raise
                 time.sleep(0.05)
 
     def cookies(self) -> dict[str, str]:
@@ -64,7 +75,7 @@ class Server:
     def end(self) -> tuple[int, str, str]:
         """End it as Ctrl-C does; return its status and what it said."""
         self.process.send_signal(signal.SIGINT)
-        out, error = self.process.communicate(timeout=30)
+        out, error = self.process.communicate(timeout=60)
         return self.process.returncode, out, error
 
 
@@ -76,4 +87,4 @@ def running(home: Path, *browser: str) -> Iterator[Server]:
         yield started
     finally:
         started.process.kill()
-        started.process.communicate(timeout=30)
+        started.process.communicate(timeout=60)

@@ -247,10 +247,11 @@ def test_while_playing_the_past_is_strong_the_future_pale_and_the_line_is_shown(
 
 
 def test_playing_goes_on_with_the_clock_and_by_blocks(page: Any) -> None:
-    page.evaluate("drawing.play(50)")
-    until(page, "drawing.player.time > 5")
+    page.evaluate("drawing.play(1)")
+    until(page, "drawing.player.time > 0.1")
     page.evaluate("drawing.panes[1].canvas.focus()")
     page.keyboard.press(" ")
+    until(page, "!drawing.player.playing")
     page.evaluate("drawing.seek(0)")
     line = "drawing.main.scene.line[drawing.main.scene.rowAt(drawing.player.time - 1e-6)]"
     for key, run in ((".", 2), (".", 3), (",", 2), (".", 3)):

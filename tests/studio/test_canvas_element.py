@@ -38,7 +38,7 @@ def served() -> Iterator[str]:
         [sys.executable, str(HERE / "canvas_app.py"), str(port)], stdout=subprocess.DEVNULL, env=around
     )
     try:
-        for _ in range(300):
+        for _ in range(600):
             try:
                 socket.create_connection(("127.0.0.1", port), 1).close()
                 break

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from parts_to_nest import svg
 from playwright.sync_api import Page, expect
-from studio_page import LONG, ROOT, downloaded, opened, run, said_by, typed, wait_for
+from studio_page import LONG, ROOT, downloaded, opened, run, said_by, steady, sure, typed, wait_for
 
 from leafcut import cli
 
@@ -79,12 +79,12 @@ def ten_holes_to_change(page: Page) -> list[list[float]]:
     run(page)
     page.get_by_role("button", name="Edit by hand").click()
     expect(page.locator(".edit")).to_be_visible()
-    places: list[list[float]] = page.evaluate(STOPS, list(range(10)))
+    places: list[list[float]] = steady(page, STOPS, list(range(10)))
     return places
 
 
 def gap(page: Page) -> float:
-    told = page.locator(".progress .gap").text_content() or ""
+    told = said_by(page.locator(".progress .gap"))
     found = re.search(r"at most ([\d.]+) %", told)
     assert found, told
     return float(found.group(1))
@@ -102,8 +102,7 @@ def test_a_search_is_stepped_through_its_gap_falls_its_path_moves_and_pheromone_
     canvas.hover()
     page.mouse.move(2, 2)
     wait_for(page, lambda: page.evaluate(GREEN) > 200)
-    page.wait_for_timeout(300)
-    laid = page.evaluate(GREEN)
+    laid = steady(page, GREEN)
     page.locator(".lc-menu summary").click()
     page.locator("[data-layer=pheromone]").click()
     wait_for(page, lambda: page.evaluate(GREEN) < laid / 2)
@@ -147,12 +146,12 @@ def test_a_drawing_whose_search_is_stopped_gives_the_program_that_the_command_li
 
 def test_fireflies_are_shown_by_their_brightness(page: Page) -> None:
     make_map(page, 60, "firefly")
-    page.locator(".choose").get_by_label("Pace", exact=True).select_option("5")
+    page.locator(".choose").get_by_label("Pace", exact=True).select_option("step")
     page.get_by_role("button", name="Run", exact=True).click()
     expect(page.locator(".swarm rect")).to_have_count(11, timeout=LONG)
     page.get_by_role("button", name="Cancel").click()
     expect(page.locator(".progress")).to_be_visible()  # asked twice: it cannot be taken back
-    page.get_by_role("button", name="Really keep nothing?").click()
+    sure(page.locator(".progress [data-sure]"))
     expect(page.locator("#said")).to_contain_text("cancelled", timeout=LONG)
     expect(page.locator(".progress")).to_be_hidden()
 
@@ -222,7 +221,7 @@ def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
     edit = page.locator(".edit")
     expect(edit).to_be_visible()
     length = said_by(edit.locator(".figure").first)
-    places = page.evaluate(STOPS, [0, 4])
+    places = steady(page, STOPS, [0, 4])
     page.mouse.move(*places[0])
     page.mouse.down()
     page.mouse.move(places[0][0] + 20, places[0][1] + 20)
@@ -248,12 +247,12 @@ def test_the_drawing_shows_the_order_as_it_is_changed_and_what_is_chosen_has_its
     edit, readout = page.locator(".edit"), page.locator(".lc-readout")
     page.mouse.click(*places[3])
     expect(edit).to_contain_text("Chosen: stop 4 ")
-    before = page.evaluate(NUMBERS)
+    before = steady(page, NUMBERS)
     assert len(before) > 2
     edit.get_by_role("button", name="Reverse").click()
     expect(edit).to_contain_text("Chosen: stop 7 ")
     wait_for(page, lambda: page.evaluate(NUMBERS) != before)
-    after = page.evaluate(NUMBERS)
+    after = steady(page, NUMBERS)
     both = before.keys() & after.keys()
     assert len(both) > 1
     assert all(int(before[place]) + int(after[place]) == 11 for place in both)
@@ -287,7 +286,7 @@ def test_after_an_edit_that_is_refused_it_can_be_taken_back_and_the_next_run_is_
     page.get_by_role("button", name="Edit by hand").click()
     edit = page.locator(".edit")
     expect(edit).to_contain_text("as before")
-    places = page.evaluate(STOPS, [0, 1])
+    places = steady(page, STOPS, [0, 1])
     page.mouse.click(*places[1])
     expect(edit).to_contain_text("Chosen: stop 2 ")
     edit.get_by_role("button", name="First").click()
@@ -321,8 +320,7 @@ def test_a_cut_is_chosen_by_its_pierce_begun_elsewhere_and_written_by_the_plan_t
     page.get_by_role("button", name="Edit by hand").click()
     edit = page.locator(".edit")
     expect(edit).to_contain_text("Drag a pierce along its contour")
-    page.wait_for_timeout(500)
-    places = page.evaluate(STOPS, list(range(6)))
+    places = steady(page, STOPS, list(range(6)))
     for number, place in enumerate(places, 1):
         page.mouse.click(*place)
         expect(edit).to_contain_text(f"Chosen: stop {number} ")
@@ -363,7 +361,7 @@ def test_what_is_told_of_a_stop_covers_none_that_the_pointer_is_at(page: Page) -
     far = max(places, key=lambda place: place[0] - place[1])
     page.mouse.move(*far)
     expect(readout).to_contain_text("Hole")
-    assert not clear_of(left)  # else this says nothing
+    wait_for(page, lambda: not clear_of(left))  # else this says nothing
     page.mouse.down()
     page.mouse.move(*left, steps=5)
     wait_for(page, lambda: clear_of(left))
@@ -383,12 +381,10 @@ def test_beside_the_path_of_before_the_new_program_is_shown_and_told_as_that(pag
     told, lines = page.locator(".lc-told"), page.locator(".lc-gcode .lc-line")
     expect(lines.first).to_be_visible()
     expect(told).to_be_hidden()
-    first = [line.inner_text() for line in lines.all()]
+    first = lines.all_inner_texts()
     page.get_by_role("radio", name="Before").click()
     expect(told).to_contain_text("This is the new program")
-    now = [line.inner_text() for line in lines.all()]
-    assert len(now) > 5
-    assert now == first[: len(now)]
+    wait_for(page, lambda: len(now := lines.all_inner_texts()) > 5 and now == first[: len(now)])
     lines.nth(5).click()
     expect(lines.nth(5)).to_have_class(re.compile("lc-selected"))
     typed(page, "Thickness", "6")  # another program: it is shown in place of the one before

@@ -53,7 +53,6 @@ def test_parts_are_nested_compared_cut_and_downloaded_as_the_command_line_writes
     page.locator(".cuts").get_by_label("Thickness", exact=True).fill("6")
     page.keyboard.press("Tab")
     page.get_by_role("button", name="Plan all and compare").click()
-    expect(variants.first.locator("td").last).to_have_text("…")
     for row in variants.all():
         expect(row.locator("td").last).to_contain_text(" s", timeout=LONG)
     chosen = variants.last

@@ -10,7 +10,7 @@ import ezdxf
 import pytest
 from parts_to_nest import PLATE as PART
 from playwright.sync_api import Browser, Page, expect
-from studio_page import LONG, PLATE, ROOT, at_rest, choose_machine, downloaded, opened, run, said_by, serious, typed
+from studio_page import LONG, PLATE, ROOT, choose_machine, downloaded, opened, run, said_by, serious, typed, wait_for
 from studio_server import Server
 
 import leafcut
@@ -183,11 +183,11 @@ def test_light_and_dark_are_kept(page: Page) -> None:
 
     light = ground()
     page.keyboard.press("t")
+    wait_for(page, lambda: ground() != light)
     dark = ground()
-    assert light != dark
     page.reload()
     expect(page.locator("#view-work")).to_be_visible()
-    assert ground() == dark
+    wait_for(page, lambda: ground() == dark)
 
 
 def test_the_keys_are_explained_and_work(page: Page) -> None:
@@ -204,7 +204,8 @@ def test_the_keys_are_explained_and_work(page: Page) -> None:
     expect(page.get_by_label("Thickness", exact=True)).to_have_value("r")
     typed(page, "Thickness", "")
     page.get_by_role("button", name="Copy", exact=True).click()
-    assert page.evaluate("navigator.clipboard.readText()") == page.locator("#command").text_content()
+    copied = "navigator.clipboard.readText()"
+    wait_for(page, lambda: page.evaluate(copied) == page.locator("#command").text_content())
 
 
 def test_files_are_dropped_on_the_page(page: Page) -> None:
@@ -272,7 +273,6 @@ def test_axe_finds_nothing_serious(browser: Browser, server: Server, scheme: Any
     for name in ("Summary", "Issues", "Program", "Search") if scheme == "light" else ("Program",):
         page.get_by_role("tab", name=name).click()
         expect(page.get_by_role("tab", name=name)).to_have_attribute("aria-selected", "true")
-        at_rest(page)
         found += serious(page, name)
     if scheme == "light":
         found += nested(page)
@@ -295,7 +295,6 @@ def nested(page: Page) -> list[tuple[str, ...]]:
     page.get_by_role("button", name="Run", exact=True).click()
     page.get_by_role("tab", name="Summary").click()
     expect(page.locator("table.nests")).to_be_visible(timeout=LONG)
-    at_rest(page)
     return serious(page, "nest")
 
 

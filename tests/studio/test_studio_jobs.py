@@ -27,8 +27,8 @@ SHORT = Task("optimize", ("example:plate-10",), options={"preset": "fast"})
 
 
 def until(true: Callable[[], Any]) -> None:
-    """Wait for something, half a minute at most."""
-    for _ in range(3000):
+    """Wait for something, a minute at most."""
+    for _ in range(6000):
         if true():
             return
         time.sleep(0.01)

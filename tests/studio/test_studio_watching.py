@@ -45,10 +45,10 @@ class Search(threading.Thread):
 
 
 def until(true: object) -> None:
-    for _ in range(2000):
+    for _ in range(6000):
         if true():  # type: ignore[operator]
             return
-        time.sleep(0.005)
+        time.sleep(0.01)
     pytest.fail("it never came")
 
 
@@ -79,11 +79,11 @@ def test_a_search_at_a_pace_makes_so_many_steps_a_second(search: Search) -> None
     search.watch.go(20.0)
     search.watch.pause(False)
     began, before = time.perf_counter(), search.steps
-    while time.perf_counter() < began + 1.0:
+    while time.perf_counter() < began + 1.0 or search.steps == before:
         search.watch.look()
         time.sleep(0.02)
     # A slow machine makes fewer.
-    assert 1 <= search.steps - before <= 20.0 * (time.perf_counter() - began) + 2
+    assert search.steps - before <= 20.0 * (time.perf_counter() - began) + 2
     search.watch.go(None)
     until(lambda: search.steps > 100)
 
@@ -155,7 +155,7 @@ def test_a_job_studied_step_by_step_gives_what_the_command_line_gives(studio: St
     assert live is not None
     until(lambda: live.watch.look()[1] is not None)
     live.watch.step()
-    until(lambda: live.watch.look()[0] >= 2)
+    until(lambda: (found := live.watch.look()[1]) is not None and found.iteration > 1)
     _, seen = live.watch.look()
     assert seen is not None
     assert seen.iteration == 2
