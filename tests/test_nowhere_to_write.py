@@ -1,0 +1,57 @@
+"""As another user, from a package that may only be read, with no home and no folder for compiled code, leafcut runs."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / "src" / "leafcut"
+#: Root is let in everywhere: what is left of it is another user, who may read all, for Python may lie in root's home.
+READS_ONLY = "-all,+dac_read_search"
+
+
+def another_user() -> list[str]:
+    """Return how a command begins that is to run as somebody who may write nowhere: nothing where one is that."""
+    if os.geteuid():
+        return []
+    setpriv = shutil.which("setpriv")
+    if setpriv is None:
+        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
+            pytest.fail("setpriv is required here: apt-get install util-linux")
+        pytest.skip("root may write everywhere, and setpriv is not installed")
+    rights = [f"--{of}={READS_ONLY}" for of in ("inh-caps", "ambient-caps", "bounding-set")]
+    return [setpriv, "--reuid", "65534", "--regid", "65534", "--clear-groups", *rights]
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Iterator[Path]:
+    """Return a folder with leafcut as it is installed for all: nothing is compiled, and nobody may write there."""
+    installed = tmp_path / "installed"
+    shutil.copytree(PACKAGE, installed / "leafcut", ignore=shutil.ignore_patterns("__pycache__"))
+    for path in (installed, *installed.rglob("*")):
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    yield installed
+    for path in (installed, *installed.rglob("*")):
+        if path.is_dir():
+            path.chmod(0o755)  # pytest removes it
+
+
+def test_where_nothing_can_be_written_leafcut_compiles_in_memory_and_says_so_in_one_line(package: Path) -> None:
+    """Before, Numba found no folder and every command ended in its error."""
+    words = ["optimize", "example:plate-10", "--thickness", "6", "--algorithm", "none", "--no-bound"]
+    known = {"PATH": os.environ["PATH"], "HOME": "/nonexistent", "PYTHONPATH": str(package), "LEAFCUT_DEFAULTS": ""}
+    done = subprocess.run(
+        [*another_user(), sys.executable, "-m", "leafcut.cli", *words],
+        cwd="/", env=known, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "verified  yes" in done.stdout
+    (line,) = done.stderr.splitlines()
+    assert "no folder for compiled code can be written; NUMBA_CACHE_DIR names one" in line
+    assert not list(package.rglob("__pycache__"))
