@@ -68,9 +68,11 @@ def cutting_moves(text: str, beam: bool = False) -> Counter[str] | None:
         tools, program = Path(folder, "tool.tbl"), Path(folder, "p.ngc")
         tools.write_text(TOOLS)
         program.write_text(text)
+        # rs274 keeps a memory map in its home and truncates it at the start: two at once in one home kill each other.
         done = subprocess.run(
-            ["rs274", "-g", "-t", str(tools), str(program)], capture_output=True, text=True, check=False, timeout=300
-        )
+            ["rs274", "-g", "-t", str(tools), str(program)],
+            capture_output=True, text=True, check=False, timeout=300, cwd=folder, env={**os.environ, "HOME": folder},
+        )  # fmt: skip
     return None if done.returncode else _cuts(done.stdout, beam)
 
 
