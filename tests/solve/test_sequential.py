@@ -143,9 +143,9 @@ def check(problem: RoutingProblem, nodes: np.ndarray, cost: float) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_default_preset_finds_the_optimum_of_up_to_eight_clusters(kind: str) -> None:
-    """Forty random problems of each kind, by dynamic programming: all but two at most are solved to the optimum."""
+    """Twenty random problems of each kind, by dynamic programming: all but one at most are solved to the optimum."""
     missed = []
-    for seed in range(40):
+    for seed in range(20):
         problem = random_problem(seed, 5 + seed % 4, kind, ENDS[seed % 5], pairs=seed % 6)
         found = solve(problem, SolveOptions("colony", bound=False))
         check(problem, found.nodes, found.cost)
@@ -153,7 +153,7 @@ def test_the_default_preset_finds_the_optimum_of_up_to_eight_clusters(kind: str)
         assert found.cost >= best - 1e-9
         if found.cost > best * (1 + 1e-9):
             missed.append((seed, found.cost / best))
-    assert len(missed) <= 2, missed
+    assert len(missed) <= 1, missed
     assert all(ratio < 1.1 for _, ratio in missed), missed
 
 
