@@ -14,6 +14,8 @@ SMOKE := tests/test_extras.py tests/test_files.py tests/geometry/test_curves.py 
     tests/read/test_read_dxf.py tests/read/test_read_excellon.py tests/read/test_read_picture.py \
     tests/read/test_read_pockets.py tests/kernels/test_keeping.py tests/plan/test_clear_pierces.py \
     tests/plan/test_pocket_region.py
+#: What the studio stands on besides: its forms, its programs' interface, its jobs and its door.
+STUDIO := $(addprefix tests/studio/test_studio_,api.py forms.py jobs.py library.py safety.py)
 SMOKE_FLAGS := -n 2 -p no:cacheprovider -o filterwarnings= --disable-warnings
 
 .PHONY: demo test test-lowest test-core check format clean
@@ -27,7 +29,7 @@ test: $(READY_DEV)
 	$(BIN)/pytest -n 2
 
 test-lowest: $(LOWEST)/.ready
-	$(LOWEST)/bin/pytest $(SMOKE_FLAGS) $(SMOKE) tests/plan/test_nest_blocks.py
+	$(LOWEST)/bin/pytest $(SMOKE_FLAGS) $(SMOKE) $(STUDIO) tests/plan/test_nest_blocks.py
 
 test-core: $(CORE)/.ready
 	$(CORE)/bin/leafcut optimize examples/plate_27.dxf --thickness 6
@@ -60,7 +62,7 @@ $(LOWEST)/.ready: pyproject.toml .ci/lowest_versions.py
 	$(PYTHON) -m venv $(LOWEST)
 	$(LOWEST)/bin/python .ci/lowest_versions.py > $(LOWEST)/constraints.txt
 	$(LOWEST)/bin/python -m pip install --quiet --disable-pip-version-check -c $(LOWEST)/constraints.txt \
-	    -e '.[all]' pytest pytest-xdist hypothesis
+	    -e '.[all]' pytest pytest-xdist hypothesis 'httpx2>=2'
 	@touch $@
 
 $(CORE)/.ready: pyproject.toml

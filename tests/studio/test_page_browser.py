@@ -163,7 +163,7 @@ def test_the_list_of_jobs_says_when_one_is_over(page: Page, server: Server) -> N
     expect(row).to_contain_text("running")
     headers = {"Authorization": f"Bearer {server.token}"}
     job = page.url.partition("job=")[2]
-    assert httpx2.post(f"{server.origin}/api/jobs/{job}/stop", headers=headers).status_code == 200
+    assert httpx2.post(f"{server.origin}/api/jobs/{job}/stop", headers=headers, timeout=60).status_code == 200
     expect(row).to_contain_text("stopped, best kept", timeout=LONG)
 
 

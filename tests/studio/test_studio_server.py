@@ -33,7 +33,10 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 
 def test_the_page_is_served_to_who_has_the_address(tmp_path: Path) -> None:
-    with running(tmp_path) as server, httpx2.Client(base_url=server.origin, follow_redirects=True) as client:
+    with (
+        running(tmp_path) as server,
+        httpx2.Client(base_url=server.origin, follow_redirects=True, timeout=60) as client,
+    ):
         assert client.get("/").status_code == 401
         page = client.get("/", params={"token": server.key})
         assert page.status_code == 200
@@ -97,7 +100,7 @@ def test_pages_that_nobody_shows_do_not_fill_the_memory(server: Server) -> None:
 
     if not Path("/proc/self/status").is_file():
         pytest.skip("this system does not tell the memory of a process")
-    with httpx2.Client(base_url=server.origin, cookies=server.cookies()) as client:
+    with httpx2.Client(base_url=server.origin, cookies=server.cookies(), timeout=60) as client:
         for _ in range(30):
             client.get("/")
         before = resident()
@@ -145,7 +148,7 @@ def test_what_is_no_port_is_refused(word: str) -> None:
 def test_ctrl_c_ends_it_cleanly_also_while_something_runs_and_waits(tmp_path: Path) -> None:
     with running(tmp_path) as started:
         headers = {"authorization": f"Bearer {started.token}"}
-        client = httpx2.Client(base_url=started.origin, headers=headers)
+        client = httpx2.Client(base_url=started.origin, headers=headers, timeout=60)
         body = {"source": "random:2000:1", "options": '{"time_limit": "300s"}'}
         with ThreadPoolExecutor(3) as asking:
             for _ in range(3):
@@ -163,7 +166,7 @@ def test_ctrl_c_ends_it_cleanly_also_while_something_runs_and_waits(tmp_path: Pa
     assert out == ""
     assert error == "leafcut: Ctrl-C ends it\n"
     again = Server(tmp_path)
-    with httpx2.Client(base_url=again.origin, headers={"authorization": f"Bearer {again.token}"}) as client:
+    with httpx2.Client(base_url=again.origin, headers={"authorization": f"Bearer {again.token}"}, timeout=60) as client:
         assert {job["state"] for job in client.get("/api/jobs").json()} == {"interrupted"}
     assert again.end()[0] == 0
 
@@ -173,7 +176,7 @@ def test_what_lies_damaged_in_the_folder_ends_in_one_line_or_is_made_anew(tmp_pa
     root.mkdir(parents=True)
     (root / "language").write_bytes(b"\xff\xfe")
     started = Server(tmp_path)
-    with httpx2.Client(base_url=started.origin, follow_redirects=True) as client:
+    with httpx2.Client(base_url=started.origin, follow_redirects=True, timeout=60) as client:
         assert client.get("/", params={"token": started.key}).status_code == 200
         answer = client.get("/api/nothing/here")
         assert (answer.status_code, list(answer.json())) == (404, ["error"])
