@@ -64,6 +64,13 @@ REFUSED = [
     lcnc("an unknown word beside the end", "M8", "M2", "M2 G15"),
     lcnc("G94 again, which forgets F", "G1 Z0 F200 / X9 / G0 Z5", "F200\nX9", "F200\nG94\nX9"),
     lcnc("G94 again before a cycle", "G0 X5 / F150 / G81 X9 Z-2 R1 / G80", "F150\n", "F150\nG94\n"),
+    lcnc("G1 without F in inverse time", "G93 / G1 X9 F2 / G94 F100 / G0 Z5", "F2\n", "F2\nG1\n"),
+    *(
+        lcnc(
+            f"{word} under radius compensation", "G41.1 D3 / G1 X30 F100 / X60 / G40 / G0 Z5", "X60\n", f"X60\n{word}\n"
+        )
+        for word in ("G49", "G54", "G98")
+    ),
     lcnc("P of a cycle that has none", "G81 X9 Z-2 R1 F100 / G80", "R1 F100", "R1 P0 F100"),
     lcnc("Q of a cycle that has none", "G81 X9 Z-2 R1 F100 / G80", "R1 F100", "R1 Q0 F100"),
 ]

@@ -255,15 +255,21 @@ class BlockRunner(Reader):
         state = self.state
         if state.dialect.name not in _LINUXCNC:
             return
-        again = words.g.get("radius", 400) != 400 and state.radius != 40
+        starts = words.g.get("radius", 400) != 400
+        again = starts and state.radius != 40
         strange = any(round(word.value * 10) in _NOT_LINUXCNC for word in words.unknown or () if word.letter == "G")
         # G94 and G95 forget F, also where they say nothing new.
         state.feed_forgotten = "F" not in words.letters and (
             state.feed_forgotten or words.g.get("feed mode") in (940, 950)
         )
         lacks_feed = (state.feed_forgotten or state.feed_said == 0.0) and "F" not in words.letters
-        unfed = lacks_feed and words.g.get("feed mode", 10 * state.feed_mode) != 930 and self._feeds(words)
-        self.refused |= again or strange or unfed or self._has_spare_words(words)
+        inverse = words.g.get("feed mode", 10 * state.feed_mode) == 930
+        unfed = ("F" not in words.letters if inverse else lacks_feed) and self._feeds(words)
+        # Radius compensation allows no other plane, length or work offset, or return of cycles.
+        changed = not words.g.keys().isdisjoint(("length", "offset", "retract"))
+        changed |= words.g.get("plane", 10 * state.plane) != 10 * state.plane
+        torn = (changed or (starts and "L" in words.letters)) and (starts or state.radius in (41, 42))
+        self.refused |= again or strange or unfed or torn or self._has_spare_words(words)
 
     def _has_spare_words(self, words: SortedBlock) -> bool:
         """Return whether a cycle is given a P or a Q that it does not use."""
