@@ -206,6 +206,11 @@ after (its own seconds, on axes as fast as those of the machine), {slower} of th
 are free to
 be ordered, and why the others stay, with the first line.
 
+LinuxCNC runs one and the same program up to 7 % longer or shorter by the number of comment lines at its top: the first
+pocket of fusion_linuxcnc_inch_two_tools.ngc takes 21.1 s with none or three and 19.7 s with five, as corners are
+blended or not where a program says neither G61 nor G64. With the two comments of the new program above the original,
+that one takes 406.0 s and the new 398.3 s: it is not slower for its order.
+
 {facts("real_files", sys.argv[1:], ["leafcut", "numpy", "numba"])}
 
 {table(["program", "work", "free", "before", "after", "saved", "LinuxCNC", "judged", "what stays and why"], rows)}"""
