@@ -160,7 +160,7 @@ REFUSED = [
     (1, ["solve", "nothing.tsp"], "no such file"),
     (1, ["simulate", "nothing.nc"], "cannot be read"),
     (1, ["simulate", "empty.dxf"], "empty"),
-    (1, ["simulate", "garbage.dxf"], "garbage.dxf:1"),
+    (1, ["simulate", "garbage.dxf"], "garbage.dxf: this is a binary file"),
     (1, ["verify", "nothing.nc", "nothing.nc"], "cannot be read"),
 ]
 

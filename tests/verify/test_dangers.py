@@ -46,12 +46,12 @@ def codes(text: str, process: str = "mill", words: str = "linuxcnc") -> list[str
         ("G1 Z-1 F100\nX9\nG53 G0 X0 Y0 Z0", ["L801"]),
         ("G1 Z-1 F100\nX9\nG53 G0 Z0\nG53 G0 X0 Y0", []),
         ("G1 Z-1 F100\nX9\nG0 Z5\nG53 G0 X0 Y0", []),
-        ("M98 P77\nG90 G17 G40 G94\nG0 X1 Y1 Z5\nG1 Z-1 F100\nG0 Z5", []),
-        ("M5\nM98 P77\nG90 G17 G40 G94\nG0 X1 Y1 Z5\nM5\nG1 Z-1 F100\nG0 Z5", ["L803"]),
+        ("M98 P77\nG90 G17 G40 G94\nG0 X1 Y1 Z5\nG1 Z-1 F100\nG0 Z5", ["L808"]),
+        ("M5\nM98 P77\nG90 G17 G40 G94\nG0 X1 Y1 Z5\nM5\nG1 Z-1 F100\nG0 Z5", ["L803", "L808"]),
     ],
 )
 def test_each_kind_of_danger_is_told_once_and_what_is_safe_is_not(text: str, found: list[str]) -> None:
-    """Rapids below the surface and into the part, cuts with the spindle off: by hand; what M98 does is not known."""
+    """Rapids below the surface, cuts with the spindle off: by hand; what M98 does is told as not known."""
     assert codes(text + "\nM2\n") == found
 
 
@@ -83,6 +83,15 @@ def test_a_program_that_never_starts_its_spindle_has_one_that_is_switched_by_han
     program = interpret_program("G21 G90\nG0 X0 Y0 Z5\nG1 Z-1 F100\nX5\nX9\nG0 Z5\nM2\n", dialect("linuxcnc"))
     (issue,) = find_dangers(program, load_machine("linuxcnc-mill"), "mill")
     assert (issue.code, issue.severity) == ("L803", Severity.WARNING)
+
+
+def test_where_the_tool_goes_unknown_is_told_and_a_probe_is_not() -> None:
+    """Behind G68 nothing is counted or checked; the tool length alone, and what a probe finds, is no such place."""
+    text = "G43 H1 Z6\nG38.2 Z-5 F50\nG0 Z5\nG68 X0 Y0 R30\nG0 X30\nG1 Z-1 F100\nX40\nG0 Z5\nM2\n"
+    (issue,) = [i for i in dangers(text, words="mach3") if i.code == "L808"]
+    assert (issue.severity, issue.place) == (Severity.WARNING, "line 8")
+    assert "in 5 blocks is not known" in issue.message and "G68 is not understood" in issue.message
+    assert "L808" not in codes("G52 X5\nG0 X30\nG52 X0\nG0 X10\nM2\n")
 
 
 def test_a_torch_is_off_in_rapids_and_a_laser_may_do_as_it_likes() -> None:

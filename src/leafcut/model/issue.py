@@ -105,6 +105,7 @@ CODES: dict[str, str] = {
     "L805": "a program moves in X or Y at a height that is not known",
     "L806": "a program does what the machine cannot",
     "L807": "a program drives a laser or a torch",
+    "L808": "where a program takes the tool is not known",
 }
 
 

@@ -13,7 +13,7 @@ from leafcut.gcode.program import Program
 from leafcut.model.cycles import expand
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
-from leafcut.model.toolpath import Kind, Toolpath, positions_before
+from leafcut.model.toolpath import STILL, Kind, Toolpath, positions_before
 from leafcut.verify.clearance import LEAST_CLEARANCE, Check, height_checks, spindle_check, torch_check
 from leafcut.verify.difference import place
 from leafcut.verify.envelope import check_envelope
@@ -66,7 +66,7 @@ def find_dangers(program: Program, machine: Machine, process: str, heights: bool
     found = [_issue(path, before, what, mask) for what, mask, _ in checks if mask.any()]
     never = not _turning(program, path, rows, True).any()
     found = [_by_hand(issue) if never and issue.code == "L803" else issue for issue in found]
-    found += _of_machine(program.path, machine)
+    found += [*_not_followed(program), *_of_machine(program.path, machine)]
     return sorted(found, key=lambda issue: (RANK[issue.severity], issue.code))
 
 
@@ -129,6 +129,23 @@ def _issue(path: Toolpath, before: NDArray[np.float64], what: str, mask: Mask) -
 def _by_hand(issue: Issue) -> Issue:
     message = "the program never starts the spindle (M3): it must be on before the program runs"
     return replace(issue, message=message, severity=Severity.WARNING)
+
+
+def _not_followed(program: Program) -> Iterator[Issue]:
+    """Yield that the tool moves where it is not known to: neither counted as time and length nor looked at.
+
+    Probes are left out: what they find is never known.
+    """
+    path = program.path
+    lost = (path.kind == Kind.FOREIGN) & (path.ref != STILL) & (path.value == 0.0) & np.isnan(path.end).any(axis=1)
+    rows = np.flatnonzero(lost)
+    if not len(rows):
+        return
+    block = int(np.searchsorted(program.first, rows[0], side="right")) - 1
+    where = "in one block" if len(rows) == 1 else f"in {len(rows):,} blocks"
+    first = f": {program.fixed[block]}" if block in program.fixed else ""
+    message = f"where the tool goes {where} is not known, so it is neither counted nor checked{first}"
+    yield Issue("L808", message, f"line {int(path.line[rows[0]])}")
 
 
 def _of_machine(path: Toolpath, machine: Machine) -> Iterator[Issue]:
