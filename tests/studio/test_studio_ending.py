@@ -105,3 +105,33 @@ def test_a_preview_is_ended_where_another_is_wanted_and_before_it_began(endless:
     assert ended == ["ended", "ended"]
     first.end()  # it is left: nothing is raised here or later
     assert not endless.let_go.is_set()
+
+
+@pytest.mark.parametrize("file", ["/any/numba/core/dispatcher.py", "/any/llvmlite/binding/executionengine.py"])
+def test_compiled_code_is_loaded_whole_before_its_thread_is_ended(file: str) -> None:
+    """Where the library that loads it calls Python back, an error is printed by Python itself, and ends nothing."""
+    begun, go_on = threading.Event(), threading.Event()
+    code = compile("def load():\n    begun.set()\n    go_on.wait(60)\n    loaded.append(True)\n", file, "exec")
+    names: dict[str, Any] = {"begun": begun, "go_on": go_on, "loaded": []}
+    exec(code, names)
+    endable, ended = Endable(), []
+    reading = [True]
+
+    def work() -> None:
+        try:
+            with endable:
+                names["load"]()
+                while reading:  # and holds no lock, which would stay locked
+                    pass
+        except Ended:
+            ended.append(True)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    assert begun.wait(LONG_ENOUGH)
+    endable.end()
+    go_on.set()
+    thread.join(LONG_ENOUGH)
+    reading.clear()
+    assert names["loaded"] == [True]
+    assert ended == [True]

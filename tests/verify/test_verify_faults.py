@@ -71,6 +71,7 @@ REFUSED = [
         )
         for word in ("G49", "G54", "G98")
     ),
+    lcnc("G0 beside G28", "G28 Z20 / G0 Z5", "G28 Z20", "G0 G28 Z20"),
     lcnc("P of a cycle that has none", "G81 X9 Z-2 R1 F100 / G80", "R1 F100", "R1 P0 F100"),
     lcnc("Q of a cycle that has none", "G81 X9 Z-2 R1 F100 / G80", "R1 F100", "R1 Q0 F100"),
 ]

@@ -269,7 +269,8 @@ class BlockRunner(Reader):
         changed = not words.g.keys().isdisjoint(("length", "offset", "retract"))
         changed |= words.g.get("plane", 10 * state.plane) != 10 * state.plane
         torn = (changed or (starts and "L" in words.letters)) and (starts or state.radius in (41, 42))
-        self.refused |= again or strange or unfed or torn or self._has_spare_words(words)
+        two = "motion" in words.g and words.g.get("non-modal") in (280, 300)  # both would use the words of the axes
+        self.refused |= again or strange or unfed or torn or two or self._has_spare_words(words)
 
     def _has_spare_words(self, words: SortedBlock) -> bool:
         """Return whether a cycle is given a P or a Q that it does not use."""

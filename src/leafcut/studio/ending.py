@@ -7,12 +7,15 @@ own, so that nothing is harmed where they end anywhere; searches and compilers h
 from __future__ import annotations
 
 import ctypes
+import os
 import sys
 import threading
 from types import TracebackType
 
-#: Seconds until a thread that loads a module is looked at again.
+#: Seconds until a thread that loads a module or compiled code is looked at again.
 _AGAIN = 0.05
+#: Who loads modules, and who loads and makes compiled code: half of either would stay for all others.
+_LOADERS = ("<frozen importlib._bootstrap>", f"{os.sep}llvmlite{os.sep}", f"{os.sep}numba{os.sep}")
 
 
 class Ended(BaseException):
@@ -54,8 +57,8 @@ class Endable:
     def end(self) -> None:
         """Raise `Ended` in the thread, once, if it is inside, else as soon as it begins; return at once.
 
-        What a package in another language does in one call is done first, and a module that is being loaded, as half a
-        module would stay for all others.
+        What a package in another language does in one call is done first, and what is being loaded, as half a module
+        would stay for all others.
         """
         with self._lock:
             self._over, thread = True, self._thread
@@ -71,10 +74,10 @@ class Endable:
 
 
 def _loads(thread: int) -> bool:
-    """Return whether a thread is loading a module."""
+    """Return whether a thread is loading a module or compiled code."""
     frame = sys._current_frames().get(thread)
     while frame is not None:
-        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+        if any(who in frame.f_code.co_filename for who in _LOADERS):
             return True
         frame = frame.f_back
     return False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -22,6 +23,8 @@ Mask = NDArray[np.bool_]
 
 #: Room for the rounding of written heights, mm.
 _ROOM = 0.002
+#: S0, as it is written.
+_NO_SPEED = re.compile(r"S\s*0+(?:\.0*)?(?![\d.])", re.IGNORECASE)
 #: By what is wrong: the code, how much it matters, and what it is, of one and of several.
 _KINDS = {
     "rapid below clearance": ("L801", Severity.DANGER, "rapid below Z0.05", "rapids below Z0.05"),
@@ -103,13 +106,16 @@ def _cut_before(path: Toolpath, before: NDArray[np.float64], mask: Mask) -> Mask
 def _turning(program: Program, path: Toolpath, rows: NDArray[np.int32], unknown: bool) -> Mask:
     """Return in which rows the spindle turns, or the torch burns; `unknown` where only the machine knows.
 
-    A change of tool stops it. M3 without an S turns it as fast as it is set.
+    A change of tool stops it. M3 without an S turns it as fast as it is set; S0 is no speed.
     """
     kinds = program.path.kind
     block = np.searchsorted(program.first, np.arange(len(kinds)), side="right") - 1
     after = np.array([program.modals[k].spindle != 0 for k in program.before[1:].tolist()], dtype=bool)
     says = (kinds == Kind.SPINDLE) | (kinds == Kind.TOOL) | ((kinds == Kind.FOREIGN) & (program.path.ref == 1))
-    state = np.where(kinds == Kind.SPINDLE, (program.path.value != 0.0) | after[block], unknown & (kinds != Kind.TOOL))
+    set_before = after[block]
+    for row in np.flatnonzero((kinds == Kind.SPINDLE) & (program.path.value == 0.0) & set_before).tolist():
+        set_before[row] = not _NO_SPEED.search(program.lines[int(program.path.line[row]) - 1])
+    state = np.where(kinds == Kind.SPINDLE, (program.path.value != 0.0) | set_before, unknown & (kinds != Kind.TOOL))
     last = np.maximum.accumulate(np.where(says, np.arange(len(kinds)), -1)) if len(kinds) else np.zeros(0, dtype=int)
     turning: Mask = ((last >= 0) & state[last])[rows]
     return turning
