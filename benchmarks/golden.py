@@ -16,7 +16,6 @@ import contextlib
 import filecmp
 import io
 import json
-import os
 import re
 import sys
 import tempfile
@@ -52,28 +51,29 @@ def jobs() -> Iterator[tuple[str, str, str, dict[str, Any]]]:
         for drawing, more in (("pocket.dxf", {}), ("pocket.png", {"pixel_size": 0.2})):
             given = {"machine": machine, "depth": 4.0, "tool_diameter": 6.0, **more}
             yield f"pocket/{drawing}/{machine}", f"examples/{drawing}", "pocket", given
-    programs = [ROOT / "examples" / "cam_121.nc", *sorted((ROOT / "tests" / "styles").glob("*.*"))]
     for machine in MILLS:
-        for program in programs:
-            if program.suffix != ".md":
-                name = str(program.relative_to(ROOT))
-                yield f"program/{program.name}/{machine}", name, "auto", {"machine": machine}
+        for program in (ROOT / "examples" / "cam_121.nc", *_styles()):
+            yield f"program/{program.name}/{machine}", str(program.relative_to(ROOT)), "auto", {"machine": machine}
 
 
 def write(folder: Path, only: str) -> None:
     """Make everything whose name holds `only` below `folder`."""
-    os.chdir(ROOT)
-    for name, source, process, options in jobs():
-        if only in name:
-            place = folder / name
-            place.mkdir(parents=True, exist_ok=True)
-            _make(place, source, process, options)
-            print(name, flush=True)
-    if only in "nest":
-        _nest(folder / "nest")
-    for program in sorted((ROOT / "tests" / "styles").glob("*.*")):
-        if program.suffix != ".md" and only in f"simulate/{program.name}":
-            _simulate(folder / "simulate", str(program.relative_to(ROOT)))
+    with contextlib.chdir(ROOT):
+        for name, source, process, options in jobs():
+            if only in name:
+                place = folder / name
+                place.mkdir(parents=True, exist_ok=True)
+                _make(place, source, process, options)
+                print(name, flush=True)
+        if only in "nest":
+            _nest(folder / "nest")
+        for program in _styles():
+            if only in f"simulate/{program.name}":
+                _simulate(folder / "simulate", str(program.relative_to(ROOT)))
+
+
+def _styles() -> list[Path]:
+    return [file for file in sorted((ROOT / "tests" / "styles").glob("*.*")) if file.suffix != ".md"]
 
 
 def _make(place: Path, source: str, process: str, options: dict[str, Any]) -> None:
