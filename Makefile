@@ -12,8 +12,8 @@ CORE := .venv-core-$(notdir $(PYTHON))
 #: what only warns of its end may warn.
 SMOKE := tests/test_extras.py tests/test_files.py tests/geometry/test_curves.py tests/geometry/test_index.py \
     tests/read/test_read_dxf.py tests/read/test_read_excellon.py tests/read/test_read_picture.py \
-    tests/read/test_read_pockets.py tests/kernels/test_keeping.py tests/plan/test_clear_pierces.py \
-    tests/plan/test_pocket_region.py
+    tests/read/test_read_pockets.py tests/kernels/test_keeping.py tests/processes/sheet/plan/test_clear_pierces.py \
+    tests/processes/pocket/plan/test_pocket_region.py
 #: What the studio stands on besides: its forms, its programs' interface, its jobs and its door.
 STUDIO := $(addprefix tests/studio/test_studio_,api.py forms.py jobs.py library.py safety.py)
 SMOKE_FLAGS := -n 2 -p no:cacheprovider -o filterwarnings= --disable-warnings
@@ -29,7 +29,7 @@ test: $(READY_DEV)
 	$(BIN)/pytest -n 2
 
 test-lowest: $(LOWEST)/.ready
-	$(LOWEST)/bin/pytest $(SMOKE_FLAGS) $(SMOKE) $(STUDIO) tests/plan/test_nest_blocks.py
+	$(LOWEST)/bin/pytest $(SMOKE_FLAGS) $(SMOKE) $(STUDIO) tests/processes/nesting/plan/test_nest_blocks.py
 
 test-core: $(CORE)/.ready
 	$(CORE)/bin/leafcut optimize examples/plate_27.dxf --thickness 6

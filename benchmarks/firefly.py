@@ -30,8 +30,8 @@ from leafcut.geometry.regions import polygons, shrunk
 from leafcut.model.pocket import PocketRules
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import AcoOptions, SolveOptions
-from leafcut.plan.pocket_grid import ANGLES, Grid, GridContext, Retract, grid_points, grid_problem, lay_grid
-from leafcut.plan.pocket_region import CentreRegion
+from leafcut.processes.pocket.plan.grid import ANGLES, Grid, GridContext, Retract, grid_points, grid_problem, lay_grid
+from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.solve import stop
 from leafcut.solve.solve import solve, warm_up
 

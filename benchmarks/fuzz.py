@@ -119,7 +119,7 @@ def _text(data: bytes) -> str:
 def _foreign(name: str) -> Target:
     def read(data: bytes, _: Path) -> None:
         from leafcut.gcode.dialects import dialect
-        from leafcut.gcode.foreign import interpret_program
+        from leafcut.gcode.program_interpreter import interpret_program
 
         interpret_program(_text(data), dialect(name))
 
@@ -136,9 +136,9 @@ def _own(data: bytes, _: Path) -> None:
 def _verify(data: bytes, _: Path) -> None:
     """Compare a program with one that is the same but for a line here and there."""
     from leafcut.gcode.dialects import dialect
-    from leafcut.gcode.foreign import interpret_program
+    from leafcut.gcode.program_interpreter import interpret_program
+    from leafcut.processes.program.proof.certificate import certify
     from leafcut.read.machine import load_machine
-    from leafcut.verify.certificate import certify
 
     words, text = dialect("linuxcnc"), _text(data)
     lines = text.splitlines(keepends=True)
@@ -154,8 +154,8 @@ def _posts(data: bytes, _: Path) -> None:
     """Write in every dialect what a program says, and read that back."""
     from leafcut.errors import PostError
     from leafcut.gcode.dialects import dialect, dialects
-    from leafcut.gcode.foreign import interpret_program
     from leafcut.gcode.interpreter import interpret
+    from leafcut.gcode.program_interpreter import interpret_program
     from leafcut.options import PostOptions
     from leafcut.post.writer import write_program
 

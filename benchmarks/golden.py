@@ -104,7 +104,7 @@ def _make(place: Path, source: str, process: str, options: dict[str, Any]) -> No
 
 def _nest(folder: Path) -> None:
     import leafcut
-    from leafcut.report.nest_answer import nest_as_json
+    from leafcut.processes.nesting.report import nest_as_json
 
     folder.mkdir(parents=True, exist_ok=True)
     outcome = leafcut.nest(

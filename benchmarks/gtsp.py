@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 from page import facts, table, write_section
 
 from leafcut.options import ALGORITHMS, SolveOptions
-from leafcut.plan.maps import problem_of_map
 from leafcut.read import read
 from leafcut.solve import stop
+from leafcut.solve.maps import problem_of_map
 from leafcut.solve.solve import solve
 
 #: What the sets of instances are called in the headings of the page.

@@ -20,8 +20,8 @@ import numpy as np
 from page import facts, table, write_section
 
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.foreign import interpret_program
 from leafcut.gcode.program import Program
+from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import MOTIONS
 
 HEAD = "G21 G90 G17\nG0 X0 Y0 Z5\nF600\n"

@@ -14,9 +14,9 @@ import resource
 import time
 
 from leafcut.gcode import dialects
-from leafcut.gcode.foreign import interpret_program
+from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import Section
-from leafcut.plan.resequencing import find_sequence
+from leafcut.processes.program.plan.resequencing import find_sequence
 
 #: Lines of a cut, millimetres between waves and between columns of them.
 _LINES, _APART, _COLUMN = 19, 0.5, 12.0

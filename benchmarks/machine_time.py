@@ -28,7 +28,7 @@ from page import facts, table, write_section
 from timed_programs import SLOW, pockets, programs, sheets
 
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.foreign import interpret_program
+from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.read.machine import load_machine
 from leafcut.timing.toolpath import measure

@@ -5,8 +5,8 @@
 A strip has a width and all the length that it needs; the shorter, the denser. leafcut lays the pieces of an instance
 on one long sheet of that width, with no kerf, gap or margin. Even then it keeps a little between parts (0.1 mm, and
 what the seven digits of its nester need); that is felt least on a large sheet, so an instance is drawn as large as a
-sheet may be. Every nest is measured anew by `verify.nest`, which shares nothing with what made it, and its density is
-added up here.
+sheet may be. Every nest is measured anew by `processes.nesting.proof`, which shares nothing with what made it, and its
+density is added up here.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Nest, NestPart
 from leafcut.options import LARGEST_SHEET, NestOptions, SolveOptions
-from leafcut.plan.nest_fill import TOUCHING
-from leafcut.runs.nesting import nest
-from leafcut.verify.nest import check_nest
+from leafcut.processes.nesting.plan.fill import TOUCHING
+from leafcut.processes.nesting.proof import check_nest
+from leafcut.processes.nesting.run import nest
 
 DATA = Path(os.environ.get("LEAFCUT_DATA") or Path(__file__).parents[2] / "shared" / "data") / "nesting"
 

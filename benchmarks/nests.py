@@ -23,8 +23,8 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Nest, NestPart
 from leafcut.options import NestOptions, SolveOptions
-from leafcut.post.nest_dxf import write_layout
-from leafcut.runs.nesting import nest
+from leafcut.processes.nesting.post import write_layout
+from leafcut.processes.nesting.run import nest
 
 #: Parts of each nest.
 SIZES = (18, 24, 30, 38, 46, 56, 68, 82, 100, 120)

@@ -3,7 +3,7 @@
     python benchmarks/pockets.py --write docs/benchmarks.md
 
 The pockets and the paths they are compared with lie in the data folder (`pockets`); the tool is 10 mm wide, the
-step-over 6 mm. What a path does is told by `verify.removal`, which knows nothing of how it was planned.
+step-over 6 mm. What a path does is told by `stock.removal`, which knows nothing of how it was planned.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from page import facts, table, write_section
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.options import Settings
-from leafcut.plan.pocket_arcs import fitted
-from leafcut.plan.pocket_region import centre_regions
-from leafcut.runs.pocket_strategies import WAYS
-from leafcut.runs.run import Run, machine_of
-from leafcut.verify.removal import measure_path
+from leafcut.processes.course import Run, machine_of
+from leafcut.processes.pocket.measures import measure_path
+from leafcut.processes.pocket.plan.arcs import fitted
+from leafcut.processes.pocket.plan.region import centre_regions
+from leafcut.processes.pocket.strategies import WAYS
 
 #: What the lists of baselines were made for.
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
@@ -109,7 +109,7 @@ def main() -> None:
 A flat end mill of 10 mm, step-over 6 mm; one level in the plane, without approach and departure. Rows in italics are
 paths of others, measured for the data folder. The floor is the area of the allowed tool centres divided by the
 step-over; feed and air (rapids from piece to piece) together are compared with it. A gouge would have stopped the
-measurement. The step-over is the distance of a pass from its nearer neighbour, at most (`verify.step_over`); the
+measurement. The step-over is the distance of a pass from its nearer neighbour, at most (`stock.step_over`); the
 engagement is the angle of the tool's edge in the material. The time is that of linuxcnc-mill at 1200 mm/min, with its
 accelerations, arcs fitted and lifts included; CPU is what finding the path took. *adaptive* keeps the engagement
 below 90°.

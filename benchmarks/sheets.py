@@ -35,10 +35,10 @@ from leafcut.model.cutting import CutTimes
 from leafcut.model.outcome import Outcome
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import Settings, SolveOptions
-from leafcut.plan.cut_rules import resolve_rules
-from leafcut.plan.cutting import prepare_cutting
-from leafcut.plan.sheet import prepare_sheet
-from leafcut.post.nest_dxf import write_layout
+from leafcut.processes.nesting.post import write_layout
+from leafcut.processes.sheet.plan.cut_rules import resolve_rules
+from leafcut.processes.sheet.plan.cutting import prepare_cutting
+from leafcut.processes.sheet.plan.sheet import prepare_sheet
 from leafcut.read import read_contours
 from leafcut.read.cutchart import find_cut_data, load_chart
 from leafcut.solve.solve import solve

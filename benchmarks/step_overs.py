@@ -3,7 +3,7 @@
     python benchmarks/step_overs.py --write docs/benchmarks.md
 
 The pockets lie in the data folder (`pockets`); the tool is 10 mm wide. How far passes are apart, what is cut beyond the
-walls and what stays uncut is told by `verify.removal`, which knows nothing of how a path was planned. A strategy may
+walls and what stays uncut is told by `stock.removal`, which knows nothing of how a path was planned. A strategy may
 refuse a step-over (a grid needs points half a tool apart at least); it may not exceed it.
 """
 
@@ -21,12 +21,12 @@ from pockets import RULES, folder, pocket_of
 
 from leafcut.errors import LeafcutError
 from leafcut.options import Settings
-from leafcut.plan.pocket_arcs import fitted
-from leafcut.plan.pocket_region import centre_regions
-from leafcut.plan.pocket_rules import USUAL_POINTS
-from leafcut.runs.pocket_strategies import WAYS, Way
-from leafcut.runs.run import Run, machine_of
-from leafcut.verify.removal import measure_path
+from leafcut.processes.course import Run, machine_of
+from leafcut.processes.pocket.measures import measure_path
+from leafcut.processes.pocket.plan.arcs import fitted
+from leafcut.processes.pocket.plan.region import centre_regions
+from leafcut.processes.pocket.plan.rules import USUAL_POINTS
+from leafcut.processes.pocket.strategies import WAYS, Way
 
 #: Shares of the tool's diameter.
 SHARES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)

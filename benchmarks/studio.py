@@ -22,7 +22,7 @@ import numpy as np
 from page import facts, table, write_section
 
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.foreign import interpret_program
+from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Toolpath
 from leafcut.report.playback import playback

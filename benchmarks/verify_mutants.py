@@ -28,9 +28,9 @@ from typing import NamedTuple
 
 from leafcut.errors import LeafcutError
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.foreign import interpret_program
 from leafcut.gcode.program import Program
-from leafcut.verify.certificate import certify
+from leafcut.gcode.program_interpreter import interpret_program
+from leafcut.processes.program.proof.certificate import certify
 
 HEAD = "G21 G90 G17 G40 G94 G54 G49 G80\nT1 M6\nS900 M3\nG0 X0. Y0. Z20.\n"
 END = "G0 Z20.\nM5\nM30\n"

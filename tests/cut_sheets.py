@@ -15,10 +15,10 @@ from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutData
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.options import CutOptions, SolveOptions
-from leafcut.plan.chain_starts import Chain
-from leafcut.plan.chaining import chain_blocks, chain_problem, chains_of, with_chains
-from leafcut.plan.cut_rules import CutRules, resolve_rules
-from leafcut.plan.cutting import Cutting, bands, prepare_cutting
+from leafcut.processes.sheet.plan.chains.chain_cutting import chain_blocks, chain_problem, chains_of, with_chains
+from leafcut.processes.sheet.plan.chains.chain_starts import Chain
+from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
+from leafcut.processes.sheet.plan.cutting import Cutting, bands, prepare_cutting
 from leafcut.solve.solve import solve
 
 PLASMA = CutData("plasma", "mild_steel", 6.0, 20.0, 1.5, 45.0, 3.8, 0.5, 1.5)

@@ -10,12 +10,12 @@ from dataclasses import replace
 import numpy as np
 
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.foreign import interpret_program
 from leafcut.gcode.program import Program
+from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import Section, Sequence
 from leafcut.model.toolpath import Kind, positions_before
-from leafcut.plan.resequencing import find_sequence
-from leafcut.post.rewriter import rewrite
+from leafcut.processes.program.plan.resequencing import find_sequence
+from leafcut.processes.program.post.rewriter import rewrite
 
 CUTS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL)
 

@@ -115,7 +115,7 @@ def test_the_sheet_that_the_readme_cuts_is_cut(tmp_path: Path, monkeypatch: pyte
 
 def test_the_commands_of_the_page_on_pockets_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With one strategy, as the others have tests of their own; every program is verified and written."""
-    from leafcut.runs import pocket_strategies
+    from leafcut.processes.pocket import strategies as pocket_strategies
 
     few = tuple(way for way in pocket_strategies.WAYS if way.name == "contour")
     monkeypatch.setattr(pocket_strategies, "WAYS", few)

@@ -5,16 +5,18 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-
-import pytest
 
 ROOT = Path(__file__).parents[1] / "src" / "leafcut"
 
 BASE = {"errors", "units"}
 MODEL = BASE | {"geometry", "model"}
 STAGE = MODEL | {"options", "gcode"}
+STAGES = {"read", "timing", "solve", "post", "proof", "report"}
+#: Room → the rooms that it may import, of those below the processes.
 MAY_IMPORT = {
+    "_version": set(),
     "errors": set(),
     "units": {"errors"},
     "kernels": set(),
@@ -24,26 +26,41 @@ MAY_IMPORT = {
     "options": BASE | {"option_spec", "files"},
     "model": BASE | {"geometry"},
     "gcode": MODEL,
+    "stock": MODEL | {"kernels"},
     "machines": set(),
     "read": STAGE | {"files"},
-    "plan": STAGE,
     "timing": STAGE | {"kernels"},
     "solve": STAGE | {"kernels"},
     "post": STAGE,
-    "verify": STAGE | {"timing"},
+    "proof": STAGE | {"stock", "timing"},
     "report": STAGE | {"timing"},
     "progress": set(),
     "flags": BASE | {"option_spec"},
 }
-STAGES = {"read", "plan", "timing", "solve", "post", "verify", "report"}
-MAY_IMPORT["runs"] = STAGE | STAGES
-MAY_IMPORT["api"] = STAGE | STAGES | {"files", "runs"}
-MAY_IMPORT["studio"] = MODEL | {"api", "option_spec", "options", "files", "progress", "read", "report"}
+#: Above the processes: what joins them and what people see.
+MAY_IMPORT["api"] = STAGE | STAGES | {"files", "processes"}
+MAY_IMPORT["report"] |= {"processes"}
+MAY_IMPORT["studio"] = MODEL | {"api", "option_spec", "options", "files", "progress", "read", "report", "user_files"}
+MAY_IMPORT["studio"] |= {"processes", "_version"}
 MAY_IMPORT["user_files"] = MAY_IMPORT["files"] | {"files"}
 MAY_IMPORT["several"] = BASE | {"files", "read"}
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
-MAY_IMPORT["studio"] |= {"user_files"}
-MAY_IMPORT["cli"] |= {"user_files", "several", "model"}
+MAY_IMPORT["cli"] |= {"user_files", "several", "model", "processes", "_version"}
+
+#: What all processes share, and what stands between them and the rest of the program.
+COURSE = STAGE | STAGES | {"files", "stock", "processes", "_version"}
+#: Part of a process → what it may import, beside other parts of its own process (`OWN`).
+IN_A_PROCESS = {
+    "plan": STAGE | {"stock", "timing", "processes"},
+    "proof": STAGE | {"stock", "timing", "proof"},
+    "post": STAGE | {"post"},
+    "report": STAGE | {"stock", "timing", "report"},
+}
+#: Part of a process → the parts of the same process that it may import. What judges shares nothing with what made it.
+OWN = {"plan": set(), "proof": set(), "post": set(), "report": set()}
+#: A process → those whose public names it uses.
+NEEDS = {"nesting": {"sheet"}}
+PROCESSES = {"drilling", "sheet", "pocket", "program", "nesting"}
 
 FILES = sorted(ROOT.rglob("*.py"))
 
@@ -54,25 +71,83 @@ def room_of(path: Path) -> str:
     return first.removesuffix(".py")
 
 
-def imported_rooms(path: Path) -> set[str]:
-    """Return the rooms of leafcut that a file imports anywhere, also inside functions."""
-    rooms = set()
+def process_of(parts: Sequence[str]) -> str:
+    """Return the process that a module belongs to, by the parts of its name below leafcut, "" for any other."""
+    return parts[1] if len(parts) > 1 and parts[0] == "processes" and parts[1] in PROCESSES else ""
+
+
+def part_of(parts: Sequence[str]) -> str:
+    """Return the part of its process that a module is: plan, proof, post or report, "" for what joins them."""
+    return parts[2] if len(parts) > 2 and process_of(parts) and parts[2] in IN_A_PROCESS else ""
+
+
+def imported(path: Path) -> set[tuple[str, ...]]:
+    """Return the modules of leafcut that a file imports, also inside functions, as the parts of their names."""
+    found = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative import"
-            names = [node.module or ""]
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
         else:
             continue
-        rooms |= {name.split(".")[1] for name in names if name.startswith("leafcut.")}
-    return rooms
+        found |= {tuple(name.split(".")[1:]) for name in names if name.startswith("leafcut.")}
+    return found
 
 
-@pytest.mark.parametrize("path", [f for f in FILES if f.name != "__init__.py" or f.parent != ROOT], ids=str)
-def test_a_room_imports_only_what_it_may(path: Path) -> None:
-    room = room_of(path)
-    assert imported_rooms(path) - {room} <= MAY_IMPORT[room]
+def module(path: Path) -> tuple[str, ...]:
+    """Return the parts of a module's name below leafcut."""
+    return path.relative_to(ROOT).with_suffix("").parts
+
+
+def rooms_outside() -> list[Path]:
+    return [f for f in FILES if room_of(f) not in ("processes", "__init__")]
+
+
+def faults(files: Iterable[Path], wrong: Callable[[tuple[str, ...], tuple[str, ...]], bool]) -> list[str]:
+    """Return the imports that are wrong, each as "who: whom"."""
+    return [
+        f"{'.'.join(module(file))}: {'.'.join(name)}"
+        for file in files
+        for name in sorted(imported(file))
+        if wrong(module(file), name)
+    ]
+
+
+def test_a_room_imports_only_what_it_may() -> None:
+    assert not faults(rooms_outside(), lambda me, it: it[0] != me[0] and it[0] not in MAY_IMPORT[me[0]])
+
+
+def test_the_processes_import_rooms_alone_and_never_what_stands_above_them() -> None:
+    assert not faults(ROOT.glob("processes/**/*.py"), lambda _, it: it[0] not in COURSE)
+
+
+def test_what_all_processes_share_knows_none_of_them() -> None:
+    shared = [f for f in FILES if room_of(f) == "processes" and not process_of(module(f))]
+    assert not faults(shared, lambda _, it: bool(process_of(it)))
+
+
+def test_a_process_imports_no_other_but_those_it_stands_on() -> None:
+    def other(me: tuple[str, ...], it: tuple[str, ...]) -> bool:
+        mine, its = process_of(me), process_of(it)
+        return bool(mine and its and mine != its and its not in NEEDS.get(mine, set()))
+
+    assert not faults(ROOT.glob("processes/**/*.py"), other)
+
+
+def test_plan_proof_post_and_report_of_a_process_share_no_code() -> None:
+    """What judges imports nothing of what made it, and neither of them what tells of it."""
+
+    def wrong(me: tuple[str, ...], it: tuple[str, ...]) -> bool:
+        part = part_of(me)
+        if not part:
+            return False
+        if process_of(it) == process_of(me):
+            return part_of(it) != part and part_of(it) not in OWN[part] and it[2] != "model"
+        return it[0] not in IN_A_PROCESS[part]
+
+    assert not faults(ROOT.glob("processes/**/*.py"), wrong)
 
 
 def loaded_by(statement: str) -> set[str]:
@@ -103,5 +178,5 @@ def test_no_public_name_is_hidden_by_a_room() -> None:
 
 
 def test_reading_and_planning_do_not_load_numba() -> None:
-    statement = "import leafcut\nfrom leafcut.plan.drilling import plan_drilling\nleafcut.read_part('example:plate-70')"
-    assert "numba" not in loaded_by(statement)
+    planning = "from leafcut.processes.drilling.plan.drilling import plan_drilling"
+    assert "numba" not in loaded_by(f"import leafcut\n{planning}\nleafcut.read_part('example:plate-70')")

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from leafcut._version import __version__
 
 if TYPE_CHECKING:
     from leafcut.api import nest, optimize, simulate, solve_part, verify_programs

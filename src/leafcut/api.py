@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput, check_is_text, check_output, read_program, write_together
+from leafcut.model.heartbeat import Look
 from leafcut.model.issue import Issue
-from leafcut.model.look import Look
 from leafcut.model.nest import NestOutcome
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
 from leafcut.options import Settings, flag_name, settings_for
-from leafcut.runs.run import Progress, Run, for_cutting, looking_for, machine_of, passing_on
+from leafcut.processes.course import Progress, Run, for_cutting, looking_for, machine_of, passing_on
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from leafcut.model.cutting import CutPlan
     from leafcut.model.machine import Machine
     from leafcut.model.toolpath import Toolpath
+    from leafcut.processes.program.reading import ProgramRead
     from leafcut.read.format import Format, Source
-    from leafcut.runs.reading import ProgramRead
 
 #: What a drawing or a program may be given as.
 Given = str | Path | StandardInput
@@ -147,28 +147,28 @@ def _work(run: Run, sources: Sequence[Given], process: str) -> Outcome:
     if format_.name == "gcode" and process == "pocket":
         raise OptionError("--process pocket: this is a program; of a program, say what it does: mill")
     if format_.name == "gcode":
-        from leafcut.runs.resequencing import resequence
+        from leafcut.processes.program.run import resequence
 
         check_is_text(loaded.path, loaded.data)
         return _done(run, "program", format_.name, lambda run: resequence(run, loaded.path, loaded.data, process))
     if process not in ("auto", "drill", "cut", "pocket"):
         raise OptionError(f"--process {process}: a drawing is drilled, cut or milled; use auto, drill, cut or pocket")
     if process == "pocket" or (process == "auto" and format_.processes == ("pocket",)):
-        from leafcut.runs.pocketing import pocket
+        from leafcut.processes.pocket.run import pocket
 
         return _done(run, "pocket", format_.name, lambda run: pocket(run, loaded))
     if process == "cut":
-        from leafcut.runs.cutting import cut
+        from leafcut.processes.sheet.run import cut
 
         return _done(run, "cut", format_.name, lambda run: cut(run, loaded))
-    from leafcut.runs.drilling import drill
+    from leafcut.processes.drilling.run import drill
 
     return _done(run, "drill", format_.name, lambda run: drill(run, loaded))
 
 
 def _drilled_together(run: Run, inputs: Sequence[tuple[Format, Source]], process: str) -> Outcome:
     """Make one program of several drill files."""
-    from leafcut.runs.drilling import drill
+    from leafcut.processes.drilling.run import drill
 
     for format_, loaded in inputs:
         if format_.name != "excellon" or process not in ("auto", "drill"):
@@ -197,7 +197,7 @@ def _done(run: Run, work: str, input_kind: str, do: Callable[[Run], Outcome]) ->
 
 
 def _plan_text(plan: CutPlan) -> str:
-    from leafcut.plan.following import plan_file
+    from leafcut.processes.sheet.plan.apply_plan_file import plan_file
     from leafcut.read.plan_file import plan_text
 
     return plan_text(plan_file(plan.sheet, plan.data, plan.cuts))
@@ -237,8 +237,8 @@ def nest(
     ReadError, OptionError, PlanError, VerifyError, OutputError
         One line that says what was found and what to do. Nothing has been written then.
     """
+    from leafcut.processes.nesting.run import nest_drawings
     from leafcut.read.nest_list import read_wanted
-    from leafcut.runs.nesting import nest_drawings
 
     settings = settings_for(_collected(options, options_file, defaults_file), "nest")
     words = [str(part) for part in parts]
@@ -272,8 +272,8 @@ def _solved(
     part: Part, settings: Settings, progress: Progress | None, observe: Observer | None,
     cancelled: threading.Event | None,
 ) -> Solution:  # fmt: skip
-    from leafcut.plan.maps import check_allowed, problem_of_map
     from leafcut.solve.compiling import announced
+    from leafcut.solve.maps import check_allowed, problem_of_map
     from leafcut.solve.solve import solve
 
     problem = problem_of_map(part)
@@ -378,7 +378,7 @@ def read_run(
 
 def _read_run(program: Given, settings: Settings, dialect: str | None, progress: Progress | None) -> ProgramRun:
     from leafcut.gcode import dialects
-    from leafcut.runs.reading import read_foreign
+    from leafcut.processes.program.reading import read_foreign
 
     machine = machine_of(settings)
     name = dialect or machine.controller
@@ -425,7 +425,7 @@ def verify_programs(
     With `allow_reverse`, open cuts of one depth are the same from either end.
     """
     from leafcut.gcode import dialects
-    from leafcut.verify.certificate import certify
+    from leafcut.processes.program.proof.certificate import certify
 
     settings = settings_for(_collected(options, None, defaults_file), "verify")
     machine = machine_of(settings)
@@ -470,7 +470,7 @@ def output_name(
 
 def in_place(part: Part, settings: Settings, work: str) -> Part:
     """Return what was read for a kind of work as it lies before that work is planned."""
-    from leafcut.plan.placing import placed, placed_sheet
+    from leafcut.processes.placing import placed, placed_sheet
 
     if work == "cut":
         return placed_sheet(part, settings.read, settings.sheet)
@@ -500,6 +500,6 @@ def program_extension(dialect_name: str) -> str:
 def _interpret(
     program: Given, words: Dialect, settings: Settings, machine: Machine, look: Look, *, choose: bool
 ) -> ProgramRead:
-    from leafcut.runs.reading import read_foreign
+    from leafcut.processes.program.reading import read_foreign
 
     return read_foreign(read_program(program), str(program), settings, machine, words, look, choose=choose)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter
 
-from leafcut import __version__
+from leafcut._version import __version__
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput
 from leafcut.flags import command_of
@@ -366,7 +366,7 @@ def _nest(
             **_given(options),
         )
     if as_json:
-        from leafcut.report.nest_answer import nest_as_json
+        from leafcut.processes.nesting.report import nest_as_json
 
         _print_json(nest_as_json(outcome))
     elif quiet:
@@ -374,7 +374,7 @@ def _nest(
     else:
         from rich.console import Console
 
-        from leafcut.report.nest_answer import print_nests
+        from leafcut.processes.nesting.report import print_nests
 
         print_nests(outcome, Console())
     return INCOMPLETE if any(issue.severity == "missing" for issue in outcome.issues) else DONE

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.foreign import interpret_program
 from leafcut.gcode.program import Program
+from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind
-from leafcut.verify.certificate import certify
+from leafcut.processes.program.proof.certificate import certify
 from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 
 CYCLES = ("G81", "G82", "G83", "G73", "G84", "G85", "G86", "G89")

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from leafcut.errors import ReadError
 from leafcut.gcode.blocks import BlockRunner
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.foreign import interpret_program
+from leafcut.gcode.fast_path import QuickWay
 from leafcut.gcode.program import Program
-from leafcut.gcode.quick import QuickWay
+from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind
 
 HEAD = "G21 G90 G17\nG0 Z10\nX0 Y0\nF100\n"

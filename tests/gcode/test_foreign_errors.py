@@ -10,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import OptionError, ReadError
-from leafcut.gcode import blocks, flow
+from leafcut.gcode import blocks
+from leafcut.gcode import control_flow as flow
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.foreign import interpret_program
+from leafcut.gcode.program_interpreter import interpret_program
 
 HEAD = "G21 G90 G17 F100\nG0 X0 Y0 Z10\n"
 

@@ -9,7 +9,7 @@ import pytest
 
 from leafcut.errors import ReadError
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.foreign import interpret_program
+from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind
 from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 

@@ -10,10 +10,10 @@ import pytest
 
 from leafcut.errors import ReadError
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.foreign import interpret_program
 from leafcut.gcode.program import Program
+from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind
-from leafcut.verify.certificate import certify
+from leafcut.processes.program.proof.certificate import certify
 
 HEAD = "G21 G90 G17 G94 G40 G80 F100.\nG0 X0. Y0. Z10.\n"
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.foreign import interpret_program
 from leafcut.gcode.material import Material, as_run, materials_of, with_feeds
+from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind
 from leafcut.timing.profile import trapezoid_time

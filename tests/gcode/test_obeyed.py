@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.foreign import interpret_program
 from leafcut.gcode.obeyed import obeyed_lines
 from leafcut.gcode.program import Program
-from leafcut.plan.resequencing import find_sequence
-from leafcut.post.rewriter import rewrite
-from leafcut.verify.certificate import certify
+from leafcut.gcode.program_interpreter import interpret_program
+from leafcut.processes.program.plan.resequencing import find_sequence
+from leafcut.processes.program.post.rewriter import rewrite
+from leafcut.processes.program.proof.certificate import certify
 from qtplasmac_filter import filtered
 from rewriting import some_orders
 

@@ -12,9 +12,9 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
-from leafcut.plan.chains import known_process
+from leafcut.processes.program.plan.sections.program_rows import known_process
+from leafcut.processes.program.reading import read_foreign
 from leafcut.read.machine import load_machine
-from leafcut.runs.reading import read_foreign
 from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 
 FILES = sorted(p for p in (Path(__file__).parents[1] / "styles").iterdir() if p.suffix != ".md")

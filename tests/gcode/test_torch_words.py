@@ -10,8 +10,8 @@ import pytest
 
 from leafcut.errors import PostError, ReadError
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.foreign import interpret_program
 from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.gcode.torch import for_controller
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder, position_before, positions_before
 from rs274_moves import run_rs274

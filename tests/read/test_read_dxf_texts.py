@@ -14,7 +14,7 @@ from ezdxf.enums import MTextEntityAlignment, TextEntityAlignment
 from leafcut import api
 from leafcut.errors import LeafcutError
 from leafcut.options import ReadOptions, SheetOptions
-from leafcut.plan.sheet import prepare_sheet
+from leafcut.processes.sheet.plan.sheet import prepare_sheet
 from leafcut.read import read_contours
 from leafcut.read.lettering import letters
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from leafcut.model import Hole
 from leafcut.options import ReadOptions
 from leafcut.read.arcs import Piece, bulge_arc, close_circles
-from leafcut.read.sift import anchors, layer_filter, sift
+from leafcut.read.filter_holes import anchors, layer_filter, sift
 
 
 def brute(points, tolerance):

@@ -10,8 +10,8 @@ import pytest
 
 from leafcut.model import Machine, Outcome
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
+from leafcut.report.plan_view import trace
 from leafcut.report.playback import Doing, outcome_playback, playback
-from leafcut.report.trace import trace
 from leafcut.timing.toolpath import measure
 
 MILL = Machine(

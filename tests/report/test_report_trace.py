@@ -10,7 +10,7 @@ import pytest
 
 from leafcut.model import Arc, DrillCycle, ToolpathBuilder
 from leafcut.model.cycles import expand
-from leafcut.report.trace import trace
+from leafcut.report.plan_view import trace
 
 CYCLES = [
     DrillCycle("G81", 2.0, -6.0),

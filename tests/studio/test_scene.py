@@ -20,7 +20,7 @@ from leafcut.model.part import Hole, Part, Slot
 from leafcut.model.pocket import Pocket
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.studio.preview import look
-from leafcut.studio.running import run
+from leafcut.studio.run_job import run
 from leafcut.studio.scene import outcome_scene, part_scene, pheromone_scene, toolpath_scene
 from leafcut.studio.task import Call
 from leafcut.timing.toolpath import measure

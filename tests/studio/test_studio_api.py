@@ -16,7 +16,7 @@ from starlette.testclient import TestClient
 from leafcut import cli
 from leafcut.studio import jobs
 from leafcut.studio.app import Studio, make_api
-from leafcut.studio.running import Made
+from leafcut.studio.run_job import Made
 
 ROOT = Path(__file__).parents[2]
 PLATE = ROOT / "examples" / "plate_10.dxf"

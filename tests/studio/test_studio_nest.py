@@ -18,9 +18,9 @@ from leafcut import cli
 from leafcut.errors import OptionError
 from leafcut.studio.app import Studio, open_studio
 from leafcut.studio.history import State
+from leafcut.studio.nest_request import WantedPart, list_text, listed_parts, wanted_parts
 from leafcut.studio.sheets import comparison, nest_of, plan_cuts
 from leafcut.studio.task import Task, command_line, prepare, title_of
-from leafcut.studio.wanted import WantedPart, list_text, listed_parts, wanted_parts
 
 #: Two plates beside each other fill a sheet, so that six parts take several.
 OPTIONS = {"sheet": "200x90", "margin": "2", "gap": "2", "preset": "fast", "nester": "rectangles"}

@@ -10,9 +10,9 @@ from nicegui.client import Client
 from nicegui.page import page as page_of
 
 from leafcut.studio.app import Studio
+from leafcut.studio.page_state import View
 from leafcut.studio.panel_result import ResultPanel
 from leafcut.studio.task import Task
-from leafcut.studio.view import View
 from leafcut.studio.wording import words
 
 

@@ -194,7 +194,10 @@ def test_what_lies_damaged_in_the_folder_ends_in_one_line_or_is_made_anew(tmp_pa
 
 @pytest.mark.parametrize(
     ("missing", "told"),
-    [("uvicorn", "the studio needs the package uvicorn: pip install 'leafcut[studio]'"), ("leafcut.studio.view", None)],
+    [
+        ("uvicorn", "the studio needs the package uvicorn: pip install 'leafcut[studio]'"),
+        ("leafcut.studio.page_state", None),
+    ],
 )
 def test_only_a_package_that_is_not_installed_is_told_as_missing(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, missing: str, told: str | None

@@ -11,11 +11,11 @@ import pytest
 
 from leafcut import api
 from leafcut.model.snapshot import Snapshot
-from leafcut.studio import watching
+from leafcut.studio import search_watch as watching
 from leafcut.studio.app import Studio
 from leafcut.studio.history import State
+from leafcut.studio.search_watch import Watch
 from leafcut.studio.task import Task
-from leafcut.studio.watching import Watch
 
 MMAS = {"algorithm": "mmas", "iterations": "12", "threads": "1"}
 

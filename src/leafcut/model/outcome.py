@@ -71,8 +71,8 @@ class Outcome:
     text
         The program, whole.
     certificate
-        Of a program that came from elsewhere: the proof that the new one does the same work (`verify.certificate`), as
-        plain values, and what was counted. None for drawings.
+        Of a program that came from elsewhere: the proof that the new one does the same work
+        (`processes.program.proof.certificate`), as plain values, and what was counted. None for drawings.
     cut_plans
         Of a sheet: its cuts in the three orders, before, nearest neighbour (None where there is none) and as written,
         each with its time norm and its cost. Empty for all else.

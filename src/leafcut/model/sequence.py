@@ -21,7 +21,7 @@ class Stay(NamedTuple):
     Attributes
     ----------
     reason
-        A name of `leafcut.plan.staying.PHRASES`, or several, joined by a plus sign.
+        A name of `leafcut.processes.program.plan.precedence.staying.PHRASES`, or several, joined by a plus sign.
     line
         The line of what causes it, from 1.
     word

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from leafcut.errors import ReadError
 from leafcut.model import Part, Severity
-from leafcut.model.look import Look, unseen
+from leafcut.model.heartbeat import Look, unseen
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.read.format import Format, Match, Source
 from leafcut.read.registry import Input, formats, read_source, run
@@ -32,7 +32,7 @@ def read(source: Input, options: ReadOptions | None = None, look: Look = unseen)
 def read_contours(source: Input, options: ReadOptions | None = None, look: Look = unseen) -> Part:
     """Return the lines and curves of a drawing as contours, as they are drawn, in mm.
 
-    `plan.sheet.prepare_sheet` joins and cleans them. `look` is called as it goes on.
+    `processes.sheet.plan.sheet.prepare_sheet` joins and cleans them. `look` is called as it goes on.
 
     Raises
     ------

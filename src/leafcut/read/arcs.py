@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from leafcut.read.sift import anchors
+from leafcut.read.filter_holes import anchors
 
 #: Pieces of one circle may differ by this in centre and radius, mm: drawings keep 4 to 6 digits.
 SAME_CIRCLE = 0.01

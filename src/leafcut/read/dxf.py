@@ -19,6 +19,7 @@ from leafcut.read.dxf_blocks import Walk
 from leafcut.read.dxf_contours import read_dxf_contours, read_dxf_pockets
 from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document, sniff, units_of, walk_issues
 from leafcut.read.dxf_shapes import ROUND, Matrix, Shape, half_axes, is_flat, moved, seen_span, shape_of
+from leafcut.read.filter_holes import sift
 from leafcut.read.format import (
     FREE_HOLES,
     MAX_COORDINATE,
@@ -31,7 +32,6 @@ from leafcut.read.format import (
     too_many_holes,
     units_unknown,
 )
-from leafcut.read.sift import sift
 
 #: Circles smaller than this are drawing errors, mm.
 MIN_RADIUS = 1e-6

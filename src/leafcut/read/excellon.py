@@ -15,6 +15,7 @@ from typing import Any
 from leafcut.errors import ReadError, shown
 from leafcut.model import Hole, Issue, Part, Severity, Slot
 from leafcut.options import ReadOptions
+from leafcut.read.filter_holes import layer_filter, sift
 from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_HOLES,
@@ -26,7 +27,6 @@ from leafcut.read.format import (
     too_many_holes,
     units_unknown,
 )
-from leafcut.read.sift import layer_filter, sift
 
 #: A command is never this long; a longer line is no drill file, and slow to match.
 MAX_COMMAND = 200

@@ -14,7 +14,7 @@ from typing import Any
 
 from leafcut.errors import ReadError, parsing, shown
 from leafcut.model import Issue, Part, Severity
-from leafcut.model.look import Look, unseen
+from leafcut.model.heartbeat import Look, unseen
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.units import MM_PER_UNIT
 

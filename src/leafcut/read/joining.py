@@ -9,8 +9,8 @@ from dataclasses import replace
 from leafcut.errors import ReadError
 from leafcut.model import Issue, Part, Severity
 from leafcut.options import ReadOptions
+from leafcut.read.filter_holes import sift
 from leafcut.read.format import count_of
-from leafcut.read.sift import sift
 
 
 def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:

@@ -23,8 +23,8 @@ from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.heights import Heights
 from leafcut.model.pocket import Pocket
 from leafcut.options import PocketOptions, SheetOptions
+from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import count_of, places_of
-from leafcut.read.sift import layer_filter
 
 #: What layers are for by their names, where the user does not say.
 POCKET_NAMES = ("POCKET*",)

@@ -9,7 +9,7 @@ from pathlib import Path
 from leafcut.errors import ReadError, parsing, shown
 from leafcut.files import StandardInput
 from leafcut.model import Part
-from leafcut.model.look import Look, unseen
+from leafcut.model.heartbeat import Look, unseen
 from leafcut.options import ReadOptions
 from leafcut.read import csvmap, dxf, examples, excellon, gcode, gtsp, picture, sirius, svg, tsplib, wkt, xmlmap
 from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load

@@ -15,8 +15,9 @@ import numpy as np
 
 from leafcut.errors import LeafcutError, ReadError, shown
 from leafcut.model import Contour, Issue, Part, Severity
-from leafcut.model.look import Look
+from leafcut.model.heartbeat import Look
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
+from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import (
     CURVE_TOLERANCE,
     MAX_COORDINATE,
@@ -32,7 +33,6 @@ from leafcut.read.format import (
     too_many_segments,
 )
 from leafcut.read.pocket_outlines import pockets_of_drawing
-from leafcut.read.sift import layer_filter
 from leafcut.read.svg_shapes import SHAPES, Frame, Outline, outlines_of, placed_outline
 from leafcut.read.svg_transform import (
     PHYSICAL,

@@ -14,6 +14,7 @@ from typing import Any
 from leafcut.errors import ReadError, nearest, shown
 from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.options import ReadOptions
+from leafcut.read.filter_holes import chosen_layers, sift
 from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_HOLES,
@@ -26,7 +27,6 @@ from leafcut.read.format import (
     too_many_holes,
     units_unknown,
 )
-from leafcut.read.sift import chosen_layers, sift
 from leafcut.units import MM_PER_UNIT
 
 POINT_TAGS = ("city", "point", "hole", "node")

@@ -13,8 +13,8 @@ from leafcut.model.outcome import Outcome
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, place_labels
 from leafcut.report.marks import arrow_heads, end_marks
+from leafcut.report.plan_view import Trace, trace
 from leafcut.report.svg import STEPS, dots_data, element, in_steps, lines_data, text
-from leafcut.report.trace import Trace, trace
 from leafcut.report.wording import BEAMS
 
 #: Which of the two paths.

@@ -10,8 +10,8 @@ from leafcut.model.issue import Issue
 from leafcut.model.outcome import Measure, OperationOutcome, Outcome
 from leafcut.model.part import Part
 from leafcut.model.solution import Solution
-from leafcut.report.cut_words import cut_counts, cutting_as_json
-from leafcut.report.pocket_words import pocket_counts, pockets_as_json
+from leafcut.processes.pocket.report.pocket_words import pocket_counts, pockets_as_json
+from leafcut.processes.sheet.report.cut_words import cut_counts, cutting_as_json
 from leafcut.report.wording import algorithm_words, feed_mm_min, plain_number
 
 

@@ -8,13 +8,15 @@ from typing import Any
 
 from leafcut.model.cutting import CutPlan
 from leafcut.model.outcome import Measure, Outcome
-from leafcut.report import pocket_page, sheet_page, views
+from leafcut.processes.pocket.report import pocket_page
+from leafcut.processes.pocket.report.pocket_words import pocket_counts_words
+from leafcut.processes.sheet.report import sheet_page
+from leafcut.processes.sheet.report.cut_words import cut_counts_words
+from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, sheet_drawing
+from leafcut.processes.sheet.report.sheet_page import plan_words, sheet_size
+from leafcut.report import views
 from leafcut.report.colours import drawing_css, style_sheet
-from leafcut.report.cut_words import cut_counts_words
 from leafcut.report.drawing import RAMP, Scene, Which, build_scene, cut_tools, drawing, tool_class
-from leafcut.report.pocket_words import pocket_counts_words
-from leafcut.report.sheet_drawing import build_sheet_scene, sheet_drawing
-from leafcut.report.sheet_page import plan_words, sheet_size
 from leafcut.report.svg import element
 from leafcut.report.wording import (
     BEAMS,

@@ -12,9 +12,9 @@ from leafcut.model.machine import Machine
 from leafcut.model.outcome import Outcome
 from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, plane_axes, positions_before
 from leafcut.report.drawing import Which
-from leafcut.report.trace import latest, spindle_speed, stop_rows
+from leafcut.report.line_map import written_lines
+from leafcut.report.plan_view import latest, spindle_speed, stop_rows
 from leafcut.report.wording import BEAMS
-from leafcut.report.written import written_lines
 
 #: Chords of an arc that does not lie flat: seen from above it is no arc of a circle.
 _CHORDS = 24

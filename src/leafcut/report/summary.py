@@ -6,10 +6,15 @@ from typing import TYPE_CHECKING
 
 from leafcut.model.issue import Severity
 from leafcut.model.outcome import Outcome
-from leafcut.report.cut_words import cut_counts_words, norm_facts
-from leafcut.report.pocket_words import STRATEGY_TITLES, chosen_words, pocket_counts_words, strategy_cells
-from leafcut.report.pocket_words import facts as pocket_facts
-from leafcut.report.pocket_words import figures as strategy_figures
+from leafcut.processes.pocket.report.pocket_words import (
+    STRATEGY_TITLES,
+    chosen_words,
+    pocket_counts_words,
+    strategy_cells,
+)
+from leafcut.processes.pocket.report.pocket_words import facts as pocket_facts
+from leafcut.processes.pocket.report.pocket_words import figures as strategy_figures
+from leafcut.processes.sheet.report.cut_words import cut_counts_words, norm_facts
 from leafcut.report.wording import (
     NO_VALUE,
     bound_words,

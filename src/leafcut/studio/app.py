@@ -84,7 +84,7 @@ def make_api(studio: Studio) -> FastAPI:
     from fastapi.exceptions import RequestValidationError
     from starlette.exceptions import HTTPException
 
-    from leafcut import __version__
+    from leafcut._version import __version__
     from leafcut.studio import routes
 
     @asynccontextmanager

@@ -19,13 +19,13 @@ from leafcut.files import OutputError
 from leafcut.studio.ending import Endable
 from leafcut.studio.folder import Folder
 from leafcut.studio.history import History, Record, State
-from leafcut.studio.running import Made, run
+from leafcut.studio.run_job import Made, run
+from leafcut.studio.search_watch import Watch
 from leafcut.studio.task import Call, Task, names_of, prepare, title_of
-from leafcut.studio.watching import Watch
 
 #: So many run at once, the others wait: a search uses all cores already.
 AT_ONCE = 2
-#: What runs tell while they read their inputs, `runs.run.looking_for`.
+#: What runs tell while they read their inputs, `processes.course.looking_for`.
 READING = "reading"
 #: Most of what a run says that is kept: the last.
 _MOST_MESSAGES = 1000

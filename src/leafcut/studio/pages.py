@@ -15,15 +15,15 @@ from fastapi import Request
 from nicegui import Client, ui
 from nicegui import app as nicegui_app
 
-from leafcut import __version__
+from leafcut._version import __version__
 from leafcut.studio.elements import box, button, link, text
 from leafcut.studio.folder import Folder
+from leafcut.studio.page_state import View
 from leafcut.studio.panel_input import InputPanel
 from leafcut.studio.panel_jobs import JobsPanel
 from leafcut.studio.panel_library import LibraryPanel
 from leafcut.studio.panel_result import ResultPanel
 from leafcut.studio.panel_run import RunPanel
-from leafcut.studio.view import View
 from leafcut.studio.wording import LANGUAGES, Words, preferred, words
 
 if TYPE_CHECKING:

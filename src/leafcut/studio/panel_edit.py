@@ -17,8 +17,8 @@ from leafcut.studio.canvas import Canvas
 from leafcut.studio.editing import CutOrder, Edited, HoleOrder, Stop, cuts_one_by_one
 from leafcut.studio.elements import box, button, text
 from leafcut.studio.history import History, Record
+from leafcut.studio.page_state import View
 from leafcut.studio.scene import edited_scene
-from leafcut.studio.view import View
 from leafcut.units import format_length
 
 if TYPE_CHECKING:

@@ -14,13 +14,13 @@ from leafcut.studio.elements import Form, Opener, box, button, text
 from leafcut.studio.ending import Endable, Ended
 from leafcut.studio.folder import BUILT_IN
 from leafcut.studio.jobs import line_of
+from leafcut.studio.page_state import OF_READING, View
 from leafcut.studio.panel_live import pace_field
 from leafcut.studio.panel_parts import PartsPanel
 from leafcut.studio.preview import Seen
 from leafcut.studio.safety import LARGEST_UPLOAD
 from leafcut.studio.sheets import SheetOfNest, take
 from leafcut.studio.task import Task, called, parts_of
-from leafcut.studio.view import OF_READING, View
 
 if TYPE_CHECKING:
     from leafcut.studio.pages import Page

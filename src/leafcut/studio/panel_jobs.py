@@ -14,9 +14,9 @@ from leafcut.studio.folder import OWN, Folder
 from leafcut.studio.forms import changed
 from leafcut.studio.history import Record, State
 from leafcut.studio.jobs import line_of
+from leafcut.studio.page_state import View
 from leafcut.studio.panel_input import work_of
 from leafcut.studio.task import Task
-from leafcut.studio.view import View
 from leafcut.studio.wording import Words
 from leafcut.units import format_time
 

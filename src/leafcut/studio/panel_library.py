@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from leafcut.studio import library
 from leafcut.studio.elements import Editor, box, button, text
 from leafcut.studio.jobs import line_of
-from leafcut.studio.view import View
+from leafcut.studio.page_state import View
 
 if TYPE_CHECKING:
     from leafcut.studio.pages import Page

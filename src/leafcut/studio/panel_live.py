@@ -9,9 +9,9 @@ from leafcut.studio.canvas import Bars, Brightness, Canvas, Convergence
 from leafcut.studio.elements import Form, box, button, text
 from leafcut.studio.history import State
 from leafcut.studio.jobs import Live
+from leafcut.studio.page_state import View
 from leafcut.studio.scene import path_scene, pheromone_scene
-from leafcut.studio.view import View
-from leafcut.studio.watching import Watch
+from leafcut.studio.search_watch import Watch
 from leafcut.units import format_time
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from leafcut.studio.elements import Form, box, button, link, text
 from leafcut.studio.history import Record, State
 from leafcut.studio.jobs import line_of
+from leafcut.studio.page_state import View
 from leafcut.studio.sheets import GOING, SheetOfNest, comparison, plan_cuts, sheets_of
-from leafcut.studio.view import View
 from leafcut.units import format_time
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from leafcut.errors import LeafcutError
 from leafcut.studio.elements import Parts, box, text
 from leafcut.studio.folder import BUILT_IN
-from leafcut.studio.view import View
-from leafcut.studio.wanted import WantedPart, listed_parts, quantity_of, rotations_of
+from leafcut.studio.nest_request import WantedPart, listed_parts, quantity_of, rotations_of
+from leafcut.studio.page_state import View
 
 if TYPE_CHECKING:
     from leafcut.studio.pages import Page

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from leafcut.report.cut_words import clock
+from leafcut.processes.sheet.report.cut_words import clock
 from leafcut.studio.canvas import Bars, Convergence, Program
 from leafcut.studio.elements import box, button, link, table, text
 from leafcut.studio.history import Record
+from leafcut.studio.page_state import View
 from leafcut.studio.panel_edit import can_be_edited
 from leafcut.studio.panel_nest import NestPanel
-from leafcut.studio.view import View
 from leafcut.units import format_length, format_time
 
 if TYPE_CHECKING:

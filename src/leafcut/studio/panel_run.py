@@ -13,9 +13,9 @@ from leafcut.studio.canvas import LAYERS, Canvas
 from leafcut.studio.elements import box, button, text
 from leafcut.studio.history import State
 from leafcut.studio.jobs import line_of
+from leafcut.studio.page_state import View
 from leafcut.studio.panel_edit import EditPanel
 from leafcut.studio.panel_live import LivePanel, watch_of
-from leafcut.studio.view import View
 
 if TYPE_CHECKING:
     from leafcut.studio.pages import Page

@@ -24,10 +24,10 @@ from leafcut.options import ALGORITHM_TITLES, GROUPS
 from leafcut.studio.folder import Folder
 from leafcut.studio.history import Record, files_of
 from leafcut.studio.jobs import Jobs, line_of
+from leafcut.studio.nest_request import wanted_parts
 from leafcut.studio.safety import STILL_POLICY
 from leafcut.studio.sheets import comparison, plan_cuts, sheets_of
 from leafcut.studio.task import Task
-from leafcut.studio.wanted import wanted_parts
 
 if TYPE_CHECKING:
     from fastapi import FastAPI

@@ -13,7 +13,7 @@ from leafcut.errors import OptionError, nearest, shown
 from leafcut.option_spec import flag_name
 from leafcut.options import NestOptions, Settings, SheetWord, group_of
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
-from leafcut.studio.wanted import WantedPart, needs_list
+from leafcut.studio.nest_request import WantedPart, needs_list
 from leafcut.user_files import has_defaults
 
 #: How many files each takes; `nest` as many as there are drawings.

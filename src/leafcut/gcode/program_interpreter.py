@@ -1,0 +1,366 @@
+"""The interpreter of foreign programs: text in, `Program` out, with what was active before every block.
+
+Where `interpreter` reads back our own output and takes no word that it does not understand, this one reads what any
+other CAM has written. Plain lines go the quick way (`quick`), all others through `blocks`; `flow` says which line comes
+next.
+
+    interpret_program("G21\\nG90 G0 Z5\\nX1 Y2\\nG1 Z-1 F100\\nG0 Z5\\nM2", dialect("linuxcnc")).path
+"""
+
+from __future__ import annotations
+
+import io
+from functools import cached_property
+
+from leafcut.errors import OptionError, ReadError
+from leafcut.gcode.block_record import Record
+from leafcut.gcode.blocks import BlockRunner
+from leafcut.gcode.control_flow import Control, Flow, control_of
+from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.expressions import Parameters, Reading, read_block, spelled_words
+from leafcut.gcode.fast_path import QuickWay
+from leafcut.gcode.foreign_state import ForeignState
+from leafcut.gcode.jumps import Statement, Undecided, has_statements, is_output, statement_of
+from leafcut.gcode.obeyed import obeyed_lines
+from leafcut.gcode.program import Program
+from leafcut.gcode.saying import Stretches, as_read, may_read_parameters, messages, say, text_behind
+from leafcut.gcode.words import Block, BlockError, has_nested_comment, split_line, words_of
+from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.toolpath import Kind
+from leafcut.units import MM_PER_UNIT
+
+#: Spaces, and what old editors and tape punches leave at the end of a file.
+_FILLING = " \t\f\x1a\0"
+#: So many lines may stand above the percent sign with which a program begins.
+_MOST_TITLE = 200
+#: Why the blocks of a call stay that do nothing else.
+_DIRECTS = "it directs a loop, a condition or a subprogram"
+_LOOPED = "it is run from a loop or a subprogram"
+CALLED = frozenset((_DIRECTS, _LOOPED))
+_OBEYED = "the controller takes settings from it"
+_COMPUTED = "its numbers come from parameters or expressions"
+_NESTED = "a comment is inside a comment: controllers differ in where it ends"
+_SENDS = "it sends a record"
+_GOAL = "a jump leads here"
+_AGAIN = "it may be run again"
+_MAYBE = "only the machine knows whether it is run"
+
+
+def interpret_program(
+    text: str,
+    dialect: Dialect,
+    file: str = "program",
+    *,
+    units: str | None = None,
+    look: Look = unseen,
+) -> Program:
+    """Return what a program of any CAM does, block by block.
+
+    Blocks are lines with words, O-words or messages; blank lines and plain comments are none. What stands after the end
+    (M2, M30, a closing percent sign) belongs to the program only as far as subprograms there are called. A block that
+    makes sense but is not understood becomes a row `Kind.FOREIGN`, and `Program.fixed` says why. Blocks with a slash
+    are run. No other file is opened.
+
+    Parameters
+    ----------
+    text
+        The program, with its line ends as they are in the file.
+    dialect
+        How to read it (`gcode.dialects.dialect`).
+    file
+        Its name, for messages.
+    units
+        "mm" or "in" for a program that does not state them before its first length; None: that is an error.
+    look
+        Called as it goes on.
+
+    Raises
+    ------
+    ReadError
+        What stands there cannot be meant (a letter without a number, an arc that does not end on its circle, a cut
+        without a feed, a subprogram that is not there …), or it comes to more blocks than can be run; with its line.
+    """
+    if units is not None and units not in MM_PER_UNIT:
+        raise OptionError(f"unknown unit '{units}'; use mm or in")
+    state = ForeignState(dialect, default_unit=None if units is None else MM_PER_UNIT[units])
+    return _Run(text, state, file, look).program()
+
+
+def lines_of(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
+    """Return the lines of a text with their ends, as its controller parts them."""
+    if "\r" in text and "\n" not in text.rstrip() and dialect.line_ends == "lf" and "\r" in text.rstrip():
+        reason = "its lines end in a carriage return alone, and the controller takes them for one line; save it with LF"
+        raise ReadError(file, reason, 1)
+    lines = tuple(io.StringIO(text, newline="\n" if dialect.line_ends == "lf" else ""))
+    if not dialect.line_ends and any(line.endswith("\r") for line in lines[:-1]) and "\n" in text:
+        number = next(k for k, line in enumerate(lines, 1) if line.endswith("\r"))
+        reason = "a carriage return alone: whether it ends the line differs between controllers; save it with LF"
+        raise ReadError(file, reason, number)
+    return lines
+
+
+def _begin(lines: tuple[str, ...]) -> int:
+    """Return the first line, from 0: what stands above a percent sign and is no G-code is none of the program.
+
+    Above it are words for people alone then, and the program is behind it. One block above it, and all of it is the
+    program: a percent sign is its end, too.
+    """
+    percent = next((at for at, line in enumerate(lines[:_MOST_TITLE]) if line.lstrip(_FILLING).startswith("%")), 0)
+    words = False
+    for line in lines[:percent]:
+        readable = _readable(line)
+        if readable:
+            return 0
+        words |= readable is None
+    return percent if words and any(_readable(line) for line in lines[percent + 1 :]) else 0
+
+
+def _readable(line: str) -> bool | None:
+    """Return whether a line has words of a program; None where it has words that are none."""
+    try:
+        body, _ = split_line(line.strip(_FILLING + "\r\n"), nested=True)
+        if set("#[") & set(body) or control_of(line) is not None or statement_of(line) is not None:
+            return True
+        return bool(words_of(body)) and body != "%"
+    except BlockError:
+        return None
+
+
+class _Run:
+    """One program on its way through."""
+
+    def __init__(self, text: str, state: ForeignState, file: str, look: Look) -> None:
+        self.file, self.look = file, look
+        self.lines = lines_of(text, state.dialect, file)
+        self.state = state
+        self.runner = BlockRunner(state)
+        self.record = Record(state, obeyed=obeyed_lines(self.lines, state.dialect))
+        self.obeyed = {said.line for said in self.record.obeyed}
+        self.parameters = Parameters(state.known_value)
+        self.parameters.fanuc = state.dialect.groups == "fanuc" or has_statements(self.lines)
+        self.flow = Flow(self.lines, self.parameters)
+        self.ended = False
+        self._title = _begin(self.lines)
+        #: What the program does for ever, where it begins again from a line of its own.
+        self._endless = ""
+        #: Up to which block, and from which line on, text may be run once more.
+        self._again: list[tuple[int, int]] = []
+        #: How many calls deep the modes are brought back at the end of a call (M73).
+        self.restored: list[int] = []
+
+    def program(self) -> Program:
+        quick, flow, n = QuickWay(self.lines, self.state, self.record, self.look), self.flow, len(self.lines)
+        at = self._title
+        while at < n and not self.ended:
+            self.look()
+            if not flow.looped(at) and quick.open():
+                at = quick.run(at)
+                if at == n:
+                    break
+            at = self._step(at)
+        if flow.calls and not self.ended:
+            start = flow.calls[-1].start
+            raise ReadError(self.file, "the subprogram that begins here has no end (M99)", start + 1)
+        for block, line in enumerate(self.record.line):
+            if flow.jumps.is_goal(line - 1):
+                self.record.fixed.setdefault(block, _GOAL)
+        self._fix_what_is_run_again()
+        last = at if self.ended and not flow.calls else n
+        return self.record.program(self.lines, last, self.state.assumed, self._title)
+
+    def _fix_what_is_run_again(self) -> None:
+        """Let every block stay that stands behind the goal of a jump back that comes after it."""
+        again, left = len(self.lines) + 1, sorted(self._again)
+        for block in range(len(self.record.line) - 1, -1, -1):
+            while left and left[-1][0] > block:
+                again = min(again, left.pop()[1])
+            if self.record.line[block] > again:
+                self.record.fixed.setdefault(block, _AGAIN)
+
+    def _step(self, at: int) -> int:
+        """Run the line `at` (from 0); return the one that comes next, or the number of lines done when it ends all."""
+        line = self.lines[at].rstrip("\r\n").replace("\r", " ")
+        if not line.strip(_FILLING):
+            return at + 1
+        try:
+            self.flow.count(at)
+            statement = statement_of(line)
+            if statement is not None:
+                return self._state(statement, at)
+            control = control_of(line) if "o" in line or "O" in line else None
+            return self._words(line, at) if control is None else self._obey(control, at)
+        except Undecided as unknown:
+            return self._keep(at, unknown)
+        except BlockError as problem:
+            raise ReadError(self.file, str(problem), at + 1) from None
+
+    def _keep(self, at: int, unknown: Undecided) -> int:
+        """Keep the lines from `at` on of which nobody knows whether they are run; return the one that comes next."""
+        if unknown.last is None:
+            done = set(self.record.line)
+            kept = [k for k in range(len(self.lines)) if k >= at or k + 1 not in done]
+            self.ended = True
+            self.flow.calls.clear()
+        else:
+            kept = list(range(at, unknown.last + 1))
+        said = {k: self._text_of(k) for k in kept if self._means_something(k)}
+        if unknown.again is not None and said:
+            first = min(said)
+            said[first] = f"{said[first]} {self._back_to(unknown.again, at)}"
+        self.parameters.forget()
+        for k, text in said.items():
+            self.state.line = k + 1
+            rows = len(self.state.path)
+            self.runner.lose_all(f"line {at + 1}")
+            self.record.say(text)
+            self.record.add(k + 1, rows, _MAYBE)
+        if unknown.again is not None:
+            self._again.append((len(self.record.line), unknown.again))
+        return len(self.lines) if unknown.last is None else unknown.last + 1
+
+    def _means_something(self, at: int) -> bool:
+        line = self.lines[at].strip(_FILLING + "\r\n")
+        try:
+            body, comments = split_line(line, nested=True)
+        except BlockError:
+            return True
+        fagor = self.state.dialect.cycle_words == "fagor"
+        return body not in ("", "%") or bool(messages(comments)) or (fagor and bool(comments))
+
+    def _state(self, statement: Statement, at: int) -> int:
+        """Obey IF, WHILE, GOTO, DO or END."""
+        self.state.line = at + 1
+        after, said = self.flow.jumps.obey(statement, at)
+        self._note_jump(at, after)
+        if said:
+            return self._words(said, at)
+        self.record.add(at + 1, len(self.state.path), _DIRECTS)
+        return after
+
+    def _note_jump(self, at: int, after: int) -> None:
+        if after <= at:
+            self.flow.go_back(at, after)
+            self.flow.count(at)
+
+    def _obey(self, control: Control, at: int) -> int:
+        self.state.line, depth = at + 1, len(self.flow.calls)
+        after = self.flow.obey(control, at)
+        self.record.add(at + 1, len(self.state.path), _DIRECTS)
+        self.record.note_depth(depth, len(self.flow.calls))
+        return after
+
+    def _words(self, line: str, at: int) -> int:
+        state, runner, flow = self.state, self.runner, self.flow
+        rows, shift, looped, depth = len(state.path), state.shift, flow.looped(at), len(flow.calls)
+        if is_output(line):
+            x, y, z = state.path.position
+            state.path.set_place(Kind.FOREIGN, (x, y, z), 0, at + 1)
+            self.record.say(self._text_of(at))
+            self.record.add(at + 1, rows, _SENDS)
+            return at + 1
+        self.parameters.asked = False
+        reading = read_block(line, at + 1, self.parameters)
+        block, settings, of_machine = reading.block, reading.settings, reading.of_machine
+        runner.begins = bool(flow.calls) and flow.calls[-1].start == at
+        runner.run(block)
+        if runner.jumps:
+            raise Undecided(None, 0)
+        after = self._next(at)
+        if reading.unknown or runner.opaque:
+            self.record.say(self._text_of(at))
+        elif block.deleted or runner.obeyed or runner.unclear or state.shift != shift:
+            self._say(block, line)
+        elif runner.named and not (runner.returns and depth):
+            self.record.say(runner.named)
+        besides = ["refused by LinuxCNC"] * runner.refused + [self._endless] * bool(self._endless)
+        if besides:
+            self.record.say(" ".join([self.record.said.get(len(self.record.line), ""), *besides]))
+        for key, value in settings:
+            self.parameters.put(key, value)
+        if runner.opaque or of_machine:
+            self.parameters.forget()
+            runner.lose_all(runner.opaque or "a parameter of the machine")
+        reason = runner.reason or (_LOOPED if looped else _DIRECTS if runner.call else self._computed(reading, line))
+        if runner.opaque or of_machine:
+            reason = f"{runner.opaque or 'a parameter of the machine'} may change anything"
+        elif not reason and "(" in line and has_nested_comment(line):
+            reason = _NESTED
+        if at + 1 in self.obeyed:
+            reason = _OBEYED
+        if block.words or settings or reason:
+            self.record.add(at + 1, rows, reason)
+            self.record.note_depth(depth, len(flow.calls))
+        self.ended |= runner.ended
+        return after
+
+    def _computed(self, reading: Reading, line: str) -> str:
+        """Return why a block with parameters stays, "" where it need not: they are the same while none is set."""
+        stays = reading.computed and (reading.settings or self.parameters.asked or spelled_words(line) is None)
+        return _COMPUTED if stays else ""
+
+    def _next(self, at: int) -> int:
+        """Return the line that comes after one that was run: it may call a subprogram, or end one."""
+        runner, flow, after = self.runner, self.flow, at + 1
+        if runner.restores:
+            self.restored.append(len(flow.calls))
+        if runner.returns:
+            back, to = flow.leave_program(), runner.label
+            if self.restored and self.restored[-1] > len(flow.calls):
+                self.restored.pop()
+                runner.opaque = "M73"
+            goal = None if to is None else flow.jumps.label(to, at)
+            if back is None and (goal is None or goal <= at):
+                # The controller begins again from there: once through is all that there is to see.
+                self.state.path.end(line=at + 1)
+                if to is not None:
+                    self._endless = self._back_to(goal or 0, at)
+                    self._again.append((len(self.record.line) + 1, goal or 0))
+                self.ended = True
+                return after
+            goal = flow.jumps.label(to, at if back is None else back - 1) if to is not None else back
+            if goal is None:
+                raise BlockError(f"M99 P{to}: there is no N{to} to go to")
+            self._note_jump(at if back is None else back - 1, goal)
+            return goal
+        if runner.call is not None:
+            number, times = runner.call
+            begin = None
+            if runner.label is not None:
+                begin = flow.call_line(runner.label, times, at)
+            elif number is not None:
+                begin = flow.call_program(number, times, at)
+            if begin is not None:
+                return begin
+            runner.opaque = "M97" if runner.label is not None else f"M98 P{number}" if number is not None else "M98"
+        return after
+
+    def _back_to(self, goal: int, line: int) -> str:
+        """Return what a jump from a line back to its goal says: all text in between, as it may be run once more."""
+        return f"[again {self._lines_read.between(goal, line)}]"
+
+    @cached_property
+    def _lines_read(self) -> Stretches:
+        return Stretches([self._read_of(at) for at in range(len(self.lines))])
+
+    @cached_property
+    def _behind(self) -> str:
+        return text_behind(self.lines, self.state.dialect)
+
+    def _read_of(self, at: int) -> str:
+        """Return a line as far as it means anything, with its number where a jump may lead to it."""
+        text = as_read(self.lines[at], self.state.dialect)
+        return self.flow.jumps.named(at) + text if self.flow.jumps.is_goal(at) else text
+
+    def _text_of(self, at: int) -> str:
+        """Return what a line says that reads what is not known: its text, and all that the program has set by then."""
+        line = self.lines[at].rstrip("\r\n")
+        shown = messages(split_line(line, nested=True)[1]) if "(" in line or ";" in line else []
+        parameters = f"[parameters {self.parameters.digest()}]"
+        return " ".join([self._read_of(at), *shown, parameters, f"[calls {self._behind}]"])
+
+    def _say(self, block: Block, line: str) -> None:
+        """Note what a block says whose doing is not known, or that shows a message."""
+        dialect, unknown, obeyed = self.state.dialect, self.runner.unknown, self.runner.obeyed
+        read = may_read_parameters(unknown, obeyed, dialect)
+        called = self._behind if unknown else ""
+        self.record.say(say(block, obeyed, self.parameters.digest() if read else None, called, dialect))

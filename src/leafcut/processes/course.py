@@ -1,0 +1,210 @@
+"""What every run shares: its settings, its machine, and how it tells what it is doing."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from leafcut.errors import OptionError, VerifyError
+from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.machine import Machine
+from leafcut.model.problem import RoutingProblem
+from leafcut.model.snapshot import Observer
+from leafcut.options import MachineOptions, Settings, SolveOptions, flag_name
+
+if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
+    from leafcut.proof.difference import Difference
+
+#: Told about the work as it goes: (what is being done, cost so far or None, share done 0 … 1, how far at most the cost
+#: is above the least possible as a fraction, or None where no bound is known yet). Must be quick.
+Progress = Callable[[str, float | None, float, float | None], None]
+
+#: Who waits is told this often, at most, that a stage goes on, s.
+_TOLD_AGAIN = 0.1
+
+
+@dataclass
+class Clock:
+    """The time of a run by the clock since it `began`, s, without what compiling took."""
+
+    began: float = field(default_factory=time.perf_counter)
+
+    def elapsed(self) -> float:
+        """Return the seconds since the beginning."""
+        return time.perf_counter() - self.began
+
+    def leave_out(self, seconds: float) -> None:
+        """Count so many seconds that have gone by as none."""
+        self.began += seconds
+
+
+@dataclass(frozen=True)
+class Run:
+    """What every step of one run needs; its clock runs from when it was made."""
+
+    settings: Settings
+    machine: Machine
+    progress: Progress | None = None
+    cancelled: threading.Event = field(default_factory=threading.Event)
+    observe: Observer | None = None
+    clock: Clock = field(default_factory=Clock)
+
+    def left(self) -> float:
+        """Return what is left of the time limit for the whole run, s, below 0 when it is over; infinite without one."""
+        limit = self.settings.solve.time_limit
+        return math.inf if limit is None else limit - self.clock.elapsed()
+
+    def quiet(self) -> Run:
+        """Return the same run with nobody to tell what it is doing."""
+        return replace(self, progress=None, observe=None)
+
+    def tell(self, what: str, cost: float | None = None, share: float = 0.0, gap: float | None = None) -> None:
+        """Pass on what is being done."""
+        if self.progress is not None:
+            self.progress(what, cost, share, gap)
+
+    def looking(self, what: str) -> Look:
+        """Tell what is begun; return what the stage calls as it goes on.
+
+        That tells the same again, now and then: who is told can end the run, as a job that is cancelled does.
+        """
+        return looking_for(self.progress, what)
+
+
+def looking_for(progress: Progress | None, what: str) -> Look:
+    """Tell what is begun; return what tells the same again, now and then, as `Run.looking` does."""
+    if progress is None:
+        return unseen
+    progress(what, None, 0.0, None)
+    told = time.monotonic()
+
+    def look() -> None:
+        nonlocal told
+        now = time.monotonic()
+        if now - told >= _TOLD_AGAIN:
+            told = now
+            progress(what, None, 0.0, None)
+
+    return look
+
+
+def machine_of(settings: Settings) -> Machine:
+    """Return the machine that the settings name."""
+    from leafcut.read.machine import load_machine
+
+    offset = settings.machine.work_offset
+    if offset is not None and len(offset) != 3:
+        raise OptionError("--work-offset: needs three numbers, x,y,z")
+    return load_machine(settings.machine.machine, offset)
+
+
+def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> None:
+    """Refuse what was asked for and this controller, or this machine, has no use for.
+
+    Raises
+    ------
+    OptionError
+        Says which option, and why it would not be obeyed.
+    """
+    torch = words.torch
+    powered = torch is not None and bool(torch.power)
+    no_power = f"programs for {words.name} say no power of a beam"
+    for name, used, why in (
+        ("program_number", words.program_number, f"programs for {words.name} have no number"),
+        ("beam_power", powered, no_power),
+        ("mark_power", powered, no_power),
+        ("path_tolerance", torch is not None and "G64" in words.g_words, f"{words.name} has no G64"),
+        ("tool_change_height", machine.safe_z is None, f"{machine.name} changes tools at its own safe height"),
+        ("coolant", words.torch is None, f"{words.name} has no coolant"),
+    ):
+        if name in settings.asked and not used:
+            raise OptionError(f"{flag_name(name)}: {why}; leave it out")
+
+
+#: The machine that cuts where none is named, by how it cuts: by the longest of these that the process begins with.
+CUTTING_MACHINES = {
+    "plasma": "plasma-table",
+    "laser": "laser-table",
+    "laser_co2": "grbl-laser-co2",
+    "oxyfuel": "flame-table",
+    "waterjet": "water-table",
+}
+
+
+def for_cutting(settings: Settings) -> Settings:
+    """Return the settings with a machine that cuts so where nobody named one: the default one does not cut."""
+    if "machine" in settings.given or settings.machine.machine != MachineOptions().machine:
+        return settings
+    how = f"{_cuts_by(settings)}_"
+    fitting = (kind for kind in sorted(CUTTING_MACHINES, key=len, reverse=True) if how.startswith(f"{kind}_"))
+    machine = CUTTING_MACHINES[next(fitting, "plasma")]
+    return replace(settings, machine=replace(settings.machine, machine=machine))
+
+
+def _cuts_by(settings: Settings) -> str:
+    """Return how a sheet is cut; of lasers the one that cuts the material, where the chart knows of one kind only."""
+    from leafcut.read.cutchart import kinds_for, load_chart
+
+    asked = (settings.cut.cut_process or "plasma").lower()
+    if asked != "laser":
+        return asked
+    kinds = kinds_for(load_chart(settings.cut.chart), asked, settings.cut.material)
+    return "laser_co2" if kinds and all(kind.startswith("laser_co2_") for kind in kinds) else asked
+
+
+def passing_on(
+    progress: Progress | None, what: str, left: float = 1.0, part: float = 1.0
+) -> Callable[[int, float, float, float, float | None], None]:
+    """Return what `solve` tells its progress to; this search does `part` of the whole work, of which `left` is left."""
+
+    def tell(_: int, cost: float, __: float, share: float, gap: float | None) -> None:
+        if progress is not None:
+            progress(what, cost, 1.0 - left + part * share, gap)
+
+    return tell
+
+
+def share(options: SolveOptions, used: float, left: int, problem: RoutingProblem) -> SolveOptions:
+    """Return the options with this operation's part of the time that is left, by its part of the targets `left`.
+
+    `used` are the seconds that the searches before took: lower bounds and compiling are outside the limit.
+    """
+    if options.time_limit is None:
+        return options
+    rest = options.time_limit - used
+    return replace(options, time_limit=max(rest * problem.n_clusters / left, 0.001))
+
+
+def refuse(problems: Sequence[Difference]) -> None:
+    """Write nothing when there is a difference or a danger.
+
+    Raises
+    ------
+    VerifyError
+        The first one, and how many more there are.
+    """
+    if problems:
+        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+        raise VerifyError(f"the program was not written: {problems[0]}{more}")
+
+
+def machine_issues(machine: Machine) -> list[Issue]:
+    """Return what is not known of the machine: what could not be checked, and what was taken for it."""
+    issues = []
+    if machine.assumed:
+        values = ", ".join(f"{key} {words.partition(' (')[0]}" for key, words in machine.assumed.items())
+        message = f"the profile of {machine.name} does not say all; taken: {values}"
+        issues.append(Issue("L408", f"{message}; see leafcut machines --show", severity=Severity.NOTE))
+    if machine.work_offset is None:
+        message = (
+            f"where the part lies on {machine.name} is not known: only its size was checked against the travel; "
+            "give --work-offset to check its place"
+        )
+        issues.append(Issue("L403", message, severity=Severity.NOTE))
+    return issues

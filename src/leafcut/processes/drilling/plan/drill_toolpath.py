@@ -1,0 +1,203 @@
+"""From operations to routing problems, and from their solutions back to a toolpath."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+from leafcut.geometry.zones import touches_any_zone
+from leafcut.model.machine import Machine
+from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.model.tool import Tool
+from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
+from leafcut.processes.drilling.plan.drilling import DrillOperation, DrillPlan
+
+Point = tuple[float, float]
+
+
+def build_problem(
+    plan: DrillPlan, operation: DrillOperation, metric: Metric, start: Point | None, end: Point | None
+) -> RoutingProblem:
+    """Return the routing problem of one operation.
+
+    A hole is a cluster of one node. A slot is a cluster of two: node 2k routes slot k from start to end, node 2k + 1
+    the other way.
+    """
+    name = f"{plan.part.name}: {operation.tool.label}"
+    if not operation.slots:
+        # To the millionth: a drawing in inches and the same in mm then give the same tour, not one ulp apart.
+        holes = plan.part.hole_xy[operation.targets].round(6)
+        return RoutingProblem.of_points(holes, metric, start=start, end=end, name=name)
+    slots = [plan.part.slots[t] for t in operation.targets]
+    one_way = np.array([s.start for s in slots], dtype=np.float64).reshape(-1, 2)
+    other_way = np.array([s.end for s in slots], dtype=np.float64).reshape(-1, 2)
+    entry = np.stack([one_way, other_way], axis=1).reshape(-1, 2)
+    leave = np.stack([other_way, one_way], axis=1).reshape(-1, 2)
+    cluster = np.repeat(np.arange(len(slots), dtype=np.int32), 2)
+    return RoutingProblem(entry, leave, cluster, np.zeros(len(entry)), metric, start=start, end=end, name=name)
+
+
+def drawing_order(operation: DrillOperation) -> NDArray[np.int32]:
+    """Return the nodes in the order of the drawing, slots as they were drawn."""
+    return np.arange(len(operation.targets), dtype=np.int32) * (2 if operation.slots else 1)
+
+
+def last_place(problem: RoutingProblem, nodes: NDArray[np.int32], start: Point | None) -> Point | None:
+    """Return where the tool is after `nodes`: the last exit, or `start` when there are none."""
+    if not len(nodes):
+        return start
+    x, y = problem.exit[nodes[-1]].tolist()
+    return (x, y)
+
+
+def targets_in_order(operation: DrillOperation, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return the holes or slots (indices into the part) in the order of `nodes`."""
+    return operation.targets[nodes // 2 if operation.slots else nodes]
+
+
+def lay_toolpath(
+    plan: DrillPlan,
+    machine: Machine,
+    orders: Sequence[NDArray[np.int32]],
+    *,
+    coolant: bool = False,
+    pause: bool = False,
+) -> Toolpath:
+    """Return the motions of the whole program: `orders` has one array of nodes per operation.
+
+    Between holes the tool travels at the R plane (G99) or at the initial plane (G98, `always_initial`). A move over a
+    keep-out zone is lifted by a rapid of its own, not by G98 on a single hole: LinuxCNC 2.9 was seen to rise on a slant
+    when G98 follows G99 in one series of cycles, other controllers do not. With `pause` the program waits (M0) after
+    every tool change, for a controller whose M6 may not.
+
+    Raises
+    ------
+    PlanError
+        An order leaves a target out, or visits one twice.
+    """
+    for operation, nodes in zip(plan.operations, orders, strict=True):
+        _check_order(operation, nodes)
+    builder = ToolpathBuilder()
+    if machine.safe_z is not None:
+        builder.machine(z=machine.safe_z)
+    for number, (operation, nodes) in enumerate(zip(plan.operations, orders, strict=True)):
+        if number:
+            _leave_for_tool_change(builder, plan, machine, coolant)
+        builder.tool(operation.tool.number)
+        if pause:
+            builder.pause()
+        if machine.safe_z is None:
+            # With its own length offset now: no move of z before, it would count from the tool before, or from none.
+            builder.rapid(z=plan.clearance_height)
+        builder.spindle(operation.tool.spindle_rpm)
+        if machine.spindle_start_s > 0:
+            builder.dwell(machine.spindle_start_s)
+        if coolant:
+            builder.coolant(2)
+        (_rout if operation.slots else _drill)(builder, plan, machine, operation, nodes)
+    _finish(builder, plan, machine, coolant)
+    return builder.build()
+
+
+def _check_order(operation: DrillOperation, nodes: NDArray[np.int32]) -> None:
+    """Every hole and slot is made once: read-back compares with the toolpath, so nothing later would see it."""
+    visits = np.sort(nodes // 2 if operation.slots else nodes)
+    if not np.array_equal(visits, np.arange(len(operation.targets))):
+        raise PlanError(
+            f"{operation.tool.label}: the order of {len(nodes)} visits does not make each of its "
+            f"{len(operation.targets)} targets once; this is a fault of the algorithm, choose another --algorithm"
+        )
+
+
+def _rise(builder: ToolpathBuilder, machine: Machine, height: float) -> None:
+    """Go to the machine's own safe height where it has one, else to `height`."""
+    if machine.safe_z is not None:
+        builder.machine(z=machine.safe_z)
+    elif builder.position[2] != height:
+        builder.rapid(z=height)
+
+
+def _leave_for_tool_change(builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, coolant: bool) -> None:
+    _rise(builder, machine, max(plan.clearance_height, plan.tool_change_height))
+    if machine.tool_change_position is not None:
+        builder.machine(*machine.tool_change_position)
+    builder.spindle(0.0)
+    if coolant:
+        builder.coolant(0)
+
+
+def _drill(
+    builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, operation: DrillOperation, nodes: NDArray[np.int32]
+) -> None:
+    targets = targets_in_order(operation, nodes)
+    xy = plan.part.hole_xy[targets]
+    lifted = np.zeros(len(xy), dtype=bool)
+    if len(plan.zones) and not plan.always_initial:
+        zones = plan.zones_for(operation.tool)
+        lifted[1:] = touches_any_zone(xy[:-1], xy[1:], zones, dogleg=machine.rapid_style == "dogleg")
+    for k, (x, y) in enumerate(xy.tolist()):
+        if k == 0:
+            _approach(builder, plan, x, y)
+        elif lifted[k]:
+            builder.rapid(z=plan.clearance_height)
+            builder.rapid(x, y)
+        builder.drill(x, y, operation.cycle, feed=operation.tool.feed)
+    builder.rapid(z=plan.clearance_height)
+
+
+def _rout(
+    builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, operation: DrillOperation, nodes: NDArray[np.int32]
+) -> None:
+    """Plunge, cut along the slot to and fro, deeper each time, and rise, slot by slot."""
+    cycle, feed = operation.cycle, operation.tool.feed
+    zones, dogleg = plan.zones_for(operation.tool), machine.rapid_style == "dogleg"
+    place: Point | None = None
+    for node in nodes.tolist():
+        slot = plan.part.slots[int(operation.targets[node // 2])]
+        (x0, y0), (x1, y1) = (slot.start, slot.end) if node % 2 == 0 else (slot.end, slot.start)
+        if place is None:
+            _approach(builder, plan, x0, y0)
+        else:
+            zone = bool(touches_any_zone([place], [(x0, y0)], zones, dogleg=dogleg)[0])
+            builder.rapid(z=plan.clearance_height if zone or plan.always_initial else plan.retract_height)
+            builder.rapid(x0, y0)
+        if builder.position[2] != plan.retract_height:
+            builder.rapid(z=plan.retract_height)
+        for number, depth in enumerate(slot_depths(cycle, operation.tool)):
+            builder.feed(z=depth, feed=feed)
+            builder.feed(*((x1, y1) if number % 2 == 0 else (x0, y0)), feed=feed)
+        place = (x1, y1)
+    builder.rapid(z=plan.clearance_height)
+
+
+def slot_depths(cycle: DrillCycle, tool: Tool) -> list[float]:
+    """Return the heights of the passes of a slot, mm, from the first to the bottom.
+
+    A pass is at most one peck deep, or one diameter where the library gives no peck: what a slot mill takes in full
+    width. Their number is odd, so that the tool, cutting to and fro, ends where the slot ends.
+    """
+    step = tool.peck or tool.diameter
+    passes = max(1, math.ceil(-cycle.bottom / step - 1e-9))
+    passes += 1 - passes % 2
+    return [cycle.bottom * number / passes for number in range(1, passes)] + [cycle.bottom]
+
+
+def _approach(builder: ToolpathBuilder, plan: DrillPlan, x: float, y: float) -> None:
+    """Go over the first place at a safe height, then down to the clearance height."""
+    builder.rapid(x, y)
+    if builder.position[2] != plan.clearance_height:
+        builder.rapid(z=plan.clearance_height)
+
+
+def _finish(builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, coolant: bool) -> None:
+    if plan.end is not None:
+        builder.rapid(*plan.end)
+    _rise(builder, machine, plan.clearance_height)
+    builder.spindle(0.0)
+    if coolant:
+        builder.coolant(0)
+    builder.end()

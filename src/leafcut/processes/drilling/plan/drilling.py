@@ -1,0 +1,274 @@
+"""Drilling: holes and slots become operations, one per tool, in an order with the fewest tool changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import OptionError, PlanError
+from leafcut.geometry.zones import touches_any_zone, widened
+from leafcut.model.heights import Heights
+from leafcut.model.issue import Issue
+from leafcut.model.machine import Machine
+from leafcut.model.part import Part
+from leafcut.model.tool import Tool, ToolKind, ToolLibrary
+from leafcut.model.toolpath import DrillCycle
+from leafcut.options import DrillOptions
+from leafcut.processes.drilling.plan.depths import DepthRule, depth_rule, tap_lead_issue
+from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
+from leafcut.processes.zones import parse_zones
+
+
+@dataclass(frozen=True, eq=False)
+class DrillOperation:
+    """One tool's work: the cycle it runs at every target.
+
+    `targets` are indices, int32[k], into the part's holes, or into its slots when `slots`.
+    """
+
+    tool: Tool
+    cycle: DrillCycle
+    targets: NDArray[np.int32]
+    slots: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class DrillPlan:
+    """Operations in the order of machining, and what they have in common (mm).
+
+    `zones` is float64[k, 4]: rectangles that are crossed at the clearance height only, as they were given.
+    """
+
+    part: Part
+    operations: tuple[DrillOperation, ...]
+    clearance_height: float
+    retract_height: float
+    tool_change_height: float
+    always_initial: bool
+    zones: NDArray[np.float64]
+    start: tuple[float, float] | None
+    end: tuple[float, float] | None
+    issues: tuple[Issue, ...]
+
+    @property
+    def tools(self) -> tuple[Tool, ...]:
+        """The tools in the order of their use, each once."""
+        return tuple({o.tool.number: o.tool for o in self.operations}.values())
+
+    def zones_for(self, tool: Tool) -> NDArray[np.float64]:
+        """Return the zones, float64[k, 4], that the centre of `tool` keeps out of: wider by its radius."""
+        return widened(self.zones, 0.5 * tool.diameter)
+
+
+def plan_drilling(part: Part, machine: Machine, library: ToolLibrary | None, options: DrillOptions) -> DrillPlan:
+    """Return the operations that make every hole and slot of `part`.
+
+    Holes that need several tools (centre drill, drill, tap) meet them in their recipe's order, every tool is taken up
+    once where the recipes allow it, and the tools follow each other by kind and then by diameter.
+
+    Raises
+    ------
+    PlanError
+        No tool fits a hole, a hole is deeper than its tool can go, or the recipes contradict each other.
+    """
+    if not part.holes and not part.slots:
+        raise PlanError(f"{part.name}: there is no hole to drill")
+    _check_machine(machine, options)
+    heights = _heights(part)
+    rule = depth_rule(options)
+    chooser = ToolChooser(library, machine, options)
+    work = _collect(part, chooser)
+    groups = _order_tools(list(work), chooser.chains)
+    operations = tuple(_operation(step, work[step], rule, options) for step in groups)
+    _check_speeds(operations, machine)
+    plan = DrillPlan(
+        part=part,
+        operations=operations,
+        clearance_height=options.clearance_height,
+        retract_height=options.retract_height,
+        tool_change_height=options.tool_change_height,
+        always_initial=options.retract == "initial",
+        zones=parse_zones(options.keep_out),
+        start=_xy(options.start_point, "--start-point"),
+        end=_xy(options.end_point, "--end-point"),
+        issues=(*heights, *rule.issues, *chooser.issues(), *_tap_lead_issues(operations, rule)),
+    )
+    _check_zones(plan)
+    return plan
+
+
+def _heights(part: Part) -> list[Issue]:
+    """Return a note where all holes are drawn at one height that is not Z0.
+
+    Raises
+    ------
+    PlanError
+        They are drawn at several heights: from one surface, some would be drilled too deep and others not at all.
+    """
+    heights = Heights.of((hole.x, hole.y, hole.z) for hole in part.holes)
+    if heights.differ:
+        raise PlanError(
+            f"{part.name}: the holes are drawn at different heights: {heights}; all are drilled from one surface, Z0: "
+            "choose those of one height (--layers), or draw them at one"
+        )
+    return heights.notes("holes")
+
+
+def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) -> list[Issue]:
+    """Return a note for every tap whose lead leaves a through thread short at the far side."""
+    return [note for o in operations if (note := tap_lead_issue(o.tool, rule)) is not None]
+
+
+def _check_machine(machine: Machine, options: DrillOptions) -> None:
+    if machine.process != "spindle":
+        raise PlanError(f"{machine.name} has a {machine.process}, which cannot drill; give another --machine")
+    if options.retract_height > options.clearance_height:
+        raise PlanError(
+            f"--retract-height {options.retract_height:g} mm is above --clearance-height "
+            f"{options.clearance_height:g} mm; the R plane must not be higher than the initial plane"
+        )
+    if machine.safe_z is not None and machine.work_offset is not None:
+        height = machine.safe_z - machine.work_offset[2]
+        if height < options.clearance_height:
+            raise PlanError(
+                f"the safe height of {machine.name}, z {machine.safe_z:g} mm in machine coordinates, is {height:g} mm "
+                f"over program zero, below --clearance-height {options.clearance_height:g} mm; "
+                "check --work-offset, or lower the clearance height"
+            )
+
+
+def _check_zones(plan: DrillPlan) -> None:
+    """Refuse a hole or a slot that lies in a keep-out zone: whatever stands there would be drilled."""
+    for operation in plan.operations:
+        if operation.slots:
+            slots = [plan.part.slots[t] for t in operation.targets]
+            begin, end = np.array([s.start for s in slots]), np.array([s.end for s in slots])
+        else:
+            begin = end = plan.part.hole_xy[operation.targets]
+        inside = np.flatnonzero(touches_any_zone(begin, end, plan.zones_for(operation.tool)))
+        if len(inside):
+            x, y = begin[inside[0]]
+            raise PlanError(
+                f"the {'slot' if operation.slots else 'hole'} at {x:g}, {y:g} is in a keep-out zone, or closer to it "
+                f"than the radius of {operation.tool.label} ({len(inside)} such); leave it out, or change --keep-out"
+            )
+
+
+def _collect(part: Part, chooser: ToolChooser) -> dict[Step, list[int]]:
+    """Return the targets of every step (tool, for a slot or not), in the order of the drawing."""
+    work: dict[Step, list[int]] = {}
+    for index, hole in enumerate(part.holes):
+        for step in chooser.steps_for_hole(hole):
+            work.setdefault(step, []).append(index)
+    for index, slot in enumerate(part.slots):
+        work.setdefault(chooser.step_for_slot(slot), []).append(index)
+    return work
+
+
+_KIND_ORDER = {kind: place for place, kind in enumerate(ToolKind)}
+
+
+def _order_tools(steps: list[Step], chains: Sequence[Sequence[Step]]) -> list[Step]:
+    """Return the steps so that each stands after those that its holes need before it: each tool is taken up once.
+
+    Among the free ones: by kind (centre drills first), then by diameter.
+    """
+    before: dict[Step, set[Step]] = {step: set() for step in steps}
+    for chain in chains:
+        for k, step in enumerate(chain):
+            before[step].update(chain[:k])
+    order: list[Step] = []
+    left = sorted(steps, key=lambda s: (s.slots, _KIND_ORDER[s.tool.kind], s.tool.diameter, s.tool.number))
+    while left:
+        free = next((s for s in left if not before[s] - set(order)), None)
+        if free is None:
+            names = ", ".join(s.tool.label for s in left)
+            raise PlanError(f"the recipes contradict each other: {names} each come before another; change a recipe")
+        order.append(free)
+        left.remove(free)
+    return order
+
+
+def _operation(step: Step, targets: list[int], rule: DepthRule, options: DrillOptions) -> DrillOperation:
+    tool = step.tool
+    bottom = -rule.tip_depth(tool)
+    if tool.flute_length is not None and -bottom > tool.flute_length + 1e-9:
+        raise PlanError(
+            f"{tool.label} cuts {tool.flute_length:g} mm deep at most, but the hole needs {-bottom:.3g} mm"
+            f"{'' if tool.kind is ToolKind.CENTRE_DRILL else rule.given}; use a longer tool"
+        )
+    cycle = DrillCycle(
+        name=_cycle_name(tool, options),
+        r_plane=options.retract_height,
+        bottom=bottom,
+        to_initial=options.retract == "initial",
+        peck=_first(tool.peck, options.peck if tool.kind is ToolKind.DRILL else None),
+        dwell=_first(tool.dwell, options.dwell if tool.kind is ToolKind.DRILL else None),
+    )
+    return DrillOperation(tool, _consistent(cycle, tool), np.array(targets, dtype=np.int32), step.slots)
+
+
+def _first(*values: float | None) -> float:
+    return next((v for v in values if v is not None), 0.0)
+
+
+def _cycle_name(tool: Tool, options: DrillOptions) -> str:
+    if tool.cycle:
+        return tool.cycle
+    if tool.kind is ToolKind.TAP:
+        return "G84"
+    if tool.kind is ToolKind.REAMER:
+        return "G85"
+    if tool.kind is not ToolKind.DRILL:
+        return "G82" if tool.dwell else "G81"
+    if options.cycle:
+        return options.cycle
+    if _first(tool.peck, options.peck):
+        return "G83"
+    return "G82" if _first(tool.dwell, options.dwell) else "G81"
+
+
+def _consistent(cycle: DrillCycle, tool: Tool) -> DrillCycle:
+    """Return the cycle with only the words that it has, or say what is missing."""
+    if cycle.name in ("G83", "G73") and not cycle.peck:
+        raise PlanError(f"{tool.label}: {cycle.name} needs the depth of a peck; give --peck, or peck in the library")
+    if cycle.name == "G82" and not cycle.dwell:
+        raise PlanError(f"{tool.label}: G82 needs a dwell; give --dwell, or dwell in the library")
+    if cycle.name == "G84" and tool.kind is not ToolKind.TAP:
+        raise PlanError(f"{tool.label}: G84 taps a thread, and this tool is no tap; give another --cycle")
+    return DrillCycle(
+        name=cycle.name,
+        r_plane=cycle.r_plane,
+        bottom=cycle.bottom,
+        to_initial=cycle.to_initial,
+        peck=cycle.peck if cycle.name in ("G83", "G73") else 0.0,
+        dwell=cycle.dwell if cycle.name in ("G82", "G84") else 0.0,
+    )
+
+
+def _check_speeds(operations: tuple[DrillOperation, ...], machine: Machine) -> None:
+    for tool in (o.tool for o in operations):
+        if not (tool.spindle_rpm > 0 and tool.feed > 0):
+            missing = "feed" if tool.spindle_rpm > 0 else "spindle_speed"
+            raise PlanError(f"{tool.label} has no {missing}; give it in the tool library")
+        if not machine.spindle_min_rpm <= tool.spindle_rpm <= machine.spindle_max_rpm:
+            raise PlanError(
+                f"{tool.label} wants {tool.spindle_rpm:g} rpm, but the spindle of {machine.name} turns "
+                f"{machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
+            )
+        if tool.feed > machine.max_feed * (1 + 1e-9):
+            raise PlanError(
+                f"{tool.label} wants {tool.feed * 60:g} mm/min, but {machine.name} feeds at most "
+                f"{machine.max_feed * 60:g} mm/min"
+            )
+
+
+def _xy(point: tuple[float, ...] | None, flag: str) -> tuple[float, float] | None:
+    if point is None:
+        return None
+    if len(point) != 2:
+        raise OptionError(f"{flag}: needs two numbers, x,y")
+    return point[0], point[1]

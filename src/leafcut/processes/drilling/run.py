@@ -1,0 +1,257 @@
+"""A drawing in, a drilling program out: read, plan, solve, lay, post, read back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut._version import __version__
+from leafcut.errors import OptionError
+from leafcut.model.outcome import Measure, OperationOutcome, Outcome
+from leafcut.model.problem import RoutingProblem
+from leafcut.model.solution import Solution
+from leafcut.model.toolpath import Toolpath
+from leafcut.options import SolveOptions, flag_name
+from leafcut.processes.course import Run, check_words_used, machine_issues, passing_on, refuse, share
+
+if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
+    from leafcut.processes.drilling.plan.drilling import DrillPlan
+    from leafcut.read import Input
+
+
+def _plan(run: Run, sources: Sequence[Input]) -> DrillPlan:
+    from leafcut.processes.drilling.plan.drilling import plan_drilling
+    from leafcut.processes.placing import placed
+    from leafcut.read import read
+    from leafcut.read.joining import join_drill_files
+    from leafcut.read.tools import load_tools
+
+    parts = [read(source, run.settings.read, run.looking("reading")) for source in sources]
+    part = parts[0] if len(parts) == 1 else join_drill_files(parts, run.settings.read)
+    part = placed(part, run.settings.read)
+    tools = run.settings.drill.tools
+    plan = plan_drilling(part, run.machine, load_tools(tools, run.machine.units) if tools else None, run.settings.drill)
+    for name in ("feed", "spindle_speed"):
+        if name in run.settings.asked and not any(tool.assumed for tool in plan.tools):
+            raise OptionError(f"{flag_name(name)}: every tool of {tools} has its own; leave it out")
+    return plan
+
+
+def drill(run: Run, *sources: Input) -> Outcome:
+    """Return the verified drilling program of a drawing, or of several drill files, and all that was found out.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, PostError, VerifyError
+        One line that says what was found and what to do.
+    """
+    return _order(run, _plan(run, sources))
+
+
+def _order(run: Run, plan: DrillPlan) -> Outcome:
+    """Order the work, lay the toolpath, and prove the program before anybody sees it."""
+    from leafcut.gcode.dialects import dialect
+    from leafcut.processes.drilling.plan.drill_toolpath import drawing_order, lay_toolpath, targets_in_order
+    from leafcut.proof.envelope import check_envelope
+    from leafcut.solve.compiling import announced
+    from leafcut.timing.toolpath import measure
+
+    words = dialect(run.settings.post.dialect or run.machine.controller)
+    check_words_used(run.settings, run.machine, words)
+    pause = words.hand_change_pause and not run.machine.tool_changer
+
+    def lay(orders: list[NDArray[np.int32]]) -> Toolpath:
+        return lay_toolpath(plan, run.machine, orders, coolant=run.settings.post.coolant, pause=pause)
+
+    # What no order changes is known before any is sought.
+    refuse(check_envelope(lay([drawing_order(o) for o in plan.operations]), run.machine))
+    with announced(run.tell):
+        solutions = _solve_operations(run, plan, run.settings.solve)
+        nearest = _solve_operations(run.quiet(), plan, SolveOptions(algorithm="nn", bound=False))
+    plans = [[drawing_order(o) for o in plan.operations], [s.nodes for s in nearest], [s.nodes for s in solutions]]
+    paths = [lay(orders) for orders in plans]
+    measures = [measure(path, run.machine, start=plan.start) for path in paths]
+    costs = [m.time_s if run.settings.solve.objective == "time" else m.travel_mm for m in measures]
+    winner = int(np.argmin(costs))
+    free = run.settings.solve.algorithm not in ("nn", "none") and run.settings.drill.hole_order is None
+    if free and costs[winner] < costs[2]:
+        # No tool's path is longer than theirs, but where one tool ends the next begins: all together may be.
+        solutions = _restated(run, plan, plans[winner], solutions, ("none", "nn")[winner])
+        paths[2], measures[2] = paths[winner], measures[winner]
+    before, after = paths[0], paths[2]
+    text = _write(run, plan, words, after, measures)
+    return Outcome(
+        part=plan.part,
+        machine=run.machine,
+        process="drill",
+        operations=tuple(
+            OperationOutcome(o.tool, o.cycle.name, tuple(targets_in_order(o, s.nodes).tolist()), o.slots, s)
+            for o, s in zip(plan.operations, solutions, strict=True)
+        ),
+        before=measures[0],
+        nearest=measures[1],
+        after=measures[2],
+        path_before=before,
+        path_after=after,
+        text=text,
+        dialect=words.name,
+        seed=run.settings.solve.seed,
+        verified=_verify(run, plan, words, after, text),
+        issues=(*plan.part.issues, *plan.issues, *machine_issues(run.machine)),
+        options=run.settings.changed(),
+        version=__version__,
+    )
+
+
+def _problems(run: Run, plan: DrillPlan) -> list[RoutingProblem]:
+    """Return one routing problem per operation, with no start yet: it depends on the one before."""
+    from leafcut.processes.drilling.plan.drill_toolpath import build_problem
+    from leafcut.timing.travel import travel_metric
+
+    height = 0.0 if plan.always_initial else plan.clearance_height - plan.retract_height
+    problems = []
+    for operation in plan.operations:
+        zones = plan.zones_for(operation.tool)
+        metric = travel_metric(run.machine, run.settings.solve.objective, zones=zones, lift_height_mm=height)
+        end = plan.end if operation is plan.operations[-1] else None
+        problems.append(build_problem(plan, operation, metric, None, end))
+    return problems
+
+
+def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions) -> list[Solution]:
+    """Solve one routing problem per operation, each beginning where the one before ends; all are ordered together."""
+    from leafcut.processes.drilling.hole_order import wanted_nodes
+    from leafcut.processes.drilling.plan.drill_toolpath import drawing_order
+    from leafcut.processes.together import Stage, solve_together
+    from leafcut.solve.solve import solve
+
+    problems = _problems(run, plan)
+    total = left = sum(problem.n_clusters for problem in problems)
+    used = 0.0
+
+    def search(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
+        nonlocal left, used
+        label, holes = plan.operations[number].tool.label, problems[number].n_clusters
+        tell = passing_on(run.progress, f"ordering {label}", left / total, holes / total)
+        found = solve(
+            problem, share(options, used, left, problem), run.settings.aco, firefly=run.settings.firefly, progress=tell,
+            observe=run.observe, cancelled=run.cancelled,
+        )  # fmt: skip
+        used, left = used + found.seconds, max(left - holes, 1)
+        return found
+
+    def quick(_: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
+        nonlocal used
+        found = solve(problem, options, run.settings.aco, firefly=run.settings.firefly, cancelled=run.cancelled)
+        used += found.seconds
+        return found
+
+    wanted = {} if options.algorithm == "nn" else wanted_nodes(plan, run.settings.drill.hole_order)
+    if wanted:
+        return _as_wanted(run, plan, problems, wanted, partial(search, options=options))
+    stages = [
+        Stage(replace(problem, start=None if number else plan.start), number > 0, drawing_order(operation))
+        for number, (operation, problem) in enumerate(zip(plan.operations, problems, strict=True))
+    ]
+    return solve_together(stages, search, options, quick, run.cancelled)
+
+
+def _as_wanted(
+    run: Run, plan: DrillPlan, problems: list[RoutingProblem], wanted: dict[int, NDArray[np.int32]],
+    search: Callable[[int, RoutingProblem], Solution],
+) -> list[Solution]:  # fmt: skip
+    """Solve one operation after another, those with holes that are wanted first around these."""
+    from leafcut.processes.drilling.hole_order import solve_after
+    from leafcut.processes.drilling.plan.drill_toolpath import drawing_order, last_place
+    from leafcut.solve.certificate import certify
+    from leafcut.solve.solve import keep_better
+
+    place, solutions = plan.start, list[Solution]()
+    for number, (operation, endless) in enumerate(zip(plan.operations, problems, strict=True)):
+        problem = replace(endless, start=place)
+        if number in wanted:
+            bound = run.settings.solve.bound
+            seek = partial(certify, problem, bound=None, cancelled=run.cancelled) if bound else _as_it_is
+            solutions.append(solve_after(problem, wanted[number], partial(search, number), seek))
+        else:
+            solutions.append(keep_better(problem, search(number, problem), drawing_order(operation)))
+        place = last_place(problem, solutions[-1].nodes, place)
+    return solutions
+
+
+def _as_it_is(solution: Solution) -> Solution:
+    return solution
+
+
+def _restated(
+    run: Run, plan: DrillPlan, orders: list[NDArray[np.int32]], solutions: list[Solution], algorithm: str
+) -> list[Solution]:
+    """Return the solutions with other orders in place of theirs, at those orders' costs and bounds."""
+    from leafcut.processes.drilling.plan.drill_toolpath import last_place
+    from leafcut.solve.certificate import certify
+    from leafcut.solve.instance import path_cost
+
+    place, restated = plan.start, list[Solution]()
+    for problem, nodes, solution in zip(_problems(run, plan), orders, solutions, strict=True):
+        here = replace(problem, start=place)
+        cost = path_cost(here, nodes)
+        told = replace(
+            solution, algorithm=algorithm, nodes=nodes, cost=cost, history=((solution.seconds, cost),), lower_bound=None
+        )
+        # The bound of the search was that of a path from where the search's own order before it ended.
+        restated.append(certify(here, told, None, run.cancelled) if run.settings.solve.bound else told)
+        place = last_place(here, nodes, place)
+    return restated
+
+
+def _write(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, measures: list[Measure]) -> str:
+    from leafcut.post.header import header_lines
+    from leafcut.post.writer import write_program
+
+    settings = run.settings
+    header = header_lines(
+        source=Path(plan.part.source or plan.part.name).name,
+        version=__version__,
+        machine=run.machine,
+        tools=plan.tools,
+        path=path,
+        seconds=(measures[0].time_s, measures[2].time_s),
+        seed=settings.solve.seed,
+        options=settings.changed(),
+        units=settings.post.output_units,
+        date=settings.post.date,
+    )
+    names = {tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools}
+    return write_program(path, words, settings.post, header, tool_names=names)
+
+
+def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str) -> bool:
+    """Read the program back and compare it with the toolpath; check it against the machine and the part.
+
+    Raises
+    ------
+    VerifyError
+        The first difference or danger, and how many more there are.
+    """
+    from leafcut.proof.program import check_program
+
+    run.tell("verifying")
+    problems = check_program(
+        path,
+        text,
+        words,
+        run.machine,
+        run.settings.post.output_units,
+        zones=plan.zones,
+        zone_height=plan.clearance_height,
+        tool_radii={tool.number: 0.5 * tool.diameter for tool in plan.tools},
+    )
+    refuse(problems)
+    return True

@@ -1,0 +1,123 @@
+"""What a G-code program must go over or round: named obstacles, how wide its tools are, and what it did before."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from leafcut.errors import OptionError, PlanError
+from leafcut.model.issue import Issue
+from leafcut.model.obstacles import Obstacles
+from leafcut.model.toolpath import MOTIONS, Kind, Toolpath
+from leafcut.processes.course import Run
+
+if TYPE_CHECKING:
+    from leafcut.gcode.program import Program
+    from leafcut.proof.difference import Difference
+
+#: Heights that differ by less are one, mm: a laser that never moves Z may say it once.
+_FLAT = 1e-6
+
+
+def obstacles_of(run: Run, program: Program, beam: bool) -> tuple[Obstacles | None, list[Issue]]:
+    """Return what a program must keep out of, None where nothing is named, and what was found out.
+
+    Parameters
+    ----------
+    beam
+        It cuts with a beam or a torch, which is as wide as nothing.
+
+    Raises
+    ------
+    PlanError
+        The program cuts in an obstacle: no order and no way helps. Or it goes on ways that are not known.
+    """
+    from leafcut.processes.zones import parse_zones
+
+    settings = run.settings.drill
+    zones = parse_zones(settings.keep_out)
+    if not len(zones):
+        return None, []
+    radii, unknown = ({}, []) if beam else _radii(run, program)
+    lifts = _lifts(program.path)
+    height = settings.clearance_height if lifts else math.inf
+    if not lifts and "clearance_height" in run.settings.asked:
+        raise OptionError("--clearance-height: this program never moves Z, its tool goes round; leave it out")
+    obstacles = Obstacles(zones, height, radii, run.machine.rapid_style == "dogleg")
+    met = meetings(run, obstacles, program.path)
+    cut = next((d for d in met if d.what.startswith("cuts")), None)
+    if cut is not None:
+        raise PlanError(f"{cut}; move what stands there, or the program's origin")
+    unseen = next((d for d in met if d.what.startswith("may")), None)
+    if unseen is not None:
+        raise PlanError(f"{unseen}; raise the tool before it, or leave --keep-out out")
+    issues = []
+    if met:
+        often = "once" if len(met) == 2 else f"{len(met) - 1} times"
+        way = f"over it at Z{height:g} or above" if lifts else "round it"
+        words = f"the original goes by rapids across what --keep-out names, here and {often} more"
+        words = f"{words if len(met) > 1 else words.partition(', here')[0]}; the new program goes {way}"
+        issues.append(Issue("L508", words, f"line {met[0].new}"))
+    if unknown:
+        tools = ", ".join(f"T{number}" for number in unknown)
+        words = (
+            f"how wide {tools} is, is not known, so its centre alone keeps out: name rectangles wider by its radius, "
+            "or give --tools"
+        )
+        issues.append(Issue("L509", words))
+    return obstacles, issues
+
+
+def meetings(run: Run, obstacles: Obstacles, path: Toolpath) -> list[Difference]:
+    """Return every motion of a program that meets an obstacle."""
+    from leafcut.proof.obstacles import check_obstacles
+
+    return check_obstacles(
+        path,
+        obstacles.zones,
+        obstacles.height,
+        tool_radii=obstacles.radii,
+        safe_z=run.machine.safe_z or 0.0,
+        dogleg=obstacles.dogleg,
+    )
+
+
+def reach_of(obstacles: Obstacles) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return how far ways over or round obstacles may go: lowest and highest x, y, z, mm."""
+    if math.isfinite(obstacles.height):
+        return (math.inf,) * 3, (-math.inf, -math.inf, obstacles.height)
+    wide = obstacles.round_room()
+    low, high = wide[:, :2].min(axis=0).tolist(), wide[:, 2:].max(axis=0).tolist()
+    return (*low, math.inf), (*high, -math.inf)
+
+
+def _lifts(path: Toolpath) -> bool:
+    """Return whether a program moves Z."""
+    if (path.kind == Kind.DRILL).any():
+        return True
+    z = path.end[np.isin(path.kind, [int(k) for k in MOTIONS]), 2]
+    z = z[np.isfinite(z)]
+    return bool(len(z) and np.ptp(z) > _FLAT)
+
+
+def _radii(run: Run, program: Program) -> tuple[dict[int, float], list[int]]:
+    """Return the radius of every tool, mm, by the library, else by the program's comments; and whose is not known."""
+    from leafcut.gcode.tool_comments import tool_width
+    from leafcut.read.tools import load_tools
+
+    file = run.settings.drill.tools
+    library = load_tools(file, run.machine.units).by_number if file else {}
+    radii: dict[int, float] = {}
+    unknown: list[int] = []
+    kind = program.path.kind
+    works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
+    blocks = np.searchsorted(program.first, works, side="right") - 1
+    tools = [(program.modal(block).tool or 0, block) for block in np.unique(blocks).tolist()]
+    for number, block in dict(reversed(tools)).items():
+        width = library[number].diameter if number in library else tool_width(program, block)
+        radii[number] = 0.5 * width
+        if not width:
+            unknown.append(number)
+    return radii, sorted(unknown)

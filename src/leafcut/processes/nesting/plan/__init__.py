@@ -1,0 +1,1 @@
+"""Planning of nests: which part lies where on which sheet."""

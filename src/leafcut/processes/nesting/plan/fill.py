@@ -1,0 +1,151 @@
+"""Sheets are filled, one after the other, with what is left of the pieces."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from leafcut.model.nest import Layout, Nest, NestPart, Stock
+from leafcut.options import NestOptions
+from leafcut.processes.nesting.plan.pieces import FORGIVEN, Piece, share_of
+from leafcut.processes.nesting.plan.rectangles import Laid
+
+#: The least that stays between two parts, mm.
+TOUCHING = 0.1
+
+#: Kinds of sheet (their indices) in the order in which they are filled, and how many of each at most.
+Plan = tuple[tuple[int, float], ...]
+
+
+class Packer(Protocol):
+    """Fills one sheet."""
+
+    offered: float
+    repeatable: bool
+
+    def holds(self, piece: int) -> bool:
+        """Return whether a piece has room on an empty sheet."""
+
+    def weight(self, piece: int) -> float:
+        """Return what a piece takes of a sheet, mm²."""
+
+    @property
+    def room(self) -> float:
+        """What a sheet has, mm²."""
+
+    def fill(self, offered: Counter[int], last: bool) -> list[Laid]:
+        """Return what fits of the pieces offered; of the `last` ones, as far to the left as was found."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be nested: parts as pieces, how many of each, and on what.
+
+    `remnants` are the packers of the kinds of sheet that are no rectangles, by their index.
+    """
+
+    parts: tuple[NestPart, ...]
+    pieces: tuple[Piece, ...]
+    counts: tuple[int, ...]
+    stocks: tuple[Stock, ...]
+    options: NestOptions
+    remnants: Mapping[int, Packer] = field(default_factory=dict)
+
+    def inner(self, stock: int) -> tuple[float, float]:
+        """Length and width of a sheet, or of the rectangle around it, less the margins, mm."""
+        one = self.stocks[stock]
+        return one.length - 2.0 * self.options.margin, one.width - 2.0 * self.options.margin
+
+    @property
+    def at_hand(self) -> list[float]:
+        """How many there are of every kind of sheet."""
+        return [math.inf if stock.count is None else float(stock.count) for stock in self.stocks]
+
+    @property
+    def most(self) -> float:
+        """How many sheets may be taken in all."""
+        return min(sum(self.at_hand), self.options.max_sheets or math.inf)
+
+    @property
+    def spacing(self) -> float:
+        """What stays between two parts, mm; never nothing: edges that touch would be taken for one."""
+        return max(self.options.kerf + self.options.gap, TOUCHING)
+
+
+class Filling:
+    """A nest as it is made: the sheets so far, and what is left of the pieces."""
+
+    def __init__(self, task: Task, packers: Sequence[Packer]) -> None:
+        self.task, self.packers = task, packers
+        self.left = Counter(dict(enumerate(task.counts)))
+        self.layouts: list[Layout] = []
+        self.n_sheets = 0
+
+    def laid(self, stock: int, later: Sequence[int]) -> list[Laid]:
+        """Return what lies on the next sheet, of one kind; the others come `later`."""
+        packer = self.packers[stock]
+        offered = self._offered(packer, later)
+        return packer.fill(offered, last=offered == self.left) or self._alone(stock)
+
+    def add(self, stock: int, laid: Sequence[Laid], most: float) -> int:
+        """Take a sheet as often as there are pieces for it, `most` at most; return how often."""
+        pieces = self.task.pieces
+        used = Counter(piece.piece for piece in laid)
+        count = int(min(most, *(self.left[piece] // number for piece, number in used.items())))
+        placements = [p for one in laid for p in pieces[one.piece].laid(one.angle, one.x, one.y)]
+        self.layouts.append(Layout(tuple(placements), count, stock))
+        self.left -= Counter({piece: number * count for piece, number in used.items()})
+        self.n_sheets += count
+        return count
+
+    def nest(self, method: str, seed: int) -> Nest:
+        """Return the nest."""
+        missing = Counter[int]()
+        for piece, count in self.left.items():
+            for member in self.task.pieces[piece].members:
+                missing[member.part] += count
+        unplaced = tuple(missing[number] for number in range(len(self.task.parts)))
+        repeatable = all(packer.repeatable for packer in self.packers)
+        return Nest(self.task.parts, self.task.stocks, tuple(self.layouts), unplaced, method, seed, repeatable)
+
+    def _offered(self, packer: Packer, later: Sequence[int]) -> Counter[int]:
+        """Return what one sheet is chosen from: all that is left, or a little more than it can hold.
+
+        What has room on none of the kinds of sheet that come later goes first.
+        """
+        left, room = self.left, packer.offered * packer.room
+        only: Counter[int] = Counter()
+        if later:
+            for piece, count in left.items():
+                if packer.holds(piece) and not any(self.packers[k].holds(piece) for k in later):
+                    only[piece] = count
+        if not only or only == left:
+            return share_of(left, packer.weight, room)
+        offered = share_of(only, packer.weight, room)
+        room -= sum(packer.weight(piece) * count for piece, count in offered.items())
+        return offered + (share_of(left - only, packer.weight, room) if room > 0.0 else Counter())
+
+    def _alone(self, stock: int) -> list[Laid]:
+        """Return the largest piece in the corner of a sheet of its own, for a packer that found no place for any."""
+        if self.task.stocks[stock].edge:
+            return []
+        length, width = self.task.inner(stock)
+        pieces, margin = self.task.pieces, self.task.options.margin
+        for piece in sorted(self.left, key=lambda p: (-pieces[p].area, p)):
+            for box in pieces[piece].boxes:
+                if box.width <= length + FORGIVEN and box.height <= width + FORGIVEN:
+                    return [Laid(piece, box.angle, margin - box.x, margin - box.y)]
+        return []
+
+
+def filled(task: Task, packers: Sequence[Packer], plan: Plan, method: str, seed: int) -> Nest:
+    """Fill the sheets of a plan until nothing is left, or no sheets are."""
+    made = Filling(task, packers)
+    for step, (stock, most) in enumerate(plan):
+        later, taken = [k for k, _ in plan[step + 1 :]], 0
+        while made.left.total() and taken < most and (laid := made.laid(stock, later)):
+            taken += made.add(stock, laid, most - taken)
+    return made.nest(method, seed)

@@ -1,0 +1,79 @@
+"""Small parts into the holes of large ones, before the large ones are nested: what lies in a hole costs no sheet."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.nest import NestPart, Placement
+from leafcut.processes.nesting.plan.pieces import Piece, angles_within, polygon_of
+from leafcut.processes.nesting.plan.rooms import FREE_ANGLES, clear_of, place
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+#: Of a part only its largest holes are looked at, and in each so many kinds of part are tried.
+MOST_HOLES = 20
+MOST_TRIED = 40
+
+
+def filled_holes(parts: Sequence[NestPart], pieces: Sequence[Piece], spacing: float) -> tuple[list[Piece], list[int]]:
+    """Return the pieces with parts laid into their holes, and how many there are of each.
+
+    From the smallest part with holes to the largest, so that what lies in a hole may itself hold something. `spacing`
+    (mm) stays between a part and the edge of the hole. The sum of all members is the sum of all quantities.
+    """
+    found, counts = list(pieces), [part.quantity for part in parts]
+    clear = clear_of(spacing)
+    for root in sorted(range(len(parts)), key=lambda i: (pieces[i].area, i)):
+        rooms = _rooms(parts[root].holes, clear)
+        while rooms and counts[root]:
+            members, used = _fill(root, rooms, found, counts, clear)
+            if not used:
+                break
+            number = min([counts[root], *(counts[piece] // count for piece, count in used.items())])
+            found.append(Piece(pieces[root].path, (*pieces[root].members, *members), pieces[root].angles))
+            counts.append(number)
+            counts[root] -= number
+            for piece, count in used.items():
+                counts[piece] -= count * number
+    kept = [i for i, count in enumerate(counts) if count]
+    return [found[i] for i in kept], [counts[i] for i in kept]
+
+
+def _rooms(holes: Sequence[Polyline], clear: float) -> list[BaseGeometry]:
+    """Return what is left of the largest holes when a strip along their edges stays free."""
+    large = sorted(holes, key=lambda hole: -abs(hole.area))[:MOST_HOLES]
+    polygons = [polygon_of(hole) for hole in large]
+    rooms = [polygon.buffer(-clear) for polygon in polygons if polygon.is_valid]
+    return [room for room in rooms if not room.is_empty]
+
+
+def _fill(
+    root: int, rooms: list[BaseGeometry], pieces: list[Piece], counts: list[int], clear: float
+) -> tuple[list[Placement], Counter[int]]:
+    """Return what was laid into the holes of a part, and how many of each piece that took: the largest first."""
+    members: list[Placement] = []
+    used: Counter[int] = Counter()
+    for room in rooms:
+        rest = room
+        fitting = [i for i, p in enumerate(pieces) if i != root and counts[i] and p.area < room.area]
+        for number in sorted(fitting, key=lambda i: (-pieces[i].area, i))[:MOST_TRIED]:
+            piece = pieces[number]
+            while used[number] < counts[number] and piece.area < rest.area:
+                found = place(piece, rest, _angles(piece, pieces[root].angles), quick=True)
+                if found is None:
+                    break
+                angle, x, y, polygon = found
+                members += piece.laid(angle, x, y)
+                used[number] += 1
+                rest = rest.difference(polygon.buffer(clear))
+    return members, +used
+
+
+def _angles(piece: Piece, outer: Sequence[float] | None) -> list[float]:
+    """Return the angles in which a piece may lie in a hole of a part that itself may lie in those of `outer`."""
+    angles = piece.angles if piece.angles is not None else FREE_ANGLES
+    return [angle for angle in angles if angles_within(piece.angles, outer, angle)]

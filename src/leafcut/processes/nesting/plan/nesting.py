@@ -1,0 +1,262 @@
+"""Parts and quantities become nests: sheet after sheet, in several variants. None of them is trusted before a check."""
+
+from __future__ import annotations
+
+import math
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+from leafcut.model.nest import Nest, NestPart, Stock
+from leafcut.options import NestOptions, SolveOptions
+from leafcut.processes.nesting.plan.blocks import in_blocks
+from leafcut.processes.nesting.plan.fill import Packer, Plan, Task, filled
+from leafcut.processes.nesting.plan.holes import filled_holes
+from leafcut.processes.nesting.plan.pieces import Piece, check_fit, pieces_of
+from leafcut.processes.nesting.plan.rectangles import RULES, RectanglePacker
+from leafcut.processes.nesting.plan.remnant import RemnantPacker
+from leafcut.processes.nesting.plan.shapes import ShapePacker
+from leafcut.processes.nesting.plan.sheet_choice import as_many, cheaper, cheapest, cheapest_of, same_sheets
+from leafcut.processes.nesting.plan.strip import Budget, NesterError
+
+#: Steps of the irregular nester for one strip, by preset. Some 200 take a few seconds, each of the next far longer.
+STEPS = {"fast": 120, "default": 250, "thorough": 1000}
+#: And how often it may give up on a width: a few parts soon lie as well as they can.
+FAILURES = {"fast": 1, "default": 1, "thorough": 5}
+#: A strip is packed this often for one sheet: once with what is there, and again with what fits.
+STRIPS_PER_SHEET = 2.0
+#: Of several kinds of sheet so many choices are tried by shapes that cost less than what rectangles take, ...
+SHAPE_TRIES = 3
+#: ... where the parts fill no more than this share of them.
+DENSEST = 0.93
+#: ... and this share of a time limit goes to the choice by rectangles.
+CHOOSING = 0.2
+
+#: Told what is being done, and the share of it that is done.
+Tell = Callable[[str, float], None]
+
+
+def prepare(parts: Sequence[NestPart], options: NestOptions, stocks: Sequence[Stock]) -> Task:
+    """Return what is to be nested, and on which kinds of sheet.
+
+    Raises
+    ------
+    PlanError
+        There is nothing to nest, an outline is no outline, or a part fits no sheet.
+    """
+    pieces = pieces_of(parts)
+    plain = Task(tuple(parts), tuple(pieces), tuple(p.quantity for p in parts), tuple(stocks), options)
+    inner = [plain.inner(k) for k in range(len(stocks))]
+    check_fit(parts, pieces, inner)
+    counts = list(plain.counts)
+    if options.into_holes:
+        pieces, counts = filled_holes(parts, pieces, plain.spacing)
+    if options.blocks != "none":
+        pieces, counts = _blocks(pieces, counts, options, inner)
+    return replace(plain, pieces=tuple(pieces), counts=tuple(counts))
+
+
+def _blocks(
+    pieces: Sequence[Piece], counts: Sequence[int], options: NestOptions, inner: Sequence[tuple[float, float]]
+) -> tuple[list[Piece], list[int]]:
+    """Return pieces in blocks for which the smallest sheet that holds the piece has room."""
+    found: list[Piece] = []
+    numbers: list[int] = []
+    for piece, count in zip(pieces, counts, strict=True):
+        smallest = min((one for one in inner if piece.fits(*one)), key=math.prod)
+        made, many = in_blocks([piece], [count], options.kerf, options.blocks, smallest)
+        found += made
+        numbers += many
+    return found, numbers
+
+
+def variants(task: Task, search: SolveOptions, tell: Tell, cancelled: threading.Event) -> Iterator[Nest | str]:
+    """Yield nests as they are found, unchecked; a line of text for one that could not be made.
+
+    By shapes, one for each seed from the one asked for; by rectangles, one for each rule of `RULES`.
+    """
+    task = _with_remnants(task, search)
+    if len(task.stocks) > 1:
+        yield from _on_several(task, search, tell, cancelled)
+        return
+    if _by_shapes(task):
+        numbers = range(task.options.variants)
+        yield from _shape_variants(
+            task, search, numbers, lambda seed, clock: _on(task, as_many(task), clock, seed, cancelled), tell, cancelled
+        )
+    yield from _rectangle_variants(task, tell, cancelled.is_set, cancelled)
+
+
+def _on_several(task: Task, search: SolveOptions, tell: Tell, cancelled: threading.Event) -> Iterator[Nest | str]:
+    """Yield nests on the sheets that cost least: by rectangles, which is quick, and by shapes on those that cost less.
+
+    By shapes the first variant seeks the sheets, and the others lie on the same ones; of a time limit the first has
+    what the rectangles leave.
+    """
+    shapes, best = _by_shapes(task), list[Nest]()
+    began, limit = time.monotonic(), math.inf if search.time_limit is None else search.time_limit
+    hurried = [False]
+
+    def late() -> bool:
+        hurried[0] |= time.monotonic() > began + (CHOOSING if shapes else 1.0) * limit
+        return hurried[0] or cancelled.is_set()
+
+    for one in _rectangle_variants(task, tell, late, cancelled):
+        best.append(replace(one, repeatable=not hurried[0]))
+        yield best[-1]
+    if not shapes or not best:
+        return
+    rest = (
+        search
+        if search.time_limit is None
+        else replace(search, time_limit=0.01 + max(began + limit - time.monotonic(), 0.0))
+    )
+    other = min(best, key=lambda nest: nest.rank)
+    for found in _shape_variants(
+        task, rest, range(1), lambda seed, clock: _on_cheapest(task, other, clock, seed, cancelled), tell, cancelled
+    ):
+        best += [found] if isinstance(found, Nest) else []
+        yield found
+    if search.time_limit is None:
+        plan = same_sheets(min(best, key=lambda nest: nest.rank))
+        yield from _shape_variants(
+            task, rest, range(1, task.options.variants),
+            lambda seed, clock: _on(task, plan, clock, seed, cancelled), tell, cancelled,
+        )  # fmt: skip
+
+
+def _rectangle_variants(task: Task, tell: Tell, late: Callable[[], bool], cancelled: threading.Event) -> Iterator[Nest]:
+    tell("nesting by rectangles", 0.99)
+    for rule in range(len(RULES)):
+        if not cancelled.is_set() and not (rule and late()):
+            yield cheapest(task, _rectangle_packers(task, rule), "rectangles", rule, late)
+
+
+def _rectangle_packers(task: Task, rule: int) -> list[Packer]:
+    margin, spacing = task.options.margin, task.spacing
+    return _packers(task, lambda k: RectanglePacker(task.pieces, *task.inner(k), margin, spacing, rule))
+
+
+def _packers(task: Task, rectangular: Callable[[int], Packer]) -> list[Packer]:
+    """Return a packer for every kind of sheet; for those that are rectangles the one that is made by its index."""
+    return [task.remnants[k] if k in task.remnants else rectangular(k) for k in range(len(task.stocks))]
+
+
+def _with_remnants(task: Task, search: SolveOptions) -> Task:
+    """Return the task with packers for what is no rectangle: all variants share them, as they lay the same alike.
+
+    Of a time limit they may take their share for every sheet that they fill, and nothing behind its end.
+    """
+    limit = math.inf if search.time_limit is None else search.time_limit
+    end = time.monotonic() + limit
+    kinds = [k for k, stock in enumerate(task.stocks) if stock.edge]
+    seconds = CHOOSING * limit / max(len(kinds), 1)
+    return replace(
+        task,
+        remnants={
+            k: RemnantPacker(task.pieces, task.stocks[k], task.options.margin, task.spacing, seconds=seconds, end=end)
+            for k in kinds
+        },
+    )
+
+
+def _shape_variants(
+    task: Task, search: SolveOptions, numbers: range, make: Callable[[int, _Clock], Nest], tell: Tell,
+    cancelled: threading.Event,
+) -> Iterator[Nest | str]:  # fmt: skip
+    """Yield a nest by shapes for each of some numbers, in their order; several are sought at a time.
+
+    Of a time limit the first has all, as if it were the only one, and the others what the other threads have: more
+    variants never cost density. One thread makes one.
+    """
+    threads = min(search.threads or os.cpu_count() or 1, len(numbers))
+    rounds = [1] * len(numbers)
+    if search.time_limit is not None:
+        numbers = numbers if threads > 1 else numbers[:1]
+        rounds = [1, *[math.ceil((len(numbers) - 1) / max(threads - 1, 1))] * (len(numbers) - 1)]
+
+    def made(number: int, rounds: int) -> Nest | str:
+        if cancelled.is_set():
+            return ""
+        try:
+            return make(search.seed + number, _Clock(search, rounds))
+        except NesterError as problem:
+            return "" if cancelled.is_set() else f"by shapes, seed {search.seed + number}: {problem}"
+
+    with ThreadPoolExecutor(max(threads, 1)) as executor:
+        futures = [executor.submit(made, number, share) for number, share in zip(numbers, rounds, strict=False)]
+        try:
+            for number, future in enumerate(futures):
+                tell(f"nesting by shapes, {len(futures)} variants", number / len(futures))
+                if found := future.result():
+                    yield found
+        except BaseException:  # Ctrl-C, or nobody wants more: the searches end, or leaving would wait for them
+            cancelled.set()
+            raise
+
+
+def _by_shapes(task: Task) -> bool:
+    wanted = task.options.nester
+    return wanted == "shapes" or (wanted == "auto" and not all(piece.is_rectangle for piece in task.pieces))
+
+
+def _on_cheapest(task: Task, other: Nest, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
+    """Return a nest by shapes on sheets that cost no more than those of another nest."""
+    packers = _shape_packers(task, seed, clock.budget, cancelled)
+
+    def attempt(plan: Plan, more: int) -> Nest:
+        clock.begin(task, plan, 1 + more)
+        return filled(task, packers, plan, "shapes", seed)
+
+    plans = cheaper(task, packers, other, DENSEST)
+    same = attempt(same_sheets(other), min(SHAPE_TRIES, len(plans)))
+    return cheapest_of(plans, SHAPE_TRIES, same, attempt, lambda: cancelled.is_set() or clock.late)
+
+
+def _on(task: Task, plan: Plan, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
+    """Return a nest by shapes on the sheets of a plan."""
+    clock.begin(task, plan, 1)
+    return filled(task, _shape_packers(task, seed, clock.budget, cancelled), plan, "shapes", seed)
+
+
+def _shape_packers(task: Task, seed: int, budget: Callable[[], Budget], cancelled: threading.Event) -> list[Packer]:
+    margin, spacing = task.options.margin, task.spacing
+    return _packers(task, lambda k: ShapePacker(task.pieces, *task.inner(k), margin, spacing, seed, budget, cancelled))
+
+
+class _Clock:
+    """Shares the time that one variant has among its strips; without a limit, a number of steps for each."""
+
+    def __init__(self, search: SolveOptions, rounds: int) -> None:
+        left = math.inf if search.time_limit is None else search.time_limit / rounds
+        self.steps, self.failures = math.inf, math.inf
+        if search.iterations is not None:
+            self.steps = search.iterations
+        elif search.time_limit is None:
+            self.steps, self.failures = STEPS[search.preset], FAILURES[search.preset]
+        self.strips = 1.0
+        self.end = time.monotonic() + left
+
+    def begin(self, task: Task, plan: Plan, plans: int) -> None:
+        """Share the time that is left among the strips of a plan and those of the `plans` that may come after it."""
+        area = sum(piece.area * count for piece, count in zip(task.pieces, task.counts, strict=True))
+        sheets = 0.0
+        for stock, count in plan:
+            room = math.prod(task.inner(stock))
+            sheets += min(count, area / room)
+            area -= min(count * room, area)
+        self.strips = plans * max(1.0, STRIPS_PER_SHEET * math.floor(sheets))
+
+    @property
+    def late(self) -> bool:
+        """True when the time is over."""
+        return time.monotonic() >= self.end
+
+    def budget(self) -> Budget:
+        """Return what the next strip may take."""
+        share = max(self.end - time.monotonic(), 0.0) / self.strips
+        self.strips = max(1.0, self.strips - 1.0)
+        return Budget(self.steps, self.failures, share)

@@ -1,0 +1,140 @@
+"""Pieces on a sheet by the rectangles around them: quick, and the best there is when they are rectangles."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from leafcut.processes.nesting.plan.pieces import Box, Piece
+from leafcut.processes.nesting.plan.strip import require
+
+#: The packers of `rectpack` and the orders in which they take rectangles that gave the fullest sheets.
+RULES = (
+    ("MaxRectsBssf", "SORT_AREA"),
+    ("MaxRectsBssf", "SORT_LSIDE"),
+    ("MaxRectsBssf", "SORT_SSIDE"),
+    ("MaxRectsBaf", "SORT_AREA"),
+    ("MaxRectsBl", "SORT_SSIDE"),
+    ("MaxRectsBl", "SORT_LSIDE"),
+    ("SkylineMwfl", "SORT_LSIDE"),
+    ("GuillotineBssfSas", "SORT_LSIDE"),
+)
+#: Lengths tried to keep the used part of the last sheet short.
+HALVINGS = 10
+#: Rectangles are packed in whole micrometres, so that a sum of sides has no rounding.
+MICRON = 1000.0
+
+
+@dataclass(frozen=True)
+class Laid:
+    """One piece on a sheet: turned by `angle` about the drawing's origin, then moved by (x, y) mm."""
+
+    piece: int
+    angle: float
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A piece's rectangle and, where it may lie across too, the one a quarter further; sides in micrometres."""
+
+    box: Box
+    turned: Box | None
+    width: int
+    height: int
+
+
+class RectanglePacker:
+    """Packs one sheet after the other by one rule.
+
+    Parameters
+    ----------
+    length, width
+        Of a sheet less its margins, mm, and `margin` itself.
+    spacing
+        What stays between two pieces, mm.
+    rule
+        An index of `RULES`.
+    """
+
+    #: So many times the sheet's area are offered to it: it takes what fits.
+    offered = 1.3
+    repeatable = True
+
+    def __init__(
+        self, pieces: Sequence[Piece], length: float, width: float, margin: float, spacing: float, rule: int
+    ) -> None:
+        require("rectpack")
+        self.pieces, self.inner = pieces, (length, width)
+        self.slack = 2.0 * max(piece.slack for piece in pieces)
+        self.cells = [_cell(piece, spacing + self.slack) for piece in pieces]
+        self.rotation = all(cell.turned is not None for cell in self.cells)
+        self.length = _floor(length + spacing + self.slack)
+        self.width = _floor(width + spacing + self.slack)
+        self.corner = margin
+        self.rule = RULES[rule]
+
+    def holds(self, piece: int) -> bool:
+        """Return whether a piece has room on an empty sheet."""
+        return self.pieces[piece].fits(*self.inner)
+
+    def weight(self, piece: int) -> float:
+        """Return what a piece takes of a sheet, mm²."""
+        return self.cells[piece].width * self.cells[piece].height / MICRON**2
+
+    @property
+    def room(self) -> float:
+        """What a sheet has, mm²."""
+        return self.length * self.width / MICRON**2
+
+    def fill(self, offered: Counter[int], last: bool) -> list[Laid]:
+        """Return what fits of the pieces offered; of the `last` ones, as far to the left as was found."""
+        best = self._pack(offered, self.length)
+        if last and len(best) == offered.total():
+            low, high = 0, self.length
+            for _ in range(HALVINGS):
+                middle = (low + high) // 2
+                found = self._pack(offered, middle)
+                low, high, best = (low, middle, found) if len(found) == len(best) else (middle, high, best)
+        return best
+
+    def _pack(self, offered: Counter[int], length: int) -> list[Laid]:
+        import rectpack
+
+        algorithm, sort = (getattr(rectpack, name) for name in self.rule)
+        packer: Any = rectpack.newPacker(pack_algo=algorithm, sort_algo=sort, rotation=self.rotation)
+        packer.add_bin(max(length, 1), self.width)
+        for number in sorted(offered):
+            cell = self.cells[number]
+            for _ in range(offered[number]):
+                packer.add_rect(cell.width, cell.height, number)
+        packer.pack()
+        return [self._laid(*rectangle[1:]) for rectangle in packer.rect_list()]
+
+    def _laid(self, x: int, y: int, width: int, height: int, number: int) -> Laid:
+        cell = self.cells[number]
+        across = (width, height) != (cell.width, cell.height)
+        box = cell.turned if across and cell.turned is not None else cell.box
+        return Laid(number, box.angle, self.corner + x / MICRON - box.x, self.corner + y / MICRON - box.y)
+
+
+def _cell(piece: Piece, spacing: float) -> Cell:
+    box = min(piece.boxes, key=lambda b: (b.width * b.height, b.angle))
+    turned = next((b for b in piece.boxes if _across(box, b)), None)
+    return Cell(box, turned, _ceil(box.width + spacing), _ceil(box.height + spacing))
+
+
+def _across(a: Box, b: Box) -> bool:
+    return b.width <= a.height + 1e-6 and b.height <= a.width + 1e-6
+
+
+def _ceil(mm: float) -> int:
+    return math.ceil(mm * MICRON - 1e-3)
+
+
+def _floor(mm: float) -> int:
+    return math.floor(mm * MICRON + 1e-3)

@@ -1,0 +1,51 @@
+"""What remains of a sheet when its parts are cut: pieces that are worth keeping, as sheets of their own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.nest import Layout, Nest, Stock
+from leafcut.processes.nesting.plan.pieces import polygon_of
+from leafcut.processes.nesting.plan.rooms import clear_of
+
+#: The edge of a remnant is drawn in as many points as it takes to leave it by no more than this, mm.
+_COARSE = 0.05
+#: Corners grow by at most this many times the distance.
+_MITRE = 2.0
+
+
+#: A remnant, and where its lower left corner was on the sheet, mm.
+Kept = tuple[Stock, tuple[float, float]]
+
+
+def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str) -> list[Kept]:
+    """Return what remains of a sheet, the largest piece first, each from (0, 0) on.
+
+    Between it and the parts stays `spacing` (mm). Strips narrower than `least` are cut off, and what is then too small
+    for a disc of that diameter is left out.
+    """
+    import shapely
+
+    outline, *holes = (polygon_of(path) for path in nest.stock_of(layout).paths)
+    sheet = outline.difference(shapely.union_all(holes)) if holes else outline
+    clear = clear_of(spacing) + _COARSE
+    shells = [polygon_of(p.placed(nest.parts[p.part].outline)) for p in layout.placements]
+    rest = sheet.difference(shapely.union_all([shell.buffer(clear, quad_segs=8) for shell in shells]))
+    whole = _without_strips(rest, least).simplify(_COARSE)
+    pieces = [piece for piece in shapely.get_parts(whole) if not piece.buffer(-0.5 * least).is_empty]
+    pieces.sort(key=lambda piece: (-round(piece.area, 3), piece.bounds))
+    return [_as_stock(piece, f"{name}_{number}") for number, piece in enumerate(pieces, 1)]
+
+
+def _without_strips(region: Any, least: float) -> Any:
+    """Return a region without what is narrower than `least`; never more than there was."""
+    inner = region.buffer(-0.5 * least, join_style="mitre", mitre_limit=_MITRE)
+    return inner.buffer(0.5 * least, join_style="mitre", mitre_limit=_MITRE).intersection(region)
+
+
+def _as_stock(piece: Any, name: str) -> Kept:
+    x0, y0, x1, y1 = piece.bounds
+    rings = [piece.exterior, *piece.interiors]
+    paths = [Polyline.of_points([(x - x0, y - y0) for x, y in ring.coords[:-1]], closed=True) for ring in rings]
+    return Stock(x1 - x0, y1 - y0, 1, None, tuple(paths), name), (x0, y0)

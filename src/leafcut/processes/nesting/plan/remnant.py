@@ -1,0 +1,105 @@
+"""Pieces on a sheet that is no rectangle: what remains of an earlier one, with the holes that were cut into it."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter
+from collections.abc import Sequence
+from functools import cache
+from typing import TYPE_CHECKING
+
+from leafcut.model.nest import Stock
+from leafcut.processes.nesting.plan.pieces import CHORD, Piece
+from leafcut.processes.nesting.plan.rectangles import Laid
+from leafcut.processes.nesting.plan.rooms import FREE_ANGLES, SLACK, clear_of, place
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+#: Corners grow by at most this many times the spacing.
+_MITRE = 2.0
+#: What is smaller holds nothing, mm².
+_NOTHING = 1.0
+
+
+class RemnantPacker:
+    """Lays the largest pieces first, each as far to the left as it has room.
+
+    Parameters
+    ----------
+    margin, spacing
+        What stays free along every edge, and between two pieces, mm.
+    seconds, end
+        How long one sheet may take by the clock, s, and when all must be over (`time.monotonic`); it then has what was
+        laid so far.
+    """
+
+    #: So many times the sheet's area are offered to it: it takes what fits.
+    offered = 1.3
+
+    def __init__(
+        self, pieces: Sequence[Piece], stock: Stock, margin: float, spacing: float, *, seconds: float = math.inf,
+        end: float = math.inf,
+    ) -> None:  # fmt: skip
+        import shapely
+
+        self.pieces, self.seconds, self.end = pieces, seconds, end
+        self.repeatable = True
+        self._filled: dict[tuple[tuple[int, int], ...], list[Laid]] = {}
+        self.clear = clear_of(spacing)
+        outline, *holes = (path.flattened(CHORD) for path in stock.paths)
+        round_edge = any(path.bulges.any() for path in stock.paths)
+        whole = shapely.Polygon(outline, holes)
+        away = margin + (SLACK if round_edge or any(piece.slack for piece in pieces) else 0.0)
+        self.inner: BaseGeometry = whole.buffer(-away, join_style="mitre", mitre_limit=_MITRE)
+        self._rooms = cache(self._has_room)
+
+    def holds(self, piece: int) -> bool:
+        """Return whether a piece has room on an empty sheet."""
+        return self._rooms(piece)
+
+    def weight(self, piece: int) -> float:
+        """Return what a piece takes of a sheet, mm²."""
+        return self.pieces[piece].area
+
+    @property
+    def room(self) -> float:
+        """What a sheet has, mm²."""
+        return float(self.inner.area)
+
+    def fill(self, offered: Counter[int], last: bool) -> list[Laid]:
+        """Return what fits of the pieces offered; of the same pieces it is sought once."""
+        key = tuple(sorted((+offered).items()))
+        if key not in self._filled:
+            self._filled[key] = self._fill(offered)
+        return self._filled[key]
+
+    def _fill(self, offered: Counter[int]) -> list[Laid]:
+        import shapely
+
+        end = min(self.end, time.monotonic() + self.seconds)
+        laid: list[Laid] = []
+        rest = self.inner
+        for number in sorted(+offered, key=lambda p: (-self.pieces[p].area, p)):
+            piece = self.pieces[number]
+            for _ in range(offered[number]):
+                if time.monotonic() >= end:
+                    self.repeatable = False
+                    return laid
+                found = place(piece, rest, self._angles(number)) if piece.area <= rest.area else None
+                if found is None:
+                    break
+                angle, x, y, polygon = found
+                laid.append(Laid(number, angle, x, y))
+                rest = rest.difference(polygon.buffer(self.clear, join_style="mitre", mitre_limit=_MITRE))
+                rooms = [room for room in shapely.get_parts(rest) if room.area > _NOTHING]
+                rest = shapely.union_all(rooms) if rooms else shapely.Polygon()
+        return laid
+
+    def _has_room(self, number: int) -> bool:
+        return place(self.pieces[number], self.inner, self._angles(number)) is not None
+
+    def _angles(self, number: int) -> Sequence[float]:
+        angles = self.pieces[number].angles
+        return FREE_ANGLES if angles is None else angles

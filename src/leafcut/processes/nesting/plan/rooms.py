@@ -1,0 +1,102 @@
+"""Where a piece has room in a region of any shape: in a hole of a part, or on what remains of a sheet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.processes.nesting.plan.pieces import CHORD, Piece, polygon_of
+
+if TYPE_CHECKING:
+    from shapely import Polygon
+    from shapely.geometry.base import BaseGeometry
+
+#: Of a part that may lie in any angle these are tried, rad.
+FREE_ANGLES = tuple(math.radians(k) for k in range(0, 360, 15))
+#: The chords of a round corner of a grown outline are nearer to it by this share of the distance at most.
+ROUND_CORNER = 1.002
+#: Kept clear beyond that, mm: arcs stand for chords on both sides.
+SLACK = 4.0 * CHORD
+#: Places tried along either side of a room; odd, so that the middle is one of them.
+PLACES = 15
+#: Corners of a room and of a piece that are laid upon each other; of more these many are taken.
+ROOM_CORNERS, PIECE_CORNERS = 300, 16
+#: So many places are looked at together.
+_CHUNK = 128
+#: A piece that is laid against an edge may be over it by this, mm: rounding.
+_ROUNDING = 1e-6
+
+#: An angle (rad), what a turned piece is moved by (mm), and where it then lies.
+Found = tuple[float, float, float, "Polygon"]
+
+
+def clear_of(spacing: float) -> float:
+    """Return by how much a polygon is grown so that what lies beyond is `spacing` away, mm, arcs included."""
+    return ROUND_CORNER * spacing + SLACK
+
+
+def place(piece: Piece, room: BaseGeometry, angles: Iterable[float], *, quick: bool = False) -> Found | None:
+    """Return the place furthest to the left, then lowest, in which a piece lies within a room; None where it has none.
+
+    Places of a grid are tried, and those in which a corner of the piece lies in a corner of the room; `quick`: those of
+    the grid at the first angle that has one.
+    """
+    import shapely
+
+    if room.is_empty:
+        return None
+    corners = np.zeros((0, 2)) if quick else _thinned(shapely.get_coordinates(room), ROOM_CORNERS)
+    within = room.buffer(_ROUNDING, join_style="mitre")
+    shapely.prepare(within)
+    best: Found | None = None
+    for angle in angles:
+        ring = np.asarray(polygon_of(piece.path.turned(angle)).exterior.coords)
+        for x, y, polygon in _places(ring, corners, room, within):
+            if best is None or _rank(polygon) < _rank(best[3]):
+                best = (angle, x, y, polygon)
+            break
+        if quick and best is not None:
+            break
+    return best
+
+
+def _rank(polygon: Polygon) -> tuple[float, float]:
+    _, y0, x1, y1 = polygon.bounds
+    return (round(x1, 6), round(y0 + y1, 6))
+
+
+def _places(
+    ring: NDArray[np.float64], corners: NDArray[np.float64], room: BaseGeometry, within: Any
+) -> Iterator[tuple[float, float, Polygon]]:
+    """Yield where a turned piece (ring float64[n, 2]) lies within the room, from the left and from below."""
+    import shapely
+
+    left, low, right, high = room.bounds
+    (x0, y0), (x1, y1) = ring.min(axis=0), ring.max(axis=0)
+    if x1 - x0 > right - left + _ROUNDING or y1 - y0 > high - low + _ROUNDING:
+        return
+    xs, ys = np.linspace(left - x0, right - x1, PLACES), np.linspace(low - y0, high - y1, PLACES)
+    grid = np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=-1).reshape(-1, 2)
+    own = _thinned(np.vstack([ring[:-1], [(x0, y0), (x0, y1), (x1, y0), (x1, y1)]])[::-1], PIECE_CORNERS)
+    met = (corners[:, None, :] - own[None, :, :]).reshape(-1, 2)
+    moves = np.concatenate([grid, met])
+    inside = (moves >= (left - x0 - _ROUNDING, low - y0 - _ROUNDING)) & (
+        moves <= (right - x1 + _ROUNDING, high - y1 + _ROUNDING)
+    )
+    moves = np.unique(np.round(moves[inside.all(axis=1)], 6), axis=0)
+    for k in range(0, len(moves), _CHUNK):
+        some = moves[k : k + _CHUNK]
+        polygons = shapely.polygons(ring[None, :, :] + some[:, None, :])
+        for at in np.flatnonzero(shapely.covers(within, polygons)):
+            yield float(some[at, 0]), float(some[at, 1]), polygons[at]
+
+
+def _thinned(points: NDArray[np.float64], most: int) -> NDArray[np.float64]:
+    """Return points float64[n, 2], of more than `most` some, evenly."""
+    if len(points) <= most:
+        return points
+    return points[np.linspace(0, len(points) - 1, most).astype(np.int64)]

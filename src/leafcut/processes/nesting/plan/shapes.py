@@ -1,0 +1,205 @@
+"""Pieces on a sheet by their shapes: the sheet is a strip that the nester makes as short as it can."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import Counter
+from collections.abc import Callable, Sequence
+from functools import cache
+
+import numpy as np
+
+from leafcut.processes.nesting.plan.pieces import Piece, share_of
+from leafcut.processes.nesting.plan.rectangles import Laid
+from leafcut.processes.nesting.plan.strip import Budget, Strip, StripItem, pack_strip, require
+
+#: The nester reckons in seven digits: of a sheet's length they lose this, mm, and this share of it.
+ROUNDING, ROUNDING_SHARE = 0.01, 1e-6
+#: Outlines are given in fewer points, that leave them by this share of their size, between these bounds in mm.
+COARSE, FINEST, COARSEST = 0.001, 0.02, 0.5
+#: Outlines of no more points than these are given as they are.
+FEW_POINTS = 16
+#: Corners grow by at most this many times the spacing.
+MITRE = 2.0
+#: So many pieces at once are as many as the nester packs in reasonable time.
+MOST_PIECES = 250
+#: A sheet that is too short for all is packed again with so much of what it could hold by the density just found.
+SHARES = (1.02, 1.0, 0.98)
+#: A strip this near the shortest possible one needs no more search.
+PERFECT = 1.001
+
+
+class ShapePacker:
+    """Packs one sheet after the other by the irregular nester.
+
+    Parameters
+    ----------
+    length, width
+        Of a sheet less its margins, mm, and `margin` itself.
+    spacing
+        What stays between two pieces, mm.
+    budget
+        Returns what the next strip may take, when asked.
+    """
+
+    #: A little more than a sheet can hold is offered: what lies beyond its end waits for the next.
+    offered = 1.1
+
+    def __init__(
+        self,
+        pieces: Sequence[Piece],
+        length: float,
+        width: float,
+        margin: float,
+        spacing: float,
+        seed: int,
+        budget: Callable[[], Budget],
+        cancelled: threading.Event,
+    ) -> None:
+        require("spyrrow")
+        self.pieces, self.inner = pieces, (length, width)
+        self.length, self.width = length + spacing, width + spacing
+        self.corner = margin - 0.5 * spacing
+        self.spacing, self.seed = spacing, seed
+        self.budget, self.cancelled = budget, cancelled
+        self.repeatable = True
+        self.shape = cache(self._shape)
+        self.extent = cache(self._extent)
+
+    def holds(self, piece: int) -> bool:
+        """Return whether a piece has room on an empty sheet."""
+        return self.pieces[piece].fits(*self.inner)
+
+    def weight(self, piece: int) -> float:
+        """Return what a piece takes of a sheet, mm²: no less than its area grown by half the spacing."""
+        return self.shape(piece)[2]
+
+    @property
+    def room(self) -> float:
+        """What a sheet has, mm²."""
+        return self.length * self.width
+
+    def fill(self, offered: Counter[int], last: bool) -> list[Laid]:
+        """Return what fits of the pieces offered; of the `last` ones, as far to the left as was found.
+
+        Too many pieces for one search lie in bands across the sheet, one like the other.
+        """
+        offered = Counter({p: n for p, n in offered.items() if self._fits(p)})
+        bands = math.ceil(offered.total() / MOST_PIECES)
+        if bands == 0:
+            return []
+        band = +Counter({piece: count // bands for piece, count in offered.items()})
+        if not band:  # many kinds, few of each
+            band, bands = _at_most(offered, MOST_PIECES), 1
+        found, width = self._fill_strip(band, self.length / bands, last)
+        pitch = width if last else self.length / bands
+        laid = [_moved(one, k * pitch) for k in range(bands) for one in found]
+        if last and (rest := offered - Counter(one.piece for one in laid)) and bands > 1:
+            more, _ = self._fill_strip(_at_most(rest, MOST_PIECES), self.length - bands * pitch, last)
+            laid += [_moved(one, bands * pitch) for one in more]
+        return laid
+
+    def _fill_strip(self, offered: Counter[int], length: float, last: bool) -> tuple[list[Laid], float]:
+        """Return what fits a length of the sheet, and the length that it takes."""
+        strip = self._pack(offered, 0.0 if last else length)
+        if strip.width <= length:
+            return self._laid(strip), strip.width
+        best = self._laid(strip, length)
+        density = self._area(offered) / (strip.width * self.width)
+        for share in SHARES:
+            fewer = share_of(offered, self.weight, share * density * length * self.width)
+            if self._area(fewer) <= sum(self.weight(laid.piece) for laid in best):
+                break
+            again = self._pack(fewer, length)
+            if again.width <= length:
+                return self._laid(again), again.width
+        return best, length
+
+    def _area(self, some: Counter[int]) -> float:
+        return sum(self.weight(piece) * count for piece, count in some.items())
+
+    def _pack(self, some: Counter[int], enough: float) -> Strip:
+        order = sorted(piece for piece, count in some.items() if count > 0)
+        items = [StripItem(self.shape(p)[0], some[p], self._degrees(p)) for p in order]
+        shortest = PERFECT * max(self._area(some) / self.width, *(self.extent(p)[0] for p in order))
+        strip = pack_strip(
+            items, self.width, self.seed, self.budget(), enough=max(enough, shortest), cancelled=self.cancelled
+        )
+        self.repeatable &= strip.ended != "clock"
+        placed = tuple((order[i], degrees, x, y) for i, degrees, x, y in strip.items)
+        return Strip(strip.width, placed, strip.steps, strip.ended)
+
+    def _fits(self, piece: int) -> bool:
+        """Return whether a grown outline fits the strip; what fits the sheet to a hair does not, and lies alone."""
+        return self.extent(piece)[0] < self.length
+
+    def _extent(self, piece: int) -> tuple[float, float]:
+        """Return the least length of strip that a grown outline takes, and its width then; infinite if too wide."""
+        points = np.array(self.shape(piece)[0])
+        angles = np.array([box.angle for box in self.pieces[piece].boxes])
+        x = np.outer(np.cos(angles), points[:, 0]) - np.outer(np.sin(angles), points[:, 1])
+        y = np.outer(np.sin(angles), points[:, 0]) + np.outer(np.cos(angles), points[:, 1])
+        sides = zip(np.ptp(x, axis=1).tolist(), np.ptp(y, axis=1).tolist(), strict=True)
+        return min((side for side in sides if side[1] < self.width), default=(math.inf, math.inf))
+
+    def _degrees(self, piece: int) -> list[float] | None:
+        angles = self.pieces[piece].angles
+        return None if angles is None else [math.degrees(a) for a in angles]
+
+    def _laid(self, strip: Strip, length: float = math.inf) -> list[Laid]:
+        """Return where the pieces lie whose grown outlines end before `length`."""
+        found = []
+        for piece, degrees, x, y in strip.items:
+            shape, middle, _ = self.shape(piece)
+            angle = _exact(math.radians(degrees), self.pieces[piece].angles)
+            cos, sin = math.cos(angle), math.sin(angle)
+            if x + max(cos * px - sin * py for px, py in shape) > length:
+                continue
+            # The nester turned the shape about its own middle.
+            dx, dy = x - cos * middle[0] + sin * middle[1], y - sin * middle[0] - cos * middle[1]
+            found.append(Laid(piece, angle, self.corner + dx, self.corner + dy))
+        return found
+
+    def _shape(self, number: int) -> tuple[list[tuple[float, float]], tuple[float, float], float]:
+        """Return the points of an outline grown by half the spacing and more, about its middle; the middle; its area.
+
+        It encloses all that is nearer than half the spacing: where it has fewer points than the outline it is grown
+        by what they lose, and sharp corners are cut off no nearer than a round one would be. Few points stay as they
+        are: parts whose sides add up to the sheet's width fit beside each other.
+        """
+        from shapely import Polygon
+
+        piece = self.pieces[number]
+        x0, y0, x1, y1 = piece.path.extents
+        coarse = min(max(COARSE * math.hypot(x1 - x0, y1 - y0), FINEST), COARSEST)
+        rounding = max(ROUNDING, ROUNDING_SHARE * max(self.length, self.width))
+        exact = len(piece.polygon.exterior.coords) <= FEW_POINTS
+        grow = 0.5 * self.spacing + piece.slack + rounding + (0.0 if exact else coarse)
+        grown = piece.polygon.buffer(grow, join_style="mitre", mitre_limit=MITRE)
+        rough = Polygon(grown.exterior)
+        if not exact:
+            rough = Polygon(rough.simplify(coarse).exterior)
+        middle = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
+        points = [(x - middle[0], y - middle[1]) for x, y in rough.exterior.coords[:-1]]
+        return points, middle, float(rough.area)
+
+
+def _moved(laid: Laid, x: float) -> Laid:
+    return Laid(laid.piece, laid.angle, laid.x + x, laid.y)
+
+
+def _at_most(some: Counter[int], number: int) -> Counter[int]:
+    """Return the same share of every piece, no more than `number` in all; of many kinds the first."""
+    if some.total() <= number:
+        return some
+    share = number / some.total()
+    kept = {piece: max(int(share * count), 1) for piece, count in sorted(some.items())[:number]}
+    return Counter(kept)
+
+
+def _exact(angle: float, angles: tuple[float, ...] | None) -> float:
+    """Return the allowed angle that a rounded one stands for."""
+    if angles is None:
+        return angle % math.tau
+    return min(angles, key=lambda a: abs((a - angle + math.pi) % math.tau - math.pi))

@@ -1,0 +1,326 @@
+"""Drawings and quantities in, checked nests out, and their sheets as drawings."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from leafcut.errors import OptionError, PlanError, VerifyError, shown
+from leafcut.model.heartbeat import Look
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Remnant, Stock
+from leafcut.options import (
+    LARGEST_SHEET,
+    NestOptions,
+    ReadOptions,
+    Settings,
+    SheetOptions,
+    SheetWord,
+    SolveOptions,
+    parse_angles,
+)
+from leafcut.processes.course import Progress, for_cutting, looking_for
+
+if TYPE_CHECKING:
+    from leafcut.read.nest_list import Wanted
+
+#: A sheet as large as a table is so by whole steps of this, mm.
+SHEET_STEP = 50.0
+#: So many parts without a place are named.
+MOST_NAMED = 5
+#: Two nests that use the same length of sheet to this, mm, are one to a person.
+ALIKE = 0.01
+
+
+def nest(
+    parts: Sequence[NestPart],
+    options: NestOptions,
+    search: SolveOptions,
+    *,
+    stocks: Sequence[Stock] = (),
+    progress: Progress | None = None,
+    cancelled: threading.Event | None = None,
+) -> NestOutcome:
+    """Return the nests of parts that passed the check, the best first; on `stocks`, else on the sizes of the options.
+
+    The same seed gives the same nests, unless the clock ended the search (`Nest.repeatable`). Stopped by `cancelled` or
+    Ctrl-C it keeps those that it has.
+
+    Raises
+    ------
+    PlanError
+        There is nothing to nest, a part fits no sheet, or no nest passed the check.
+    """
+    from leafcut.processes.nesting.plan.nesting import prepare, variants
+    from leafcut.processes.nesting.proof import check_nest
+
+    began = time.perf_counter()
+    cancelled = cancelled or threading.Event()
+    task = prepare(parts, options, stocks or sized_sheets(options))
+    kerf = options.kerf if options.blocks != "none" else 0.0
+    found: list[Nest] = []
+    dropped: list[str] = []
+
+    def tell(what: str, share: float) -> None:
+        if progress is not None:
+            best = f"; {100.0 * max(n.utilisation_of_used for n in found):.1f} % so far" if found else ""
+            progress(what + best, None, share, None)
+
+    try:
+        for variant in variants(task, search, tell, cancelled):
+            if isinstance(variant, str):
+                dropped.append(variant)
+            elif faults := check_nest(variant, task.spacing, options.margin, kerf):
+                dropped.append(f"by {variant.method}, seed {variant.seed}: {faults[0]}")
+            else:
+                found.append(variant)
+    except KeyboardInterrupt:
+        cancelled.set()
+        if not found:
+            raise
+    if not found:
+        raise PlanError(f"no nest could be made that passes the check: {(dropped or ['stopped too early'])[0]}")
+    best = _different(found)[: options.variants]
+    issues = (*_left_over(best[0]), *_issues(best, dropped, cancelled.is_set()))
+    seconds = time.perf_counter() - began
+    return NestOutcome(tuple(best), task.spacing, options.margin, tuple(dropped), (), (), issues, seconds)
+
+
+def _different(found: list[Nest]) -> list[Nest]:
+    """Return nests in order, the best first; of those that use as much sheet one."""
+    kept: list[Nest] = []
+    for one in sorted(found, key=lambda n: n.rank):
+        if not kept or max(abs(a - b) for a, b in zip(one.rank, kept[-1].rank, strict=True)) > ALIKE:
+            kept.append(one)
+    return kept
+
+
+def sized_sheets(options: NestOptions) -> list[Stock]:
+    """Return the sheets of the options that have a size.
+
+    Raises
+    ------
+    OptionError
+        One of them is a drawing.
+    """
+    found = []
+    for word in options.sheets:
+        if word.size is None:
+            raise OptionError(f"--sheet: {shown(word.name)} is a drawing, and nothing reads it here; give a size")
+        found.append(Stock(*word.size, word.count, word.price, (), word.name))
+    return found
+
+
+def _left_over(best: Nest) -> list[Issue]:
+    """Return which parts have no room on the sheets that are there."""
+    left = [f"{n} of {part.name}" for part, n in zip(best.parts, best.unplaced, strict=True) if n]
+    if not left:
+        return []
+    more = f" and {len(left) - MOST_NAMED} kinds more" if len(left) > MOST_NAMED else ""
+    words = f"no room for {', '.join(left[:MOST_NAMED])}{more}: more or larger sheets hold them"
+    return [Issue("L436", words, severity=Severity.MISSING)]
+
+
+def _issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple[Issue, ...]:
+    issues = [Issue("L433", f"a nest was dropped: {line}") for line in dropped]
+    if stopped:
+        issues.append(Issue("L434", "stopped before its end; these are the nests so far", severity=Severity.NOTE))
+    if not all(one.repeatable for one in best):
+        message = "the time limit ended the search: the same seed may give another nest; without a limit it does not"
+        issues.append(Issue("L434", message, severity=Severity.NOTE))
+    return tuple(issues)
+
+
+def nest_drawings(
+    wanted: Sequence[Wanted],
+    settings: Settings,
+    output: str | Path | None = None,
+    *,
+    progress: Progress | None = None,
+    cancelled: threading.Event | None = None,
+) -> tuple[NestOutcome, dict[str, str]]:
+    """Nest the parts of drawings; return the nests, and with `output` the drawings of their sheets by file.
+
+    One file for every different sheet; each is read back and holds what was planned.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, VerifyError
+        One line that says what was found and what to do.
+    """
+    if output and Path(output).suffix.lower() != ".dxf":
+        raise OptionError(f"--output: nested sheets are written as DXF; name a .dxf, not '{Path(output).name}'")
+    from leafcut.read.strip_instance import is_strip_instance, read_strip_instance
+
+    settings, issues, stocks = _sheets_at_hand(settings, looking_for(progress, "reading"))
+    parts: list[NestPart] = []
+    for one in wanted:
+        angles = parse_angles(one.rotations, "rotations") if one.rotations else settings.nest.angles
+        if is_strip_instance(one.file):
+            turned = bool(one.rotations) or "rotations" in settings.given
+            parts += read_strip_instance(one.file, one.quantity, angles, turned)
+            continue
+        more, said = _read(one.file, one.quantity, angles, settings, looking_for(progress, "reading"))
+        parts += more
+        issues += said
+    outcome = nest(parts, settings.nest, settings.solve, stocks=stocks, progress=progress, cancelled=cancelled)
+    files, texts = _drawn(outcome, Path(output), settings) if output else ((), {})
+    remnants: tuple[Remnant, ...] = ()
+    if settings.nest.remnants_out is not None:
+        remnants, drawn = _remnants(outcome, Path(output or "sheet.dxf").stem, settings.nest)
+        texts |= drawn
+    every = (*dict.fromkeys(issues), *outcome.issues)
+    # What is not made comes first.
+    issues = sorted(every, key=lambda issue: issue.severity is not Severity.MISSING)
+    return replace(outcome, files=files, remnants=remnants, issues=tuple(issues)), texts
+
+
+def _sheets_at_hand(settings: Settings, look: Look) -> tuple[Settings, list[Issue], list[Stock]]:
+    """Return the settings, notes, and the sheets: one as large as the table, as many as it takes, where none is given.
+
+    Raises
+    ------
+    ReadError, PlanError
+        A remnant's drawing cannot be read, or is no sheet.
+    OptionError
+        A sheet is larger than the table of the machine that is named.
+    """
+    from leafcut.read.machine import load_machine
+
+    machine = load_machine(for_cutting(settings).machine.machine)
+    reach = [high - low for low, high in zip(machine.travel_min[:2], machine.travel_max[:2], strict=True)]
+    if "sheet" not in settings.given:
+        sides = [SHEET_STEP * max(math.floor(side / SHEET_STEP), 1) for side in reach]
+        size = "x".join(f"{side:g}" for side in sides)
+        settings = replace(settings, nest=replace(settings.nest, sheet=(size,)))
+        return settings, [], sized_sheets(settings.nest)
+    stocks = [
+        _remnant(word, settings.nest.margin, look)
+        if word.size is None
+        else Stock(*word.size, word.count, word.price, (), word.name)
+        for word in settings.nest.sheets
+    ]
+    issues = []
+    for stock in stocks:
+        if all(side <= most for side, most in zip((stock.length, stock.width), reach, strict=True)):
+            continue
+        words = f"a sheet of {shown(stock.name)} is larger than {machine.name} reaches, {reach[0]:g} × {reach[1]:g} mm"
+        if "machine" in settings.given:
+            raise OptionError(f"--sheet: {words}; give a smaller one, or another --machine")
+        issues.append(Issue("L435", f"{words}: name the machine that cuts it (--machine), here and there"))
+    return settings, issues, stocks
+
+
+def _remnant(word: SheetWord, margin: float, look: Look) -> Stock:
+    """Return the sheet that a drawing shows: one closed outline, and in it the holes of what was cut before.
+
+    All that is drawn counts, but for marks; so the drawing of a nested sheet is what remains when its parts are out.
+    """
+    from shapely import Polygon
+
+    from leafcut.processes.layers import MARK_NAMES
+    from leafcut.processes.sheet.plan.sheet import prepare_sheet
+    from leafcut.read import read_contours
+
+    part = read_contours(word.name, ReadOptions(), look)
+    try:
+        drawn = prepare_sheet(part, SheetOptions(cut_layers=("*",), ignore_layers=MARK_NAMES))
+    except PlanError as error:
+        raise error if str(error).startswith(word.name) else PlanError(f"{shown(word.name)}: {error}") from None
+    outer = [c.contour.path for c in drawn.contours if c.depth == 0]
+    holes = [c.contour.path for c in drawn.contours if c.depth == 1]
+    if len(outer) != 1:
+        raise PlanError(
+            f"{shown(word.name)}: {len(outer)} outlines lie beside each other; a sheet is one, with holes in it: give "
+            "each its own drawing"
+        )
+    x0, y0, x1, y1 = outer[0].extents
+    paths = tuple(path.moved(-x0, -y0) for path in (*outer, *holes))
+    outline, *inner = (path.flattened() for path in paths)
+    metal = Polygon(outline, inner)
+    if max(x1 - x0, y1 - y0) > LARGEST_SHEET or not metal.is_valid or metal.buffer(-margin).is_empty:
+        raise PlanError(
+            f"{shown(word.name)}: {x1 - x0:.6g} × {y1 - y0:.6g} mm is no sheet that holds anything, less --margin "
+            f"{margin:g} mm along its edges"
+        )
+    return Stock(x1 - x0, y1 - y0, word.count, word.price, paths, Path(word.name).stem)
+
+
+def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tuple[Remnant, ...], dict[str, str]]:
+    """Return what remains of the sheets of the best nest, and the text of each drawing by its file.
+
+    Raises
+    ------
+    VerifyError
+        A remnant reaches into a part, or beyond the sheet.
+    """
+    from leafcut.processes.nesting.plan.remains import remains
+    from leafcut.processes.nesting.post import write_stock
+    from leafcut.processes.nesting.proof import check_remnants
+
+    best, folder = outcome.nests[0], options.remnants_out or Path()
+    found: list[Remnant] = []
+    texts: dict[str, str] = {}
+    for number, layout in enumerate(best.layouts, 1):
+        name = f"{stem}_{number}_rest" if len(best.layouts) > 1 else f"{stem}_rest"
+        stocks = remains(best, layout, outcome.spacing, options.remnant_size, name)
+        for stock, _ in stocks:
+            file = str(folder / f"{stock.name}.dxf")
+            texts[file] = write_stock(stock)
+            found.append(Remnant(file, layout.count, stock))
+        if faults := check_remnants(best, layout, stocks, outcome.spacing):
+            raise VerifyError(f"remnants of sheet {number} were not written: {faults[0]}")
+    return tuple(found), texts
+
+
+def _read(
+    file: str, quantity: int, angles: tuple[float, ...] | None, settings: Settings, look: Look
+) -> tuple[list[NestPart], list[Issue]]:
+    from leafcut.processes.nesting.plan.parts import parts_of
+    from leafcut.processes.sheet.plan.sheet import prepare_sheet
+    from leafcut.read import read_contours
+
+    part = read_contours(file, settings.read, look)
+    try:
+        sheet = prepare_sheet(part, settings.sheet)
+    except PlanError as error:
+        # Of several drawings, which one; a refusal may name it already.
+        raise error if str(error).startswith(str(file)) else PlanError(f"{file}: {error}") from None
+    parts, said = parts_of(sheet, quantity, angles)
+    return parts, [*(replace(issue, message=f"{sheet.name}: {issue.message}") for issue in sheet.issues), *said]
+
+
+def _drawn(
+    outcome: NestOutcome, output: Path, settings: Settings
+) -> tuple[tuple[tuple[str, ...], ...], dict[str, str]]:
+    """Return the names of the files of every nest that is written, and the text of each file."""
+    from leafcut.processes.nesting.post import write_layout
+
+    files, texts = [], {}
+    for number, one in enumerate(outcome.nests if settings.nest.all_variants else outcome.nests[:1], 1):
+        stem = output.stem + (f"_v{number}" if settings.nest.all_variants else "")
+        ends = [f"_{k}" for k in range(1, len(one.layouts) + 1)] if len(one.layouts) > 1 else [""]
+        names = [str(output.with_name(f"{stem}{end}.dxf")) for end in ends]
+        for name, layout in zip(names, one.layouts, strict=True):
+            texts[name] = write_layout(one, layout)
+            _read_back(one, layout, name, texts[name])
+        files.append(tuple(names))
+    return tuple(files), texts
+
+
+def _read_back(one: Nest, layout: Layout, name: str, text: str) -> None:
+    """Raise `VerifyError` where a drawing, read as any other is, does not hold what was planned."""
+    from leafcut.processes.nesting.proof import check_drawing
+    from leafcut.processes.sheet.plan.sheet import prepare_sheet
+    from leafcut.read.dxf_contours import read_dxf_contours
+    from leafcut.read.format import Source
+
+    part = read_dxf_contours(Source(name, text.encode()), ReadOptions())
+    faults = check_drawing(one, layout, prepare_sheet(part, SheetOptions(open_paths="cut")))
+    if faults:
+        raise VerifyError(f"{name}: was not written: {faults[0]}")

@@ -1,0 +1,1 @@
+"""Pockets: regions of a drawing or a picture become a milling program."""

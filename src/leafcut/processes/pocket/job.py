@@ -1,0 +1,60 @@
+"""What is the same for every pocket of a drawing, and a laid program of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from leafcut.model.outcome import Measure
+from leafcut.model.pocket import PocketRules
+from leafcut.model.toolpath import Toolpath
+from leafcut.processes.course import Run
+
+if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
+    from leafcut.model.part import Part
+    from leafcut.processes.pocket.plan.entries import Descent
+    from leafcut.processes.pocket.plan.rules import MillingData
+    from leafcut.processes.pocket.plan.toolpath import Heights
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class PocketJob:
+    """What is the same for every pocket of a drawing and every way to clear it."""
+
+    run: Run
+    part: Part
+    rules: PocketRules
+    heights: Heights
+    data: MillingData
+    words: Dialect
+    start: Point | None
+
+    @property
+    def exact(self) -> PocketRules:
+        """The rules of the finished pocket: without stock."""
+        return replace(self.rules, stock=0.0)
+
+    @property
+    def rounding(self) -> float:
+        """How far the tool leaves a corner that it rounds, at most, mm."""
+        from leafcut.processes.pocket.plan.rules import corner_rounding
+
+        return corner_rounding(self.run.machine, self.data.tool.feed)
+
+
+@dataclass(frozen=True, eq=False)
+class LaidPockets:
+    """An order as motions, and what it costs."""
+
+    path: Toolpath
+    descents: tuple[Descent, ...]
+    measure: Measure
+
+
+def holes(descents: Sequence[Descent]) -> list[Point]:
+    """Return the places where a hole has to be before the program runs."""
+    return list(dict.fromkeys(d.place for d in descents if d.kind == "predrilled"))

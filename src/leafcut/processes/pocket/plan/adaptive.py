@@ -1,0 +1,314 @@
+"""Clearing with a limited engagement: arcs along the middle axis, each no wider than the tool may bite.
+
+The largest disc that fits the region of tool centres is cleared by a spiral that grows from a helix. From there the
+discs that touch the walls on both sides are visited along the middle axis of the region, out into every branch and
+corner. Each is cleared by an arc along its front, from cleared ground to cleared ground, and the tool goes back through
+it to where the next arc begins. The next disc is the furthest on whose arc the tool is engaged no more than it may be,
+at every place of it; engagement is exact, since what is cleared is a union of discs (`pocket_fronts`).
+
+Sources: M. Held, C. Spielberger, "A smooth spiral tool path for high speed machining of 2D pockets", Computer-Aided
+Design 41 (2009), for discs on the axis; G. Elber, E. Cohen, S. Drake, "MATHSM: medial axis transform toward high speed
+machining of pockets", Computer-Aided Design 37 (2005), for clearing them by arcs.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.regions import as_polyline
+from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
+from leafcut.processes.pocket.plan.fronts import Fronts
+from leafcut.processes.pocket.plan.medial_axis import Axis, middle_axis
+from leafcut.processes.pocket.plan.region import CentreRegion
+
+Floats = NDArray[np.float64]
+
+#: What is kept from the limit for the steps between which the engagement is looked at, rad.
+MARGIN = math.radians(0.4)
+#: Radius of the helix that the tool comes down by, as a share of its own: no core is left.
+HELIX = 0.9
+#: Cusps that arcs leave along a wall for the pass along it, mm, and as a share of what the tool may bite.
+CUSP, CUSP_SHARE = 0.05, 0.25
+#: A cut thinner than this share of what may be bitten off is left for the next one.
+THIN = 0.03
+#: A film of this share of the tolerance may stay in the tip of a corner for the pass along the wall.
+FILM = 0.6
+#: Halvings between a disc that is near enough and one that is too far.
+_HALVINGS = 5
+#: Part of the way on that is kept where a disc turns out to be a little too far.
+_BACK = 0.8
+#: A disc that is no further on than this cannot be cleared within the limit, mm.
+_STUCK = 1e-5
+
+
+def adaptive(region: CentreRegion) -> PocketPath:
+    """Return a path that clears a region with no more engagement than the rules allow, and a pass along its walls.
+
+    Nor does it engage more than a straight cut as wide as the step-over.
+
+    Raises
+    ------
+    PlanError
+        No limit is given, or the region is so narrow that there is no way to keep it.
+    """
+    limit = region.rules.max_engagement
+    if limit is None:
+        raise PlanError("the adaptive strategy needs a limit to keep; give --max-engagement")
+    import shapely
+
+    edge = region.polygon.boundary
+    shapely.prepare(edge)
+    work = _Work(region.rules, min(limit, region.rules.engagement, math.pi - 0.1) - MARGIN, edge)
+    axis = middle_axis(region.polygon, min(0.05 * region.rules.tool_diameter, work.bite), FILM * region.rules.tolerance)
+    work.open(axis)
+    work.grow(axis)
+    work.along_walls(region.rings)
+    return PocketPath("adaptive", tuple(work.pieces))
+
+
+@dataclass(frozen=True, eq=False)
+class _Spot:
+    """A place of the axis, float64[2], whose disc is cleared, and a disc that it lies in."""
+
+    disc: int
+    at: Floats
+
+
+@dataclass
+class _Work:
+    """A path that grows, and the discs that it has cleared."""
+
+    rules: PocketRules
+    limit: float
+    #: Edge of the region, shapely, prepared.
+    edge: Any
+    pieces: list[PocketPiece] = field(default_factory=list)
+    #: The disc that each one was reached from.
+    parents: list[int] = field(default_factory=list)
+    #: Where the tool is, and the disc that it is in.
+    at: tuple[float, float] = (0.0, 0.0)
+    disc: int = 0
+
+    def __post_init__(self) -> None:
+        self.turn = 1 if self.rules.climb else -1
+        self.fine = 0.3 * self.rules.tolerance
+        self.fronts = Fronts(self.rules.radius, self.turn, self.fine, THIN * self.bite)
+
+    @property
+    def bite(self) -> float:
+        """Radial width of a straight cut at the limit, mm."""
+        return self.rules.radius * (1.0 - math.cos(self.limit))
+
+    def open(self, axis: Axis) -> None:
+        """Clear the widest disc: come down by a helix, and out by a spiral."""
+        (x, y), radius = axis.xy[0].tolist(), float(axis.width[0])
+        helix = min(HELIX * self.rules.radius, radius)
+        if helix < 10.0 * self.rules.tolerance:
+            raise PlanError(
+                "the widest place of a pocket is as narrow as the tool: no way to limit its engagement; choose a "
+                "smaller --tool-diameter or another --strategy"
+            )
+        circle = Polyline.circle(x, y, helix, clockwise=self.turn < 0)
+        opened = Polyline(np.concatenate([circle.vertices, circle.vertices[:1] * (1, 1, 0)]))
+        self.pieces.append(PocketPiece(opened, "entry"))
+        if radius > helix:
+            self.pieces.append(PocketPiece(as_polyline(self._spiral(helix, radius) + np.array([x, y])), "rough"))
+        self.fronts.add(x, y, radius)
+        self.parents.append(0)
+        self.at = self.pieces[-1].path.end
+
+    def _spiral(self, first: float, last: float) -> Points:
+        """Return the spiral from one radius to another about (0, 0), and once round at the last, float64[n, 2].
+
+        A tool that widens a hole of radius r + ρ − w to r + ρ is engaged by φ where
+        (r + ρ − w)² = ρ² + r² + 2ρr cos φ; w grows with ρ, so that a rate of w(ρ) a turn cuts no more than w(ρ).
+        """
+        radii, angles, full = [first], [0.0], math.inf
+        while angles[-1] < full:
+            rho = radii[-1]
+            step = min(2.0 * math.sqrt(0.5 * self.rules.tolerance / rho), 0.2)
+            # The way leads outwards by the angle whose tangent is dρ/ρdθ: that much more lies ahead.
+            rate = self._width(rho, self.limit) / math.tau
+            rate = self._width(rho, max(self.limit - math.atan2(rate, rho), 0.5 * self.limit)) / math.tau
+            if rho >= last and math.isinf(full):
+                full = angles[-1] + math.tau
+            angles.append(min(angles[-1] + step, full))
+            radii.append(min(rho + rate * (angles[-1] - angles[-2]), last))
+        angle = self.turn * np.array(angles)
+        spiral: Points = np.array(radii)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+        return spiral
+
+    def _width(self, rho: float, angle: float) -> float:
+        tool = self.rules.radius
+        return tool + rho - math.sqrt(rho * rho + tool * tool + 2.0 * rho * tool * math.cos(angle))
+
+    def grow(self, axis: Axis) -> None:
+        """Clear one disc after the other along the axis, short branches first."""
+        children = axis.children()
+        spots = {0: _Spot(0, axis.xy[0])}
+        stack = [(child, 0) for child in reversed(children[0])]
+        while stack:
+            node, up = stack.pop()
+            to_end = len(children[node]) != 1
+            spots[node] = self._walk(axis.xy[up], axis.xy[node], spots[up], to_end)
+            stack += [(child, node) for child in reversed(children[node])]
+
+    def _walk(self, start: Floats, end: Floats, spot: _Spot, to_end: bool) -> _Spot:
+        """Go from a place of the axis to the next, clearing discs as they are needed; return where the last one is."""
+        good = 0.0
+        while not self._reaches(end, spot, to_end):
+            low, high = good, 1.0
+            for _ in range(_HALVINGS):
+                middle = 0.5 * (low + high)
+                low, high = (middle, high) if self._reaches(start + middle * (end - start), spot) else (low, middle)
+            for _ in range(_HALVINGS):  # a peak between the places that were looked at
+                if self._reaches(start + low * (end - start), spot, True):
+                    at, on = start + low * (end - start), low
+                    break
+                low = good + _BACK * (low - good)
+            else:
+                at, on = self._nearer(start + low * (end - start), spot), good
+            cleared = self._clear(at, spot)
+            if cleared.disc == spot.disc and float(np.hypot(*(at - spot.at))) < _STUCK:
+                x, y = end.tolist()
+                if self.fronts.holds(x, y, self._radius(end), FILM * self.rules.tolerance):
+                    return cleared  # the tip of a corner: the film that is left is the wall's pass to take
+                raise PlanError(
+                    f"the engagement cannot be kept near ({x:.2f}, {y:.2f}), where the tool has hardly room to turn; "
+                    "choose a larger --max-engagement or a smaller --tool-diameter"
+                )
+            spot, good = cleared, on
+        return self._clear(end, spot) if to_end else spot
+
+    def _nearer(self, at: Floats, spot: _Spot) -> Floats:
+        """Return a place on the straight way to the last disc whose disc may surely be cleared next; the last of all.
+
+        All of that way lies in the region: a place outside of it is nearer to the edge than to the last disc.
+        """
+        part = 1.0
+        while part * float(np.hypot(*(at - spot.at))) > 0.5 * _STUCK:
+            part *= 0.5
+            if self._reaches(spot.at + part * (at - spot.at), spot, True):
+                break
+        return spot.at + part * (at - spot.at)
+
+    def _radius(self, at: Floats) -> float:
+        """Return the radius of the disc about a place that touches the edge of the region, mm."""
+        import shapely
+
+        return float(shapely.distance(self.edge, shapely.Point(at)))
+
+    def _reaches(self, at: Floats, spot: _Spot, sure: bool = False) -> bool:
+        """Return whether the disc about a place may be cleared next: within the limit, and no large cusp left."""
+        (x, y), radius = at.tolist(), self._radius(at)
+        if not self._left(x, y, radius):
+            return True
+        cx, cy, before = self.fronts.discs[spot.disc].tolist()
+        cusp = min(CUSP, CUSP_SHARE * self.bite)
+        if math.hypot(x - cx, y - cy) > before + 0.8 * radius:
+            return False
+        if float(np.hypot(*(at - spot.at))) > math.sqrt(8.0 * cusp * (self.rules.radius + radius)):
+            return False
+        return self.fronts.engagement(x, y, radius, sure) <= self._allowed(radius)
+
+    def _left(self, x: float, y: float, radius: float) -> list[tuple[float, float]]:
+        """Return the arcs of a disc that are to be cut; none in the tip of a corner, where a film is left of it."""
+        if radius < self.fine and self.fronts.holds(x, y, radius, 0.5 * self.rules.tolerance):
+            return []
+        return self.fronts.arcs(x, y, radius)
+
+    def _allowed(self, radius: float) -> float:
+        """Return what may be engaged on a circle of a radius: less on small ones, where films left before count more.
+
+        A film of the height h in a hole of radius r + ρ is as wide for the tool as h (1 + r/ρ) at a straight edge.
+        """
+        tool = self.rules.radius
+        film = self.fine * (1.0 + tool / max(radius, self.fine))
+        return self.limit - min(film / (tool * math.sin(self.limit)), 0.5 * self.limit)
+
+    def _clear(self, at: Floats, spot: _Spot) -> _Spot:
+        """Clear the disc about a place by its arcs, where there is anything to clear."""
+        (x, y), radius = at.tolist(), self._radius(at)
+        arcs = self._left(x, y, radius)
+        if not arcs:
+            return _Spot(self.fronts.nearest(x, y), at)
+        for start, sweep in arcs:
+            arc = _arc(x, y, radius, start, self.turn * sweep)
+            self._link(arc.start, self._touching(arc.start, spot.disc))
+            self.pieces.append(PocketPiece(arc))
+            self.at, self.disc = arc.end, self._touching(arc.end, spot.disc)
+        self.disc = self.fronts.add(x, y, radius)
+        self.parents.append(spot.disc)
+        return _Spot(self.disc, at)
+
+    def _touching(self, place: tuple[float, float], first: int) -> int:
+        """Return a disc that a place lies in or on: `first` where it does."""
+        x, y, radius = self.fronts.discs[first].tolist()
+        return first if math.dist(place, (x, y)) <= radius + 1e-7 else self.fronts.nearest(*place)
+
+    def _link(self, to: tuple[float, float], disc: int) -> None:
+        """Go through cleared ground to a place in a disc."""
+        chain = self._chain(self.disc, disc)
+        places = [self.at, *(self._between(a, b) for a, b in pairwise(chain)), to]
+        way, i = [places[0]], 0
+        while i < len(places) - 1:
+            # From place k on the way to place k + 1 it is in disc k of the chain.
+            j = len(places) - 1
+            while j > i + 1 and not self.fronts.clear(places[i], places[j], chain[i:j]):
+                j = i + 1 + (j - i - 1) // 2
+            way.append(places[j])
+            i = j
+        if math.dist(self.at, to) > SAME_PLACE or len(way) > 2:
+            self.pieces.append(PocketPiece(Polyline.of_points(way), "link"))
+        self.at, self.disc = to, disc
+
+    def _chain(self, a: int, b: int) -> list[int]:
+        """Return the discs from one to another along the tree of discs."""
+        up, down = [a], [b]
+        while up[-1] != down[-1]:
+            longer = up if up[-1] > down[-1] else down  # a disc is younger than the one it was reached from
+            longer.append(self.parents[longer[-1]])
+        return up + down[-2::-1]
+
+    def _between(self, a: int, b: int) -> tuple[float, float]:
+        """Return a place in both of two discs that overlap: the middle of what they share of the line of centres."""
+        (ax, ay, ar), (bx, by, br) = self.fronts.discs[[a, b]].tolist()
+        far = math.dist((ax, ay), (bx, by))
+        middle = 0.5 * (max(-ar, far - br) + min(ar, far + br)) / far if far else 0.0
+        return (ax + middle * (bx - ax), ay + middle * (by - ay))
+
+    def along_walls(self, rings: list[Points]) -> None:
+        """Take off the cusps along every edge of the region, the nearest first."""
+        walls = [self._begun(ring if self.turn > 0 else ring[::-1]) for ring in rings]
+        while walls:
+            wall = walls.pop(min(range(len(walls)), key=lambda i: math.dist(walls[i][0], self.at)))
+            first = (float(wall[0, 0]), float(wall[0, 1]))
+            self._link(first, self.fronts.nearest(*first))
+            self.pieces.append(PocketPiece(as_polyline(wall), "finish"))
+
+    def _begun(self, ring: Points) -> Points:
+        """Return a closed ring as points from where the least is left of it to the same place; not at a corner."""
+        way = np.roll(ring, -1, axis=0) - ring
+        count = np.maximum(np.hypot(way[:, 0], way[:, 1]) / (0.2 * self.rules.radius), 1.0).astype(np.int64)
+        row = np.repeat(np.arange(len(ring)), count)
+        share = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[row]
+        places = ring[row] + share[:, None] * way[row]
+        best = int(np.argmin(self.fronts.beyond(places)))
+        start = places[best : best + 1]
+        return np.concatenate([start, np.roll(ring, -int(row[best]) - 1, axis=0), start])
+
+
+def _arc(x: float, y: float, radius: float, start: float, sweep: float) -> Polyline:
+    """Return an arc about (x, y) in parts of half a turn at most."""
+    many = max(math.ceil(abs(sweep) / math.pi - 1e-9), 1)
+    angles = start + sweep * np.linspace(0.0, 1.0, many + 1)
+    bulges = np.append(np.full(many, math.tan(0.25 * sweep / many)), 0.0)
+    return Polyline(np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles), bulges]))

@@ -1,0 +1,129 @@
+"""leafcut's own way to clear a pocket: one connected way, never lifted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+
+from leafcut.errors import PlanError
+from leafcut.geometry.polyline import Points
+from leafcut.geometry.regions import as_polyline
+from leafcut.model.pocket import PocketPath, PocketPiece
+from leafcut.processes.pocket.plan.coverage_points import Ground
+from leafcut.processes.pocket.plan.region import CentreRegion
+from leafcut.processes.pocket.plan.ring_links import Layout
+from leafcut.processes.pocket.plan.rings import never, rings
+from leafcut.processes.pocket.plan.shorten import GROUND_PITCH, chamfer, fine, shorten
+from leafcut.processes.pocket.plan.spurs import with_spurs
+
+#: A path may be this much further from a place than half the step-over: the pitch of the places, in step-overs.
+LEEWAY = 0.0035
+#: Where a path came out too wide, its rings are left as they were: so often that is looked for.
+CORRECTIONS = 4
+#: Corners are cut off where all ground is cleared with this to spare, in tool radii: the places are so far apart.
+SPARE = 0.03
+#: No place of the ground is further from the rings than this, in step-overs, but where nothing can be spared.
+LONGEST_LIMIT = 1.25
+#: Steps of a way whose distances are looked up are no longer than this, in step-overs: long ones have large boxes.
+LONGEST_LOOKED = 4.0
+#: Asked now and then: whether there is no time left.
+Stopped = Callable[[], bool]
+#: Rings are joined from the inside out: so many in each other at most.
+MOST_LEVELS = 400
+#: What is nearer to a wall's way than this runs along it, mm.
+ALONG = 1e-5
+
+
+def best(
+    region: CentreRegion, too_wide: Callable[[PocketPath], Points] | None = None, stopped: Stopped = never
+) -> PocketPath:
+    """Return one connected way over a region: rings joined where it costs least, then shortened.
+
+    No place is further from the way than half the step-over, or than rings leave it: in their corners, and where the
+    two sides of a last ring meet.
+
+    Parameters
+    ----------
+    too_wide
+        Returns the places of a path, float64[n, 2], where it is further than the step-over from its nearer neighbour;
+        there the rings are left as they were, and joined elsewhere.
+    stopped
+        Whether there is no time left: the way clears all ground even so, but is longer than it might be, or wider
+        somewhere.
+
+    Raises
+    ------
+    PlanError
+        There are too many rings in each other.
+    """
+    # Chords and the places that stand for the ground must not add up to more than the step-over.
+    region = replace(region, rules=region.rules.planned)
+    cut = rings(region)
+    if max((ring.level for ring in cut), default=0) >= MOST_LEVELS:
+        raise PlanError(
+            f"the connected way would have {MOST_LEVELS} rings in each other or more; use --strategy contour or "
+            "zigzag, or a larger tool or step-over"
+        )
+    layout = Layout(region, cut, stopped)
+    found: list[tuple[int, PocketPath]] = []
+    kept = np.zeros((0, 2))
+    for _ in range(CORRECTIONS):
+        ways = layout.ways(kept)
+        path = _shortened(region, ways, np.array(layout.links).reshape(-1, 2), kept, stopped)
+        if found and stopped():
+            break
+        wide = too_wide(path) if too_wide and not stopped() else np.zeros((0, 2))
+        found.append((len(wide), path))
+        if not len(wide):
+            break
+        kept = np.vstack([kept, wide])
+    return min(found, key=lambda one: one[0])[1]
+
+
+def _shortened(region: CentreRegion, ways: list[Points], links: Points, kept: Points, stopped: Stopped) -> PocketPath:
+    """Return the path of ways made shorter, but for what lies near the places `kept`."""
+    rules = region.rules
+    ground, allowed = _ground(region, ways), region.polygon.buffer(1e-7)
+    ways = [shorten(way, ground, region, allowed, kept, stopped) for way in ways]
+    cleared = Ground(region.polygon, GROUND_PITCH * rules.radius, rules.radius, partial(_cleared, rules.radius))
+    ways = [chamfer(way, cleared, region, allowed, np.vstack([links, kept]), stopped) for way in ways]
+    ways = with_spurs(ways, region.polygon, rules)
+    return PocketPath("best", tuple(piece for way in ways for piece in _pieces(region, way)))
+
+
+def _pieces(region: CentreRegion, way: Points) -> list[PocketPiece]:
+    """Return a way cut where it comes to a wall and leaves it: what runs along a wall without stock finishes it."""
+    import shapely
+
+    middle, edge = shapely.points(0.5 * (way[:-1] + way[1:])), region.polygon.boundary
+    shapely.prepare(edge)
+    along = shapely.dwithin(edge, middle, ALONG) & (region.rules.stock == 0.0)
+    cuts = [0, *(np.flatnonzero(np.diff(along)) + 1).tolist(), len(along)]
+    return [PocketPiece(as_polyline(way[a : b + 1]), "finish" if along[a] else "rough") for a, b in pairwise(cuts)]
+
+
+def _ground(region: CentreRegion, ways: list[Points]) -> Ground:
+    """Return the ground; no place of it may be further from a way than half the step-over, or than from `ways`."""
+    import shapely
+
+    step = region.rules.step_over
+    short = [fine(way, LONGEST_LOOKED * step) for way in ways]
+    tree = shapely.STRtree(shapely.linestrings(np.concatenate([np.stack([w[:-1], w[1:]], axis=1) for w in short])))
+
+    def limit(points: Points, pitch: float) -> Points:
+        found, near = tree.query_nearest(shapely.points(points), return_distance=True, all_matches=False)
+        away = np.empty(len(points))
+        away[found[0]] = near / step
+        limits: Points = np.minimum(step * (np.maximum(0.5, away) + LEEWAY), LONGEST_LIMIT * step)
+        return limits
+
+    return Ground(region.polygon, GROUND_PITCH * region.rules.radius, LONGEST_LIMIT * step, limit)
+
+
+def _cleared(radius: float, points: Points, pitch: float) -> Points:
+    """Return how far from places a way is that clears all ground beside them, too."""
+    return np.full(len(points), max(radius - SPARE * pitch / GROUND_PITCH, 0.0))

@@ -1,0 +1,308 @@
+"""Pockets cleared along a square grid of points: which points there are, the routing problem, and the path laid.
+
+Source: of the grid, of the distance of its points (0.5 D < DP < 0.7 D) and of roughing and finishing as ways of their
+own, the published system for pockets by a discrete firefly algorithm; its points are pixels of a picture, ours lie on
+the exact region. Differs: the walls are finished along themselves, not from point to point.
+
+With a finishing pass nothing stays uncut: a place lies no farther than DP/√2 from the next point of the unbounded
+grid. Where that point is in the region, the tool comes there; where not, the boundary, along which the finishing pass
+goes, lies between the two. Where stock is left the pass goes that far from the walls, too; the walls themselves are
+finished by another (`walls`).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+from leafcut.geometry.polyline import Points
+from leafcut.geometry.regions import as_polyline
+from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
+from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.processes.pocket.plan.region import CentreRegion
+from leafcut.processes.pocket.plan.region_paths import Ways, length_of
+
+#: Distances between points that are allowed, in tool diameters.
+NEAREST, FARTHEST = 0.5, 0.7
+#: Most points of a grid: costs between all of them are kept, in 8 bytes each, and ways to them from the boundary.
+MOST_POINTS = 3000
+#: How many places of the grid are tried along each axis, and which angles, rad.
+OFFSETS, ANGLES = 8, (0.0, math.pi / 12.0, math.pi / 6.0)
+
+
+@dataclass(frozen=True)
+class Retract:
+    """What it costs to lift the tool, go by a rapid in a straight line and come down, in millimetres of feed.
+
+    `fixed` for up and down, `per_mm` for each millimetre of the rapid.
+    """
+
+    fixed: float = 60.0
+    per_mm: float = 0.25
+
+    def cost(self, distance: float) -> float:
+        """Return the cost of a retract over a distance, mm."""
+        return self.fixed + self.per_mm * distance
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Points of a square grid in a region.
+
+    Attributes
+    ----------
+    points
+        float64[n, 2], mm.
+    pitch
+        Distance between neighbours along a row, mm.
+    longer
+        How many steps of any path over all points are longer than the pitch, at least. A grid is black and white like
+        a chessboard, a step of one pitch changes the colour, and a path of n points changes it n - 1 times at most. A
+        point that has fewer than two neighbours is an end of the path or of a longer step.
+    """
+
+    points: Points
+    pitch: float
+    longer: int
+
+    @property
+    def bound(self) -> float:
+        """No open path over all points is shorter, mm: a step that is longer than the pitch is a diagonal at least."""
+        return self.pitch * (max(len(self.points) - 1, 0) + (math.sqrt(2.0) - 1.0) * self.longer)
+
+
+@dataclass(frozen=True, eq=False)
+class GridContext:
+    """What `lay_grid` needs to know of a problem that `grid_problem` made."""
+
+    region: CentreRegion
+    grid: Grid
+    ways: Ways
+    retract: Retract
+    finish: bool
+
+
+def checked_pitch(rules: PocketRules) -> float:
+    """Return the distance between the points of a grid, mm.
+
+    Raises
+    ------
+    PlanError
+        It is not between 0.5 and 0.7 tool diameters, or more than the step-over.
+    """
+    pitch, d = rules.pitch if rules.pitch is not None else rules.step_over, rules.tool_diameter
+    words = f"points {pitch:g} mm apart for a tool of {d:g} mm"
+    if pitch <= NEAREST * d and rules.step_over <= NEAREST * d:
+        raise PlanError(
+            f"its grid needs points more than {NEAREST:g} diameters apart, which is more than the step-over of "
+            f"{rules.step_over:.4g} mm; use another strategy"
+        )
+    if pitch <= NEAREST * d:
+        raise PlanError(
+            f"{words}: at {NEAREST:g} diameters or less points crowd and the tool goes over the same material twice; "
+            f"give a --point-distance between {NEAREST:g} and {FARTHEST:g}"
+        )
+    if pitch >= FARTHEST * d:
+        raise PlanError(
+            f"{words}: at {FARTHEST:g} diameters or more the middle of four points, √2/2 of their distance away, stays "
+            f"uncut; give a --point-distance between {NEAREST:g} and {FARTHEST:g}"
+        )
+    if not rules.keeps(pitch):
+        raise PlanError(
+            f"{words} are further from each other than the step-over of {rules.step_over:.4g} mm; give a smaller "
+            "--point-distance, or use another strategy"
+        )
+    return pitch
+
+
+def grid_points(region: CentreRegion, offset: tuple[float, float] = (0.0, 0.0), angle: float = 0.0) -> Grid:
+    """Return the grid whose point of origin is the corner of the region's box moved by `offset` mm, turned by `angle`.
+
+    Points that lie outside by no more than the tolerance are moved onto the boundary.
+
+    Raises
+    ------
+    PlanError
+        The distance is not allowed, or there are more than `MOST_POINTS` points.
+    """
+    import shapely
+
+    pitch, rules = checked_pitch(region.rules), region.rules
+    turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+    corners = np.asarray(region.polygon.exterior.coords)[:, :2] @ turn.T
+    low, high = corners.min(axis=0), corners.max(axis=0) + rules.tolerance
+    if region.polygon.area > 2.0 * MOST_POINTS * pitch**2:
+        _refuse(region.polygon.area / pitch**2, rules)
+    x, y = (np.arange(low[k] + offset[k], high[k], pitch) for k in range(2))
+    columns, rows = (a.ravel() for a in np.meshgrid(np.arange(len(x)), np.arange(len(y))))
+    places = np.stack([x[columns], y[rows]], axis=1) @ turn
+    inside = shapely.contains_xy(region.polygon.buffer(rules.tolerance), places[:, 0], places[:, 1])
+    places, colour = places[inside], (columns + rows)[inside] % 2
+    if len(places) > MOST_POINTS:
+        _refuse(len(places), rules)
+    outside = ~shapely.intersects_xy(region.polygon, places[:, 0], places[:, 1])
+    if outside.any():
+        near = shapely.shortest_line(region.polygon, shapely.points(places[outside]))
+        places[outside] = shapely.get_coordinates(near).reshape(-1, 2, 2)[:, 0]
+    return Grid(places, pitch, max(abs(len(places) - 2 * int(colour.sum())) - 1, _spurs(columns[inside], rows[inside])))
+
+
+def _spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
+    """Return how many steps are longer than the pitch at least, because points have no two neighbours beside them."""
+    cells = set(zip(columns.tolist(), rows.tolist(), strict=True))
+    beside = [((x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)) for x, y in cells]
+    missing = sum(max(0, 2 - sum(cell in cells for cell in near)) for near in beside)
+    return max(0, math.ceil((missing - 2) / 2)) if len(cells) > 1 else 0
+
+
+def _refuse(count: float, rules: PocketRules) -> None:
+    raise PlanError(
+        f"a grid for a tool of {rules.tool_diameter:g} mm has some {count:.0f} points here; up to {MOST_POINTS} are "
+        "ordered; use another --strategy or a larger tool"
+    )
+
+
+def best_grid(region: CentreRegion, finish: bool = True) -> Grid:
+    """Return the best of some grids that lie differently.
+
+    With a finishing pass, which leaves nothing uncut, the one with the shortest path to be expected; without, the one
+    with most points. Where the region is too small for any point, one in its middle.
+    """
+    pitch = checked_pitch(region.rules)
+    steps = np.arange(OFFSETS) * pitch / OFFSETS
+    grids = [grid_points(region, (x, y), angle) for angle, x, y in itertools.product(ANGLES, steps, steps)]
+    grids = [grid for grid in grids if len(grid.points)]
+    if not grids:
+        middle = region.polygon.representative_point()
+        return Grid(np.array([[middle.x, middle.y]]), pitch, 0)
+    return min(grids, key=lambda g: (g.bound,) if finish else (-len(g.points), g.bound))
+
+
+def grid_problem(
+    region: CentreRegion,
+    retract: Retract | None = None,
+    *,
+    finish: bool = True,
+    grid: Grid | None = None,
+    closed: bool = False,
+) -> tuple[RoutingProblem, GridContext]:
+    """Return the problem of visiting all points of a grid, and what `lay_grid` needs to lay its path.
+
+    The cost of going from point to point is the length of the shortest way that stays inside the region, mm, or that
+    of a retract where that is cheaper: no feed move crosses an island or a wall.
+
+    Raises
+    ------
+    PlanError
+        As `grid_points`.
+    """
+    grid, retract = grid or best_grid(region, finish), retract or Retract()
+    ways = Ways(region.polygon, region.rings, grid.points, grid.pitch)
+    x, y = grid.points.T
+    lifted = retract.fixed + retract.per_mm * np.hypot(x[:, None] - x, y[:, None] - y)
+    matrix = np.minimum(ways.between_points(), lifted)
+    np.fill_diagonal(matrix, 0.0)
+    problem = RoutingProblem.of_points(grid.points, Metric("EXPLICIT", matrix=matrix), closed=closed)
+    return problem, GridContext(region, grid, ways, retract, finish)
+
+
+def lay_grid(context: GridContext, order: NDArray[np.int32], strategy: str = "firefly") -> PocketPath:
+    """Return the path over the points in an order int32[n], then along every wall.
+
+    Walls are passed as climb or conventional milling needs. The points are gone over from the end that leaves the
+    cheaper ways to the walls; a retract is made where the way inside the region costs more.
+    """
+    nodes = [int(k) for k in order]
+    rough = _over_points(context, nodes)
+    if not context.finish:
+        return PocketPath(strategy, tuple(rough))
+    turned = [PocketPiece(piece.path.reversed(), piece.kind) for piece in reversed(rough)]
+    there, back = (_along_walls(context, end) for end in (nodes[-1], nodes[0]))
+    pieces = [*rough, *there[1]] if there[0] <= back[0] else [*turned, *back[1]]
+    return PocketPath(strategy, tuple(pieces))
+
+
+def _over_points(context: GridContext, nodes: list[int]) -> list[PocketPiece]:
+    """Return the pieces that lead over points: straight as far as that is allowed and cheap.
+
+    No point is both reached and left by a retract: what is cut is cut on the way.
+    """
+    places, ways, retract = context.ways.places, context.ways, context.retract
+    pieces: list[PocketPiece] = []
+    run, linked = [places[nodes[0]]], False
+    straight = ways.straight(places[nodes[:-1]], places[nodes[1:]])
+    for k, (a, b) in enumerate(itertools.pairwise(nodes)):
+        found = (b, places[[a, b]]) if straight[k] else ways.way(a, [b])
+        needed = (len(run) == 1 and not linked) or k == len(nodes) - 2
+        dear = found is not None and length_of(found[1]) > retract.cost(math.dist(places[a], places[b]))
+        by_feed = found is not None and (needed or not dear)
+        if by_feed and straight[k]:
+            run.append(places[b])
+            continue
+        if len(run) > 1 or not linked:
+            pieces.append(PocketPiece(as_polyline(run if len(run) > 1 else run * 2)))
+        if by_feed and found is not None:
+            pieces.append(PocketPiece(as_polyline(found[1]), "link"))
+        run, linked = [places[b]], by_feed
+    if len(run) > 1 or not linked:
+        pieces.append(PocketPiece(as_polyline(run if len(run) > 1 else run * 2)))
+    return pieces
+
+
+def _along_walls(context: GridContext, at: int) -> tuple[float, list[PocketPiece]]:
+    """Return the pieces that lead from a place along every wall, always the nearest next, and what links cost, mm."""
+    ways, retract = context.ways, context.retract
+    left, rules = set(range(len(ways.rings))), context.region.rules
+    spent, pieces = 0.0, []
+    last = ways.places[at]
+    while left:
+        owner = {int(node): k for k in left for node in ways.rings[k]}
+        nodes = np.array(list(owner))
+        apart = np.hypot(*(ways.places[nodes] - last).T)
+        node, lifted = int(nodes[apart.argmin()]), retract.cost(float(apart.min()))
+        found = ways.way(at, owner)
+        if found is not None and length_of(found[1]) <= lifted:
+            node = found[0]
+        loop = _loop(context.region.rings, ways.places[node], rules.climb)
+        if found is not None and node == found[0]:
+            link = np.concatenate([last[None], found[1], loop[:1]])
+            spent += length_of(link)
+            if length_of(link) > SAME_PLACE:
+                pieces.append(PocketPiece(as_polyline(_without_repeats(link)), "link"))
+        else:
+            spent += lifted
+        pieces.append(PocketPiece(as_polyline(loop), "rough" if rules.stock else "finish"))
+        left.remove(owner[node])
+        at, last = node, loop[-1]
+    return spent, pieces
+
+
+def _loop(walls: list[Points], place: Points, climb: bool) -> Points:
+    """Return the nearest wall, once round from its point that is nearest to a place and back to it, float64[k, 2].
+
+    Outer walls come counter-clockwise and islands clockwise, the wall on the right: that is climb milling.
+    """
+    import shapely
+
+    lines = [shapely.LineString(np.concatenate([wall, wall[:1]])) for wall in walls]
+    point = shapely.Point(place)
+    line = min(lines, key=point.distance)
+    at, corners = line.project(point), np.asarray(line.coords)
+    along = np.concatenate([[0.0], np.hypot(*np.diff(corners, axis=0).T).cumsum()])
+    k = int(np.searchsorted(along, at, side="right"))
+    begin = np.asarray(line.interpolate(at).coords)
+    around = _without_repeats(np.concatenate([begin, corners[k:-1], corners[:k], begin]))
+    return around if climb else around[::-1]
+
+
+def _without_repeats(way: Points) -> Points:
+    """Return a way without corners that are where the one before is; its first and its last corner stay."""
+    new = np.hypot(*np.diff(way, axis=0).T) > 1e-9
+    kept: Points = way[np.concatenate([[True], new])]
+    kept[-1] = way[-1]
+    return kept

@@ -1,0 +1,380 @@
+"""Rings joined to one way: which ring is left for which, and where, so that the tool is never lifted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.polyline import Points
+from leafcut.processes.pocket.plan.region import CentreRegion
+from leafcut.processes.pocket.plan.rings import NEAR, Ring, never
+
+Rows = NDArray[np.int64]
+
+#: Places tried for a joint are so many step-overs apart.
+STATION_STEP = 0.25
+#: Rings are side by side where this share of the smaller one is near the other.
+LONG = 0.3
+#: So many chains of rings are tried.
+MOST_CHAINS = 12
+#: So many joints of two rings are looked at after the first that will do.
+MOST_LOOKS = 60
+#: What of a gap may be left out where only one of two rings has one.
+ONE_SIDED = 1.0
+#: Joints of the tree are sought among rings this near, in step-overs; among all where that is not enough.
+FAR = 2.5
+#: Rings shorter than this, in step-overs, are gone round as a whole.
+TINY = 3.0
+#: What a joint between two rings along walls costs more, in step-overs: finished walls are left as seldom as possible.
+WALL_PENALTY = 1.0
+#: A joint at a place whose gap turns costs more by this many step-overs per radian: corners are cut in one go.
+TURN_PENALTY = 0.3
+#: Joints within so many step-overs of avoided places cost so many more.
+AVOIDED, AVOIDED_PENALTY = 2.0, 4.0
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A ring (`child`) that is visited in passing from another (`parent`).
+
+    The parent is left `parent_gap`/2 before its station and gone on with as much behind it; so is the child.
+    """
+
+    parent: int
+    child: int
+    parent_station: float
+    child_station: float
+    parent_gap: float
+    child_gap: float
+
+
+class _Options(NamedTuple):
+    """Joints that two rings may have, the shortest first: extra length, float64[n]; stations and gaps of the parent
+    and of the child, float64[n, 2] each; mm."""
+
+    costs: Points
+    stations: Points
+    gaps: Points
+
+
+def _beside(a: Ring, b: Ring, step_over: float) -> bool:
+    """Return whether two rings run side by side for long: one may be gone on from to the other anywhere."""
+    small, large = (a, b) if a.length <= b.length else (b, a)
+    if a.level == b.level:
+        return False
+    n = max(math.ceil(small.length / (STATION_STEP * step_over)), 8)
+    away, _ = large.nearest(small.places(np.arange(n) * small.length / n))
+    return bool((away <= 1.05 * step_over).mean() >= LONG)
+
+
+def chains(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
+    """Return the ways through the tree along which rings may be cut one after the other, the most promising first.
+
+    Each goes from an inner ring to outer ones, side by side.
+    """
+    inner: dict[int, list[int]] = {}
+    for a, b in edges:
+        if _beside(cut[a], cut[b], step_over):
+            low, high = (a, b) if cut[a].level < cut[b].level else (b, a)
+            inner.setdefault(low, []).append(high)
+    found: list[list[int]] = []
+
+    def deeper(way: list[int]) -> None:
+        found.append(way[::-1])
+        for ring in inner.get(way[-1], ()):
+            deeper([*way, ring])
+
+    for ring in range(len(cut)):
+        deeper([ring])
+    found.sort(key=lambda way: (-len(way), way[-1]))
+    return [way for way in found if len(way) >= len(found[0]) - 2][:MOST_CHAINS]
+
+
+def children_of(chain: list[int], edges: list[tuple[int, int]], n: int) -> dict[int, list[int]]:
+    """Return which rings are visited in passing from each ring: the tree beside the chain."""
+    beside: list[list[int]] = [[] for _ in range(n)]
+    for i, j in edges:
+        beside[i].append(j)
+        beside[j].append(i)
+    children: dict[int, list[int]] = {i: [] for i in range(n)}
+    seen, queue = set(chain), list(chain)
+    for i in queue:
+        for j in beside[i]:
+            if j not in seen:
+                seen.add(j)
+                children[i].append(j)
+                queue.append(j)
+    return children
+
+
+def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
+    """Return the pairs of rings that are joined: the tree of the shortest joints (Kruskal 1956).
+
+    The straight way between the nearest points of two parts of a region that hang together by no ring is free: what
+    bars it would be a wall, along which there is a ring that is nearer.
+    """
+    import shapely
+
+    lines = np.array([ring.line for ring in cut])
+    a, b = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=FAR * step_over)
+    tree = _kruskal(cut, a[a < b], b[a < b], step_over)
+    return tree if len(tree) == len(cut) - 1 else _kruskal(cut, *np.triu_indices(len(cut), 1), step_over)
+
+
+def _kruskal(cut: list[Ring], a: Rows, b: Rows, step_over: float) -> list[tuple[int, int]]:
+    """Return the shortest joints out of pairs that leave no ring apart, nor make a circle."""
+    import shapely
+
+    lines = np.array([ring.line for ring in cut])
+    levels = np.array([ring.level for ring in cut])
+    # Offsets of each other are a step-over apart; to measure long rings takes long.
+    near = np.full(len(a), step_over)
+    rest = ~((np.abs(levels[a] - levels[b]) == 1) & shapely.dwithin(lines[a], lines[b], NEAR * step_over))
+    near[rest] = shapely.distance(lines[a[rest]], lines[b[rest]])
+    both_walls = (levels[a] == 0) & (levels[b] == 0)
+    weight = near + np.where(levels[a] == levels[b], 0.5 * step_over, 0.0) + np.where(both_walls, step_over, 0.0)
+    group = list(range(len(cut)))
+
+    def top(i: int) -> int:
+        while group[i] != i:
+            group[i] = group[group[i]]
+            i = group[i]
+        return i
+
+    tree = []
+    for k in np.lexsort((near, weight)):
+        i, j = top(int(a[k])), top(int(b[k]))
+        if i != j:
+            group[i] = j
+            tree.append((int(a[k]), int(b[k])))
+    return tree
+
+
+class Layout:
+    """Where the joints are: stretches of rings that are taken, and the way that goes through all of them.
+
+    Where it is `stopped` the first joints that will do are taken.
+    """
+
+    def __init__(self, region: CentreRegion, cut: list[Ring], stopped: Callable[[], bool] = never) -> None:
+        import shapely
+
+        self.region, self.cut, self.stopped = region, cut, stopped
+        self.edges = tree_of(cut, region.rules.step_over)
+        self.step = region.rules.step_over
+        self.allowed = region.polygon.buffer(1e-6)
+        shapely.prepare(self.allowed)
+        self.chain, self.spans = self._best_chain()
+        self.children = children_of(self.chain, self.edges, len(cut))
+        self.options: dict[tuple[int, int], _Options] = {}
+        self._clear()
+
+    def _clear(self) -> None:
+        """Forget all joints."""
+        self.taken: list[list[tuple[float, float]]] = [[] for _ in self.cut]
+        self.joints: dict[int, list[Joint]] = {i: [] for i in range(len(self.cut))}
+        self.apart: list[int] = []
+        self.links: list[Points] = []
+
+    def gap(self, ring: int) -> float:
+        """Return how much of a ring a joint may leave out: nothing of a wall or of a tiny ring."""
+        here = self.cut[ring]
+        return 0.0 if here.level == 0 or here.length < TINY * self.step else self.step
+
+    def ways(self, avoided: Points) -> list[Points]:
+        """Return the way through all rings, float64[n, 2]; what no free straight line leads to is a way of its own.
+
+        Joints are made elsewhere than near the places `avoided`, float64[n, 2], where that costs little.
+        """
+        import shapely
+
+        self._clear()
+        self.avoided = shapely.multipoints(avoided)
+        for ring, (start, end) in zip(self.chain, self.spans, strict=True):
+            self.taken[ring].append((end, start + self.cut[ring].length))
+        self._place_children()
+        ways = [np.vstack([self._around(ring, *span) for ring, span in zip(self.chain, self.spans, strict=True)])]
+        for one, after, (_, end), (start, _) in zip(
+            self.chain, self.chain[1:], self.spans, self.spans[1:], strict=False
+        ):
+            self.links += [self.cut[one].at(end), self.cut[after].at(start)]
+        return ways + [self._around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
+
+    def _best_chain(self) -> tuple[list[int], list[tuple[float, float]]]:
+        """Return the chain that spares most, and where each ring of it is entered and left."""
+        best: tuple[float, list[int], list[tuple[float, float]]] | None = None
+        for chain in chains(self.cut, self.edges, self.step):
+            first = self.cut[chain[0]]
+            n = max(min(math.ceil(first.length / self.step), 24), 4)
+            # A joint that is gone over once instead of twice spares about so much.
+            spared = self.step * (len(chain) + (self.cut[chain[-1]].level == 0))
+            for start in np.arange(n) * first.length / n:
+                if best is not None and math.isfinite(best[0]) and self.stopped():
+                    return best[1:]
+                cost, spans = self._chain_from(chain, float(start))
+                if best is None or cost - spared < best[0] - 1e-9:
+                    best = (cost - spared, chain, spans)
+        assert best is not None
+        return best[1:]
+
+    def _chain_from(self, chain: list[int], start: float) -> tuple[float, list[tuple[float, float]]]:
+        cost, spans = 0.0, []
+        for k, ring in enumerate(chain):
+            here, last = self.cut[ring], k + 1 == len(chain)
+            end = start + here.length - (0.0 if last else self.gap(ring))
+            spans.append((start, end))
+            if not last:
+                more, start = self._entry(ring, end, chain[k + 1])
+                cost += more
+        return cost, spans
+
+    def _entry(self, ring: int, end: float, after: int) -> tuple[float, float]:
+        """Return the cost of going on from the end of a ring to the next of the chain, and where that is entered."""
+        place, to = self.cut[ring].at(end), self.cut[after]
+        nearest = to.station_of(place)
+        options = [nearest + share * self.step for share in (0.0, 0.5, 1.0, 1.5)]
+        costs = [
+            self._link(place, to.at(s)) + TURN_PENALTY * self.step * _turn(to, s - self.gap(after), self.gap(after))
+            for s in options
+        ]
+        best = int(np.argmin(costs))
+        return costs[best] - self.gap(ring), options[best]
+
+    def _link(self, a: Points, b: Points) -> float:
+        """Return the length of the straight way, infinite where it is not free."""
+        import shapely
+
+        line = shapely.LineString([a, b])
+        return float(line.length) if self.allowed.covers(line) else math.inf
+
+    def _place_children(self) -> None:
+        """Find the best place of every ring that is visited in passing, of those that it leads to first."""
+        left = [(ring, child) for ring in reversed(self.chain) for child in reversed(self.children[ring])]
+        while left:
+            ring, child = left.pop()
+            joint = self._best_joint(ring, child)
+            if joint is None:
+                self.apart.append(child)
+            else:
+                self.joints[ring].append(joint)
+                self.links.append(self.cut[child].at(joint.child_station))
+                self._take(ring, joint.parent_station, joint.parent_gap)
+                self._take(child, joint.child_station, joint.child_gap)
+            left += [(child, further) for further in reversed(self.children[child])]
+
+    def _take(self, ring: int, station: float, gap: float) -> None:
+        self.taken[ring].append((station - 0.5 * gap, station + 0.5 * gap))
+
+    def _best_joint(self, parent: int, child: int) -> Joint | None:
+        """Return the cheapest joint of two rings whose straight ways are free."""
+        if (parent, child) not in self.options:
+            self.options[parent, child] = self._options(parent, child)
+        options = self.options[parent, child]
+        best: tuple[float, Joint | None] = (math.inf, None)
+        looked, most = 0, 0 if self.stopped() else MOST_LOOKS
+        for k, cost in enumerate(options.costs):
+            if cost >= best[0] or looked > most:
+                break
+            looked += best[1] is not None
+            joint = Joint(parent, child, *options.stations[k], *options.gaps[k])
+            more = self._more(joint)
+            if cost + more < best[0] - 1e-9:
+                best = (cost + more, joint)
+        return best[1]
+
+    def _options(self, parent: int, child: int) -> _Options:
+        """Return the joints of two rings that may do."""
+        a, b = self.cut[parent], self.cut[child]
+        stations = self._stations(parent, child)
+        costs, every = [], []
+        for share in (1.0, 0.5, 0.0):
+            gaps = share * self.gap(parent), share * self.gap(child)
+            if not all(gaps):  # a point of a wall: what is beside the gap has but one way on either side
+                gaps = ONE_SIDED * gaps[0], ONE_SIDED * gaps[1]
+            leave, back = (a.places(stations[:, 0] + side * gaps[0]) for side in (-0.5, 0.5))
+            enter, out = (b.places(stations[:, 1] + side * gaps[1]) for side in (0.5, -0.5))
+            costs.append(np.hypot(*(leave - enter).T) + np.hypot(*(out - back).T) - sum(gaps))
+            every.append(np.tile(gaps, (len(stations), 1)))
+            if not sum(gaps):
+                break
+        cost = np.concatenate(costs)
+        order = np.argsort(cost, kind="stable")
+        return _Options(cost[order], np.tile(stations, (len(costs), 1))[order], np.vstack(every)[order])
+
+    def _stations(self, parent: int, child: int) -> Points:
+        """Return pairs of stations (of the parent, of the child) where two rings are near, float64[n, 2]."""
+
+        a, b = self.cut[parent], self.cut[child]
+        pairs = []
+        for ring, other, order in ((b, a, [1, 0]), (a, b, [0, 1])):
+            n = max(math.ceil(ring.length / (STATION_STEP * self.step)), 8)
+            stations = np.concatenate([np.arange(n) * ring.length / n, ring.stations[:-1]])
+            away, located = other.nearest(ring.places(stations))
+            keep = away <= away.min() + self.step
+            pairs.append(np.column_stack([stations, located])[keep][:, order])
+        both: Points = np.vstack(pairs)
+        return both
+
+    def _more(self, joint: Joint) -> float:
+        """Return what a joint costs besides its length: turns in its gaps, infinitely much where it may not be."""
+        a, b = self.cut[joint.parent], self.cut[joint.child]
+        ha, hb = 0.5 * joint.parent_gap, 0.5 * joint.child_gap
+        if not self._is_free(joint.parent, joint.parent_station, ha):
+            return math.inf
+        if not self._is_free(joint.child, joint.child_station, hb):
+            return math.inf
+        links = (
+            (a.at(joint.parent_station - ha), b.at(joint.child_station + hb)),
+            (
+                b.at(joint.child_station - hb),
+                a.at(joint.parent_station + ha),
+            ),
+        )
+        if any(math.isinf(self._link(*link)) for link in links):
+            return math.inf
+        turn = _turn(a, joint.parent_station - ha, 2 * ha) + _turn(b, joint.child_station - hb, 2 * hb)
+        near = self._is_avoided(b.at(joint.child_station)) or self._is_avoided(a.at(joint.parent_station))
+        return (TURN_PENALTY * turn + AVOIDED_PENALTY * near) * self.step
+
+    def _is_avoided(self, place: Points) -> bool:
+        """Return whether a place is near one where a joint made passes too far from each other."""
+        import shapely
+
+        return bool(shapely.dwithin(shapely.Point(place), self.avoided, AVOIDED * self.step))
+
+    def _is_free(self, ring: int, station: float, half: float) -> bool:
+        """Return whether a stretch of a ring is taken by no other joint."""
+        length = self.cut[ring].length
+        for start, end in self.taken[ring]:
+            middle, reach = 0.5 * (start + end), 0.5 * (end - start) + half - 1e-9
+            if abs((station - middle + 0.5 * length) % length - 0.5 * length) < reach:
+                return False
+        return True
+
+    def _around(self, ring: int, start: float, end: float) -> Points:
+        """Return the way along a ring from one station on to another, through all that is visited in passing."""
+        here = self.cut[ring]
+        stops = [((joint.parent_station - 1e-9 - start) % here.length + start, joint) for joint in self.joints[ring]]
+        parts, at = [], start
+        for station, joint in sorted(stops, key=lambda stop: stop[0]):
+            parts.append(here.stretch(at, max(station - 0.5 * joint.parent_gap, at)))
+            first = joint.child_station + 0.5 * joint.child_gap
+            parts.append(self._around(joint.child, first, first + self.cut[joint.child].length - joint.child_gap))
+            at = station + 0.5 * joint.parent_gap
+        parts.append(here.stretch(at, max(end, at)))
+        return np.vstack(parts)
+
+
+def _turn(ring: Ring, start: float, length: float) -> float:
+    """Return by how much a ring turns over a stretch, rad."""
+    if length <= 0.0:
+        return 0.0
+    way = ring.stretch(start, start + length)
+    steps = np.diff(way, axis=0)
+    angles = np.arctan2(steps[:, 1], steps[:, 0])
+    return float(np.abs((np.diff(angles) + math.pi) % (2.0 * math.pi) - math.pi).sum())

@@ -1,0 +1,169 @@
+"""Contour-parallel clearing: rings at equal distances from all walls, cut from the inside out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from leafcut.geometry.polyline import Points
+from leafcut.geometry.regions import as_polyline, polygons, shrunk
+from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
+from leafcut.processes.pocket.plan.region import CentreRegion
+from leafcut.processes.pocket.plan.spurs import with_spurs
+from leafcut.processes.pocket.plan.track import Track
+
+#: Rings as near as this share of the step-over to each other are neighbours.
+NEAR = 1.01
+#: The tool goes on at depth where the next ring begins within so many step-overs and the straight way is free.
+LINK_STEPS = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Ring:
+    """A closed way of the tool's centre.
+
+    Attributes
+    ----------
+    points
+        float64[n, 2], mm, the first not repeated; in the direction of travel.
+    level
+        How many step-overs away from the wall; 0 runs along a wall.
+    """
+
+    points: Points
+    level: int
+
+    @cached_property
+    def line(self) -> Any:
+        """The ring as a closed shapely LineString."""
+        import shapely
+
+        return shapely.LineString(self.track.points)
+
+    @cached_property
+    def track(self) -> Track:
+        """Once around, back to the first point."""
+        return Track(np.vstack([self.points, self.points[:1]]))
+
+    @property
+    def stations(self) -> Points:
+        """Length from the first point to each and back to the first, float64[n + 1], mm."""
+        return self.track.stations
+
+    @property
+    def length(self) -> float:
+        """Once around, mm."""
+        return float(self.stations[-1])
+
+    def at(self, station: float) -> Points:
+        """Return the place at a length from the first point, taken around as often as needed, float64[2]."""
+        place: Points = self.places(np.array([station]))[0]
+        return place
+
+    def places(self, stations: Points) -> Points:
+        """Return the places at lengths from the first point, float64[n, 2]."""
+        return self.track.places(stations % self.length)
+
+    def stretch(self, start: float, end: float) -> Points:
+        """Return the points of the way from one station on to another (end ≥ start), float64[m, 2]."""
+        points, own = self.points, self.stations[:-1]
+        lap, last = math.floor(start / self.length), math.floor(end / self.length)
+        parts = [self.at(start)[None]]
+        while lap <= last:
+            a, b = np.searchsorted(own, (start + 1e-9 - lap * self.length, end - 1e-9 - lap * self.length))
+            parts.append(points[a:b])
+            lap += 1
+        return np.vstack([*parts, self.at(end)[None]])
+
+    def nearest(self, places: Points) -> tuple[Points, Points]:
+        """Return how far places, float64[n, 2], are from the ring, and the stations of its nearest points."""
+        return self.track.nearest(places)
+
+    def station_of(self, place: Points) -> float:
+        """Return the station of the point of the ring that is nearest to a place."""
+        return float(self.nearest(np.asarray(place)[None, :2])[1][0])
+
+
+def rings(region: CentreRegion) -> list[Ring]:
+    """Return the rings that clear a region, the walls first, then inwards.
+
+    Walls and islands are passed so that the material is on the right of the tool's way (climb milling with a spindle
+    that turns clockwise), or on its left.
+    """
+    found: list[Ring] = []
+    rules, level, inner = region.rules, 0, region.polygon
+    while not inner.is_empty:
+        for polygon in polygons(inner):
+            found.extend(Ring(points, level) for points in CentreRegion(polygon, rules).rings)
+        level += 1
+        inner = shrunk(region.polygon, level * rules.step_over, rules.tolerance)
+    return found if rules.climb else [Ring(ring.points[::-1], ring.level) for ring in found]
+
+
+def neighbours(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
+    """Return the pairs of rings (outer, inner) of which one is the next offset of the other."""
+    import shapely
+
+    lines = [ring.line for ring in cut]
+    pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=NEAR * step_over).T
+    return [(int(a), int(b)) for a, b in pairs if cut[b].level > cut[a].level]
+
+
+def contour(region: CentreRegion) -> PocketPath:
+    """Return contour-parallel clearing: every ring closed, from the inside out, linked at depth where the way is free.
+
+    A ring is cut when all rings inside it are; of those the one that is nearest to the tool.
+    """
+    import shapely
+
+    rules = region.rules
+    cut = rings(region)
+    around = [ring.stretch(0.0, ring.length) for ring in cut]
+    ways = with_spurs(around, region.polygon, rules)
+    cut = [Ring(way[:-1], ring.level) for way, ring in zip(ways, cut, strict=True)]
+    inner: dict[int, set[int]] = {a: set() for a in range(len(cut))}
+    for a, b in neighbours(cut, rules.step_over):
+        inner[a].add(b)
+    tool = _first_place(cut)
+    pieces: list[PocketPiece] = []
+    left = set(range(len(cut)))
+    while left:
+        ready = sorted(a for a in left if not inner[a] & left)
+        here = shapely.Point(tool)
+        a = min(ready, key=lambda r: (round(cut[r].line.distance(here), 6), -cut[r].level))
+        start = cut[a].station_of(tool)
+        way = cut[a].stretch(start, start + cut[a].length)
+        link = shapely.LineString([tool, way[0]])
+        if pieces and 0.0 < link.length <= LINK_STEPS * rules.step_over and free(region, link):
+            pieces.append(PocketPiece(as_polyline(link.coords), "link"))
+        pieces.append(PocketPiece(as_polyline(way), kind_of(cut[a], rules)))
+        tool = way[-1]
+        left.remove(a)
+    return PocketPath("contour", tuple(pieces))
+
+
+def never() -> bool:
+    """Return that nobody has stopped the work."""
+    return False
+
+
+def kind_of(ring: Ring, rules: PocketRules) -> str:
+    """Return what a ring is for: along a wall without stock it finishes."""
+    return "finish" if ring.level == 0 and rules.stock == 0.0 else "rough"
+
+
+def _first_place(cut: list[Ring]) -> Points:
+    """Return where clearing begins: on the innermost ring."""
+    first: Points = max(cut, key=lambda ring: ring.level).points[0]
+    return first
+
+
+def free(region: CentreRegion, line: Any) -> bool:
+    """Return whether a line stays in the region of tool centres; its ends lie on rings but for rounding."""
+    import shapely
+
+    return bool(shapely.difference(line, region.polygon).length < 1e-6)

@@ -1,0 +1,185 @@
+"""What one run's options say of its pockets: rules in the plane, levels, the end mill and its feeds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from leafcut.errors import OptionError, PlanError
+from leafcut.model.issue import Issue
+from leafcut.model.machine import Machine
+from leafcut.model.pocket import PocketRules
+from leafcut.model.tool import Tool
+from leafcut.options import DrillOptions, PocketOptions
+from leafcut.processes.pocket.plan.tool import UNKNOWN, with_data
+
+#: Points of a grid nearer than this share of the diameter crowd, farther ones leave the middle of four uncut: half the
+#: diagonal of a square of 0.7 D is 0.495 D, a radius but for a hundredth.
+CLOSEST_POINTS, FARTHEST_POINTS = 0.5, 0.7
+#: Points of a grid are so far apart where nothing else is said and the step-over allows it.
+USUAL_POINTS = 0.6
+
+#: How far a path may leave the exact one, mm, and as a share of the step-over: passes that are close are as true.
+TOLERANCE, TRUE = 0.01, 0.05
+
+#: Straight down an end mill cuts with its centre, where nothing turns: a third of the feed.
+PLUNGE_PART = 1.0 / 3.0
+#: A pocket of more levels is a mistake.
+MOST_LEVELS = 2000
+#: A finishing pass is at most so many diameters deep.
+FINISHING_DEPTH = 2.0
+
+
+@dataclass(frozen=True)
+class MillingData:
+    """The tool, its feed straight down (mm/s), and how it comes down to a level (rad for a ramp or a helix).
+
+    `air_feed` is the feed at depth where nothing is cut, mm/s; no more than that of the tool: all is gone at that.
+    """
+
+    tool: Tool
+    plunge_feed: float
+    entry: str = "ramp"
+    entry_angle: float = math.radians(3.0)
+    air_feed: float = 0.0
+
+
+def rules_of(options: PocketOptions, tolerance: float = TOLERANCE) -> PocketRules:
+    """Return how pockets are cleared in the plane.
+
+    Raises
+    ------
+    OptionError
+        The diameter of the tool is missing, the points of a grid would crowd or leave corners uncut, or a strategy
+        lacks what it needs.
+    """
+    diameter = options.tool_diameter
+    if diameter is None:
+        raise OptionError(
+            "a pocket needs the diameter of its end mill; give --tool-diameter, or a tool library by --tools"
+        )
+    points, step_over = options.point_distance, options.step_over * diameter
+    if points is not None and not CLOSEST_POINTS < points < FARTHEST_POINTS:
+        why = "points this close cut the same place twice"
+        why = why if points <= CLOSEST_POINTS else "the middle between four points stays uncut"
+        raise OptionError(
+            f"--point-distance {points:g}: {why}; it must be above {CLOSEST_POINTS:g} and below "
+            f"{FARTHEST_POINTS:g} of the tool's diameter"
+        )
+    if options.stock > step_over:
+        raise OptionError(
+            f"--stock {options.stock:g} mm is more than the step-over of {step_over:.4g} mm: the finishing pass would "
+            "cut wider than any other; give less stock or a larger --step-over"
+        )
+    if options.strategy == "adaptive" and options.max_engagement is None:
+        raise OptionError("--strategy adaptive keeps the engagement below a limit; give it by --max-engagement")
+    return PocketRules(
+        tool_diameter=diameter,
+        step_over=step_over,
+        stock=options.stock,
+        climb=options.milling == "climb",
+        tolerance=min(tolerance, TRUE * step_over),
+        max_engagement=options.max_engagement,
+        pitch=min(options.step_over, USUAL_POINTS) * diameter if points is None else points * diameter,
+    )
+
+
+def levels_of(drill: DrillOptions, options: PocketOptions) -> tuple[float, ...]:
+    """Return the height of every level from the top, mm, negative: equal steps, none larger than the step-down.
+
+    Raises
+    ------
+    OptionError
+        The depth is missing, goes farther through the plate than a break-through, or so many levels cannot be meant.
+    """
+    if drill.depth is None:
+        raise OptionError("a pocket needs its depth; give --depth")
+    if drill.thickness is not None and drill.depth > drill.thickness + drill.break_through + 1e-9:
+        raise OptionError(
+            f"--depth {drill.depth:g} mm is below the plate of --thickness {drill.thickness:g} mm by more than "
+            f"--break-through {drill.break_through:g} mm: the tool would mill what the plate lies on"
+        )
+    step = options.step_down or 0.5 * (options.tool_diameter or math.inf)
+    count = max(math.ceil(drill.depth / step - 1e-9), 1)
+    if count > MOST_LEVELS:
+        raise OptionError(f"--step-down {step:g} mm gives {count:,} levels; {MOST_LEVELS:,} are the most")
+    return tuple(-drill.depth * level / count for level in range(1, count + 1))
+
+
+def finishing_levels(depth: float, diameter: float) -> tuple[float, ...]:
+    """Return the heights at which the walls are finished, the last at full depth: each at most two diameters deeper."""
+    count = max(math.ceil(depth / (FINISHING_DEPTH * diameter) - 1e-9), 1)
+    return tuple(-depth * level / count for level in range(1, count + 1))
+
+
+def milling_data(
+    options: PocketOptions,
+    drill: DrillOptions,
+    rules: PocketRules,
+    machine: Machine,
+    mill: Tool | None = None,
+    material: str = UNKNOWN,
+) -> tuple[MillingData, list[Issue]]:
+    """Return the end mill, `mill` of a library or an assumed one, with its feeds, and what was assumed of it.
+
+    Raises
+    ------
+    PlanError
+        The machine has no spindle, its heights contradict each other, or it cannot turn or feed as asked.
+    """
+    check_machine(machine, drill)
+    tool, issues = with_data(mill, options, drill, rules, machine, material)
+    plunge = options.plunge_feed or tool.plunge_feed or PLUNGE_PART * tool.feed
+    air = _air_feed(options, tool, machine)
+    return MillingData(tool, min(plunge, machine.max_feed), options.entry, options.entry_angle, air), issues
+
+
+def _air_feed(options: PocketOptions, tool: Tool, machine: Machine) -> float:
+    """Return the feed at depth where nothing is cut, mm/s."""
+    asked = options.air_feed
+    if asked is None:
+        return machine.max_feed
+    if asked < tool.feed * (1.0 - 1e-9):
+        raise PlanError(
+            f"--air-feed {asked * 60:g} mm/min is below the feed of the mill, {tool.feed * 60:g} mm/min; give that "
+            "feed to go no faster where nothing is cut"
+        )
+    if asked > machine.max_feed * (1.0 + 1e-9):
+        raise PlanError(
+            f"--air-feed {asked * 60:g} mm/min: {machine.name} feeds at most {machine.max_feed * 60:g} mm/min"
+        )
+    return asked
+
+
+def corner_rounding(machine: Machine, feed: float) -> float:
+    """Return how far the tool leaves a corner at most where the next move begins while this one brakes, mm.
+
+    Both moves at the acceleration a take v / a; half way each has v² / 8a to the corner. A turn by θ is left by
+    2 sin(θ / 2) v² / 8a, at most a quarter of v² / a.
+    """
+    return feed * feed / (4.0 * min(machine.acceleration[:2]))
+
+
+def check_machine(machine: Machine, drill: DrillOptions) -> None:
+    """Refuse a machine that does not mill, and heights in a wrong order.
+
+    Raises
+    ------
+    PlanError
+        Says which.
+    """
+    if machine.process != "spindle":
+        raise PlanError(f"{machine.name} has a {machine.process}, which cannot mill a pocket; give another --machine")
+    if drill.retract_height > drill.clearance_height:
+        raise PlanError(
+            f"--retract-height {drill.retract_height:g} mm is above --clearance-height {drill.clearance_height:g} mm; "
+            "the R plane must not be higher than the initial plane"
+        )
+    if machine.safe_z is not None and machine.work_offset is not None:
+        height = machine.safe_z - machine.work_offset[2]
+        if height < drill.clearance_height:
+            raise PlanError(
+                f"the safe height of {machine.name}, z {machine.safe_z:g} mm in machine coordinates, is {height:g} mm "
+                f"over program zero, below --clearance-height {drill.clearance_height:g} mm; check --work-offset, or "
+                "lower the clearance height"
+            )

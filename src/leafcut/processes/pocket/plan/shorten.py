@@ -1,0 +1,363 @@
+"""A way over a pocket made shorter where the ground it clears is cleared by its other passes too."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.polyline import Points
+from leafcut.model.pocket import PocketRules
+from leafcut.processes.pocket.plan.coverage_points import Ground
+from leafcut.processes.pocket.plan.region import CentreRegion
+
+Rows = NDArray[np.int64]
+#: A stretch, from a point of the way to another, and what replaces it.
+Edit = tuple[int, int, Points]
+
+#: Points of the ground are so many tool radii apart.
+GROUND_PITCH = 0.11
+#: Pieces of the way are no longer than this, in tool radii.
+PIECE = 0.2
+#: Stretches that may be replaced, in tool radii to either side of a bend.
+REACHES = (5.0, 4.0, 3.2, 2.4, 1.8, 1.4, 1.0, 0.7, 0.5, 0.3, 0.2)
+#: Corners are cut off by so many tool radii to either side.
+CHAMFERS = (0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
+#: What is further than so many step-overs from a corner is not beside it.
+LOOKED = 3.0
+#: Passes whose directions differ by less than this run side by side, rad; others meet in a corner.
+SIDE_BY_SIDE = math.radians(30.0)
+#: Passes further from each other by less than this share of the step-over are what chords and rounding make.
+SLACK = 0.004
+#: How often all bends are looked at.
+PASSES = 6
+#: A turn by less than this over a tool radius is no bend, rad.
+BEND = 0.6
+#: A stretch is replaced where that spares so much, in tool radii.
+WORTH = 0.01
+#: Chords of a curve that replaces a stretch.
+CURVE = 8
+
+
+def fine(way: Points, longest: float) -> Points:
+    """Return the way with points on its chords so that none is longer than `longest`, float64[n, 2]."""
+    step = np.hypot(*np.diff(way, axis=0).T)
+    way = way[np.concatenate([[True], step > 1e-9])]
+    step = np.hypot(*np.diff(way, axis=0).T)
+    counts = np.maximum(np.ceil(step / longest).astype(int), 1)
+    station = np.concatenate([[0.0], np.cumsum(step)])
+    row = np.repeat(np.arange(len(step)), counts)
+    share = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
+    at = np.append(station[row] + step[row] * share / counts[row], station[-1])
+    return np.column_stack([np.interp(at, station, way[:, 0]), np.interp(at, station, way[:, 1])])
+
+
+def shorten(
+    way: Points, ground: Ground, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
+) -> Points:
+    """Return a way that is as near to all places of the ground as they ask, and no longer.
+
+    What is within a radius of the places `kept`, float64[n, 2], stays. Where it is `stopped` the way is whole, and
+    longer than it might be.
+    """
+    radius, changed = region.rules.radius, None
+    for _ in range(PASSES):
+        if stopped():
+            break
+        bends = _Bends(fine(way, PIECE * radius), ground, region.rules, allowed, changed)
+        near = _near_some(bends.way, kept, radius)
+        bends.done |= near[:-1] | near[1:]
+        bends.trim()
+        bends.look(stopped)
+        shorter = bends.rebuilt(bends.edits)
+        spared = _length(way) - _length(shorter)
+        way, changed = shorter, bends.changed()
+        if spared < WORTH * radius:
+            break
+    return way
+
+
+def chamfer(
+    way: Points, ground: Ground, region: CentreRegion, allowed: Any, links: Points, stopped: Callable[[], bool]
+) -> Points:
+    """Return a way whose sharp corners are cut off by straight lines where the ground is still near enough.
+
+    Corners beside the places `links`, float64[n, 2], are left as they are, and all where it is `stopped`.
+    """
+    if stopped():
+        return way
+    corners = _Corners(fine(way, PIECE * region.rules.radius), ground, region.rules, allowed)
+    corners.done |= _near_some(corners.way, links, region.rules.radius)[:-1]
+    corners.look(stopped)
+    return corners.rebuilt(corners.edits)
+
+
+def _near_some(way: Points, places: Points, distance: float) -> NDArray[np.bool_]:
+    """Return which points of a way are within a distance of any of some places, bool[n]."""
+    import shapely
+
+    near = np.zeros(len(way), dtype=bool)
+    tree = shapely.STRtree(shapely.points(places))
+    near[tree.query(shapely.points(way), predicate="dwithin", distance=distance)[0]] = True
+    return near
+
+
+def _length(way: Points) -> float:
+    return float(np.hypot(*np.diff(way, axis=0).T).sum())
+
+
+class _Bends:
+    """One look at every bend of a way, or only at those that the places `changed`, float64[n, 2], mean something to."""
+
+    reaches: tuple[float, ...] = REACHES
+    least = BEND
+
+    def __init__(
+        self, way: Points, ground: Ground, rules: PocketRules, allowed: Any, changed: Points | None = None
+    ) -> None:
+        import shapely
+
+        self.way, self.allowed = way, allowed
+        self.radius, self.step = rules.radius, rules.step_over
+        self.station = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
+        self.bends = self._bends(self.least)
+        if changed is not None:
+            # From a bend to the end of its stretch, to ground beside it, and to what else may have cleared that.
+            reach = self.reaches[0] * self.radius + 2.0 * ground.longest
+            near = _near_some(way[self.bends], changed, reach)
+            self.bends = [i for i, there in zip(self.bends, near, strict=True) if there]
+        looked = self._looked()
+        self.places = ground.beside(way, looked)
+        self.geoms = self.places.geoms
+        self.tree = shapely.STRtree(self.geoms)
+        piece, self.point = self.places.near(way)
+        self.first = np.searchsorted(piece, np.arange(len(way)))
+        self.count = np.bincount(self.point, minlength=len(self.geoms))
+        # Along walls nothing is left out, nor where the ground is not known.
+        self.fixed = ~looked
+        rows = np.flatnonzero(looked)
+        edge = allowed.boundary
+        shapely.prepare(edge)
+        self.fixed[rows] = shapely.dwithin(edge, shapely.points(0.5 * (way[rows] + way[rows + 1])), 1e-5)
+        self.walls = np.concatenate([[0], np.cumsum(self.fixed)])
+        self.done = np.zeros(len(way) - 1, dtype=bool)
+        self.edits: list[Edit] = []
+
+    def _looked(self) -> NDArray[np.bool_]:
+        """Return the pieces of the way that may be replaced: those near bends and at both ends, bool[n − 1]."""
+        reach = self.reaches[0] * self.radius
+        at = self.station[[0, *self.bends, len(self.way) - 1]]
+        change = np.zeros(len(self.way) + 1, np.int64)
+        np.add.at(change, np.searchsorted(self.station, at - reach), 1)
+        np.add.at(change, np.searchsorted(self.station, at + reach, side="right"), -1)
+        looked: NDArray[np.bool_] = np.cumsum(change)[: len(self.way) - 1] > 0
+        return looked
+
+    def look(self, stopped: Callable[[], bool]) -> None:
+        """Replace what can be spared around every bend, until it is `stopped`."""
+        for i in self.bends:
+            if stopped():
+                break
+            self._try(i)
+
+    def trim(self) -> None:
+        """Leave out what is not needed at both ends."""
+        n = len(self.way) - 1
+        j = 0
+        while j < n - 1 and not self.fixed[j] and not self.done[j] and self._covered(j, j + 1, None):
+            self._remove(j, j + 1)
+            j += 1
+        if j:
+            self.edits.append((0, j, self.way[j : j + 1]))
+            self.done[:j] = True
+        k = n
+        while k > j + 1 and not self.fixed[k - 1] and not self.done[k - 1] and self._covered(k - 1, k, None):
+            self._remove(k - 1, k)
+            k -= 1
+        if k < n:
+            self.edits.append((k, n, self.way[k : k + 1]))
+            self.done[k:] = True
+
+    def _bends(self, least: float) -> list[int]:
+        """Return the points where the way turns, the sharpest first."""
+        step = np.diff(self.way, axis=0)
+        angle = np.arctan2(step[:, 1], step[:, 0])
+        turn = np.zeros(len(self.way))
+        turn[1:-1] = np.abs((np.diff(angle) + math.pi) % (2.0 * math.pi) - math.pi)
+        found = np.flatnonzero(turn > least)
+        return [int(i) for i in found[np.argsort(-turn[found], kind="stable")]]
+
+    def _try(self, i: int) -> None:
+        """Replace the longest stretch around a bend that can be spared."""
+        for reach in self.reaches:
+            a = int(np.searchsorted(self.station, self.station[i] - reach * self.radius))
+            b = int(np.searchsorted(self.station, self.station[i] + reach * self.radius, side="right")) - 1
+            a, b = max(a, 0), min(b, len(self.way) - 1)
+            if not a < i < b or self.walls[b] - self.walls[a] or self.done[a:b].any():
+                continue
+            curve = self._curve(a, i, b)
+            if curve is None or self.station[b] - self.station[a] - _length(curve) < WORTH * self.radius:
+                continue
+            if self._covered(a, b, curve) and self._inside(curve):
+                self._remove(a, b)
+                self._add(curve)
+                self.done[a:b] = True
+                self.edits.append((a, b, curve))
+                return
+
+    def _curve(self, a: int, i: int, b: int) -> Points | None:
+        """Return what may replace a stretch: a parabola that begins and ends towards the bend."""
+        t = np.linspace(0.0, 1.0, CURVE + 1)[:, None]
+        p, q, r = self.way[a], self.way[i], self.way[b]
+        curve: Points = (1.0 - t) ** 2 * p + 2.0 * t * (1.0 - t) * q + t * t * r
+        return curve
+
+    def _inside(self, curve: Points) -> bool:
+        import shapely
+
+        return bool(self.allowed.covers(shapely.LineString(curve)))
+
+    def _points_of(self, a: int, b: int) -> Rows:
+        return self.point[self.first[a] : self.first[b]]
+
+    def _covered(self, a: int, b: int, curve: Points | None) -> bool:
+        """Return whether all ground is still near the way when a stretch is replaced by a curve."""
+        import shapely
+
+        who, times = np.unique(self._points_of(a, b), return_counts=True)
+        lost = who[self.count[who] <= times]
+        if not len(lost):
+            return True
+        if curve is None:
+            return False
+        away = shapely.distance(shapely.LineString(curve), self.geoms[lost])
+        return bool((away <= self.places.limits[lost]).all())
+
+    def _remove(self, a: int, b: int) -> None:
+        np.subtract.at(self.count, self._points_of(a, b), 1)
+
+    def _add(self, curve: Points) -> None:
+        import shapely
+
+        line = shapely.LineString(curve)
+        who = self.tree.query(line, predicate="dwithin", distance=float(self.places.limits.max(initial=0.0)))
+        self.count[who[shapely.distance(line, self.geoms[who]) <= self.places.limits[who]]] += 1
+
+    def changed(self) -> Points:
+        """Return places along all that was replaced and along what replaces it, float64[n, 2]."""
+        places = [part for a, b, curve in self.edits for part in (self.way[a : b + 1], curve)]
+        return np.vstack([np.zeros((0, 2)), *places])
+
+    def rebuilt(self, edits: list[Edit]) -> Points:
+        """Return the way with stretches replaced."""
+        parts, at = [], 0
+        for a, b, curve in sorted(edits, key=lambda e: e[0]):
+            parts += [self.way[at : a + 1], curve]
+            at = b
+        if not parts:
+            return self.way
+        return np.vstack([*parts, self.way[at:]])
+
+
+def _angle(a: Points, b: Points) -> float:
+    """Return the angle from one direction to another, rad, 0 to π."""
+    return abs(math.atan2(a[0] * b[1] - a[1] * b[0], a @ b))
+
+
+class _Corners(_Bends):
+    """One look at every sharp corner of a way: straight lines that part from both sides by more than a corner's angle.
+
+    Passes that part so are not side by side; what is between them is a corner and needs to be cleared, no more.
+    """
+
+    reaches, least = CHAMFERS, 2.0 * SIDE_BY_SIDE
+
+    def __init__(self, way: Points, ground: Ground, rules: PocketRules, allowed: Any) -> None:
+        super().__init__(way, ground, rules, allowed)
+        self.cells = _Cells(way, LOOKED * self.step)
+        self.chords: dict[tuple[int, int], list[Points]] = {}
+        self.gone = np.zeros(len(way), dtype=bool)
+
+    def _curve(self, a: int, i: int, b: int) -> Points | None:
+        p, q, r = self.way[a], self.way[i], self.way[b]
+        before, after = q - p, r - q
+        # Half the angle inside the corner; the chords of neighbouring corners are 2 sin⁻¹ of it times further apart
+        # than their sides, and side by side, unless the sides are nearer to their middle than they are.
+        half = max(0.5 * (math.pi - _angle(before, after)), 0.05)
+        most = 0.5 * self.step * (1.0 / math.sin(half) - 1.0) / (math.sin(half) * math.cos(half))
+        chord = r - p
+        if max(math.hypot(*before), math.hypot(*after)) > most:
+            return None
+        for side in (self.way[a + 1] - p, q - p, r - q, r - self.way[b - 1]):
+            if side @ chord > math.cos(SIDE_BY_SIDE) * math.hypot(*side) * math.hypot(*chord):
+                return None
+        return np.array([p, r]) if self._near(a, i, b) else None
+
+    def _near(self, a: int, i: int, b: int) -> bool:
+        """Return whether what a straight line over a corner looks at is no further from it than the step-over.
+
+        The largest disc is laid that touches the line outside the corner and holds no part of the way; what it touches
+        first is what the line looks at. Passes that part from it are none.
+        """
+        p, q, r = self.way[a], self.way[i], self.way[b]
+        normal = np.array([p[1] - r[1], r[0] - p[0]]) / max(math.dist(p, r), 1e-9)
+        normal *= math.copysign(1.0, (q - p) @ normal)
+        rows = self.cells.near(q)
+        rows = rows[(rows < a) | (rows > b)]
+        rows = rows[~self.gone[rows] & (np.abs(self.way[rows] - q).max(axis=1, initial=0.0) < LOOKED * self.step)]
+        chords = [chord for chord in self._chords_near(q) if np.abs(chord[0] - q).max() < LOOKED * self.step]
+        others = np.vstack([self.way[rows], *chords])
+        if not len(others):
+            return True
+        for share, side in ((0.1, 1.0), (0.5, 1.0), (0.9, 1.0), (0.1, -1.0), (0.5, -1.0), (0.9, -1.0)):
+            gap = others - ((1.0 - share) * p + share * r)
+            height, away = side * (gap @ normal), np.hypot(*gap.T)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                radius = np.where(height > 1e-6, away**2 / (2.0 * height), np.inf)
+            k = int(np.argmin(radius))
+            parallel = height[k] >= radius[k] * (1.0 + math.cos(SIDE_BY_SIDE))
+            if parallel and height[k] > (1.0 + SLACK) * self.step:
+                return False
+        return True
+
+    def _remove(self, a: int, b: int) -> None:
+        super()._remove(a, b)
+        self.gone[a + 1 : b] = True
+
+    def _add(self, curve: Points) -> None:
+        super()._add(curve)
+        share = np.linspace(0.0, 1.0, CURVE + 1)[:, None]
+        chord = (1.0 - share) * curve[0] + share * curve[-1]
+        self.chords.setdefault(self.cells.cell(chord[0]), []).append(chord)
+
+    def _chords_near(self, q: Points) -> list[Points]:
+        column, row = self.cells.cell(q)
+        around = itertools.product((column - 1, column, column + 1), (row - 1, row, row + 1))
+        return [chord for cell in around for chord in self.chords.get(cell, ())]
+
+
+class _Cells:
+    """Points, float64[n, 2], by the square cell that they are in."""
+
+    def __init__(self, points: Points, side: float) -> None:
+        self.low, self.side = points.min(axis=0), side
+        column, row = np.floor((points - self.low) / side).astype(np.int64).T
+        self.wide = int(column.max()) + 3
+        key = (row + 1) * self.wide + column + 1
+        self.order = np.argsort(key, kind="stable")
+        self.key = key[self.order]
+
+    def cell(self, place: Points) -> tuple[int, int]:
+        """Return the column and the row of the cell that a place is in."""
+        return math.floor((place[0] - self.low[0]) / self.side), math.floor((place[1] - self.low[1]) / self.side)
+
+    def near(self, place: Points) -> Rows:
+        """Return the rows of the points in the cell of a place, one among them, and in those around it, sorted."""
+        column, row = self.cell(place)
+        middle = (row + 1 + np.arange(-1, 2)) * self.wide + column + 1
+        first, end = np.searchsorted(self.key, middle - 1), np.searchsorted(self.key, middle + 1, side="right")
+        return np.sort(np.concatenate([self.order[a:b] for a, b in zip(first, end, strict=True)]))

@@ -1,0 +1,290 @@
+"""From the way over one level to the motions of the whole program: levels, ways down, ways between, walls."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+from leafcut.geometry.polyline import Polyline, joined
+from leafcut.geometry.zones import touches_any_zone, widened
+from leafcut.model.machine import Machine
+from leafcut.model.pocket import FILM, SAME_PLACE, PocketPath, PocketPiece
+from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.processes.pocket.plan.cleared_area import Ground, Opened
+from leafcut.processes.pocket.plan.entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
+from leafcut.processes.pocket.plan.region import CentreRegion
+from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
+
+Point = tuple[float, float]
+
+#: A program of more moves cannot be meant.
+MOST_MOVES = 3_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Clearing:
+    """One region of a pocket and how each level of it is cleared.
+
+    Attributes
+    ----------
+    region
+        Tool centres that the finished walls allow.
+    allowed
+        shapely geometry of the tool centres of roughing: `region`, or less where stock is left.
+    rough
+        Over one level.
+    walls
+        The finishing pass where roughing leaves stock; None without.
+    """
+
+    region: CentreRegion
+    allowed: Any
+    rough: PocketPath
+    walls: PocketPath | None = None
+
+    @property
+    def path(self) -> PocketPath:
+        """All that one level at full depth takes: roughing, then the walls."""
+        walls = () if self.walls is None else self.walls.pieces
+        return PocketPath(self.rough.strategy, (*self.rough.pieces, *walls))
+
+    @property
+    def start(self) -> Point:
+        """Where it begins."""
+        return self.rough.pieces[0].path.start
+
+    @property
+    def end(self) -> Point:
+        """Where it ends."""
+        return self.path.pieces[-1].path.end
+
+
+@dataclass(frozen=True, eq=False)
+class Heights:
+    """Heights and places of a program, mm; `zones` float64[k, 4] are crossed at the clearance height only."""
+
+    levels: tuple[float, ...]
+    clearance: float
+    retract: float
+    always_clearance: bool = False
+    end: Point | None = None
+    zones: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 4)))
+
+
+def lay_pockets(
+    clearings: Sequence[Clearing],
+    heights: Heights,
+    data: MillingData,
+    machine: Machine,
+    *,
+    coolant: bool = False,
+    pause: bool = False,
+    corner_tolerance: float = 0.0,
+    rounded: bool = False,
+) -> tuple[Toolpath, tuple[Descent, ...]]:
+    """Return the motions of the whole program, and every way down into what is uncut.
+
+    Region after region, each level from the top; then its walls where roughing left stock: at full depth, or in steps
+    of two diameters where it is deeper; level by level where roughing left more than `FILM`, such as in a way that is
+    too narrow for tool and stock. Between levels the tool stays down where the next begins near the end of the
+    last and the straight way is free; between pieces it rises to the R plane, or to the clearance height. Below the
+    surface it comes down by a rapid to a little over the floor that is cut there already: that of this level, or of the
+    one above.
+    `corner_tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not. `rounded`: roughing rounds its
+    corners as its acceleration needs (G64), between G61 for all else.
+
+    Raises
+    ------
+    PlanError
+        The program would have more moves than can be meant.
+    """
+    moves = sum(p.path.n_segments for c in clearings for p in c.path.pieces) * len(heights.levels)
+    if moves > MOST_MOVES:
+        raise PlanError(f"{moves:,} moves are too many; raise --step-down or the tolerance of the drawing")
+    builder = ToolpathBuilder()
+    if corner_tolerance > 0.0:
+        builder.blending(640, corner_tolerance)
+    if machine.safe_z is not None:
+        builder.machine(z=machine.safe_z)
+    builder.tool(data.tool.number)
+    if pause:
+        builder.pause()
+    if machine.safe_z is None:
+        builder.rapid(z=heights.clearance)
+    builder.spindle(data.tool.spindle_rpm)
+    if machine.spindle_start_s > 0:
+        builder.dwell(machine.spindle_start_s)
+    if coolant:
+        builder.coolant(2)
+    layer = _Layer(builder, heights, data, machine, rounded)
+    for clearing in clearings:
+        layer.clear(clearing)
+    layer.finish(coolant)
+    return builder.build(), tuple(layer.descents)
+
+
+class _Layer:
+    """Lays one clearing after the other and remembers every way down."""
+
+    def __init__(
+        self, builder: ToolpathBuilder, heights: Heights, data: MillingData, machine: Machine, rounded: bool
+    ) -> None:
+        self.builder, self.heights, self.data, self.machine = builder, heights, data, machine
+        self.rounded = rounded
+        self.zones = widened(heights.zones, 0.5 * data.tool.diameter)
+        self.descents: list[Descent] = []
+        self.down = False
+
+    def clear(self, clearing: Clearing) -> None:
+        """Clear a region to its last level, and finish its walls."""
+        import shapely
+
+        shapely.prepare(clearing.allowed)
+        top, ground = 0.0, Ground(clearing.region.rules)
+        runs = _runs(clearing.rough)
+        opened = [ground.after(run.path) for run in runs]
+        for z in self.heights.levels:
+            for number, run in enumerate(runs):
+                self._to(run.start, top if number == 0 else z, clearing.allowed if number == 0 else None, z)
+                self._enter(run, opened[number], top, z, clearing)
+            top = z
+        if clearing.walls is not None:
+            self._walls(clearing, clearing.walls, ground)
+
+    def _walls(self, clearing: Clearing, walls: PocketPath, ground: Ground) -> None:
+        radius, top = clearing.region.rules.radius, 0.0
+        left = clearing.region.polygon.buffer(radius, quad_segs=32).difference(ground.cleared())
+        thin = left.buffer(-FILM * radius).is_empty
+        runs = _runs(walls)
+        opened = [ground.after(run.path) for run in runs]
+        for z in finishing_levels(-self.heights.levels[-1], 2.0 * radius) if thin else self.heights.levels:
+            for number, run in enumerate(runs):
+                self._to(run.start, z, None, z)
+                self._enter(run, opened[number], top, z, clearing, walls=True)
+            top = z
+
+    def _to(self, place: Point, at: float, allowed: Any, z: float) -> None:
+        """Go to where a run begins: at depth `at` where the way through `allowed` is free and quicker, else lifted."""
+        builder = self.builder
+        x, y, now = builder.position
+        if self.down and math.dist((x, y), place) <= SAME_PLACE and now >= z - TOUCH:
+            return
+        if self.down and allowed is not None and now == at and self._stays((x, y), place, allowed):
+            builder.feed(*place, feed=self.data.tool.feed)
+            return
+        self._lift((x, y), place)
+        builder.rapid(*place)
+        if builder.position[2] != self.heights.retract:
+            builder.rapid(z=self.heights.retract)
+
+    def _stays(self, here: Point, place: Point, allowed: Any) -> bool:
+        """Return whether the straight way at depth is free, and not longer than up, across and down again."""
+        import shapely
+
+        way = math.dist(here, place)
+        rise = self._height(here, place) - self.builder.position[2]
+        velocity, feed = self.machine.rapid_velocity, self.data.tool.feed
+        lifted = (2.0 * rise - ABOVE) / velocity[2] + way / max(velocity[:2]) + ABOVE / feed
+        return way / feed <= lifted and bool(allowed.buffer(TOUCH).covers(shapely.LineString([here, place])))
+
+    def _height(self, here: Point, place: Point) -> float:
+        """Return the height at which the tool goes from place to place."""
+        crossing = touches_any_zone([here], [place], self.zones, dogleg=self.machine.rapid_style == "dogleg")[0]
+        high = self.heights.always_clearance or bool(crossing)
+        return self.heights.clearance if high else self.heights.retract
+
+    def _lift(self, here: Point, place: Point) -> None:
+        builder = self.builder
+        if self.down:
+            builder.rapid(z=self._height(here, place))
+            self.down = False
+        elif builder.position[2] != self.heights.clearance and self.machine.safe_z is None:
+            builder.rapid(z=self.heights.clearance)
+
+    def _enter(
+        self,
+        run: _Run,
+        opened: Opened,
+        top: float,
+        z: float,
+        clearing: Clearing,
+        *,
+        walls: bool = False,
+    ) -> None:
+        """Come down to z, through air where the place is opened, else into what is uncut below `top`; follow."""
+        builder, data = self.builder, self.data
+        floor = z if opened is Opened.CLEAR else top
+        if floor < 0.0 and builder.position[2] > floor + ABOVE:
+            builder.rapid(z=floor + ABOVE)
+        if builder.position[2] > z:
+            if opened is not Opened.NO:
+                if builder.position[2] > z + ABOVE:
+                    builder.feed(z=z + ABOVE, feed=data.tool.feed)
+                builder.feed(z=z, feed=data.plunge_feed)
+            else:
+                allowed = clearing.region.polygon if walls else clearing.allowed
+                climb = clearing.region.rules.climb
+                if run.entered:
+                    descent = wind_down(builder, run.first, top, z, data, allowed, climb)
+                else:
+                    ring = run.first if math.dist(run.first.start, run.first.end) <= SAME_PLACE else None
+                    descent = come_down(builder, run.path, top, z, data, allowed, climb, ring)
+                self.descents.append(descent)
+        self.down = True
+        if self.rounded and not walls:
+            builder.blending(640)
+        for piece in run.pieces:
+            follow(builder, piece.path, data.air_feed if piece.kind == "air" else data.tool.feed)
+        if self.rounded and not walls:
+            builder.blending(610)
+
+    def finish(self, coolant: bool) -> None:
+        """Rise, go to the last place, and end."""
+        builder = self.builder
+        builder.rapid(z=self.heights.clearance)
+        if self.heights.end is not None:
+            builder.rapid(*self.heights.end)
+        if self.machine.safe_z is not None:
+            builder.machine(z=self.machine.safe_z)
+        builder.spindle(0.0)
+        if coolant:
+            builder.coolant(0)
+        builder.end()
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """What the tool follows without being lifted: pieces, and all of them as one open polyline."""
+
+    pieces: tuple[PocketPiece, ...]
+    path: Polyline
+
+    @property
+    def start(self) -> Point:
+        return self.path.start
+
+    @property
+    def first(self) -> Polyline:
+        """The first piece."""
+        return self.pieces[0].path
+
+    @property
+    def entered(self) -> bool:
+        """Whether the first piece is a loop along which the tool comes down."""
+        return self.pieces[0].kind == "entry"
+
+
+def _runs(path: PocketPath) -> list[_Run]:
+    """Return what the tool follows without being lifted."""
+    runs: list[list[PocketPiece]] = []
+    for piece, gap in zip(path.pieces, (math.inf, *path.gaps), strict=True):
+        if gap > 0.0:
+            runs.append([])
+        runs[-1].append(piece)
+    return [_Run(tuple(run), joined(*(p.path for p in run))) for run in runs]

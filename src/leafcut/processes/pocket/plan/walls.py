@@ -1,0 +1,115 @@
+"""The finishing pass: once along every wall, with the stock that roughing left there."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from leafcut.geometry.polyline import Points, Polyline, joined
+from leafcut.model.pocket import PocketPath, PocketPiece
+from leafcut.processes.pocket.plan.region import CentreRegion
+
+#: Radii of the arc on which the tool comes to a wall and leaves it, parts of its own radius.
+LEADS = (0.8, 0.5, 0.3, 0.15)
+#: Places of a wall where a lead is tried.
+MOST_PLACES = 60
+#: Room for a lead beside the chords of a wall, part of the tolerance.
+TOUCH = 0.1
+
+
+def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
+    """Return a pass along every wall of a region, from cleared ground and back to it.
+
+    The tool comes to the wall on a quarter of a circle, goes round once, and leaves it likewise; where there is no room
+    for that it begins on the wall.
+
+    Parameters
+    ----------
+    region
+        Tool centres that touch the finished wall: of rules without stock.
+    roughed
+        shapely geometry of tool centres that roughing may have used: what lies in it is cleared.
+    """
+    import shapely
+
+    shapely.prepare(roughed)
+    room = region.polygon.buffer(TOUCH * region.rules.tolerance)
+    shapely.prepare(room)
+    # The region lies left of its rings, so the wall is on the right of the tool: climb.
+    rings = [ring if region.rules.climb else ring[::-1] for ring in region.rings]
+    pieces = []
+    place: tuple[float, float] | None = None
+    for ring in _in_order(rings):
+        piece = _pass(_with_middles(ring, region.rules.radius), room, roughed, region.rules.climb, region.rules.radius)
+        if place is not None and roughed.covers(shapely.LineString([place, piece.start])):
+            pieces.append(PocketPiece(Polyline.of_points([place, piece.start]), "link"))
+        pieces.append(PocketPiece(piece, "finish"))
+        place = piece.end
+    return PocketPath("walls", tuple(pieces))
+
+
+def _in_order(rings: list[Points]) -> list[Points]:
+    """Return the outer wall, then always the nearest of the islands' walls."""
+    rest, order = rings[1:], rings[:1]
+    while rest:
+        here = order[-1][0]
+        nearest = min(range(len(rest)), key=lambda k: float(np.hypot(*(rest[k] - here).T).min()))
+        order.append(rest.pop(nearest))
+    return order
+
+
+def _pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float) -> Polyline:
+    """Return once round a ring with its leads, begun where the widest lead has room."""
+    import shapely
+
+    side = 1.0 if climb else -1.0
+    best: tuple[int, Polyline, Polyline] | None = None
+    for part in LEADS:
+        for start in _places(ring):
+            come, leave = _leads(ring, start, side, part * radius)
+            if roughed.covers(shapely.Point(come.start)) and all(
+                room.covers(shapely.LineString(lead.flattened(1e-4))) for lead in (come, leave)
+            ):
+                best = (start, come, leave)
+                break
+        if best is not None:
+            break
+    start = 0 if best is None else best[0]
+    turned = np.roll(ring, -start, axis=0)
+    whole = Polyline.of_points(np.concatenate([turned, turned[:1]]))
+    return whole if best is None else joined(best[1], whole, best[2])
+
+
+def _with_middles(ring: Points, least: float) -> Points:
+    """Return a ring with a place more in the middle of every edge longer than `least`, mm."""
+    after = np.roll(ring, -1, axis=0)
+    long = np.hypot(*(after - ring).T) > least
+    return np.insert(ring, np.flatnonzero(long) + 1, 0.5 * (ring + after)[long], axis=0)
+
+
+def _places(ring: Points) -> list[int]:
+    """Return corners of a ring at which it hardly bends, those of the longest straight stretches first."""
+    ahead = np.roll(ring, -1, axis=0) - ring
+    behind = np.roll(ahead, 1, axis=0)
+    turn = np.abs(np.arctan2(behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0], (behind * ahead).sum(axis=1)))
+    straight = np.flatnonzero(turn < 0.1)
+    if not len(straight):
+        return []
+    longest = np.hypot(*ahead.T) + np.hypot(*behind.T)
+    order = straight[np.argsort(-longest[straight], kind="stable")]
+    return [int(k) for k in order[:MOST_PLACES]]
+
+
+def _leads(ring: Points, start: int, side: float, radius: float) -> tuple[Polyline, Polyline]:
+    """Return the quarter circles that come to a corner of a ring and leave it, on the side where the region lies."""
+    ahead, behind = ring[(start + 1) % len(ring)] - ring[start], ring[start] - ring[start - 1]
+    tangent = ahead / math.hypot(*ahead) + behind / math.hypot(*behind)
+    tangent /= math.hypot(*tangent)
+    normal = side * np.array([-tangent[1], tangent[0]])
+    ends = [ring[start] + radius * (normal + sign * tangent) for sign in (-1.0, 1.0)]
+    bulge = side * math.tan(math.pi / 8.0)
+    first = np.array([[*ends[0], bulge], [*ring[start], 0.0]])
+    last = np.array([[*ring[start], bulge], [*ends[1], 0.0]])
+    return Polyline(first), Polyline(last)

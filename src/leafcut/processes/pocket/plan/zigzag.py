@@ -1,0 +1,183 @@
+"""Direction-parallel clearing: lines to and fro at the best of several angles, then a pass along all walls."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from leafcut.geometry.polyline import Points
+from leafcut.geometry.regions import as_polyline, polygons, shrunk
+from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
+from leafcut.processes.pocket.plan.region import CentreRegion
+from leafcut.processes.pocket.plan.rings import LINK_STEPS, free, kind_of, never, rings
+from leafcut.processes.pocket.plan.spurs import with_spurs
+
+#: Angles tried where none is given.
+ANGLES = 12
+#: Lines end so many step-overs before the finishing pass; on it where that leaves more than a step-over somewhere, as
+#: beside a wall that runs nearly along the lines.
+MARGINS = (0.5, 0.0)
+#: Places of a wall are looked at so many step-overs apart; a line is beside it if they part by no more than this, rad.
+LOOKED, SIDE_BY_SIDE = 0.1, math.radians(30.0)
+#: Runs this long, in tool diameters, have room for a ramp down to a level of the usual depth.
+ENTRY_ROOM = 1.0
+
+
+def zigzag(
+    region: CentreRegion,
+    angle: float | None = None,
+    finishing_pass: bool = True,
+    stopped: Callable[[], bool] = never,
+    too_wide: Callable[[PocketPath], Points] | None = None,
+) -> PocketPath:
+    """Return lines to and fro at an angle (rad; None: the best of twelve), linked along their ends, and the walls.
+
+    Neighbouring lines hang together as long as the straight way between their ends is free; where a run of lines ends
+    the nearest end of the rest follows. What lines and walls leave uncut gets lines of its own. Where it is
+    `stopped` no further angle is tried.
+
+    Parameters
+    ----------
+    too_wide
+        Returns the places of a path, float64[n, 2], where it is further than the step-over from its nearer neighbour:
+        of the paths without any the shortest is taken, with lines that end before the walls or on them. Nor is a line
+        further than that from a pass along a wall beside it, which would take off more.
+    """
+    angles = [math.pi * k / ANGLES for k in range(ANGLES)] if angle is None else [angle]
+    found: list[tuple[int, PocketPath]] = []
+    for margin in MARGINS if finishing_pass else MARGINS[-1:]:
+        paths: list[tuple[PocketPath, int]] = []
+        for turn in angles:
+            if (paths or found) and stopped():
+                break
+            paths.append(_at(region, turn, margin * region.rules.step_over, finishing_pass))
+        for path, far in sorted(paths, key=lambda one: one[0].feed_mm + one[0].rapid_mm):
+            found.append((far or (len(too_wide(path)) if too_wide else 0), path))
+            if not found[-1][0]:
+                return path
+    return min(found, key=lambda one: one[0])[1]
+
+
+def _at(region: CentreRegion, angle: float, margin: float, finishing_pass: bool) -> tuple[PocketPath, int]:
+    """Return the path of lines at one angle that end so far from the walls, mm, and how many places of the passes along
+    the walls are further than the step-over from the line beside them."""
+    rules = region.rules
+    inner = shrunk(region.polygon, margin, rules.tolerance) if margin else region.polygon
+    runs = [run for part in polygons(inner) for run in _runs(region, part, angle, rules)]
+    walls = [ring for ring in rings(region) if ring.level == 0] if finishing_pass else []
+    far = _far_beside(runs, [ring.stretch(0.0, ring.length) for ring in walls], rules.step_over)
+    path = _Path(region)
+    while runs:
+        way = path.nearest([way for run in runs for way in (run, run[::-1])])
+        runs = [run for run in runs if run is not way and not np.array_equal(run[::-1], way)]
+        path.go(way, "rough")
+    while walls:
+        starts = [ring.station_of(path.end) for ring in walls]
+        ways = [ring.stretch(s, s + ring.length) for ring, s in zip(walls, starts, strict=True)]
+        k = min(range(len(ways)), key=lambda i: math.dist(path.end, ways[i][0]))
+        path.go(ways[k], kind_of(walls.pop(k), rules))
+    ways = with_spurs([piece.path.vertices[:, :2] for piece in path.pieces], region.polygon, rules)
+    pieces = [PocketPiece(as_polyline(way), piece.kind) for way, piece in zip(ways, path.pieces, strict=True)]
+    return PocketPath("zigzag", tuple(pieces)), far
+
+
+def _far_beside(runs: list[Points], walls: list[Points], step_over: float) -> int:
+    """Return at how many places of passes along walls the line beside is further than the step-over, square to them.
+
+    Beyond two step-overs there is no line beside it, but another wall.
+    """
+    import shapely
+
+    if not runs or not walls:
+        return 0
+    lines = np.concatenate([np.stack([run[:-1], run[1:]], axis=1) for run in runs])
+    lines = lines[np.hypot(*(lines[:, 1] - lines[:, 0]).T) > 0.0]
+    fine = [shapely.get_coordinates(shapely.segmentize(shapely.LineString(way), LOOKED * step_over)) for way in walls]
+    places = np.concatenate([0.5 * (way[1:] + way[:-1]) for way in fine])
+    along = np.concatenate([np.diff(way, axis=0) for way in fine])
+    along /= np.maximum(np.hypot(*along.T), 1e-12)[:, None]
+    (at, by), away = shapely.STRtree(shapely.linestrings(lines)).query_nearest(
+        shapely.points(places), max_distance=2.0 * step_over, return_distance=True, all_matches=False
+    )
+    ahead = (lines[:, 1] - lines[:, 0])[by]
+    ahead /= np.hypot(*ahead.T)[:, None]
+    beside = np.abs((ahead * along[at]).sum(axis=1)) >= math.cos(SIDE_BY_SIDE)
+    across = places[at] - lines[by, 0]
+    square = np.abs(across[:, 0] * ahead[:, 1] - across[:, 1] * ahead[:, 0]) >= away * (1.0 - 1e-6)
+    return int((beside & square & (away > step_over * (1.0 + 1e-6))).sum())
+
+
+def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) -> list[Points]:
+    """Return the lines of a polygon joined to and fro, each run float64[n, 2]."""
+    import shapely
+    from shapely.affinity import rotate
+
+    level = rotate(inner, -angle, origin=(0.0, 0.0), use_radians=True)
+    x0, y0, x1, y1 = level.bounds
+    n = max(math.ceil((y1 - y0) / rules.step_over - 1e-9), 1)
+    rim = min(1e-3 * rules.step_over, 0.25 * (y1 - y0))  # a slot as wide as the tool is hardly any region
+    rows: list[list[Points]] = []
+    for y in np.linspace(y0 + rim, y1 - rim, n + 1):
+        cut = shapely.intersection(level, shapely.LineString([(x0 - 1.0, y), (x1 + 1.0, y)]))
+        lines = [np.asarray(part.coords) for part in shapely.get_parts(cut) if part.geom_type == "LineString"]
+        rows.append([line[np.argsort(line[:, 0])] for line in lines])
+    turned = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+    runs = []
+    while any(rows):
+        first = next(k for k, row in enumerate(rows) if row)
+        runs.append(_run(region, rows, first, turned))
+    return runs
+
+
+def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Points) -> Points:
+    """Take lines from the rows, one from each, as long as a free straight way leads to the next; join them."""
+    import shapely
+
+    way = [rows[row].pop(0)]
+    while row + 1 < len(rows):
+        row += 1
+        at = way[-1][-1]
+        options = [(math.dist(at, end[0]), k, end) for k, line in enumerate(rows[row]) for end in (line, line[::-1])]
+        options = [o for o in options if o[0] <= LINK_STEPS * region.rules.step_over]
+        options = [o for o in options if free(region, shapely.LineString(np.vstack([at, o[2][0]]) @ turned))]
+        if not options:
+            break
+        _, k, line = min(options, key=lambda o: o[0])
+        rows[row].pop(k)
+        way.append(line)
+    joined: Points = np.vstack(way) @ turned
+    return joined
+
+
+class _Path:
+    """Pieces one after the other, linked at depth where the straight way is short and free."""
+
+    def __init__(self, region: CentreRegion) -> None:
+        self.region = region
+        self.pieces: list[PocketPiece] = []
+
+    @property
+    def end(self) -> Points:
+        """Where the tool is: at the end of the last piece."""
+        return np.array(self.pieces[-1].path.end) if self.pieces else self.region.rings[0][0]
+
+    def nearest(self, ways: list[Points]) -> Points:
+        """Return the way that begins nearest to the tool; at first one along which the tool has room to come down."""
+        if self.pieces:
+            return min(ways, key=lambda way: math.dist(self.end, way[0]))
+        lengths = [float(np.hypot(*np.diff(way, axis=0).T).sum()) for way in ways]
+        enough = min(ENTRY_ROOM * self.region.rules.tool_diameter, max(lengths))
+        return next(way for way, length in zip(ways, lengths, strict=True) if length >= enough)
+
+    def go(self, way: Points, kind: str) -> None:
+        """Go on along a way."""
+        import shapely
+
+        if self.pieces:
+            link = shapely.LineString([self.end, way[0]])
+            if 0.0 < link.length <= LINK_STEPS * self.region.rules.step_over and free(self.region, link):
+                self.pieces.append(PocketPiece(as_polyline(link.coords), "link"))
+        self.pieces.append(PocketPiece(as_polyline(way), kind))

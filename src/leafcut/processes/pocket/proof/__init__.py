@@ -1,0 +1,1 @@
+"""The proof of a pocketing program: read back and simulated."""

@@ -1,0 +1,432 @@
+"""A pocketing program, read back and simulated: no gouge, nothing too deep at once, no rapid in the material."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.regions import FINE, quarter, region
+from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
+from leafcut.model.toolpath import Kind, Toolpath, positions_before
+from leafcut.proof.difference import Difference, place, shorten
+from leafcut.stock.engagement import engagement
+from leafcut.stock.removal import Removal, capsules, removal
+from leafcut.stock.step_over import widest_gaps
+from leafcut.stock.tool_steps import way_of
+
+#: Room for the rounding of written heights, mm (half of 0.0001 inch is 0.00127 mm), and of the walls' chords.
+_ROOM = 0.002
+#: A rapid down ends at least so far over what is cleared, mm.
+OVER = 0.4
+#: A move through cleared ground meets a film of no more than this share of the diameter.
+AIR_FILM = 0.01
+_CUTTING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
+
+
+@dataclass(frozen=True, eq=False)
+class _Cut:
+    """One feed move: its row and line of the program, and the way of the tool's tip as points (x, y, z) in mm.
+
+    `bulge` is that of an arc (`geometry.polyline`), of no more than half a turn; else it goes by its points.
+    """
+
+    row: int
+    line: int
+    way: NDArray[np.float64]
+    bulge: float = 0.0
+
+    @property
+    def vertices(self) -> NDArray[np.float64]:
+        """The way in the plane as vertices of a polyline, float64[n, 3]: an arc as it is."""
+        points = self.way[[0, -1], :2] if self.bulge else self.way[:, :2]
+        return np.column_stack([points, np.append(np.full(len(points) - 1, self.bulge), 0.0)])
+
+
+def check_pockets(
+    written: Toolpath, pockets: Sequence[Pocket], rules: PocketRules, depth: float, retract: float
+) -> list[Difference]:
+    """Return all that a program does to a pocket that it must not; an empty list is the proof.
+
+    1. No feed move is deeper than the pocket, and none below the surface brings the tool more than the tolerance of
+       the rules beyond a wall, whether it clears, enters or links.
+    2. A rapid moves sideways at or above the R plane only. Straight down it goes below it only to where it ends
+       over ground that feeds before it have cleared under all of the tool.
+
+    Parameters
+    ----------
+    written
+        The program, read back.
+    depth
+        Of the pocket, mm, positive.
+    retract
+        Height of the R plane, mm.
+    """
+    cuts = list(_cuts(written, rules.tolerance))
+    return shorten([*_rapids(written, cuts, rules, retract), *_too_deep(cuts, depth), *_gouges(cuts, pockets, rules)])
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedLevel:
+    """What the program does in one pocket at one height: what it removes, and the step-over of its passes, mm."""
+
+    z: float
+    number: int
+    removal: Removal
+    step_over: float
+
+
+def simulated_levels(
+    written: Toolpath,
+    pockets: Sequence[Pocket],
+    rules: PocketRules,
+    levels: Sequence[float],
+    finishing: Sequence[float] = (),
+) -> list[SimulatedLevel]:
+    """Return what the program does in each pocket at each of `levels`, and where the walls are finished besides.
+
+    A level that goes the way of another one is not simulated again. Beside a finishing pass between two levels are the
+    passes of the lower one, which were there before.
+    """
+    cuts = list(_cuts(written, rules.tolerance))
+    shapes = [_shape(pocket, rules) for pocket in pockets]
+    opened = _opened(written, cuts, rules)
+    known: dict[tuple[int, bytes], tuple[Removal, float]] = {}
+    rows = []
+    for z in sorted({*levels, *finishing}):
+        lower = max((level for level in levels if level <= z), default=z)
+        pieces, beside = list(_pieces(cuts, z)), [] if z in levels else list(_pieces(cuts, lower))
+        for number, (pocket, shape) in enumerate(zip(pockets, shapes, strict=True)):
+            mine, more = ([p for p in some if _lies_in(p, shape)] for some in (pieces, beside))
+            key = (number, b"".join(np.round(p, 4).tobytes() for p in (*mine, *more)))
+            if key not in known:
+                found = removal(pocket, _path(mine), rules)
+                way, room = way_of(_path([*mine, *more]), rules), found.centres.difference(opened)
+                known[key] = found, widest_gaps(way, room, rules).step_over
+            rows.append(SimulatedLevel(z, number, *known[key]))
+    return rows
+
+
+def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[Difference]:
+    """Return the moves below the surface that are faster than the mill may cut, mm/s, and cut something even so.
+
+    A faster move stays at one height; what all moves before it at that height have cleared under the whole tool is
+    found step by step (`stock.engagement`). A film as wide as a hundredth of the diameter is no material: passes are
+    true within the tolerance, so that one beside another may leave one; chips of it are a fifth as thick as others at
+    the same feed.
+    """
+    cuts = list(_cuts(written, rules.tolerance))
+    speed = {cut.row: float(written.value[cut.row]) for cut in cuts}
+    fast = {row for row, value in speed.items() if value > feed * (1.0 + 1e-6)}
+    wrong = [(cut, "goes down") for cut in cuts if cut.row in fast and float(np.ptp(cut.way[:, 2])) > _ROOM]
+    film = max(AIR_FILM * rules.tool_diameter, 6.0 * rules.tolerance)
+    for z in sorted({round(float(cut.way[-1, 2]), 3) for cut in cuts if cut.row in fast}):
+        there = [cut for cut in cuts if abs(float(cut.way[-1, 2]) - z) <= _ROOM]
+        level = [np.ptp(cut.way[:, 2]) <= _ROOM for cut in there]
+        ways = [cut.vertices if flat else cut.vertices[-1:] for cut, flat in zip(there, level, strict=True)]
+        way = way_of(_path(ways), rules)
+        wide = engagement(way, rules).width > film
+        cutting = [there[number] for number in np.unique(way.piece[wide]).tolist() if level[number]]
+        wrong += [(cut, "cuts") for cut in cutting if cut.row in fast]
+    return shorten(
+        [
+            Difference(
+                "feed",
+                0,
+                cut.line,
+                f"a move at {60.0 * speed[cut.row]:g} mm/min {what} near {place(*cut.way[-1])}; the mill cuts at "
+                f"{60.0 * feed:g} mm/min at most",
+            )
+            for cut, what in sorted(wrong, key=lambda one: one[0].row)
+        ]
+    )
+
+
+def _path(pieces: Sequence[Points]) -> PocketPath:
+    return PocketPath("program", tuple(PocketPiece(Polyline(p)) for p in pieces))
+
+
+def _opened(written: Toolpath, cuts: Sequence[_Cut], rules: PocketRules) -> Any:
+    """Return what the tool clears by going round in it once, as on a helix: circles no wider than the tool."""
+    import shapely
+
+    turned: dict[tuple[float, ...], float] = {}
+    for cut in cuts:
+        if written.kind[cut.row] == Kind.FEED:
+            continue
+        x, y = written.arcs[int(written.ref[cut.row])].center[:2]
+        from_centre = cut.way[:, :2] - (x, y)
+        radius = float(np.hypot(*from_centre[0]))
+        if radius > rules.radius:
+            continue
+        angles = np.unwrap(np.arctan2(from_centre[:, 1], from_centre[:, 0]))
+        sinks = float(np.ptp(cut.way[:, 2])) > 0.0
+        key = (round(float(x), 2), round(float(y), 2), round(radius, 2), 0.0 if sinks else round(cut.way[-1, 2], 2))
+        turned[key] = turned.get(key, 0.0) + abs(float(angles[-1] - angles[0]))
+    whole = [key for key, turn in turned.items() if turn >= 2.0 * np.pi - 1e-3]
+    return shapely.union_all([shapely.Point(x, y).buffer(radius, quad_segs=64) for x, y, radius, _ in whole])
+
+
+def gouge_differences(simulated: Sequence[SimulatedLevel], pockets: Sequence[Pocket]) -> list[Difference]:
+    """Return what the simulated levels cut beyond the walls."""
+    wrong = []
+    for level in simulated:
+        gouges = level.removal.gouges
+        if gouges.area > 0.0:
+            point, name = gouges.representative_point(), pockets[level.number].label
+            words = f"{name} at Z{level.z:.3f}: {gouges.area:.3g} mm² beyond the wall"
+            wrong.append(Difference("gouge", 0, 0, f"{words} near {place(point.x, point.y)}"))
+    return wrong
+
+
+def step_over_differences(
+    simulated: Sequence[SimulatedLevel], pockets: Sequence[Pocket], rules: PocketRules
+) -> list[Difference]:
+    """Return the levels whose passes are further from each other than the step-over that is stated."""
+    return [
+        Difference(
+            "step-over",
+            0,
+            0,
+            f"{pockets[level.number].label} at Z{level.z:.3f}: passes are {level.step_over:.3f} mm apart, "
+            f"{rules.step_over:.4g} mm at most are stated",
+        )
+        for level in simulated
+        if not rules.keeps(level.step_over)
+    ]
+
+
+def depth_differences(written: Toolpath, rules: PocketRules, step: float) -> list[Difference]:
+    """Return where a level cuts what no level before it has cut at most `step` mm above: more than one level at once.
+
+    A strip narrower than `FILM` diameters may be: a finishing pass takes the stock off along its whole depth.
+    """
+    wrong, levels = [], _levels(list(_cuts(written, rules.tolerance)))
+    for number, level in enumerate(levels):
+        if level.z >= -step - _ROOM:
+            continue
+        over = (one for one in levels[:number] if level.z + _ROOM < one.z <= level.z + step + _ROOM)
+        above = np.concatenate([np.zeros((0, 2, 2)), *(one.steps for one in over)])
+        new = level.steps[~np.isin(_names(level.steps), _names(above))]
+        if not len(new):
+            continue
+        low, high = new.min(axis=(0, 1)) - rules.tool_diameter, new.max(axis=(0, 1)) + rules.tool_diameter
+        near = ((above.max(axis=1) >= low) & (above.min(axis=1) <= high)).all(axis=1)
+        left = capsules(new, rules.radius, rules).difference(capsules(above[near], rules.radius, rules))
+        wide = left.buffer(-FILM * rules.radius - 2.0 * rules.tolerance)
+        if not wide.is_empty:
+            point = wide.representative_point()
+            words = f"more than a level of {step:.3f} mm would be cut at once near {place(point.x, point.y, level.z)}"
+            wrong.append(Difference("too deep", 0, level.line, words))
+    return shorten(wrong)
+
+
+@dataclass
+class _Level:
+    """What is cut at one height before the tool goes on at another: its steps, and the line that it begins in."""
+
+    z: float
+    line: int
+    parts: list[NDArray[np.float64]] = field(default_factory=list)
+
+    @property
+    def steps(self) -> NDArray[np.float64]:
+        """All steps, float64[n, 2, 2]."""
+        return np.concatenate(self.parts)
+
+
+def _levels(cuts: Sequence[_Cut]) -> list[_Level]:
+    """Return the levels in the order in which they are cut; ways down are none."""
+    found: list[_Level] = []
+    for cut in cuts:
+        if np.ptp(cut.way[:, 2]) > _ROOM:
+            continue
+        z = float(cut.way[-1, 2])
+        if not found or abs(found[-1].z - z) > _ROOM:
+            found.append(_Level(z, cut.line))
+        found[-1].parts.append(np.stack([cut.way[:-1, :2], cut.way[1:, :2]], axis=1))
+    return found
+
+
+def _names(steps: NDArray[np.float64]) -> NDArray[Any]:
+    """Return what is equal for steps between the same places, whichever way they are gone."""
+    rounded = np.round(steps, 3) + 0.0
+    turned = (rounded[:, 0] > rounded[:, 1])[:, 0] | (
+        (rounded[:, 0, 0] == rounded[:, 1, 0]) & (rounded[:, 0, 1] > rounded[:, 1, 1])
+    )
+    rounded[turned] = rounded[turned, ::-1]
+    return np.ascontiguousarray(rounded.reshape(-1, 4)).view("V32").ravel()
+
+
+def _shape(pocket: Pocket, rules: PocketRules) -> Any:
+    return region(pocket.outline, pocket.islands, rules.tolerance, pocket.name or "the pocket")
+
+
+def _lies_in(points: Points, shape: Any) -> bool:
+    import shapely
+
+    return bool(shape.intersects(shapely.Point(points[0, :2])))
+
+
+# -- moves -----------------------------------------------------------------------------------------------------------
+
+
+def _cuts(path: Toolpath, tolerance: float) -> Iterator[_Cut]:
+    """Yield the feed moves that reach below the surface; chords leave their arcs by little."""
+    before = positions_before(path)
+    for row in np.flatnonzero(np.isin(path.kind, [int(k) for k in _CUTTING])).tolist():
+        begin, end = before[row], path.end[row]
+        if min(begin[2], end[2]) >= -_ROOM:
+            continue
+        flat = _flat(path, row, begin[:2], end[:2], FINE * tolerance)
+        heights = np.linspace(begin[2], end[2], len(flat))
+        yield _Cut(row, int(path.line[row]), np.column_stack([flat, heights]), _bulge(path, row, flat))
+
+
+def _bulge(path: Toolpath, row: int, flat: Points) -> float:
+    """Return the bulge of a move that is an arc of no more than half a turn; 0 of all else."""
+    if path.kind[row] == Kind.FEED:
+        return 0.0
+    centre = np.array(path.arcs[int(path.ref[row])].center[:2])
+    angles = np.unwrap(np.arctan2(*(flat - centre).T[::-1]))
+    turn = float(angles[-1] - angles[0])
+    return float(np.tan(0.25 * turn)) if abs(turn) <= np.pi else 0.0
+
+
+def _flat(path: Toolpath, row: int, begin: Points, end: Points, tolerance: float) -> Points:
+    """Return points along one move in the plane, float64[k, 2]."""
+    if path.kind[row] == Kind.FEED:
+        return np.array([begin, end])
+    centre = np.array(path.arcs[int(path.ref[row])].center[:2])
+    side = -1.0 if path.kind[row] == Kind.ARC_CW else 1.0
+    first, last = (np.arctan2(*(p - centre)[::-1]) for p in (begin, end))
+    turn = side * ((side * (last - first)) % (2.0 * np.pi))
+    if abs(turn) < 1e-9:
+        turn = side * 2.0 * np.pi
+    turn += side * 2.0 * np.pi * (path.arcs[int(path.ref[row])].turns - 1)
+    radius = float(np.hypot(*(begin - centre)))
+    step = 2.0 * np.arccos(max(1.0 - tolerance / max(radius, tolerance), 0.0))
+    angles = first + turn * np.linspace(0.0, 1.0, max(int(np.ceil(abs(turn) / step)), 2) + 1)
+    points = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    points[-1] = end
+    return points
+
+
+def _pieces(cuts: Sequence[_Cut], z: float) -> Iterator[Points]:
+    """Yield the ways that the tool goes at one level, each as long as it goes on from where it comes down.
+
+    They are vertices of polylines, float64[n, 3].
+    """
+    run: list[Points] = []
+    for cut in cuts:
+        there = np.abs(cut.way[:, 2] - z) <= _ROOM
+        on = bool(there.all()) and bool(run) and np.allclose(run[-1][-1, :2], cut.way[0, :2], rtol=0.0, atol=1e-9)
+        if run and not on:
+            yield _joined(run)
+            run = []
+        if there.all():
+            run.append(cut.vertices)
+        elif there[-1]:
+            run.append(np.append(cut.way[-1:, :2], [[0.0]], axis=1))
+    if run:
+        yield _joined(run)
+
+
+def _joined(run: Sequence[Points]) -> Points:
+    """Return the vertices of moves that go on from each other: the last of one is the first of the next."""
+    return np.concatenate([*(part[:-1] for part in run[:-1]), run[-1]])
+
+
+def _lines(cuts: Sequence[_Cut]) -> Any:
+    """Return the ways of some moves in the plane as shapely lines."""
+    import shapely
+
+    return shapely.linestrings(
+        np.concatenate([cut.way[:, :2] for cut in cuts]),
+        indices=np.repeat(np.arange(len(cuts)), [len(cut.way) for cut in cuts]),
+    )
+
+
+# -- checks ----------------------------------------------------------------------------------------------------------
+
+
+def _rapids(path: Toolpath, cuts: Sequence[_Cut], rules: PocketRules, retract: float) -> list[Difference]:
+    """Return the rapids below the R plane that go sideways, or down to what is not cleared."""
+    before = positions_before(path)
+    rapid = path.kind == Kind.RAPID
+    sideways = (np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == before[:, :2])).any(axis=1)
+    low = np.fmin(before[:, 2], path.end[:, 2]) < retract - _ROOM
+    down = low & ~sideways & ~(path.end[:, 2] >= before[:, 2])
+    wrong = [
+        (row, f"a rapid goes sideways only at Z{retract:.3f} or above")
+        for row in np.flatnonzero(rapid & low & sideways).tolist()
+    ]
+    blind = _uncleared(path, before, np.flatnonzero(rapid & down).tolist(), cuts, rules)
+    wrong += [(row, f"a rapid goes down below Z{retract:.3f} only over ground that is cleared") for row in blind]
+    return [
+        Difference(
+            "rapid in the material",
+            0,
+            int(path.line[row]),
+            f"{text}; this one goes from {place(*before[row])} to {place(*path.end[row])}",
+        )
+        for row, text in sorted(wrong)
+    ]
+
+
+def _uncleared(
+    path: Toolpath, before: Points, rows: Sequence[int], cuts: Sequence[_Cut], rules: PocketRules
+) -> list[int]:
+    """Return those of some rapids straight down that end lower than `OVER` over what earlier feeds have cleared.
+
+    Cleared is a disc of the tool's radius less the tolerance: films thinner than that are no material.
+    """
+    import shapely
+
+    if not rows or not cuts:
+        return list(rows)
+    lines = _lines(cuts)
+    when, top = np.array([cut.row for cut in cuts]), np.array([cut.way[:, 2].max() for cut in cuts])
+    chords = quarter(rules.radius, FINE * rules.tolerance)
+    found = []
+    for row in rows:
+        at, z = shapely.Point(np.where(np.isnan(before[row]), path.end[row], before[row])[:2]), path.end[row, 2]
+        known = lines[(when < row) & (top <= z - OVER + _ROOM)]
+        near = known[shapely.dwithin(known, at, 2.0 * rules.radius)]
+        if shapely.dwithin(near, at, 0.1 * rules.tolerance).any():
+            continue  # the tool's centre has been here
+        steps = [shapely.linestrings(np.stack([p[:-1], p[1:]], axis=1)) for p in map(shapely.get_coordinates, near)]
+        cleared = shapely.union_all(shapely.buffer(np.concatenate([[], *steps]), rules.radius, quad_segs=chords))
+        if not cleared.covers(at.buffer(rules.radius - rules.tolerance, quad_segs=chords)):
+            found.append(row)
+    return found
+
+
+def _too_deep(cuts: Sequence[_Cut], depth: float) -> list[Difference]:
+    return [
+        Difference("too deep", 0, cut.line, f"the tool goes to Z{low:.3f}; the pocket is {depth:.3f} mm deep")
+        for cut in cuts
+        if (low := float(cut.way[:, 2].min())) < -depth - _ROOM
+    ]
+
+
+def _gouges(cuts: Sequence[_Cut], pockets: Sequence[Pocket], rules: PocketRules) -> list[Difference]:
+    """Return the moves that bring the tool's edge more than the tolerance beyond a wall, or outside every pocket."""
+    import shapely
+
+    if not cuts:
+        return []
+    reach = rules.radius - rules.tolerance
+    rooms = shapely.union_all([_shape(p, rules).buffer(-reach, quad_segs=64) for p in pockets])
+    shapely.prepare(rooms)
+    lines, wrong = _lines(cuts), []
+    for k in np.flatnonzero(~shapely.covers(rooms, lines)).tolist():
+        outside = lines[k].difference(rooms)
+        point = outside.representative_point() if not outside.is_empty else lines[k].centroid
+        words = f"the tool of {rules.tool_diameter:g} mm cuts into a wall near {place(point.x, point.y)}"
+        wrong.append(Difference("gouge", 0, cuts[k].line, words))
+    return wrong

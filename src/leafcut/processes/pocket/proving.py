@@ -1,0 +1,119 @@
+"""The text of a pocketing program, and its proof."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from leafcut._version import __version__
+from leafcut.model.issue import Issue
+from leafcut.processes.course import refuse
+from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes
+
+if TYPE_CHECKING:
+    from leafcut.stock.removal import Removal
+
+#: So many uncut places are told one by one.
+NAMED_PLACES = 3
+
+
+def write_pockets(job: PocketJob, before: LaidPockets, after: LaidPockets, usual: str) -> str:
+    """Return the text of the program; its header names the holes that have to be there.
+
+    `usual` is the strategy that `before` was laid with.
+    """
+    from leafcut.post.header import header_lines
+    from leafcut.post.writer import write_program
+
+    settings, tool = job.run.settings, job.data.tool
+    header = header_lines(
+        source=Path(job.part.source or job.part.name).name,
+        version=__version__,
+        machine=job.run.machine,
+        tools=(tool,),
+        path=after.path,
+        seconds=(before.measure.time_s, after.measure.time_s),
+        seed=settings.solve.seed,
+        options=settings.changed(),
+        units=settings.post.output_units,
+        date=settings.post.date,
+        beside=f"by {usual}",
+    )
+    scale, unit = (25.4, "in") if settings.post.output_units == "inch" else (1.0, "mm")
+    for x, y in holes(after.descents):
+        depth = -job.heights.levels[-1] / scale
+        header.append(
+            f"needs a hole at X{x / scale:.4f} Y{y / scale:.4f}, {tool.diameter / scale:.4g} {unit} or wider, "
+            f"{depth:.4g} {unit} deep"
+        )
+    return write_program(
+        after.path, job.words, settings.post, header, tool_names={tool.number: tool.label.split(" ", 1)[1]}
+    )
+
+
+def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> list[Issue]:
+    """Prove the program: read back, on the machine, and by simulation; return what it leaves uncut.
+
+    The one place where a pocketing program is proved: nothing that fails here is written.
+
+    Raises
+    ------
+    VerifyError
+        The first difference, gouge or danger, and how many more there are.
+    """
+    from leafcut.gcode.interpreter import interpret
+    from leafcut.processes.pocket.plan.rules import finishing_levels
+    from leafcut.processes.pocket.proof.pocket import (
+        air_differences,
+        check_pockets,
+        depth_differences,
+        gouge_differences,
+        simulated_levels,
+        step_over_differences,
+    )
+    from leafcut.proof.program import check_program
+
+    job.run.tell("verifying")
+    heights, tool = job.heights, job.data.tool
+    refuse(
+        check_program(
+            laid.path,
+            text,
+            job.words,
+            job.run.machine,
+            job.run.settings.post.output_units,
+            zones=heights.zones,
+            zone_height=heights.clearance,
+            tool_radii={tool.number: 0.5 * tool.diameter},
+            milled=True,
+        )
+    )
+    written = interpret(text, job.words, left_over=True)
+    depth = -heights.levels[-1]
+    refuse(check_pockets(written, job.part.pockets, job.exact, depth, heights.retract))
+    refuse(depth_differences(written, job.exact, -heights.levels[0]))
+    finishing = finishing_levels(depth, tool.diameter) if job.rules.stock else ()
+    simulated = simulated_levels(written, job.part.pockets, job.exact, heights.levels, finishing)
+    refuse(air_differences(written, job.exact, tool.feed))
+    refuse(gouge_differences(simulated, job.part.pockets))
+    refuse(step_over_differences(simulated, job.part.pockets, job.exact))
+    return _uncut(job, [(level.number, level.removal) for level in simulated if level.z == heights.levels[-1]])
+
+
+def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
+    """Return a warning for every pocket of which the program leaves more than the tolerance uncut, with places."""
+    from leafcut.geometry.regions import polygons
+    from leafcut.processes.pocket.report.pocket_words import area_words
+
+    issues = []
+    for number, found in removed:
+        share = 100.0 * found.uncovered.area / found.reachable.area if found.reachable.area > 0.0 else 0.0
+        if share <= job.run.settings.pocket.uncovered_tolerance:
+            continue
+        left = sorted(polygons(found.uncovered), key=lambda piece: -piece.area)
+        points = [piece.representative_point() for piece in left[:NAMED_PLACES]]
+        at = ", ".join(f"({point.x:.2f}, {point.y:.2f})" for point in points)
+        more = f" and {len(left) - NAMED_PLACES} more places" if len(left) > NAMED_PLACES else ""
+        words = f"{job.part.pockets[number].label}: {area_words(found.uncovered.area)} stay uncut ({share:.2f} %)"
+        issues.append(Issue("L711", words, f"near {at}{more}"))
+    return issues

@@ -1,0 +1,221 @@
+"""What the report page says of pockets: the drawing, the strategies side by side, the facts of the program."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from leafcut.model.outcome import Outcome
+from leafcut.model.pocket import PocketMeasures, PocketPath
+from leafcut.processes.pocket.report.pocket_drawing import build_pocket_scene, pocket_drawing, shapes_of, small_drawing
+from leafcut.processes.pocket.report.pocket_words import (
+    StrategyFigures,
+    added,
+    angle_words,
+    area_words,
+    chosen_words,
+    compared,
+    figures,
+    uncut_words,
+    usual_words,
+    wider_words,
+    written,
+)
+from leafcut.report import chart, views
+from leafcut.report.wording import (
+    NO_VALUE,
+    clean,
+    count,
+    feed_mm_min,
+    length_words,
+    number_words,
+    percent_words,
+    saved_percent,
+    time_words,
+)
+
+Row = dict[str, Any]
+
+#: So many pieces of a drawing at most are checked for what stays uncut: it is swept anew for the picture.
+MOST_PIECES = 200_000
+#: A way that leaves so much more uncut than the usual one does not do the same work, percent.
+LESS_WORK = 0.1
+
+
+def pocket_size(outcome: Outcome) -> str:
+    """Return ``180 × 140 mm``: the box of all pockets."""
+    boxes = [plan.pocket.outline.extents for plan in outcome.pocket_plans]
+    x0, y0, x1, y1 = (f(b[i] for b in boxes) for i, f in enumerate((min, min, max, max)))
+    return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
+
+
+def pocket_content(outcome: Outcome) -> Row:
+    """Return all that the template of pockets needs."""
+    plans = outcome.pocket_plans
+    scene = build_pocket_scene(plans)
+    paths = [plan.result.path for plan in plans if plan.result.path is not None]
+    shapes = [
+        shapes_of(plan.pocket, path, plan.rules)
+        for plan, path in zip(plans, paths, strict=True)
+        if sum(p.path.n_segments for p in path.pieces) <= MOST_PIECES
+    ]
+    words = f"Way of the tool over one level of {clean(outcome.part.name)}, {chosen_words(outcome)}"
+    svg = pocket_drawing(scene, paths, "pocket", words, shapes=shapes, tool_diameter=plans[0].rules.tool_diameter)
+    kinds = {piece.kind for path in paths for piece in path.pieces}
+    return {
+        "svg": svg,
+        "wide": scene.frame.wide,
+        "strategy": chosen_words(outcome),
+        "kinds": kinds,
+        "rapids": any(path.retracts for path in paths),
+        "uncut": any(not s.uncovered.is_empty for s in shapes),
+        "far": any(not s.unreachable.is_empty for s in shapes),
+        "facts": _facts(outcome),
+        "small": _small(outcome, scene),
+        "strategies": _strategies(outcome),
+        "usual": usual_words(outcome),
+    }
+
+
+def pocket_svg(outcome: Outcome, which: str) -> str:
+    """Return the way over one level as a stand-alone drawing: the usual one ``before``, what is written ``after``."""
+    plans = outcome.pocket_plans
+    chosen = [plan.usual if which == "before" else plan.result for plan in plans]
+    paths = [result.path for result in chosen if result.path is not None]
+    by = usual_words(outcome) if which == "before" else chosen_words(outcome)
+    words = f"Way of the tool over one level of {clean(outcome.part.name)}, {by}"
+    diameter = plans[0].rules.tool_diameter
+    return pocket_drawing(build_pocket_scene(plans), paths, which, words, tool_diameter=diameter, size=True)
+
+
+def cards(outcome: Outcome) -> list[Row]:
+    """Return the usual way and leafcut's as the cards at the head show them."""
+    longest = max(outcome.before.time_s, outcome.after.time_s)
+    ours = (views.OURS, outcome.after)
+    rows = ((usual_words(outcome).capitalize(), outcome.before), ours) if compared(outcome) else (ours,)
+    return [
+        {
+            "name": name if name != views.OURS else f"{views.OURS}: {chosen_words(outcome)}",
+            "ours": name == views.OURS,
+            "time": time_words(measure.time_s),
+            "travel": length_words(measure.travel_mm),
+            "cut": length_words(measure.cut_mm),
+            "saved": percent_words(saved_percent(outcome, measure)) if number else NO_VALUE,
+            "bar": chart.bar(
+                measure.time_s / longest if longest > 0 else 0.0, "ours" if name == views.OURS else "plain"
+            ),
+        }
+        for number, (name, measure) in enumerate(rows)
+    ]
+
+
+def saved(outcome: Outcome) -> Row:
+    """Return the large figure and the words around it: the time that is saved, or of the program where it is alone."""
+    if not compared(outcome):
+        alone = all(len(plan.results) == 1 for plan in outcome.pocket_plans)
+        words = "The only strategy that was tried; best compares them." if alone else "What most shops run."
+        row = {"figure": time_words(outcome.after.time_s), "worse": False, "words": f"by {chosen_words(outcome)}"}
+        return {**row, "percent": words, "gap": ""}
+    seconds = outcome.before.time_s - outcome.after.time_s
+    percent = f"{percent_words(abs(outcome.saved_percent))} {'less' if seconds >= 0 else 'more'} machine time"
+    hundred = f", {time_words(100 * seconds)} on a hundred parts" if seconds > 0 else ""
+    uncut, usual = (m.uncovered_percent for m in (written(outcome), _usual(outcome)))
+    less = f" But {uncut_words(uncut)} of the pocket stays uncut." if uncut > usual + LESS_WORK else ""
+    return {
+        "figure": time_words(abs(seconds)),
+        "worse": seconds < 0,
+        "words": f"{'longer than' if seconds < 0 else 'saved against'} {usual_words(outcome)}",
+        "percent": f"{percent}{hundred}.{less}",
+        "gap": _shorter(outcome),
+    }
+
+
+def _shorter(outcome: Outcome) -> str:
+    """Return how much shorter the way over one level is than the usual one."""
+    length, beside = (m.feed_mm + m.rapid_mm for m in (written(outcome), _usual(outcome)))
+    if not beside > 0.0:
+        return ""
+    percent = 100.0 * (1.0 - length / beside)
+    return f"The way over a level is {percent_words(abs(percent))} {'shorter' if percent >= 0.0 else 'longer'}."
+
+
+def _usual(outcome: Outcome) -> PocketMeasures:
+    return added([plan.usual.measures for plan in outcome.pocket_plans if plan.usual.measures is not None])
+
+
+def _facts(outcome: Outcome) -> list[tuple[str, str, str]]:
+    """Return the figures of the program: (name, figure, words under it)."""
+    plans, m = outcome.pocket_plans, written(outcome)
+    rules, levels, tool = plans[0].rules, plans[0].levels, outcome.operations[0].tool
+    length = m.feed_mm + m.rapid_mm
+    above = percent_words(100.0 * (length / m.floor_mm - 1.0)) if m.floor_mm > 0.0 else NO_VALUE
+    lifted = f"{count(m.retracts, 'retract')}, {length_words(m.rapid_mm)} of rapids" if m.retracts else "never lifted"
+    walls = f", then {rules.stock:g} mm along the walls" if rules.stock > 0.0 else ""
+    return [
+        ("Way over a level", length_words(m.feed_mm), lifted),
+        ("Above the floor", above, f"area ÷ step-over is {length_words(m.floor_mm)}"),
+        ("Uncut", uncut_words(m.uncovered_percent), f"{area_words(m.uncovered_mm2)} of {area_words(m.reachable_mm2)}"),
+        ("Gouge", f"{m.gouge_mm2:.3g} mm²", "by simulation of the program"),
+        ("Engagement", angle_words(m.max_engagement), f"at most; {angle_words(m.mean_engagement)} on average"),
+        (
+            "Step-over",
+            f"{m.max_step_over:.2f} mm",
+            f"{rules.step_over:.4g} mm asked for; passes that meet in the middle: {m.max_core:.2f} mm apart",
+        ),
+        ("Widest cut", f"{m.max_width:.2f} mm", wider_words(m, rules.tool_diameter) if m.wide_mm > 0.0 else ""),
+        ("Levels", f"{len(levels)} × {abs(levels[0]):.4g} mm", f"to Z{levels[-1]:.4g}{walls}"),
+        (
+            "Tool",
+            f"Ø{tool.diameter:g} mm",
+            f"{number_words(feed_mm_min(tool.feed))} mm/min, {tool.spindle_rpm:,.0f} rpm, "
+            f"{'climb' if rules.climb else 'conventional'}",
+        ),
+    ]
+
+
+def _strategies(outcome: Outcome) -> list[Row]:
+    rows = figures(outcome.pocket_plans, outcome.pocket_programs)
+    longest = max((r.program_s for r in rows), default=0.0)
+    return [
+        {
+            "name": row.name,
+            "chosen": row.chosen,
+            "refused": clean(row.refused),
+            "cells": () if row.measures is None else _cells(row),
+            "bar": ""
+            if row.measures is None
+            else chart.bar(row.program_s / longest if longest > 0 else 0.0, "ours" if row.chosen else "plain"),
+        }
+        for row in rows
+    ]
+
+
+def _cells(row: StrategyFigures) -> tuple[str, ...]:
+    m = row.measures
+    if m is None:
+        return ()
+    return (
+        length_words(m.feed_mm),
+        length_words(m.rapid_mm) if m.retracts else NO_VALUE,
+        f"{m.retracts:,}",
+        uncut_words(m.uncovered_percent),
+        f"{m.max_step_over:.2f}",
+        angle_words(m.max_engagement),
+        angle_words(m.mean_engagement),
+        length_words(m.air_mm),
+        time_words(row.program_s),
+    )
+
+
+def _small(outcome: Outcome, scene: Any) -> list[Row]:
+    """Return a small drawing of every strategy that has a path in all pockets."""
+    rows = []
+    for row in figures(outcome.pocket_plans, outcome.pocket_programs):
+        if row.measures is None:
+            continue
+        paths: list[PocketPath] = [
+            r.path for p in outcome.pocket_plans for r in p.results if r.strategy == row.name and r.path is not None
+        ]
+        svg = small_drawing(scene, paths, f"{row.name} over one level")
+        way = length_words(row.measures.feed_mm + row.measures.rapid_mm)
+        rows.append({"name": row.name, "way": way, "chosen": row.chosen, "svg": svg})
+    return rows

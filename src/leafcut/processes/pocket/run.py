@@ -1,0 +1,435 @@
+"""A pocket in, a milling program out: read, clear it in every way there is, choose, order, lay, post, prove."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from leafcut._version import __version__
+from leafcut.errors import OptionError, PlanError, SolveError
+from leafcut.geometry.polyline import Points
+from leafcut.geometry.regions import as_polyline
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.outcome import OperationOutcome, Outcome
+from leafcut.model.pocket import (
+    USUAL,
+    Pocket,
+    PocketMeasures,
+    PocketPath,
+    PocketPiece,
+    PocketPlan,
+    PocketProgram,
+    PocketResult,
+)
+from leafcut.model.problem import RoutingProblem
+from leafcut.model.solution import Solution
+from leafcut.model.tool import Tool
+from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.processes.course import Run, check_words_used, machine_issues, passing_on, refuse
+from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes
+from leafcut.processes.pocket.proving import prove_pockets, write_pockets
+
+if TYPE_CHECKING:
+    from leafcut.processes.pocket.plan.entries import Descent
+    from leafcut.processes.pocket.plan.region import CentreRegion
+    from leafcut.processes.pocket.plan.toolpath import Clearing
+    from leafcut.processes.pocket.strategies import Way
+    from leafcut.read import Input
+
+Point = tuple[float, float]
+
+#: So many strategies go on as long as a time limit lets them: fireflies, ants, and the shortening of a connected way.
+SEARCHES = 3
+#: Of ways that cost little more than the best, the one that is lifted least: every way down wears the tool and marks
+#: the floor.
+NEARLY = 1.05
+
+
+@dataclass(frozen=True, eq=False)
+class _Cleared:
+    """A pocket with every strategy: the plan that is told, and the regions of each strategy that has a path."""
+
+    plan: PocketPlan
+    ways: dict[str, list[Clearing]]
+
+
+def pocket(run: Run, source: Input) -> Outcome:
+    """Return the verified milling program of the pockets in a drawing or a picture, and all that was found out.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, SolveError, PostError, VerifyError
+        One line that says what was found and what to do.
+    """
+    from leafcut.proof.envelope import check_envelope
+    from leafcut.solve.compiling import announced
+
+    job, issues = _prepared(run, source)
+    refuse(check_envelope(_box(job), run.machine))  # what no strategy changes is known before any is tried
+    with announced(run.tell):
+        cleared = []
+        for number, one in enumerate(job.part.pockets):
+            found, more = _cleared(job, one, number)
+            cleared.append(found)
+            issues += more
+        usual = _ordered(replace(job, run=run.quiet()), [c.ways[c.plan.usual.strategy] for c in cleared])[0]
+        chosen, solution = _ordered(job, [c.ways[c.plan.result.strategy] for c in cleared])
+    return _outcome(job, issues, cleared, solution, (_laid(job, usual), _laid(job, chosen)))
+
+
+def _programs(job: PocketJob, cleared: list[_Cleared], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:
+    """Return what the program of all pockets is, as it is written and by every strategy that clears all of them.
+
+    All go from pocket to pocket in the order of what is written: `nodes` are its regions, numbered through.
+    """
+    if len(cleared) < 2:
+        return ()
+    names = [name for name in cleared[0].ways if all(name in c.ways for c in cleared)]
+    chosen = {"": [c.plan.result.strategy for c in cleared], **{name: [name] * len(cleared) for name in names}}
+    programs = []
+    for name, strategies in chosen.items():
+        regions = [clearing for c, strategy in zip(cleared, strategies, strict=True) for clearing in c.ways[strategy]]
+        order = [regions[node] for node in nodes]
+        path = PocketPath(name, tuple(piece for clearing in order for piece in clearing.path.pieces))
+        programs.append(PocketProgram(name, _laid(job, order).measure.time_s, path.rapid_mm, path.retracts))
+    return tuple(programs)
+
+
+def _prepared(run: Run, source: Input) -> tuple[PocketJob, list[Issue]]:
+    """Read the pockets and what is said of them."""
+    from leafcut.gcode.dialects import dialect
+    from leafcut.processes.placing import placed
+    from leafcut.processes.pocket.plan.rules import levels_of, milling_data, rules_of
+    from leafcut.processes.pocket.plan.toolpath import Heights
+    from leafcut.processes.zones import parse_zones
+    from leafcut.read import read_pockets
+
+    settings = run.settings
+    mill = _library_mill(run)
+    options = settings.pocket if mill is None else replace(settings.pocket, tool_diameter=mill.diameter)
+    rules = rules_of(options)
+    levels = levels_of(settings.drill, options)
+    data, issues = milling_data(options, settings.drill, rules, run.machine, mill, settings.cut.material)
+    part = read_pockets(source, settings.read, settings.pocket, settings.sheet, run.looking("reading"))
+    part = placed(part, settings.read)
+    heights = Heights(
+        levels=levels,
+        clearance=settings.drill.clearance_height,
+        retract=settings.drill.retract_height,
+        always_clearance=settings.drill.retract == "initial",
+        end=_xy(settings.drill.end_point),
+        zones=parse_zones(settings.drill.keep_out),
+    )
+    words = dialect(settings.post.dialect or run.machine.controller)
+    check_words_used(settings, run.machine, words)
+    job = PocketJob(run, part, rules, heights, data, words, _xy(settings.drill.start_point))
+    return job, [*part.issues, *issues]
+
+
+def _library_mill(run: Run) -> Tool | None:
+    """Return the end mill of the tool library; None without one."""
+    from leafcut.processes.pocket.plan.tool import library_mill
+    from leafcut.read.tools import load_tools
+
+    drill = run.settings.drill
+    if drill.tools is None:
+        return None
+    return library_mill(
+        load_tools(drill.tools, run.machine.units), run.settings.pocket, drill.diameter_tolerance, drill.depth
+    )
+
+
+def _xy(point: tuple[float, ...] | None) -> Point | None:
+    if point is not None and len(point) != 2:
+        raise OptionError("--start-point and --end-point need two numbers, x,y")
+    return None if point is None else (point[0], point[1])
+
+
+def _box(job: PocketJob) -> Toolpath:
+    """Return rapids and a feed round the box of all pockets, from the clearance height to the bottom."""
+    builder = ToolpathBuilder()
+    builder.rapid(z=job.heights.clearance)
+    for one in job.part.pockets:
+        x0, y0, x1, y1 = one.outline.extents
+        r = job.rules.radius
+        builder.rapid(x0 + r, y0 + r)
+        builder.feed(z=job.heights.levels[-1], feed=job.data.tool.feed)
+        builder.feed(x1 - r, y1 - r, feed=job.data.tool.feed)
+    return builder.build()
+
+
+# -- strategies ------------------------------------------------------------------------------------------------------
+
+
+def _cleared(job: PocketJob, one: Pocket, number: int) -> tuple[_Cleared, list[Issue]]:
+    """Clear a pocket in the way that is asked for, or in every way there is, and choose."""
+    from leafcut.processes.pocket.plan.region import centre_regions
+    from leafcut.processes.pocket.strategies import WAYS
+
+    regions, issues = centre_regions(one, job.exact)
+    roughed = centre_regions(one, job.rules)[0] if job.rules.stock > 0.0 else regions
+    results: list[PocketResult] = []
+    ways: dict[str, list[Clearing]] = {}
+    job = _with_share(job, len(regions))
+    several = f"pocket {number + 1}: " if len(job.part.pockets) > 1 else ""
+    asked = job.run.settings.pocket.strategy
+    ways_tried = [way for way in WAYS if asked in ("best", way.name)]
+    for place, way in enumerate(ways_tried):
+        job.run.tell(f"{several}{way.name}", None, (number + place / len(ways_tried)) / len(job.part.pockets))
+        result, clearings = _tried(job, one, way, regions, roughed)
+        results.append(result)
+        if clearings:
+            ways[way.name] = clearings
+    chosen = _chosen(job, one, results)
+    return _Cleared(PocketPlan(one, job.rules, job.heights.levels, tuple(results), chosen), ways), issues
+
+
+def _with_share(job: PocketJob, regions: int) -> PocketJob:
+    """Return the job with that part of a time limit that one search for one region may take."""
+    solve = job.run.settings.solve
+    if solve.time_limit is None:
+        return job
+    limit = max(solve.time_limit / (SEARCHES * regions * len(job.part.pockets)), 0.001)
+    return replace(
+        job, run=replace(job.run, settings=replace(job.run.settings, solve=replace(solve, time_limit=limit)))
+    )
+
+
+def _tried(
+    job: PocketJob, one: Pocket, way: Way, regions: list[CentreRegion], roughed: list[CentreRegion]
+) -> tuple[PocketResult, list[Clearing]]:
+    """Return what a strategy does to a pocket, and its regions; none where it is refused."""
+    from leafcut.processes.pocket.air import with_air
+    from leafcut.processes.pocket.measures import measure_path
+    from leafcut.stock.removal import engaged_way
+
+    if job.run.cancelled.is_set() and way.name not in (*USUAL, job.run.settings.pocket.strategy):
+        return PocketResult(way.name, refused="stopped before it was tried"), []
+    try:
+        clearings = [_clearing(job, way, region, roughed) for region in regions]
+    except (PlanError, SolveError) as problem:
+        return PocketResult(way.name, refused=str(problem)), []
+    path = PocketPath(way.name, tuple(piece for c in clearings for piece in c.path.pieces))
+    steps, engaged = engaged_way(path, job.exact)
+    found = measure_path(one, path, job.exact, looked=(steps, engaged))
+    if job.data.air_feed > job.data.tool.feed:
+        divided = iter(with_air(path.pieces, steps, engaged, job.exact))
+        clearings = [_aired(clearing, divided) for clearing in clearings]
+    return PocketResult(way.name, path, found, program_s=_laid(job, clearings).measure.time_s), clearings
+
+
+def _along(strategy: str, middle: Points) -> PocketPath:
+    return PocketPath(strategy, (PocketPiece(as_polyline(middle)),))
+
+
+def _aired(clearing: Clearing, divided: Iterator[list[PocketPiece]]) -> Clearing:
+    """Return a clearing with the pieces that its own were divided into."""
+    rough, walls = (
+        None if path is None else replace(path, pieces=tuple(p for _ in path.pieces for p in next(divided)))
+        for path in (clearing.rough, clearing.walls)
+    )
+    return replace(clearing, rough=rough or clearing.rough, walls=walls)
+
+
+def _clearing(job: PocketJob, way: Way, region: CentreRegion, roughed: list[CentreRegion]) -> Clearing:
+    """Return one region cleared by a strategy: all of it, or less the stock and then along its walls."""
+    import shapely
+
+    from leafcut.processes.pocket.plan.arcs import fitted
+    from leafcut.processes.pocket.plan.toolpath import Clearing
+    from leafcut.processes.pocket.plan.walls import wall_passes
+
+    tolerance = job.rules.tolerance
+    if region.middle is not None:
+        # A slot as wide as the tool: there is one way to clear it.
+        return Clearing(region, region.polygon, fitted(_along(way.name, region.middle), tolerance))
+    inside = [r for r in roughed if region.polygon.intersects(r.polygon)] if job.rules.stock > 0.0 else []
+    if not inside:
+        # Where stock leaves no room the tool clears up to the wall.
+        return Clearing(region, region.polygon, fitted(way.path(region, job.run), tolerance))
+    rough = [fitted(way.path(r, job.run), tolerance) for r in inside]
+    allowed = shapely.union_all([r.polygon for r in inside])
+    whole = PocketPath(way.name, tuple(piece for path in rough for piece in path.pieces))
+    return Clearing(region, allowed, whole, fitted(wall_passes(region, allowed), tolerance))
+
+
+def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
+    """Return the strategy that is written: the one asked for, or the best of those that do the whole work.
+
+    Raises
+    ------
+    PlanError
+        The strategy asked for is refused or does more than it may, or none has a path without a gouge.
+    """
+    options = job.run.settings.pocket
+    name = one.label
+    if options.strategy != "best":
+        found = {r.strategy: (k, r) for k, r in enumerate(results)}.get(options.strategy)
+        if found is None or found[1].path is None:
+            why = "leafcut does not have it" if found is None else found[1].refused
+            raise PlanError(f"{name}: --strategy {options.strategy} is not possible: {why}")
+        if found[1].measures is not None and (more := _beyond(job, found[1].strategy, found[1].measures)):
+            raise PlanError(f"{name}: {found[1].strategy} {more}")
+        return found[0]
+    known = [(k, r, r.measures) for k, r in enumerate(results) if r.measures is not None]
+    sound = [row for row in known if not row[2].gouge_mm2 and not _beyond(job, row[1].strategy, row[2])]
+    if not sound:
+        wrong = {k: _beyond(job, r.strategy, m) or "gouges" for k, r, m in known}
+        reasons = (f"{r.strategy}: {r.refused or wrong[k]}" for k, r in enumerate(results))
+        raise PlanError(f"{name}: no strategy is possible ({'; '.join(reasons)})")
+    whole = [row for row in sound if row[2].uncovered_percent <= options.uncovered_tolerance]
+    if not whole:
+        return min(sound, key=lambda row: row[2].uncovered_percent)[0]
+    timed = job.run.settings.solve.objective == "time"
+    costs = [(row[1].program_s if timed else row[2].feed_mm + row[2].rapid_mm) for row in whole]
+    near = [
+        (row[2].retracts, cost, row[0]) for row, cost in zip(whole, costs, strict=True) if cost <= NEARLY * min(costs)
+    ]
+    return min(near)[2]
+
+
+def _beyond(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
+    """Return in what a strategy goes beyond what is asked for, and what to do; empty where it keeps all of it.
+
+    What is asked for holds for every strategy: the step-over, and the engagement where a limit is given.
+    """
+    rules = job.exact
+    if not rules.keeps(measures.max_step_over):
+        return (
+            f"has passes {measures.max_step_over:.2f} mm apart, more than the step-over of {rules.step_over:.4g} mm; "
+            "choose another --strategy, or a larger --step-over"
+        )
+    limit = rules.max_engagement
+    if limit is None or measures.max_engagement <= limit:
+        return ""
+    stock = " with the stock on its walls" if strategy == "adaptive" and job.rules.stock > 0.0 else ""
+    other = "choose a smaller --tool-diameter" if strategy == "adaptive" else "say --strategy adaptive"
+    other = "leave out --stock" if stock else other
+    return (
+        f"engages {math.degrees(measures.max_engagement):.0f}°{stock}, more than --max-engagement "
+        f"{math.degrees(limit):.0f}°; {other}, or give a larger limit"
+    )
+
+
+# -- order and toolpath ----------------------------------------------------------------------------------------------
+
+
+def _ordered(job: PocketJob, pockets: list[list[Clearing]]) -> tuple[list[Clearing], Solution]:
+    """Return all regions in the order in which they are cleared, and the solution it comes from."""
+    from leafcut.solve.solve import solve
+    from leafcut.timing.travel import travel_metric
+
+    clearings = [c for one in pockets for c in one]
+    run, settings = job.run, job.run.settings
+    problem = RoutingProblem(
+        entry=np.array([c.start for c in clearings]),
+        exit=np.array([c.end for c in clearings]),
+        cluster=np.arange(len(clearings), dtype=np.int32),
+        service=np.zeros(len(clearings)),
+        metric=travel_metric(run.machine, settings.solve.objective),
+        start=job.start,
+        end=job.heights.end,
+    )
+    options = settings.solve
+    if len(clearings) == 1:
+        options = replace(options, algorithm="none", bound=False, target_gap=None)
+    tell = passing_on(run.progress, "ordering the pockets")
+    found = solve(
+        problem, options, settings.aco, firefly=settings.firefly, progress=tell, observe=run.observe,
+        cancelled=run.cancelled,
+    )  # fmt: skip
+    return [clearings[int(node)] for node in found.nodes], found
+
+
+def _laid(job: PocketJob, clearings: list[Clearing]) -> LaidPockets:
+    from leafcut.processes.pocket.plan.toolpath import lay_pockets
+    from leafcut.timing.toolpath import measure
+
+    machine = job.run.machine
+    pause = job.words.hand_change_pause and not machine.tool_changer
+    coolant = job.run.settings.post.coolant
+    corner = job.rules.tolerance if job.words.corner_tolerance else 0.0
+    path, descents = lay_pockets(
+        clearings,
+        job.heights,
+        job.data,
+        machine,
+        coolant=coolant,
+        pause=pause,
+        corner_tolerance=corner,
+        rounded=job.words.rounding and job.rounding <= job.rules.stock,
+    )
+    return LaidPockets(path, descents, measure(path, machine, start=job.start))
+
+
+def _outcome(
+    job: PocketJob,
+    issues: list[Issue],
+    cleared: list[_Cleared],
+    solution: Solution,
+    laid: tuple[LaidPockets, LaidPockets],
+) -> Outcome:
+    run, settings, (before, after) = job.run, job.run.settings, laid
+    usual = dict.fromkeys(c.plan.usual.strategy for c in cleared)
+    text = write_pockets(job, before, after, " and ".join(usual))
+    left = prove_pockets(job, after, text)
+    operation = OperationOutcome(job.data.tool, "", (), False, solution, cuts=len(solution.nodes))
+    return Outcome(
+        part=job.part,
+        machine=run.machine,
+        process="pocket",
+        operations=(operation,),
+        before=before.measure,
+        nearest=None,
+        after=after.measure,
+        path_before=before.path,
+        path_after=after.path,
+        text=text,
+        dialect=job.words.name,
+        seed=settings.solve.seed,
+        verified=True,
+        issues=(
+            *issues,
+            *_entry_issues(after.descents),
+            *_stops(job),
+            *left,
+            *machine_issues(run.machine),
+        ),
+        options=settings.changed(),
+        version=__version__,
+        pocket_plans=tuple(c.plan for c in cleared),
+        pocket_programs=_programs(job, cleared, [int(node) for node in solution.nodes]),
+    )
+
+
+def _stops(job: PocketJob) -> list[Issue]:
+    """Return that the tool stands still after every move, and why, where stock would let it go on."""
+    if not job.words.rounding or job.rounding <= job.rules.stock:
+        return []
+    words = (
+        f"{job.words.name} stands still after every move (G61): with G64 it would cut corners short by up to "
+        f"{job.rounding:.2g} mm at this feed, into walls; with --stock of as much roughing goes on without stops"
+    )
+    return [Issue("L704", words, severity=Severity.NOTE)]
+
+
+def _entry_issues(descents: Sequence[Descent]) -> list[Issue]:
+    """Return where the tool comes down in another way than was asked for, and which holes have to be there."""
+    other = [d for d in descents if d.kind != d.asked]
+    issues = []
+    for kind in dict.fromkeys(d.kind for d in other):
+        places = list(dict.fromkeys(d.place for d in other if d.kind == kind))
+        asked = next(d.asked for d in other if d.kind == kind)
+        words = f"there is no room for a {asked}; the tool comes down in a {kind}"
+        more = f", and at {len(places) - 1} more" if len(places) > 1 else ""
+        severity = Severity.WARNING if kind == "plunge" else Severity.NOTE
+        issues.append(Issue("L702", words, f"at ({places[0][0]:.3f}, {places[0][1]:.3f}){more}", severity))
+    if needed := holes(descents):
+        words = f"{len(needed)} holes have" if len(needed) > 1 else "a hole has"
+        at = "; ".join(f"({x:.3f}, {y:.3f})" for x, y in needed[:4]) + (" …" if len(needed) > 4 else "")
+        issues.append(Issue("L703", f"{words} to be there before this program runs, as deep as the pocket", f"at {at}"))
+    return issues

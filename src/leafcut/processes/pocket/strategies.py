@@ -1,0 +1,128 @@
+"""The ways to clear a pocket that there are: name → what makes the path of one region."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from leafcut.model.pocket import PocketPath
+from leafcut.processes.course import Run, passing_on
+
+if TYPE_CHECKING:
+    from leafcut.geometry.polyline import Points
+    from leafcut.processes.pocket.plan.region import CentreRegion
+
+#: Ants that may be asked for by --algorithm; all else is left to leafcut's own.
+ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
+
+#: Where the corners of rings and what is cleared between them come out wider than the step-over, rings so much nearer
+#: to each other are tried, in step-overs.
+NEARER = (1.0, 0.98, 0.95, 0.92, 0.89)
+
+#: Makes the path of the tool's centre over one level of one region.
+Strategy = Callable[["CentreRegion", Run], PocketPath]
+
+
+def _clock(run: Run) -> Callable[[], bool]:
+    """Return what says whether the run is cancelled, or its time limit used up from now on."""
+    from leafcut.solve.stop import Stop
+
+    limit = run.settings.solve.time_limit
+    return Stop(seconds=math.inf if limit is None else limit, cancelled=run.cancelled).now
+
+
+def _planned(region: CentreRegion) -> CentreRegion:
+    """Return the region with the step-over that passes are laid at."""
+    return replace(region, rules=region.rules.planned)
+
+
+def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
+    """Return what finds the places of a path whose passes are further apart than the step-over.
+
+    It looks at the path as it is written: arcs move passes by a few thousandths of a millimetre.
+    """
+    from leafcut.processes.pocket.plan.arcs import fitted
+    from leafcut.stock.too_wide import TooWide
+
+    wide, tolerance = TooWide(region.polygon, region.rules), region.rules.tolerance
+    return lambda path: wide(fitted(path, tolerance))
+
+
+def _zigzag(region: CentreRegion, run: Run) -> PocketPath:
+    from leafcut.processes.pocket.plan.zigzag import zigzag
+
+    options, wide = run.settings.pocket, _too_wide(region)
+    return zigzag(_planned(region), options.zigzag_angle, options.finishing_pass, _clock(run), wide)
+
+
+def _contour(region: CentreRegion, run: Run) -> PocketPath:
+    from leafcut.processes.pocket.plan.rings import contour
+
+    planned, wide = _planned(region), _too_wide(region)
+    paths: list[tuple[int, PocketPath]] = []
+    for share in NEARER:
+        path = contour(replace(planned, rules=replace(planned.rules, step_over=share * planned.rules.step_over)))
+        paths.append((len(wide(path)), path))
+        if not paths[-1][0]:
+            break
+    return min(paths, key=lambda one: one[0])[1]
+
+
+def _connected(region: CentreRegion, run: Run) -> PocketPath:
+    from leafcut.processes.pocket.plan.connected import best
+
+    return best(region, _too_wide(region), _clock(run))
+
+
+def _adaptive(region: CentreRegion, run: Run) -> PocketPath:
+    from leafcut.processes.pocket.plan.adaptive import adaptive
+
+    return adaptive(region)
+
+
+def _grid(name: str) -> Strategy:
+    def path(region: CentreRegion, run: Run) -> PocketPath:
+        from leafcut.processes.pocket.plan.grid import grid_problem, lay_grid
+        from leafcut.solve.solve import solve
+
+        settings = run.settings
+        problem, context = grid_problem(region, finish=settings.pocket.finishing_pass)
+        options = replace(settings.solve, bound=False, target_gap=None)
+        if settings.pocket.strategy != name:
+            # To stand beside the others a short search will do: it is within a few thousandths of a long one.
+            options = replace(options, preset="fast")
+        ants = options.algorithm if options.algorithm in ANTS else "auto"
+        found = solve(
+            problem,
+            replace(options, algorithm=ants if name == "ants" else name),
+            settings.aco,
+            firefly=settings.firefly,
+            progress=passing_on(run.progress, f"{name}: ordering the points of a grid"),
+            observe=run.observe,
+            cancelled=run.cancelled,
+        )
+        return lay_grid(context, found.nodes, name)
+
+    return path
+
+
+@dataclass(frozen=True)
+class Way:
+    """A strategy and what it is called in words."""
+
+    name: str
+    path: Strategy
+    words: str
+
+
+#: Every strategy, in the order in which they are told.
+WAYS = (
+    Way("zigzag", _zigzag, "lines to and fro, then along the walls"),
+    Way("contour", _contour, "rings, linked from the inside out"),
+    Way("connected", _connected, "one connected way, never lifted"),
+    Way("firefly", _grid("firefly"), "a grid of points ordered by fireflies, then along the walls"),
+    Way("ants", _grid("ants"), "a grid of points ordered by ants, then along the walls"),
+    Way("adaptive", _adaptive, "arcs that keep the engagement below a limit, then along the walls"),
+)

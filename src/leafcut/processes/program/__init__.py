@@ -1,0 +1,1 @@
+"""Programs of other CAMs: the same work, in an order that takes less time."""

@@ -1,0 +1,1 @@
+"""Planning of programs: what of a program can be reordered, and what must stay."""

@@ -1,0 +1,1 @@
+"""Precedence in a program: which piece of work must come before which, and why pieces stay."""

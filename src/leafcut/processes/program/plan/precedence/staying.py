@@ -1,0 +1,134 @@
+"""Why pieces of work keep their place in a program: each by what alone holds it, with the line where that stands.
+
+A chain of a section can stand nowhere else where all others come before it or behind it. What holds it is the cause
+without which that would not be so; where every single one can go and it would still be held, it is several together.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.gcode.program import Program
+from leafcut.gcode.words import split_line
+from leafcut.model.sequence import Section, Sequence, Stay, Staying
+from leafcut.processes.program.plan.precedence.precedence import divided_at
+
+#: Why pieces stay, by name: the words for one or more of them. What stands in the text is `{word}`, why `{cause}`.
+PHRASES: dict[str, str] = {
+    "frees": "because each may free a part (it closes, as deep as the mill goes)",
+    "touches": "because cuts that touch keep their order",
+    "passes": "because passes of a mill of unknown width keep their order",
+    "inside": "because what lies inside an outline keeps its order with it",
+    "operation": "because operations of the CAM are not mixed (--mix-operations)",
+    "holds": "with a block that stays ({cause})",
+    "alone": "alone between barriers ({cause})",
+    "only": "with no other work to change places with",
+    "unknown-height": "because the height from which the tool comes is not known",
+    "low": "because the tool does not rise to a height at which it goes across",
+    "lit": "because the beam is still on where they end",
+    "crossing": "alone between ways at which the tool rises higher",
+    "relative": "because the way there is relative (G91)",
+    "compensated": "because radius compensation is on along the way",
+    "goes-on": "because what stays behind begins where they end",
+    "refused": "because another order was not proved ({cause})",
+    "keep-order": "because of --keep-order",
+    "time-limit": "because planning took longer than --time-limit",
+}
+OPERATION = "operation"
+#: Longer texts of blocks are cut.
+_MOST_LETTERS = 40
+_NUMBER = re.compile(r"^[/ \t]*N[ \t]*[0-9]+(?:\.[0-9]+)?[ \t]*", re.IGNORECASE)
+
+
+def why_chains_stay(section: Section, apart: Iterable[int]) -> tuple[Stay | None, ...]:
+    """Return for every chain of a section why it can stand nowhere else, None where it can.
+
+    `apart` are the chains with which operations begin that are not mixed.
+    """
+    n = len(section.chains)
+    ties = dict(section.ties)
+    operations = divided_at(list(apart), n)
+    if operations is not None:
+        ties[OPERATION] = operations
+    why: list[str] = [""] * n
+    left = _held(list(ties.values()), n)
+    for size in range(1, len(ties) + 1):
+        for some in combinations(ties, size):
+            if not left.any():
+                break
+            freed = left & ~_held([tie for cause, tie in ties.items() if cause not in some], n)
+            for chain in np.flatnonzero(freed).tolist():
+                why[chain] = "+".join(some)
+            left &= ~freed
+    lines = (chain.line for chain in section.chains)
+    return tuple(Stay(reason, line) if reason else None for reason, line in zip(why, lines, strict=True))
+
+
+def _held(ties: list[NDArray[np.int32]], n: int) -> NDArray[np.bool_]:
+    """Return which of n chains all others come before or behind, bool[n].
+
+    A chain is behind all that stand before it if each of those has to be before one that is no farther than it.
+    """
+    if not ties or n < 2:
+        return np.zeros(n, dtype=bool)
+    behind = np.minimum.reduce([tie[:, 0] for tie in ties])
+    before = np.maximum.reduce([tie[:, 1] for tie in ties])
+    numbers = np.arange(n)
+    last = np.concatenate([[0], np.maximum.accumulate(behind)[:-1]])
+    first = np.concatenate([np.minimum.accumulate(before[::-1])[::-1][1:], [n - 1]])
+    held: NDArray[np.bool_] = (last <= numbers) & (first >= numbers)
+    return held
+
+
+def word_at(program: Program, line: int) -> str:
+    """Return what a line says without its number and its comments, cut short."""
+    text = program.lines[line - 1].strip() if 0 < line <= len(program.lines) else ""
+    body, comments = split_line(text, nested=True) if text.count("(") == text.count(")") else (text, ())
+    body = " ".join(_NUMBER.sub("", body).split())
+    said = body or (f"({comments[0]})" if comments else "")
+    return said if len(said) <= _MOST_LETTERS else said[: _MOST_LETTERS - 1] + "…"
+
+
+def count_pieces(sequence: Sequence) -> int:
+    """Return how many pieces of work a program has."""
+    return len(sequence.stays) + sum(len(section.chains) for section in sequence.sections)
+
+
+def grouped(sequence: Sequence, refused: dict[int, str], keep_order: bool) -> tuple[Staying, ...]:
+    """Return why pieces stay, grouped, the most first.
+
+    Parameters
+    ----------
+    refused
+        By the number of a section, why another order of it was not written.
+    keep_order
+        No other order was asked for.
+    """
+    stays = list(sequence.stays)
+    for number, section in enumerate(sequence.sections):
+        for place, chain in enumerate(section.chains):
+            stay = section.stays[place] if section.stays else None
+            if stay is None and keep_order:
+                stay = Stay("keep-order", chain.line)
+            elif stay is None and number in refused:
+                stay = Stay("refused", chain.line, cause=refused[number])
+            stays += [] if stay is None else [stay]
+    groups: dict[tuple[str, str], list[Stay]] = {}
+    for stay in stays:
+        groups.setdefault((stay.reason, stay.cause), []).append(stay)
+    found = []
+    for (reason, cause), alike in groups.items():
+        first = min(alike, key=lambda stay: stay.line)
+        found.append(Staying(reason, len(alike), first.line, first.word, _text(reason, cause, len(alike), first)))
+    return tuple(sorted(found, key=lambda s: (-s.count, s.first_line)))
+
+
+def _text(reason: str, cause: str, number: int, first: Stay) -> str:
+    said = " and ".join(PHRASES[name].format(cause=cause) for name in reason.split("+")).replace(" and because", " and")
+    where = f"{first.word} at line {first.line}" if first.word else f"line {first.line}"
+    return f"{said}: {'first ' if number > 1 else ''}{where}"

@@ -1,0 +1,127 @@
+"""Which cuts may be made from either end: open ones at one depth, all of them alike from end to end.
+
+A program does not say where climb milling is wanted, nor what a lead-in is for, so a person has to allow this; and what
+shows a direction stays: a piece that begins or ends with another feed or another kind of move than it is made of, that
+goes round something or meets itself, that waits, switches or rises amid its cut. Where a mill waits at an end, it waits
+at the other one: behind the plunge, or before it rises. Where a beam waits it pierces, and stays.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.gcode.program import Program
+from leafcut.gcode.reversible_cut import Stroke, find_stroke
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.sequence import Chain, Section, Sequence
+from leafcut.model.toolpath import Kind, arc_sweep
+from leafcut.processes.program.plan.precedence.split_outlines import TOUCHING
+from leafcut.processes.program.plan.sections.program_rows import BEAMS, TOLERANCE, Rows
+
+#: Ends nearer to each other than this part of the cut, or than `TOUCHING`, are those of a closed one.
+_CLOSED_PART = 0.1
+#: Chords in an arc, by which it is seen where a cut meets itself; they miss it where an arc goes back so nearly along
+#: the piece before it (the cosine of 150 degrees).
+_CHORDS = 24
+_BACK = -0.866
+
+
+def with_reversible(program: Program, sequence: Sequence, rows: Rows) -> Sequence:
+    """Return the sequence with those chains marked that may be made from either end, and a note of how many."""
+    finder = _Finder(program, rows, sequence.process)
+    items = tuple(
+        replace(item, chains=tuple(map(finder.marked, item.chains))) if isinstance(item, Section) else item
+        for item in sequence.items
+    )
+    count = sum(chain.reversible for item in items if isinstance(item, Section) for chain in item.chains)
+    said = f"{count} cut{'s'[: count != 1]} may be made from either end" if count else "no cut may be turned round"
+    return replace(sequence, items=items, issues=(*sequence.issues, Issue("L504", said, severity=Severity.NOTE)))
+
+
+class _Finder:
+    def __init__(self, program: Program, rows: Rows, process: str) -> None:
+        self.program, self.rows, self.beam = program, rows, process in BEAMS
+
+    def marked(self, chain: Chain) -> Chain:
+        return replace(chain, reversible=True) if self._may_turn(chain) else chain
+
+    def _may_turn(self, chain: Chain) -> bool:
+        if chain.kind != "cut" or not self._same_height(chain):
+            return False
+        stroke = find_stroke(self.program, chain.begin, chain.end)
+        if stroke is None or not all(self.rows.cut[row] for row in stroke.rows):
+            return False
+        part = slice(int(self.program.first[chain.begin]), int(self.program.first[chain.end]))
+        if self.beam and (self.program.path.kind[part] == Kind.DWELL).any():
+            # It pierces where the program chose to.
+            return False
+        return self._fits(chain, stroke) and self._alike(stroke) and self._is_open(stroke)
+
+    def _same_height(self, chain: Chain) -> bool:
+        """Return whether the tool comes to the cut as high as it leaves it: each end is as free as the other."""
+        height = [chain.arrive_z, chain.leave_z]
+        return bool(np.isnan(height).all() and self.beam) or abs(height[0] - height[1]) < TOLERANCE
+
+    def _fits(self, chain: Chain, stroke: Stroke) -> bool:
+        """Return whether the chain goes from end to end of the cut."""
+        path, before = self.program.path, self.rows.before
+        ends = before[stroke.rows[0], :2], path.end[stroke.rows[-1], :2]
+        return bool(
+            np.allclose(ends[0], chain.entry, rtol=0.0, atol=TOLERANCE)
+            and np.allclose(ends[1], chain.exit, rtol=0.0, atol=TOLERANCE)
+        )
+
+    def _alike(self, stroke: Stroke) -> bool:
+        """Return whether the cut begins and ends with what it is made of: no way in or out of its own."""
+        rows = np.array(stroke.rows)
+        arc = (self.program.path.kind[rows] != Kind.FEED).tolist()
+        feed = self.program.path.value[rows].tolist()
+        if len(rows) == 1:
+            return True
+        usual = Counter(feed).most_common(1)[0][0]
+        return arc[0] in arc[1:] and arc[-1] in arc[:-1] and feed[0] == feed[-1] == usual
+
+    def _is_open(self, stroke: Stroke) -> bool:
+        """Return whether the cut neither closes nor meets itself."""
+        import shapely
+
+        path = np.concatenate([self.rows.before[stroke.rows[:1], :2], *map(self._points, stroke.rows)])
+        path = path[np.concatenate([[True], (np.diff(path, axis=0) != 0.0).any(axis=1)])]
+        length = float(np.hypot(*np.diff(path, axis=0).T).sum())
+        gap = float(np.hypot(*(path[-1] - path[0])))
+        # What goes straight back over itself is not simple either.
+        is_open = gap > max(TOUCHING, _CLOSED_PART * length) and not self._goes_back(stroke)
+        return is_open and bool(shapely.is_simple(shapely.linestrings(path)))
+
+    def _goes_back(self, stroke: Stroke) -> bool:
+        """Return whether the cut turns nearly back where one of two pieces is an arc: soon it may cross itself."""
+        ends = [self._directions(row) for row in stroke.rows]
+        arc = [self.program.path.kind[row] != Kind.FEED for row in stroke.rows]
+        joints = zip(ends, ends[1:], arc, arc[1:], strict=False)
+        return any((a or b) and float(one[1] @ other[0]) < _BACK for one, other, a, b in joints)
+
+    def _directions(self, row: int) -> NDArray[np.float64]:
+        """Return float64[2, 2], the unit vectors along which a row begins and ends."""
+        path = self.program.path
+        if path.kind[row] == Kind.FEED:
+            way = path.end[row, :2] - self.rows.before[row, :2]
+            return np.tile(way / max(float(np.hypot(*way)), TOLERANCE), (2, 1))
+        _, start, sweep = arc_sweep(path, row)
+        angles = np.array([start, start + sweep])
+        along: NDArray[np.float64] = np.sign(sweep) * np.stack([-np.sin(angles), np.cos(angles)], axis=1)
+        return along
+
+    def _points(self, row: int) -> NDArray[np.float64]:
+        """Return float64[k, 2], the places through which a row goes to its end, arcs as chords."""
+        path = self.program.path
+        end: NDArray[np.float64] = path.end[row : row + 1, :2]
+        if path.kind[row] == Kind.FEED:
+            return end
+        radius, start, sweep = arc_sweep(path, row)
+        angles = start + sweep * np.arange(1, _CHORDS) / _CHORDS
+        centre = np.array(path.arcs[int(path.ref[row])].center[:2])
+        return np.concatenate([centre + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1), end])

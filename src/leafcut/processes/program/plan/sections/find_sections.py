@@ -1,0 +1,512 @@
+"""Finding the pieces of a foreign program: where each begins, how high the tool crosses, and what stays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise, zip_longest
+
+import numpy as np
+
+from leafcut.gcode.modal_dependencies import HERE, BlockReader, next_place
+from leafcut.gcode.program import Modal, Program
+from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.sequence import Chain, Kept, Section, Stay
+from leafcut.model.toolpath import MOTIONS, PLACES, SPEED_ALONE, Kind
+from leafcut.processes.program.plan.precedence.precedence import with_precedence
+from leafcut.processes.program.plan.precedence.staying import word_at
+from leafcut.processes.program.plan.sections.clearance_groups import group_by_height
+from leafcut.processes.program.plan.sections.fixed_last import follows_compensation, stays_last, stops_before_work
+from leafcut.processes.program.plan.sections.program_rows import (
+    BEAMS,
+    TOLERANCE,
+    Rows,
+    find_barriers,
+    free_runs,
+    read_rows,
+)
+
+#: Why blocks stay that hold pieces of work alone, which say themselves why (`Sequence.stays`).
+STAYING = "the work in it stays"
+
+_MOTIONS = frozenset(int(k) for k in MOTIONS)
+
+
+@dataclass(frozen=True, slots=True)
+class _Start:
+    """A block at which a chain may begin: its row that first moves sideways, and the height of that crossing."""
+
+    block: int
+    row: int
+    height: float
+
+
+class Finder:
+    """Finds the sections of a program."""
+
+    def __init__(self, program: Program, process: str, look: Look = unseen) -> None:
+        self.program, self.process, self.look = program, process, look
+        self.rows: Rows = read_rows(program, process)
+        self.barriers = find_barriers(program, self.rows)
+        self.reader = BlockReader(program)
+        self.beam = process in BEAMS
+        self.entries: set[int] = set()
+        #: By the block of a way across: why no chain begins there, and why a chain that could begin there stays.
+        self.refused: dict[int, str] = {}
+        self.why: dict[int, tuple[str, int]] = {}
+        #: By block, where the call ends that it is run from; of the call itself, none.
+        self.called = {block: end for begin, end in program.calls for block in range(begin + 1, end)}
+        self.compensates = bool((program.path.kind == Kind.RADIUS).any())
+        self.blind = self._blind()
+        path, first = program.path, program.first
+        self.cuts = np.concatenate([[0], np.cumsum(self.rows.cut)])
+        travels = np.unique(self.rows.block[self.rows.travel])
+        self.travels = travels
+        across = self.rows.travel & np.isfinite(path.end[:, 2])
+        # Below the zero of the part there is material, unless the program has its zero above everything.
+        self.floor = 0.0 if (path.end[across, 2] > 0).any() and not self.beam else -math.inf
+        self.first = first
+
+    def sections(self) -> list[Section]:
+        """Return every section, in the order of the program."""
+        found: list[Section] = []
+        for section in reversed(list(self._candidates())):
+            if (found and found[-1].chains[0].begin == section.chains[-1].end) or self._may_end(section):
+                found.append(section)
+            else:
+                self._note(section.chains, "goes-on", section.chains[-1].end)
+        return found[::-1]
+
+    def _candidates(self) -> Iterator[Section]:
+        waiting = list(reversed(free_runs(self.program, self.barriers)))
+        while waiting:
+            begin, end = waiting.pop()
+            starts = self._starts(begin, end)
+            switches = self._switches(starts)
+            if switches:
+                self.barriers.update(dict.fromkeys(switches, "the spindle is switched"))
+                edges = [begin - 1, *switches, end]
+                runs = [(a + 1, b) for a, b in pairwise(edges) if a + 1 < b]
+                waiting += reversed(runs)
+                continue
+            yield from self._of_run(starts, begin, end)
+
+    def _blind(self) -> set[int]:
+        """Return the blocks from a change of length offset to the first that states Z: the height is not known."""
+        found: set[int] = set()
+        offsets = np.flatnonzero(self.program.path.kind == Kind.OFFSET)
+        for block in self.rows.block[offsets].tolist():
+            for later in range(block, self.program.n_blocks):
+                words = self.reader.words(later)
+                if later in found or (words is not None and "Z" in words.letters):
+                    break
+                found.add(later)
+        return found
+
+    # -- where chains begin ------------------------------------------------------------------------------------------
+
+    def _starts(self, begin: int, end: int) -> list[_Start]:
+        """Return the places in a run where the tool, up and done with the work before, goes across."""
+        low_block, high = np.searchsorted(self.travels, [begin, end])
+        top = self._top(begin, end)
+        # A beam may work at a height that nobody states; but where one is, it is for all.
+        level = (
+            not math.isnan(self._place_after(int(self.first[end]) - 1)[2]) if self.beam and self.first[end] else False
+        )
+        starts: list[_Start] = []
+        done = low = -1
+        for block in self.travels[low_block:high].tolist():
+            if block in self.called:
+                continue
+            cuts = int(self.cuts[self.first[block]])
+            start = self._start(block)
+            up = self._may_begin(start, top, level)
+            if starts and cuts == done:
+                # Where the tool waits before the first piece of work is no part of that.
+                if len(starts) == 1 and up and self._says_where(block):
+                    starts = [start]
+                elif not self._arrives_alike(start, starts[-1]):
+                    self.entries.discard(starts.pop().block)
+            elif not up:
+                low = cuts if starts else -1
+            elif cuts != low:
+                # Else the tool left the work before it on a way that is not up.
+                starts.append(start)
+                self.entries.add(block)
+                done = cuts
+        return starts
+
+    def _may_begin(self, start: _Start, top: float, level: bool) -> bool:
+        unknown = level and math.isnan(self.rows.before[start.row, 2])
+        why = self._why_not(start, top) or ("unknown-height" if unknown else "")
+        if why:
+            self.refused[start.block] = why
+        return not why
+
+    def _why_not(self, start: _Start, top: float) -> str:
+        """Return why no chain may begin with a way across, "" where one may (`plan.precedence.staying.PHRASES`)."""
+        modal = self.program.modal(start.block)
+        if start.block in self.blind or math.isinf(start.height):
+            return "unknown-height"
+        if modal.incremental or not np.isfinite(self.program.path.end[start.row, :2]).all():
+            return "relative"
+        if start.height < top - TOLERANCE or start.height < self.floor:
+            return "low"
+        if modal.radius != 40 or (self.compensates and follows_compensation(self.program, start.row)):
+            return "compensated"
+        return ""
+
+    def _arrives_alike(self, start: _Start, first: _Start) -> bool:
+        """Return whether a second way to a piece of work is made like the first: no lower, and with the beam as it was.
+
+        Where another piece ends at the place between the two, the tool would leave that in a way it never did.
+        """
+        if start.height < first.height - TOLERANCE:
+            return False
+        spindle = [self.program.modal(s.block + 1).spindle for s in (start, first)]
+        return not self.beam or spindle[0] == spindle[1]
+
+    def _says_where(self, block: int) -> bool:
+        words = self.reader.words(block)
+        return words is not None and {"X", "Y"} <= words.letters.keys()
+
+    def _start(self, block: int) -> _Start:
+        rows = range(int(self.first[block]), int(self.first[block + 1]))
+        row = next(r for r in rows if self.rows.travel[r])
+        path = self.program.path
+        z0, z1 = float(self.rows.before[row, 2]), float(path.end[row, 2])
+        drill = path.kind[row] == Kind.DRILL
+        height = max(z0, path.cycles[int(path.ref[row])].r_plane) if drill else min(z0, z1)
+        if self.beam and math.isnan(height):
+            height = 0.0
+        return _Start(block, row, height if not math.isnan(height) else -math.inf)
+
+    def _top(self, begin: int, end: int) -> float:
+        """Return the height of the highest cut across in a run, below the rapids: who crosses lower is not up."""
+        if self.beam:
+            return -math.inf
+        rows = slice(int(self.first[begin]), int(self.first[end]))
+        z = np.maximum(self.program.path.end[rows, 2], self.rows.before[rows, 2])
+        travel = self.program.path.end[rows, 2][self.rows.travel[rows]]
+        travel = travel[np.isfinite(travel)]
+        highest = travel.max() if len(travel) else math.inf
+        feeds = self.rows.cut[rows] & self.rows.sideways[rows] & (self.program.path.kind[rows] != Kind.DRILL)
+        z = z[feeds & (z <= highest)]
+        return float(z.max()) if len(z) else -math.inf
+
+    def _at_rest(self, block: int) -> bool:
+        modal = self.program.modal(block)
+        return modal.radius == 40 and not modal.incremental
+
+    def _key(self, modal: Modal) -> tuple[int, float]:
+        """Return what must be the same before and after a chain."""
+        return modal.spindle, modal.rpm if modal.spindle and not self.beam else 0.0
+
+    def _switches(self, starts: list[_Start]) -> list[int]:
+        """Return the blocks of a run that switch the spindle for what comes after them."""
+        found = []
+        free = self._speeds_recur(starts)
+        for one, other in pairwise(starts):
+            key = self._key(self.program.modal(other.block))
+            before = self._key(self.program.modal(one.block))
+            if key != before and not (free and key[0] == before[0]):
+                last = other.block - 1
+                while self._key(self.program.modal(last)) == key or last in self.called:
+                    last -= 1
+                found.append(last)
+        return found
+
+    def _speeds_recur(self, starts: list[_Start]) -> bool:
+        """Return whether a run goes back to speeds that it had, by S alone, so that fewer changes of speed may do.
+
+        What M3 or M4 starts anew stays, and so does an S for a hole of a cycle that stands in a block of its own.
+        """
+        path, first = self.program.path, self.first
+        speeds = [self._key(self.program.modal(s.block)) for s in starts]
+        changes = sum(a != b for a, b in pairwise(speeds))
+        if self.beam or not starts or changes < len(set(speeds)):
+            return False
+        rows = slice(int(first[starts[0].block]), int(first[starts[-1].block]))
+        switched = path.kind[rows] == Kind.SPINDLE
+        alone = bool((path.ref[rows][switched] == SPEED_ALONE).all())
+        cycles = any(path.kind[s.row] == Kind.DRILL and self._only_speed(s.block - 1) for s in starts[1:])
+        return alone and not cycles
+
+    def _only_speed(self, block: int) -> bool:
+        """Return whether a block says S and does nothing else."""
+        words, rows = self.reader.words(block), range(int(self.first[block]), int(self.first[block + 1]))
+        path = self.program.path
+        alone = [r for r in rows if path.kind[r] == Kind.SPINDLE and path.ref[r] == SPEED_ALONE]
+        says = words is not None and words.letters.keys() == {"S"} and words.states <= {"speed"}
+        return says and len(alone) == len(rows) == 1 and not self.beam
+
+    # -- chains and sections -----------------------------------------------------------------------------------------
+
+    def _of_run(self, starts: list[_Start], begin: int, end: int) -> Iterator[Section]:
+        """Yield the sections of the run of blocks begin … end - 1."""
+        edges = [begin - 1, end]
+        if starts and self.cuts[self.first[end]] == self.cuts[starts[-1].row]:
+            # The last way leads to no work: home.
+            end = starts[-1].block
+            starts = starts[:-1]
+        for start in starts:
+            self.why[start.block] = self._alone(*edges) if len(starts) == 1 else ("crossing", -1)
+        if len(starts) < 2:
+            return
+        path = self.program.path
+        places = [(float(path.end[s.row, 0]), float(path.end[s.row, 1])) for s in starts]
+        for members, stop, clearance in group_by_height([s.height for s in starts[1:]], places):
+            chosen = [starts[m] for m in members]
+            # What lies between two members moves with the first of them.
+            self.entries -= {s.block for s in starts[members[0] : stop]} - {s.block for s in chosen}
+            chains = [self._chain(a, b.block, b.row, clearance) for a, b in pairwise([*chosen, *starts[stop:][:1]])]
+            last = self._up_again(chosen[-1], end, clearance) if stop == len(starts) else None
+            why = "lit" if self.beam and self.rows.beam[int(self.first[end]) - 1] else "low"
+            if last is not None:
+                chains.append(self._chain(chosen[-1], last, int(self.first[last]), clearance))
+            chains = self._with_prefixes(chains, clearance)
+            if stop == len(starts) and stays_last(self.program, self.rows, chains[-1]):
+                chains, why = chains[:-1], why if last is None else "goes-on"
+            if len(chains) > 1:
+                yield self._section(chains, chosen[0], clearance)
+                chosen = chosen[len(chains) :]
+            self.why.update((start.block, (why, end if why == "goes-on" else -1)) for start in chosen)
+
+    def _alone(self, before: int, after: int) -> tuple[str, int]:
+        """Return why a piece stays that is alone between two blocks, and which of them has work on its other side."""
+        last = int(self.cuts[-1])
+        if after < self.program.n_blocks and self.cuts[self.first[after]] < last:
+            return "alone", after
+        if before >= 0 and self.cuts[self.first[before + 1]] > 0:
+            return "alone", before
+        return "only", -1
+
+    def _note(self, chains: Iterable[Chain], why: str, block: int) -> None:
+        for chain in chains:
+            self.why.update((b, (why, block)) for b in range(chain.begin, chain.end) if b in self.entries)
+
+    def _up_again(self, start: _Start, end: int, clearance: float) -> int | None:
+        """Return the end of the last chain of a run: after the block with which the tool is up; None if it is not."""
+        turning = self.program.modal(start.block).spindle
+        low, high = int(self.first[start.block]), int(self.first[end])
+        cuts = np.flatnonzero(self.rows.cut[low:high])
+        if not len(cuts):
+            return None
+        for block in range(int(self.rows.block[low + int(cuts[-1])]), end):
+            if block + 1 in self.called:
+                continue
+            row = int(self.first[block + 1]) - 1
+            z = self._place_after(row)[2]
+            up = (math.isnan(z) and self.beam) or z >= clearance - TOLERANCE
+            same = self.program.modal(block + 1).spindle == turning and self._at_rest(block + 1)
+            if up and same and not (self.beam and self.rows.beam[row]):
+                return self._retracted(self._dwells_end(block + 1, end, low + int(cuts[-1])), end)
+        return None
+
+    def _retracted(self, block: int, end: int) -> int:
+        """Return the end of the rise that follows work if the tool goes on to other work from there.
+
+        Before a change of tool or the end it rises for that, not because of the place.
+        """
+        row = int(self.first[end])
+        while block < end and self._rises(block) and not stops_before_work(self.program, self.rows, row):
+            block += 1
+        return block
+
+    def _rises(self, block: int) -> bool:
+        rows = range(int(self.first[block]), int(self.first[block + 1]))
+        return len(rows) > 0 and all(
+            self.program.path.kind[r] == Kind.RAPID and not self.rows.sideways[r] for r in rows
+        )
+
+    def _dwells_end(self, block: int, end: int, last_cut: int) -> int:
+        """Return the end of the dwells that follow a cut at once: they are part of it, unless it rose in between."""
+        if np.isin(self.program.path.kind[last_cut : int(self.first[block])], [Kind.RAPID, Kind.DRILL]).any():
+            return block
+        while block < end and set(self.reader.kinds(block)) == {int(Kind.DWELL)}:
+            block += 1
+        return block
+
+    def _place_after(self, row: int) -> tuple[float, float, float]:
+        """Return where the tool is after a row; a program may end without a word for that."""
+        path, before = self.program.path, self.rows.before
+        if row + 1 < len(path):
+            x, y, z = before[row + 1].tolist()
+        else:
+            x, y, z = (path.end if path.kind[row] in PLACES else before)[row].tolist()
+        return x, y, z
+
+    def _chain(self, start: _Start, end: int, end_row: int, clearance: float) -> Chain:
+        self.look()
+        path = self.program.path
+        rows = slice(start.row, int(self.first[end]))
+        x, y, z = self._place_after(end_row - 1)
+        worked = path.kind[rows][self.rows.cut[rows]]
+        depths = path.end[rows, 2][self.rows.cut[rows]]
+        drills = worked == Kind.DRILL
+        if drills.any():
+            cycles = path.ref[rows][self.rows.cut[rows]][drills]
+            depths = depths.copy()
+            depths[drills] = [path.cycles[c].bottom for c in cycles.tolist()]
+        # A full circle ends where it begins, and goes sideways all the same.
+        aside = self.rows.sideways[rows] | np.isin(path.kind[rows], [Kind.ARC_CW, Kind.ARC_CCW])
+        upright = not (self.rows.cut[rows] & aside & (path.kind[rows] != Kind.DRILL)).any()
+        drill = path.kind[start.row] == Kind.DRILL
+        return Chain(
+            start.block,
+            end,
+            "hole" if upright and not self.beam else "cut",
+            (float(path.end[start.row, 0]), float(path.end[start.row, 1])),
+            (x, y),
+            start.height if drill else float(path.end[start.row, 2]),
+            z,
+            float(depths[np.isfinite(depths)].min()) if np.isfinite(depths).any() else math.nan,
+            int(self.program.line[start.block]),
+        )
+
+    def _with_prefixes(self, chains: list[Chain], clearance: float) -> list[Chain]:
+        """Let chains after the first begin with the rapids to the height where the tool is, if there are such."""
+        result = chains[:1]
+        for chain in chains[1:]:
+            begin = chain.begin
+            while begin - 1 > result[-1].begin and (
+                self._stays_up(begin - 1, clearance) or self._only_speed(begin - 1)
+            ):
+                begin -= 1
+            if begin < chain.begin:
+                result[-1] = replace(result[-1], end=begin)
+            result.append(replace(chain, begin=begin, line=int(self.program.line[begin])))
+        return result
+
+    def _stays_up(self, block: int, clearance: float) -> bool:
+        """Return whether a block is a rapid to where the tool is already, at the clearance height."""
+        rows = range(int(self.first[block]), int(self.first[block + 1]))
+        path, before = self.program.path, self.rows.before
+        return len(rows) > 0 and all(
+            path.kind[r] == Kind.RAPID
+            and abs(path.end[r, 2] - clearance) < TOLERANCE
+            and np.array_equal(path.end[r], before[r], equal_nan=True)
+            and not (self.compensates and follows_compensation(self.program, r))
+            for r in rows
+        )
+
+    def _may_end(self, section: Section) -> bool:
+        """Return whether what stays behind the section can follow any of its chains.
+
+        A hole that goes on with the cycle of the one before needs the same cycle and height after every chain.
+        """
+        program, end = self.program, section.chains[-1].end
+        follower = next((b for b in range(end, program.n_blocks) if self._acts(b)), None)
+        if follower is None:
+            return True
+        if int(Kind.DRILL) not in self.reader.kinds(follower) or follower in program.fixed:
+            goes_on = follower in program.fixed and program.modal(end).cycle is not None
+        else:
+            goes_on = "motion" in self.reader.reliance(follower, follower + 1).relies
+        if not goes_on:
+            return True
+        states = {(*self._cycle_state(c.end), round(c.leave_z, 6)) for c in section.chains}
+        here = next_place(self.reader, range(end, program.n_blocks), section.clearance) == HERE
+        return len(states) == 1 and not here
+
+    def _acts(self, block: int) -> bool:
+        """Return whether a block moves something, or may do anything."""
+        words = self.reader.words(block)
+        hidden = block in self.program.fixed and (words is None or not words.empty)
+        return hidden or not _MOTIONS.isdisjoint(self.reader.kinds(block))
+
+    def _cycle_state(self, block: int) -> tuple[object, ...]:
+        modal = self.program.modal(block)
+        return modal.motion, modal.cycle, frozenset(modal.cycle_words), modal.to_initial
+
+    def _section(self, chains: list[Chain], first: _Start, clearance: float) -> Section:
+        before = self.rows.before[first.row, :2]
+        marked, pairs, ties = with_precedence(self.program, self.rows, chains, self.process, self.look)
+        return Section(
+            marked,
+            pairs,
+            (float(before[0]), float(before[1])) if np.isfinite(before).all() else None,
+            None,
+            clearance,
+            self.program.modal(chains[0].begin).tool,
+            ties,
+        )
+
+    # -- what stays --------------------------------------------------------------------------------------------------
+
+    def items(self) -> list[Kept | Section]:
+        """Return the sections, and what stays before, between and behind them."""
+        items: list[Kept | Section] = []
+        sections = self.sections()
+        done = 0
+        for section, follower in zip_longest(sections, sections[1:]):
+            begin, end = section.chains[0].begin, section.chains[-1].end
+            if begin > done:
+                items.append(self._kept(done, begin, inside=bool(items)))
+            upto = self.program.n_blocks if follower is None else follower.chains[0].begin
+            place = next_place(self.reader, range(end, upto), section.clearance)
+            items.append(replace(section, end=section.chains[-1].exit if isinstance(place, str) else place))
+            done = end
+        if done < self.program.n_blocks:
+            items.append(self._kept(done, self.program.n_blocks, inside=False))
+        return items
+
+    def _kept(self, begin: int, end: int, inside: bool) -> Kept:
+        works = self.cuts[self.first[end]] > self.cuts[self.first[begin]]
+        if not works and not inside:
+            return Kept(begin, end)
+        reasons = dict.fromkeys(self.barriers[b] for b in range(begin, end) if b in self.barriers and self._amid(b))
+        if works and not reasons:
+            reasons[STAYING] = None
+        return Kept(begin, end, "; ".join(reasons))
+
+    def line_of(self, kept: Kept, reason: str) -> int:
+        """Return the line of the block that stays for a reason."""
+        blocks = range(kept.begin, kept.end)
+        block = next((b for b in blocks if self.barriers.get(b) == reason), kept.begin)
+        return int(self.program.line[block])
+
+    def stays(self, kept: Kept) -> Iterator[Stay]:
+        """Yield for every piece of work among blocks that stay why it does.
+
+        A piece is what is made from one way across to the next, but for such ways as no chain may begin with, between
+        which nothing stays for another reason: those join what they lie between.
+        """
+        begin = way = -1
+        worked = False
+        for block in range(kept.begin, kept.end):
+            across = bool(self.rows.travel[self.first[block] : self.first[block + 1]].any())
+            if across and worked and (block in self.entries or self._divided(begin, block)):
+                yield self._why_stays(begin, block)
+                begin, worked = block, False
+            if across and not worked:
+                way = block
+            if self.cuts[self.first[block + 1]] > self.cuts[self.first[block]]:
+                if not worked:
+                    begin = way if way >= 0 else block
+                worked = True
+        if worked:
+            yield self._why_stays(begin, kept.end)
+
+    def _divided(self, begin: int, end: int) -> bool:
+        return any(block in self.barriers for block in range(begin, end + 1))
+
+    def _why_stays(self, begin: int, end: int) -> Stay:
+        """Return why the piece of work stays that blocks begin … end - 1 hold."""
+        program = self.program
+        cuts = [b for b in range(begin, end) if self.cuts[self.first[b + 1]] > self.cuts[self.first[b]]]
+        holds = next((b for b in range(begin, cuts[-1] + 1) if b in self.barriers), None)
+        way = next((b for b in range(begin, cuts[0] + 1) if b in self.refused or b in self.why), begin)
+        reason, block = self.why.get(way, (self.refused.get(way, "low"), -1))
+        if holds is not None and self.refused.get(way) != "unknown-height":
+            reason, block = "holds", holds
+        line = int(program.line[begin if block < 0 else min(block, program.n_blocks - 1)])
+        if block < 0:
+            return Stay(reason, line)
+        cause = "" if reason == "goes-on" else self.barriers.get(block, "")
+        return Stay(reason, line, word_at(program, line), cause)
+
+    def _amid(self, block: int) -> bool:
+        """Return whether there is work both before and behind a block."""
+        return bool(self.cuts[self.first[block]] > 0 and self.cuts[self.first[block + 1]] < self.cuts[-1])

@@ -1,0 +1,162 @@
+"""Joining sections of one tool, so that the tool is changed less often."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from leafcut.gcode.modal_dependencies import BlockReader
+from leafcut.gcode.program import Program
+from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.sequence import Kept, Section, Sequence
+from leafcut.model.toolpath import Kind
+from leafcut.processes.program.plan.precedence.precedence import related, with_precedence
+from leafcut.processes.program.plan.sections.program_rows import TOLERANCE, Rows
+
+#: What must be the same for the work of both sections. Tool, speed, coolant and the rest of it.
+_SAME = (
+    "unit", "feed_mode", "tool", "length", "radius", "frame", "shift", "rpm", "spindle", "coolant", "blending",
+    "tolerance", "joining", "incremental",
+)  # fmt: skip
+#: What may be between the sections, and what a dropped change of tool may consist of.
+_BETWEEN = frozenset({Kind.RAPID, Kind.DWELL, Kind.TOOL, Kind.OFFSET, Kind.SPINDLE, Kind.COOLANT, Kind.MACHINE})
+#: Rows that state anew what the change of tool before left.
+_STATED_BY = {
+    "length": Kind.OFFSET,
+    "spindle": Kind.SPINDLE,
+    "rpm": Kind.SPINDLE,
+    "coolant": Kind.COOLANT,
+    "tool": Kind.TOOL,
+    "next_tool": Kind.TOOL,
+}
+
+
+def merge_sections(program: Program, sequence: Sequence, rows: Rows, look: Look = unseen) -> Sequence:
+    """Return the sequence with later sections joined to earlier ones of the same tool, where nothing forbids it.
+
+    Forbidden is to pass a stop, a change of offset, anything that is not understood, work that stays, and work of
+    another tool that touches. The change of tool before the later section is dropped.
+    """
+    merger = _Merger(program, sequence, rows, look)
+    merger.join_all()
+    if not merger.dropped:
+        return sequence
+    saved = merger.saved
+    issue = Issue("L503", f"{saved} change{'s'[: saved > 1]} of tool saved by joining sections", severity=Severity.NOTE)
+    return replace(
+        sequence,
+        items=tuple(merger.items),
+        dropped=(*sequence.dropped, *merger.dropped),
+        issues=(*sequence.issues, issue),
+    )
+
+
+def changes_saved(program: Program, sequence: Sequence, rows: Rows, look: Look = unseen) -> int:
+    """Return how many changes of tool `merge_sections` would save."""
+    tools = program.path.ref[program.path.kind == Kind.TOOL]
+    if len(np.unique(tools)) == len(tools):
+        return 0
+    merger = _Merger(program, sequence, rows, look, only_counts=True)
+    merger.join_all()
+    return merger.saved
+
+
+class _Merger:
+    def __init__(self, program: Program, sequence: Sequence, rows: Rows, look: Look, only_counts: bool = False) -> None:
+        self.program, self.rows, self.process = program, rows, sequence.process
+        self.look, self.only_counts = look, only_counts
+        self.items = list(sequence.items)
+        self.dropped: list[Kept] = []
+        self.saved = 0
+        self.reader = BlockReader(program)
+
+    def join_all(self) -> None:
+        """Join every section that can be joined to an earlier one."""
+        at = 1
+        while at < len(self.items):
+            at += not self.join(at)
+
+    def join(self, at: int) -> bool:
+        """Join the section at a place in the list to an earlier one; return whether that was possible."""
+        later, change = self.items[at], self.items[at - 1]
+        if not isinstance(later, Section) or not isinstance(change, Kept) or at < 2:
+            return False
+        if not self._is_change(change) or not self._may_follow(at):
+            return False
+        for place in range(at - 2, -1, -1):
+            item = self.items[place]
+            if isinstance(item, Kept):
+                if not self._passable(item):
+                    return False
+            elif self._alike(item, later):
+                self._do_join(place, at)
+                return True
+            elif any(chain.may_free for chain in later.chains):
+                # A part would come free before the work in between.
+                return False
+            elif any(
+                map(len, related(self.program, self.rows, item.chains, later.chains, self.process, self.look).values())
+            ):
+                return False
+        return False
+
+    def _do_join(self, place: int, at: int) -> None:
+        earlier, later, change = self.items[place], self.items[at], self.items[at - 1]
+        assert isinstance(earlier, Section) and isinstance(later, Section) and isinstance(change, Kept)
+        both = (*earlier.chains, *later.chains)
+        self.items[place] = replace(earlier, chains=both)
+        if not self.only_counts:
+            chains, precedence, ties = with_precedence(self.program, self.rows, both, self.process, self.look)
+            self.items[place] = replace(earlier, chains=chains, precedence=precedence, ties=ties)
+        self.dropped.append(replace(change, reason="a change to a tool that did all its work before"))
+        self.saved += self._kinds(change).count(Kind.TOOL)
+        del self.items[at - 1 : at + 1]
+
+    def _kinds(self, kept: Kept) -> list[Kind]:
+        rows = slice(int(self.program.first[kept.begin]), int(self.program.first[kept.end]))
+        return [Kind(k) for k in self.program.path.kind[rows].tolist()]
+
+    def _passable(self, kept: Kept) -> bool:
+        """Return whether work may be done before a kept piece instead of behind it."""
+        if not _BETWEEN.issuperset(self._kinds(kept)):
+            return False
+        for block in range(kept.begin, kept.end):
+            words = self.reader.words(block)
+            if words is None or (block in self.program.fixed and not words.empty):
+                return False
+        one, other = self.program.modal(kept.begin), self.program.modal(kept.end)
+        return all(getattr(one, f) == getattr(other, f) for f in _SAME if f not in _STATED_BY)
+
+    def _is_change(self, kept: Kept) -> bool:
+        return Kind.TOOL in self._kinds(kept) and self._passable(kept)
+
+    def _alike(self, one: Section, other: Section) -> bool:
+        before, after = (self.program.modal(s.chains[0].begin) for s in (one, other))
+        same = all(getattr(before, f) == getattr(after, f) for f in _SAME)
+        return same and one.tool is not None and abs(one.clearance - other.clearance) < TOLERANCE
+
+    def _may_follow(self, at: int) -> bool:
+        """Return whether what is behind a section can follow what is before the change of tool that goes with it.
+
+        It must be the end, or another change of tool that states all that differs.
+        """
+        change = self.items[at - 1]
+        follower = self.items[at + 1] if at + 1 < len(self.items) else None
+        if follower is None:
+            return True
+        if not isinstance(follower, Kept) or not isinstance(change, Kept):
+            return False
+        kinds = self._kinds(follower)
+        first = int(self.program.first[follower.begin])
+        cuts = self.rows.cut[first : first + len(kinds)]
+        ends = Kind.END in kinds and not np.any(cuts)
+        if ends:
+            return all(k in _BETWEEN or k is Kind.END for k in kinds)
+        if Kind.TOOL not in kinds or np.any(cuts[: kinds.index(Kind.TOOL)]):
+            return False
+        one, other = self.program.modal(change.begin), self.program.modal(follower.begin)
+        stated = set(kinds[kinds.index(Kind.TOOL) :])
+        differ = [f for f in (*_SAME, "next_tool") if getattr(one, f) != getattr(other, f)]
+        return all(_STATED_BY.get(f) in stated for f in differ)

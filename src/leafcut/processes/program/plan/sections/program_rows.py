@@ -1,0 +1,332 @@
+"""The rows of a foreign program seen as work and ways between: where a piece of work may begin, and what divides."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.gcode.program import Modal, Program
+from leafcut.gcode.program_interpreter import CALLED
+from leafcut.gcode.words import BlockError, tokenise
+from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, positions_before
+
+BEAMS = ("laser", "plasma")
+PROCESSES = ("drill", "mill", *BEAMS)
+
+#: Why a block stays, by the kind of its row.
+_BARRIERS = {
+    Kind.TOOL: "a change of tool",
+    Kind.OFFSET: "a change of length offset",
+    Kind.COOLANT: "coolant is switched",
+    Kind.PAUSE: "the program stops for a person",
+    Kind.MACHINE: "a move in machine coordinates",
+    Kind.END: "the end of the program",
+    Kind.FRAME: "a change of work offset",
+    Kind.SHIFT: "the origin is moved",
+    Kind.BLENDING: "a change of how corners are passed",
+    Kind.FOREIGN: "it is not understood",
+}
+#: The same by what it changes.
+_CHANGES = {
+    "unit": "a change of units",
+    "feed_mode": "a change of feed mode",
+    "coolant": "coolant is switched",
+    "tool": "a change of tool",
+    "next_tool": "the choice of the next tool",
+    "length": "a change of length offset",
+    "frame": "a change of work offset",
+    "shift": "the origin is moved",
+    "blending": "a change of how corners are passed",
+    "tolerance": "a change of how corners are passed",
+    "joining": "a change of how corners are passed",
+}
+_TORCH = re.compile(r"plasma|torch|pierce|\bTHC\b", re.IGNORECASE)
+
+TOLERANCE = 1e-6
+#: How much of what switches on must do so where it cuts to be a beam.
+_MOSTLY = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """What every row of a program is to the process.
+
+    Attributes
+    ----------
+    before
+        float64[n, 3]: where the tool is before the row, mm.
+    block
+        int32[n]: the block that the row belongs to.
+    cut, travel
+        bool[n]: it works on the part; it moves across the part without working (a canned cycle does both).
+    sideways
+        bool[n]: it moves in X or Y.
+    beam
+        bool[n]: there is a beam, and it is on in the row.
+    deepest
+        float64[m]: how deep cuts go sideways under the work offset of each of `Program.modals`, mm; NaN without any.
+    """
+
+    before: NDArray[np.float64]
+    block: NDArray[np.int32]
+    cut: NDArray[np.bool_]
+    travel: NDArray[np.bool_]
+    sideways: NDArray[np.bool_]
+    beam: NDArray[np.bool_]
+    deepest: NDArray[np.float64]
+
+
+def read_rows(program: Program, process: str) -> Rows:
+    """Return what the rows are to the process.
+
+    With a beam that is on or off, "up" means off: a feed with the beam switched off by M5 is a way like a rapid.
+    """
+    path = program.path
+    before = positions_before(path)
+    block = np.repeat(np.arange(program.n_blocks, dtype=np.int32), np.diff(program.first))
+    feed = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
+    rapid, drill = path.kind == Kind.RAPID, path.kind == Kind.DRILL
+    with np.errstate(invalid="ignore"):
+        # An axis that nothing has moved yet stands still.
+        same = (np.abs(path.end[:, :2] - before[:, :2]) < TOLERANCE) | np.isnan(path.end[:, :2])
+    sideways = (rapid | drill | feed) & ~same.all(axis=1)
+    if process not in BEAMS:
+        dark = np.zeros(len(path), dtype=bool)
+        deepest = _deepest(program, block, feed & (sideways | (path.kind != Kind.FEED)))
+        return Rows(before, block, feed | drill, (rapid | drill) & sideways, sideways, dark, deepest)
+    beam = _beam(program)
+    off = np.array([program.modals[k].spindle == 0 for k in program.before.tolist()], dtype=bool)[block]
+    off &= ~beam & (np.bincount(block[path.kind == Kind.SPINDLE], minlength=program.n_blocks) == 0)[block]
+    cut = (feed & beam) | drill | ((path.kind == Kind.DWELL) & beam)
+    # An arc is said from where it begins, so it stays with what brings the tool there.
+    off &= path.kind == Kind.FEED
+    across = (rapid & ~beam) | off if process == "plasma" else rapid | off
+    return Rows(before, block, cut, across & sideways, sideways, beam, np.full(len(program.modals), np.nan))
+
+
+def _deepest(program: Program, block: NDArray[np.int32], aside: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return `Rows.deepest`; rows that are `aside` cut sideways."""
+    keys = [(m.frame, m.shift) for m in program.modals]
+    number = {key: k for k, key in enumerate(dict.fromkeys(keys))}
+    of_modal = np.array([number[key] for key in keys], dtype=np.int64)
+    rows = np.flatnonzero(aside & np.isfinite(program.path.end[:, 2]))
+    found = np.full(len(number), np.inf)
+    np.minimum.at(found, of_modal[program.before[block[rows]]], program.path.end[rows, 2])
+    return np.where(np.isfinite(found), found, np.nan)[of_modal]
+
+
+def dark_rows(program: Program, process: str) -> NDArray[np.bool_]:
+    """Return the rows that are made at feed with the beam of the process off, bool[n]; of a tool there are none."""
+    dark: NDArray[np.bool_] = (program.path.kind == Kind.FEED) & (process in BEAMS)
+    return dark & ~_beam(program) if dark.any() else dark
+
+
+def _beam(program: Program) -> NDArray[np.bool_]:
+    """Return for every row whether the spindle words have the beam on, with power if the program states any."""
+    path = program.path
+    switched = path.kind == Kind.SPINDLE
+    on = path.value != 0.0
+    if switched.any() and not on[switched].any():
+        block = np.repeat(np.arange(program.n_blocks), np.diff(program.first))
+        on = np.array([program.modals[k].spindle != 0 for k in program.before[1:].tolist()], dtype=bool)[block]
+    rows = np.arange(len(switched))
+    last = np.maximum.accumulate(np.where(switched, rows, -1)) if len(rows) else rows
+    beam: NDArray[np.bool_] = (last >= 0) & on[last]
+    return beam
+
+
+def works_with_beam(program: Program, rows: Rows) -> bool:
+    """Return whether what cuts is switched off (M5) from one cut to the next without a stop, or Z never moves."""
+    path = program.path
+    z = path.end[path.kind <= Kind.DRILL, 2]
+    z = z[np.isfinite(z)]
+    if not ((np.abs(np.diff(z)) > TOLERANCE).any() or (path.kind == Kind.DRILL).any()):
+        return True
+    off = np.array([program.modals[k].spindle == 0 for k in program.before[1:].tolist()], dtype=bool)[rows.block]
+    moving = path.kind <= Kind.ARC_CCW
+    stage = np.cumsum(np.isin(path.kind, [Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE]))
+    lit = np.flatnonzero(moving & ~off & (path.kind != Kind.RAPID))
+    dark = np.cumsum(moving & off & rows.sideways)
+    return bool(((np.diff(dark[lit]) > 0) & (np.diff(stage[lit]) == 0)).any())
+
+
+def known_process(program: Program) -> str:
+    """Return the process that the program itself tells: what switches on and off, and where Z goes.
+
+    A beam is switched on where it cuts, again and again; a spindle is on before the tool goes anywhere.
+    """
+    path = program.path
+    feed = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
+    before = positions_before(path)
+    with np.errstate(invalid="ignore"):
+        still = (np.abs(path.end - before) < TOLERANCE) | np.isnan(path.end)
+    steady = still[:, :2].all(axis=1)
+    # A full circle ends where it begins, and goes sideways all the same.
+    sideways = feed & (~steady | (path.kind != Kind.FEED))
+    if not sideways.any():
+        return "drill"
+    spindle = path.kind == Kind.SPINDLE
+    if (path.kind == Kind.DRILL).any() or not spindle.any():
+        return "mill"
+    ways = (path.kind == Kind.RAPID) & ~steady
+    moving = np.isin(path.kind, [int(k) for k in MOTIONS])
+    level = not (moving & ~still[:, 2] & np.isfinite(before[:, 2])).any()
+    beam = _beam(program)
+    on = np.flatnonzero(spindle & beam & ~np.concatenate([[False], beam[:-1]]))
+    crossing = np.flatnonzero(ways | sideways)
+    follower = np.searchsorted(crossing, on)
+    on_place = sideways[crossing[follower[follower < len(crossing)]]]
+    # Cuts are told apart by the rapids between them.
+    cuts = len(np.unique(np.cumsum(ways)[sideways]))
+    if level or (len(on) >= 2 and on_place.mean() >= _MOSTLY and 2 * len(on) >= cuts):
+        return "plasma" if _is_torch(program, spindle) else "laser"
+    return "mill"
+
+
+def _is_torch(program: Program, spindle: NDArray[np.bool_]) -> bool:
+    """Return whether a beam is a torch: it says so, or it rises between cuts."""
+    if any(_TORCH.search(line) for line in program.lines[:400]):
+        return True
+    z = program.path.end[program.path.kind == Kind.RAPID, 2]
+    z = z[np.isfinite(z)]
+    first = int(np.argmax(spindle))
+    after = program.path.end[first:][program.path.kind[first:] == Kind.RAPID, 2]
+    return len(z) > 0 and len(np.unique(after[np.isfinite(after)].round(3))) > 1
+
+
+def find_barriers(program: Program, rows: Rows) -> dict[int, str]:
+    """Return the blocks that stay where they are whatever they stand between, and why."""
+    barriers: dict[int, str] = {}
+    path = program.path
+    hard = np.isin(path.kind, [int(k) for k in _BARRIERS])
+    block = np.repeat(np.arange(program.n_blocks), np.diff(program.first))
+    for row in np.flatnonzero(hard).tolist():
+        barriers.setdefault(int(block[row]), _BARRIERS[Kind(int(path.kind[row]))])
+    before = program.before
+    reasons: dict[tuple[int, int], str] = {}
+    for number in np.flatnonzero(before[1:] != before[:-1]).tolist():
+        pair = int(before[number]), int(before[number + 1])
+        if pair not in reasons:
+            reasons[pair] = _change(program.modals[pair[0]], program.modals[pair[1]])
+        if reasons[pair]:
+            barriers.setdefault(number, reasons[pair])
+    for row in _idle(program, rows):
+        what = "a dwell" if path.kind[row] == Kind.DWELL else "the spindle is switched"
+        barriers.setdefault(int(block[row]), f"{what} between pieces of work")
+    _hold_calls(program, barriers)
+    return barriers
+
+
+def _hold_calls(program: Program, barriers: dict[int, str]) -> None:
+    """Add the blocks that stay as they are to those that do for another reason, but for calls that may move as a whole.
+
+    Those are calls by M98 or M97 of text that is plain words throughout, parameters left out, and leaves the spindle as
+    it was; where it takes its modes and the place of the tool from, a piece of work takes with it.
+    """
+    free: set[int] = set()
+    held: dict[int, str] = {}
+    for begin, end in program.calls:
+        why = _why_called_stays(program, barriers, begin, end)
+        if why:
+            held[begin] = why
+        else:
+            free.update(range(begin, end))
+    often = np.bincount(program.line, minlength=2)
+    for number in np.flatnonzero(often[program.line] > 1).tolist():
+        if number not in free:
+            barriers[number] = "it is run more than once"
+    barriers.update((block, why) for block, why in program.fixed.items() if block not in free)
+    barriers.update(held)
+
+
+def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, end: int) -> str:
+    """Return why a call and what it runs cannot move as a whole, "" where they can."""
+    for block in range(begin, end):
+        fixed = program.fixed.get(block, "")
+        inner = barriers.get(block) or ("" if fixed in CALLED else fixed)
+        line = int(program.line[block])
+        text = program.lines[line - 1]
+        if not inner and not _is_plain(text):
+            inner = "its numbers come from parameters" if "#" in text else "it is more than words with numbers"
+        if inner:
+            return f"the subprogram holds what stays at line {line}: {inner}"
+    before, after = program.modal(begin), program.modal(end)
+    same = (before.spindle, before.rpm) == (after.spindle, after.rpm)
+    return "" if same else "the subprogram leaves the spindle otherwise than it was"
+
+
+def _idle(program: Program, rows: Rows) -> list[int]:
+    """Return the rows that dwell or switch the spindle where no work is: nobody knows what the tool waits for there.
+
+    That is after work and a rise at rapid, before the tool goes elsewhere; and a dwell at a place where the tool goes
+    and does not work. A beam is switched where it is.
+    """
+    kind = program.path.kind
+    n = len(kind)
+    numbers = np.arange(n)
+
+    def last(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
+        return np.maximum.accumulate(np.where(mask, numbers, -1))
+
+    def next_(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
+        return np.minimum.accumulate(np.where(mask, numbers, n)[::-1])[::-1]
+
+    if not n:
+        return []
+    ways = rows.travel & ~rows.cut
+    cut, rapid, travel = last(rows.cut), last(kind == Kind.RAPID), last(ways)
+    dwells = kind == Kind.DWELL
+    # A speed by S alone is for the work that comes (`find_sections`).
+    switches = (kind == Kind.SPINDLE) & (program.path.ref != SPEED_ALONE) & (not rows.beam.any())
+    after_work = (cut >= 0) & (rapid > cut)
+    leads_away = ((dwells | switches) & (travel < cut)) | (dwells & (next_(ways) < next_(rows.cut)))
+    # A canned cycle ends with its own rise.
+    idle = ~rows.cut & ((after_work & leads_away) | (dwells & (cut >= 0) & (cut > rapid) & (kind[cut] == Kind.DRILL)))
+    found: list[int] = np.flatnonzero(idle).tolist()
+    return found
+
+
+def _change(one: Modal, other: Modal) -> str:
+    for name, reason in _CHANGES.items():
+        if getattr(one, name) != getattr(other, name):
+            return reason
+    return ""
+
+
+def free_runs(program: Program, barriers: dict[int, str]) -> list[tuple[int, int]]:
+    """Return the runs of blocks (begin, end) without barriers, whose lines follow each other with comments between."""
+    edges = {0, program.n_blocks}
+    for block in barriers:
+        edges |= {block, block + 1}
+    step = np.diff(program.text_line)
+    for begin, end in program.calls:
+        # What is called is one with its call.
+        step[begin : end - 1] = 1
+    edges |= {int(b) + 1 for b in np.flatnonzero(step < 1)}
+    for block in np.flatnonzero(step > 1).tolist():
+        between = program.lines[int(program.text_line[block]) : int(program.text_line[block + 1]) - 1]
+        if not all(_is_remark(line) for line in between):
+            edges.add(block + 1)
+    ordered = sorted(edges)
+    pairs = pairwise(ordered)
+    return [(begin, end) for begin, end in pairs if begin not in barriers]
+
+
+def _is_plain(line: str) -> bool:
+    """Return whether a line has words with numbers, and nothing else that does anything."""
+    try:
+        return tokenise(line.rstrip("\r\n")).percent is None
+    except BlockError:
+        return False
+
+
+def _is_remark(line: str) -> bool:
+    try:
+        block = tokenise(line.rstrip("\r\n"))
+    except BlockError:
+        return False
+    return block.percent is None and not block.deleted and all(word.letter == "N" for word in block.words)

@@ -1,0 +1,501 @@
+"""The rewriter: a foreign program with its pieces of work in another order, in its own words.
+
+    rewrite(program, sequence, orders) -> str
+
+What stays is copied byte for byte. A piece that moves keeps its text; only words that it took from its old neighbour,
+and that its new one does not leave behind, are written out in its first block, and where the height is another one it
+gets a rapid of its own. Between pieces the tool is nowhere lower than the section's clearance.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from bisect import bisect_right
+from collections.abc import Iterator
+from collections.abc import Sequence as Many
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from leafcut.errors import PostError
+from leafcut.gcode.modal_dependencies import HERE, BlockReader, Reliance, height_matters, next_place
+from leafcut.gcode.program import Modal, Program
+from leafcut.gcode.reversible_cut import find_stroke
+from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.obstacles import Obstacles
+from leafcut.model.sequence import Chain, Kept, Section, Sequence
+from leafcut.model.toolpath import MOTIONS, Kind
+from leafcut.processes.program.post.insertion import format_length, format_value, insert_words_within, renumbered
+from leafcut.processes.program.post.line_ownership import Territory
+from leafcut.processes.program.post.orders import checked_order
+from leafcut.processes.program.post.reversing import reverse_stroke
+from leafcut.processes.program.post.source_positions import Original
+
+_TOLERANCE = 1e-6
+#: Without a centre they are an error: rs274 ("R i j k words all missing for arc"), GRBL (error 26).
+_ARCS = frozenset({"G2", "G3"})
+#: The text of a number, and of no expression.
+_NUMBER = re.compile(r"[-+]?[0-9.]+")
+#: Modes that the first piece of a section may say anew.
+_ANEW = frozenset({"plane", "distance", "feed_mode", "feed", "speed"})
+#: Fields of `Modal` by what a block relies on.
+_FIELDS: dict[str, tuple[str, ...]] = {
+    "motion": ("motion", "cycle", "cycle_words"),
+    "plane": ("plane",),
+    "distance": ("incremental",),
+    "centres": ("absolute_centres",),
+    "retract": ("to_initial",),
+    "feed": ("feed",),
+    "feed_mode": ("feed_mode",),
+    "speed": ("rpm",),
+}
+
+
+def rewrite(
+    program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False, longest: int = 255,
+    look: Look = unseen, obstacles: Obstacles | None = None,
+) -> str:  # fmt: skip
+    """Return the text of the program with the chains of every section in their order.
+
+    Parameters
+    ----------
+    orders
+        One permutation of its chains for every section, integers; ~k is chain k from its other end.
+    renumber
+        Give new N-numbers to all lines that have one.
+    longest, look
+        Most characters of a line that gains words, unless it had more before; what is called as it goes on.
+    obstacles
+        Rapids go over them, or round them where the tool cannot be lifted; also those that stay as they are.
+
+    Raises
+    ------
+    PostError
+        An order is not a permutation, or breaks a precedence; what stays behind a section takes something from its
+        last chain that cannot be said again; the program jumps to N-numbers that would change; a line would be longer
+        than `longest`; a rapid across an obstacle can be led neither over it nor round it.
+    """
+    permutations: list[NDArray[np.int64]] = []
+    for number, (section, order) in enumerate(zip(sequence.sections, orders, strict=True)):
+        with _of_section(number):
+            permutations.append(checked_order(section, order))
+    same = not sequence.dropped and obstacles is None and all((p == np.arange(len(p))).all() for p in permutations)
+    if same and not renumber:
+        return "".join(program.lines)
+    lines = [(line, False) for line in program.lines]
+    if not same:
+        lines = _Rewriter(program, sequence, longest, look, obstacles).lines(permutations)
+    return "".join(renumbered(lines, longest) if renumber else (text for text, _ in lines))
+
+
+@contextmanager
+def _of_section(number: int) -> Iterator[None]:
+    """Have every `PostError` say which section it is about."""
+    try:
+        yield
+    except PostError as problem:
+        raise PostError(str(problem), number) from None
+
+
+class _Rewriter:
+    """Writes piece after piece, and remembers what the machine then has active, and where the tool is."""
+
+    def __init__(
+        self, program: Program, sequence: Sequence, longest: int, look: Look, obstacles: Obstacles | None = None
+    ) -> None:
+        self.program, self.sequence, self.longest, self.look = program, sequence, longest, look
+        self.obstacles = obstacles
+        self.reader = BlockReader(program, beam=sequence.process == "laser")
+        self.beam = sequence.process in ("laser", "plasma")
+        self.territory = Territory(program, sequence)
+        self.original = Original(program)
+        self.out: list[tuple[str, bool]] = []
+        ends = [line for line in program.lines[:1] if line.endswith(("\n", "\r"))]
+        self.end = ends[0][len(ends[0].rstrip("\r\n")) :] if ends else "\n"
+        self.have = Modal()
+        self.place = [math.nan] * 3
+        #: The height before the running series of cycles.
+        self.initial = math.nan
+        #: The groups that the new program has stated in words; the rest is as the machine happened to be.
+        self.said: set[str] = set()
+
+    def lines(self, orders: Many[NDArray[np.int64]]) -> list[tuple[str, bool]]:
+        """Return the lines of the new program, and whether each is new."""
+        done = 0
+        self._copy(self.territory.head)
+        for item in self.sequence.items:
+            if isinstance(item, Kept):
+                if done:
+                    with _of_section(done - 1):
+                        self._go_on(item)
+                self._stay(item)
+                continue
+            if not done:
+                self._stand(item.chains[0].begin)
+            with _of_section(done):
+                self._section(item, orders[done])
+            done += 1
+        self._copy(self.territory.tail)
+        return self.out
+
+    def _copy(self, lines: Many[str]) -> None:
+        """Write lines as they are; one that was the last of the file gets an end."""
+        if lines and self.out and not self.out[-1][0].endswith(("\n", "\r")):
+            self.out[-1] = self.out[-1][0] + self.end, self.out[-1][1]
+        self.out.extend((line, False) for line in lines)
+
+    def _own(self, *words: str) -> None:
+        """Write a block of our own."""
+        if self.out and not self.out[-1][0].endswith(("\n", "\r")):
+            self.out[-1] = self.out[-1][0] + self.end, self.out[-1][1]
+        self.out.append((" ".join(words) + self.end, True))
+
+    def _rapid(self, x: float | None = None, y: float | None = None, z: float | None = None) -> None:
+        """Write a rapid of our own, after the end of a running cycle."""
+        if self.have.cycle is not None:
+            self._own("G80")
+        axes = [(letter, v) for letter, v in zip("XYZ", (x, y, z), strict=True) if v is not None]
+        self._own("G0", *(letter + format_length(v, self.have.unit) for letter, v in axes))
+        for letter, v in axes:
+            self.place["XYZ".index(letter)] = v
+        self.have = replace(self.have, motion=0, cycle=None, cycle_words=())
+
+    def _stand(self, block: int) -> None:
+        """Take over what the original has before a block."""
+        self.have = self.program.modal(block)
+        self.said = self.reader.states(0, block)
+        self.place = self.original.place_before(block)
+        self.initial = self.original.initial_before(block)
+
+    # -- pieces that move --------------------------------------------------------------------------------------------
+
+    def _section(self, section: Section, order: NDArray[np.int64]) -> None:
+        """Write the chains of a section in their order.
+
+        The first place of the original, if the tool came there from other work, and whatever place is first now, are
+        reached no lower than the original reached its first.
+        """
+        chains = section.chains
+        entry = self.original.crossing(chains[0])
+        entry = section.clearance if math.isnan(entry) else max(section.clearance, entry)
+        follows = self.original.follows_work(chains[0].begin)
+        floor = entry
+        anew = self._anew(section) if order[0] else frozenset()
+        for place, number in enumerate(order.tolist()):
+            index, turned = (~number, True) if number < 0 else (number, False)
+            height = max(floor, entry) if index == 0 and follows else floor
+            self._chain(chains[index], height, turned, anew if not place else frozenset())
+            # The way from the last place of the original may have begun with a rise.
+            floor = section.clearance
+            if index == len(chains) - 1:
+                floor = max(floor, self.original.departure(chains[-1]))
+
+    def _anew(self, section: Section) -> frozenset[str]:
+        """Return what the first piece of a section says by itself, if it relies on it and was not first before.
+
+        That is its feed, wherever the program said it, and whatever else the section itself says somewhere.
+        """
+        chains = section.chains
+        return frozenset({"feed"} | (_ANEW & self.reader.states(chains[0].begin, chains[-1].end)))
+
+    def _chain(self, chain: Chain, floor: float, turned: bool, anew: frozenset[str]) -> None:
+        """Write one chain, `turned` from its other end, arriving no lower than `floor`, with what it says `anew`."""
+        self.look()
+        program = self.program
+        block, row = self.original.arrival(chain)
+        entry = chain.exit if turned else chain.entry
+        reliance = self.reader.reliance(chain.begin, chain.end)
+        floor = self._past(entry, floor, program.modal(chain.begin).tool)
+        if program.path.kind[row] == Kind.DRILL and block == chain.begin:
+            self._arrive_drilling(chain, row, floor)
+        else:
+            self._arrive(chain, block, floor, entry)
+        front, back = self._missing(reliance, program.modal(chain.begin), chain.begin, anew)
+        stated = self._letters(block)
+        axes = [
+            letter + format_length(value, program.modal(block).unit)
+            for letter, value, now in zip("XY", entry, self.place, strict=False)
+            if letter not in stated and not abs(value - now) < _TOLERANCE
+        ]
+        lines = list(self.territory.of(chain.begin, chain.end))
+        leaves = program.modal(chain.end)
+        if turned:
+            lines, leaves = self._turned(chain, lines)
+        arrival = self.territory.first_block_in(chain.begin, block)
+        begin = self.territory.first_block_in(chain.begin, chain.begin)
+        lengths = [len(line.rstrip("\r\n")) for line in lines]
+        if axes:
+            lines[arrival : arrival + 1] = insert_words_within(lines[arrival], [], axes, self.longest, lengths[arrival])
+        lines[begin : begin + 1] = insert_words_within(lines[begin], front, back, self.longest, lengths[begin])
+        self._copy(lines)
+        self._after_chain(chain)
+        self._take(reliance.sets, leaves)
+        self.place[:2] = chain.entry if turned else self.place[:2]
+
+    def _past(self, to: tuple[float, float], floor: float, tool: int | None) -> float:
+        """Return the height, mm, at which the way to a place crosses what is in it; go round where none does."""
+        obstacles, here = self.obstacles, (self.place[0], self.place[1])
+        if obstacles is None or not obstacles.between(here, to, tool):
+            return floor
+        if math.isfinite(obstacles.height):
+            return max(floor, obstacles.height)
+        turns = obstacles.round(here, to, tool)
+        if turns is None:
+            raise PostError(f"there is no way to X{to[0]:.3f} Y{to[1]:.3f} round what --keep-out names")
+        for x, y in turns:
+            self._rapid(x, y)
+        return floor
+
+    def _turned(self, chain: Chain, lines: list[str]) -> tuple[list[str], Modal]:
+        """Return the lines of a chain made from its other end, and what they leave active."""
+        stroke = find_stroke(self.program, chain.begin, chain.end)
+        if stroke is None:
+            raise PostError(f"line {chain.line}: the piece of work there cannot be made from its other end")
+        offset = int(self.program.line[chain.begin]) - 1 - self.territory.first_block_in(chain.begin, chain.begin)
+        return reverse_stroke(self.program, self.reader, stroke, lines, offset, self._text)
+
+    def _letters(self, block: int) -> dict[str, str]:
+        words = self.reader.words(block)
+        return {} if words is None else words.letters
+
+    def _arrive(self, chain: Chain, arrival: int, floor: float, entry: tuple[float, float]) -> None:
+        """Bring the tool to the height at which a chain that begins with a way across needs it."""
+        z, original = self.place[2], self.original.place_before(chain.begin)[2]
+        matters = height_matters(self.reader, range(chain.begin, chain.end))
+        level = max(floor, original) if matters and not math.isnan(original) else floor
+        if z < level - _TOLERANCE:
+            self._rapid(z=level)
+        lowest = min((v for v in map(self._stated_z, range(chain.begin, arrival + 1)) if v is not None), default=level)
+        down = matters and self.place[2] > original + _TOLERANCE
+        if lowest < floor - _TOLERANCE or down:
+            self._rapid(*entry)
+        if down:
+            self._rapid(z=original)
+
+    def _stated_z(self, block: int) -> float | None:
+        """Return the height, mm, to which a block before the cut says to go."""
+        if "Z" not in self._letters(block):
+            return None
+        return float(self.program.path.end[int(self.program.first[block + 1]) - 1, 2])
+
+    def _arrive_drilling(self, chain: Chain, row: int, floor: float) -> None:
+        """Bring the tool to the height at which a canned cycle crosses, and to which it rises afterwards."""
+        path = self.program.path
+        if max(self.place[2], path.cycles[int(path.ref[row])].r_plane) < floor - _TOLERANCE:
+            self._rapid(z=floor)
+        risen = self.original.risen(range(row, int(self.program.first[chain.end])))
+        initial = self.initial if self.have.cycle is not None else self.place[2]
+        if risen is not None and abs((initial if initial >= risen[1] else risen[1]) - risen[0]) > _TOLERANCE:
+            # Never below the plane at which the first hole begins: a higher rise does no harm.
+            wanted = max(risen[0], path.cycles[int(path.ref[row])].r_plane)
+            if self.place[2] > wanted + _TOLERANCE:
+                self._rapid(*chain.entry)
+            if abs(self.place[2] - wanted) > _TOLERANCE or self.have.cycle is not None:
+                self._rapid(z=wanted)
+        if self.have.cycle is None:
+            self.initial = self.place[2]
+
+    def _after_chain(self, chain: Chain) -> None:
+        """Take over where a chain leaves the tool, and what it has stated."""
+        program, path = self.program, self.program.path
+        height = self.place[2]
+        for block in range(chain.begin, chain.end):
+            states_z = "Z" in self._letters(block)
+            for row in range(int(program.first[block]), int(program.first[block + 1])):
+                if path.kind[row] == Kind.DRILL:
+                    height = float(path.end[row, 2])
+                elif path.kind[row] in MOTIONS:
+                    height = float(path.end[row, 2]) if states_z else height
+                    # A series of cycles that follows begins from here.
+                    self.initial = height
+        x, y, _ = self.original.place_before(chain.end)
+        self.place = [x, y, height]
+        self.said |= self.reader.states(chain.begin, chain.end)
+
+    def _take(self, groups: frozenset[str], modal: Modal) -> None:
+        self.have = replace(self.have, **{f: getattr(modal, f) for group in groups for f in _FIELDS[group]})
+
+    # -- words -------------------------------------------------------------------------------------------------------
+
+    def _missing(
+        self, reliance: Reliance, need: Modal, block: int, anew: frozenset[str] = frozenset()
+    ) -> tuple[list[str], list[str]]:
+        """Return the words, for the front and the back of a block, that make active what the block relies on.
+
+        What is relied on and `anew` is written though it is active.
+        """
+        have, relies = self.have, reliance.relies
+        front: list[str] = []
+        back: list[str] = []
+        # What the original states before here must be stated by now, though the machine may begin with it.
+        known = {g for g in relies if self.reader.first_stated.get(g, block) < block}
+        unsaid = known - self.said
+        again = known & anew
+        said = {
+            "distance": "G91" if need.incremental else "G90",
+            "plane": f"G{need.plane}",
+            "centres": "G90.1" if need.absolute_centres else "G91.1",
+            "retract": "G98" if need.to_initial else "G99",
+            "feed_mode": f"G{need.feed_mode}",
+        }
+        for group, word in said.items():
+            field = _FIELDS[group][0]
+            if group in unsaid | again or (group in relies and getattr(have, field) != getattr(need, field)):
+                front.append(word)
+                self.said.add(group)
+        if "motion" in relies:
+            if need.cycle is not None:
+                stated = self._letters(block)
+                words = [(w, v) for w, v in need.cycle_words if w not in stated]
+                if have.cycle != need.cycle or not dict(have.cycle_words).items() >= set(words):
+                    # A block that states its cycle may still rely on words that the cycle keeps.
+                    front += [] if "motion" in self.reader.states(block, block + 1) else [f"G{need.cycle}"]
+                    back += [self._text(w, v, block) for w, v in words]
+            elif need.motion is not None and have.motion != need.motion:
+                front.append(f"G{need.motion}")
+        if "feed" in relies and need.feed and (have.feed != need.feed or "feed" in again):
+            back.append(self._text("F", need.feed, block))
+        # The power of a beam is said where it is switched on.
+        if "speed" in relies and (have.rpm != need.rpm or ("speed" in again and not self.beam)):
+            back.append(self._text("S", need.rpm, block))
+        return front, back
+
+    def _text(self, letter: str, value: float, block: int) -> str:
+        """Return a word as the program last wrote it before a block, or else as its value says."""
+        if letter == "F" and value in self.program.feed_words:
+            return self.program.feed_words[value]
+        blocks, texts = self.reader.stated.get(letter, ([], []))
+        at = bisect_right(blocks, block - 1) - 1
+        if at >= 0 and _NUMBER.fullmatch(texts[at]) and float(texts[at]) == value:
+            return letter + texts[at]
+        return letter + format_value(value)
+
+    # -- what stays --------------------------------------------------------------------------------------------------
+
+    def _stay(self, kept: Kept) -> None:
+        """Write blocks that stay as they are; before a rapid across an obstacle stands a way over it or round it."""
+        lines, done = self.territory.of(kept.begin, kept.end), 0
+        if self.obstacles is None:
+            self._copy(lines)
+            self._after_kept(kept)
+            return
+        have = self.have
+        for block in range(kept.begin, kept.end):
+            rows = range(int(self.program.first[block]), int(self.program.first[block + 1]))
+            if rows and block not in self.program.fixed and self._crosses(block, rows[0]):
+                here = self.territory.first_block_in(kept.begin, block)
+                self._copy(lines[done:here])
+                done = here
+                self.have = self.program.modal(block)
+                x, y, _ = self.program.path.end[rows[0]].tolist()
+                self._go_past(x, y, down="Z" not in self._letters(block))
+                self.have = have
+            self._after_kept(Kept(block, block + 1))
+        self._copy(lines[done:])
+
+    def _crosses(self, block: int, row: int) -> bool:
+        """Return whether a block that stays goes by a rapid from where the tool is across an obstacle, too low.
+
+        Not where a series of cycles goes on, or places are relative: another rapid before it would change those.
+        """
+        obstacles, path, modal = self.obstacles, self.program.path, self.program.modal(block)
+        if obstacles is None or path.kind[row] not in (Kind.RAPID, Kind.DRILL) or modal.cycle or modal.incremental:
+            return False
+        x, y, z = path.end[row].tolist()
+        if math.isnan(x) or math.isnan(y):
+            return False
+        drills = path.kind[row] == Kind.DRILL
+        level = max(self.place[2], path.cycles[int(path.ref[row])].r_plane) if drills else min(self.place[2], z)
+        # A height that is not known is the machine's own, up; a laser has none, and never is.
+        low = level < obstacles.height - _TOLERANCE or not math.isfinite(obstacles.height)
+        return low and obstacles.between((self.place[0], self.place[1]), (x, y), modal.tool)
+
+    def _go_past(self, x: float, y: float, *, down: bool) -> None:
+        """Go to a place over or round all obstacles in between, and `down` again to the height of before."""
+        height = self.place[2]
+        level = self._past((x, y), -math.inf, self.have.tool)
+        if level > height:
+            self._rapid(z=level)
+        self._rapid(x, y)
+        if down and self.place[2] > height:
+            self._rapid(z=height)
+
+    def _go_on(self, kept: Kept) -> None:
+        """Restore what blocks that stay rely on, and take over what they leave."""
+        program, blocks = self.program, range(kept.begin, kept.end)
+        original = self.original.place_before(kept.begin)
+        if self.place[2] < original[2] - _TOLERANCE:
+            self._rapid_to(z=original[2])
+        goes = next_place(self.reader, blocks, min(original[2], self.place[2]))
+        away = not all(
+            abs(a - b) < _TOLERANCE or math.isnan(b) for a, b in zip(self.place[:2], original[:2], strict=True)
+        )
+        if goes == HERE and away:
+            self._rapid_to(*original[:2])
+        if self.place[2] > original[2] + _TOLERANCE and height_matters(self.reader, blocks):
+            self._rapid_to(z=original[2])
+        risen = self.original.risen(range(int(program.first[kept.begin]), int(program.first[kept.end])))
+        initial = self.initial if self.have.cycle is not None else self.place[2]
+        if risen is not None and max(initial, risen[1]) < risen[0] - _TOLERANCE:
+            # The series that ran here before has kept in mind to rise as high.
+            self._rapid_to(z=risen[0])
+        reliance = self.reader.reliance(kept.begin, kept.end)
+        need = program.modal(kept.begin)
+        if "motion" in reliance.relies and need.cycle is not None and not self._same_series(need, kept.begin):
+            raise PostError(
+                f"line {program.line[kept.begin]}: what stays there goes on with a cycle that now is another"
+            )
+        if self.have.cycle is not None and need.cycle is None and self._ends_cycle(reliance, need, kept):
+            self._own("G80")
+            self.have = replace(self.have, cycle=None, cycle_words=())
+        words = [w for part in self._missing(reliance, need, kept.begin) for w in part]
+        if not _ARCS.isdisjoint(words):
+            line = program.line[kept.begin]
+            raise PostError(f"line {line}: what stays there goes on with an arc, whose word cannot stand alone")
+        if words:
+            self._own(*words)
+        self._take(reliance.relies, need)
+        self._take(reliance.sets, program.modal(kept.end))
+        fields = {f: getattr(self.have, f) for names in _FIELDS.values() for f in names}
+        self.have = replace(program.modal(kept.end), **fields)
+        self.said |= self.reader.states(kept.begin, kept.end)
+
+    def _rapid_to(self, x: float = math.nan, y: float = math.nan, z: float = math.nan) -> None:
+        if not math.isnan(x) and not math.isnan(y) and self.obstacles is not None:
+            self._go_past(x, y, down=True)
+        elif not all(map(math.isnan, (x, y, z))):
+            self._rapid(*(None if math.isnan(v) else v for v in (x, y, z)))
+
+    def _ends_cycle(self, reliance: Reliance, need: Modal, kept: Kept) -> bool:
+        """Return whether blocks that stay do not bear that a series of cycles runs before them."""
+        kinds = {kind for block in range(kept.begin, kept.end) for kind in self.reader.kinds(block)}
+        alone = {Kind.MACHINE, Kind.SHIFT, Kind.FOREIGN}
+        return not kinds.isdisjoint(alone) or ("motion" in reliance.relies and need.motion is None)
+
+    def _same_series(self, need: Modal, block: int) -> bool:
+        """Return whether the running series of cycles is the one that the block goes on with."""
+        have = self.have
+        same = have.cycle == need.cycle and dict(have.cycle_words) == dict(need.cycle_words)
+        initial = self.original.initial_before(block)
+        return same and (not need.to_initial or abs(initial - self.initial) < _TOLERANCE)
+
+    def _after_kept(self, kept: Kept) -> None:
+        program, path = self.program, self.program.path
+        low, high = int(program.first[kept.begin]), int(program.first[kept.end])
+        place = self.original.place_before(kept.end)
+        kinds = path.kind[low:high]
+        elsewhere = np.isin(kinds, [Kind.MACHINE, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN]).any()
+        letters = {letter for b in range(kept.begin, kept.end) for letter in self._letters(b)}
+        opaque = any(self._opaque(b) for b in range(kept.begin, kept.end))
+        for axis, letter in enumerate("XYZ"):
+            if elsewhere or opaque or letter in letters or (axis == 2 and (kinds == Kind.DRILL).any()):
+                self.place[axis] = place[axis]
+        self.initial = self.original.initial_before(kept.end)
+
+    def _opaque(self, block: int) -> bool:
+        """Return whether only the interpreter knows what a block does."""
+        words = self.reader.words(block)
+        return words is None or (block in self.program.fixed and not words.empty)

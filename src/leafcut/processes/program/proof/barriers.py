@@ -1,0 +1,362 @@
+"""Stages: what must not change places at all (pauses, tool changes, work offsets …), and the work in between."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_left
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+import numpy as np
+
+from leafcut.gcode.program import Modal, Program
+from leafcut.gcode.saying import in_words, plain, reads_differently
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Features, Floats, Ints, Mask, Refs, States
+from leafcut.proof.clearance import at_machine_height
+from leafcut.proof.difference import Difference, describe, place
+
+#: A block that a switch of the machine may skip is a barrier whatever it does, and so is a message or a record, and a
+#: comment or a setting that the controller obeys beside the G-code.
+SKIPPED, OBEYED, MESSAGE = -1, -2, -3
+#: Such barriers have no place.
+PLACELESS = (SKIPPED, OBEYED, MESSAGE, Kind.DWELL)
+
+_HARD = (Kind.PAUSE, Kind.TOOL, Kind.SHIFT, Kind.MACHINE, Kind.END, Kind.FOREIGN)
+#: What a tool change may consist of, so that it can be left out as a whole when the tool is not changed.
+_PART_OF_CHANGE = (Kind.TOOL, Kind.MACHINE, Kind.PAUSE, Kind.DWELL)
+#: Barriers of which all that they say counts, since nothing else tells what they do.
+_SAYING = (Kind.FOREIGN, Kind.SHIFT)
+#: Blocks that set the origin by where the tool is: G92, G10 L20, and what stores a place.
+_FROM_HERE = re.compile(r"\bG92(?![.0-9][0-9])|\bL(?:10|11|20)\b")
+
+
+class Mark(NamedTuple):
+    """A barrier, or a dwell that belongs to one.
+
+    Attributes
+    ----------
+    what
+        All that must be equal.
+    kind
+        A `Kind`, `SKIPPED`, `OBEYED` or `MESSAGE`.
+    key
+        Where it stands: the number of its row, a half less for what stands before a row.
+    line
+        Its line.
+    place
+        Where the tool is then, mm.
+    exactly
+        The tool must be at the very same place, since the block may begin from there.
+    said
+        For messages.
+    unsure
+        How high the tool is then is not known, and it is not at machine zero.
+    """
+
+    what: tuple[object, ...]
+    kind: int
+    key: float
+    line: int
+    place: tuple[float, float, float]
+    exactly: bool
+    said: str
+    unsure: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Wall:
+    """Marks with no work between them, and how much work there is before them."""
+
+    marks: tuple[Mark, ...]
+    after: int
+
+    @property
+    def what(self) -> tuple[object, ...]:
+        """All that must be equal."""
+        return tuple(mark.what for mark in self.marks)
+
+    @property
+    def is_tool_change(self) -> bool:
+        """Whether it changes the tool and does nothing else."""
+        kinds = {mark.kind for mark in self.marks}
+        return Kind.TOOL in kinds and kinds <= set(_PART_OF_CHANGE)
+
+
+def barriers_of(program: Program, path: Toolpath, source: Ints, states: States, before: Floats) -> list[Mark]:
+    """Return the barriers of a program in order.
+
+    `path` may have its cycles written out; `source` says of which row of the program each of its rows is part.
+    """
+    kind = path.kind
+    frame = (kind == Kind.FRAME) & (np.diff(states.of("frame"), prepend=540) != 0)
+    rows = np.flatnonzero(np.isin(kind, [int(k) for k in _HARD]) | frame)
+    lost = np.isnan(before[:, 2]) & ~at_machine_height(path, 0.0)
+    marks = []
+    for row in rows.tolist():
+        motion = path[row]
+        block = int(np.searchsorted(program.first, source[row], side="right")) - 1
+        said, text = program.said.get(block, ""), ""
+        context: tuple[object, ...] = ()
+        if motion.kind in _SAYING:
+            text = _plain(program, motion.line)
+            context = _context(program, block, motion.kind, said, float(states.of("register", row)))
+        what = (int(motion.kind), 0 if text else motion.ref, said or text, context)
+        end = tuple(round(v, 6) for v in motion.end if not np.isnan(v)) if motion.kind is Kind.MACHINE else ()
+        at = (before[row, 0], before[row, 1], before[row, 2])
+        exactly = motion.kind is Kind.FOREIGN or (motion.kind is Kind.SHIFT and bool(_FROM_HERE.search(said)))
+        state = (*(int(states.of(name, row)) for name in ("direction", "coolant", "radius")),)
+        # The next program may rely on that a length offset is off.
+        left_on = motion.kind is Kind.END and int(states.of("length", row)) % TAKEN != 0
+        shown = in_words(said)
+        words = _shown(text, shown) if text else f"{describe(motion)} {shown}".rstrip()
+        marks.append(
+            Mark((*what, end, *state, left_on), int(motion.kind), row, motion.line, at, exactly, words, bool(lost[row]))
+        )
+    return sorted([*marks, *_placeless(program, source), *_obeyed(program, source)], key=lambda mark: mark.key)
+
+
+def _context(program: Program, block: int, kind: Kind, said: str, register: float) -> tuple[object, ...]:
+    """Return what the meaning of a block may depend on beside its words, when nothing tells what it does: everything.
+
+    What moves the origin reads no more than the units, G91, and which offsets are active.
+    """
+    m = program.modal(block)
+    if kind is Kind.SHIFT:
+        return (m.unit, m.incremental, m.frame, m.length, m.tool)
+    letters = {word[0] for word in said.split()}
+    if letters <= _PLAIN:
+        return ()
+    own = {"feed": "F", "rpm": "S"}
+    rest = [None if own.get(name) in letters else getattr(m, name) for name in _READ]
+    return (*rest, register)
+
+
+#: Letters of M words and their arguments: unless a macro runs, they read nothing else.
+_PLAIN = frozenset("MPQTELR$")
+#: What a block may read that is not understood: all that is active, but the count of shifts, which are barriers.
+_READ = tuple(field.name for field in fields(Modal) if field.name != "shift")
+
+
+def _placeless(program: Program, source: Ints) -> Iterator[Mark]:
+    """Yield the blocks that begin with a slash, and messages beside the motions of their blocks."""
+    nowhere = (np.nan, np.nan, np.nan)
+    kinds = program.path.kind
+    for block, said in program.said.items():
+        begin, end = int(program.first[block]), int(program.first[block + 1])
+        skipped = said.startswith("/")
+        if not skipped and np.isin(kinds[begin:end], _HARD).any():
+            continue
+        line, kind = int(program.line[block]), SKIPPED if skipped else MESSAGE
+        row = int(np.searchsorted(source, begin))
+        text = program.lines[line - 1].strip()
+        yield Mark((kind, said), kind, row - 0.5, line, nowhere, False, text)
+
+
+def _shown(text: str, said: str) -> str:
+    """Return a block as a person knows it: its text, and its values where they are not the text."""
+    values = said.replace(" ", "").replace(".", "")
+    computed = "".join(text.split()) != "".join(said.split()) and ("#" in text or "[" in values)
+    return f"{text} = {said}" if said and text and computed else text
+
+
+def _obeyed(program: Program, source: Ints) -> Iterator[Mark]:
+    """Yield the comments and settings that the controller obeys, where they stand in what is run."""
+    said = {one.line: one for one in program.obeyed}
+    nowhere = (np.nan, np.nan, np.nan)
+    for block in np.flatnonzero(np.isin(program.line, list(said))).tolist():
+        one = said[int(program.line[block])]
+        row = int(np.searchsorted(source, program.first[block]))
+        unit = program.modal(block).unit
+        yield Mark((OBEYED, *one.what, unit), OBEYED, row - 0.5, one.line, nowhere, False, one.said)
+
+
+def compare_unrun(before: Program, after: Program) -> Iterator[Difference]:
+    """Yield what the controller obeys in lines that are never run (a subprogram not called, behind the end)."""
+    run = [set(p.line.tolist()) if p.obeyed else set() for p in (before, after)]
+    one, other = (
+        [said for said in p.obeyed if said.line not in lines] for p, lines in zip((before, after), run, strict=True)
+    )
+    if [said.what for said in one] != [said.what for said in other]:
+        lines = one[0].line if one else 0, other[0].line if other else 0
+        text = "the settings that the controller takes from lines which are not run differ: "
+        told = [", ".join(said.said for said in side) or "none" for side in (one, other)]
+        yield Difference("changed barrier", *lines, text + " became ".join(told))
+
+
+def _plain(program: Program, line: int) -> str:
+    """Return the text of a line as far as it means anything."""
+    return plain(program.lines[line - 1]) if 0 < line <= len(program.lines) else ""
+
+
+def with_dwells(
+    marks: list[Mark], features: Features, travel: Ints, across: Ints, states: States
+) -> tuple[list[Mark], Mask]:
+    """Return the marks with the dwells that belong to them, and which features these dwells are.
+
+    Where the tool is at a dwell counts only if the work of the stage has brought it there. A dwell that comes before
+    any of it (a spindle that runs up after a tool change), or after the last of it and a rapid (a drilling cycle ends
+    with one), belongs to the barrier; but one that goes on to a cut without a rapid, as a torch pierces, belongs to
+    that.
+
+    `travel` and `across` are the rows of all rapids, and of those in x or y, int64[k].
+    """
+    keys = np.array([-1.0, *(mark.key for mark in marks), np.inf])
+    dwell = features.kind == Kind.DWELL
+    rows, work = features.row[dwell], features.row[~dwell]
+    at = np.searchsorted(keys, rows)
+    begin, end = keys[at - 1], keys[at]
+    last_work = np.maximum(_last_before(work, rows), begin)
+    head = (last_work == begin) & (_last_before(across, rows) <= begin)
+    # What is not understood may have cut: whether the tool waits before or after the rapid away from there counts.
+    foreign = np.array([False, *(mark.kind == Kind.FOREIGN for mark in marks), False])[at - 1]
+    waits_there = foreign & (_last_before(travel, rows) <= begin)
+    coming = np.append(work, np.inf)[np.searchsorted(work, rows)]
+    cycle = np.append(features.kind[~dwell] >= FIRST_CYCLE, True)
+    head &= cycle[np.searchsorted(work, rows)] | (coming > end) | (_last_before(travel, coming) > rows)
+    works_later = np.searchsorted(work, rows) < np.searchsorted(work, end)
+    risen = (last_work > begin) & cycle[np.searchsorted(work, rows) - 1]
+    tail = ~works_later & (risen | (_last_before(travel, rows) > last_work))
+    moved = np.zeros(len(features), dtype=bool)
+    moved[dwell] = head | tail
+    added = []
+    of_barrier = zip(np.flatnonzero(moved).tolist(), head[head | tail].tolist(), waits_there[head | tail], strict=True)
+    for index, first, there in of_barrier:
+        row, line, seconds = int(features.row[index]), int(features.line[index]), float(features.dwell[index])
+        state = (int(states.of("direction", row)), int(states.of("coolant", row)))
+        what = (int(Kind.DWELL), "head" if first else "tail", bool(there), round(seconds, 4), *state)
+        x, y, z = features.end[index].tolist()
+        added.append(Mark(what, int(Kind.DWELL), row, line, (x, y, z), False, f"dwell of {seconds:g} s"))
+    return sorted([*marks, *added], key=lambda mark: mark.key), moved
+
+
+def _last_before(among: Ints, rows: Ints | Floats) -> Floats:
+    """Return for every row the last one before it of those in `among`, -1 where there is none."""
+    return np.concatenate([[-1.0], among])[np.searchsorted(among, rows)]
+
+
+def walls_of(marks: list[Mark], work: Refs) -> list[Wall]:
+    """Return the marks in walls; `work` are the rows of the features, int32[n], in order."""
+    walls: list[Wall] = []
+    ranks = np.searchsorted(work, [mark.key for mark in marks]).tolist()
+    together: list[Mark] = []
+    for number, (mark, rank) in enumerate(zip(marks, ranks, strict=True)):
+        together.append(mark)
+        if number + 1 == len(marks) or ranks[number + 1] != rank:
+            walls.append(Wall(tuple(together), rank))
+            together = []
+    return walls
+
+
+class Grouping(NamedTuple):
+    """Which work may be compared with which.
+
+    Attributes
+    ----------
+    before, after
+        For each program: how much work there is before the end of every group, in order, but for the last.
+    mark_of
+        The new mark for an original one, by their keys, where both are the same.
+    differences
+        Barriers that are not the same.
+    """
+
+    before: list[int]
+    after: list[int]
+    mark_of: dict[float, Mark]
+    differences: list[Difference]
+
+
+def compare_walls(before: list[Wall], after: list[Wall]) -> Grouping:
+    """Return which work lies between the same barriers, and where the barriers differ.
+
+    The marks of both programs must be the same, in the same order. Only when the new program changes the tool less
+    often, whole tool changes may be missing; what they parted is then compared together.
+    """
+    if _tool_changes(after) >= _tool_changes(before):
+        return _aligned(before, after)
+    hard = _aligned(_hard(before), _hard(after))
+    left: dict[tuple[int, tuple[object, ...]], list[Wall]] = defaultdict(list)
+    for wall in reversed(_soft(before)):
+        left[bisect_left(hard.before, wall.after), wall.what].append(wall)
+    for wall in _soft(after):
+        same = left[bisect_left(hard.after, wall.after), wall.what]
+        if same:
+            hard.mark_of.update({a.key: b for a, b in zip(same.pop().marks, wall.marks, strict=True)})
+        else:
+            text = f"'{', '.join(mark.said for mark in wall.marks)}' is not in the original"
+            hard.differences.append(Difference("tool change", 0, wall.marks[0].line, text))
+    return hard
+
+
+def _tool_changes(walls: list[Wall]) -> int:
+    return sum(mark.kind == Kind.TOOL for wall in walls for mark in wall.marks)
+
+
+def _hard(walls: list[Wall]) -> list[Wall]:
+    return [wall for wall in walls if not wall.is_tool_change]
+
+
+def _soft(walls: list[Wall]) -> list[Wall]:
+    return [wall for wall in walls if wall.is_tool_change]
+
+
+def _aligned(before: list[Wall], after: list[Wall]) -> Grouping:
+    """Match marks from both ends; what is left in the middle differs, and the work there is one group."""
+    one, other = ([(mark, wall.after) for wall in walls for mark in wall.marks] for walls in (before, after))
+    shorter = min(len(one), len(other))
+    head = next((i for i in range(shorter) if one[i][0].what != other[i][0].what), shorter)
+    rest = shorter - head
+    tail = next((i for i in range(rest) if one[-1 - i][0].what != other[-1 - i][0].what), rest)
+    pairs = [*zip(one[:head], other[:head], strict=True)]
+    pairs += zip(one[len(one) - tail :], other[len(other) - tail :], strict=True)
+    ends = sorted({(a[1], b[1]) for a, b in pairs})
+    differences = list(_differing(*([m for m, _ in side[head : len(side) - tail]] for side in (one, other))))
+    return Grouping(
+        [a for a, _ in ends], [b for _, b in ends], {a[0].key: b[0] for a, b in pairs}, differences
+    )  # fmt: skip
+
+
+def _differing(before: list[Mark], after: list[Mark]) -> Iterator[Difference]:
+    left, right = Counter(mark.what for mark in after), Counter(mark.what for mark in before)
+    gone: list[Mark] = []
+    new: list[Mark] = []
+    for marks, others, kept in ((before, left, gone), (after, right, new)):
+        for mark in marks:
+            others[mark.what] -= 1
+            if others[mark.what] < 0:
+                kept.append(mark)
+    if not gone and not new and before:
+        yield Difference("order of barriers", before[0].line, after[0].line, f"'{before[0].said}' has changed places")
+    for one, other in zip(gone, new, strict=False):
+        text = f"'{one.said}' became '{other.said}'"
+        if one.said == other.said:
+            reads = reads_differently(*("".join(w for w in mark.what if isinstance(w, str)) for mark in (one, other)))
+            around = "with the spindle, the coolant or the work around it in another state than before"
+            text = f"'{one.said}': {'; '.join(reads)}" if reads else f"'{one.said}' {around}"
+        yield Difference("changed barrier", one.line, other.line, text)
+    for mark in gone[len(new) :]:
+        yield Difference("missing barrier", mark.line, 0, f"'{mark.said}' is gone")
+    for mark in new[len(gone) :]:
+        yield Difference("extra barrier", 0, mark.line, f"'{mark.said}' is new")
+
+
+def misplaced(marks: list[Mark], mark_of: dict[float, Mark], tolerance: float) -> Iterator[Difference]:
+    """Yield the barriers at which the tool is elsewhere, where that counts, or lower than before."""
+    for mark in marks:
+        new = mark_of.get(mark.key)
+        if new is None or mark.kind in PLACELESS:
+            continue
+        here, there = np.array(mark.place), np.array(new.place)
+        apart = ~(np.abs(here - there) <= tolerance + 1e-9) & ~(np.isnan(here) & np.isnan(there))
+        if mark.exactly and apart.any():
+            text = f"'{mark.said}' may begin where the tool is: {place(*mark.place)} became {place(*new.place)}"
+            yield Difference("barrier at another place", mark.line, new.line, text)
+        elif new.unsure and not mark.unsure:
+            text = f"at '{mark.said}' it is not known any more how high the tool is"
+            yield Difference("unknown height", mark.line, new.line, text)
+        elif new.place[2] < mark.place[2] - tolerance - 1e-9:
+            text = f"at '{mark.said}' the tool was at Z{mark.place[2]:.3f}, now at Z{new.place[2]:.3f}"
+            yield Difference("lower retract", mark.line, new.line, text)

@@ -1,0 +1,75 @@
+"""What comes free before what when a beam cuts: told where it has changed, as the danger is the person's to judge.
+
+The work is the same in whichever order parts come free that lie beside each other. What lies inside a part, or touches
+it, must keep its place (`inner_first`, `touching_order`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from leafcut.model.heartbeat import Look, unseen
+from leafcut.processes.program.proof.features import Features, Floats, Ints
+from leafcut.processes.program.proof.inner_first import loops_in, outline_of
+from leafcut.processes.program.proof.traces import Traces
+
+
+def came_free(features: Features, traces: Traces, chain: Ints, new_of: Ints, look: Look = unseen) -> list[str]:
+    """Return in one sentence that outlines of parts are cut in another order, or nothing.
+
+    `chain` numbers the runs of cuts without a way across in between, int64[n], rising; `new_of` is the place of every
+    feature in the new program, int64[n], -1 where it is gone.
+    """
+    n = int(chain[-1]) + 1 if len(chain) else 0
+    last = np.searchsorted(chain, np.arange(n), side="right") - 1
+    ends = np.full(n, -1, dtype=np.int64)
+    np.maximum.at(ends, chain, new_of)
+    parts = _outlines(traces, chain, look) if (np.diff(ends[ends >= 0]) < 0).any() else np.zeros(0, dtype=np.int64)
+    parts = parts[ends[parts] >= 0]
+    later = np.maximum.accumulate(np.concatenate([[-1], ends[parts]]))[:-1]
+    moved = parts[later > ends[parts]]
+    if not len(moved):
+        return []
+    one = int(moved[0])
+    other = int(parts[(parts < one) & (ends[parts] > ends[one])][0])
+    said = [
+        f"X{x:.3f} Y{y:.3f} (line {features.line[last[k]]})" for k in (one, other) for x, y in [_end(features, last[k])]
+    ]
+    return [
+        f"parts come free in another order: {len(moved)} of {len(parts)} outlines are cut before one that came before "
+        f"them; the first, which ends at {said[0]}, is now cut before that which ends at {said[1]}"
+    ]
+
+
+def _end(features: Features, feature: int) -> tuple[float, float]:
+    return float(features.end[feature, 0]), float(features.end[feature, 1])
+
+
+def _outlines(traces: Traces, chain: Ints, look: Look) -> Ints:
+    """Return the runs that go round a part: closed, and inside none of the others, or inside a hole of one."""
+    import shapely
+
+    number, begin = np.unique(chain[traces.feature], return_index=True)
+    of: list[int] = []
+    loops: list[Floats] = []
+    for k, first, stop in zip(number.tolist(), begin.tolist(), [*begin[1:].tolist(), len(traces.feature)], strict=True):
+        look()
+        if stop - first > 1:
+            outline = outline_of(traces.pick(np.arange(first, stop)))
+            largest = max((loop for loop in loops_in(outline) if len(loop) > 2), key=_area, default=None)
+            if largest is not None:
+                of.append(k)
+                loops.append(largest)
+    if not loops:
+        return np.zeros(0, dtype=np.int64)
+    shapes = shapely.make_valid(np.array([shapely.polygons(loop) for loop in loops], dtype=object))
+    spots = np.array([shapely.points(loop[0]) for loop in loops], dtype=object)
+    inner, outer = shapely.STRtree(shapes).query(spots, predicate="within")
+    depth = np.bincount(inner[inner != outer], minlength=len(loops))
+    parts: Ints = np.array(of, dtype=np.int64)[depth % 2 == 0]
+    return parts
+
+
+def _area(loop: Floats) -> float:
+    x, y = loop.T
+    return abs(float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))))

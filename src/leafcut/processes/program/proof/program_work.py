@@ -1,0 +1,140 @@
+"""`Work`: a program as the proof sees it: what it makes, the rapids between, and the barriers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from leafcut.gcode.program import Program
+from leafcut.model.cycles import expand
+from leafcut.model.toolpath import Kind, Toolpath, positions_before
+from leafcut.processes.program.proof.barriers import Mark, Wall, barriers_of, walls_of, with_dwells
+from leafcut.processes.program.proof.features import (
+    Features,
+    Floats,
+    Ints,
+    Mask,
+    States,
+    direction_of,
+    features_of,
+    states_of_program,
+)
+
+#: Moves shorter than this are none, mm.
+STILL = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Work:
+    """One of the two programs.
+
+    Attributes
+    ----------
+    path, states
+        Its rows, with cycles written out if the other program has none; what is active at them.
+    features
+        What is made, without the dwells that belong to barriers.
+    travel
+        Rows of the moves that make nothing, int64[k]: rapids, and feeds of a program that cuts with a beam while the
+        beam is off.
+    travel_from, drill_from
+        Where the tool is before the rows of `travel`, and before its drilling cycles, float64[k, 3], float64[d, 3].
+    marks, walls
+        What stays where it is.
+    dark_rapids
+        As of `Program`.
+    """
+
+    path: Toolpath
+    states: States
+    features: Features
+    travel: Ints
+    travel_from: Floats
+    drill_from: Floats
+    marks: list[Mark]
+    walls: list[Wall]
+    dark_rapids: bool
+
+
+def read_work(program: Program, *, written_out: bool, beam: bool) -> Work:
+    """Return what a program makes, cycles `written_out` or not; feeds with a `beam` that is off are travel.
+
+    Raises
+    ------
+    PlanError
+        The pecks are so many that no machine would drill so.
+    """
+    program = _with_end(program)
+    path = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
+    if written_out:
+        path = expand(path)
+    source = path.line.astype(np.int64)
+    path = replace(path, line=program.path.line[source])
+    states, before = states_of_program(program).take(source), positions_before(path)
+    cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
+    dark = cuts & (states.of("direction") == 0) & np.full(len(path), beam)
+    compensated = (path.kind == Kind.RAPID) & _compensated(path, states)
+    making = (cuts & ~dark) | compensated | (path.kind == Kind.DRILL) | (path.kind == Kind.DWELL)
+    features = features_of(path, states, making, before)
+    travel = np.flatnonzero(dark | ((path.kind == Kind.RAPID) & ~compensated))
+    across = travel[goes_across(before[travel], path.end[travel])]
+    marks = barriers_of(program, path, source, states, before)
+    marks, part_of_barrier = with_dwells(marks, features, travel, across, states)
+    features = features.pick(~part_of_barrier) if part_of_barrier.any() else features
+    return Work(
+        path,
+        states,
+        features,
+        travel,
+        before[travel],
+        before[path.kind == Kind.DRILL],
+        marks,
+        walls_of(marks, features.row),
+        program.dark_rapids,
+    )
+
+
+def goes_across(begin: Floats, end: Floats) -> Mask:
+    """Return which moves change x or y; placing an axis for the first time counts as a move."""
+    moved: Mask = np.isfinite(end[:, :2]) & ~(np.abs(end[:, :2] - begin[:, :2]) <= STILL)
+    return moved[:, 0] | moved[:, 1]
+
+
+def cuts_with_beam(program: Program) -> bool:
+    """Return whether a program switches off what it cuts with when it goes from one cut to the next.
+
+    No mill does that but for a barrier: it is a laser or a torch. Moves with the beam off then make nothing.
+    """
+    path, direction = program.path, direction_of(program)
+    stage = np.cumsum(np.isin(path.kind, (Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE)))
+    moving = path.kind <= Kind.ARC_CCW
+    lit = np.flatnonzero(moving & (path.kind != Kind.RAPID) & (direction != 0))
+    dark = np.cumsum(moving & (direction == 0) & goes_across(positions_before(path), path.end))
+    return bool(((np.diff(dark[lit]) > 0) & (np.diff(stage[lit]) == 0)).any())
+
+
+def _compensated(path: Toolpath, states: States) -> Mask:
+    """Return which rows move under radius compensation, or come next after such a move, where it takes effect yet."""
+    moving = np.flatnonzero(path.kind <= Kind.DRILL)
+    on = states.of("radius", moving) != 40
+    mask = np.zeros(len(path), dtype=bool)
+    mask[moving] = on | np.concatenate([[False], on[:-1]])[: len(on)]
+    return mask
+
+
+def _with_end(program: Program) -> Program:
+    """Return the program with a row for its end, also where M2 or M30 is missing: there, too, the tool is somewhere."""
+    path = program.path
+    if len(path) and path.kind[-1] == Kind.END:
+        return program
+    closed = replace(
+        path,
+        kind=np.append(path.kind, np.int8(Kind.END)),
+        end=np.concatenate([path.end, np.full((1, 3), np.nan)]),
+        value=np.append(path.value, 0.0),
+        # The end of the text is not the word for the end: one cannot stand for the other.
+        ref=np.append(path.ref, np.int32(-1)),
+        line=np.append(path.line, np.int32(program.last_line)),
+    )
+    return replace(program, path=closed)

@@ -1,0 +1,497 @@
+"""Rapids between the work: nowhere lower than the original was at that place, and no cut is torn apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.cycles import approach_of
+from leafcut.model.toolpath import Kind
+from leafcut.processes.program.proof.barriers import PLACELESS, Mark
+from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Floats, Ints, Mask, Refs
+from leafcut.processes.program.proof.program_work import Work, goes_across
+from leafcut.proof.clearance import at_machine_height
+from leafcut.proof.difference import MOST_LISTED, Difference, place
+
+#: Features whose rapids are compared together.
+_AT_ONCE = 30_000
+#: Whether a way across begins, or ends, at a height that is not known.
+FROM, TO = 1, 2
+
+
+@dataclass(frozen=True, eq=False)
+class Gaps:
+    """What happens between two stops (features and barriers): gap k is before stop k, the last one after all stops.
+
+    A height that is not known (after a move in machine coordinates) is infinite, as the tool is up there.
+
+    Attributes
+    ----------
+    feature
+        int32[n]: which feature stop k is, -1 for a barrier.
+    gap_of
+        int32[m]: the gap before every feature.
+    rows, across
+        bool[n + 1]: there are rapids at all; there are some in x or y.
+    line
+        int64[n + 1]: of the first rapid.
+    leave, arrive, cross
+        Where the first rapid across begins, where the last one ends, and the lowest of all, mm; infinite without any.
+    down_here, down_there
+        The lowest place to which rapids go down before the first one across, and after the last, mm.
+    top
+        The highest place, mm; minus infinity without rapids.
+    unknown, unknown_first, unknown_last
+        int8[n + 1]: `FROM` where a rapid goes across from a height that is not known, `TO` where it ends at one, or
+        their sum: any of them, the first one, the last one.
+    lit, lit_first, lit_last
+        bool[n + 1]: the spindle (beam) is on in a rapid across, in the first one, in the last one.
+    """
+
+    feature: Refs
+    gap_of: Refs
+    rows: Mask
+    across: Mask
+    line: Ints
+    leave: Floats
+    arrive: Floats
+    cross: Floats
+    down_here: Floats
+    down_there: Floats
+    top: Floats
+    unknown: NDArray[np.int8]
+    unknown_first: NDArray[np.int8]
+    unknown_last: NDArray[np.int8]
+    lit: Mask
+    lit_first: Mask
+    lit_last: Mask
+
+    @cached_property
+    def closed_by_feature(self) -> Mask:
+        """bool[n + 1]: the stop after the gap is a feature."""
+        return np.append(self.feature >= 0, False)
+
+    @cached_property
+    def opened_by_feature(self) -> Mask:
+        """bool[n + 1]: the stop before the gap is a feature."""
+        return np.concatenate([[False], self.feature >= 0])
+
+
+def gaps_of(work: Work) -> Gaps:
+    """Return the rapids of a program, gap by gap."""
+    barriers = [mark.key for mark in work.marks if mark.kind != Kind.DWELL]
+    keys = np.concatenate([work.features.row.astype(np.float64), barriers])
+    number = np.concatenate([np.arange(len(work.features)), np.full(len(barriers), -1)])
+    order = np.argsort(keys, kind="stable")
+    keys, feature = keys[order], number[order].astype(np.int32)
+    gap_of = np.empty(len(work.features), dtype=np.int32)
+    gap_of[feature[feature >= 0]] = np.flatnonzero(feature >= 0)
+    at, row, begin, end = _moves(work)
+    gap = np.searchsorted(keys, at)
+    across = goes_across(begin, end)
+    low, high = (np.where(np.isnan(z), np.inf, z) for z in (begin[:, 2], end[:, 2]))
+    n = len(keys) + 1
+    first, last = np.full(n, len(at)), np.full(n, -1)
+    ways = np.flatnonzero(across)
+    np.minimum.at(first, gap[ways], ways)
+    np.maximum.at(last, gap[ways], ways)
+    has_across = last >= 0
+    moves = np.arange(len(at))
+    # A rise goes nowhere that the way down to where it begins has not been.
+    sinks = ~across & (high < low)
+    here, there = sinks & (moves < first[gap]), sinks & (moves > last[gap])
+    begins = np.full(n, -1)
+    begins[gap[::-1]] = row[::-1]
+    on = np.append(work.states.of("direction", row) != 0, False)
+    if not work.dark_rapids:
+        # A beam without power is dark.
+        on[:-1] &= work.states.of("speed", row) != 0
+    lit = np.zeros(n, dtype=bool)
+    lit[gap[across & on[:-1]]] = True
+    # At machine zero or above the tool is up, whatever the work offset is.
+    lost = across & ~at_machine_height(work.path, 0.0)[row]
+    unknown = np.append(lost * (FROM * np.isnan(begin[:, 2]) + TO * np.isnan(end[:, 2])), 0).astype(np.int8)
+    any_unknown = np.zeros(n, dtype=np.int8)
+    np.bitwise_or.at(any_unknown, gap, unknown[:-1])
+    padded = [np.append(z, np.inf) for z in (low, high)]
+    return Gaps(
+        feature,
+        gap_of,
+        begins >= 0,
+        has_across,
+        np.where(begins >= 0, work.path.line[begins] if len(work.path) else 0, 0),
+        padded[0][first],
+        np.where(has_across, padded[1][last], np.inf),
+        _least(n, gap[across], np.minimum(low, high)[across]),
+        _least(n, gap[here & has_across[gap]], high[here & has_across[gap]]),
+        _least(n, gap[there], high[there]),
+        -_least(n, gap, -np.maximum(low, high)),
+        any_unknown,
+        unknown[first],
+        np.where(has_across, unknown[last], np.int8(0)),
+        lit,
+        on[first],
+        has_across & on[last],
+    )
+
+
+def _least(n: int, gap: Ints, value: Floats) -> Floats:
+    least = np.full(n, np.inf)
+    np.minimum.at(least, gap, value)
+    return least
+
+
+def _moves(work: Work) -> tuple[Floats, Ints, Floats, Floats]:
+    """Return all rapids in order: where they stand, their rows, begin and end; those of a drilling cycle included.
+
+    A cycle goes to its place as its approach says, then to the R plane.
+    """
+    path = work.path
+    drill = np.flatnonzero(path.kind == Kind.DRILL)
+    over, level = path.end[drill].copy(), work.drill_from.copy()
+    approach = approach_of(path, drill, level[:, 2])
+    level[:, 2], over[:, 2] = approach.begin, approach.end
+    down = over.copy()
+    down[:, 2] = np.array([c.r_plane for c in path.cycles], dtype=np.float64)[path.ref[drill]]
+    # A rise goes nowhere that the way down has not been; but one may go down where it stands, too.
+    upright = approach.upright
+    at = np.concatenate([work.travel, drill[upright] - 0.5, drill - 0.4, drill - 0.3])
+    order = np.argsort(at, kind="stable")
+    row = np.concatenate([work.travel, drill[upright], drill, drill])
+    begin = np.concatenate([work.travel_from, work.drill_from[upright], level, over])
+    end = np.concatenate([path.end[work.travel], level[upright], over, down])
+    return at[order], row[order], begin[order], end[order]
+
+
+@dataclass(frozen=True, eq=False)
+class Heights:
+    """What the original allows at every feature, mm; infinite: only a height that is not known either.
+
+    Attributes
+    ----------
+    leave, arrive
+        float64[m]: at which height rapids may begin and end.
+    follows
+        bool[m]: the tool went on to it, without a rapid, from the one before it or from a barrier.
+    down_here, down_there
+        float64[m]: how far rapids may go down after it, and before it.
+    first
+        bool[m]: it was the first after a barrier.
+    """
+
+    leave: Floats
+    arrive: Floats
+    follows: Mask
+    down_here: Floats
+    down_there: Floats
+    first: Mask
+
+
+def heights_of(work: Work, gaps: Gaps) -> Heights:
+    """Return what the original allows at every feature."""
+    before, after = gaps.gap_of, gaps.gap_of + 1
+    # Where a barrier follows at once, the tool leaves from there in the next gap with rapids before any work.
+    n = len(gaps.rows)
+    ready = np.where(gaps.rows | gaps.closed_by_feature, np.arange(n), n - 1)
+    following = np.minimum.accumulate(ready[::-1])[::-1][after]
+    leave = np.where(gaps.across[following], gaps.leave[following], gaps.top[following])
+    leave = np.where(gaps.rows[following], leave, np.inf)
+    first = ~gaps.opened_by_feature[before]
+    arrive = np.where(gaps.across[before], gaps.arrive[before], gaps.top[before])
+    arrive = np.where(gaps.rows[before], arrive, np.inf)
+    # The first work of a stage is reached from wherever the tool was, and from the last one it goes up for what comes
+    # next. What holds for them is how the tool left, or reached, this place.
+    visit = np.cumsum(gaps.across[before] | first)
+    first_of_visit = np.searchsorted(visit, visit)
+    last_of_visit = np.searchsorted(visit, visit, side="right") - 1
+    # So it is where the tool rises and waits: the dwell is no work that holds it there.
+    waits = (work.features.kind == Kind.DWELL) & gaps.rows[before] & ~gaps.across[before] & ~first
+    last = ~gaps.closed_by_feature[after] | np.append(waits[1:], False)
+    reached = arrive[first_of_visit]
+    arrive, leave = (
+        np.where(first & gaps.rows[before], np.minimum(arrive, leave[last_of_visit]), arrive),
+        np.where(last, np.minimum(leave, reached), leave),
+    )
+    arrive = np.where(waits, np.minimum(arrive, reached), arrive)
+    made = work.features
+    end = np.where(made.kind >= FIRST_CYCLE, made.start[:, 2], made.end[:, 2])
+    start = np.where(made.kind >= FIRST_CYCLE, made.of("r_plane"), made.start[:, 2])
+    # Without a way across, all of the gap is at one place.
+    sunk = np.where(gaps.across, gaps.down_here, gaps.down_there)[after]
+    return Heights(
+        leave,
+        arrive,
+        ~gaps.rows[before],
+        np.fmin(np.minimum(sunk, leave), end),
+        np.fmin(np.minimum(gaps.down_there[before], arrive), start),
+        first,
+    )
+
+
+def _of_both_ends(heights: Heights, turned: Ints) -> Heights:
+    """Return the heights with those of the two ends of a run that is turned made the higher of the two.
+
+    What the tool comes down at is now where it left, and where it left is the place that it came to.
+    """
+    if not (turned >= 0).any():
+        return heights
+    arrive, leave = heights.arrive.copy(), heights.leave.copy()
+    _, first, count = np.unique(turned[turned >= 0], return_index=True, return_counts=True)
+    first = np.flatnonzero(turned >= 0)[first]
+    last = first + count - 1
+    arrive[first] = leave[last] = np.maximum(arrive[first], leave[last])
+    return replace(heights, arrive=arrive, leave=leave)
+
+
+def compare_rapids(
+    original: Work, new: Work, new_of: Ints, turned: Ints, mark_of: dict[float, Mark], tolerance: float, beam: bool
+) -> tuple[list[Difference], int]:
+    """Return where rapids of the new program are lower than the original's, or tear a cut apart, and how many.
+
+    `new_of` and `mark_of` say which feature and which barrier is which, `turned` the run that every feature belongs to
+    which is made from its other end, else -1.
+    """
+    both = original, gaps_of(original), new, gaps_of(new)
+    found = list(_after_length_change(original, new, tolerance + 1e-9))
+    count = len(found)
+    for what, text, old_line, new_line, wrong in (
+        *_by_feature(both, new_of, turned, tolerance + 1e-9, beam),
+        *_by_barrier(both, mark_of, tolerance + 1e-9),
+    ):
+        rows = np.flatnonzero(wrong)
+        count += len(rows)
+        listed = rows[:MOST_LISTED].tolist()
+        found += [Difference(what, int(old_line[row]), int(new_line[row]), text(row)) for row in listed]
+    return found, count
+
+
+Check = tuple[str, Callable[[int], str], NDArray, NDArray, Mask]
+Both = tuple[Work, Gaps, Work, Gaps]
+
+
+def _by_feature(both: Both, new_of: Ints, turned: Ints, room: float, beam: bool) -> Iterator[Check]:
+    original, old_gaps, _, _ = both
+    allowed = _of_both_ends(heights_of(original, old_gaps), turned)
+    lowest = _lowest_crossing(original, old_gaps)
+    old = np.flatnonzero(new_of >= 0)
+    old_of = np.full(int(new_of.max(initial=-1)) + 2, -1)
+    old_of[new_of[old]] = old
+    # Some after the others: all at once, what is compared would need more memory than the programs.
+    for begin in range(0, len(old), _AT_ONCE):
+        some = old[begin : begin + _AT_ONCE]
+        yield from _of_some(both, allowed, lowest, some, new_of, old_of, room, beam)
+
+
+def _of_some(
+    both: Both, allowed: Heights, lowest: Floats, old: Ints, new_of: Ints, old_of: Ints, room: float, beam: bool
+) -> Iterator[Check]:
+    original, old_gaps, new, gaps = both
+    now = new_of[old]
+    previous = old_of[now - 1]
+    before, old_before = gaps.gap_of[now], old_gaps.gap_of[old]
+    follows, rows = allowed.follows[old], gaps.rows[before]
+    came_from = np.where(old > 0, new_of[old - 1], -1)
+    stayed = np.where(old_gaps.opened_by_feature[old_before], (came_from == now - 1) | (came_from < 0), True)
+    stayed &= gaps.opened_by_feature[before] == old_gaps.opened_by_feature[old_before]
+    lines = original.features.line[old], new.features.line[now]
+    places = original.features.end[old]
+
+    def at(row: int) -> str:
+        return place(*places[row, :2])
+
+    yield (
+        "torn apart",
+        lambda row: f"the cut to {at(row)} went on from the one before it, without a rapid; it does not any more",
+        *lines,
+        follows & (rows | ~stayed),
+    )
+    yield from _heights_by_feature(both, allowed, lowest, old, now, previous, room)
+    if beam:
+        for lit in _lit(old_gaps, gaps, old, now, previous, allowed.first):
+            yield "beam on", lambda row: f"a rapid next to {at(row)} is made with the beam on, it was off", *lines, lit
+
+
+def _lit(old_gaps: Gaps, gaps: Gaps, old: Ints, now: Ints, previous: Ints, first: Mask) -> Iterator[Mask]:
+    """Yield for rapids to features, from them, and between them, which are made with the beam on and were not."""
+    before, was = gaps.gap_of[now], old_gaps.gap_of[old]
+    yield gaps.lit_last[before] & old_gaps.across[was] & ~old_gaps.lit_last[was] & ~first[old]
+    yield gaps.lit_first[before + 1] & old_gaps.across[was + 1] & ~old_gaps.lit_first[was + 1]
+    known = old_gaps.across[was] & ~old_gaps.lit[was] & (previous >= 0) & ~first[old]
+    yield gaps.lit[before] & known & ~old_gaps.lit[old_gaps.gap_of[previous] + 1]
+
+
+def _heights_by_feature(
+    both: Both, allowed: Heights, lowest: Floats, old: Ints, now: Ints, previous: Ints, room: float
+) -> Iterator[Check]:
+    original, old_gaps, new, gaps = both
+    before, old_before = gaps.gap_of[now], old_gaps.gap_of[old]
+    after, old_after = before + 1, old_before + 1
+    rows, across = gaps.rows[before], gaps.across[before]
+    approach = old_gaps.line[old_before], gaps.line[before]
+    retract = old_gaps.line[old_after], gaps.line[after]
+    places, start = original.features.end[old], new.features.of("start z", now)
+
+    def told(word: str, before: Floats, after: Floats) -> Callable[[int], str]:
+        return lambda row: f"{word} {place(*places[row, :2])} at {_said(after[row])}, {_said(before[row])} before"
+
+    arrive = np.where(across, gaps.arrive[before], np.where(rows, gaps.top[before], start))
+    low = ~allowed.follows[old] & (arrive < allowed.arrive[old] - room)
+    yield "lower approach", told("a rapid arrives at", allowed.arrive[old], arrive), *approach, low
+    leave = gaps.leave[after]
+    low = gaps.across[after] & (leave < allowed.leave[old] - room)
+    yield "lower retract", told("a rapid leaves", allowed.leave[old], leave), *retract, low
+    # Without a way across both are at one place: how far the tool went down there after the one counts, too.
+    together = ~across & gaps.opened_by_feature[before] & (previous >= 0)
+    behind = old_gaps.gap_of[previous] + 1
+    sunk = np.where(old_gaps.across[behind], old_gaps.down_here[behind], old_gaps.down_there[behind])
+    after_previous = np.where(together, sunk, np.inf)
+    for word, lines, limit, deep in (
+        ("a rapid goes down over", approach, np.fmin(allowed.down_there[old], after_previous), gaps.down_there[before]),
+        ("a rapid goes down over", retract, allowed.down_here[old], gaps.down_here[after]),
+    ):
+        yield "deeper rapid", told(word, limit, deep), *lines, deep < limit - room
+    for now_gap, old_gap, lines, first in ((before, old_before, approach, False), (after, old_after, retract, True)):
+        found, was = _own_unknown(gaps, now_gap, first), _own_unknown(old_gaps, old_gap, first)
+        yield (
+            "unknown height",
+            lambda row: f"a rapid next to {place(*places[row, :2])} goes across at a height that is not known",
+            *lines,
+            _less_known(found, was) & np.isfinite(places[:, 2]),
+        )
+    limit = np.where(np.isinf(lowest[old]), allowed.arrive[old], lowest[old])
+    cross = np.where(across, gaps.cross[before], np.inf)
+    yield "lower retract", told("a rapid goes across to", limit, cross), *approach, cross < limit - room
+
+
+def _own_unknown(gaps: Gaps, gap: Ints | Refs, first: bool) -> NDArray[np.int8]:
+    """Return what is not known of the ways across that are a feature's own: beside a barrier the one next to it."""
+    nearest, inside = gaps.unknown_last, gaps.opened_by_feature
+    if first:
+        nearest, inside = gaps.unknown_first, gaps.closed_by_feature
+    return np.where(inside[gap], gaps.unknown[gap], nearest[gap])
+
+
+def _less_known(now: NDArray[np.int8], before: NDArray[np.int8]) -> Mask:
+    """Return where a rapid goes across at a height that is not known, but was: such a height is not up."""
+    less: Mask = (now & ~before) != 0
+    return less
+
+
+def _lowest_crossing(work: Work, gaps: Gaps) -> Floats:
+    """Return for every feature the lowest rapid across next to any of the same group and tool; else of the group."""
+    group, tool = work.features.group, work.features.of("tool")
+    cross = np.minimum(gaps.cross[gaps.gap_of], gaps.cross[gaps.gap_of + 1])
+    lowest = np.full(len(group), np.inf)
+    for number in (group * (np.ptp(tool) + 1) + tool if len(tool) else tool, group):
+        _, key = np.unique(number, return_inverse=True)
+        key = key.reshape(-1)
+        lowest = np.where(np.isinf(lowest), _least(int(key.max(initial=-1)) + 1, key, cross)[key], lowest)
+    return lowest
+
+
+def _said(height: float) -> str:
+    return f"Z{height:.3f}" if np.isfinite(height) else "an unknown height"
+
+
+def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator[Check]:
+    """Yield the checks of rapids to a barrier, and from it: a place to which the tool was parked is kept."""
+    original, old_gaps, new, gaps = both
+    begins = _less_known(gaps.unknown_first[:1], old_gaps.unknown[:1]) & old_gaps.across[:1]
+    yield (
+        "unknown height",
+        lambda _: "the program begins with a rapid across at a height that is not known",
+        old_gaps.line[:1],
+        gaps.line[:1],
+        begins,
+    )
+    at = {mark.key: k for mark, k in zip(_stops(new), np.flatnonzero(gaps.feature < 0).tolist(), strict=True)}
+    marks = zip(_stops(original), np.flatnonzero(old_gaps.feature < 0).tolist(), strict=True)
+    pairs = [(mark, mark_of[mark.key], k, at[mark_of[mark.key].key]) for mark, k in marks if mark.key in mark_of]
+    if not pairs:
+        return
+    old = np.array([k for *_, k, _ in pairs])
+    now = np.array([k for *_, k in pairs])
+    lines = np.array([a.line for a, *_ in pairs]), np.array([b.line for _, b, *_ in pairs])
+    here = np.array([mark.place for mark, *_ in pairs], dtype=np.float64)
+    there = np.array([mark.place for _, mark, *_ in pairs], dtype=np.float64)
+    apart = ~(np.abs(here - there) <= room) & ~(np.isnan(here) & np.isnan(there))
+    known = np.array([a.kind not in PLACELESS for a, *_ in pairs])
+
+    def told(word: str) -> Callable[[int], str]:
+        return lambda row: f"a rapid {word} '{pairs[row][0].said}' is lower than before"
+
+    parked = known & old_gaps.across[old]
+    text = "the tool does not go to where it was for '{}': {}"
+    yield (
+        "parked elsewhere",
+        lambda row: text.format(pairs[row][0].said, place(*here[row])),
+        *lines,
+        parked & apart[:, :2].any(axis=1),
+    )
+    low = old_gaps.across[old] & gaps.across[now] & (gaps.arrive[now] < old_gaps.arrive[old] - room)
+    yield "lower approach", told("to"), *lines, low
+    # Between two barriers nothing else says how far down the tool goes.
+    between = ~gaps.opened_by_feature[now] & ~old_gaps.opened_by_feature[old]
+    sunk = [np.minimum(side.down_here[gap], side.down_there[gap]) for side, gap in ((gaps, now), (old_gaps, old))]
+    yield "deeper rapid", told("down to"), *lines, between & (sunk[0] < sunk[1] - room)
+    for word, here_now, here_old in (("to", now, old), ("from", now + 1, old + 1)):
+        text_unknown = f"a rapid {word} '{{}}' goes across at a height that is not known"
+        # What comes behind the way next to the barrier may be another work's.
+        found = gaps.unknown[here_now] if word == "to" else gaps.unknown_first[here_now]
+        less = _less_known(found, old_gaps.unknown[here_old]) & old_gaps.across[here_old]
+        yield "unknown height", _named(text_unknown, pairs), *lines, less
+    leave = np.where(old_gaps.across[old + 1], old_gaps.leave[old + 1], old_gaps.top[old + 1])
+    low = old_gaps.rows[old + 1] & gaps.across[now + 1] & (gaps.leave[now + 1] < leave - room)
+    yield "lower retract", told("from"), *lines, low
+
+
+def _named(text: str, pairs: list[tuple[Mark, Mark, int, int]]) -> Callable[[int], str]:
+    return lambda row: text.format(pairs[row][0].said)
+
+
+def _after_length_change(original: Work, new: Work, room: float) -> Iterator[Difference]:
+    """Yield how rapids go lower with a length offset just taken (G43, G49) than any did in the original.
+
+    Heights before it say nothing of heights after it, and no cut does where none comes next.
+    """
+    limits = _lowest_by_length(original)
+    for length, (height, line) in _lowest_by_length(new).items():
+        limit, was = limits.get(length, (height, 0))
+        if height < limit - room:
+            text = (
+                f"a rapid goes to Z{height:.3f} right after the length offset changed, never below Z{limit:.3f} before"
+            )
+            yield Difference("deeper rapid", was, line, text)
+
+
+def _lowest_by_length(work: Work) -> dict[int, tuple[float, int]]:
+    """Return by register the lowest place of rapids between a change of the length offset and work, and its line.
+
+    Up to the first way across at a height that is known: from there on heights are compared place by place.
+    """
+    path = work.path
+    changes, made = np.flatnonzero(path.kind == Kind.OFFSET), work.features.row
+    rapids = work.travel
+    begin, end = work.travel_from, path.end[rapids]
+    sure = np.concatenate([[0], np.cumsum(goes_across(begin, end) & np.isfinite(begin[:, 2]))])
+    change = np.searchsorted(changes, rapids) - 1
+    after = change >= 0
+    change = changes[np.maximum(change, 0)] if len(changes) else change
+    counted = after & (np.searchsorted(made, rapids) == np.searchsorted(made, change)) & np.isfinite(end[:, 2])
+    counted &= sure[:-1] == sure[np.searchsorted(rapids, change)]
+    rapids = rapids[counted]
+    found: dict[int, tuple[float, int]] = {}
+    length = work.states.of("length", rapids) % TAKEN
+    for register in np.unique(length).tolist():
+        rows = rapids[length == register]
+        row = int(rows[np.argmin(path.end[rows, 2])])
+        found[int(register)] = float(path.end[row, 2]), int(path.line[row])
+    return found
+
+
+def _stops(work: Work) -> list[Mark]:
+    return [mark for mark in work.marks if mark.kind != Kind.DWELL]

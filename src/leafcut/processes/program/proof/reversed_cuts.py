@@ -1,0 +1,162 @@
+"""Cuts made from their other end: both programs as they would be if every open cut at one level ran one way.
+
+Where a person allows it, an open cut may begin where it ended. To compare two programs then, every run of cuts that may
+be turned is seen in one direction, whichever it has. What it takes to turn one is judged here once more, by what the
+program does: it lies at one level, opens nothing and meets itself nowhere, has no way in or out of its own, and the
+tool comes to it and leaves it by rapids.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from leafcut.model.toolpath import Kind
+from leafcut.processes.program.proof.features import AMOUNT, EXACT, Features, Ints, Mask
+from leafcut.processes.program.proof.inner_first import outline_of
+from leafcut.processes.program.proof.program_work import STILL, Work
+from leafcut.processes.program.proof.rapids import Gaps, gaps_of
+from leafcut.processes.program.proof.traces import traces_of
+
+#: Ends nearer than this are one place, mm.
+_CLOSED = 0.01
+#: A cut runs towards here as it is compared. It is along no line that anybody draws.
+_ONWARD = np.array([0.8386705679, 0.5446390350])
+#: What is the same in all of a run that can be turned; a dwell has no feed, but a time of its own.
+_STEADY = tuple(name for name in (*EXACT, *AMOUNT) if name not in ("kind", "plane", "turns", "feed", "dwell"))
+
+
+class Turned(NamedTuple):
+    """The work with its open cuts in one direction.
+
+    Attributes
+    ----------
+    work
+        Its features, run by run; those of a turned one stand in the places that the run had.
+    run
+        int64[n]: by feature, the number of its run if that can be turned, else -1.
+    turned
+        bool[n]: the run is seen from its other end.
+    """
+
+    work: Work
+    run: Ints
+    turned: Mask
+
+
+def as_it_is(work: Work) -> Turned:
+    """Return the work with no cut turned."""
+    n = len(work.features)
+    return Turned(work, np.full(n, -1), np.zeros(n, dtype=bool))
+
+
+def one_way(work: Work) -> Turned:
+    """Return the work with every open cut in one direction, whichever it has in the program."""
+    features, gaps = work.features, gaps_of(work)
+    n = len(features)
+    begins = np.flatnonzero(gaps.rows[gaps.gap_of] | ~gaps.opened_by_feature[gaps.gap_of])
+    order, run, turned = np.arange(n), np.full(n, -1), np.zeros(n, dtype=bool)
+    new = features.pick(order)
+    for first, end in pairwise([*begins.tolist(), n]):
+        body = _body(features, gaps, first, end)
+        if body is None:
+            continue
+        run[first:end] = first
+        way = features.end[body[-1], :2] - features.start[body[0], :2]
+        if float(way @ _ONWARD) < 0.0:
+            turned[first:end] = True
+            order[body] = body[::-1]
+            _turn(new, features, first, end, body)
+    if turned.any():
+        picked = new.pick(order)
+        # Where a cut stands among the rapids is the place of its run, not its own.
+        new = replace(picked, row=features.row)
+    return Turned(replace(work, features=new), run, turned)
+
+
+def _body(features: Features, gaps: Gaps, first: int, end: int) -> Ints | None:
+    """Return the cuts of a run without those that go down to it and up from it, or None where it cannot be turned."""
+    rows = np.arange(first, end)
+    upright = _upright(features, rows)
+    level = rows[~upright]
+    if not len(level) or not upright[: level[0] - first].all() or not upright[level[-1] + 1 - first :].all():
+        return None
+    body: Ints = np.arange(level[0], level[-1] + 1)
+    after = gaps.gap_of[end - 1] + 1
+    reached = gaps.rows[gaps.gap_of[first]] and (gaps.rows[after] or not gaps.closed_by_feature[after])
+    if len(body) != len(level) or not reached or not _steady(features, rows, body):
+        return None
+    ends = features.start[body[0], :2], features.end[body[-1], :2]
+    if not np.isfinite(ends).all() or np.hypot(*(ends[1] - ends[0])) <= _CLOSED:
+        return None
+    return body if _alike(features, body) and _is_simple(features.pick(body)) else None
+
+
+def _upright(features: Features, rows: Ints) -> Mask:
+    """Return which cuts go straight up or down, or nowhere, and where the tool waits."""
+    moved = np.abs(features.end[rows, :2] - features.start[rows, :2]) > STILL
+    upright: Mask = ((features.kind[rows] == Kind.FEED) & ~moved.any(axis=1)) | (features.kind[rows] == Kind.DWELL)
+    return upright
+
+
+def _steady(features: Features, rows: Ints, body: Ints) -> bool:
+    """Return whether all of a run is one kind of work, and its body lies at one level."""
+    steady = features.several(_STEADY, rows)
+    kinds = np.isin(features.kind[rows], [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DWELL)])
+    arcs = body[features.kind[body] != Kind.FEED]
+    flat = (features.of("plane", arcs) == 17) & (features.of("turns", arcs) == 1)
+    z = np.concatenate([features.end[body, 2], features.start[body, 2]])
+    level = bool(np.isnan(z).all() or np.ptp(z) <= STILL)
+    radius, mode = (features.of(name, rows[:1])[0] for name in ("radius", "feed_mode"))
+    return bool(
+        kinds.all() and (steady == steady[0]).all() and flat.all() and level and radius == 40 and mode in (94, 95)
+    )
+
+
+def _alike(features: Features, body: Ints) -> bool:
+    """Return whether a cut begins and ends with the kind of move and the feed that it is made of."""
+    if len(body) == 1:
+        return True
+    arc = (features.kind[body] != Kind.FEED).tolist()
+    feed = features.feed[body].round(6).tolist()
+    usual = Counter(feed).most_common(1)[0][0]
+    return arc[0] in arc[1:] and arc[-1] in arc[:-1] and feed[0] == feed[-1] == usual
+
+
+def _is_simple(cuts: Features) -> bool:
+    """Return whether cuts, one after the other, meet nowhere but where one goes on from the other."""
+    if len(cuts) == 1:
+        return True
+    import shapely
+
+    straight = (cuts.kind == Kind.FEED).all()
+    places = np.concatenate([cuts.start[:1, :2], cuts.end[:, :2]])
+    outline = places if straight else outline_of(traces_of(cuts))
+    outline = outline[np.concatenate([[True], (np.diff(outline, axis=0) != 0.0).any(axis=1)])]
+    return bool(shapely.is_simple(shapely.linestrings(outline)))
+
+
+def _turn(new: Features, old: Features, first: int, end: int, body: Ints) -> None:
+    """Write the cuts of a run the other way round, each where it is: from end to start, plunge and rise exchanged.
+
+    Changes: kind, start and end of `new`.
+    """
+    new.end[body], new.start[body] = old.start[body], old.end[body]
+    kind = old.kind[body]
+    back = np.where(kind == Kind.ARC_CW, int(Kind.ARC_CCW), np.where(kind == Kind.ARC_CCW, int(Kind.ARC_CW), kind))
+    new.kind[body] = back
+    entry, leave = old.start[body[0], :2], old.end[body[-1], :2]
+    for part, place in ((slice(first, int(body[0])), leave), (slice(int(body[-1]) + 1, end), entry)):
+        new.end[part, :2], new.start[part, :2] = place, place
+
+
+def runs_turned(one: Turned, other: Turned, new_of: Ints) -> Ints:
+    """Return of every feature of one program its run, if that is made the other way round in the other, else -1."""
+    paired = np.flatnonzero((new_of >= 0) & (one.run >= 0))
+    differs = paired[one.turned[paired] != other.turned[new_of[paired]]]
+    turned = np.isin(one.run, one.run[differs]) & (one.run >= 0)
+    return np.where(turned, one.run, -1)

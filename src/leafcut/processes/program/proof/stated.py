@@ -1,0 +1,105 @@
+"""Modes that a program states before it relies on them: G90, G17, G40, G94 and their like in a safe-start line.
+
+Without its word a mode is what the machine was left in. The two programs are read as a control is when it is switched
+on, so that nothing else tells them apart.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from leafcut.gcode.program import Program
+from leafcut.gcode.saying import plain
+from leafcut.model.toolpath import Kind
+from leafcut.proof.difference import Difference
+
+#: What is not understood may rely on anything.
+_ARCS = (Kind.FOREIGN, Kind.ARC_CW, Kind.ARC_CCW)
+_CYCLES = (Kind.FOREIGN, Kind.DRILL)
+_ROUND = (*_ARCS, Kind.DRILL)
+_CUTS = (*_ROUND, Kind.FEED)
+_MOVES = (*_CUTS, Kind.RAPID)
+
+
+class _Mode(NamedTuple):
+    """What is stated, by which G words (a regular expression of their numbers), and which kinds of rows rely on it.
+
+    `rare`: not every controller has the word, so that it may not be new either.
+    """
+
+    said: str
+    words: str
+    kinds: tuple[Kind, ...]
+    rare: bool = False
+
+
+_MODES = (
+    _Mode("the distance mode (G90, G91)", "9[01]", _MOVES),
+    _Mode("the plane (G17)", "1[789]", _ROUND),
+    _Mode("radius compensation off (G40)", "4[012](?:[.]1)?", _MOVES),
+    _Mode("the feed mode (G94)", "9[345]", _CUTS),
+    _Mode("the arc distance mode (G91.1)", "9[01][.]1", _ARCS),
+    _Mode("the return of cycles (G98, G99)", "9[89]", _CYCLES),
+    _Mode("the length offset (G43, G49)", "4[349](?:[.][0-9])?", _MOVES),
+    _Mode("the work offset (G54)", "(?:5[4-9](?:[.][1-9])?|154|1[12][0-9])", _MOVES),
+    _Mode("constant surface speed off (G97)", "9[67]", _CUTS),
+    _Mode("rotation off (G69)", "6[89](?:[.][0-9])?", _MOVES, True),
+    _Mode("scaling off (G50)", "5[01]", _MOVES, True),
+    _Mode("mirroring off (G50.1)", "5[01][.]1", _MOVES, True),
+    _Mode("polar coordinates off (G15)", "1[56]", _MOVES, True),
+    _Mode("macro calls off (G67)", "6[67](?:[.]1)?", _MOVES, True),
+    _Mode("the shift of the origin (G92.1)", "92(?:[.][123])?", _MOVES, True),
+)
+#: A G word that is none of G0 to G3; a blank may stand in a number.
+_OTHER = re.compile(r"[Gg](?![ \t]*0*[0-3](?![ \t]*[0-9.]))")
+_PATTERNS = [re.compile(rf"G0*{mode.words}(?![0-9.])") for mode in _MODES]
+
+
+def no_longer_stated(before: Program, after: Program) -> Iterator[Difference]:
+    """Yield the modes that work relies on and that the original states before it, and the new program does not."""
+    words = [_words(program) for program in (before, after)]
+    for mode, pattern in zip(_MODES, _PATTERNS, strict=True):
+        was, now = (_relying(p, w, mode, pattern) for p, w in zip((before, after), words, strict=True))
+        if (now.first and not was.first) or now.cuts > was.cuts:
+            text = f"{mode.said}: the original states it before line {now.line or was.line} relies on it"
+            yield Difference("not stated", was.line, now.line, text)
+        elif mode.rare and was.first and not now.first:
+            text = f"{mode.said}: the original does not state it before line {was.line} relies on it, the new one does"
+            yield Difference("newly stated", was.line, now.line, text)
+
+
+class _Relying(NamedTuple):
+    """Whether the first row that relies on a mode comes before its word, its line, and how many cuts do."""
+
+    first: bool
+    line: int
+    cuts: int
+
+
+def _words(program: Program) -> dict[int, str]:
+    """Return the text of the lines, from 1, that have another G word than G0 to G3, as far as it means anything."""
+    return {number: plain(text) for number, text in enumerate(program.lines, 1) if _OTHER.search(text)}
+
+
+def _relying(program: Program, words: dict[int, str], mode: _Mode, pattern: re.Pattern[str]) -> _Relying:
+    path = program.path
+    rows = np.flatnonzero(np.isin(path.kind, mode.kinds))
+    if not len(rows):
+        return _Relying(False, 0, 0)
+    block = int(np.searchsorted(program.first, rows[0], side="right")) - 1
+    stating = _first_with(program, [number for number, text in words.items() if pattern.search(text)])
+    if stating <= block:
+        return _Relying(False, int(path.line[rows[0]]), 0)
+    end = int(program.first[stating])
+    cuts = int(np.isin(path.kind[rows[rows < end]], _CUTS).sum())
+    return _Relying(True, int(path.line[rows[0]]), cuts)
+
+
+def _first_with(program: Program, lines: list[int]) -> int:
+    """Return the first block that stands on one of some lines; the number of blocks where none does."""
+    found = np.isin(program.line, lines)
+    return int(np.argmax(found)) if found.any() else program.n_blocks

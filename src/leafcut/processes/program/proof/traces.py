@@ -1,0 +1,228 @@
+"""Traces: what features cut as seen from above, as straight pieces and arcs of at most an eighth of a turn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.toolpath import Kind, plane_axes
+from leafcut.processes.program.proof.features import Features, Floats, Ints, Mask
+
+_PIECE = math.pi / 4
+#: Pieces of one arc, if it has many turns; they are then longer.
+_MOST_PIECES = 1024
+#: Radii that differ by less are those of one circle, mm.
+_SAME_RADIUS = 0.01
+#: Halvings after which two arcs that are not apart yet count as touching.
+_MOST_HALVINGS = 40
+#: Halves looked at together; beyond, the two touch along so much of their length that they count as touching.
+_MOST_HALVES = 2_000_000
+
+
+_COLUMNS = ("feature", "begin", "end", "bow", "arc", "low", "high")
+
+
+@dataclass(frozen=True, eq=False)
+class Arcs:
+    """Arcs as curves over s = 0 … 1, one row each.
+
+    Attributes
+    ----------
+    center
+        float64[m, 3].
+    axes
+        int64[m, 3]: first, second and normal axis of the plane.
+    start, sweep, radius, grows, level, rises
+        float64[m]: angle and radius at the start and how they change; the same of the normal axis.
+    """
+
+    center: Floats
+    axes: Ints
+    start: Floats
+    sweep: Floats
+    radius: Floats
+    grows: Floats
+    level: Floats
+    rises: Floats
+
+    def at(self, which: Ints, s: Floats) -> Floats:
+        """Return the places seen from above, float64[k, 2], of arcs `which` at `s`."""
+        angle = self.start[which] + s * self.sweep[which]
+        radius = self.radius[which] + s * self.grows[which]
+        places = np.empty((len(which), 3))
+        rows = np.arange(len(which))
+        first, second, normal = self.axes[which].T
+        places[rows, first] = self.center[which, first] + radius * np.cos(angle)
+        places[rows, second] = self.center[which, second] + radius * np.sin(angle)
+        places[rows, normal] = self.level[which] + s * self.rises[which]
+        return places[:, :2]
+
+    def bow(self, which: Ints, length: Floats) -> Floats:
+        """Return how far a piece of `length` (in s) may be from its chord: the error of linear interpolation."""
+        radius = self.radius[which] + np.abs(self.grows[which])
+        angle = np.abs(self.sweep[which]) * length
+        bow: Floats = np.minimum(radius * angle**2 / 8.0, 2.0 * radius) + np.abs(self.grows[which]) * length
+        return bow
+
+
+@dataclass(frozen=True, eq=False)
+class Traces:
+    """Pieces in the order of their features.
+
+    Attributes
+    ----------
+    feature
+        int64[k].
+    begin, end
+        float64[k, 2], mm.
+    bow
+        float64[k]: how far the piece may be from the straight line between them, mm.
+    arc, low, high
+        int64[k]: the row of `arcs`, or -1; float64[k]: the part of it, in s.
+    arcs
+        All arcs.
+    """
+
+    feature: Ints
+    begin: Floats
+    end: Floats
+    bow: Floats
+    arc: Ints
+    low: Floats
+    high: Floats
+    arcs: Arcs
+
+    def pick(self, which: Ints | Mask) -> Traces:
+        """Return some of the pieces."""
+        return replace(self, **{name: getattr(self, name)[which] for name in _COLUMNS})
+
+    def halved(self) -> Traces:
+        """Return both halves of every piece, one after the other; a straight piece comes twice as it is."""
+        twice = self.pick(np.repeat(np.arange(len(self.feature)), 2))
+        curved = twice.arc >= 0
+        middle = 0.5 * (twice.low + twice.high)
+        odd = np.arange(len(middle)) % 2 == 1
+        low, high = np.where(odd, middle, twice.low), np.where(odd, twice.high, middle)
+        begin, end, bow = twice.begin.copy(), twice.end.copy(), twice.bow.copy()
+        which = twice.arc[curved]
+        begin[curved], end[curved] = self.arcs.at(which, low[curved]), self.arcs.at(which, high[curved])
+        bow[curved] = self.arcs.bow(which, (high - low)[curved])
+        return Traces(twice.feature, begin, end, bow, twice.arc, low, high, self.arcs)
+
+
+def traces_of(features: Features) -> Traces:
+    """Return the traces of features; one whose end is not known has none, one whose start is not known is a point."""
+    x_y, start = features.end[:, :2], features.start[:, :2]
+    pointed = (features.kind != Kind.FEED) & (features.kind != Kind.RAPID)
+    start = np.where(np.isnan(start) | pointed[:, None], x_y, start)
+    known = np.isfinite(x_y).all(axis=1)
+    curved = (features.kind == Kind.ARC_CW) | (features.kind == Kind.ARC_CCW)
+    curved &= np.isfinite(features.end).all(axis=1) & np.isfinite(features.start).all(axis=1)
+    straight = np.flatnonzero(known & ~curved)
+    rows = np.flatnonzero(curved)
+    arcs = _arcs(features.pick(rows))
+    pieces = np.clip(np.ceil(np.abs(arcs.sweep) / _PIECE - 1e-9), 1, _MOST_PIECES).astype(np.int64)
+    which = np.repeat(np.arange(len(rows)), pieces)
+    nth = np.arange(len(which)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    low, high = nth / pieces[which], (nth + 1) / pieces[which]
+    none = np.zeros(len(straight))
+    feature = np.concatenate([straight, rows[which]])
+    order = np.argsort(feature, kind="stable")
+    traces = Traces(
+        feature,
+        np.concatenate([start[straight], arcs.at(which, low)]),
+        np.concatenate([x_y[straight], arcs.at(which, high)]),
+        np.concatenate([none, arcs.bow(which, high - low)]),
+        np.concatenate([np.full(len(straight), -1), which]),
+        np.concatenate([none, low]),
+        np.concatenate([none, high]),
+        arcs,
+    )
+    return traces.pick(order)
+
+
+def _arcs(features: Features) -> Arcs:
+    """Return arcs as curves; seen from above, turns on top of each other are one."""
+    plane, turns = features.of("plane"), features.of("turns")
+    axes = np.array([plane_axes(p) if p in (17, 18, 19) else (0, 1, 2) for p in plane.tolist()], dtype=np.int64)
+    axes = axes.reshape(-1, 3)
+    rows = np.arange(len(features))
+    center, end, begin = features.tables.center[features.arc], features.end, features.start
+    (u0, v0), (u1, v1) = ([(side - center)[rows, axes[:, k]] for k in (0, 1)] for side in (begin, end))
+    start, stop = np.arctan2(v0, u0), np.arctan2(v1, u1)
+    turning = np.where(features.kind == Kind.ARC_CCW, 1.0, -1.0)
+    sweep = (turning * (stop - start)) % math.tau
+    sweep = np.where((sweep < 1e-9) | (sweep > math.tau - 1e-9), math.tau, sweep)
+    radius, last = np.hypot(u0, v0), np.hypot(u1, v1)
+    one_circle = (axes[:, 2] == 2) & (np.abs(last - radius) < _SAME_RADIUS) & (turns > 1)
+    sweep = np.where(one_circle, math.tau, sweep + math.tau * (turns - 1))
+    level, top = begin[rows, axes[:, 2]], end[rows, axes[:, 2]]
+    return Arcs(center, axes, start, turning * sweep, radius, last - radius, level, top - level)
+
+
+def distances(begin: Floats, end: Floats, other_begin: Floats, other_end: Floats) -> Floats:
+    """Return how far straight lines are apart, pair by pair, float64[k]; 0 where they cross."""
+    along, other_along = end - begin, other_end - other_begin
+    sides = _cross(along, other_begin - begin) * _cross(along, other_end - begin)
+    other_sides = _cross(other_along, begin - other_begin) * _cross(other_along, end - other_begin)
+    apart = np.minimum.reduce(
+        [
+            _from_line(begin, other_begin, other_end),
+            _from_line(end, other_begin, other_end),
+            _from_line(other_begin, begin, end),
+            _from_line(other_end, begin, end),
+        ]
+    )
+    return np.where((sides < 0) & (other_sides < 0), 0.0, apart)
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    crossed: Floats = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return crossed
+
+
+def _from_line(point: Floats, begin: Floats, end: Floats) -> Floats:
+    along, off = end - begin, point - begin
+    square = (along**2).sum(axis=-1)
+    part = np.clip((along * off).sum(axis=-1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    rest = off - part[..., None] * along
+    apart: Floats = np.hypot(rest[..., 0], rest[..., 1])
+    return apart
+
+
+def touching(one: Traces, other: Traces, tolerance: float) -> NDArray[np.bool_]:
+    """Return which pairs of pieces of the same traces come as near as `tolerance`, bool[k].
+
+    Arcs are halved until that is certain.
+    """
+    touches = np.zeros(len(one.feature), dtype=bool)
+    pair = np.arange(len(touches))
+    for halving in range(_MOST_HALVINGS):
+        bow = one.bow + other.bow
+        near = distances(one.begin, one.end, other.begin, other.end) <= tolerance + bow
+        ends = [(a, b) for a in (one.begin, one.end) for b in (other.begin, other.end)]
+        met = np.logical_or.reduce([np.hypot(*(a - b).T) <= tolerance for a, b in ends])
+        sure = near & (met | (bow <= 0.1 * tolerance))
+        if halving == _MOST_HALVINGS - 1 or len(pair) > _MOST_HALVES:
+            sure = near
+        touches[pair[sure]] = True
+        open_ = near & ~touches[pair]
+        if not open_.any():
+            break
+        one, other = _longer_bow_first(one.pick(open_), other.pick(open_))
+        pair, one, other = np.repeat(pair[open_], 2), one.halved(), other.pick(np.repeat(np.arange(open_.sum()), 2))
+    return touches
+
+
+def _longer_bow_first(one: Traces, other: Traces) -> tuple[Traces, Traces]:
+    swap = other.bow > one.bow
+
+    def mixed(a: Traces, b: Traces) -> Traces:
+        columns = {name: (getattr(a, name), getattr(b, name)) for name in _COLUMNS}
+        chosen = {n: np.where(swap if p.ndim == 1 else swap[:, None], q, p) for n, (p, q) in columns.items()}
+        return Traces(**chosen, arcs=a.arcs)
+
+    return mixed(one, other), mixed(other, one)

@@ -1,0 +1,218 @@
+"""The new text of a program, and its proof: what cannot be written or proved in a new order keeps its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PostError, ReadError, VerifyError
+from leafcut.model.issue import Issue
+from leafcut.model.obstacles import Obstacles
+from leafcut.model.sequence import Section, Sequence
+from leafcut.processes.course import Run
+from leafcut.processes.keep_out import meetings, reach_of
+
+if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
+    from leafcut.gcode.program import Program
+    from leafcut.processes.program.proof.certificate import Certificate
+
+#: The order of the chains of every section; None: as it is.
+Orders = list[NDArray[np.int32] | None]
+
+#: After so many trials all sections keep their order: each takes as long as a proof.
+_MOST_TRIALS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Proved:
+    """A program that does the same work.
+
+    Attributes
+    ----------
+    text, program
+        As it is written, and as it runs.
+    certificate
+        The proof.
+    kept
+        Why sections, by number, keep their own order though another one was asked for.
+    issues
+        Why they do.
+    """
+
+    text: str
+    program: Program
+    certificate: Certificate
+    kept: dict[int, str] = field(default_factory=dict)
+    issues: tuple[Issue, ...] = ()
+
+
+def write_proved(
+    run: Run,
+    words: Dialect,
+    original: Program,
+    sequence: Sequence,
+    orders: Orders,
+    source: str,
+    obstacles: Obstacles | None = None,
+) -> Proved:
+    """Return the program with its sections in their orders, and the proof that it does the same work.
+
+    A section whose new order cannot be written, or not be proved, keeps its own one; where that does not help, all
+    sections do, and at last the program stays as it is. In the end nothing in it meets any of the `obstacles`.
+
+    Raises
+    ------
+    PostError, VerifyError
+        Not even the program as it is can be written so, or proved to be safe.
+    """
+    writer = _Writer(run, words, original, sequence, source, obstacles)
+    free = {number for number, order in enumerate(orders) if order is not None}
+    kept: dict[int, str] = {}
+    trials = 0
+    while obstacles is not None or not run.settings.resequence.keep_order:
+        trials += 1
+        try:
+            found = writer.proved(writer.in_order([order if k in free else None for k, order in enumerate(orders)]))
+        except _Refused as refused:
+            guilty = (refused.sections & free if trials < _MOST_TRIALS else set()) or set(free)
+            free -= guilty
+            kept.update(dict.fromkeys(guilty, str(refused)))
+            if not guilty:
+                kept = dict.fromkeys(range(len(orders)), str(refused))
+                break
+        else:
+            return replace(found, kept=kept, issues=tuple(writer.issues(kept)))
+    try:
+        found = writer.proved("".join(original.lines))
+    except _Refused as refused:
+        raise VerifyError(f"the program was not written: {refused}") from None
+    return replace(found, kept=kept, issues=tuple(writer.issues(kept)))
+
+
+class _Refused(Exception):
+    """An order that does not do, with the sections that it is about, as far as that is known."""
+
+    def __init__(self, reason: str, sections: set[int]) -> None:
+        self.sections = sections
+        super().__init__(reason)
+
+
+class _Writer:
+    def __init__(
+        self,
+        run: Run,
+        words: Dialect,
+        original: Program,
+        sequence: Sequence,
+        source: str,
+        obstacles: Obstacles | None,
+    ) -> None:
+        self.run, self.words, self.original = run, words, original
+        self.sequence, self.source, self.obstacles = sequence, source, obstacles
+
+    def in_order(self, orders: Orders) -> str:
+        """Return the text with the sections in their orders."""
+        from leafcut.processes.program.post.rewriter import rewrite
+
+        sections = self.sequence.sections
+        given = zip(sections, orders, strict=True)
+        own = [np.arange(len(s.chains), dtype=np.int32) if order is None else order for s, order in given]
+        try:
+            options = self.run.settings.resequence
+            return rewrite(
+                self.original,
+                self.sequence,
+                own,
+                renumber=options.renumber,
+                longest=self.words.max_line,
+                look=self.run.looking("writing"),
+                obstacles=self.obstacles,
+            )
+        except PostError as problem:
+            if problem.section is None:
+                raise
+            raise _Refused(str(problem), {problem.section}) from None
+
+    def proved(self, text: str) -> Proved:
+        """Return the program with its proof, which stands at its top, too."""
+        from leafcut.processes.program.proof.certificate import certify
+
+        settings = self.run.settings
+        look = self.run.looking("verifying")
+        try:
+            new = self._read(text)
+        except ReadError as problem:
+            raise _Refused(str(problem), set()) from None
+        either_way = settings.resequence.allow_reverse
+        beyond = None if self.obstacles is None else reach_of(self.obstacles)
+        certificate = certify(
+            self.original, new, machine=self.run.machine, allow_reverse=either_way, beyond=beyond, look=look
+        )
+        if not certificate.same:
+            more = len(certificate.differences) - 1
+            said = f"{certificate.differences[0]}{f' (and {more} more)' if more > 0 else ''}"
+            guilty = {self._section_at(d.original) for d in certificate.differences if d.original}
+            raise _Refused(said, guilty - {-1})
+        if self.obstacles is not None and (met := meetings(self.run, self.obstacles, new.path)):
+            raise _Refused(f"{met[0]}{f' (and {len(met) - 1} more)' if len(met) > 1 else ''}", set())
+        if settings.post.header and text != "".join(self.original.lines):
+            text = with_comments(text, certificate.comment_lines(Path(self.source).name), self.words)
+            new = self._read(text)
+        return Proved(text, new, certificate)
+
+    def _read(self, text: str) -> Program:
+        from leafcut.processes.program.reading import read_foreign
+
+        run = self.run
+        look = run.looking("verifying")
+        return read_foreign(
+            text, "the new program", run.settings, run.machine, self.words, look, process="mill", choose=False
+        ).program
+
+    def issues(self, kept: dict[int, str]) -> Iterator[Issue]:
+        """Yield why sections keep their own order though another one was asked for, each reason once."""
+        by_reason: dict[str, list[int]] = {}
+        for number, reason in sorted(kept.items()):
+            by_reason.setdefault(reason, []).append(number)
+        for reason, numbers in by_reason.items():
+            begin, end = self._lines_of(self.sequence.sections[numbers[0]])
+            more = f", and {len(numbers) - 1} more sections," if len(numbers) > 1 else ""
+            said = f"what is made up to line {end}{more} keeps its order, as another did not do: {reason}"
+            yield Issue("L505", said, f"line {begin}")
+
+    def _section_at(self, line: int) -> int:
+        """Return the section that has a line of the original, or the last one before it; -1 where there is none."""
+        last = -1
+        for number, section in enumerate(self.sequence.sections):
+            begin, end = self._lines_of(section)
+            if begin <= line:
+                last = number
+            if begin <= line <= end:
+                break
+        return last
+
+    def _lines_of(self, section: Section) -> tuple[int, int]:
+        line, chains = self.original.text_line, section.chains
+        return int(line[chains[0].begin]), int(line[chains[-1].end - 1])
+
+
+def with_comments(text: str, comments: Iterable[str], words: Dialect) -> str:
+    """Return a program with comments near its top: below the percent sign and the program's number.
+
+    They get the line ends of the program.
+    """
+    from leafcut.post.comments import comment_lines
+
+    lines = text.splitlines(keepends=True)
+    end = "\r\n" if lines and lines[0].endswith("\r\n") else "\n"
+    at = 0
+    while at < len(lines) and (not lines[at].strip() or lines[at].lstrip()[:1] in "%Oo:"):
+        at += 1
+    said = [part + end for c in comments for part in comment_lines(c, words.max_line, words.uppercase_comments)]
+    return "".join([*lines[:at], *said, *lines[at:]])

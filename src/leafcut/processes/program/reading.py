@@ -1,0 +1,234 @@
+"""A program of another CAM as a run reads it: what it is, on which machine it runs, in what units, at what feeds."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from leafcut.errors import OptionError, ReadError
+from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.issue import Issue, Severity
+from leafcut.options import MachineOptions, Settings, flag_name
+from leafcut.processes.course import CUTTING_MACHINES, machine_of
+from leafcut.units import SECONDS_PER_MINUTE
+
+if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
+    from leafcut.gcode.program import Program
+    from leafcut.model.machine import Machine
+
+#: What says the feed that a program leaves to the controller's materials.
+_OF_MATERIALS = ("cut_speed", "cut_process", "material", "thickness", "amps", "chart")
+#: Where the thickness of a sheet is not given, the feed of its material is taken to be that of so much, mm.
+_USUAL_THICKNESS = 3.0
+
+
+@dataclass(frozen=True)
+class ProgramRead:
+    """A program, the dialect and the machine that it was read for, and what has to be said about that."""
+
+    program: Program
+    words: Dialect
+    machine: Machine
+    issues: tuple[Issue, ...] = ()
+    process: str = "mill"
+
+    @property
+    def dangers(self) -> list[Issue]:
+        """What is dangerous in it, the worst first, one issue for each kind."""
+        from leafcut.proof.dangers import find_dangers
+
+        torch = self.words.torch
+        heights = torch is None or torch.heights == "program"
+        return find_dangers(self.program, self.machine, self.process, heights)
+
+
+def refuse_other_languages(text: str, source: str) -> None:
+    """Refuse what is no program of leafcut's, by its name.
+
+    Raises
+    ------
+    ReadError
+        It is for a lathe or a printer, or in the language of Heidenhain or Siemens.
+    """
+    from leafcut.gcode.languages import other_language
+
+    if what := other_language(text):
+        raise ReadError(source, what)
+
+
+def read_foreign(
+    text: str,
+    source: str,
+    settings: Settings,
+    machine: Machine,
+    words: Dialect,
+    look: Look = unseen,
+    *,
+    process: str = "auto",
+    choose: bool = True,
+) -> ProgramRead:
+    """Return a program as it runs on a machine.
+
+    Where nobody has named a machine, and `choose`, a laser's program is read for a laser, and one of QtPlasmaC for a
+    plasma table; a program that drives a beam on a machine with a spindle is timed as one.
+
+    Raises
+    ------
+    ReadError
+        It is in another language, or what stands there cannot be meant.
+    OptionError
+        ``--units`` are none of a program.
+    """
+    refuse_other_languages(text, source)
+    named = "machine" in settings.given or settings.machine.machine != MachineOptions().machine
+    free = choose and not named and words.name == machine.controller
+    if free and _QTPLASMAC in text:
+        return _of_plasma_table(text, source, settings, look, process)
+    try:
+        read = _read(text, source, settings, machine, words, look)
+    except ReadError as error:
+        if not free or not _reads(text, source, settings, _HAAS, look):
+            raise
+        hint = f"read for {machine.name}, but a Haas takes it: name your machine, such as --machine {_HAAS}"
+        raise ReadError(source, f"{error.reason}; {hint}", error.line) from None
+    read = replace(read, process=_process(read, process))
+    if free and read.process in _BEAMS and (read.program.obeyed or _OF_QTPLASMAC.search(text)):
+        # Any other reader would take its materials for remarks, and carry cuts past them.
+        return _of_plasma_table(text, source, settings, look, process)
+    if free and read.process == "laser" and machine.process == "spindle":
+        chosen = _other_machine(settings, _laser_for(read.program))
+        again = _read(text, source, settings, *chosen, look)
+        return replace(again, process="laser", issues=(_chosen(again.machine, "laser"), *again.issues))
+    if machine.process == "spindle" and read.process in _BEAMS:
+        kind, what = _BEAMS[read.process]
+        message = f"the program drives {what}: S is its power, and {machine.name} is timed without a spindle's start"
+        note = Issue("L807", message, severity=Severity.NOTE)
+        machine = replace(machine, process=kind, spindle_start_s=0.0)
+        return replace(read, machine=machine, issues=(note, *read.issues) if choose else read.issues)
+    return read
+
+
+#: What the program does: the process of its machine, and what it drives.
+_BEAMS = {"laser": ("laser", "a laser"), "plasma": ("torch", "a torch")}
+#: The machine whose words most machining centres share, where the default one does not understand a program.
+_HAAS = "haas-vf2"
+_QTPLASMAC = "#<_hal[plasmac."
+#: Words that QtPlasmaC alone has: which torch or scribe, the number of a material.
+_OF_QTPLASMAC = re.compile(r"^[^(;\n]*M0*(?:[35]\s*\$[0-2]|190\s*P)", re.IGNORECASE | re.MULTILINE)
+#: By the speed that they reach: which takes a program is the first that is as fast as its cuts, and as large.
+_LASERS = ("grbl-laser-5w", "grbl-laser-20w", "grbl-laser-co2")
+
+
+def _reads(text: str, source: str, settings: Settings, machine: str, look: Look) -> bool:
+    """Return whether another machine understands a program."""
+    try:
+        _read(text, source, settings, *_other_machine(settings, machine), look)
+    except ReadError:
+        return False
+    return True
+
+
+def _of_plasma_table(text: str, source: str, settings: Settings, look: Look, process: str) -> ProgramRead:
+    read = _read(text, source, settings, *_other_machine(settings, CUTTING_MACHINES["plasma"]), look)
+    done = "plasma" if process == "auto" else process
+    return replace(read, process=done, issues=(_chosen(read.machine, "plasma"), *read.issues))
+
+
+def _process(read: ProgramRead, process: str) -> str:
+    from leafcut.processes.program.plan.sections.program_rows import known_process
+
+    return known_process(read.program) if process == "auto" else process
+
+
+def _other_machine(settings: Settings, name: str) -> tuple[Machine, Dialect]:
+    """Return another machine than the one that nobody has named, and its dialect."""
+    from leafcut.gcode.dialects import dialect
+
+    machine = machine_of(replace(settings, machine=replace(settings.machine, machine=name)))
+    return machine, dialect(machine.controller)
+
+
+def _chosen(machine: Machine, what: str) -> Issue:
+    what = {"laser": "a laser", "plasma": "a plasma table"}[what]
+    message = f"this is a program for {what}: read for {machine.name}; name yours with --machine"
+    return Issue("L807", message, severity=Severity.NOTE)
+
+
+def _laser_for(program: Program) -> str:
+    """Return the slowest of the lasers that is as fast as the program's cuts and as large as they are."""
+    import numpy as np
+
+    from leafcut.model.toolpath import Kind
+    from leafcut.read.machine import load_machine
+
+    path = program.path
+    feeds = path.value[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)]
+    fastest = float(np.max(feeds, initial=0.0))
+    low, high = path.extents
+    for name in _LASERS:
+        machine = load_machine(name)
+        sides = zip(low[:2], high[:2], machine.travel_min[:2], machine.travel_max[:2], strict=True)
+        if fastest <= machine.max_feed + 1e-9 and all(b - a <= d - c + 1e-9 for a, b, c, d in sides):
+            return name
+    return _LASERS[-1]
+
+
+def _read(text: str, source: str, settings: Settings, machine: Machine, words: Dialect, look: Look) -> ProgramRead:
+    """Return a program as it is read for a machine, in its units and with its feeds."""
+    from leafcut.gcode.lines import Lines
+    from leafcut.gcode.program_interpreter import interpret_program, lines_of
+
+    units = settings.read.units or machine.units
+    if units not in ("mm", "in"):
+        raise OptionError(f"--units {units}: a program is in mm or in inches; use mm or in")
+    known, feed_words, issues = _with_machine_feeds(text, settings, words)
+    program = interpret_program(known, words, source, units=units, look=look)
+    if known is not text:
+        program = replace(program, lines=Lines(lines_of(text, words, source)), feed_words=feed_words)
+    if program.title_lines:
+        what = "line 1 is" if program.title_lines == 1 else f"lines 1 to {program.title_lines} are"
+        issues.append(Issue("L101", f"{what} no G-code, and stand above the percent sign: left out as a title"))
+    if not program.assumed_units and "units" in settings.asked:
+        raise OptionError("--units: the program says its own units (G20 or G21); leave it out")
+    if program.assumed_units:
+        whose = "--units" if settings.read.units else machine.name
+        message = f"the program does not say its units (G20 or G21): read as {_UNIT_WORDS[units]}, the units of {whose}"
+        issues.append(Issue("L102", f"{message}; say others with --units", severity=Severity.NOTE))
+    return ProgramRead(program, words, machine, tuple(issues))
+
+
+_UNIT_WORDS = {"mm": "mm", "in": "inches"}
+
+
+def _with_machine_feeds(text: str, settings: Settings, words: Dialect) -> tuple[str, dict[float, str], list[Issue]]:
+    """Return a program with numbers where its feeds come from the controller's materials, and which feeds these are."""
+    from leafcut.gcode.material import with_feeds
+
+    word = "" if words.torch is None else words.torch.material_feed
+    if not word or word not in text:
+        for name in _OF_MATERIALS:
+            if name in settings.asked:
+                raise OptionError(
+                    f"{flag_name(name)}: no feed of the program comes from the controller's materials; leave it out"
+                )
+        return text, {}, []
+    issues: list[Issue] = []
+    feed = settings.cut.cut_speed
+    if feed is None:
+        feed, whose = _chart_feed(settings)
+        said = f"{word}: the feed of the controller's material is counted as {feed * SECONDS_PER_MINUTE:,.0f} mm/min"
+        issues.append(Issue("L413", f"{said}, {whose}; say it with --cut-speed", severity=Severity.NOTE))
+    numbered, feeds = with_feeds(text, word, feed)
+    return numbered, dict.fromkeys(feeds, word), issues
+
+
+def _chart_feed(settings: Settings) -> tuple[float, str]:
+    """Return the speed of the cut chart, mm/s, and of what it is."""
+    from leafcut.read.cutchart import find_cut_data, load_chart
+
+    options, thickness = settings.cut, settings.drill.thickness or _USUAL_THICKNESS
+    rows = load_chart(options.chart)
+    data, _ = find_cut_data(rows, options.cut_process or "plasma", options.material, thickness, options.amps)
+    return data.feed, f"the cut chart's for {thickness:g} mm of {options.material.replace('_', ' ')}"

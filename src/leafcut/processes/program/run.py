@@ -1,0 +1,418 @@
+"""A program in, the same work in less time out: interpret, find what may change places, solve, rewrite, prove."""
+
+from __future__ import annotations
+
+import codecs
+import math
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut._version import __version__
+from leafcut.errors import VerifyError
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.obstacles import Obstacles
+from leafcut.model.outcome import OperationOutcome, Outcome
+from leafcut.model.part import Hole, Part
+from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.model.sequence import Kept, Section, Sequence
+from leafcut.model.solution import Solution
+from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.toolpath import PLACES, STILL, Kind, Toolpath, arc_sweep, position_before
+from leafcut.processes.course import Run, machine_issues, passing_on, share
+from leafcut.processes.keep_out import obstacles_of
+from leafcut.processes.program.proving import Orders, write_proved
+
+if TYPE_CHECKING:
+    from leafcut.gcode.program import Program
+    from leafcut.options import SolveOptions
+    from leafcut.processes.program.reading import ProgramRead
+
+Point = tuple[float, float]
+
+#: Planning may take so long whatever the time limit, s: most of it is spent on looking at large programs.
+_LEAST_PLANNING = 5.0
+#: A way round an obstacle is taken to cost as much as a rise by so much, mm: it depends on the way.
+_ROUND = 50.0
+#: Rows that say where the tool is, in coordinates of the program or the machine.
+_PLACES = [int(k) for k in (*PLACES, Kind.MACHINE)]
+
+
+def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
+    """Return the program that does the same work in the shortest machine time, proved, and what was found out.
+
+    Parameters
+    ----------
+    source
+        The name of the program.
+    data
+        Its bytes.
+    process
+        ``drill``, ``mill``, ``laser`` or ``plasma``; ``auto``: what the program shows.
+
+    Raises
+    ------
+    ReadError, PlanError, SolveError, PostError, VerifyError
+        One line that says what was found and what to do.
+    """
+    from leafcut.gcode.dialects import dialect
+    from leafcut.processes.program.plan.precedence.staying import count_pieces, grouped
+    from leafcut.processes.program.plan.sections.program_rows import dark_rows
+    from leafcut.processes.program.reading import read_foreign
+    from leafcut.solve.compiling import announced
+    from leafcut.timing.toolpath import measure
+
+    words = dialect(run.settings.post.dialect or run.machine.controller)
+    text, encoding = decoded(data)
+    read = read_foreign(text, source, run.settings, run.machine, words, run.looking("reading"), process=process)
+    original, words, run = read.program, read.words, replace(run, machine=read.machine)
+    dangers = read.dangers
+    _refuse_dangers(run, source, dangers)
+    began = time.monotonic()
+    sequence = _planned(run, original, read.process, began)
+    searching = _with_time_left(run, time.monotonic() - began)
+    obstacles, noticed = obstacles_of(run, original, sequence.process in ("laser", "plasma"))
+    with announced(run.tell):
+        stands, begins = _stands(run, original, sequence)
+        solutions = _solve_sections(searching, sequence, obstacles, begins)
+        solutions = [
+            None if found is None else _with_few_speeds(original, section, found)
+            for section, found in zip(sequence.sections, solutions, strict=True)
+        ]
+        measures = [measure(original.path, run.machine, dark_rows(original, sequence.process), stands)]
+        proved = write_proved(run, words, original, sequence, _orders(sequence, solutions), source, obstacles)
+        measures.append(measure(proved.program.path, run.machine, dark_rows(proved.program, sequence.process), stands))
+        timed = run.settings.solve.objective == "time"
+        before, after = (m.time_s if timed else m.travel_mm for m in measures)
+        stay, refused = frozenset(proved.kept), proved.kept
+        if after > before:
+            # The solver's cost leaves out what the look-ahead knows; what is no better is not written. Of a program
+            # that crosses obstacles its own order is the measure once it goes over or round them.
+            own = write_proved(run, words, original, sequence, [None for _ in solutions], source, obstacles)
+            measured = measure(own.program.path, run.machine, dark_rows(own.program, sequence.process), stands)
+            if obstacles is None or (measured.time_s if timed else measured.travel_mm) <= after:
+                stay, proved, measures[1] = frozenset(range(len(solutions))), own, measured
+        solutions = [_unchanged(s) if s is not None and k in stay else s for k, s in enumerate(solutions)]
+    part, operations = _work_of(source, original, sequence, solutions)
+    return Outcome(
+        part=part,
+        machine=run.machine,
+        process=sequence.process,
+        operations=operations,
+        before=measures[0],
+        nearest=None,
+        after=measures[1],
+        path_before=original.path,
+        path_after=proved.program.path,
+        text=proved.text,
+        dialect=words.name,
+        seed=run.settings.solve.seed,
+        verified=True,
+        issues=(
+            *dangers,
+            *_new_dangers(read, proved.program),
+            *noticed,
+            *read.issues,
+            *sequence.issues,
+            *_offers(run, sequence),
+            *proved.issues,
+            *machine_issues(run.machine),
+        ),
+        certificate=proved.certificate.as_json(),
+        barriers=sum(isinstance(item, Kept) and item.reason != "" for item in sequence.items),
+        pieces=count_pieces(sequence),
+        staying=grouped(sequence, refused, run.settings.resequence.keep_order),
+        encoding=encoding,
+        options=run.settings.changed(),
+        version=__version__,
+    )
+
+
+def _refuse_dangers(run: Run, source: str, dangers: list[Issue]) -> None:
+    """Refuse a program with dangers in it where `--strict` asks for that."""
+    worst = [issue for issue in dangers if issue.severity is Severity.DANGER]
+    if run.settings.read.strict and worst:
+        more = f" (and {len(worst) - 1} more)" if len(worst) > 1 else ""
+        raise VerifyError(f"{source}: {worst[0]}{more}; --strict refuses a program that is dangerous as it is")
+
+
+def _new_dangers(read: ProgramRead, program: Program) -> list[Issue]:
+    """Return the kinds of danger that the original has not; there are none, or the proof has missed something."""
+    known = {issue.code for issue in read.dangers}
+    found = replace(read, program=program).dangers
+    return [replace(i, message=f"in the new program: {i.message}") for i in found if i.code not in known]
+
+
+class _OutOfTime(Exception):
+    """Planning took longer than the time limit."""
+
+
+def _planned(run: Run, original: Program, process: str, began: float) -> Sequence:
+    """Return the program in pieces; all of it stays where it is if finding them takes longer than the time limit."""
+    from leafcut.processes.program.plan.resequencing import all_stay, find_sequence
+    from leafcut.processes.program.plan.sections.program_rows import known_process
+
+    options, limit = run.settings.resequence, run.settings.solve.time_limit
+    tell = run.looking("finding what may change places")
+
+    def look() -> None:
+        if limit is not None and time.monotonic() - began > max(limit, _LEAST_PLANNING):
+            raise _OutOfTime
+        tell()
+
+    try:
+        return find_sequence(
+            original,
+            process=process,
+            merge_tools=options.merge_tools,
+            allow_reverse=options.allow_reverse,
+            mix_operations=options.mix_operations,
+            look=look,
+        )
+    except _OutOfTime:
+        said = "the order stays: finding what may change places took longer than --time-limit; give it more"
+        found = known_process(original) if process == "auto" else process
+        return replace(all_stay(original, found, "time-limit"), issues=(Issue("L507", said),))
+
+
+def _with_time_left(run: Run, used: float) -> Run:
+    """Return the run with as much of its time limit as planning has left for the search, a tenth at least."""
+    limit = run.settings.solve.time_limit
+    if limit is None:
+        return run
+    search = replace(run.settings.solve, time_limit=max(limit - used, 0.1 * limit, 0.001))
+    return replace(run, settings=replace(run.settings, solve=search))
+
+
+def decoded(data: bytes) -> tuple[str, str]:
+    """Return the text of a program, its line ends as they are, and the encoding that gives the same bytes again."""
+    try:
+        encoding = "utf-8-sig" if data.startswith(codecs.BOM_UTF8) else "utf-8"
+        return data.decode(encoding), encoding
+    except UnicodeDecodeError:
+        return data.decode("latin-1"), "latin-1"
+
+
+def _solve_sections(
+    run: Run, sequence: Sequence, obstacles: Obstacles | None, start: Point | None
+) -> list[Solution | None]:
+    """Return an order for every section, all ordered together; None where the order is kept.
+
+    A section begins where the one before it now ends, if nothing in between goes anywhere, or where that is not known.
+    `start` is where the tool stands before the program moves it, where that is where the first section begins.
+    """
+    from leafcut.processes.program.plan.resequencing import build_problem
+    from leafcut.processes.together import Stage, solve_together
+    from leafcut.solve.solve import solve
+
+    settings = run.settings
+    if settings.resequence.keep_order or not sequence.sections:
+        return [None for _ in sequence.sections]
+    stages: list[Stage] = []
+    goes = True
+    for section in sequence.sections:
+        follows = bool(stages) and not (goes and section.start is not None)
+        begins = None if follows else start if section.start is None else section.start
+        metric = _metric(run, section, obstacles)
+        own = np.arange(len(section.chains), dtype=np.int32)
+        stages.append(Stage(build_problem(section, metric, begins, section.end), follows, own))
+        goes = section.end is not None
+    total = left = sum(stage.problem.n_clusters for stage in stages)
+    used = 0.0
+
+    def search(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
+        nonlocal left, used
+        chains = stages[number].problem.n_clusters
+        what = f"ordering section {number + 1}"
+        run.tell(what, share=1.0 - left / total)
+        found = solve(
+            problem, share(options, used, left, problem), settings.aco, firefly=settings.firefly,
+            progress=passing_on(run.progress, what, left / total, chains / total), observe=run.observe,
+            cancelled=run.cancelled,
+        )  # fmt: skip
+        used, left = used + found.seconds, max(left - chains, 1)
+        return found
+
+    def quick(_: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
+        nonlocal used
+        found = solve(problem, options, settings.aco, firefly=settings.firefly, cancelled=run.cancelled)
+        used += found.seconds
+        return found
+
+    return list(solve_together(stages, search, settings.solve, quick, run.cancelled))
+
+
+def _stands(run: Run, original: Program, sequence: Sequence) -> tuple[Point | None, Point | None]:
+    """Return where the tool stands before the program moves it, and the same if the first section begins there."""
+    start = run.settings.drill.start_point
+    if start is None or not sequence.sections:
+        return None, None
+    path = original.path
+    before = slice(0, int(original.first[sequence.sections[0].chains[0].begin]))
+    known = np.isfinite(path.end[before, :2]).any(axis=1) & np.isin(path.kind[before], _PLACES)
+    moved = known.any() or ((path.kind[before] == Kind.FOREIGN) & (path.ref[before] != STILL)).any()
+    stands = float(start[0]), float(start[1])
+    return stands, None if moved else stands
+
+
+def _offers(run: Run, sequence: Sequence) -> list[Issue]:
+    """Return what another option would save."""
+    changes = sequence.mergeable
+    if not changes or run.settings.resequence.keep_order:
+        return []
+    seconds = changes * run.machine.tool_change_s
+    said = f"--merge-tools would save {changes} change{'s'[: changes != 1]} of tool"
+    return [Issue("L506", said + (f", {seconds:.0f} s" if seconds else ""), severity=Severity.NOTE)]
+
+
+def _metric(run: Run, section: Section, obstacles: Obstacles | None) -> Metric:
+    """Return what the ways of a section cost: those across an obstacle as much more as to rise over it, or go round."""
+    from leafcut.timing.travel import travel_metric
+
+    objective = run.settings.solve.objective
+    if obstacles is None:
+        return travel_metric(run.machine, objective)
+    rise = obstacles.height - section.clearance if math.isfinite(obstacles.height) else _ROUND
+    return travel_metric(run.machine, objective, zones=obstacles.of_tool(section.tool), lift_height_mm=max(rise, 0.0))
+
+
+def _unchanged(solution: Solution) -> Solution:
+    return replace(solution, nodes=np.arange(len(solution.nodes), dtype=np.int32), lower_bound=None)
+
+
+def _with_few_speeds(program: Program, section: Section, solution: Solution) -> Solution:
+    """Return a solution that changes the speed of the spindle no more often than the program did.
+
+    Where it changes more often, all that waits for a speed and may be made with it is made before the next one.
+    """
+    from leafcut.processes.program.plan.resequencing import chain_order, speeds_of
+
+    speeds = speeds_of(program, section)
+    if len(np.unique(speeds)) < 2:
+        return solution
+    chain = chain_order(section, solution.nodes)
+    chain = np.where(chain < 0, ~chain, chain)
+    most = int(np.count_nonzero(np.diff(speeds)))
+    if np.count_nonzero(np.diff(speeds[chain])) <= most:
+        return solution
+    waits_for: dict[int, set[int]] = {}
+    for one, other in section.precedence.tolist():
+        waits_for.setdefault(other, set()).add(one)
+    waiting = list(zip(chain.tolist(), solution.nodes.tolist(), strict=True))
+    speed, done, nodes = float(speeds[0]), set[int](), list[int]()
+    while waiting:
+        left = []
+        for one, node in waiting:
+            if speeds[one] == speed and waits_for.get(one, set()) <= done:
+                done.add(one)
+                nodes.append(node)
+            else:
+                left.append((one, node))
+        if len(left) == len(waiting):
+            speed = next(float(speeds[one]) for one, _ in left if waits_for.get(one, set()) <= done)
+        waiting = left
+    order = chain_order(section, np.array(nodes, dtype=np.int32))
+    if np.count_nonzero(np.diff(speeds[np.where(order < 0, ~order, order)])) > most:
+        return _unchanged(solution)
+    return replace(solution, nodes=np.array(nodes, dtype=np.int32), lower_bound=None)
+
+
+def _orders(sequence: Sequence, solutions: list[Solution | None]) -> Orders:
+    from leafcut.processes.program.plan.resequencing import chain_order
+
+    given = zip(sequence.sections, solutions, strict=True)
+    return [None if solution is None else chain_order(section, solution.nodes) for section, solution in given]
+
+
+def _work_of(
+    source: str, program: Program, sequence: Sequence, solutions: list[Solution | None]
+) -> tuple[Part, tuple[OperationOutcome, ...]]:
+    """Return the holes of a program as a part, and what was ordered, section by section.
+
+    A hole that keeps its place, such as the first one of a cycle, belongs to the next section of its tool, else to the
+    last one.
+    """
+    holes: list[Hole] = []
+    operations: list[OperationOutcome] = []
+    begins: list[int] = []
+    stays = np.ones(len(program.path), dtype=bool)
+    for number, section in enumerate(sequence.sections):
+        first = len(holes)
+        drilled = [c for c in section.chains if c.kind == "hole"]
+        holes += [Hole(*c.entry, 0.0) for c in drilled]
+        for chain in section.chains:
+            stays[program.first[chain.begin] : program.first[chain.end]] = False
+        solution = solutions[number] if number < len(solutions) else None
+        if solution is not None:
+            operations.append(_operation(program, section, sequence.process, first, solution))
+            begins.append(int(program.first[section.chains[0].begin]))
+    places, staying = _staying(program.path, stays, [o.tool.number for o in operations], begins)
+    operations = [
+        replace(o, staying=tuple(len(holes) + k for k in mine)) for o, mine in zip(operations, staying, strict=True)
+    ]
+    holes += [Hole(x, y, 0.0) for x, y in places]
+    part = Part(name=Path(source).stem, source=source, format="gcode", holes=tuple(holes))
+    return part, tuple(operations)
+
+
+def _staying(
+    path: Toolpath, stays: NDArray[np.bool_], tools: list[int], begins: list[int]
+) -> tuple[list[tuple[float, float]], list[list[int]]]:
+    """Return the holes drilled in rows that stay, (x, y) in mm, and which of them belong to each operation.
+
+    `tools` are the operations' tools, `begins` their first rows.
+    """
+    rows = np.flatnonzero(stays & (path.kind == Kind.DRILL) & np.isfinite(path.end[:, :2]).all(axis=1))
+    changes = np.flatnonzero(path.kind == Kind.TOOL)
+    last = np.searchsorted(changes, rows) - 1
+    tool = np.where(last >= 0, path.ref[changes[last]], 0) if len(changes) else np.zeros(len(rows))
+    staying: list[list[int]] = [[] for _ in tools]
+    of_tool: dict[int, list[int]] = {}
+    for k, number in enumerate(tools):
+        of_tool.setdefault(number, []).append(k)
+    for hole, (row, number) in enumerate(zip(rows.tolist(), tool.tolist(), strict=True)):
+        mine = of_tool.get(number)
+        if mine:
+            staying[next((k for k in mine if begins[k] > row), mine[-1])].append(hole)
+    return [(x, y) for x, y in path.end[rows, :2].tolist()], staying
+
+
+def _feed(path: Toolpath, works: NDArray[np.intp]) -> float:
+    """Return the feed along most of the way of a piece of work, seen from above; of a hole, that of the way down."""
+    if not len(works):
+        return 0.0
+    places = np.concatenate([[position_before(path, int(works[0]))], path.end[works]])
+    length = np.nan_to_num(np.hypot(*np.diff(places, axis=0)[:, :2].T))
+    for k in np.flatnonzero(path.kind[works] != Kind.FEED).tolist():
+        if path.kind[works[k]] != Kind.DRILL:
+            radius, _, sweep = arc_sweep(path, int(works[k]))
+            length[k] = radius * abs(sweep)
+    feeds, of = np.unique(path.value[works], return_inverse=True)
+    return float(feeds[np.bincount(of.reshape(-1), length).argmax()] if length.any() else path.value[works[0]])
+
+
+def _operation(program: Program, section: Section, process: str, first: int, solution: Solution) -> OperationOutcome:
+    """Return what was ordered in a section; feed, speed and cycle are those of its first piece of work."""
+    path, holes = program.path, [k for k, c in enumerate(section.chains) if c.kind == "hole"]
+    chain = section.chains[holes[0] if holes else 0]
+    rows = np.arange(program.first[chain.begin], program.first[chain.end])
+    works = rows[(path.kind[rows] >= Kind.FEED) & (path.kind[rows] <= Kind.DRILL)]
+    drilling = works[path.kind[works] == Kind.DRILL]
+    tool = Tool(
+        number=0 if section.tool is None else section.tool,
+        diameter=0.0,
+        kind=ToolKind.DRILL if holes else ToolKind.SLOT_MILL,
+        name="" if holes else process,
+        feed=_feed(path, works[:1] if holes else works),
+        spindle_rpm=program.modal(chain.end).rpm,
+    )
+    at = {chain: first + i for i, chain in enumerate(holes)}
+    order = tuple(at[k] for k in solution.nodes.tolist() if k in at)
+    cycle = path.cycles[int(path.ref[drilling[0]])].name if len(drilling) else ""
+    line = program.text_line
+    lines = int(line[section.chains[0].begin]), int(line[section.chains[-1].end - 1])
+    return OperationOutcome(tool, cycle, order, False, solution, len(section.chains) - len(holes), lines)

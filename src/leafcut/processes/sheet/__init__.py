@@ -1,0 +1,1 @@
+"""Sheets: the contours of a drawing become a cutting program for plasma, laser, flame or water."""

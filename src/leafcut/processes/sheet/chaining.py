@@ -1,0 +1,63 @@
+"""Chains found for a sheet: the bridges, the search, and the cutting with what the search chose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from leafcut.processes.course import passing_on
+from leafcut.processes.sheet.job import Job
+
+if TYPE_CHECKING:
+    from leafcut.processes.sheet.plan.chains.chain_starts import Chain
+    from leafcut.processes.sheet.plan.cutting import Cutting
+
+#: The part of a time limit that is spent on chains; the rest is for the order of all cuts.
+SHARE = 0.4
+
+
+def chained(job: Job) -> tuple[Cutting, float]:
+    """Return the cutting with chains where they save time, and the seconds that it took to search for them.
+
+    The bridges that a plan file fixes are kept; with ``keep_order`` all that it has.
+
+    Raises
+    ------
+    PlanError
+        A bridge of the plan cannot be made.
+    """
+    from leafcut.processes.sheet.plan.chains.chain_cutting import chain_blocks, planned_chains, with_chains
+    from leafcut.processes.sheet.plan.cutting import bands
+
+    run, cutting, plan, settings = job.run, job.cutting, job.plan, job.run.settings
+    keep = settings.resequence.keep_order
+    planned = [] if plan is None else planned_chains(cutting, plan, everything=keep)
+    if not settings.cut.chains or settings.resequence.keep_order or settings.solve.algorithm == "none":
+        return with_chains(cutting, planned), 0.0
+    blocks = chain_blocks(cutting, bands(cutting, settings.cut), planned)
+    seconds, total = 0.0, sum(map(len, blocks))
+    chains = planned
+    for block in blocks:
+        run.tell("looking for bridges")
+        more, spent = _search(job, block, chains, len(block) / total)
+        chains, seconds = [*chains, *more], seconds + spent
+    return with_chains(cutting, chains), seconds
+
+
+def _search(job: Job, block: list[int], before: Sequence[Chain], part: float) -> tuple[list[Chain], float]:
+    """Return the chains of one block, and the seconds that it took; `part` of the time is for it."""
+    from leafcut.processes.sheet.plan.chains.chain_cutting import chain_problem, chains_of
+    from leafcut.solve.solve import solve
+
+    run, cutting, settings = job.run, job.cutting, job.run.settings
+    found = chain_problem(cutting, settings.cut, job.overhead, min(run.machine.rapid_velocity[:2]), block)
+    if found is None:
+        return [], 0.0
+    options = replace(settings.solve, bound=False, algorithm="auto")
+    if options.time_limit is not None:
+        seconds = min(SHARE * part * options.time_limit, job.search_seconds())
+        options = replace(options, time_limit=max(seconds, 0.001))
+    tell = passing_on(run.progress, "joining cuts", 0.0, 1.0)
+    solution = solve(found.problem, options, settings.aco, progress=tell, cancelled=run.cancelled)
+    return chains_of(cutting, found, [int(n) for n in solution.nodes], settings.cut, before), solution.seconds

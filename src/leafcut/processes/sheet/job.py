@@ -1,0 +1,326 @@
+"""A sheet, its rules and its machine made ready: what is the same for every order of its cuts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from leafcut.errors import OptionError, PlanError
+from leafcut.model.cutting import CutData, PlanFile
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.problem import Metric
+from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.options import CutOptions
+from leafcut.processes.course import CUTTING_MACHINES, Run, check_words_used, refuse
+
+if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
+    from leafcut.model.machine import Machine, Probe
+    from leafcut.model.part import Part
+    from leafcut.model.sheet import Sheet
+    from leafcut.processes.sheet.plan.cutting import Cutting
+    from leafcut.read import Input
+
+Point = tuple[float, float]
+
+#: How machines cut, by the process of their profile.
+_KINDS = {"torch": "plasma", "laser": "laser", "flame": "oxyfuel", "water": "waterjet"}
+#: To lay, write and prove the program takes about as long as what comes before the search; that, and no more than this
+#: part of a time limit, is kept for it.
+MOST_RESERVED = 0.25
+#: Thicknesses that differ by less are the same, mm: inches become mm with a rounding error.
+_SAME_THICKNESS = 0.001
+#: A sheet thicker than this, mm, is not safely cut through where the beam is lit as it moves on (an estimate: below,
+#: the wait for the pierce is some tenths of a second).
+_RELIT = 3.0
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is the same for every order of one sheet."""
+
+    run: Run
+    part: Part
+    cutting: Cutting
+    data: CutData
+    metric: Metric
+    overhead: float
+    start: Point | None
+    end: Point | None
+    words: Dialect
+    plan: PlanFile | None
+    probe: Probe | None
+    #: Of a time limit, s: kept for what comes after the search.
+    reserve: float = 0.0
+
+    def search_seconds(self) -> float:
+        """Return what is left of the time limit for searching, s, infinite without one."""
+        return self.run.left() - self.reserve
+
+    @property
+    def switches(self) -> bool:
+        """Whether the controller can put the torch off while it moves."""
+        return switches(self.words)
+
+    def travel(self) -> Callable[[Point, Point], float]:
+        """Return what a way costs."""
+        from leafcut.timing.travel import travel_cost
+
+        return lambda a, b: travel_cost(self.metric, a, b)
+
+
+def prepared(run: Run, source: Input) -> tuple[Job, list[Issue]]:
+    """Read the sheet and its rules, and make it ready for the search."""
+    from leafcut.gcode.dialects import dialect
+    from leafcut.processes.sheet.plan.apply_plan_file import follow_plan
+    from leafcut.processes.sheet.plan.cut_rules import resolve_rules
+    from leafcut.processes.sheet.plan.cutting import corner_point, prepare_cutting, with_options
+    from leafcut.processes.sheet.plan.slots import on_their_middle
+    from leafcut.processes.sheet.post import check_words
+    from leafcut.processes.zones import parse_zones
+    from leafcut.proof.envelope import check_envelope
+    from leafcut.read.plan_file import load_plan
+    from leafcut.timing.travel import travel_metric
+
+    settings = run.settings
+    run.tell("reading")
+    data, issues = _cut_data(run)
+    issues += _joint_issues(data, settings.cut)
+    words = dialect(settings.post.dialect or run.machine.controller)
+    _check_dialect(words, data.process)
+    check_words_used(settings, run.machine, words)
+    probe = probe_for(run.machine, words, settings.cut)
+    if words.torch is not None and not words.torch.waits and not moves_z(words):
+        if settings.cut.pierce_delay:
+            raise OptionError(f"{words.name} has no wait for the pierce; leave out --pierce-delay")
+        data = replace(data, pierce_delay=0.0)  # a beam that is dark while the machine stands pierces as it goes
+    rules = resolve_rules(data, settings.cut, switches=switches(words), max_feed=run.machine.max_feed)
+    part, sheet = _sheet(run, source)
+    sheet = with_options(sheet, settings.cut, parse_zones(settings.drill.keep_out))
+    if rules.compensation == "geometry" and data.can_pierce:
+        sheet, narrow = on_their_middle(sheet, data.kerf)
+        issues += narrow
+    refuse(check_envelope(_bounds(sheet), run.machine))
+    marks = any(c.contour.kind == "mark" for c in sheet.contours)
+    check_words(words, settings.post, marks=marks, compensates=settings.cut.compensation == "controller")
+    plan = load_plan(settings.cut.plan) if settings.cut.plan else None
+    run.tell("looking for places to pierce")
+    cutting = prepare_cutting(sheet, rules)
+    if plan is not None:
+        cutting = follow_plan(cutting, plan, everything=settings.resequence.keep_order)
+        issues += _plan_issues(plan, data)
+    start = corner_point(sheet, settings.cut.start_corner) or _xy(settings.drill.start_point)
+    job = Job(
+        run=run,
+        part=part,
+        cutting=cutting,
+        data=data,
+        metric=travel_metric(run.machine, settings.solve.objective),
+        overhead=_overhead(run, data, probe) if moves_z(words) else 0.0,
+        start=start,
+        end=_xy(settings.drill.end_point),
+        words=words,
+        plan=plan,
+        probe=probe,
+        reserve=min(run.clock.elapsed(), MOST_RESERVED * (settings.solve.time_limit or 0.0)),
+    )
+    issues += _register_issues(words, data, settings.cut)
+    if settings.read.strict:
+        _refuse_missing(source, (*sheet.issues, *cutting.issues))
+    return job, [*sheet.issues, *issues, *cutting.issues, *_probe_issues(probe)]
+
+
+def _refuse_missing(source: Input, issues: Iterable[Issue]) -> None:
+    """Refuse a sheet of which something is not cut."""
+    missing = [issue for issue in issues if issue.severity is Severity.MISSING]
+    if missing:
+        more = f" (and {len(missing) - 1} more)" if len(missing) > 1 else ""
+        raise PlanError(f"{source}: {missing[0]}{more}; --strict refuses a sheet that is not cut whole")
+
+
+def _bounds(sheet: Sheet) -> Toolpath:
+    """Return a way between the lowest and the highest corner of what is cut: where the machine must reach at least."""
+    builder = ToolpathBuilder()
+    boxes = np.array([c.contour.path.extents for c in sheet.contours])
+    builder.rapid(*boxes[:, :2].min(axis=0).tolist())
+    builder.rapid(*boxes[:, 2:].max(axis=0).tolist())
+    return builder.build()
+
+
+def moves_z(words: Dialect) -> bool:
+    """Return whether anybody moves Z: the program, or the controller itself."""
+    return words.torch is None or words.torch.heights != "none"
+
+
+def switches(words: Dialect) -> bool:
+    """Return whether the controller can put the torch off while it moves."""
+    return words.torch is not None and words.torch.darkens
+
+
+def _sheet(run: Run, source: Input) -> tuple[Part, Sheet]:
+    """Return the drawing, and its contours made ready."""
+    from leafcut.processes.placing import placed_sheet
+    from leafcut.processes.sheet.plan.hole_sizes import with_chosen_holes
+    from leafcut.processes.sheet.plan.sheet import prepare_sheet
+    from leafcut.read import read_contours
+
+    part = read_contours(source, run.settings.read, run.looking("reading"))
+    part = placed_sheet(part, run.settings.read, run.settings.sheet)
+    return part, with_chosen_holes(prepare_sheet(part, run.settings.sheet), run.settings.read)
+
+
+def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
+    from leafcut.read.cutchart import find_cut_data, load_chart
+
+    options, thickness = run.settings.cut, run.settings.drill.thickness
+    machine_kind = _KINDS.get(run.machine.process)
+    if machine_kind is None:
+        raise OptionError(
+            f"{run.machine.name} has a spindle and cannot cut a sheet by heat or water; choose --machine "
+            f'{", ".join(CUTTING_MACHINES.values())} or a profile of your own with process = "torch"'
+        )
+    _check_process(options.cut_process or machine_kind, machine_kind, run.machine.name)
+    if thickness is None:
+        raise OptionError("cutting needs the sheet's thickness; give --thickness")
+    return find_cut_data(
+        load_chart(options.chart),
+        options.cut_process or machine_kind,
+        options.material,
+        thickness,
+        options.amps,
+        feed=options.cut_speed,
+        kerf=options.kerf_width,
+        pierce_delay=options.pierce_delay,
+        pierce_height=options.pierce_height,
+        cut_height=options.cut_height,
+    )
+
+
+def _check_process(asked: str, kind: str, machine: str) -> None:
+    """Refuse a machine that cuts in another way than is asked for."""
+    how = asked.lower().partition("_")[0]
+    if how == kind or how not in CUTTING_MACHINES:
+        return
+    key = next(key for key, value in _KINDS.items() if value == how)
+    raise OptionError(
+        f"{machine} cuts by {kind}, not by {how}; choose --machine {CUTTING_MACHINES[how]}, or a profile of your own "
+        f'with process = "{key}"'
+    )
+
+
+def _check_dialect(words: Dialect, process: str) -> None:
+    """Refuse a dialect whose words are for another kind of torch."""
+    from leafcut.gcode.dialects import dialect, dialects
+
+    how = process.partition("_")[0]
+    if words.torch is not None and how in CUTTING_MACHINES and how not in words.torch.cuts:
+        able = [name for name in dialects(torch=True) if how in (dialect(name).torch or words.torch).cuts]
+        raise OptionError(
+            f"programs for {words.name} cut by {' or '.join(words.torch.cuts)}, not by {how}; choose --dialect "
+            f"{' or '.join(able)}"
+        )
+
+
+def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | None:
+    """Return how the program finds the sheet before every pierce, or None where it does not.
+
+    Raises
+    ------
+    OptionError
+        It is asked for, and the machine or its controller cannot do it.
+    """
+    able = words.torch is not None and bool(words.torch.probe)
+    probe, offset = machine.probe, options.switch_offset
+    if options.probe == "off" or (options.probe == "auto" and (probe is None or not able)):
+        if offset is not None and (options.probe == "off" or probe is None):
+            raise OptionError("--switch-offset is for a probe; leave it out, or say --probe on")
+        return None
+    if not able:
+        raise OptionError(f"programs for {words.name} have no probe; leave out --probe on, or choose another --dialect")
+    if probe is None:
+        raise OptionError(
+            f"{machine.name} has no probe; give a profile of your own (--machine my.toml) with a table [probe]"
+        )
+    probe = probe if offset is None else replace(probe, switch_offset=offset)
+    if probe.switch_offset >= probe.depth:
+        raise OptionError(
+            f"the probe of {machine.name} goes to {probe.depth:g} mm below Z0 at most; a --switch-offset of "
+            f"{probe.switch_offset:g} mm is not within"
+        )
+    return probe
+
+
+def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
+    """Warn of micro-joints in a sheet so thick that a beam does not go through it at once when it is lit again."""
+    if not data.process.startswith("laser") or not options.micro_joints or data.thickness <= _RELIT:
+        return []
+    wait = f"the {data.pierce_delay:.2g} s" if data.pierce_delay > 0.0 else "the time"
+    words = (
+        f"after a micro-joint the beam is lit on the move, beside the part, without {wait} that {data.thickness:g} mm "
+        "take to be pierced, and may not go through: try one part first, or leave out --micro-joints"
+    )
+    return [Issue("L620", words)]
+
+
+def _plan_issues(plan: PlanFile, data: CutData) -> list[Issue]:
+    """Warn of a plan that was made for other cutting data: its leads and starts were chosen for another kerf."""
+    differs = []
+    if plan.thickness and abs(plan.thickness - data.thickness) > _SAME_THICKNESS:
+        differs.append(f"{plan.thickness:g} mm, not {data.thickness:g} mm")
+    if plan.material and plan.material != data.material:
+        differs.append(f"{plan.material}, not {data.material}")
+    if plan.process and plan.process != data.process:
+        differs.append(f"{plan.process}, not {data.process}")
+    if not differs:
+        return []
+    words = (
+        f"the plan was made for {' and '.join(differs)}: this sheet is cut with its own data, but with what the plan "
+        "fixes; look at its leads and starts, or make a new plan"
+    )
+    return [Issue("L621", words, plan.source)]
+
+
+def _register_issues(words: Dialect, data: CutData, options: CutOptions) -> list[Issue]:
+    """Warn of a controller that takes the kerf from a register: a program cannot see what is in there."""
+    from leafcut.gcode.torch import KERF_REGISTER
+
+    if options.compensation != "controller" or words.torch is None or words.torch.compensation != "G41":
+        return []
+    text = (
+        f"the controller takes half of the kerf from register D{KERF_REGISTER}: set it to {0.5 * data.kerf:.4g} mm, "
+        "as a radius, or every part comes out at another size"
+    )
+    return [Issue("L622", text)]
+
+
+def _probe_issues(probe: Probe | None) -> list[Issue]:
+    if probe is None:
+        return []
+    words = (
+        f"the torch finds the sheet before every pierce; its switch is taken to trip {probe.switch_offset:g} mm after "
+        "the touch: measure yours (--switch-offset)"
+    )
+    return [Issue("L618", words, "", Severity.NOTE)]
+
+
+def _overhead(run: Run, data: CutData, probe: Probe | None) -> float:
+    """Return what each cut takes to come down, to find the sheet, and to rise, s."""
+    from leafcut.timing.profile import trapezoid_time
+
+    machine, clearance = run.machine, run.settings.drill.clearance_height
+    velocity, acceleration = machine.rapid_velocity[2], machine.acceleration[2] * machine.acceleration_factor
+    ways = [clearance - data.pierce_height, clearance - data.cut_height]
+    finding = 0.0
+    if probe is not None:
+        finding = trapezoid_time(clearance + probe.switch_offset, probe.feed, acceleration)
+        ways[0] = data.pierce_height + probe.switch_offset
+    return finding + sum(trapezoid_time(max(way, 0.0), velocity, acceleration) for way in ways)
+
+
+def _xy(point: tuple[float, ...] | None) -> Point | None:
+    if point is not None and len(point) != 2:
+        raise OptionError("--start-point and --end-point need two numbers, x,y")
+    return None if point is None else (point[0], point[1])

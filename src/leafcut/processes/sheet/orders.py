@@ -1,0 +1,130 @@
+"""The orders of the cuts of a sheet: found, as a plan file has it, and by nearest neighbours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from leafcut.errors import PlanError
+from leafcut.model.solution import Solution
+from leafcut.options import SolveOptions
+from leafcut.processes.course import passing_on
+from leafcut.processes.sheet.job import Job
+
+if TYPE_CHECKING:
+    from leafcut.processes.sheet.plan.cutting import Cutting
+    from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
+
+#: This part of a time limit is spent on searching even where all else took the whole of it.
+LEAST_SEARCHED = 0.1
+
+
+def as_planned(job: Job) -> tuple[Job, list[CutStart]] | None:
+    """Return the plan file's own order with all its choices; None without a plan, or where they do not fit any more."""
+    from leafcut.processes.sheet.plan.apply_plan_file import follow_plan, plan_order
+    from leafcut.processes.sheet.plan.chains.chain_cutting import planned_chains, with_chains
+
+    if job.plan is None:
+        return None
+    try:
+        cutting = follow_plan(job.cutting, job.plan, everything=True)
+        cutting = with_chains(cutting, planned_chains(cutting, job.plan, everything=True))
+        return replace(job, cutting=cutting), plan_order(cutting, job.plan)
+    except PlanError:
+        return None
+
+
+def ordered(job: Job, before: list[CutStart] | None) -> tuple[list[CutStart], list[Solution]]:
+    """Return the best order found, its starts slid to where they are best, and the solutions it came from.
+
+    `before` is a known order, None for the drawing's.
+    """
+    from leafcut.processes.sheet.plan.cutting import bands, drawing_order, in_bands
+    from leafcut.processes.sheet.plan.heat import HeatRule, spread_starts
+    from leafcut.processes.sheet.plan.leads.clear_pierces import clear_pierces
+    from leafcut.processes.sheet.plan.leads.refine_starts import slide_starts
+
+    run, options = job.run, job.run.settings
+    before = in_bands(job.cutting, drawing_order(job.cutting), options.cut) if before is None else before
+    if options.resequence.keep_order:
+        return before, []
+    order, solutions = _solve_bands(job, options.solve, before)
+    travel = job.travel()
+    if options.solve.algorithm == "none":
+        return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
+    run.tell("sliding the starts")
+    order = slide_starts(job.cutting, order, travel, job.start, job.end, lambda: run.left() <= 0.5 * job.reserve)
+    if options.cut.heat_distance > 0.0:
+        rule = HeatRule(options.cut.heat_distance, options.cut.heat_time)
+        order = spread_starts(job.cutting, order, rule, travel, job.start, bands(job.cutting, options.cut))
+    return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
+
+
+def nearest_order(job: Job) -> list[CutStart]:
+    """Return the nearest-neighbour order."""
+    from leafcut.processes.sheet.plan.leads.clear_pierces import clear_pierces
+
+    quiet = replace(job, run=job.run.quiet())
+    order = _solve_bands(quiet, SolveOptions(algorithm="nn", bound=False, threads=1), None)[0]
+    return clear_pierces(job.cutting, order, job.travel(), job.start, job.end)
+
+
+def _solve_bands(
+    job: Job, options: SolveOptions, before: list[CutStart] | None
+) -> tuple[list[CutStart], list[Solution]]:
+    """Order band after band, each beginning where the one before ended."""
+    from leafcut.processes.sheet.plan.cutting import bands, build_problem
+    from leafcut.solve.solve import keep_better, solve
+
+    cutting, run = job.cutting, job.run
+    groups = bands(cutting, run.settings.cut)
+    total = left = sum(map(len, groups))
+    place, solutions = job.start, list[Solution]()
+    order: list[CutStart] = []
+    for number, members in enumerate(groups, 1):
+        end = job.end if number == len(groups) else None
+        problem, starts = build_problem(cutting, members, job.metric, job.overhead, place, end)
+        name = "ordering the cuts" if len(groups) == 1 else f"ordering band {number}"
+        tell = passing_on(run.progress, name, left / total, len(members) / total)
+        budget = _budget(job, options, len(members) / left)
+        found = solve(
+            problem, budget, run.settings.aco, firefly=run.settings.firefly, progress=tell, observe=run.observe,
+            cancelled=run.cancelled,
+        )  # fmt: skip
+        if before is not None and options.algorithm != "nn":
+            node_of = {int(n): k for k, n in enumerate(starts)}
+            position = {id(s): n for n, s in enumerate(cutting.starts)}
+            inside = set(members)
+            nodes = [node_of[position[id(s)]] for s in before if s.contour in inside]
+            found = keep_better(problem, found, np.array(nodes, dtype=np.int32))
+        solutions.append(found)
+        order += [cutting.starts[int(starts[node])] for node in found.nodes]
+        left -= len(members)
+        place = order[-1].exit
+    check_precedence(cutting, order)
+    return order, solutions
+
+
+def _budget(job: Job, options: SolveOptions, part: float) -> SolveOptions:
+    """Return the options with a part of the time that is left for searching; some of the limit there always is."""
+    if options.time_limit is None:
+        return options
+    seconds = max(job.search_seconds(), LEAST_SEARCHED * options.time_limit)
+    return replace(options, time_limit=max(part * seconds, 0.001))
+
+
+def check_precedence(cutting: Cutting, order: Sequence[CutStart]) -> None:
+    """Refuse an order that cuts a part loose before what is inside it: nothing later would see it."""
+    cut = [k for s in order for k in s.contours]
+    at = {k: place for place, k in enumerate(cut)}
+    if len(at) != len(cutting.contours) or len(cut) != len(at):
+        raise PlanError("the order does not cut every contour once; this is a fault of the algorithm, choose another")
+    for a, b in cutting.pairs:
+        if at[a] > at[b]:
+            raise PlanError(
+                f"{cutting.contours[b].name()} would be cut before {cutting.contours[a].name()}; take 'order' out of "
+                "the plan file, or leave out --sweep"
+            )

@@ -1,0 +1,1 @@
+"""Chains: several closed cuts with one pierce, joined by bridges through the scrap."""

@@ -1,0 +1,326 @@
+"""Groups of parts a kerf apart: the path around all of them, and the lines between them as cuts from kerf to kerf."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from leafcut.errors import PlanError
+from leafcut.geometry.fitting import fit_arcs
+from leafcut.geometry.offset import offset
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.cutting import Lead
+from leafcut.processes.sheet.plan.common_cuts.edges import GAP, Point, Slot
+from leafcut.processes.sheet.plan.cut_contours import FLATNESS, OFFSET_TOLERANCE, ROUNDING, CutContour, flat_line
+from leafcut.processes.sheet.plan.cut_rules import CutRules
+from leafcut.processes.sheet.plan.leads.leads import LEAST_KERFS, LEAST_LEAD, SMALLER, Scrap, lead_shape, placed
+
+#: Ends and paths this near to each other meet, mm.
+MEET = 0.01
+#: A common line is made longer by so many half kerfs at most to come to another kerf: about a corner of 20 degrees.
+REACH = 6.0
+#: A cut whose kerf others cross keeps its arc: light and water need no metal to burn on.
+CROSSABLE = ("laser", "waterjet")
+#: Lines are on one line when they turn by less than this, rad.
+STRAIGHT = 1e-3
+#: A fitted arc of a larger radius is a line, mm.
+ROUNDEST = 1e5
+#: Lead-ins are tried with these parts of their length, and at these angles to the line, rad.
+SHARES = (1.0, 0.7, 0.45, 0.3)
+ANGLES = tuple(math.radians(a) for a in (0.0, 45.0, -45.0, 30.0, -30.0, 60.0, -60.0))
+
+
+@dataclass(frozen=True)
+class CommonLine:
+    """A common line: `begin` and `end` in the middle of other kerfs; `shared` mm of it lie between two parts.
+
+    `inlets` are the lead-ins with which it can begin at either end; None: it cannot begin there.
+    `parts` are positions of contours.
+    """
+
+    begin: Point
+    end: Point
+    shared: float
+    parts: tuple[int, ...]
+    inlets: tuple[Lead | None, Lead | None]
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Parts with common lines.
+
+    Attributes
+    ----------
+    members
+        Positions of their outlines.
+    parts
+        Their numbers.
+    shape, path
+        The edge of the parts with the rooms between them, and the path of the torch around it.
+    lines
+        In an order in which they can be cut; `order` has the pairs (before, after) that matter.
+    """
+
+    members: frozenset[int]
+    parts: frozenset[int]
+    shape: Polyline
+    path: Polyline
+    lines: tuple[CommonLine, ...]
+    order: tuple[tuple[int, int], ...]
+
+
+class Grouper:
+    """Makes groups, or says that parts make none."""
+
+    def __init__(self, contours: list[CutContour], slots: Sequence[Slot], scrap: Scrap, rules: CutRules) -> None:
+        import shapely
+
+        self.contours, self.slots, self.scrap, self.rules = contours, slots, scrap, rules
+        owners = {k for s in slots for k in s.parts}
+        self.metal = {k: shapely.Polygon(contours[k].source.contour.path.flattened(FLATNESS)) for k in owners}
+        self.round = {k: any(s.is_arc for s in contours[k].source.contour.path.segments()) for k in owners}
+        self.rooms = [_room(s) for s in slots]
+        self.middles = np.array([shapely.LineString([s.begin, s.end]) for s in slots], dtype=object)
+        self.follows = list(self._in_line())
+
+    def group(self, members: frozenset[int]) -> Group | None:
+        """Return the group of some parts; None where not all of it could be cut."""
+        import shapely
+
+        inside = [n for n, s in enumerate(self.slots) if set(s.parts) <= members]
+        shape = self._shape(members, inside)
+        if shape is None:
+            return None
+        path = self._path(shape)
+        if path is None:
+            return None
+        around = flat_line(path)
+        whole = self._to_kerfs([self._merged(own) for own in self._in_one(inside)], around)
+        if whole is None:
+            return None
+        pieces = whole if self.rules.kind in CROSSABLE else _uncrossed(whole, self.rules.half)
+        lines = [self._line(piece, inside, members, around) for piece in pieces]
+        if any(line.inlets == (None, None) for line in lines):
+            return None
+        every = shapely.multilinestrings([around, *(shapely.LineString([x.begin, x.end]) for x in lines)])
+        if not self._covers(every, members):
+            return None
+        numbers = frozenset(self.contours[k].source.part for k in members)
+        return Group(members, numbers, shape, path, tuple(lines), tuple(_ends_at(lines)))
+
+    # -- the path around ---------------------------------------------------------------------------------------------
+
+    def _shape(self, members: frozenset[int], inside: Sequence[int]) -> Polyline | None:
+        """Return the edge of the parts with the rooms between them; None where scrap is locked in."""
+        import shapely
+
+        whole = shapely.union_all([*(self.metal[k] for k in sorted(members)), *(self.rooms[n] for n in inside)])
+        if whole.geom_type != "Polygon":
+            return None
+        for hole in whole.interiors:
+            # Where four corners meet, a square of a kerf's width is left, which the lines cut away.
+            if not shapely.Polygon(hole).buffer(-(self.rules.half + ROUNDING)).is_empty:
+                return None
+        ring = shapely.Polygon(whole.exterior).simplify(0.1 * MEET)
+        points = np.asarray(ring.exterior.coords)[:-1, :2]
+        bent = any(self.round[k] for k in members)
+        found = fit_arcs(points, 0.5 * MEET, closed=True) if bent else Polyline.of_points(points, closed=True)
+        return found if found.area > 0.0 else found.reversed()
+
+    def _path(self, shape: Polyline) -> Polyline | None:
+        try:
+            rings = offset(shape, self.rules.half, OFFSET_TOLERANCE)
+        except PlanError:
+            return None
+        if len(rings) != 1:
+            return None
+        return _straightened(rings[0] if rings[0].area > 0.0 else rings[0].reversed())
+
+    def _covers(self, lines: Any, members: frozenset[int]) -> bool:
+        """Return whether all of every part's path is cut but arcs round corners, and nothing nearer to a part."""
+        import shapely
+
+        half = self.rules.half
+        near = lines.buffer(ROUNDING)
+        for k in members:
+            if shapely.distance(lines, self.metal[k]) < half - GAP:
+                return False
+            left = self.contours[k].line.difference(near)
+            if any(piece.length > math.pi * half + ROUNDING for piece in shapely.get_parts(left)):
+                return False
+        return True
+
+    # -- the lines between -------------------------------------------------------------------------------------------
+
+    def _in_line(self) -> Iterator[tuple[int, int]]:
+        """Yield pairs of rooms that follow each other on one line, no more than a kerf between them."""
+        import shapely
+
+        if not len(self.middles):
+            return
+        reach = 2.0 * self.rules.half + 2.0 * GAP
+        for i, j in zip(*shapely.STRtree(self.middles).query(self.middles, "dwithin", distance=reach), strict=True):
+            a, b = self.slots[int(i)], self.slots[int(j)]
+            if i < j and abs(a.normal[0] * b.normal[1] - a.normal[1] * b.normal[0]) < STRAIGHT:
+                off = [(p[0] - a.begin[0]) * a.normal[0] + (p[1] - a.begin[1]) * a.normal[1] for p in (b.begin, b.end)]
+                if max(map(abs, off)) <= GAP:
+                    yield int(i), int(j)
+
+    def _in_one(self, inside: Sequence[int]) -> list[list[int]]:
+        """Return the rooms in lists, each on one line without a break."""
+        own = set(inside)
+        lists = {n: [n] for n in inside}
+        for i, j in self.follows:
+            if i in own and j in own and lists[i] is not lists[j]:
+                both = lists[i] + lists[j]
+                for n in both:
+                    lists[n] = both
+        return list({id(x): x for x in lists.values()}.values())
+
+    def _merged(self, own: Sequence[int]) -> tuple[Point, Point]:
+        """Return the ends of the line along rooms that follow each other."""
+        ends = [p for n in own for p in (self.slots[n].begin, self.slots[n].end)]
+        return max(itertools.combinations(ends, 2), key=lambda pair: math.dist(*pair)) if len(ends) < 40 else _far(ends)
+
+    def _to_kerfs(self, lines: list[tuple[Point, Point]], around: Any) -> list[tuple[Point, Point]] | None:
+        """Return lines made longer to the middle of the next kerf at both ends; None where there is none."""
+        import shapely
+
+        drawn = [shapely.LineString(line) for line in lines]
+        found = []
+        for number, (begin, end) in enumerate(lines):
+            others = [line for k, line in enumerate(drawn) if k != number]
+            kerfs = shapely.union_all([around, *others]).buffer(MEET)
+            ends = [self._met(a, b, kerfs) for a, b in ((end, begin), (begin, end))]
+            if ends[0] is None or ends[1] is None:
+                return None
+            found.append((ends[0], ends[1]))
+        return found
+
+    def _met(self, origin: Point, end: Point, kerfs: Any) -> Point | None:
+        """Return where a line, going on beyond its end, comes into the middle of a kerf."""
+        import shapely
+
+        along = (np.array(end) - np.array(origin)) / math.dist(origin, end)
+        ray = shapely.LineString([end, np.array(end) + (REACH * self.rules.half + MEET) * along])
+        hits = ray.intersection(kerfs)
+        if hits.is_empty:
+            return None
+        x, y = shapely.get_coordinates(shapely.shortest_line(shapely.Point(end), hits))[1].tolist()
+        return x, y
+
+    def _line(
+        self, ends: tuple[Point, Point], inside: Sequence[int], members: frozenset[int], around: Any
+    ) -> CommonLine:
+        import shapely
+
+        line = shapely.LineString(ends)
+        near = [n for n in inside if shapely.dwithin(line, self.middles[n], GAP)]
+        along = {n: self.middles[n].intersection(line.buffer(2.0 * GAP, cap_style="flat")).length for n in near}
+        # Of a room across only a kerf's width lies along the line.
+        shared = {n: length for n, length in along.items() if length > 0.1 * self.rules.kerf + 8.0 * GAP}
+        begin, end = ends
+        return CommonLine(
+            begin,
+            end,
+            math.fsum(shared.values()),
+            tuple(sorted({k for n in shared for k in self.slots[n].parts})),
+            (self._inlet(begin, end, members, around, False), self._inlet(end, begin, members, around, True)),
+        )
+
+    def _inlet(self, here: Point, to: Point, members: frozenset[int], around: Any, backward: bool) -> Lead | None:
+        """Return the lead-in with which a line can begin at one end; None where it cannot begin there."""
+        import shapely
+
+        if shapely.distance(around, shapely.Point(here)) > 2.0 * MEET:
+            return None
+        wanted = self.rules.lead_in
+        if wanted.style == "none":
+            return Lead()
+        travel = (np.array([to]) - np.array([here])) / math.dist(here, to)
+        least = max(LEAST_KERFS * self.rules.kerf, LEAST_LEAD)
+        lengths = list(dict.fromkeys(max(share * wanted.length, least) for share in SHARES))
+        for splash, angle, length in itertools.product((self.rules.splash, 0.0), ANGLES, lengths):
+            lead = Lead("line", length, angle)
+            points = placed(lead_shape(lead), np.array([here]), travel, backward)[0]
+            if self._has_room(points, members, around, splash):
+                return lead
+        return None
+
+    def _has_room(self, lead: np.ndarray, members: frozenset[int], around: Any, splash: float) -> bool:
+        """Return whether a lead-in, float64[2, 2], comes straight from outside the group through scrap that is free."""
+        import shapely
+
+        kerf = self.rules.kerf
+        owners = [self.contours[k] for k in members]
+        if not self.scrap.free([shapely.LineString(lead)], *owners)[0]:
+            return False
+        count = max(math.ceil(math.dist(*lead) / (0.25 * kerf)), 2)
+        shares = np.linspace(0.0, 1.0, count + 1)[:, None]
+        places = lead[1] + shares * (lead[0] - lead[1])
+        # Room is found for parts a little smaller than they are; along a part that would be too near.
+        if not self.scrap.clear(places, self.rules.half + ROUNDING + SMALLER - 1.5 * MEET).all():
+            return False
+        apart = shapely.distance(shapely.points(places), around)
+        # From the path around the group on it only comes farther away, until the kerfs are apart.
+        leaves = np.all((np.diff(apart) > 0.0) | (apart[1:] >= kerf)) and apart[-1] >= 0.5 * kerf
+        return bool(leaves) and bool(self.scrap.clear(lead[:1], splash)[0])
+
+
+def _straightened(path: Polyline) -> Polyline:
+    """Return a path whose arcs that are straight but for rounding are lines: no controller takes their radius."""
+    rows = path.vertices.copy()
+    chords = np.hypot(*(np.roll(rows, -1, axis=0) - rows)[:, :2].T)
+    bulge = np.abs(rows[:, 2])
+    rows[(0.5 * bulge * chords < OFFSET_TOLERANCE) & (chords > 4.0 * ROUNDEST * bulge), 2] = 0.0
+    return Polyline(rows, closed=True)
+
+
+def _room(slot: Slot) -> Any:
+    """Return the room between two edges as a shapely polygon that reaches a little into both parts."""
+    import shapely
+
+    reach = 0.5 * slot.width + 0.5 * GAP
+    side = np.array(slot.normal) * reach
+    begin, end = np.array(slot.begin), np.array(slot.end)
+    return shapely.Polygon([begin - side, end - side, end + side, begin + side])
+
+
+def _far(ends: Sequence[Point]) -> tuple[Point, Point]:
+    """Return the two that are farthest apart of points on one line."""
+    low, high = min(ends), max(ends)
+    return low, high
+
+
+def _uncrossed(lines: Sequence[tuple[Point, Point]], half: float) -> list[tuple[Point, Point]]:
+    """Return lines of which none crosses another: a shorter one ends at a longer one, and goes on beyond it."""
+    import shapely
+
+    placed: list[tuple[Point, Point]] = []
+    for begin, end in sorted(lines, key=lambda line: (-round(math.dist(*line), 3), line)):
+        whole = shapely.LineString([begin, end])
+        stops = [0.0, whole.length]
+        for other in placed:
+            met = whole.intersection(shapely.LineString(other))
+            if met.geom_type == "Point" and not met.is_empty:
+                at = whole.project(met)
+                if 0.5 * half + MEET < at < whole.length - 0.5 * half - MEET:
+                    stops.append(at)
+        points = [(p.x, p.y) for p in (whole.interpolate(at) for at in sorted(stops))]
+        placed += itertools.pairwise(points)
+    return placed
+
+
+def _ends_at(lines: Sequence[CommonLine]) -> Iterator[tuple[int, int]]:
+    """Yield pairs (before, after): a line, and a later one that ends at it."""
+    import shapely
+
+    drawn = [shapely.LineString([x.begin, x.end]) for x in lines]
+    for a, b in itertools.combinations(range(len(lines)), 2):
+        if any(shapely.dwithin(drawn[a], shapely.Point(p), 2.0 * MEET) for p in (lines[b].begin, lines[b].end)):
+            yield a, b

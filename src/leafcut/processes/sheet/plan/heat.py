@@ -1,0 +1,145 @@
+"""Heat: a cut that starts beside the one before it starts in hot metal; such starts are kept apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from leafcut.processes.sheet.plan.cutting import Cutting
+from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
+
+Point = tuple[float, float]
+Travel = Callable[[Point, Point], float]
+
+#: A cut is moved by so many places in the order at most, and so many cuts back are looked at for heat.
+REACH, LOOK_BACK = 40, 12
+#: Passes over all starts that are too near.
+PASSES = 4
+#: What a start that is too near costs, in the unit of the ways: more than any way.
+PENALTY = 1e6
+
+
+@dataclass(frozen=True)
+class HeatRule:
+    """Starts nearer than `distance` (mm) must be `seconds` apart at least; with 0 s, not follow each other."""
+
+    distance: float
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """What a change of the order must keep: the contours that come before each, and the band of each."""
+
+    before: dict[int, set[int]]
+    band: dict[int, int]
+
+    def may_swap(self, first: int, second: int) -> bool:
+        """Return whether a cut may go behind the one that comes after it now."""
+        return first not in self.before.get(second, ()) and self.band.get(first) == self.band.get(second)
+
+
+def too_near(cutting: Cutting, order: Sequence[CutStart], rule: HeatRule) -> list[tuple[int, int]]:
+    """Return pairs of places in the order whose starts are nearer than they may be, the later one second."""
+    return [(i, j) for j in range(len(order)) for i in _hot_before(cutting, order, j, rule)]
+
+
+def _hot_before(cutting: Cutting, order: Sequence[CutStart], j: int, rule: HeatRule) -> list[int]:
+    """Return the cuts before the one at `j` that are too near and too short a time ago."""
+    found, ago = [], 0.0
+    for i in range(j - 1, max(j - 1 - LOOK_BACK, -1), -1):
+        ago += cutting.seconds(order[i])
+        if (ago >= rule.seconds) if rule.seconds > 0.0 else (i < j - 1):
+            break
+        if math.dist(order[i].entry, order[j].entry) < rule.distance:
+            found.append(i)
+    return found
+
+
+def spread_starts(
+    cutting: Cutting,
+    order: Sequence[CutStart],
+    rule: HeatRule,
+    travel: Travel,
+    start: Point | None,
+    bands: Sequence[Sequence[int]] = (),
+) -> list[CutStart]:
+    """Return the cuts with as few starts too near as small changes of the order and of the starts can bring about.
+
+    What must come first still does, what a plan file fixes stays, and no cut leaves its band (`cutting.bands`).
+    """
+    order = list(order)
+    band = {k: number for number, members in enumerate(bands) for k in members}
+    before: dict[int, set[int]] = {}
+    for a, b in cutting.pairs:
+        before.setdefault(b, set()).add(a)
+    limits = _Limits(before, band)
+    for _ in range(PASSES):
+        near = {j for _, j in too_near(cutting, order, rule)}
+        if not near:
+            break
+        changed = False
+        for contour in [order[j].contour for j in sorted(near)]:
+            j = next(k for k, s in enumerate(order) if s.contour == contour)
+            better = _best_change(cutting, order, j, rule, travel, start, limits)
+            if better is not None:
+                order, changed = better, True
+        if not changed:
+            break
+    return order
+
+
+def _best_change(
+    cutting: Cutting,
+    order: list[CutStart],
+    j: int,
+    rule: HeatRule,
+    travel: Travel,
+    start: Point | None,
+    limits: _Limits,
+) -> list[CutStart] | None:
+    """Return the order with the cut at `j` somewhere near, at any of its starts, if that costs less."""
+    own = order[j]
+    starts = [cutting.starts[n] for n in cutting.by_contour[own.contour]] if own.pierce else []
+    starts = [own] if "start" in cutting.fixed.get(own.contour, ()) else [own, *starts]
+    rest = order[:j] + order[j + 1 :]
+    low, high = _room(rest, j, own.contour, limits)
+    first, last = max(0, low - 1), min(len(order), high + LOOK_BACK + 2)
+    least, best = _cost(cutting, order, first, last, rule, travel, start) - 1e-9, None
+    for place in range(low, high + 1):
+        for s in starts:
+            trial = [*rest[:place], s, *rest[place:]]
+            cost = _cost(cutting, trial, first, last, rule, travel, start)
+            if cost < least:
+                least, best = cost, trial
+    return best
+
+
+def _room(rest: list[CutStart], j: int, contour: int, limits: _Limits) -> tuple[int, int]:
+    """Return between which places of the other cuts a cut may stand, `REACH` from where it was at most."""
+    low, high = j, j
+    while low > 0 and j - low < REACH and limits.may_swap(rest[low - 1].contour, contour):
+        low -= 1
+    while high < len(rest) and high - j < REACH and limits.may_swap(contour, rest[high].contour):
+        high += 1
+    return low, high
+
+
+def _cost(
+    cutting: Cutting,
+    order: list[CutStart],
+    first: int,
+    last: int,
+    rule: HeatRule,
+    travel: Travel,
+    start: Point | None,
+) -> float:
+    """Return what the cuts from `first` to before `last` cost: the ways to them, and their heat."""
+    total = 0.0
+    here = order[first - 1].exit if first else start
+    for k in range(first, min(last, len(order))):
+        total += travel(here, order[k].entry) if here is not None else 0.0
+        total += PENALTY * len(_hot_before(cutting, order, k, rule))
+        here = order[k].exit
+    return total

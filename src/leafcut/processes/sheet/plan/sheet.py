@@ -1,0 +1,380 @@
+"""From a drawing's strokes to a sheet: outlines joined, cleaned and checked, parts with their holes and marks.
+
+What cannot be cut safely is refused with its place: open outlines, outlines that cross themselves or each other, parts
+beyond the edge of the sheet. What could be mended is mended and said.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+from leafcut.geometry.cleaning import cleaned, counter_clockwise, ends_of
+from leafcut.geometry.containment import around, conflicts, nesting
+from leafcut.geometry.overlaps import SAME
+from leafcut.geometry.polyline import Polyline
+from leafcut.geometry.tidying import polygons, tidy
+from leafcut.model.contour import Contour
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.part import Part
+from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.options import SheetOptions
+from leafcut.processes.layers import kinds_of
+
+Place = tuple[float, float]
+#: A closed outline smaller than this in both directions is likely a drawing error, mm.
+TINY = 0.5
+#: The widest --join-tolerance, mm.
+WIDEST_JOIN = 5.0
+
+
+def prepare_sheet(part: Part, options: SheetOptions | None = None) -> Sheet:
+    """Return the contours of a drawing joined, cleaned and checked, each with its place among the others.
+
+    O(n log n); thousands of contours take about a second.
+
+    Raises
+    ------
+    PlanError
+        Nothing is left to cut or mark; an outline is open (unless `options.open_paths` allows it) or crosses itself;
+        parts overlap, or lie beyond the sheet's edge. One line with places and what to do.
+    """
+    options = options or SheetOptions()
+    issues = list(part.issues)
+    kinds = kinds_of(part.contours, options, issues)
+    strokes = _strokes(part.contours, kinds, issues)
+    found = {k: _joined(strokes.get(k, []), k, options, issues) for k in ("cut", "mark", "sheet", "maybe sheet")}
+    outline, holes, price = _edge(found["sheet"])
+    cuts, marks = found["cut"], found["mark"]
+    if found["maybe sheet"]:
+        if outline is None and (named := _named_sheet(found["maybe sheet"], cuts, marks)) is not None:
+            outline = named.contour.path
+            message = f"layer {named.contour.layer} is taken as the edge of the sheet; --sheet-layers says otherwise"
+            issues.append(Issue("L421", message, severity=Severity.NOTE))
+        else:
+            cuts = sorted([*cuts, *found["maybe sheet"]], key=lambda m: m.order)
+    closed, opened = [m for m in cuts if m.contour.path.closed], [m for m in cuts if not m.contour.path.closed]
+    opened, more_marks = _opened(opened, options, issues)
+    marks = [*marks, *more_marks]
+    shapes = polygons([m.contour.path for m in closed])
+    _check_simple(closed, shapes)
+    kept = _once(closed, shapes, issues)
+    closed, shapes = [closed[k] for k in kept], shapes[kept]
+    if not closed and not opened and not marks:
+        raise PlanError(f"{part.source or part.name}: nothing is left to cut or mark")
+    contours = _placed(closed, shapes, [*opened, *marks])
+    _check_inside(contours, outline, holes)
+    _look_for_frame(contours, outline, issues)
+    return Sheet(part.name, contours, outline, issues=tuple(issues), holes=holes, price=price)
+
+
+@dataclass(frozen=True)
+class _Made:
+    """A contour and the number of its first stroke in the drawing."""
+
+    contour: Contour
+    order: int
+
+
+def _strokes(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> dict[str, list[_Made]]:
+    """Return the strokes of every kind, cleaned; those without length are counted (L313)."""
+    found: dict[str, list[_Made]] = {}
+    gone = []
+    for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
+        path = cleaned(contour.path) if kind else None
+        if path is not None:
+            found.setdefault(kind, []).append(_Made(replace(contour, path=path), k))
+        elif kind:
+            gone.append(contour.path.start)
+    if gone:
+        issues.append(Issue("L313", f"{_count(len(gone), 'line')} without length left out", _at(gone), Severity.NOTE))
+    return found
+
+
+def _joined(strokes: list[_Made], kind: str, options: SheetOptions, issues: list[Issue]) -> list[_Made]:
+    """Return strokes of one kind joined; each with the layer and handle of its first one."""
+    marked = kind == "mark"
+    if not strokes:
+        return []
+    tidied = tidy([s.contour.path for s in strokes], options.join_tolerance)
+    gaps = [gap for made in tidied.paths for gap in made.gaps]
+    if gaps and not marked:
+        message = f"{_count(len(gaps), 'gap')} closed, the widest of {max(width for _, width in gaps):.3g} mm"
+        issues.append(Issue("L311", message, _at([place for place, _ in gaps])))
+    if tidied.branches and tidied.doubles and not marked and options.open_paths == "refuse":
+        raise PlanError(
+            f"lines that several outlines may share meet, {_at(tidied.branches)}, and which is whose cannot be told; "
+            "draw each outline as one closed polyline"
+        )
+    if tidied.branches and not marked:
+        message = f"more than two ends meet in {_count(len(tidied.branches), 'place')}: look whether outlines are right"
+        issues.append(Issue("L314", message, _at(tidied.branches)))
+    if tidied.doubles:
+        message = f"{_count(len(tidied.doubles), 'line')} drawn on top of others taken once"
+        issues.append(Issue("L312", message, _at(tidied.doubles)))
+    made = []
+    for path, members, _ in tidied.paths:
+        first = strokes[min(members)]
+        good = cleaned(path)
+        if good is None:
+            continue
+        contour = replace(first.contour, path=counter_clockwise(good), kind="mark" if marked else "cut")
+        made.append(_Made(contour, first.order))
+    return made
+
+
+def _edge(sheets: list[_Made]) -> tuple[Polyline | None, tuple[Polyline, ...], float]:
+    """Return the edge of the sheet, what was cut out of it before, and its price; None where no layer shows it."""
+    if not sheets:
+        return None, (), 0.0
+    closed = [m for m in sheets if m.contour.path.closed]
+    shapes = polygons([m.contour.path for m in closed])
+    _check_simple(closed, shapes)
+    depth = nesting(shapes)[0].tolist() if len(closed) == len(sheets) and not conflicts(shapes) else []
+    if depth.count(0) != 1 or max(depth) > 1:
+        places = _at([m.contour.path.start for m in sheets])
+        raise PlanError(
+            f"the sheet's layer must hold one closed outline, and within it only holes apart from each other; it holds "
+            f"{len(closed)} closed and {len(sheets) - len(closed)} open paths, {places}"
+        )
+    edge = closed[depth.index(0)].contour
+    holes = tuple(m.contour.path for m, deep in zip(closed, depth, strict=True) if deep)
+    return edge.path, holes, _price(edge.name)
+
+
+def _price(name: str) -> float:
+    """Return the price in the name of a sheet, such as ``3000x1500@180``; 0 for none."""
+    _, found, text = name.rpartition("@")
+    try:
+        price = float(text) if found else 0.0
+    except ValueError:
+        return 0.0
+    return price if 0.0 <= price < math.inf else 0.0
+
+
+def _named_sheet(maybe: list[_Made], cuts: list[_Made], marks: list[_Made]) -> _Made | None:
+    """Return the outline on a layer with the name of a sheet that is its edge; None where it is cut like any other.
+
+    The edge lies round all else; a part that crosses it lies half off the sheet. One with nothing that is cut in it is
+    a part. One with some in it and others beyond
+    can be either, and the wrong guess would cut every part on the wrong side of its line.
+
+    Raises
+    ------
+    PlanError
+        That is so: says what lies beyond.
+    """
+    import shapely
+
+    closed = [m for m in maybe if m.contour.path.closed]
+    others = [*cuts, *marks]
+    if not closed or not others:
+        return None
+    shapes = polygons([m.contour.path for m in closed])
+    lines = np.array([shapely.LineString(m.contour.path.flattened()) for m in others], dtype=object)
+    held = shapely.STRtree(lines).query(shapely.buffer(shapes, SAME), predicate="covers")
+    for k in range(len(closed)):
+        inside = np.zeros(len(others), dtype=bool)
+        inside[held[1][held[0] == k]] = True
+        if not shapes[k].is_valid:
+            continue
+        across = shapely.crosses(lines, shapes[k]) & np.array([m.contour.path.closed for m in others])
+        if len(maybe) == 1 and (inside | across).all():
+            return closed[k]
+        if inside[: len(cuts)].any():
+            beyond = [m for m, within in zip(others, inside, strict=True) if not within]
+            what = f"{_count(len(beyond), 'contour')} not inside" if beyond else "more than one path on it"
+            places = _at([m.contour.path.start for m in (beyond or maybe)])
+            layer = closed[k].contour.layer
+            raise PlanError(
+                f"layer {layer} has the name of a sheet's edge and lies round parts, but there is {what}, {places}; "
+                f"leave out what is no part with --ignore-layers, or say what {layer} is with --sheet-layers or "
+                "--cut-layers"
+            )
+    return None
+
+
+def _opened(opened: list[_Made], options: SheetOptions, issues: list[Issue]) -> tuple[list[_Made], list[_Made]]:
+    """Return open paths that are cut and those that are marked, as `options.open_paths` says."""
+    if not opened:
+        return [], []
+    paths = [m.contour.path for m in opened]
+    places = _at([p.start for p in paths])
+    number = _count(len(opened), "open path")
+    if options.open_paths == "refuse":
+        first = "; ".join(_ends(m) + _nearest_end(k, paths) for k, m in enumerate(opened[:3]))
+        raise PlanError(
+            f"{number} on layers that are cut: {first}{' …' if len(opened) > 3 else ''}; close the outline, widen "
+            "--join-tolerance, leave a layer out (--ignore-layers), or say what open paths are with --open-paths cut, "
+            "mark or drop"
+        )
+    if options.open_paths == "drop":
+        issues.append(Issue("L212", f"{number} left out", places))
+        return [], []
+    if options.open_paths == "mark":
+        issues.append(Issue("L424", f"{number} marked", places, Severity.NOTE))
+        return [], [replace(m, contour=replace(m.contour, kind="mark")) for m in opened]
+    issues.append(Issue("L424", f"{number} cut as drawn, without kerf to one side", places))
+    return opened, []
+
+
+def _check_simple(closed: list[_Made], shapes: NDArray[Any]) -> None:
+    """Raise `PlanError` for outlines that cross or touch themselves, or enclose nothing."""
+    import shapely
+
+    # By the hull: the two halves of an 8 cancel each other's area.
+    thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
+    if thin.any():
+        places = [m.contour.path.start for m, t in zip(closed, thin, strict=True) if t]
+        number = _count(len(places), "outline")
+        raise PlanError(f"{number} enclosing nothing (a line there and back), {_at(places)}; mend the drawing")
+    crossed = [r.partition("[")[2].rstrip("]").split() for r in shapely.is_valid_reason(shapes) if r.endswith("]")]
+    if crossed:
+        number = _count(len(crossed), "outline")
+        places = [(float(w[0]), float(w[1])) for w in crossed]
+        raise PlanError(f"{number} crossing or touching itself, {_at(places)}; mend the drawing")
+
+
+def _once(closed: list[_Made], shapes: NDArray[Any], issues: list[Issue]) -> list[int]:
+    """Return which outlines to take, none twice; said is what is drawn twice, touches or is tiny; none overlap."""
+    met = conflicts(shapes)
+    gone = {c.second for c in met if c.kind == "same"}
+    across = [c for c in met if c.kind == "overlap" and not {c.first, c.second} & gone]
+    if across:
+        first = across[0]
+        a, b = (_named(closed[k]) for k in (first.first, first.second))
+        layers = {closed[k].contour.layer for c in across for k in (c.first, c.second)}
+        advice = "parts must lie apart" + (", or say what is cut with --cut-layers" if len(layers) > 1 else "")
+        where = _at([c.place for c in across])
+        raise PlanError(f"{_count(len(across), 'pair')} of overlapping outlines: {a} and {b}, {where}; {advice}")
+    if gone:
+        places = [closed[k].contour.path.start for k in sorted(gone)]
+        issues.append(Issue("L312", f"{_count(len(gone), 'outline')} drawn twice taken once", _at(places)))
+    touching = [c.place for c in met if c.kind == "touch" and not {c.first, c.second} & gone]
+    if touching:
+        message = f"{_count(len(touching), 'pair')} of outlines touch each other: there is no room for the kerf"
+        issues.append(Issue("L423", message, _at(touching)))
+    kept = [k for k in range(len(closed)) if k not in gone]
+    tiny = [e for e in (closed[k].contour.path.extents for k in kept) if max(e[2] - e[0], e[3] - e[1]) < TINY]
+    if tiny:
+        message = f"{_count(len(tiny), 'outline')} smaller than {TINY:g} mm"
+        issues.append(Issue("L213", message, _at([(e[0], e[1]) for e in tiny])))
+    return kept
+
+
+def _placed(closed: list[_Made], shapes: NDArray[Any], loose: list[_Made]) -> tuple[SheetContour, ...]:
+    """Return all contours in the drawing's order with depth, parent and part."""
+    import shapely
+
+    depth, parent = nesting(shapes)
+    middles = shapely.points(
+        np.array([m.contour.path.point_at(0.5 * m.contour.path.length) for m in loose]).reshape(-1, 2)
+    )
+    _, holder = around(middles, shapes)
+    every = [*closed, *loose]
+    parents = [*parent.tolist(), *holder.tolist()]
+    depths = [*depth.tolist(), *(int(depth[h]) if h >= 0 else 0 for h in holder.tolist())]
+    order = sorted(range(len(every)), key=lambda k: every[k].order)
+    place = {k: at for at, k in enumerate(order)}
+    parts = _parts(closed, depths, parents, order)
+    parts += [parts[h] if h >= 0 else 0 for h in parents[len(closed) :]]
+    return tuple(
+        SheetContour(
+            replace(every[k].contour, part=parts[k]), depths[k], place[parents[k]] if parents[k] >= 0 else -1, parts[k]
+        )
+        for k in order
+    )
+
+
+def _parts(closed: list[_Made], depths: list[int], parents: list[int], order: list[int]) -> list[int]:
+    """Return the part of every closed contour: as the drawing says where that agrees with the nesting, else counted."""
+    said = [m.contour.part for m in closed]
+    outlines = [k for k in order if k < len(closed) and depths[k] % 2 == 0]
+    numbers = {k: said[k] for k in outlines}
+    agrees = 0 not in numbers.values() and len(set(numbers.values())) == len(outlines)
+    if not agrees or any(said[k] != said[parents[k]] for k in range(len(closed)) if depths[k] % 2):
+        numbers = {k: number for number, k in enumerate(outlines, 1)}
+    return [numbers[k] if depths[k] % 2 == 0 else numbers[parents[k]] for k in range(len(closed))]
+
+
+def _check_inside(contours: Sequence[SheetContour], outline: Polyline | None, holes: Sequence[Polyline]) -> None:
+    """Raise `PlanError` for what lies beyond the sheet's edge, or in a hole of the sheet."""
+    import shapely
+
+    if outline is None:
+        return
+    edge, *inner = polygons([outline, *holes])
+    sheet = shapely.Polygon(edge.exterior, [hole.exterior for hole in inner]).buffer(SAME)
+    shapely.prepare(sheet)
+    outer = [c for c in contours if c.parent < 0]
+    beyond = [c for c in outer if not sheet.covers(shapely.LineString(c.contour.path.flattened()))]
+    if beyond:
+        first = beyond[0]
+        what = f"part {first.part}" if first.part else first.contour.kind
+        or_holes = " or in its holes" if holes else ""
+        raise PlanError(
+            f"{_count(len(beyond), 'contour')} beyond the edge of the sheet{or_holes}: {what}, "
+            f"{_at([c.contour.path.start for c in beyond])}; move it or use a larger sheet"
+        )
+
+
+def _look_for_frame(contours: Sequence[SheetContour], outline: Polyline | None, issues: list[Issue]) -> None:
+    """Say so (L422) when one rectangle round most contours looks like the sheet and is about to be cut as a part."""
+    outer = [c for c in contours if c.parent < 0 and c.contour.path.closed]
+    if outline is not None or not outer or len(contours) < 3:
+        return
+    frame = max(outer, key=lambda c: c.contour.path.area)
+    path, layer = frame.contour.path, frame.contour.layer
+    rest = [c for c in contours if c is not frame]
+    beyond = sum(c.part != frame.part for c in rest if c.depth < 2)
+    x0, y0, x1, y1 = path.extents
+    alone = all(c.contour.layer != layer for c in rest)
+    if 2 * beyond >= len(rest) or abs(path.area - (x1 - x0) * (y1 - y0)) > 1e-6 * path.area:
+        return
+    # A part may have one window with a smaller part in it; several are parts with holes.
+    if alone or len({c.parent for c in rest if c.depth == 2}) > (1 if beyond else 0):
+        what = "everything" if not beyond else f"all but {_count(beyond, 'contour')}"
+        message = f"one rectangle of {x1 - x0:g} × {y1 - y0:g} mm on layer {layer or '0'} lies round {what} and is "
+        message += "cut as a part; if it is the sheet, say --sheet-layers"
+        issues.append(Issue("L422", message))
+
+
+def _named(made: _Made) -> str:
+    x, y = made.contour.path.start
+    layer = f" on layer {made.contour.layer}" if made.contour.layer else ""
+    return f"the one that begins at ({x:g}, {y:g}){layer}"
+
+
+def _ends(made: _Made) -> str:
+    (x0, y0), (x1, y1) = made.contour.path.start, made.contour.path.end
+    layer = f" on layer {made.contour.layer}" if made.contour.layer else ""
+    return f"from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}), {math.hypot(x1 - x0, y1 - y0):.3g} mm apart{layer}"
+
+
+def _nearest_end(number: int, paths: Sequence[Polyline]) -> str:
+    """Return where the end nearest to an end of a path is, its own other one too, and what joins the two."""
+    ends = ends_of(paths)
+    own = slice(2 * number, 2 * number + 2)
+    away = np.hypot(*(ends[None, :, :] - ends[own, None, :]).transpose(2, 0, 1))
+    away[[0, 1], [2 * number, 2 * number + 1]] = math.inf
+    one, other = np.unravel_index(int(np.argmin(away)), away.shape)
+    gap = float(away[one, other])
+    x, y = ends[other].tolist()
+    wide = math.ceil(gap * 1000.0 + 1e-6) / 1000.0
+    closes = f"--join-tolerance {wide:g} closes it" if wide <= WIDEST_JOIN else "draw what is missing there"
+    return f" (the nearest end is {gap:.3g} mm away at ({x:g}, {y:g}): {closes})"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def _at(places: Sequence[Any]) -> str:
+    first = ", ".join(f"({x:g}, {y:g})" for x, y in places[:3])
+    return f"at {first}" + (" …" if len(places) > 3 else "")

@@ -1,0 +1,130 @@
+"""Ways of a head that stays down over parts that are cut free: counted in the program that was read back."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.gcode.dialects import Dialect
+from leafcut.model.toolpath import Kind, Toolpath, positions_before
+from leafcut.processes.sheet.proof.laid_runs import Laid
+from leafcut.processes.sheet.proof.sheet_shapes import Target
+from leafcut.proof.difference import Difference, place
+
+#: Ways are looked at in steps, mm; what comes no deeper over a part crosses nothing.
+_STEP, _DEPTH = 0.5, 0.3
+#: A head comes over a part where it does by more than this, mm: edges are chords, and ways were laid beside others.
+_LEEWAY = 0.2
+
+Points = NDArray[np.float64]
+
+
+def check_freed(laid: Laid, path: Toolpath, dialect: Dialect, nozzle: float = 0.0) -> list[Difference]:
+    """Return the ways over free parts that the plan does not tell; a head that rises between cuts crosses nothing.
+
+    `nozzle` is how wide the head is above the sheet, mm.
+    """
+    torch, told, close = dialect.torch, laid.plan.crossings, laid.plan.close
+    if torch is None or torch.heights != "none" or told is None:
+        return []
+    found = crossings(laid, path)
+    if len(found) > told:
+        line, where = found[0]
+        text = f"{len(found)} ways cross parts that are cut free, {told} are told; the first to {place(*where)}"
+        return [Difference("way over a free part", 0, line, text)]
+    near = crossings(laid, path, 0.5 * nozzle) if nozzle > 0.0 else []
+    if len(near) > told + close:
+        line, where = near[0]
+        text = (
+            f"a nozzle of {nozzle:g} mm comes over parts that are cut free on {len(near)} ways, {told + close} are "
+            f"told; the first to {place(*where)}"
+        )
+        return [Difference("way over a free part", 0, line, text)]
+    return []
+
+
+def crossings(laid: Laid, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
+    """Return the line and the end of every way that crosses a free part, once for each way from run to run.
+
+    With the radius of a head, mm, also of every one on which it comes over a part, but within that radius of where the
+    way begins and ends.
+    """
+    ends = np.array([run.row_line[-1] for run in laid.runs], dtype=np.int64)
+    freed = _freed(laid)
+    before = positions_before(path)
+    rows = np.flatnonzero(path.kind == Kind.RAPID)
+    way_of = np.searchsorted(ends, path.line[rows])
+    found = []
+    for way in np.unique(way_of).tolist():
+        mine = rows[way_of == way]
+        known = np.isfinite(before[mine, :2]).all(axis=1) & np.isfinite(path.end[mine, :2]).all(axis=1)
+        mine = mine[known]
+        free = [edge for run, edge in freed if run < way]
+        if not len(mine) or not free:
+            continue
+        begin, goal = before[mine[0], :2], path.end[mine[-1], :2]
+        for row in mine.tolist():
+            a, b = before[row, :2], path.end[row, :2]
+            points = _along(a, b)
+            away = np.minimum(np.hypot(*(points - begin).T), np.hypot(*(points - goal).T)) >= radius
+            if any(_crosses(points, edge) or _nears(points[away], edge, radius - _LEEWAY) for edge in free):
+                found.append((int(path.line[row]), (float(b[0]), float(b[1]))))
+                break
+    return found
+
+
+def _freed(laid: Laid) -> list[tuple[int, Points]]:
+    """Return the runs that cut outlines all round without letting go, and the outlines, closed, float64[n, 2]."""
+    import shapely
+
+    return [
+        (claim.run, shapely.get_coordinates(claim.target.edge))
+        for claim in laid.claims
+        if _is_outline(claim.target) and laid.frees(claim) and len(laid.runs[claim.run].lines()) == 1
+    ]
+
+
+def _is_outline(target: Target) -> bool:
+    return target.shape is not None and not target.marks and target.source.depth % 2 == 0
+
+
+def _along(a: Points, b: Points) -> Points:
+    """Return the places of a straight way, float64[n, 2]."""
+    steps = max(2, int(np.hypot(*(b - a)) / _STEP) + 2)
+    return a + np.linspace(0.0, 1.0, steps)[:, None] * (b - a)
+
+
+def _crosses(points: Points, edge: Points) -> bool:
+    """Return whether a way comes deep over what is inside an edge."""
+    low, high = edge.min(axis=0), edge.max(axis=0)
+    points = points[((points > low) & (points < high)).all(axis=1)]
+    points = points[_inside(points, edge)]
+    return bool((_distances(points, edge) > _DEPTH).any())
+
+
+def _nears(points: Points, edge: Points, distance: float) -> bool:
+    """Return whether a way comes nearer to an edge, or to what is inside, than a distance."""
+    low, high = edge.min(axis=0) - distance, edge.max(axis=0) + distance
+    points = points[((points > low) & (points < high)).all(axis=1)] if distance > 0.0 else points[:0]
+    return bool((_distances(points, edge) < distance).any())
+
+
+def _inside(points: Points, edge: Points) -> NDArray[np.bool_]:
+    """Return which points lie inside a closed edge: a ray to the right crosses it an odd number of times."""
+    (x, y), (u, v) = edge[:-1].T, edge[1:].T
+    px, py = points[:, :1], points[:, 1:]
+    spans = (y > py) != (v > py)
+    rise = np.where(v == y, 1.0, v - y)
+    crossed = spans & (px < x + (py - y) * (u - x) / rise)
+    odd: NDArray[np.bool_] = crossed.sum(axis=1) % 2 == 1
+    return odd
+
+
+def _distances(points: Points, edge: Points) -> Points:
+    """Return how far points are from an edge, float64[n]."""
+    begin, step = edge[:-1], np.diff(edge, axis=0)
+    square = np.maximum((step**2).sum(axis=1), 1e-18)
+    away = points[:, None] - begin
+    share = np.clip((away * step).sum(axis=2) / square, 0.0, 1.0)
+    distance: Points = np.hypot(*np.moveaxis(away - share[..., None] * step, 2, 0)).min(axis=1, initial=np.inf)
+    return distance

@@ -1,0 +1,199 @@
+"""The proof of a cutting program: what its text does to the sheet, checked against the drawing.
+
+Nothing of what planned the cuts is asked here. The text is read as the controller reads it, the runs of its torch are
+laid over the drawing, and shapely says what they touch. Of the plan only what a person asked for is compared: feeds,
+directions, and the figures of the chart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.gcode.dialects import Dialect
+from leafcut.geometry.tiles import Tiles
+from leafcut.model.cutting import CutPlan
+from leafcut.model.machine import Machine
+from leafcut.model.sheet import Sheet
+from leafcut.processes.sheet.proof.cut_motion import read_back
+from leafcut.processes.sheet.proof.freed import check_freed
+from leafcut.processes.sheet.proof.laid_runs import MOST, PIECE, Asked, Claim, Laid, wrong
+from leafcut.processes.sheet.proof.sheet_order import chained, disordered, in_the_air, misplaced, turned
+from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target, shapes_of
+from leafcut.processes.sheet.proof.torch import check_torch
+from leafcut.processes.sheet.proof.torch_runs import TorchRun, pieces_of, torch_runs
+from leafcut.proof.difference import Difference, place, shorten
+from leafcut.proof.envelope import check_envelope
+
+#: Following this much of a way is going round it twice.
+TWICE = 1.9
+#: A stretch of a way that is not followed and is shorter is rounding, mm.
+SHORT = 0.1
+
+
+def check_sheet(
+    sheet: Sheet, plan: CutPlan, text: str, dialect: Dialect, machine: Machine, asked: Asked
+) -> list[Difference]:
+    """Return all that is wrong with the text of a cutting program; an empty list is the proof.
+
+    1. Every contour that the kerf fits is cut once, all the way round, and marks are marked.
+    2. No kerf touches the metal of any part, a clamp, or the air beyond the sheet's edge.
+    3. What lies inside is cut before what is around it; marks come before the outline around them.
+    4. Every pierce is in scrap that is still there.
+    5. The torch is off in rapids, which are high; it finds the sheet, pierces, feeds and turns as planned.
+    6. A run that cuts several contours goes from one to the next through scrap that holds, and into no other kerf.
+    7. Edges that are cut once for two parts are cut before what is around the parts, and by no other run.
+    8. A head that stays down crosses no more free parts than the plan tells.
+    9. The machine can reach and do all of it.
+
+    Raises
+    ------
+    ReadError
+        The text is no program that the controller takes.
+    """
+    path = read_back(text, plan, dialect)
+    by_register = dialect.torch is not None and dialect.torch.compensation == "G41"
+    runs = torch_runs(path, plan.data.kerf if by_register else None)
+    found = check_torch(path, runs, plan, text, dialect, asked.safe_height, asked.probe)
+    shapes = shapes_of(sheet, asked.half)
+    laid = Laid(runs, plan, shapes, dialect, asked)
+    for looks in (missing, repeated, gouges, strays, misplaced, disordered, in_the_air, turned, chained):
+        found += looks(laid)
+    found += check_freed(laid, path, dialect, machine.nozzle_diameter)
+    return shorten([*found, *check_envelope(path, machine)])
+
+
+def missing(laid: Laid) -> list[Difference]:
+    """Return the contours that are not cut, or not all the way."""
+    found = []
+    for target in laid.shapes.targets:
+        claims = laid.of_target.get(target.index, [])
+        if target.may_stay and not claims:
+            continue
+        gaps = _gaps(laid, target, [laid.lines[c.run] for c in claims])
+        what = "marked" if target.marks else "cut"
+        if sum(g.length for g in gaps) > MOST * target.way.length:
+            found.append(wrong(f"not {what}", f"{target.name} is not {what}", _line_of(laid.runs, claims)))
+            continue
+        joints = 0 if target.marks or (target.source.is_hole and not laid.asked.joint_holes) else laid.asked.joints
+        widest = laid.asked.joint_width + 2.0 * laid.asked.half + 2.0 * TOLERANCE
+        bare = gaps if len(gaps) > joints else [g for g in gaps if g.length > widest]
+        if bare:
+            x, y = bare[0].interpolate(0.5, normalized=True).coords[0]
+            text = f"{target.name} is not {what} all the way: {bare[0].length:.3f} mm are left at {place(x, y)}"
+            found.append(wrong("not all the way", text, _line_of(laid.runs, claims)))
+    return found
+
+
+def _gaps(laid: Laid, target: Target, lines: Sequence[Any]) -> list[Any]:
+    """Return the stretches of a target's way that no run follows, but for corners that are gone round in a loop."""
+    import shapely
+
+    if not lines:
+        return [target.way]
+    burnt = shapely.union_all(lines)
+    left = target.way.difference(burnt.buffer(1.5 * TOLERANCE))
+    if target.shape is not None and len(pieces := shapely.get_parts(left)) > 1:
+        left = shapely.line_merge(shapely.multilinestrings(pieces))
+    return [g for g in shapely.get_parts(left) if g.length > SHORT and not _at_corner(laid, target, g, burnt)]
+
+
+def _at_corner(laid: Laid, target: Target, gap: Any, burnt: Any) -> bool:
+    """Return whether a stretch is the arc about a corner that the kerf touches from both sides."""
+    import shapely
+
+    half = laid.asked.half
+    if not len(target.corners):
+        return False
+    points = shapely.points(gap.coords)
+    corners = shapely.points(target.corners)
+    near = corners[shapely.dwithin(corners, gap, half + TOLERANCE)]
+    return any(
+        np.all(np.abs(shapely.distance(corner, points) - half) < TOLERANCE)
+        and shapely.distance(corner, burnt) < half + 2.0 * TOLERANCE
+        for corner in near
+    )
+
+
+def repeated(laid: Laid) -> list[Difference]:
+    """Return the contours that are cut twice, and the runs that cut nothing of the drawing."""
+    found = []
+    for claims in laid.of_target.values():
+        target = claims[0].target
+        whole = [c for c in claims if c.followed > MOST * target.way.length and not laid.passes(c)]
+        if len(whole) > 1 or any(c.followed > TWICE * target.way.length for c in whole):
+            lines = ", ".join(str(laid.runs[c.run].line) for c in whole)
+            text = f"{target.name} is gone round more than once, from line {lines}"
+            found.append(wrong("cut twice", text, laid.runs[whole[-1].run].line))
+    used = {c.run for c in laid.claims}
+    for number, run in enumerate(laid.runs):
+        if number not in used:
+            what = "marks" if laid.marks[number] else "cuts"
+            text = f"from {place(*run.start)} the torch {what} nothing that is drawn"
+            found.append(wrong("cuts nothing", text, run.line))
+    return found
+
+
+def gouges(laid: Laid) -> list[Difference]:
+    """Return the parts that a kerf cuts into."""
+    import shapely
+
+    shapes, found = laid.shapes, []
+    metal = Tiles(list(shapes.parts))
+    slits = {t.index: t.edge for t in shapes.targets if t.shape is None and not t.marks}
+    for number, line in enumerate(laid.lines):
+        if laid.marks[number]:
+            continue
+        own = [slits[c.target.index] for c in laid.claims if c.run == number and c.target.index in slits]
+        free = line.difference(shapely.union_all(own).buffer(2.0 * TOLERANCE)) if own else line
+        for part in metal.near([free], laid.asked.half)[1].tolist():
+            into = free.intersection(shapes.parts[part].buffer(laid.asked.half))
+            depth = laid.asked.half - shapely.distance(free, shapes.parts[part]) + TOLERANCE
+            x, y = shapely.get_coordinates(into if not into.is_empty else free)[0]
+            text = f"the kerf goes {depth:.3f} mm or more into part {shapes.numbers[part]}, at {place(x, y)}"
+            found.append(wrong("cuts into a part", text, laid.line_at(number, x, y)))
+    return found
+
+
+def strays(laid: Laid) -> list[Difference]:
+    """Return where a kerf runs into a clamp, or off the sheet but for a start or an end in the air."""
+    import shapely
+
+    found = []
+    half = 0.5 * laid.plan.data.kerf  # what burns, whoever compensates
+    for zone in laid.shapes.zones:
+        for number in np.flatnonzero(shapely.dwithin(laid.lines, zone, max(half - TOLERANCE, 0.0))).tolist():
+            x, y = shapely.get_coordinates(shapely.shortest_line(zone, laid.lines[number]))[1]
+            text = f"the kerf runs into a forbidden zone at {place(x, y)}"
+            found.append(wrong("in a forbidden zone", text, laid.line_at(number, x, y)))
+    sheet = laid.shapes.sheet
+    if sheet is None:
+        return found
+    inside = sheet.buffer(TOLERANCE)
+    shapely.prepare(inside)
+    for number in np.flatnonzero(~shapely.contains(inside, laid.lines)).tolist():
+        outside = _outside(laid, number, inside)
+        if len(outside):
+            x, y = outside[0]
+            text = f"the torch burns off the sheet, at {place(x, y)}"
+            found.append(wrong("off the sheet", text, laid.line_at(number, x, y)))
+    return found
+
+
+def _outside(laid: Laid, number: int, inside: Any) -> NDArray[np.float64]:
+    """Return the places off the sheet where a run may not be; a lead of an edge start may come from there."""
+    import shapely
+
+    middles, _, along = pieces_of(laid.runs[number], PIECE)
+    out = ~shapely.contains(inside, shapely.points(middles))
+    if not laid.pierces(number):
+        out &= along >= min((c.first for c in laid.claims if c.run == number), default=0.0)
+    places: NDArray[np.float64] = middles[out]
+    return places
+
+
+def _line_of(runs: list[TorchRun], claims: list[Claim]) -> int:
+    return runs[claims[0].run].line if claims else 0

@@ -1,0 +1,131 @@
+"""The proof of the order of a sheet: what comes first, where it is pierced, which way round, one after the other."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from leafcut.processes.sheet.proof.bridged import Followed, check_bridges
+from leafcut.processes.sheet.proof.common_cuts import check_common_lines
+from leafcut.processes.sheet.proof.laid_runs import MOST, Laid, wrong
+from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target
+from leafcut.proof.difference import Difference, place
+
+
+def misplaced(laid: Laid) -> list[Difference]:
+    """Return the cuts that are not the plan's, in number or in what they cut."""
+    cuts, found = laid.plan.cuts, []
+    if len(cuts) != len(laid.runs):
+        text = f"the torch goes on for {len(laid.runs)} cuts; {len(cuts)} are planned"
+        found.append(wrong("number of cuts", text, 0))
+    planned = {i for cut in cuts for i in cut.contours}
+    return found + [
+        wrong("not planned", f"{target.name} is in no cut of the plan", 0)
+        for target in laid.shapes.targets
+        if target.index not in planned and not target.may_stay
+    ]
+
+
+def disordered(laid: Laid) -> list[Difference]:
+    """Return what is cut after the contour around it has cut it loose."""
+    import shapely
+
+    closed = [t for t in laid.shapes.targets if t.shape is not None]
+    everything = list(laid.shapes.targets)
+    points = shapely.line_interpolate_point(np.array([t.edge for t in everything], dtype=object), 0.0)
+    tree = shapely.STRtree(points)
+    found = []
+    for around in closed:
+        shape = around.shape.buffer(-TOLERANCE)
+        for number in tree.query(shape, predicate="contains").tolist():
+            inner = everything[number]
+            late = _later(laid, inner, around) if inner.index != around.index else None
+            if late is not None:
+                text = f"{inner.name} comes after {around.name}, which cuts it loose"
+                found.append(wrong("out of order", text, laid.runs[late].line))
+    return found
+
+
+def _later(laid: Laid, inner: Target, around: Target) -> int | None:
+    """Return the run of `inner` that is not done before `around` begins."""
+    one, other = laid.of_target.get(inner.index), laid.of_target.get(around.index)
+    if not one or not other:
+        return None
+    last = max(one, key=lambda c: (c.run, c.last))
+    first = min((c for c in other if laid.frees(c)), key=lambda c: (c.run, c.first), default=other[0])
+    return last.run if (last.run, last.last) > (first.run, first.first + TOLERANCE) else None
+
+
+def in_the_air(laid: Laid) -> list[Difference]:
+    """Return the pierces where there is no metal any more: in an earlier kerf, or in what was cut free."""
+    import shapely
+
+    found = []
+    starts = shapely.points([run.start for run in laid.runs])
+    tree = shapely.STRtree(starts)
+    for number, line in enumerate(laid.lines):
+        reach = max(laid.asked.half - TOLERANCE, 0.0)
+        for later in tree.query(line, predicate="dwithin", distance=reach).tolist():
+            if later > number and laid.pierces(later) and not laid.marks[later] and not laid.marks[number]:
+                text = f"the torch is lit at {place(*laid.runs[later].start)}, in the kerf of an earlier cut"
+                found.append(wrong("pierces in the air", text, laid.runs[later].line))
+    found += _unpierced(laid)
+    for claim in laid.claims:
+        if claim.target.shape is None or not laid.frees(claim):
+            continue
+        for later in tree.query(claim.target.shape, predicate="contains").tolist():
+            if later > claim.run and all(c.run != later for c in laid.of_target[claim.target.index]):
+                text = (
+                    f"the torch is lit at {place(*laid.runs[later].start)}, inside of {claim.target.name}, "
+                    "which was cut before"
+                )
+                found.append(wrong("pierces in the air", text, laid.runs[later].line))
+    return found
+
+
+def _unpierced(laid: Laid) -> list[Difference]:
+    """Return the cuts that are to begin without a pierce, and do not begin beside the sheet."""
+    import shapely
+
+    sheet, half = laid.shapes.sheet, 0.5 * laid.plan.data.kerf
+    found = []
+    for number, run in enumerate(laid.runs):
+        if laid.pierces(number) or laid.marks[number]:
+            continue
+        if sheet is None or shapely.distance(sheet, shapely.Point(*run.start)) < half - TOLERANCE:
+            text = f"the torch is lit at {place(*run.start)} without a pierce, and not beside the sheet"
+            found.append(wrong("not pierced", text, run.line))
+    return found
+
+
+def turned(laid: Laid) -> list[Difference]:
+    """Return the contours that are cut the other way round than asked."""
+    found = []
+    for claim in laid.claims:
+        if claim.run >= len(laid.plan.cuts) or claim.target.shape is None:
+            continue
+        cut = laid.plan.cuts[claim.run]
+        asked = next((c.direction for c in cut.choices if c.contours == (claim.target.index,)), "")
+        if asked not in ("clockwise", "counter-clockwise"):
+            continue
+        if (asked == "clockwise") != claim.clockwise:
+            way = "clockwise" if claim.clockwise else "counter-clockwise"
+            text = f"{claim.target.name} is cut {way}, not {asked}"
+            found.append(wrong("direction", text, laid.runs[claim.run].line))
+    return found
+
+
+def chained(laid: Laid) -> list[Difference]:
+    """Return what is wrong with the runs that cut several contours."""
+    import shapely
+
+    followed: list[list[Followed]] = [[] for _ in laid.runs]
+    in_group = {k for k, cut in enumerate(laid.plan.cuts) if cut.group}
+    for c in laid.claims:
+        if c.followed > MOST * c.target.way.length and c.run not in in_group:
+            followed[c.run].append(Followed(c.target.index, c.first, c.last, c.target.shape))
+    kerf = 2.0 * laid.asked.half if laid.asked.half > 0.0 else laid.plan.data.kerf
+    burnt = np.where(laid.marks, shapely.MultiLineString(), laid.lines)
+    return [
+        *check_bridges(laid.runs, followed, laid.plan, burnt, kerf),
+        *check_common_lines(laid.runs, laid.plan, burnt, kerf),
+    ]

@@ -1,0 +1,239 @@
+"""The torch itself: off in rapids, which are high; lit as the chart says; feeds as planned; off at the end."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+
+from leafcut.gcode.dialects import Dialect
+from leafcut.model.cutting import Cut, CutPlan
+from leafcut.model.machine import Probe
+from leafcut.model.toolpath import Kind, Motion, Toolpath, positions_before
+from leafcut.processes.sheet.proof.torch_runs import TorchRun
+from leafcut.proof.difference import Difference, place
+from leafcut.proof.read_back import DWELL_ROUNDING, FEED_PART, FEED_ROUNDING
+from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
+
+#: Room for the rounding of written heights, mm.
+_ROOM = 0.002
+#: Room for the rounding of places along a cut where the feed changes, mm.
+_ALONG = 0.05
+
+
+def check_torch(
+    path: Toolpath,
+    runs: list[TorchRun],
+    plan: CutPlan,
+    text: str,
+    dialect: Dialect,
+    safe_height: float | None,
+    probe: Probe | None = None,
+) -> list[Difference]:
+    """Return what is wrong with the torch in a program that was read back.
+
+    `safe_height` is that of rapids across the sheet; None: above the pierce height. `probe`: how a program that moves Z
+    finds the sheet before every pierce; None: it does not.
+    """
+    torch, heights = dialect.torch, moves_z(dialect)
+    lowest = max(plan.data.pierce_height, plan.data.cut_height) if safe_height is None else safe_height
+    found = [*_rapids(path, lowest if heights else None), *_material(text, plan, dialect)]
+    found += check_scribe(path, dialect)
+    found += check_probing(path, runs, plan, probe if heights else None)
+    waits = torch is None or torch.waits
+    for run, cut in zip(runs, plan.cuts, strict=False):
+        if cut.kind == "cut":
+            found += _lighting(run, cut, plan, heights, waits)
+        found += _feeds(run, cut)
+    return found
+
+
+def moves_z(dialect: Dialect) -> bool:
+    """Return whether programs of a dialect say heights; else the controller keeps the torch at its own."""
+    return dialect.torch is None or dialect.torch.heights == "program"
+
+
+def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
+    """Return the lightings with another tool than the one that cuts or marks, or before its offset was taken up.
+
+    The offset counts from the next move on that says both X and Y: before it, what is lit stands where the tool before
+    it stood.
+    """
+    number = None if dialect.torch is None else dialect.torch.mark_tool
+    if number is None:
+        return []
+    found: list[Difference] = []
+    tool, offset, placed = 0, True, True
+    for row in path:
+        if row.kind is Kind.TOOL:
+            tool, offset, placed = row.ref, False, False
+        elif row.kind is Kind.OFFSET:
+            offset, placed = True, False
+        elif row.kind is Kind.RAPID:
+            placed |= offset and not any(map(math.isnan, row.end[:2]))
+        elif row.kind is Kind.SPINDLE and row.value:
+            wanted = number if row.ref else 0
+            if tool != wanted:
+                text = f"tool {tool} is chosen where tool {wanted} works"
+                found.append(Difference("scribe", 0, row.line, text))
+            elif not placed:
+                text = f"tool {tool} was chosen, and has not gone to where it begins by its own offset"
+                found.append(Difference("scribe", 0, row.line, text))
+        elif row.kind is Kind.END and tool:
+            found.append(Difference("scribe", 0, row.line, f"the program ends with tool {tool} instead of the torch"))
+    return found
+
+
+def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Probe | None) -> list[Difference]:
+    """Return the pierces whose sheet was not found there and then, and what else is wrong with heights that are found.
+
+    `probe`: how they are to be found; None: nothing may change where Z0 is.
+    """
+    found, fresh, lit, lit_after = list[Difference](), False, False, dict[int, bool]()
+    before = positions_before(path)
+    for number, row in enumerate(path):
+        if row.kind is Kind.PROBE:
+            fresh = number + 1 < len(path) and path[number + 1].kind is Kind.SHIFT
+            found += _wrong_probe(row, path[number + 1] if fresh else row, lit, probe)
+        elif row.kind is Kind.SHIFT and path[number - 1].kind is not Kind.PROBE and not math.isnan(row.end[2]):
+            found.append(Difference("probe", 0, row.line, "Z0 is moved where nothing was probed"))
+        elif row.kind is Kind.SPINDLE:
+            lit = row.value != 0.0
+            lit_after[row.line] = fresh
+        elif row.kind is Kind.MACHINE or (row.kind is Kind.RAPID and _goes_across(row, before[number])):
+            fresh = False
+    if probe is None:
+        return found
+    pierces = [run.lightings[0].line for run, cut in zip(runs, plan.cuts, strict=False) if _pierces(run, cut)]
+    return found + [
+        Difference("probe", 0, line, "the torch is lit where the sheet was not found before")
+        for line in pierces
+        if not lit_after.get(line, False)
+    ]
+
+
+def _pierces(run: TorchRun, cut: Cut) -> bool:
+    return bool(run.lightings) and cut.pierce and cut.kind == "cut"
+
+
+def _wrong_probe(row: Motion, after: Motion, lit: bool, probe: Probe | None) -> list[Difference]:
+    """Return what is wrong with one probe, and with the height that is said after it."""
+    if probe is None:
+        return [Difference("probe", 0, row.line, "the torch probes, and was not asked to")]
+    wrong = []
+    if lit:
+        wrong.append("it probes with the torch on")
+    if not abs(row.end[2] + probe.depth) <= _ROOM:
+        wrong.append(f"it probes down to Z{row.end[2]:.3f}, not to Z{-probe.depth:.3f}")
+    if not abs(row.value - probe.feed) <= max(FEED_PART * probe.feed, FEED_ROUNDING):
+        wrong.append(f"it probes with {row.value * SECONDS_PER_MINUTE:.6g} mm/min")
+    if after.kind is not Kind.SHIFT or not abs(after.end[2] + probe.switch_offset) <= _ROOM:
+        wrong.append(f"where the switch trips is not said to be Z{-probe.switch_offset:.3f}")
+    return [Difference("probe", 0, row.line, text) for text in wrong]
+
+
+def _rapids(path: Toolpath, lowest: float | None) -> list[Difference]:
+    """Return the rapids with the torch on or too low, and a torch that is on at the end."""
+    found: list[Difference] = []
+    lit = at_machine_height = False
+    before = positions_before(path)
+    for number, row in enumerate(path):
+        if row.kind is Kind.SPINDLE:
+            lit = row.value != 0.0
+        elif row.kind in (Kind.RAPID, Kind.MACHINE):
+            if lit:
+                where = place(*before[number][:2].tolist())
+                found.append(Difference("torch on in a rapid", 0, row.line, f"a rapid from {where} with the torch on"))
+            if row.kind is Kind.MACHINE or not math.isnan(row.end[2]):
+                at_machine_height = row.kind is Kind.MACHINE
+            if lowest is not None and not at_machine_height:
+                found += _too_low(row, before[number], lowest)
+        elif row.kind is Kind.END and lit:
+            found.append(Difference("torch on at the end", 0, row.line, "the program ends with the torch on"))
+    return found
+
+
+def _too_low(row: Motion, before: np.ndarray, lowest: float) -> list[Difference]:
+    across = _goes_across(row, before)
+    height = min(row.end[2], float(before[2]) if not math.isnan(before[2]) else row.end[2])
+    if not across or height >= lowest - _ROOM:
+        return []
+    shown = "a height that is not known" if math.isnan(height) else f"Z{height:.3f}"
+    text = f"a rapid across the sheet at {shown}, below Z{lowest:.3f}, to {place(*row.end[:2])}"
+    return [Difference("rapid too low", 0, row.line, text)]
+
+
+def _goes_across(row: Motion, before: np.ndarray) -> bool:
+    return any(not math.isnan(e) and e != b for e, b in zip(row.end[:2], before[:2].tolist(), strict=True))
+
+
+def _lighting(run: TorchRun, cut: Cut, plan: CutPlan, heights: bool, waits: bool) -> list[Difference]:
+    """Return what is wrong with how a cut begins: height and wait of the pierce, height of the cut."""
+    data, found = plan.data, []
+    if run.lightings and cut.pierce:
+        first = run.lightings[0]
+        if heights and not abs(first.height - data.pierce_height) <= _ROOM:
+            text = f"the torch goes on at Z{first.height:.3f}, not at the pierce height, Z{data.pierce_height:.3f}"
+            found.append(Difference("pierce height", 0, first.line, text))
+        if waits and first.waited < data.pierce_delay - DWELL_ROUNDING:
+            text = f"the torch waits {first.waited:g} s for the pierce; the chart asks for {data.pierce_delay:g} s"
+            found.append(Difference("pierce delay", 0, first.line, text))
+    if heights:
+        wrong = np.flatnonzero(run.burning & ~(np.abs(run.height - data.cut_height) <= _ROOM))
+        if len(wrong):
+            k = int(wrong[0])
+            text = f"it cuts at Z{run.height[k]:.3f}, not at the cut height, Z{data.cut_height:.3f}"
+            found.append(Difference("cut height", 0, int(run.row_line[k]), text))
+    return found
+
+
+def _feeds(run: TorchRun, cut: Cut) -> list[Difference]:
+    """Return the first place of a run whose feed is not the planned one."""
+    starts = np.array([at for at, _ in cut.speeds])
+    speeds = np.array([feed for _, feed in cut.speeds])
+    middles = 0.5 * (run.along[:-1] + run.along[1:])
+    near = [speeds[np.clip(np.searchsorted(starts, middles + d, side="right") - 1, 0, None)] for d in (-_ALONG, _ALONG)]
+    room = [np.maximum(FEED_PART * planned, FEED_ROUNDING) for planned in near]
+    right = [np.abs(run.feed - planned) <= allowed for planned, allowed in zip(near, room, strict=True)]
+    wrong = np.flatnonzero(run.burning & ~(right[0] | right[1]))
+    if not len(wrong):
+        return []
+    k = int(wrong[0])
+    text = (
+        f"it cuts with {run.feed[k] * SECONDS_PER_MINUTE:.6g} mm/min at {place(*run.points[k + 1].tolist())}; "
+        f"{near[0][k] * SECONDS_PER_MINUTE:.6g} mm/min are planned"
+    )
+    return [Difference("feed", 0, int(run.row_line[k]), text)]
+
+
+def _material(text: str, plan: CutPlan, dialect: Dialect) -> list[Difference]:
+    """Return what is wrong with the comment that the controller takes the material from."""
+    torch = dialect.torch
+    if torch is None or not torch.material_comment or _CHOSEN.search(text):
+        return []
+    said = _COMMENT.search(text)
+    if said is None:
+        return [Difference("material", 0, 0, "the program does not tell the controller the material, (o=0, …)")]
+    line = text.count("\n", 0, said.start()) + 1
+    unit = MM_PER_INCH if _INCH.search(text) else 1.0
+    figures = {name: float(value) for name, value in _FIGURE.findall(said.group())}
+    data = plan.data
+    wanted = {
+        "kw": (data.kerf / unit, 0.001),
+        "ph": (data.pierce_height / unit, 0.001),
+        "pd": (data.pierce_delay, 0.001),
+        "ch": (data.cut_height / unit, 0.001),
+        "fr": (data.feed * SECONDS_PER_MINUTE / unit, 0.005 * data.feed * SECONDS_PER_MINUTE / unit),
+    }
+    return [
+        Difference("material", 0, line, f"{name}={figures.get(name)} in the material's comment, not {value:g}")
+        for name, (value, room) in wanted.items()
+        if not abs(figures.get(name, math.nan) - value) <= room
+    ]
+
+
+_CHOSEN = re.compile(r"^(?:N\d+ )?M190 P\d+", re.MULTILINE)
+_COMMENT = re.compile(r"^\(o=0,[^()\n]*\)$", re.MULTILINE)
+_FIGURE = re.compile(r"\b([a-z]{2})=(-?[0-9.]+)")
+_INCH = re.compile(r"^(?:N\d+ )?G20\b", re.MULTILINE)

@@ -1,0 +1,163 @@
+"""A closer look at single cuts: the kerf in its true width, how the torch comes to the contour and how it leaves it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.cutting import Cut, CutPlan
+from leafcut.model.sheet import Sheet
+from leafcut.processes.sheet.report.cut_words import cut_name
+from leafcut.processes.sheet.report.sheet_drawing import dot_class, stretches
+from leafcut.report.marks import head
+from leafcut.report.svg import STEPS, element, in_steps, lines_data, nice_step, text, tick_words, title
+from leafcut.report.wording import length_words
+
+Points = NDArray[np.float64]
+Box = tuple[float, float, float, float]
+
+#: Size of the window, user units.
+_WIDTH, _HEIGHT = 300.0, 190.0
+#: Half of the window's height in mm: so many lead-ins, so many kerfs, and no less than this.
+_LEADS, _KERFS, _LEAST = 1.6, 5.0, 4.0
+_CHORDS = 0.08
+#: So far beside the window a line may still be seen, by its width.
+_BEYOND = 60.0
+_ARROW = 4.5
+_SMALLEST_DOT = 2.4
+
+
+@dataclass(frozen=True)
+class Look:
+    """A window on a place of the sheet: its middle in mm, and user units per mm."""
+
+    middle: tuple[float, float]
+    scale: float
+
+    @property
+    def box(self) -> Box:
+        """What is shown: smallest x and y, largest x and y, mm."""
+        (x, y), half = self.middle, (0.5 * _WIDTH / self.scale, 0.5 * _HEIGHT / self.scale)
+        return (x - half[0], y - half[1], x + half[0], y + half[1])
+
+    def place(self, points: Points) -> Points:
+        """Return points in mm, float64[…, 2], in user units, y down."""
+        x, y = self.middle
+        placed: Points = np.stack(
+            [0.5 * _WIDTH + (points[..., 0] - x) * self.scale, 0.5 * _HEIGHT - (points[..., 1] - y) * self.scale],
+            axis=-1,
+        )
+        return placed
+
+    def shows(self, box: Box) -> bool:
+        """Whether any of a box of mm may be seen."""
+        own = self.box
+        return box[0] <= own[2] and box[2] >= own[0] and box[1] <= own[3] and box[3] >= own[1]
+
+    def edge(self, path: Polyline) -> str:
+        """Return path data of all of a path, in steps."""
+        return lines_data(self._segments(path))
+
+    def line(self, path: Polyline) -> str:
+        """Return path data of what of a path may be seen, in steps."""
+        segments = self._segments(path)
+        low, high = segments.min(axis=1), segments.max(axis=1)
+        seen = (low <= (_WIDTH + _BEYOND, _HEIGHT + _BEYOND)).all(axis=1) & (high >= -_BEYOND).all(axis=1)
+        return lines_data(segments[seen])
+
+    def _segments(self, path: Polyline) -> Points:
+        points = self.place(path.flattened(_CHORDS / self.scale))
+        return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def looked_at(plan: CutPlan) -> list[int]:
+    """Return the cuts that are worth a closer look: the first hole and the first outline that have a lead-in."""
+    found: dict[bool, int] = {}
+    for number, cut in enumerate(plan.cuts):
+        if cut.kind == "cut" and cut.lead_in > 0.0 and cut.contours:
+            found.setdefault(plan.sheet.contours[cut.contours[0]].is_hole, number)
+    return sorted(found.values())
+
+
+def detail(plan: CutPlan, number: int) -> dict[str, str]:
+    """Return the drawing of how one cut begins and ends, and its caption."""
+    cut = plan.cuts[number]
+    half = max(_LEADS * cut.lead_in, _KERFS * plan.data.kerf, _LEAST)
+    look = Look(cut.path.point_at(cut.lead_in), 0.5 * _HEIGHT / half)
+    window = f"window-look-{number}"
+    edge = element("rect", x=0.0, y=0.0, width=_WIDTH, height=_HEIGHT)
+    near = [c for c in plan.cuts if c is not cut and look.shows(c.path.extents)]
+    inside = (
+        _areas(look, plan.sheet),
+        *(_kerf(look, c, plan.data.kerf) for c in (*near, cut)),
+        _begin(look, plan, cut),
+    )
+    words = f"Cut {number + 1}: {cut_name(plan, cut)}"
+    svg = element(
+        "svg",
+        title(words),
+        element("clipPath", edge, id=window),
+        element("rect", x=0.0, y=0.0, width=_WIDTH, height=_HEIGHT, class_="look"),
+        element("g", *inside, clip_path=f"url(#{window})"),
+        _bar(look),
+        viewBox=f"0 0 {_WIDTH:g} {_HEIGHT:g}",
+        class_="drawing sheet closer",
+        role="img",
+    )
+    return {"svg": svg, "caption": words, "words": _lead_words(cut)}
+
+
+def _lead_words(cut: Cut) -> str:
+    """Return ``lead-in 6.0 mm, lead-out 4.0 mm``, and how far the torch goes on when it is off."""
+    after = [(kind, high - low) for kind, low, high in stretches(cut) if low >= cut.lead_out]
+    words = [f"lead-in {length_words(cut.lead_in)}"]
+    for kind, said in (("lead", "lead-out {}"), ("dark", "{} with the torch off")):
+        length = sum(part for of_kind, part in after if of_kind == kind)
+        words += [said.format(length_words(length))] if length > 0.0 else []
+    return ", ".join(words)
+
+
+def _areas(look: Look, sheet: Sheet) -> str:
+    """Return the parts around, each as an area without its holes."""
+    areas: dict[int, str] = {}
+    for c in sheet.contours:
+        if c.contour.kind == "cut" and c.contour.path.closed and c.part:
+            areas[c.part] = areas.get(c.part, "") + look.edge(c.contour.path) + "z"
+    seen = {c.part for c in sheet.contours if look.shows(c.contour.path.extents)}
+    return in_steps(*(element("path", d=data, class_="part rim") for part, data in areas.items() if part in seen))
+
+
+def _kerf(look: Look, cut: Cut, kerf: float) -> str:
+    """Return a cut as a band of its true width with its middle, stretch by stretch."""
+    lines = []
+    for kind, low, high in stretches(cut):
+        data = look.line(cut.path.piece(low, high))
+        if kind in ("kerf", "lead", "bridge"):
+            lines.append(element("path", d=data, class_=f"{kind} band", stroke_width=kerf * look.scale * STEPS))
+        lines.append(element("path", d=data, class_=kind, stroke_width=1.2 * STEPS))
+    return in_steps(*lines)
+
+
+def _begin(look: Look, plan: CutPlan, cut: Cut) -> str:
+    """Return where the cut begins, and the heads of arrows on its lead-in and just behind it."""
+    x, y = look.place(np.array(cut.path.start)).tolist()
+    heads = []
+    for at in (0.55 * cut.lead_in, cut.lead_in + 1.1 * max(cut.lead_in, _LEAST)):
+        place, (dx, dy) = look.place(np.array(cut.path.point_at(at))).tolist(), cut.path.direction_at(at)
+        heads.append(element("path", d=head((place[0], place[1]), (dx, -dy), _ARROW), class_="kerf-arrow"))
+    radius = max(0.5 * plan.data.kerf * look.scale, _SMALLEST_DOT)
+    return "".join(heads) + element("circle", cx=x, cy=y, r=radius, class_=dot_class(cut))
+
+
+def _bar(look: Look) -> str:
+    """Return a bar of a round number of mm, with its length."""
+    step = nice_step(_WIDTH / look.scale, 6)
+    length = step * look.scale
+    bar = element("path", d=f"M{_WIDTH - 10 - length:.2f} {_HEIGHT - 13}v6m0 -3h{length:.2f}m0 -3v6", class_="bar")
+    words = text(
+        f"{tick_words(step, step)} mm", _WIDTH - 16 - length, _HEIGHT - 10, text_anchor="end", dy="0.34em", class_="on"
+    )
+    return bar + words

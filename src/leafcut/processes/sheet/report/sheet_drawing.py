@@ -1,0 +1,294 @@
+"""The drawing of a sheet: its parts, the way of the kerf, leads, pierces and their order, rapids, marks."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.cutting import Cut, CutPlan
+from leafcut.model.sheet import Sheet
+from leafcut.processes.sheet.report.cut_words import cut_title, part_title
+from leafcut.report.drawing import RAMP
+from leafcut.report.frame import Frame
+from leafcut.report.labels import Surroundings, place_labels
+from leafcut.report.marks import arrow_heads, end_marks, head, word_side
+from leafcut.report.svg import STEPS, element, in_steps, lines_data, short, text, title
+
+Points = NDArray[np.float64]
+
+#: What a stretch of a cut is drawn as.
+STRETCHES = ("kerf", "lead", "bridge", "dark", "mark")
+
+#: How far chords leave arcs, user units.
+_CHORDS = 0.06
+#: The kerf is drawn in its width, but never thinner than can be seen.
+_THINNEST_KERF = 0.8
+_THINNEST_KERF_OF_MANY = 0.65
+#: More cuts are many: finer lines, smaller dots, and rapids coloured from first to last.
+_FEW = 60
+#: So many numbers at most; of more cuts every second, fifth, tenth … has one.
+_MOST_NUMBERS = 60
+_EVERY = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+#: Closed cuts at least so long have the head of an arrow, user units; so far along it, in parts.
+_LONG_CUT = 70.0
+_ARROW_AT = 0.3
+_KERF_ARROW = 2.6
+_HATCH = 5.0
+#: Sheets so many times as wide as high take both columns: of few cuts, of many.
+_WIDE_FROM = (2.4, 1.6)
+_RAPID_ARROW, _RAPID_ARROW_OF_MANY = 3.6, 2.8
+#: The words at the start and the end, as discs that numbers keep away from: how far beside the mark, and how large.
+_WORD_DISCS = (10.0, 20.0, 30.0)
+_WORD_DISC = 5.0
+#: A cut that begins so near to its end needs no number beside the word "end", user units.
+_AT_ITS_END = 12.0
+
+
+@dataclass(frozen=True, eq=False)
+class SheetScene:
+    """What the drawings of one sheet share.
+
+    `every`: each so-manieth cut carries its number; `many`: rapids are coloured from first to last. `true_kerf`: the
+    kerf is as wide as it is, in the scale of the drawing, `kerf` its width in user units.
+    """
+
+    frame: Frame
+    sheet: Sheet
+    every: int
+    many: bool
+    kerf: float
+    true_kerf: bool
+
+    @property
+    def dot(self) -> float:
+        """Radius of a pierce, user units."""
+        return 1.3 if self.many else 1.9
+
+
+def build_sheet_scene(plans: list[CutPlan]) -> SheetScene:
+    """Return the scene of one sheet's plans; an empty sheet gives an empty window."""
+    sheet = plans[-1].sheet
+    boxes = [c.path.extents for plan in plans for c in plan.cuts]
+    boxes += [c.contour.path.extents for c in sheet.contours]
+    boxes += [*sheet.zones, *([sheet.outline.extents] if sheet.outline is not None else [])]
+    corners = np.array(boxes, dtype=np.float64).reshape(-1, 4)
+    if not len(corners):
+        corners = np.zeros((1, 4))
+    low, high = corners[:, :2].min(axis=0).tolist(), corners[:, 2:].max(axis=0).tolist()
+    cuts = max(len(plan.cuts) for plan in plans)
+    every = next((e for e in _EVERY if cuts <= e * _MOST_NUMBERS), _EVERY[-1])
+    many = cuts > _FEW
+    frame = Frame.around((low[0], low[1]), (high[0], high[1]), _WIDE_FROM[many])
+    thinnest = _THINNEST_KERF_OF_MANY if many else _THINNEST_KERF
+    kerf = plans[-1].data.kerf * frame.scale
+    return SheetScene(frame, sheet, every, many, max(kerf, thinnest), kerf >= thinnest)
+
+
+def sheet_drawing(
+    scene: SheetScene, plan: CutPlan, name: str, words: str, *, parts: str = "", size: bool = False
+) -> str:
+    """Return the drawing of a plan as an SVG element with `words` as its title.
+
+    The parts are drawn in this SVG under the id `parts` if it is given as ``"=name"``, and taken from another SVG of
+    the page if it is ``"#name"``. `name` tells the drawings of a page apart, `size` states width and height.
+    """
+    frame = scene.frame
+    drawn = element("use", href=parts) if parts.startswith("#") else _stock(scene, plan, parts.removeprefix("="))
+    ways, arrow = _ways(frame, plan), _RAPID_ARROW_OF_MANY if scene.many else _RAPID_ARROW
+    window = f"window-{name}"
+    moving = (_rapids(scene, ways), *(_cut(scene, plan, k) for k in range(len(plan.cuts))), _kerf_arrows(scene, plan))
+    inside = (
+        drawn,
+        element("g", *moving, arrow_heads(ways, arrow), clip_path=f"url(#{window})"),
+        *_order(scene, plan, ways),
+    )
+    return frame.drawing(words, window, inside, "drawing sheet ramped" if scene.many else "drawing sheet", size)
+
+
+# -- the sheet and its parts -----------------------------------------------------------------------------------------
+
+
+def part_id(part: int) -> str:
+    """Return the id under which a part is drawn in a page."""
+    return f"part-{part}"
+
+
+def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
+    """Return the sheet's edge, what the torch must not enter, and every part as an area without its holes."""
+    frame, sheet = scene.frame, scene.sheet
+    shapes = []
+    if sheet.outline is not None:
+        shapes.append(element("path", d=_area(frame, sheet.paths), class_="stock"))
+    areas: dict[int, list[Polyline]] = {}
+    for c in sheet.contours:
+        if c.contour.kind == "cut" and c.contour.path.closed and c.part:
+            areas.setdefault(c.part, []).append(c.contour.path)
+    for part, paths in areas.items():
+        words = title(part_title(plan, part))
+        shapes.append(element("path", words, id=part_id(part) if name else None, d=_area(frame, paths), class_="part"))
+    return element("g", in_steps(*shapes), *(_clamp(frame, zone) for zone in sheet.zones), id=name or None)
+
+
+def part_window(scene: SheetScene, part: int) -> str:
+    """Return the view box that shows one part alone, in the steps its path is written in; empty for no such part."""
+    boxes = [
+        c.contour.path.extents
+        for c in scene.sheet.contours
+        if c.part == part and c.contour.kind == "cut" and c.contour.path.closed
+    ]
+    if not boxes:
+        return ""
+    x0, y0, x1, y1 = (f(b[i] for b in boxes) for i, f in enumerate((min, min, max, max)))
+    (left, bottom), (right, top) = scene.frame.place(np.array([[x0, y0], [x1, y1]])).tolist()
+    margin = 0.04 * max(right - left, bottom - top)
+    edges = (left - margin, top - margin, right - left + 2 * margin, bottom - top + 2 * margin)
+    return " ".join(short(STEPS * e) for e in edges)
+
+
+def _chords(frame: Frame, path: Polyline) -> Points:
+    """Return the places along a path in user units, near enough to its arcs that they look round."""
+    return frame.place(path.flattened(_CHORDS / frame.scale))
+
+
+def _area(frame: Frame, paths: Sequence[Polyline]) -> str:
+    """Return path data of closed outlines."""
+    return "".join(f"{lines_data(_segments(_chords(frame, path)))}z" for path in paths)
+
+
+def _segments(points: Points) -> Points:
+    return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
+    """Return a rectangle with lines across it."""
+    (x0, y1), (x1, y0) = frame.place(np.array([zone[:2], zone[2:]])).tolist()
+    width, height = x1 - x0, y1 - y0
+    lines = []
+    for k in range(1, min(math.ceil((width + height) / _HATCH), 200)):
+        # At 45°: from the left edge or the foot to the top or the right edge.
+        at = k * _HATCH
+        left, top = (max(at - height, 0.0), min(at, height)), (min(at, width), max(at - width, 0.0))
+        lines.append(f"M{short(x0 + left[0])} {short(y0 + left[1])}L{short(x0 + top[0])} {short(y0 + top[1])}")
+    edge = element("rect", x=x0, y=y0, width=width, height=height)
+    return element("g", title("clamp: the torch stays out"), edge, element("path", d="".join(lines)), class_="clamp")
+
+
+# -- the cuts --------------------------------------------------------------------------------------------------------
+
+
+def stretches(cut: Cut) -> list[tuple[str, float, float]]:
+    """Return what of a cut's path is what: (one of `STRETCHES`, from, to), mm along it, in order.
+
+    What the torch does while it is off is ``dark``: micro-joints, and overcut without the arc. Loops round corners lie
+    in the scrap as leads do; bridges are ways through it from one contour of a chain to the next.
+    """
+    whole = cut.path.length
+    places = {0.0, cut.lead_in, cut.lead_out, cut.torch_off_at, whole}
+    places |= {at for span in (*cut.joints, *cut.loops, *cut.bridges) for at in span}
+    edges = sorted(at for at in places if 0.0 <= at <= whole)
+    found: list[tuple[str, float, float]] = []
+    for low, high in itertools.pairwise(edges):
+        kind = _kind_at(cut, 0.5 * (low + high))
+        begin = found.pop()[1] if found and found[-1][0] == kind else low
+        found.append((kind, begin, high))
+    return found
+
+
+def _kind_at(cut: Cut, at: float) -> str:
+    if at > cut.torch_off_at or any(a < at < b for a, b in cut.joints):
+        return "dark"
+    if cut.kind == "mark":
+        return "mark"
+    if any(a < at < b for a, b in cut.bridges):
+        return "bridge"
+    if at < cut.lead_in or at > cut.lead_out or any(a < at < b for a, b in cut.loops):
+        return "lead"
+    return "kerf"
+
+
+def _cut(scene: SheetScene, plan: CutPlan, number: int) -> str:
+    """Return one cut: its way, the dot where it begins, and what a reader is told who points at it."""
+    cut, frame = plan.cuts[number], scene.frame
+    data: dict[str, str] = {}
+    for kind, low, high in stretches(cut):
+        points = _chords(frame, cut.path.piece(low, high))
+        data[kind] = data.get(kind, "") + lines_data(_segments(points))
+    # Leads over the kerf: they are short, and begin where it ends.
+    lines = [element("path", d=d, class_=kind, stroke_width=_width(scene, kind)) for kind, d in sorted(data.items())]
+    x, y = frame.place(np.array(cut.path.start)).tolist()
+    dot = element("circle", cx=x, cy=y, r=scene.dot * (0.8 if cut.kind == "mark" else 1.0), class_=dot_class(cut))
+    return element("g", title(cut_title(plan, number)), in_steps(*lines), dot)
+
+
+def _width(scene: SheetScene, kind: str) -> float:
+    if kind == "dark":
+        return 0.6 * STEPS
+    return STEPS * (scene.kerf if kind == "kerf" else max(scene.kerf, _THINNEST_KERF))
+
+
+def dot_class(cut: Cut) -> str:
+    """Return how the beginning of a cut looks: a pierce, a start at the edge, a mark."""
+    return "begin mark" if cut.kind == "mark" else "begin pierce" if cut.pierce else "begin edge-start"
+
+
+def _kerf_arrows(scene: SheetScene, plan: CutPlan) -> str:
+    """Return the heads of arrows on the longer cuts: which way round they are cut."""
+    heads = []
+    for cut in plan.cuts:
+        length = cut.lead_out - cut.lead_in
+        if length * scene.frame.scale >= _LONG_CUT:
+            at = cut.lead_in + _ARROW_AT * length
+            (x, y), (dx, dy) = scene.frame.place(np.array(cut.path.point_at(at))).tolist(), cut.path.direction_at(at)
+            heads.append(head((x, y), (dx, -dy), _KERF_ARROW))
+    return element("path", d="".join(heads), class_="kerf-arrow") if heads else ""
+
+
+# -- the order -------------------------------------------------------------------------------------------------------
+
+
+def _ways(frame: Frame, plan: CutPlan) -> Points:
+    """Return the ways from cut to cut in user units, float64[n, 2, 2]."""
+    ways = [(a.path.end, b.path.start) for a, b in zip(plan.cuts[:-1], plan.cuts[1:], strict=True)]
+    return frame.place(np.array(ways, dtype=np.float64).reshape(-1, 2, 2))
+
+
+def _rapids(scene: SheetScene, ways: Points) -> str:
+    """Return the ways from cut to cut, thin and dashed; of many in a ramp of colours from first to last."""
+    if not scene.many:
+        return in_steps(element("path", d=lines_data(ways), class_="rapid")) if len(ways) else ""
+    chunks = np.array_split(ways, RAMP)
+    return in_steps(*(element("path", d=lines_data(c), class_=f"rapid r{i}") for i, c in enumerate(chunks) if len(c)))
+
+
+def _order(scene: SheetScene, plan: CutPlan, ways: Points) -> list[str]:
+    """Return the marks of start and end, and the numbers of the order as far as there is room."""
+    if not plan.cuts:
+        return []
+    frame = scene.frame
+    starts = frame.place(np.array([c.path.start for c in plan.cuts]))
+    end = frame.place(np.array(plan.cuts[-1].path.end)).tolist()
+    size = (frame.width, frame.height)
+    reach = scene.dot + 3.0
+    marks = end_marks((*starts[0].tolist(), reach), (*end, reach), size)
+    # The first one and, where it ends where it began, the last one have their words.
+    worded = {0, len(starts) - 1} if math.dist(starts[-1], end) < _AT_ITS_END else {0}
+    numbered = [k for k in range(len(plan.cuts)) if (k + 1) % scene.every == 0 and k not in worded]
+    lines = np.concatenate([ways, *(_segments(_chords(frame, c.path)) for c in plan.cuts)])
+    free = np.full(len(starts), scene.dot)
+    free[0] = reach + 1.0
+    dots = np.column_stack([starts, free])
+    stops = np.column_stack([starts, free, np.zeros(len(starts))])[numbered]
+    words, font = [str(k + 1) for k in numbered], 7.5 if scene.many else 9.0
+    kept = [[*end, reach]]
+    for x, y in (starts[0].tolist(), end):
+        side = word_side(x, frame.width)
+        kept += [[x + side * (reach + beside), y, _WORD_DISC] for beside in _WORD_DISCS]
+    spots = place_labels(stops, words, font, Surroundings(np.concatenate([dots, np.array(kept)]), lines, size))
+    numbers = [text(w, s[0], s[1], dy="0.35em") for w, s in zip(words, spots, strict=True) if s]
+    return [*marks, element("g", *numbers, class_="number", font_size=font, stroke_width=font * 0.3)]

@@ -1,0 +1,294 @@
+"""What the report page says of a sheet: drawings, time norm and cost, parts, cutting data."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from leafcut.model.cutting import CutMeasures, CutPlan, CutTimes
+from leafcut.model.outcome import Outcome
+from leafcut.processes.sheet.report.cut_words import clock, cost_figure, money_words, name_words, part_kinds, size_words
+from leafcut.processes.sheet.report.sheet_detail import detail, looked_at
+from leafcut.processes.sheet.report.sheet_drawing import (
+    SheetScene,
+    build_sheet_scene,
+    part_id,
+    part_window,
+    sheet_drawing,
+    stretches,
+)
+from leafcut.report import chart, views
+from leafcut.report.drawing import RAMP
+from leafcut.report.wording import (
+    NO_VALUE,
+    clean,
+    count,
+    feed_mm_min,
+    length_words,
+    order_words,
+    percent_words,
+    saved_percent,
+    time_words,
+)
+
+Row = dict[str, Any]
+
+MOST_PART_ROWS = 500
+#: A table of more parts is scrolled on a screen.
+_LONG_TABLE = 24
+_LEAST_REST = 0.05
+
+
+def order_names(outcome: Outcome) -> tuple[str, str, str]:
+    """Return what the three orders are called."""
+    return (f"{order_words(outcome).capitalize()} order", "Nearest neighbour", views.OURS)
+
+
+def sheet_content(outcome: Outcome, plan: CutPlan) -> Row:
+    """Return all that the template of a sheet needs."""
+    scene = build_sheet_scene([p for p in outcome.cut_plans if p is not None])
+    return {
+        "drawings": _drawings(outcome, scene),
+        "wide": scene.frame.wide,
+        "details": [detail(plan, number) for number in looked_at(plan)],
+        "legend": _legend(scene, [p for p in outcome.cut_plans if p is not None]),
+        "orders": _norm_rows(outcome),
+        "common": any(n.sheet.common_mm > 0.0 for n in outcome.norms if n is not None),
+        "facts": _facts(outcome, plan),
+        "parts": _parts(scene, plan),
+        "data": _data(plan),
+    }
+
+
+def sheet_size(plan: CutPlan) -> str:
+    """Return ``sheet 900 × 1500 mm``, or how large the work is where nobody said how large the sheet is."""
+    sheet = plan.sheet
+    boxes = [sheet.outline.extents] if sheet.outline is not None else [c.path.extents for c in plan.cuts]
+    if not boxes:
+        return "nothing to cut"
+    x0, y0, x1, y1 = (f(b[i] for b in boxes) for i, f in enumerate((min, min, max, max)))
+    return f"{'sheet' if sheet.outline is not None else 'cuts on'} {x1 - x0:.4g} × {y1 - y0:.4g} mm"
+
+
+def cards(outcome: Outcome) -> list[Row]:
+    """Return the three orders as the cards at the head show them: what the page of drilling shows of its own."""
+    rows = zip(order_names(outcome), outcome.stated, strict=True)
+    known = [(name, measure) for name, measure in rows if measure is not None]
+    longest = max(measure.time_s for _, measure in known)
+    return [
+        {
+            "name": name,
+            "ours": name == views.OURS,
+            "time": time_words(measure.time_s),
+            "travel": length_words(measure.travel_mm),
+            "cut": length_words(measure.cut_mm),
+            "saved": percent_words(saved_percent(outcome, measure)) if number else NO_VALUE,
+            "bar": chart.bar(
+                measure.time_s / longest if longest > 0 else 0.0, "ours" if name == views.OURS else "plain"
+            ),
+        }
+        for number, (name, measure) in enumerate(known)
+    ]
+
+
+def saved(outcome: Outcome, plan: CutPlan) -> Row:
+    """Return the large figure and the words around it."""
+    row = views.saved(outcome)
+    seconds, quantity = outcome.before.time_s - outcome.after.time_s, plan.measures.quantity
+    first = outcome.norms[0]
+    words = [f"{percent_words(abs(outcome.saved_percent))} {'more' if row['worse'] else 'less'} machine time"]
+    if not outcome.before.time_s > 0.0:
+        return {**row, "percent": "There is nothing to cut."}
+    if seconds > 0.0:
+        sheets = f"the batch of {quantity:,} sheets" if quantity > 1 else "a hundred sheets"
+        words.append(f", {time_words((quantity if quantity > 1 else 100) * seconds)} on {sheets}")
+    words.append(".")
+    if first is not None and first.sheet.rapid_mm > 0.0:
+        shorter = 100.0 * (1.0 - plan.measures.sheet.rapid_mm / first.sheet.rapid_mm)
+        side = "shorter" if shorter >= 0.0 else "longer"
+        words.append(f" The way between the cuts is {percent_words(abs(shorter))} {side}.")
+    return {**row, "percent": "".join(words)}
+
+
+# -- drawings --------------------------------------------------------------------------------------------------------
+
+
+def plan_words(outcome: Outcome, which: int) -> str:
+    """Return the title of a drawing, 0 before, 1 nearest neighbour, 2 after."""
+    orders = (f"the {order_words(outcome)}’s order", "nearest-neighbour order", "leafcut’s order")
+    return f"Cuts of {clean(outcome.part.name)} in {orders[which]}"
+
+
+def _drawings(outcome: Outcome, scene: SheetScene) -> list[Row]:
+    captions = (f"Before: the {order_words(outcome)}’s order", "Nearest neighbour", "After: leafcut")
+    rows: list[Row] = []
+    # The page reads from left to right and on: before and after stand side by side, the third order under them.
+    for which in (0, 2, 1):
+        plan = outcome.cut_plans[which]
+        if plan is None:
+            continue
+        name = ("before", "nearest", "after")[which]
+        words = plan_words(outcome, which)
+        svg = sheet_drawing(scene, plan, name, words, parts="#sheet-parts" if rows else "=sheet-parts")
+        way = f"{length_words(plan.measures.sheet.rapid_mm)} between the cuts"
+        rows.append({"caption": captions[which], "way": way, "svg": svg})
+    return rows
+
+
+def _legend(scene: SheetScene, plans: list[CutPlan]) -> Row:
+    """Return what the drawings show; only what is there is explained."""
+    cuts = [cut for plan in plans for cut in plan.cuts]
+    kinds = {kind for cut in cuts for kind, _, _ in stretches(cut)}
+    return {
+        "kinds": kinds,
+        "true_kerf": scene.true_kerf,
+        "stock": scene.sheet.outline is not None,
+        "clamps": bool(scene.sheet.zones),
+        "edges": any(c.kind == "cut" and not c.pierce for c in cuts),
+        "pierces": any(c.kind == "cut" and c.pierce for c in cuts),
+        "every": {1: "numbers give the order", 2: "every second has its number in the order"}.get(
+            scene.every, f"every {scene.every}th has its number in the order"
+        ),
+        "ramp": [f"r{i}" for i in range(0, RAMP, 3)] if scene.many else None,
+    }
+
+
+# -- time norm and cost ----------------------------------------------------------------------------------------------
+
+
+def _norm_rows(outcome: Outcome) -> list[Row]:
+    known = [(n, m.sheet) for n, m in zip(order_names(outcome), outcome.norms, strict=True) if m is not None]
+    longest = max(times.total_s for _, times in known)
+    return [
+        {
+            "name": name,
+            "bar": chart.stacked_bar({"feed": t.cut_s, "dwell": t.pierce_s, "rapid": t.rapid_s}, longest),
+            **_time_cells(t),
+            "pierces": f"{t.pierces:,}",
+            "way": length_words(t.rapid_mm),
+            "route": length_words(t.length_mm),
+        }
+        for name, t in known
+    ]
+
+
+def _time_cells(times: CutTimes) -> dict[str, str]:
+    return {
+        "cutting": time_words(times.cut_s),
+        "piercing": time_words(times.pierce_s),
+        "rapids": time_words(times.rapid_s),
+        "total": clock(times.total_s),
+    }
+
+
+def _facts(outcome: Outcome, plan: CutPlan) -> list[tuple[str, str, str]]:
+    """Return the figures of a sheet: (name, figure, words under it)."""
+    norm, times = plan.measures, plan.measures.sheet
+    facts = [
+        ("Time of a sheet", clock(times.total_s), "hours : minutes : seconds"),
+        ("Pierces", f"{times.pierces:,}", f"{time_words(times.pierce_s)} of piercing"),
+        ("Perimeter", length_words(times.perimeter_mm), f"{length_words(times.cut_mm)} cut, leads included"),
+        ("Route D", length_words(times.length_mm), _route_words(times)),
+    ]
+    if norm.utilisation is not None:
+        area = sum(p.area for p in norm.parts) / 1e6
+        facts.append(("Sheet used", percent_words(100.0 * norm.utilisation), f"{area:.3g} m² of parts"))
+    if norm.cost > 0.0:
+        facts.append(("Cost of a sheet", money_words(norm.cost), _cost_before(outcome, norm)))
+    if norm.quantity > 1:
+        cost = f"cost {money_words(norm.batch_cost)}" if norm.cost > 0.0 else "hours : minutes : seconds"
+        facts.append((f"Batch of {norm.quantity:,}", clock(norm.batch.total_s), cost))
+    return facts
+
+
+def _route_words(times: CutTimes) -> str:
+    common = f" − {length_words(times.common_mm)} of common edges" if times.common_mm > 0.0 else ""
+    return f"perimeters{common} + {length_words(times.rapid_mm)} between"
+
+
+def _cost_before(outcome: Outcome, norm: CutMeasures) -> str:
+    first = outcome.norms[0]
+    return "" if first is None else f"{money_words(first.cost)} in the {order_words(outcome)}’s order"
+
+
+# -- parts -----------------------------------------------------------------------------------------------------------
+
+
+def _parts(scene: SheetScene, plan: CutPlan) -> Row:
+    """Return one row per part, and the sums under them."""
+    norm = plan.measures
+    with_cost = norm.cost > 0.0
+    places = 3 if with_cost and min((p.cost for p in norm.parts), default=1.0) < 0.1 else 2
+    rows = [
+        {
+            "number": clean(f"{p.part} {p.name}".rstrip()) if p.part else "in no part",
+            "href": f"#{part_id(p.part)}" if part_window(scene, p.part) else "",
+            "window": part_window(scene, p.part),
+            "contours": _contours_words(plan, p.part),
+            "area": f"{p.area / 100.0:,.4g}" if p.area else NO_VALUE,
+            **_cells(p.times, p.cost, places),
+        }
+        for p in norm.parts[:MOST_PART_ROWS]
+    ]
+    # What is in no cut: the ways at the beginning and the end of the program.
+    rest = norm.sheet.total_s - sum(p.times.total_s for p in norm.parts)
+    feet = []
+    if rest >= _LEAST_REST:
+        ends = CutTimes(rapid_s=rest)
+        only = {"perimeter": "", "pierces": "", "cutting": "", "piercing": "", "cost": "", "total": clock(rest)}
+        feet.append({"name": "beginning and end", **_cells(ends, 0.0, places), **only})
+    feet.append({"name": "Sheet", **_cells(norm.sheet, norm.cost, places)})
+    if norm.quantity > 1:
+        feet.append({"name": count(norm.quantity, "sheet"), **_cells(norm.batch, norm.batch_cost, places)})
+    return {
+        "rows": rows,
+        "feet": feet,
+        "cost": with_cost,
+        "left_out": len(norm.parts) - len(rows),
+        "long": len(rows) > _LONG_TABLE,
+    }
+
+
+def _cells(times: CutTimes, cost: float, places: int) -> dict[str, str]:
+    return {
+        "perimeter": length_words(times.perimeter_mm),
+        "pierces": f"{times.pierces:,}",
+        **_time_cells(times),
+        "cost": cost_figure(cost, places),
+    }
+
+
+def _contours_words(plan: CutPlan, part: int) -> str:
+    """Return how many contours of a part are cut, and how many marks it has."""
+    mine = part_kinds(plan, part)
+    marks = mine.count("mark")
+    return f"{len(mine) - marks}" + (f" + {count(marks, 'mark')}" if marks else "")
+
+
+# -- cutting data ----------------------------------------------------------------------------------------------------
+
+
+def _data(plan: CutPlan) -> Row:
+    """Return the row of the cut chart that was used."""
+    data = plan.data
+    amps = f", {data.amps:g} A" if data.amps is not None else ""
+    pierce = f"{data.pierce_delay:.3g} s at {size_words(data.pierce_height)} mm" if data.can_pierce else "at the edge"
+    rows = [
+        ("process", name_words(data.process) + amps),
+        ("material", f"{name_words(data.material)}, {size_words(data.thickness)} mm"),
+        ("speed", f"{feed_mm_min(data.feed):,.0f} mm/min"),
+        ("kerf", f"{size_words(data.kerf)} mm"),
+        ("pierce", pierce),
+        ("cut height", f"{size_words(data.cut_height)} mm"),
+    ]
+    confidence, why = [*re.split(r"[,;:]\s*", clean(data.confidence), maxsplit=1), ""][:2]
+    if data.volts is not None:
+        rows.append(("arc", f"{data.volts:g} V"))
+    return {
+        "rows": [(name, clean(words)) for name, words in rows],
+        "source": clean(data.source),
+        # A word or two, and in some charts the reason after a comma.
+        "confidence": confidence,
+        "why": why,
+        "sure": not data.confidence.startswith("low"),
+    }

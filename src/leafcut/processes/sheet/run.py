@@ -1,0 +1,342 @@
+"""A nested sheet in, a cutting program out: read, prepare, order, slide, lay, post, prove."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from leafcut._version import __version__
+from leafcut.model.cutting import CutPlan
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.obstacles import Obstacles
+from leafcut.model.outcome import Measure, OperationOutcome, Outcome
+from leafcut.model.solution import Solution
+from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.processes.course import Run, machine_issues, refuse
+from leafcut.processes.keep_out import meetings
+from leafcut.processes.sheet.job import Job, moves_z, prepared
+from leafcut.processes.sheet.orders import as_planned, check_precedence, nearest_order, ordered
+
+if TYPE_CHECKING:
+    from leafcut.model.machine import Machine
+    from leafcut.processes.sheet.plan.cut_toolpath import LaidCut
+    from leafcut.processes.sheet.plan.freed_parts import Round
+    from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
+    from leafcut.read import Input
+
+#: Where leads met, an order is sought anew so often at most; of more cuts than this never.
+ROUNDS, MOST_AGAIN = 2, 1000
+
+
+def cut(run: Run, source: Input) -> Outcome:
+    """Return the verified cutting program of a nested sheet, and all that was found out on the way.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, SolveError, PostError, VerifyError
+        One line that says what was found and what to do.
+    """
+    from leafcut.processes.sheet.chaining import chained
+    from leafcut.processes.sheet.plan.apply_plan_file import plan_order
+    from leafcut.processes.sheet.plan.cutting import drawing_order, in_bands
+    from leafcut.processes.sheet.plan.leads.clear_pierces import clear_pierces
+    from leafcut.proof.envelope import check_envelope
+    from leafcut.solve.compiling import announced
+
+    job, issues = prepared(run, source)
+    with announced(run.tell, run.clock.leave_out):
+        drawn = plan_order(job.cutting, job.plan) if job.plan else drawing_order(job.cutting)
+        drawn = clear_pierces(job.cutting, in_bands(job.cutting, drawn, run.settings.cut), job.travel(), None, None)
+        drawn_laid = _laid(job, drawn)
+        # What no order changes is known before any is sought.
+        refuse(check_envelope(drawn_laid.path, run.machine))
+        nearest = nearest_order(job)
+        cutting, spent = chained(job)
+        joined = replace(job, cutting=cutting)
+        found, solutions = ordered(joined, drawn if cutting is job.cutting else None)
+    planned = as_planned(job)
+    first = drawn_laid if planned is None else _laid(*planned)
+    second, third = _laid(job, nearest), _laid(joined, found)
+    bound = run.settings.cut.heat_distance > 0.0 or (run.settings.cut.sweep != "free" and planned is not None)
+    searched = sum(s.seconds for s in solutions)
+    if run.settings.solve.algorithm == "auto" and not run.settings.resequence.keep_order:
+        met = any(a is not b for a, b in zip(found, third.order, strict=True))
+        if cutting is job.cutting and planned is None and not bound and second.score(run) < third.score(run):
+            third, solutions = second, []
+        if met and len(found) <= MOST_AGAIN:
+            third, solutions = _without_meeting(joined, third, solutions, spent + searched)
+    if not (moves_z(job.words) or run.settings.resequence.keep_order or planned is not None or bound):
+        third = _kept_off(joined, third)
+    if run.settings.resequence.keep_order or (third.score(run) > first.score(run) and not bound):
+        third, solutions = first, []
+    return _outcome(job, issues, solutions, first, second, third)
+
+
+# -- toolpath, time and program --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Laid:
+    """An order as motions, and what it costs."""
+
+    plan: CutPlan
+    path: Toolpath
+    rows: list[LaidCut]
+    measure: Measure
+    order: list[CutStart]
+    round: Round | None = None
+
+    def score(self, run: Run) -> float:
+        return self.measure.time_s if run.settings.solve.objective == "time" else self.measure.travel_mm
+
+
+def _without_meeting(job: Job, best: _Laid, solutions: list[Solution], spent: float) -> tuple[_Laid, list[Solution]]:
+    """Search again where leads of the order that was found met: what moved away can cost more than the order saved.
+
+    Starts whose leads meet those of the best order are left out. Returns what is best in the end, and the solutions
+    that it came from, all seconds of searching among theirs; `spent` is all that was spent before.
+    """
+    from leafcut.processes.sheet.plan.leads.leads_apart import starts_apart
+
+    for _ in range(ROUNDS):
+        if job.search_seconds() <= 0.0:
+            break
+        again = replace(job, cutting=starts_apart(job.cutting, best.order))
+        order, found = ordered(again, best.order)
+        spent += sum(s.seconds for s in found)
+        other = _laid(again, order)
+        if other.score(job.run) >= best.score(job.run):
+            break
+        best, solutions = other, found
+    each = (spent - sum(s.seconds for s in solutions)) / max(len(solutions), 1)
+    return best, [replace(s, seconds=s.seconds + each) for s in solutions]
+
+
+def _laid(job: Job, order: list[CutStart]) -> _Laid:
+    from leafcut.processes.sheet.plan.cost_estimate import cut_norm
+    from leafcut.processes.sheet.plan.cut_toolpath import TORCH_ON, lay_cuts
+    from leafcut.processes.sheet.plan.freed_parts import lead_round
+    from leafcut.processes.sheet.plan.leads.leads_apart import leads_apart
+    from leafcut.timing.toolpath import measure
+
+    machine, settings, torch = job.run.machine, job.run.settings, job.words.torch
+    check_precedence(job.cutting, order)
+    order = leads_apart(job.cutting, order, job.travel(), job.start, job.end)
+    cuts = tuple(job.cutting.cut(s) for s in order)
+    led = (
+        None
+        if moves_z(job.words)
+        else lead_round(job.cutting.sheet, cuts, job.start, job.end, 0.5 * machine.nozzle_diameter)
+    )
+    corners = {} if led is None else led.corners
+    path, rows = lay_cuts(
+        cuts,
+        job.data,
+        machine,
+        clearance=settings.drill.clearance_height,
+        end=job.end,
+        switches=job.switches,
+        power=settings.post.beam_power if torch is not None and torch.power else TORCH_ON,
+        mark_power=settings.post.mark_power if torch is not None and torch.power else TORCH_ON,
+        tolerance=settings.post.path_tolerance if torch is not None else 0.0,
+        probe=job.probe,
+        moves_z=moves_z(job.words),
+        mark_tool=torch.mark_tool if torch is not None else None,
+        corners=corners,
+        obstacles=_obstacles(job),
+    )
+    whole = measure(path, machine)
+    seconds = _cut_seconds(path, rows, machine)
+    norm = cut_norm(job.cutting.sheet, cuts, seconds, whole.time_s, settings.cut, corners)
+    crossings, close = (None, 0) if led is None else (len(led.crossing), len(led.close))
+    return _Laid(CutPlan(job.cutting.sheet, job.data, cuts, norm, crossings, close), path, rows, whole, order, led)
+
+
+def _kept_off(job: Job, laid: _Laid) -> _Laid:
+    """Return an order that frees parts behind the ways that cross them, if it comes out better: fewer ways over free
+    parts, then fewer that come close to one, then less time."""
+    from leafcut.processes.sheet.plan.freed_parts import cut_free_later
+
+    if laid.round is None or not (laid.round.crossing or laid.round.close or laid.round.corners):
+        return laid
+    numbers = [c.index for c in job.cutting.contours]
+    pairs = [(numbers[a], numbers[b]) for a, b in job.cutting.pairs]
+    place = cut_free_later(
+        job.cutting.sheet, laid.plan.cuts, pairs, job.travel(), lambda: not job.run.cancelled.is_set(),
+        0.5 * job.run.machine.nozzle_diameter,
+    )  # fmt: skip
+    other = _laid(job, [laid.order[k] for k in place])
+    ranks = [(one.plan.crossings or 0, one.plan.close, one.score(job.run)) for one in (other, laid)]
+    return other if ranks[0] < ranks[1] else laid
+
+
+def _obstacles(job: Job) -> Obstacles | None:
+    """Return what is named on the sheet: crossed at the clearance height, or gone round where nobody moves Z."""
+    from leafcut.processes.zones import parse_zones
+
+    zones = parse_zones(job.run.settings.drill.keep_out)
+    if not len(zones):
+        return None
+    height = job.run.settings.drill.clearance_height if moves_z(job.words) else math.inf
+    return Obstacles(zones, height, dogleg=job.run.machine.rapid_style == "dogleg")
+
+
+def _cut_seconds(path: Toolpath, rows: list[LaidCut], machine: Machine) -> list[tuple[float, float, float]]:
+    """Return the seconds of every cut: cutting, piercing, rapids."""
+    from leafcut.timing.toolpath import seconds_by_row
+
+    moving = seconds_by_row(path, machine)
+    rapid = path.kind == Kind.RAPID
+    finding = path.kind == Kind.PROBE
+    waiting = np.where(path.kind == Kind.DWELL, path.value, np.where(finding, moving, 0.0))
+    columns = (np.where(rapid | finding, 0.0, moving), waiting, np.where(rapid, moving, 0.0))
+    return [
+        (float(columns[0][r].sum()), float(columns[1][r].sum()), float(columns[2][r].sum()))
+        for r in (slice(row.first, row.last) for row in rows)
+    ]
+
+
+def _outcome(
+    job: Job, issues: list[Issue], solutions: list[Solution], before: _Laid, nearest: _Laid, after: _Laid
+) -> Outcome:
+    run, settings = job.run, job.run.settings
+    text = _write(job, before, after)
+    verified = _verify(job, after, text)
+    tool = Tool(number=1, diameter=job.data.kerf, kind=ToolKind.TORCH, name=job.data.process, feed=job.data.feed)
+    return Outcome(
+        part=job.part,
+        machine=run.machine,
+        process="cut",
+        operations=tuple(OperationOutcome(tool, "", (), False, s, cuts=len(s.nodes)) for s in solutions),
+        before=before.measure,
+        nearest=nearest.measure,
+        after=after.measure,
+        path_before=before.path,
+        path_after=after.path,
+        text=text,
+        dialect=job.words.name,
+        seed=settings.solve.seed,
+        verified=verified,
+        issues=(
+            *issues,
+            *_heat_issues(job, after),
+            *_probing_issues(job, after),
+            *_freed_issues(after),
+            *machine_issues(run.machine),
+        ),
+        options=settings.changed(),
+        version=__version__,
+        cut_plans=(before.plan, nearest.plan, after.plan),
+    )
+
+
+def _heat_issues(job: Job, laid: _Laid) -> list[Issue]:
+    from leafcut.processes.sheet.plan.heat import HeatRule, too_near
+
+    options = job.run.settings.cut
+    if options.heat_distance <= 0.0:
+        return []
+    left = too_near(job.cutting, laid.order, HeatRule(options.heat_distance, options.heat_time))
+    if not left:
+        words = (
+            f"no cut starts within {options.heat_distance:g} mm of a hot one; nearest neighbour beside it does not ask"
+        )
+        return [Issue("L614", words, "", Severity.NOTE)]
+    x, y = laid.order[left[0][1]].entry
+    starts = "1 cut starts" if len(left) == 1 else f"{len(left)} cuts start"
+    words = f"{starts} within {options.heat_distance:g} mm of a hot one: no small change of the order avoids that"
+    return [Issue("L614", words, f"the first at ({x:.4g}, {y:.4g})")]
+
+
+def _probing_issues(job: Job, laid: _Laid) -> list[Issue]:
+    """Warn of starts in the air under a controller that probes before each cut: it would find a slat, or nothing."""
+    torch = job.words.torch
+    starts = [c.path.start for c in laid.plan.cuts if c.kind == "cut" and not c.pierce]
+    if torch is None or torch.heights != "controller" or not starts:
+        return []
+    words = (
+        f"{len(starts)} cuts start beyond the sheet's edge, where the controller probes beside the sheet: lay a piece "
+        "of the same thickness there, or give --dialect plasma --probe off"
+    )
+    return [Issue("L619", words, f"the first at ({starts[0][0]:.4g}, {starts[0][1]:.4g})")]
+
+
+def _freed_issues(laid: _Laid) -> list[Issue]:
+    """Tell of the ways of a head that stays down: how many cross parts that are free, and how many go round them."""
+    led = laid.round
+    if led is None or not (led.crossing or led.close or led.corners):
+        return []
+    round_ = f"{len(led.corners)} of {led.ways} ways go round parts that are cut free"
+    unknown = "; how wide its nozzle is, is not known (nozzle_diameter in the machine's profile), so only its middle "
+    unknown = "" if led.radius > 0.0 else f"{unknown}is counted"
+    if not (led.crossing or led.close):
+        words = f"the head stays down between cuts: {round_}, none crosses one{unknown}"
+        return [Issue("L623", words, "", Severity.NOTE)]
+    cuts, first = laid.plan.cuts, min((*led.crossing, *led.close))
+    x, y = cuts[min(first, len(cuts) - 1)].path.start
+    over = [f"{len(led.crossing)} of {led.ways} ways cross parts that are cut free"] if led.crossing else []
+    wide = f"a nozzle of {2.0 * led.radius:g} mm comes over parts that are cut free on {len(led.close)} "
+    over += [f"{wide}{'more' if led.crossing else f'of {led.ways}'} ways"] if led.close else []
+    words = (
+        f"the head stays down between cuts, and {' and '.join(over)}, which may stand up ({round_}){unknown}: hold "
+        "them with --micro-joints, or watch these"
+    )
+    return [Issue("L623", words, f"the first on the way to ({x:.4g}, {y:.4g})")]
+
+
+def _write(job: Job, before: _Laid, after: _Laid) -> str:
+    from leafcut.post.header import header_lines
+    from leafcut.processes.sheet.post import write_cut_program
+
+    settings = job.run.settings
+    header = header_lines(
+        source=Path(job.part.source or job.part.name).name,
+        version=__version__,
+        machine=job.run.machine,
+        tools=(),
+        path=after.path,
+        seconds=(before.measure.time_s, after.measure.time_s),
+        seed=settings.solve.seed,
+        options=settings.changed(),
+        units=settings.post.output_units,
+        date=settings.post.date,
+    )
+    return write_cut_program(after.plan, after.path, job.words, settings.post, header)
+
+
+def _verify(job: Job, laid: _Laid, text: str) -> bool:
+    """Read the program back and compare it with the toolpath; check it against the drawing and the machine.
+
+    The one place where a cutting program is proved: nothing that fails here is written.
+
+    Raises
+    ------
+    VerifyError
+        The first difference or danger, and how many more there are.
+    """
+    from leafcut.processes.sheet.proof.cut_motion import check_cut_motion
+    from leafcut.processes.sheet.proof.laid_runs import Asked
+    from leafcut.processes.sheet.proof.sheet import check_sheet
+
+    job.run.tell("verifying")
+    settings, machine = job.run.settings, job.run.machine
+    refuse(check_cut_motion(laid.path, laid.plan, text, job.words, settings.post.output_units))
+    asked = Asked(
+        half=job.cutting.rules.half,
+        joints=settings.cut.micro_joints,
+        joint_width=settings.cut.joint_width,
+        joint_holes=settings.cut.joint_holes,
+        safe_height=settings.drill.clearance_height,
+        probe=job.probe,
+        power=settings.post.beam_power if job.words.torch is not None and job.words.torch.power else None,
+    )
+    obstacles = _obstacles(job)
+    if obstacles is not None:
+        refuse(meetings(job.run, obstacles, laid.path))  # the text was just found to be this path
+    refuse(check_sheet(job.cutting.sheet, laid.plan, text, job.words, machine, asked))
+    return True

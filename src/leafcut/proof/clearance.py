@@ -1,0 +1,151 @@
+"""No rapid where there is metal: heights of rapids, and the spindle."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.cycles import expand
+from leafcut.model.toolpath import Kind, Toolpath, positions_before
+from leafcut.proof.difference import Difference, place, shorten
+
+Mask = NDArray[np.bool_]
+
+#: The least height over the surface that counts as clear of it, mm: the smallest R plane that can be asked for.
+LEAST_CLEARANCE = 0.05
+
+#: Room for the rounding of written heights, mm (0.0001 inch is 0.00254 mm).
+_ROOM = 0.002
+
+
+def check_clearance(
+    path: Toolpath,
+    *,
+    surface_z: float = 0.0,
+    clearance: float = LEAST_CLEARANCE,
+    safe_z: float = 0.0,
+    torch: bool = False,
+    milled: bool = False,
+) -> list[Difference]:
+    """Return every move that could crash, with its line and place; nothing when the program is safe by these rules.
+
+    1. A rapid in x or y is nowhere lower than `clearance` mm over `surface_z`, and z is known when it is made.
+       After a move to machine z (G53, G28) at or above `safe_z` it is known to be high. No move to machine x or y
+       begins lower, rising or not.
+    2. A rapid does not go down below `surface_z`, but for the return into a hole: over a place where a feed has gone at
+       least as deep since the tool arrived there. Not looked at where an area is `milled`: how low a rapid may go
+       there, what was cut before says (`processes.pocket.proof.pocket`).
+    3. The spindle turns whenever something is cut. A tool change stops it. Of a `torch` instead: it is off in every
+       rapid in x or y; over the sheet with the torch off a feed does no harm.
+    Drilling cycles are taken as the moves that they make.
+    """
+    path = expand(path)
+    before = positions_before(path)
+    turning = _spindle_speed(path) != 0
+    heights = height_checks(path, before, surface_z, clearance, safe_z, milled)
+    checks = [*heights, torch_check(path, before, turning) if torch else spindle_check(path, turning)]
+    wrong = [(int(row), what, text) for what, mask, text in checks for row in np.flatnonzero(mask)[:100]]
+    found = sum(int(mask.sum()) for _, mask, _ in checks)
+    return shorten([_difference(path, before, *one) for one in sorted(wrong)], found)
+
+
+Check = tuple[str, Mask, str]
+
+
+def height_checks(
+    path: Toolpath, before: NDArray[np.float64], surface_z: float, clearance: float, safe_z: float, milled: bool
+) -> list[Check]:
+    """Return the first two rules of `check_clearance`: a word or two, the rows that break it, bool[n], and the rule.
+
+    `path` has its cycles written out; `before` is where the tool is before every row, float64[n, 3].
+    """
+    rapid = path.kind == Kind.RAPID
+    across = _moves_across(path, before)
+    lowest = np.fmin(before[:, 2], path.end[:, 2])
+    low = rapid & across & (lowest < surface_z + clearance - _ROOM)
+    home = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
+    low |= home & (before[:, 2] < surface_z + clearance - _ROOM)
+    down = rapid & _goes_down(path, before) & (path.end[:, 2] < surface_z - _ROOM) & ~_returns(path, before)
+    unknown = across & np.isnan(path.end[:, 2]) & ~at_machine_height(path, safe_z)
+    return [
+        ("height not known", unknown, "x or y moves before z was placed"),
+        ("rapid below clearance", low, f"a rapid in x or y must be at Z{surface_z + clearance:.3f} or above"),
+        (
+            "rapid into the part",
+            down & (not milled),
+            f"a rapid goes down below the surface, Z{surface_z:.3f}, where nothing was cut",
+        ),
+    ]
+
+
+def spindle_check(path: Toolpath, turning: Mask) -> Check:
+    """Return the third rule of `check_clearance`; `turning` says in which rows the spindle does."""
+    return "spindle stands", _cutting(path) & ~turning, "it must turn before something is cut"
+
+
+def torch_check(path: Toolpath, before: NDArray[np.float64], burning: Mask) -> Check:
+    """Return the third rule of `check_clearance` for a torch; `burning` says in which rows it is on."""
+    return "torch burns", (path.kind == Kind.RAPID) & _moves_across(path, before) & burning, "it must be off in a rapid"
+
+
+def _difference(path: Toolpath, before: NDArray[np.float64], row: int, what: str, text: str) -> Difference:
+    came, goes = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
+    return Difference(what, 0, int(path.line[row]), f"{text}; this move goes from {came} to {goes}")
+
+
+def _moves_across(path: Toolpath, before: NDArray[np.float64]) -> Mask:
+    """Return which motions move x or y; the first time that an axis is placed counts as a move."""
+    moved = np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == before[:, :2])
+    across: Mask = (path.kind <= Kind.ARC_CCW) & moved.any(axis=1)
+    return across
+
+
+def _goes_down(path: Toolpath, before: NDArray[np.float64]) -> Mask:
+    """Return which motions lower z; from a height that is not known counts as down."""
+    down: Mask = np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] >= before[:, 2])
+    return down
+
+
+def _cutting(path: Toolpath) -> Mask:
+    cutting: Mask = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
+    return cutting
+
+
+def _latest(path: Toolpath, sets: Mask) -> NDArray[np.int64]:
+    """Return for every row the latest row up to it where `sets` holds, -1 before the first."""
+    rows = np.where(sets, np.arange(len(path)), -1)
+    return np.maximum.accumulate(rows) if len(rows) else rows
+
+
+def _spindle_speed(path: Toolpath) -> NDArray[np.float64]:
+    """Return the speed of the spindle at every row: M6 stops it on LinuxCNC and Haas alike."""
+    row = _latest(path, (path.kind == Kind.SPINDLE) | (path.kind == Kind.TOOL))
+    turning = (row >= 0) & (path.kind[row] == Kind.SPINDLE)
+    return np.where(turning, path.value[row], 0.0)
+
+
+def at_machine_height(path: Toolpath, safe_z: float) -> Mask:
+    """Return at which rows z was last placed by a move in machine coordinates to a safe height."""
+    in_machine = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, 2])
+    in_program = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
+    row = _latest(path, in_machine | in_program)
+    high: Mask = (row >= 0) & in_machine[row] & (path.end[row, 2] >= safe_z - _ROOM)
+    return high
+
+
+def _returns(path: Toolpath, before: NDArray[np.float64]) -> Mask:
+    """Return which motions end no deeper than a feed has gone at this x, y since the tool arrived here.
+
+    A running minimum within each stay: every stay is shifted down by more than the whole range of heights, so that a
+    minimum carried over from an earlier stay is recognised by being too high.
+    """
+    arrives = _moves_across(path, before) | (path.kind == Kind.MACHINE)
+    stay = np.cumsum(arrives)
+    heights = path.end[:, 2]
+    known = heights[np.isfinite(heights)]
+    shift = 2.0 * float(np.ptp(known)) + 1.0 if len(known) else 1.0
+    fed = np.where(_cutting(path) & np.isfinite(heights), heights, np.inf)
+    deepest = np.minimum.accumulate(fed - shift * stay) + shift * stay if len(path) else fed
+    in_this_stay = deepest <= (known.max() if len(known) else 0.0)
+    result: Mask = ~arrives & in_this_stay & (heights >= deepest - _ROOM)
+    return result

@@ -1,0 +1,170 @@
+"""What is dangerous in a program that somebody else wrote: one line for each kind, how often, and where first."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.gcode.program import Program
+from leafcut.model.cycles import expand
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.machine import Machine
+from leafcut.model.toolpath import STILL, Kind, Toolpath, positions_before
+from leafcut.proof.clearance import LEAST_CLEARANCE, Check, height_checks, spindle_check, torch_check
+from leafcut.proof.difference import place
+from leafcut.proof.envelope import check_envelope
+
+Mask = NDArray[np.bool_]
+
+#: Room for the rounding of written heights, mm.
+_ROOM = 0.002
+#: S0, as it is written.
+_NO_SPEED = re.compile(r"S\s*0+(?:\.0*)?(?![\d.])", re.IGNORECASE)
+#: By what is wrong: the code, how much it matters, and what it is, of one and of several.
+_KINDS = {
+    "rapid below clearance": ("L801", Severity.DANGER, "rapid below Z0.05", "rapids below Z0.05"),
+    "rapid into the part": ("L802", Severity.DANGER, "rapid down into the part", "rapids down into the part"),
+    "spindle stands": ("L803", Severity.DANGER, "cut with the spindle off", "cuts with the spindle off"),
+    "torch burns": ("L804", Severity.DANGER, "rapid with the torch on", "rapids with the torch on"),
+    "height not known": (
+        "L805",
+        Severity.NOTE,
+        "move in X or Y before Z is known",
+        "moves in X or Y before Z is known",
+    ),
+}
+
+
+def find_dangers(program: Program, machine: Machine, process: str, heights: bool = True) -> list[Issue]:
+    """Return what is dangerous in a program, and what its machine cannot do; the worst first, one issue for each kind.
+
+    A rapid is taken for one through material where it is below Z0.05, or goes down below Z0 at a place where no cut had
+    an end as deep before: whether the material there is gone otherwise is not looked at.
+
+    Parameters
+    ----------
+    process
+        ``drill``, ``mill``, ``laser`` or ``plasma``. A laser's heights and rapids harm nothing.
+    heights
+        False: its controller moves Z.
+    """
+    source = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
+    path = expand(source)
+    rows = path.line
+    path = replace(path, line=program.path.line[rows])
+    before = positions_before(path)
+    checks: list[Check] = []
+    if process not in ("laser", "plasma") and heights:
+        checks += height_checks(path, before, 0.0, LEAST_CLEARANCE, machine.safe_z or 0.0, milled=False)
+    if process in ("drill", "mill"):
+        checks.append(spindle_check(path, _turning(program, path, rows, True)))
+    elif process == "plasma":
+        checks.append(torch_check(path, before, _turning(program, path, rows, False)))
+    checks = [(what, mask & ~_cut_before(path, before, mask), text) for what, mask, text in checks]
+    found = [_issue(path, before, what, mask) for what, mask, _ in checks if mask.any()]
+    never = not _turning(program, path, rows, True).any()
+    found = [_by_hand(issue) if never and issue.code == "L803" else issue for issue in found]
+    found += [*_not_followed(program), *_of_machine(program.path, machine)]
+    return sorted(found, key=lambda issue: (RANK[issue.severity], issue.code))
+
+
+#: The order in which issues are told.
+RANK = {Severity.DANGER: 0, Severity.WARNING: 1, Severity.NOTE: 2}
+
+
+def _cut_before(path: Toolpath, before: NDArray[np.float64], mask: Mask) -> Mask:
+    """Return which of some rapids straight down end no deeper than an end of an earlier cut at that X and Y."""
+    result = np.zeros(len(path), dtype=bool)
+    straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], before[:, :2]).all(axis=1)
+    rows = np.flatnonzero(straight)
+    if not len(rows):
+        return result
+    cuts = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
+    ends = np.concatenate([before[cuts], path.end[cuts]])
+    when = np.concatenate([cuts, cuts])
+    keys = np.round(np.nan_to_num(ends[:, 0]) * 1e3) * 1e10 + np.round(np.nan_to_num(ends[:, 1]) * 1e3)
+    wanted = np.round(path.end[rows, 0] * 1e3) * 1e10 + np.round(path.end[rows, 1] * 1e3)
+    there = np.isin(keys, wanted)
+    events = sorted(
+        [(int(w), float(k), float(z)) for w, k, z in zip(when[there], keys[there], ends[there, 2], strict=True)]
+        + [(int(row), float(k), math.nan) for row, k in zip(rows, wanted, strict=True)]
+    )
+    deepest: dict[float, float] = {}
+    for row, key, z in events:
+        if math.isnan(z) and straight[row]:
+            result[row] = path.end[row, 2] >= deepest.get(key, math.inf) - _ROOM
+        elif not math.isnan(z):
+            deepest[key] = min(z, deepest.get(key, math.inf))
+    return result
+
+
+def _turning(program: Program, path: Toolpath, rows: NDArray[np.int32], unknown: bool) -> Mask:
+    """Return in which rows the spindle turns, or the torch burns; `unknown` where only the machine knows.
+
+    A change of tool stops it. M3 without an S turns it as fast as it is set; S0 is no speed.
+    """
+    kinds = program.path.kind
+    block = np.searchsorted(program.first, np.arange(len(kinds)), side="right") - 1
+    after = np.array([program.modals[k].spindle != 0 for k in program.before[1:].tolist()], dtype=bool)
+    says = (kinds == Kind.SPINDLE) | (kinds == Kind.TOOL) | ((kinds == Kind.FOREIGN) & (program.path.ref == 1))
+    set_before = after[block]
+    for row in np.flatnonzero((kinds == Kind.SPINDLE) & (program.path.value == 0.0) & set_before).tolist():
+        set_before[row] = not _NO_SPEED.search(program.lines[int(program.path.line[row]) - 1])
+    state = np.where(kinds == Kind.SPINDLE, (program.path.value != 0.0) | set_before, unknown & (kinds != Kind.TOOL))
+    last = np.maximum.accumulate(np.where(says, np.arange(len(kinds)), -1)) if len(kinds) else np.zeros(0, dtype=int)
+    turning: Mask = ((last >= 0) & state[last])[rows]
+    return turning
+
+
+def _issue(path: Toolpath, before: NDArray[np.float64], what: str, mask: Mask) -> Issue:
+    code, severity, one, several = _KINDS[what]
+    number, row = int(mask.sum()), int(np.argmax(mask))
+    came, goes = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
+    if path.kind[row] == Kind.MACHINE:
+        goes = "a place in machine coordinates"
+    said = one if number == 1 else f"{number:,} {several}"
+    first = "from" if number == 1 else "the first from"
+    return Issue(code, f"{said}: {first} {came} to {goes}", f"line {int(path.line[row])}", severity)
+
+
+def _by_hand(issue: Issue) -> Issue:
+    message = "the program never starts the spindle (M3): it must be on before the program runs"
+    return replace(issue, message=message, severity=Severity.WARNING)
+
+
+def _not_followed(program: Program) -> Iterator[Issue]:
+    """Yield that the tool moves where it is not known to: neither counted as time and length nor looked at.
+
+    Probes are left out: what they find is never known.
+    """
+    path = program.path
+    lost = (path.kind == Kind.FOREIGN) & (path.ref != STILL) & (path.value == 0.0) & np.isnan(path.end).any(axis=1)
+    rows = np.flatnonzero(lost)
+    if not len(rows):
+        return
+    block = int(np.searchsorted(program.first, rows[0], side="right")) - 1
+    where = "in one block" if len(rows) == 1 else f"in {len(rows):,} blocks"
+    first = f": {program.fixed[block]}" if block in program.fixed else ""
+    message = f"where the tool goes {where} is not known, so it is neither counted nor checked{first}"
+    yield Issue("L808", message, f"line {int(path.line[rows[0]])}")
+
+
+def _of_machine(path: Toolpath, machine: Machine) -> Iterator[Issue]:
+    """Yield what the machine cannot do, one issue for each kind of it."""
+    numbers: dict[str, int] = {}
+    differences = check_envelope(path, machine)
+    for difference in differences:
+        numbers[difference.what] = numbers.get(difference.what, 0) + 1
+    told: set[str] = set()
+    for difference in differences:
+        if difference.what in told or difference.what == "and more":
+            continue
+        told.add(difference.what)
+        times = f" ({numbers[difference.what]} times)" if numbers[difference.what] > 1 else ""
+        where = f"line {difference.new}" if difference.new else ""
+        yield Issue("L806", f"{difference.what} on {machine.name}: {difference.text}{times}", where)

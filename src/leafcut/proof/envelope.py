@@ -1,0 +1,121 @@
+"""The machine can make it: every place within its travel, every feed and speed within its range."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.machine import Machine
+from leafcut.model.toolpath import MOTIONS, Kind, Toolpath, arc_extremes
+from leafcut.proof.difference import Difference, shorten
+
+#: Room for the rounding of written coordinates, mm.
+_ROOM = 0.001
+
+
+def check_envelope(path: Toolpath, machine: Machine, margin: float = 0.0) -> list[Difference]:
+    """Return what `machine` cannot do; nothing when it can do all. One difference for each limit, at the first place.
+
+    Where the machine's `work_offset` is known, every place in the program, bottoms of holes and bulges of arcs
+    included, must lie inside the travel, `margin` mm away from its ends. Where it is not, all that can be checked is
+    that the job is not larger than the travel. Heights are those of the tool's tip: its length is not known here.
+    """
+    return shorten([*_places(path, machine, margin), *_feeds(path, machine), *_speeds(path, machine)])
+
+
+def _reached(path: Toolpath) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return every place reached in program coordinates, float64[m, 3], and the row that reaches it, int64[m]."""
+    moving = np.flatnonzero(np.isin(path.kind, [int(k) for k in MOTIONS]))
+    drills = np.flatnonzero(path.kind == Kind.DRILL)
+    places, rows = [path.end[moving]], [moving]
+    if len(drills):
+        for heights in ([c.bottom for c in path.cycles], [c.r_plane for c in path.cycles]):
+            holes = path.end[drills].copy()
+            holes[:, 2] = np.array(heights)[path.ref[drills]]
+            places.append(holes)
+            rows.append(drills)
+    for row in np.flatnonzero((path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)).tolist():
+        if np.isfinite(path.end[row]).all():
+            extremes = np.array(_known_extremes(path, row), dtype=np.float64).reshape(-1, 3)
+            places.append(extremes)
+            rows.append(np.full(len(extremes), row))
+    return np.concatenate(places), np.concatenate(rows)
+
+
+def _known_extremes(path: Toolpath, row: int) -> list[tuple[float, float, float]]:
+    try:
+        return arc_extremes(path, row)
+    except ValueError:  # the arc begins at a place that is not known; the interpreter has said so
+        return []
+
+
+def _places(path: Toolpath, machine: Machine, margin: float) -> list[Difference]:
+    places, rows = _reached(path)
+    wrong = []
+    for axis, name in enumerate("XYZ"):
+        low, high = machine.travel_min[axis] + margin - _ROOM, machine.travel_max[axis] - margin + _ROOM
+        if machine.work_offset is not None:
+            offset = machine.work_offset[axis]
+            wrong += _outside(path, rows, places[:, axis] + offset, (low, high), f"{name} in machine coordinates")
+        else:
+            wrong += _too_large(places[:, axis], machine.travel_max[axis] - machine.travel_min[axis] - 2 * margin, name)
+        in_machine = np.flatnonzero(path.kind == Kind.MACHINE)
+        values = path.end[in_machine, axis]
+        wrong += _outside(path, in_machine, values, (low - margin, high + margin), f"{name} in machine coordinates")
+    return wrong
+
+
+def _outside(
+    path: Toolpath, rows: NDArray[np.int64], values: NDArray[np.float64], limits: tuple[float, float], name: str
+) -> list[Difference]:
+    low, high = limits
+    out = np.flatnonzero((values < low) | (values > high))
+    if not len(out):
+        return []
+    first = int(out[np.argmin(rows[out])])
+    text = (
+        f"{name} {values[first]:.3f} mm is outside the machine's travel, "
+        f"{low + _ROOM:.3f} to {high - _ROOM:.3f} mm; {len(out)} such places"
+    )
+    return [Difference("outside travel", 0, int(path.line[rows[first]]), text)]
+
+
+def _too_large(values: NDArray[np.float64], travel: float, name: str) -> list[Difference]:
+    known = values[np.isfinite(values)]
+    if not len(known) or np.ptp(known) <= travel + _ROOM:
+        return []
+    text = (
+        f"{name} goes from {known.min():.3f} to {known.max():.3f} mm, {np.ptp(known):.3f} mm in all, "
+        f"but the machine's travel is {travel:.3f} mm"
+    )
+    return [Difference("too large", 0, 0, text)]
+
+
+def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
+    feeding = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL))
+    values = path.value[feeding]
+    wrong = []
+    # Feed words are rounded: a feed at the limit may be written a little above it.
+    for what, out, limit in (
+        ("feed too high", values > machine.max_feed * 1.005, f"the machine's highest is {machine.max_feed * 60:.6g}"),
+        ("no feed", ~(values > 0), "it must be above 0"),
+    ):
+        rows = feeding[out]
+        if len(rows):
+            value = path.value[rows[0]] * 60.0
+            text = f"the feed is {value:.6g} mm/min, {limit}; {len(rows)} such moves"
+            wrong.append(Difference(what, 0, int(path.line[rows[0]]), text))
+    return wrong
+
+
+def _speeds(path: Toolpath, machine: Machine) -> list[Difference]:
+    speeds = np.abs(path.value)
+    turning = (path.kind == Kind.SPINDLE) & (speeds > 0)
+    limits = f"the machine has {machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
+    rows = np.flatnonzero(
+        turning & ((speeds > machine.spindle_max_rpm + 0.5) | (speeds < machine.spindle_min_rpm - 0.5))
+    )
+    return [
+        Difference("spindle speed", 0, int(path.line[row]), f"{speeds[row]:g} rpm cannot be had; {limits}")
+        for row in rows
+    ]

@@ -1,0 +1,142 @@
+"""Nothing meets what stands on the table: every motion against every named obstacle, with shapes of GEOS.
+
+It shares no geometry with what plans ways round or over them (`leafcut.geometry.zones`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from leafcut.model.cycles import expand
+from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes, positions_before
+from leafcut.proof.clearance import at_machine_height
+from leafcut.proof.difference import Difference, place, shorten
+
+#: Room for the rounding of written places and heights, mm (0.0001 inch is 0.00254 mm).
+_ROOM = 0.003
+#: An arc is looked at in steps of so much, rad: its chords leave it by less than a ten-thousandth of its radius.
+_STEP = math.radians(1.5)
+
+
+def check_obstacles(
+    path: Toolpath,
+    zones: ArrayLike,
+    height: float,
+    *,
+    tool_radii: Mapping[int, float] = MappingProxyType({}),
+    safe_z: float = 0.0,
+    dogleg: bool = False,
+) -> list[Difference]:
+    """Return every motion that comes nearer to an obstacle than its tool is wide; nothing when none does.
+
+    Parameters
+    ----------
+    path
+        What a program does; drilling cycles are taken as the moves that they make.
+    zones
+        float64[k, 4]: x0, y0, x1, y1, mm.
+    height
+        At this height or above all may cross, mm; infinite: nothing may anywhere. From a place that is not known a
+        rapid may cross everything; so may what is not understood, or goes to a place of the machine.
+    tool_radii
+        By number, mm; 0 where it is not given. Arcs are arcs; with `dogleg` a rapid is all of the rectangle between its
+        ends.
+    safe_z
+        After a move to this height of the machine or above, a tool whose height is not known is up.
+    """
+    import shapely
+
+    boxes = [shapely.box(*zone) for zone in np.asarray(zones, dtype=np.float64).reshape(-1, 4).tolist()]
+    if not boxes:
+        return []
+    path = expand(path)
+    before = positions_before(path)
+    lowest = np.minimum(before[:, 2], path.end[:, 2])
+    moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
+    rapid = path.kind == Kind.RAPID
+    at_machine = np.isfinite(height) & at_machine_height(path, safe_z)
+    up = (lowest >= height - _ROOM) | (rapid & at_machine)
+    lost = np.flatnonzero(_ways_unknown(path, before) & ~up & ~at_machine)
+    unseen = [_unseen(path, before, row) for row in lost.tolist()]
+    rows = np.flatnonzero(moves & ~up & np.isfinite(path.end[:, :2]).all(axis=1))
+    if not len(rows):
+        return shorten(unseen[:100], len(unseen))
+    shapes = _shapes(path, before, rows, dogleg)
+    radius = np.array([tool_radii.get(tool, 0.0) for tool in _tool_at(path)[rows].tolist()])
+    nearest: NDArray[np.float64] = np.stack([shapely.distance(shapes, box) for box in boxes]).min(axis=0)
+    from_anywhere = rapid[rows] & np.isnan(before[rows, :2]).any(axis=1) & np.isfinite(lowest[rows] + height)
+    inside = np.flatnonzero(from_anywhere | (nearest <= np.maximum(radius - _ROOM, 0.0)))
+    found = [_difference(path, before, int(row), height) for row in rows[inside].tolist()]
+    found += unseen
+    return shorten(found[:100], len(found))
+
+
+def _ways_unknown(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return where the tool goes sideways and nobody knows on what way, or whither."""
+    end, here = path.end[:, :2], before[:, :2]
+    moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
+    sideways = ((end != here) & ~(np.isnan(end) & np.isnan(here))).any(axis=1)
+    lost = moves & np.isnan(end).any(axis=1) & sideways
+    machine = (path.kind == Kind.MACHINE) & np.isfinite(end).any(axis=1)
+    unknown: NDArray[np.bool_] = lost | machine | ((path.kind == Kind.FOREIGN) & sideways)
+    return unknown
+
+
+def _shapes(path: Toolpath, before: NDArray[np.float64], rows: NDArray[np.intp], dogleg: bool) -> NDArray[Any]:
+    """Return what each motion goes over, seen from above; from a place that is not known, its end alone."""
+    import shapely
+
+    end = path.end[rows, :2]
+    begin = np.where(np.isnan(before[rows, :2]).any(axis=1, keepdims=True), end, before[rows, :2])
+    shapes: NDArray[Any] = shapely.linestrings(np.stack([begin, end], axis=1))
+    kind = path.kind[rows]
+    for k in np.flatnonzero((kind == Kind.ARC_CW) | (kind == Kind.ARC_CCW)).tolist():
+        shapes[k] = shapely.linestrings(_along_arc(path, before, int(rows[k])))
+    if dogleg:
+        for k in np.flatnonzero(kind == Kind.RAPID).tolist():
+            low, high = np.minimum(begin[k], end[k]), np.maximum(begin[k], end[k])
+            if (high > low).all():
+                shapes[k] = shapely.box(*low.tolist(), *high.tolist())
+    return shapes
+
+
+def _along_arc(path: Toolpath, before: NDArray[np.float64], row: int) -> NDArray[np.float64]:
+    """Return places along an arc in x and y, float64[n, 2]."""
+    radius, start, sweep = arc_sweep(path, row)
+    arc = path.arcs[int(path.ref[row])]
+    first, second, normal = plane_axes(arc.plane)
+    count = max(2, math.ceil(abs(sweep) / _STEP) + 1)
+    angle = start + np.linspace(0.0, sweep, count)
+    points = np.empty((count, 3))
+    points[:, first] = arc.center[first] + radius * np.cos(angle)
+    points[:, second] = arc.center[second] + radius * np.sin(angle)
+    points[:, normal] = np.linspace(before[row, normal], path.end[row, normal], count)
+    return points[:, :2]
+
+
+def _tool_at(path: Toolpath) -> NDArray[np.int64]:
+    """Return the tool in the spindle at every row, 0 before the first change."""
+    changes = np.where(path.kind == Kind.TOOL, np.arange(len(path)), -1)
+    last = np.maximum.accumulate(changes)
+    return np.where(last >= 0, path.ref[last], 0).astype(np.int64)
+
+
+def _unseen(path: Toolpath, before: NDArray[np.float64], row: int) -> Difference:
+    came = place(*before[row].tolist())
+    why = f"it leaves {came} on a way that is not known, and not high enough to cross what --keep-out names"
+    return Difference("may cross an obstacle", 0, int(path.line[row]), why)
+
+
+def _difference(path: Toolpath, before: NDArray[np.float64], row: int, height: float) -> Difference:
+    came, goes = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
+    rapid = path.kind[row] == Kind.RAPID
+    over = f"only at Z{height:.3f} or above" if math.isfinite(height) else "nowhere"
+    rule = f"a rapid may cross what --keep-out names {over}" if rapid else "nothing may be cut where --keep-out names"
+    what = "crosses an obstacle" if rapid else "cuts in an obstacle"
+    return Difference(what, 0, int(path.line[row]), f"{rule}; this move goes from {came} to {goes}")

@@ -1,0 +1,79 @@
+"""The whole proof of a program, before anybody sees it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.interpreter import interpret
+from leafcut.model.cycles import expand
+from leafcut.model.machine import Machine
+from leafcut.model.toolpath import Toolpath
+from leafcut.proof.clearance import check_clearance
+from leafcut.proof.difference import Difference
+from leafcut.proof.envelope import check_envelope
+from leafcut.proof.obstacles import check_obstacles
+from leafcut.proof.read_back import compare_motion
+from leafcut.units import MM_PER_INCH
+
+
+def check_program(
+    planned: Toolpath,
+    text: str,
+    dialect: Dialect,
+    machine: Machine,
+    units: str,
+    *,
+    zones: NDArray[np.float64] | None = None,
+    zone_height: float = math.inf,
+    tool_radii: Mapping[int, float] = MappingProxyType({}),
+    milled: bool = False,
+) -> list[Difference]:
+    """Return all that is wrong with a program's text; an empty list is the proof.
+
+    The text is interpreted as the controller would, whatever modes another program left active. What comes out must
+    be the planned toolpath, with the cycles that the controller lacks written out, inside the
+    machine's travel, above the work and over the keep-out zones. `units` are those of the program, mm or inch: places
+    may differ by half of the last decimal. Of a program that is `milled` the rapids down below the surface are left to
+    `processes.pocket.proof.pocket`.
+
+    Raises
+    ------
+    ReadError
+        The text is no program that the controller takes.
+    """
+    written = interpret(text, dialect, left_over=True)
+    half = 0.5 * 10.0**-dialect.decimals_mm
+    if units == "inch":
+        half = 0.5 * MM_PER_INCH * 10.0**-dialect.decimals_inch
+    differences = compare_motion(
+        expand(planned, keep=dialect.cycles),
+        written,
+        half * 1.001 + 1e-9,
+        cycles=True,
+        offsets=bool(dialect.length_offset),
+    )
+    if differences:
+        return differences
+    return [
+        *check_envelope(written, machine),
+        *check_clearance(
+            written,
+            safe_z=machine.safe_z or 0.0,
+            torch=machine.process != "spindle",
+            milled=milled,
+        ),
+        *check_obstacles(
+            written,
+            np.zeros((0, 4)) if zones is None else zones,
+            zone_height,
+            tool_radii=tool_radii,
+            safe_z=machine.safe_z or 0.0,
+            dogleg=machine.rapid_style == "dogleg",
+        ),
+    ]

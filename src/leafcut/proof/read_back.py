@@ -1,0 +1,233 @@
+"""Read-back: the text that was written, interpreted again, is the toolpath that was planned, row by row."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.cycles import expand
+from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, plane_axes, positions_before
+from leafcut.proof.difference import Difference, describe, shorten
+
+Mask = NDArray[np.bool_]
+
+#: Part by which a feed may differ: no controller keeps it better, and no part shows it.
+FEED_PART = 0.005
+#: Feed words have few decimals: half of 1 mm/min, the coarsest that is written, in mm/s.
+FEED_ROUNDING = 0.5 / 60.0 + 1e-6
+#: Dwells are written to a thousandth of a second, speeds to whole revolutions.
+DWELL_ROUNDING = 0.001
+SPEED_ROUNDING = 0.5 + 1e-6
+
+_FEEDING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL, Kind.PROBE)
+_PLACED = (Kind.RAPID, *_FEEDING, Kind.MACHINE, Kind.SHIFT)
+
+
+def compare_motion(
+    planned: Toolpath,
+    written: Toolpath,
+    tolerance_mm: float,
+    *,
+    cycles: bool,
+    offsets: bool = False,
+    feed_rounding: float = FEED_ROUNDING,
+) -> list[Difference]:
+    """Return where the program read back is not the plan: the same rows in the same order.
+
+    Places within `tolerance_mm` on every axis; feeds within 0.5 % or `feed_rounding` mm/s; dwells, speeds, tools,
+    coolant and pauses as planned. With `cycles` drilling cycles are compared as cycles (name, R plane, bottom, retract,
+    peck, dwell, feed); without, the written program has none and both are compared move by move. Length offsets are no
+    part of a plan; with `offsets` every tool must have its own taken before it works or z moves. Straight moves of no
+    length count for nothing, since a post need not write them.
+
+    An empty list is the proof. At most some fifty differences are listed; the last one says how many more.
+    """
+    wrong = _wrong_offsets(written) if offsets else []
+    a, b = (_comparable(path if cycles else expand(path)) for path in (planned, written))
+    if not np.array_equal(a.kind, b.kind):
+        # Rounding can make a short move vanish; what stays is still compared in full.
+        a, b = (_without_tiny_moves(path, 2.0 * tolerance_mm) for path in (a, b))
+    if not np.array_equal(a.kind, b.kind):
+        return [*wrong, _first_divergence(a, b, tolerance_mm, feed_rounding)]
+    masks = _masks(a, b, tolerance_mm, feed_rounding)
+    wrong_rows = np.flatnonzero(np.any([mask for _, mask in masks], axis=0))
+    listed = [_explain(a, b, int(row), masks) for row in wrong_rows[:100]]
+    return shorten(wrong + listed, len(wrong) + len(wrong_rows))
+
+
+def _rows(path: Toolpath, keep: Mask | list[int]) -> Toolpath:
+    return replace(
+        path,
+        kind=path.kind[keep],
+        end=path.end[keep],
+        value=path.value[keep],
+        ref=path.ref[keep],
+        line=path.line[keep],
+    )
+
+
+def _comparable(path: Toolpath) -> Toolpath:
+    """Return the rows that can be compared: no offsets, no straight moves that go nowhere, no reset of a dark torch."""
+    before = positions_before(path)
+    still = ((path.end == before) | (np.isnan(path.end) & np.isnan(before))).all(axis=1)
+    nowhere = still & ((path.kind == Kind.RAPID) | (path.kind == Kind.FEED))
+    unlit = np.cumsum((path.kind == Kind.SPINDLE) & (path.value != 0.0)) == 0
+    reset = np.zeros(len(path), dtype=bool)
+    for kind in (Kind.TORCH, Kind.HEIGHT):
+        rows = np.flatnonzero(unlit & (path.kind == kind))
+        reset[rows[: len(rows) - int(len(rows) > 0 and path.value[rows[-1]] == 0.0)]] = True
+    return _rows(path, ~nowhere & ~reset & (path.kind != Kind.OFFSET))
+
+
+def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
+    """Return the rows without straight moves that stay within `length` of the last one kept."""
+    keep: list[int] = []
+    last = (math.nan, math.nan, math.nan)
+    for row, (kind, end) in enumerate(zip(path.kind.tolist(), path.end.tolist(), strict=True)):
+        if kind in (Kind.RAPID, Kind.FEED) and all(
+            abs(p - q) <= length or (math.isnan(p) and math.isnan(q)) for p, q in zip(end, last, strict=True)
+        ):
+            continue
+        keep.append(row)
+        if kind <= Kind.DRILL:
+            last = (end[0], end[1], end[2])
+        elif kind == Kind.MACHINE:
+            last = (math.nan, math.nan, math.nan)
+    return _rows(path, keep)
+
+
+def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> list[tuple[str, Mask]]:
+    """Return by kind of difference the rows that differ; `a` and `b` have equal kinds."""
+    places = ~_close(a.end, b.end, tolerance) & np.isin(a.kind, _PLACED)[:, None]
+    feeding = np.isin(a.kind, _FEEDING)
+    feed_room = np.maximum(FEED_PART * np.abs(a.value), feed_rounding)
+    speed_room = np.maximum(0.001 * np.abs(a.value), SPEED_ROUNDING)
+    turning = a.kind == Kind.SPINDLE
+    refs = np.isin(a.kind, (Kind.TOOL, Kind.COOLANT, Kind.PAUSE, Kind.SPINDLE, Kind.RADIUS, Kind.BLENDING))
+    switches = np.isin(a.kind, (Kind.TORCH, Kind.HEIGHT, Kind.BLENDING))
+    masks = [
+        ("place", places[:, :2].any(axis=1)),
+        ("height", places[:, 2]),
+        ("feed", feeding & ~_close(a.value, b.value, feed_room)),
+        ("dwell", (a.kind == Kind.DWELL) & ~_close(a.value, b.value, DWELL_ROUNDING)),
+        ("speed", turning & (~_close(a.value, b.value, speed_room) | (np.sign(a.value) != np.sign(b.value)))),
+        ("command", refs & (a.ref != b.ref)),
+        ("kerf", (a.kind == Kind.RADIUS) & ~_close(a.value, b.value, tolerance)),
+        ("switch", switches & ~_close(a.value, b.value, tolerance)),
+    ]
+    return [*masks, *_cycle_masks(a, b, tolerance), ("arc", _arc_mask(a, b, tolerance))]
+
+
+def _close(a: NDArray[np.float64], b: NDArray[np.float64], room: float | NDArray[np.float64]) -> Mask:
+    """Return where two values are equal to within `room`, or both not known."""
+    near: Mask = (np.abs(a - b) <= room + 1e-9) | (np.isnan(a) & np.isnan(b))
+    return near
+
+
+def _cycle_masks(a: Toolpath, b: Toolpath, tolerance: float) -> Iterator[tuple[str, Mask]]:
+    drills = np.flatnonzero(a.kind == Kind.DRILL)
+    if not len(drills):
+        return
+    numbers: tuple[tuple[str, Callable[[DrillCycle], float], float], ...] = (
+        ("R plane", lambda c: c.r_plane, tolerance),
+        ("depth", lambda c: c.bottom, tolerance),
+        ("peck", lambda c: c.peck if c.name in ("G83", "G73") else 0.0, tolerance),
+        ("cycle dwell", lambda c: c.dwell if c.name in ("G82", "G84") else 0.0, DWELL_ROUNDING),
+    )
+    names = [np.array([c.name for c in path.cycles])[path.ref[drills]] for path in (a, b)]
+    yield "cycle", _spread(len(a), drills, names[0] != names[1])
+    for word, take, room in numbers:
+        values = [np.array([take(c) for c in path.cycles], dtype=np.float64)[path.ref[drills]] for path in (a, b)]
+        yield word, _spread(len(a), drills, ~_close(values[0], values[1], room))
+
+
+def _spread(n: int, rows: NDArray[np.intp], mask: Mask) -> Mask:
+    full = np.zeros(n, dtype=bool)
+    full[rows] = mask
+    return full
+
+
+def _arc_mask(a: Toolpath, b: Toolpath, tolerance: float) -> Mask:
+    wrong = np.zeros(len(a), dtype=bool)
+    for row in np.flatnonzero((a.kind == Kind.ARC_CW) | (a.kind == Kind.ARC_CCW)).tolist():
+        one, other = a.arcs[int(a.ref[row])], b.arcs[int(b.ref[row])]
+        axes = plane_axes(one.plane)[:2]
+        apart = max(abs(one.center[i] - other.center[i]) for i in axes)
+        wrong[row] = one.plane != other.plane or one.turns != other.turns or not apart <= tolerance + 1e-9
+    return wrong
+
+
+def _explain(a: Toolpath, b: Toolpath, row: int, masks: list[tuple[str, Mask]]) -> Difference:
+    what = next(word for word, mask in masks if mask[row])
+    before, after = _SHOWN.get(what, _shown_row)(a, row), _SHOWN.get(what, _shown_row)(b, row)
+    text = f"planned {before}, written {after}"
+    if what in _SHOWN and a.kind[row] <= Kind.DRILL:
+        text += f", {describe(a[row])}"
+    return Difference(what, int(a.line[row]), int(b.line[row]), text)
+
+
+def _shown_row(path: Toolpath, row: int) -> str:
+    return describe(path[row])
+
+
+def _of_cycle(word: str, unit: str) -> Callable[[Toolpath, int], str]:
+    return lambda path, row: f"{getattr(path.cycles[int(path.ref[row])], word)}{unit}"
+
+
+_SHOWN: dict[str, Callable[[Toolpath, int], str]] = {
+    "feed": lambda path, row: f"{path.value[row] * 60.0:.6g} mm/min",
+    "arc": lambda path, row: str(path.arcs[int(path.ref[row])]),
+    "cycle": _of_cycle("name", ""),
+    "R plane": _of_cycle("r_plane", " mm"),
+    "depth": _of_cycle("bottom", " mm"),
+    "peck": _of_cycle("peck", " mm"),
+    "cycle dwell": _of_cycle("dwell", " s"),
+}
+
+
+def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> Difference:
+    """Return the first row at which two toolpaths of different rows part."""
+    shorter = min(len(a), len(b))
+    kinds = np.flatnonzero(a.kind[:shorter] != b.kind[:shorter])
+    same = int(kinds[0]) if len(kinds) else shorter
+    head_a, head_b = _rows(a, list(range(same))), _rows(b, list(range(same)))
+    wrong = np.flatnonzero(np.any([m for _, m in _masks(head_a, head_b, tolerance, feed_rounding)], axis=0))
+    row = int(wrong[0]) if len(wrong) else same
+    shown = [describe(path[row]) if row < len(path) else "nothing more" for path in (a, b)]
+    lines = [int(path.line[row]) if row < len(path) else 0 for path in (a, b)]
+    return Difference(
+        "order of moves",
+        lines[0],
+        lines[1],
+        f"planned {shown[0]}, written {shown[1]}; {len(a)} rows planned, {len(b)} written",
+    )
+
+
+def _wrong_offsets(path: Toolpath) -> list[Difference]:
+    """Return where a tool works, or z moves, with the length offset of another tool or with none."""
+    tool, offset = _latest(path, Kind.TOOL), _latest(path, Kind.OFFSET)
+    before = positions_before(path)[:, 2]
+    rises = (path.kind == Kind.RAPID) & np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] == before)
+    wrong = np.flatnonzero((np.isin(path.kind, _FEEDING) | rises) & (tool > 0) & (offset != tool))
+    if not len(wrong):
+        return []
+    _, first = np.unique(np.column_stack([tool[wrong], offset[wrong]]), axis=0, return_index=True)
+    return [
+        Difference(
+            "length offset",
+            0,
+            int(path.line[row]),
+            f"tool {tool[row]} moves with length offset {offset[row]}, not its own; {describe(path[int(row)])}",
+        )
+        for row in wrong[np.sort(first)]
+    ]
+
+
+def _latest(path: Toolpath, kind: Kind) -> NDArray[np.int64]:
+    """Return for every row the `ref` of the latest row of `kind` up to it, 0 before the first."""
+    rows = np.maximum.accumulate(np.where(path.kind == kind, np.arange(len(path)), -1)) if len(path) else path.ref
+    return np.where(rows >= 0, path.ref[rows], 0).astype(np.int64)

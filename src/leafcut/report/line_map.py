@@ -1,0 +1,83 @@
+"""Which line of a program does which row of the toolpath that it was written from."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.cycles import expand
+from leafcut.model.toolpath import Kind, Toolpath, positions_before
+
+#: Places in a program are rounded: half a ten-thousandth of an inch at worst, and once more where they add up.
+_ROUNDING = 0.01
+#: So many rows of the program may stand between two rows of the plan that belong to lines.
+_AHEAD = 40
+_SMALLEST_MOVE = 1e-9
+_RAPIDS = (Kind.RAPID, Kind.MACHINE)
+
+
+def written_lines(planned: Toolpath, text: str, dialect_name: str) -> NDArray[np.int32]:
+    """Return the line of every row of a plan without canned cycles, int32[n], from 1; 0 where there is none.
+
+    The program is read again, and moves are found by kind and by where they end, in their order. What a controller
+    does without a word of the program (a torch that goes down and pierces) has the line of what comes next.
+
+    Raises
+    ------
+    ReadError
+        The program cannot be read.
+    """
+    from leafcut.gcode.dialects import dialect
+    from leafcut.gcode.program_interpreter import interpret_program
+
+    written = expand(interpret_program(text, dialect(dialect_name)).path)
+    ours, theirs = _moving(planned), _moving(written)
+    a, b = (_marks(path, rows) for path, rows in ((planned, ours), (written, theirs)))
+    found = _aligned(a, b)
+    line = np.zeros(len(planned), dtype=np.int32)
+    known = found >= 0
+    line[ours[known]] = written.line[theirs[found[known]]]
+    return _filled(line)
+
+
+def _moving(path: Toolpath) -> NDArray[np.int64]:
+    """Return the rows that go anywhere, as far as that is known."""
+    before = positions_before(path)
+    moves = (path.kind <= Kind.ARC_CCW) | (path.kind == Kind.MACHINE)
+    # A row that states an axis for the first time moves, too.
+    same = (np.abs(path.end - before) <= _SMALLEST_MOVE) | np.isnan(path.end)
+    return np.flatnonzero(moves & ~same.all(axis=1))
+
+
+def _marks(path: Toolpath, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return by what a move is known again, float64[k, 4]: rapid or not, and where it ends."""
+    return np.column_stack([np.isin(path.kind[rows], _RAPIDS), path.end[rows]])
+
+
+def _equal(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which of two rows of marks may be the same; what is not known is as good as any."""
+    near = (np.abs(a - b) <= _ROUNDING) | np.isnan(a) | np.isnan(b)
+    return np.asarray(near.all(axis=-1))
+
+
+def _aligned(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return for every row of `a` its row of `b`, in order, -1 for none."""
+    if len(a) == len(b) and _equal(a, b).all():
+        return np.arange(len(a))
+    found = np.full(len(a), -1, dtype=np.int64)
+    at = 0
+    for row in range(len(a)):
+        same = np.flatnonzero(_equal(a[row], b[at : at + _AHEAD]))
+        if len(same):
+            found[row] = at + same[0]
+            at += int(same[0]) + 1
+    return found
+
+
+def _filled(line: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return the lines with the next one where there is none, and the last one at the end."""
+    rows = np.flatnonzero(line)
+    if not len(rows):
+        return line
+    after = np.minimum(np.searchsorted(rows, np.arange(len(line))), len(rows) - 1)
+    return line[rows[after]]

@@ -1,0 +1,230 @@
+"""One call of leafcut as a job does it: the answer, and the files that came of it."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut import api
+from leafcut.model.snapshot import Observer
+from leafcut.studio.history import Artefact
+from leafcut.studio.nest_request import list_text, needs_list
+from leafcut.studio.task import LIST, NEST, Call, program_name, told_apart
+
+if TYPE_CHECKING:
+    from leafcut.model.nest import NestOutcome
+    from leafcut.model.outcome import Outcome
+    from leafcut.report.drawing import Which
+
+#: As `api.Progress`.
+Tell = Callable[[str, float | None, float, float | None], None]
+
+_BOTH: tuple[Which, ...] = ("before", "after")
+_TEXT, _HTML, _SVG = "text/plain; charset=utf-8", "text/html; charset=utf-8", "image/svg+xml"
+_DXF, _CSV = "image/vnd.dxf", "text/csv; charset=utf-8"
+
+
+#: An order of more holes is not changed by hand.
+_MOST_HOLES = 20_000
+#: More searches than these have no chart.
+_MOST_SEARCHES = 50
+
+
+@dataclass(frozen=True)
+class Made:
+    """What a run gave: the answer of the command line's ``--json``, a few figures for lists, and files."""
+
+    answer: dict[str, Any]
+    figures: dict[str, Any]
+    artefacts: dict[str, Artefact]
+
+
+def run(
+    call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.Event, observe: Observer | None = None
+) -> Made:
+    """Do what is asked; `names` is what a person calls the inputs.
+
+    Raises
+    ------
+    LeafcutError
+        One line, as on the command line.
+    """
+    if call.command == "optimize":
+        return _optimize(call, names[0], tell, cancelled, observe)
+    if call.command == "nest":
+        return _nest(call, names, tell, cancelled)
+    if call.command == "solve":
+        return _solve(call, names[0], tell, cancelled, observe)
+    if call.command == "simulate":
+        found = api.simulate(call.sources[0], progress=tell, **call.options)
+        return Made({**found, "program": names[0]}, {"time_s": found["time_s"]}, {})
+    answer = api.verify_programs(call.sources[0], call.sources[1], progress=tell, **call.options)
+    return Made(answer, {"same": answer["same"]}, {})
+
+
+def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event, observe: Observer | None) -> Made:
+    from leafcut.report.json_answer import as_json
+    from leafcut.report.views import operation_words
+
+    with tempfile.TemporaryDirectory(prefix="leafcut-") as place:
+        plan = Path(place) / "plan.json"
+        # Common lines have no plan file.
+        planned = call.process == "cut" and not call.options.get("common_lines")
+        options = {**call.options, "save_plan": str(plan)} if planned else call.options
+        outcome = api.optimize(
+            call.sources[0], process=call.process, progress=tell, observe=observe, cancelled=cancelled, **options
+        )
+        text = plan.read_bytes() if plan.is_file() else b""
+    output = program_name(name, api.program_extension(outcome.dialect))
+    # A report is handed on: it says what the person calls the file, and not where the studio keeps it.
+    source = name if outcome.part.source else ""
+    outcome = replace(outcome, output=output, part=replace(outcome.part, source=source))
+    answer = as_json(outcome)
+    figures = {
+        "before_s": answer["before"]["time_s"],
+        "after_s": answer["after"]["time_s"],
+        "saved_percent": answer["saved_percent"],
+        "gap_percent": answer["gap_percent"],
+    }
+    kind = f"text/plain; charset={outcome.encoding}"
+    artefacts = {"program": Artefact(output, kind, outcome.text.encode(outcome.encoding)), **_pages(outcome, output)}
+    searches = [
+        (operation_words(o), o.solution.history, o.solution.lower_bound, o.solution.unit) for o in outcome.operations
+    ]
+    artefacts["search"] = _searches(searches)
+    artefacts |= _order_files(outcome, output) | _given_file(call)
+    if text:
+        artefacts["plan"] = Artefact(f"{Path(output).stem}_plan.json", "application/json", text)
+    return Made(answer, figures, artefacts)
+
+
+def _nest(call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.Event) -> Made:
+    """Nest parts: every variant is written, sheet by sheet, and drawn."""
+    from leafcut.processes.nesting.report import nest_as_json
+    from leafcut.studio.scene import nest_scene
+
+    with tempfile.TemporaryDirectory(prefix="leafcut-") as place:
+        words = [f"{file}:{one.quantity}" for file, one in zip(call.sources, call.parts, strict=True)]
+        if needs_list(call.parts):
+            (Path(place) / LIST).write_text(list_text(call.parts, call.sources), encoding="utf-8")
+            words = [str(Path(place) / LIST)]
+        outcome = api.nest(
+            words, Path(place) / NEST, progress=tell, cancelled=cancelled, all_variants=True, **call.options
+        )
+        written = [[Path(file) for file in files] for files in outcome.files]
+        artefacts = {
+            f"sheet-{v}-{k}": Artefact(file.name, _DXF, file.read_bytes())
+            for v, files in enumerate(written, 1)
+            for k, file in enumerate(files, 1)
+        }
+    outcome = replace(outcome, files=tuple(tuple(file.name for file in files) for files in written))
+    for v, one in enumerate(outcome.nests, 1):
+        for k, layout in enumerate(one.layouts, 1):
+            artefacts[f"scene-{v}-{k}"] = _scene(nest_scene(one, layout))
+    if needs_list(call.parts):
+        names = told_apart([Path(source).name for source in call.sources])  # of all inputs, those that are no sheets
+        artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, names).encode())
+    return Made(nest_as_json(outcome), _nest_figures(outcome), artefacts)
+
+
+def _nest_figures(outcome: NestOutcome) -> dict[str, Any]:
+    best = outcome.nests[0]
+    used = 100.0 * best.utilisation_of_used
+    return {"utilisation_of_used_percent": used, "sheets": best.n_sheets, "variants": len(outcome.nests)}
+
+
+def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
+    """Return the order of the holes as a file, and where they are: what can be changed by hand."""
+    from leafcut.read.order_file import drawing_of, order_text
+
+    drilled = {n: tuple(o.hole_order) for n, o in enumerate(outcome.operations) if not o.slots}
+    count = sum(map(len, drilled.values()))
+    # A program of another CAM has no order before it.
+    if outcome.process != "drill" or outcome.nearest is None or not 0 < count <= _MOST_HOLES:
+        return {}
+    places = outcome.part.hole_xy.tolist()
+    order = order_text(drilled, drawing_of(places)).encode()
+    return {
+        "order": Artefact(f"{Path(output).stem}_order.json", "application/json", order),
+        "holes": Artefact("", "application/json", json.dumps(places).encode()),
+    }
+
+
+def _given_file(call: Call) -> dict[str, Artefact]:
+    """Return the order or the plan that a run was given: with it the command line does the same again."""
+    for option in ("hole_order", "plan"):
+        if option in call.options:
+            file = Path(call.options[option])
+            return {"given": Artefact(file.name, "application/json", file.read_bytes())}
+    return {}
+
+
+def _searches(found: Sequence[tuple[str, Sequence[tuple[float, float]], float | None, str]]) -> Artefact:
+    """Return how the orders were found, for the charts: (name, history, lower bound, unit) of every search."""
+    kept = [
+        {"name": name, "history": [list(point) for point in history], "bound": bound, "unit": unit}
+        for name, history, bound, unit in found[:_MOST_SEARCHES]
+    ]
+    return Artefact("", "application/json", json.dumps(kept).encode())
+
+
+def _pages(outcome: Outcome, output: str) -> dict[str, Artefact]:
+    """Return the report, the pictures, and what the studio's drawing shows."""
+    from leafcut.report.page import path_svg, write_page
+    from leafcut.studio.scene import outcome_part_scene, outcome_scene
+
+    stem = Path(output).stem
+    pictures = {
+        f"picture-{which}": Artefact(f"{stem}_{which}.svg", _SVG, path_svg(outcome, which).encode()) for which in _BOTH
+    }
+    scenes = {f"scene-{which}": _scene(outcome_scene(outcome, which)) for which in _BOTH}
+    scenes["scene-part"] = _scene(outcome_part_scene(outcome))
+    return {**scenes, "report": Artefact(f"{stem}.html", _HTML, write_page(outcome).encode()), **pictures}
+
+
+def _scene(data: bytes) -> Artefact:
+    return Artefact("", "application/octet-stream", data)
+
+
+def _solve(call: Call, name: str, tell: Tell, cancelled: threading.Event, observe: Observer | None) -> Made:
+    from leafcut.read.tsplib import write_tour
+
+    answer, nodes = api.solve_file(call.sources[0], progress=tell, observe=observe, cancelled=cancelled, **call.options)
+    with tempfile.TemporaryDirectory(prefix="leafcut-") as place:
+        file = Path(place) / "tour"
+        write_tour(file, answer["instance"], nodes, every="clusters" not in answer)
+        tour = file.read_bytes()
+    figures = {key: answer[key] for key in ("length", "gap_percent")}
+    artefacts = {
+        "tour": Artefact(program_name(name, ".tour"), _TEXT, tour),
+        "search": _searches([(answer["algorithm"], answer["history"], answer["lower_bound"], "")]),
+        **_tour_scenes(call, nodes),
+    }
+    return Made(answer, figures, artefacts)
+
+
+def _tour_scenes(call: Call, nodes: NDArray[np.int32]) -> dict[str, Artefact]:
+    """Return a closed tour as rapids through its points; nothing of a map that says distances and no places."""
+    from leafcut.model.toolpath import ToolpathBuilder
+    from leafcut.options import Settings
+    from leafcut.read import read
+    from leafcut.read.machine import load_machine
+    from leafcut.studio.scene import part_scene, toolpath_scene
+
+    settings = Settings.collect(call.options)
+    part = read(call.sources[0], settings.read)
+    if len(nodes) < 2 or not np.ptp(part.hole_xy, axis=0).any():
+        return {}
+    builder = ToolpathBuilder()
+    for x, y in part.hole_xy[[*nodes, nodes[0]]].tolist():
+        builder.rapid(x, y)
+    path = toolpath_scene(builder.build(), load_machine(settings.machine.machine), name=part.name, of=part)
+    return {"scene-part": _scene(part_scene(part)), "scene-after": _scene(path)}

@@ -1,1 +1,0 @@
-"""Verification: what was written is what was planned, and is safe."""

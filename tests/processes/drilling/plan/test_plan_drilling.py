@@ -1,0 +1,384 @@
+"""Holes become operations: the right tools, in the right order, at the right depth."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from leafcut.errors import OptionError, PlanError
+from leafcut.model import Hole, Kind, Machine, Metric, Part, Recipe, Severity, Slot, Tool, ToolKind, ToolLibrary
+from leafcut.options import DrillOptions
+from leafcut.processes.drilling.plan.drill_toolpath import build_problem, drawing_order, lay_toolpath
+from leafcut.processes.zones import parse_zones, plan_drilling
+
+MILL = Machine(
+    name="test mill",
+    description="",
+    controller="linuxcnc",
+    rapid_velocity=(100.0, 100.0, 50.0),
+    acceleration=(500.0, 500.0, 300.0),
+    max_feed=50.0,
+    travel_min=(0.0, 0.0, -100.0),
+    travel_max=(500.0, 500.0, 0.0),
+    spindle_max_rpm=6000.0,
+)
+CENTRE = Tool(1, 3.15, ToolKind.CENTRE_DRILL, feed=1.0, spindle_rpm=3000, depth=1.5)
+DRILL5 = Tool(5, 5.0, feed=2.0, spindle_rpm=2000, flute_length=30.0)
+DRILL8 = Tool(8, 8.0, feed=2.0, spindle_rpm=1200)
+TAP6 = Tool(16, 6.0, ToolKind.TAP, feed=500 / 60, spindle_rpm=500, pitch=1.0, point_angle=math.pi)
+LIBRARY = ToolLibrary((TAP6, DRILL8, CENTRE, DRILL5), (Recipe(6.0, (1, 5, 16), "TAP*"),), "shop.toml")
+FOUR = Part("four holes", tuple(Hole(x, y, 5.0) for x, y in ((0, 0), (30, 0), (30, 20), (0, 20))))
+
+
+def plan(part: Part = FOUR, library: ToolLibrary | None = LIBRARY, **options: object) -> object:
+    """Return the plan of a part on the test mill."""
+    return plan_drilling(part, MILL, library, DrillOptions(**{"thickness": 10.0, **options}))
+
+
+def test_a_drill_goes_through_with_its_full_diameter() -> None:
+    """10 mm plate + 0.5 mm break-through + the point of a 118° drill of 5 mm: 2.5 / tan 59° = 1.502 mm."""
+    cycle = plan().operations[0].cycle
+    assert cycle.bottom == pytest.approx(-(10 + 0.5 + 2.5 / math.tan(math.radians(59))))
+    assert cycle.name == "G81"
+
+
+@pytest.mark.parametrize(("depth_to", "tip"), [("tip", 4.0), ("shoulder", 4.0 + 2.5 / math.tan(math.radians(59)))])
+def test_a_blind_hole_is_deep_to_the_tip_or_to_the_shoulder(depth_to: str, tip: float) -> None:
+    blind = plan(thickness=None, depth=4.0, depth_to=depth_to)
+    assert blind.operations[0].cycle.bottom == pytest.approx(-tip)
+
+
+def test_without_a_depth_holes_are_only_spotted_and_it_is_said() -> None:
+    spotted = plan(thickness=None)
+    assert [i.code for i in spotted.issues] == ["L402"]
+
+
+def test_a_spotted_hole_is_one_millimetre_deep_at_the_tip() -> None:
+    assert plan(thickness=None).operations[0].cycle.bottom == pytest.approx(-1.0)
+
+
+def test_a_depth_below_the_plate_is_refused() -> None:
+    with pytest.raises(PlanError, match="more than --thickness"):
+        plan(depth=12.0)
+
+
+def test_a_recipe_makes_its_hole_in_its_order_and_each_tool_is_taken_up_once() -> None:
+    part = Part("tapped", (Hole(0, 0, 6.0, "tap_m6"), Hole(9, 0, 5.0), Hole(20, 0, 6.0, "TAP"), Hole(30, 0, 8.0)))
+    made = plan(part)
+    assert [(o.tool.number, o.targets.tolist()) for o in made.operations] == [
+        (1, [0, 2]),
+        (5, [0, 1, 2]),
+        (8, [3]),
+        (16, [0, 2]),
+    ]
+    assert [o.cycle.name for o in made.operations] == ["G81", "G81", "G81", "G84"]
+    assert made.operations[0].cycle.bottom == -1.5
+
+
+def test_recipes_that_contradict_each_other_are_refused() -> None:
+    recipes = (Recipe(5.0, (5, 8)), Recipe(8.0, (8, 5)))
+    with pytest.raises(PlanError, match="contradict"):
+        plan(Part("x", (Hole(0, 0, 5.0), Hole(9, 0, 8.0))), ToolLibrary((DRILL5, DRILL8), recipes))
+
+
+def test_centre_drilling_comes_first_when_asked_for() -> None:
+    assert [o.tool.number for o in plan(centre_drill=True).operations] == [1, 5]
+    with pytest.raises(PlanError, match="centre drill"):
+        plan(library=ToolLibrary((DRILL5,)), centre_drill=True)
+
+
+def test_a_hole_without_a_tool_names_the_nearest() -> None:
+    with pytest.raises(PlanError, match=r"no drill of 7 mm .* at 1, 2 .*nearest is 8 mm"):
+        plan(Part("x", (Hole(1, 2, 7.0),)))
+
+
+def test_a_hole_deeper_than_its_tool_is_refused() -> None:
+    with pytest.raises(PlanError, match=r"cuts 30 mm deep at most, but the hole needs 32.* for --thickness 30 mm; use"):
+        plan(thickness=30.0)
+    with pytest.raises(PlanError, match=r"the hole needs 32\.5 mm for --depth 31 mm; use a longer tool$"):
+        plan(thickness=None, depth=31.0)
+
+
+def test_a_tool_too_fast_for_the_spindle_or_the_feed_is_refused() -> None:
+    for wrong, words in (
+        (replace(DRILL5, spindle_rpm=9000), "turns 0 to 6000 rpm"),
+        (replace(DRILL5, feed=60.0), "at most"),
+    ):
+        with pytest.raises(PlanError, match=words):
+            plan(library=ToolLibrary((wrong,)))
+
+
+def test_assumed_tools_keep_to_careful_cutting_data() -> None:
+    """A 10 mm drill at 20 m/min turns 20000 / (π·10) = 637 rpm and feeds 0.02·10 mm a revolution."""
+    tool = plan(Part("x", (Hole(0, 0, 10.0),)), None).operations[0].tool
+    assert tool.assumed
+    assert tool.spindle_rpm == 637
+    assert tool.feed * 60 == pytest.approx(0.2 * 637, abs=0.1)
+
+
+def test_assumed_tools_are_one_per_diameter_and_listed() -> None:
+    part = Part("x", (Hole(0, 0, 3.0), Hole(5, 0, 2.0), Hole(9, 0, 3.0)), (Slot((0, 0), (5, 0), 2.0),))
+    made = plan(part, None)
+    assert [(o.tool.diameter, o.tool.kind, len(o.targets)) for o in made.operations] == [
+        (2.0, ToolKind.DRILL, 1),
+        (3.0, ToolKind.DRILL, 2),
+        (2.0, ToolKind.SLOT_MILL, 1),
+    ]
+    assert [i.code for i in made.issues] == ["L401"] * 3
+    for operation, issue in zip(made.operations, made.issues, strict=True):  # to the three decimals of a program
+        assert f"{round(operation.tool.feed * 60, 3):g} mm/min" in issue.message
+
+
+def test_cycles_need_their_words() -> None:
+    for options, words in (({"cycle": "G83"}, "--peck"), ({"cycle": "G82"}, "--dwell"), ({"cycle": "G84"}, "no tap")):
+        with pytest.raises(PlanError, match=words):
+            plan(**options)
+    assert plan(peck=2.0).operations[0].cycle.name == "G83"
+    assert plan(dwell=0.5).operations[0].cycle.name == "G82"
+
+
+def test_a_part_without_holes_is_refused() -> None:
+    with pytest.raises(PlanError, match="no hole"):
+        plan(Part("empty"))
+
+
+def test_the_r_plane_above_the_initial_plane_is_refused() -> None:
+    with pytest.raises(PlanError, match="--retract-height"):
+        plan(retract_height=20.0)
+
+
+def test_zones_are_four_numbers_in_any_corner_order() -> None:
+    assert parse_zones(("10 20 0 5",)).tolist() == [[0.0, 5.0, 10.0, 20.0]]
+    for wrong in ("1 2 3", "a b c d", "0 0 nan 1"):
+        with pytest.raises(OptionError, match="--keep-out"):
+            parse_zones((wrong,))
+
+
+def laid(made: object, machine: Machine = MILL, orders: list[np.ndarray] | None = None) -> list[tuple]:
+    """Return (kind, end) of every row of the laid toolpath."""
+    path = lay_toolpath(made, machine, orders or [drawing_order(o) for o in made.operations])
+    return [(m.kind, m.end) for m in path]
+
+
+def test_every_hole_is_drilled_once_in_the_order_given() -> None:
+    rows = laid(plan(), orders=[np.array([2, 0, 3, 1], dtype=np.int32)])
+    assert [end[:2] for kind, end in rows if kind is Kind.DRILL] == [(30, 20), (0, 0), (0, 20), (30, 0)]
+
+
+def test_z_is_safe_before_x_and_y_move_and_after_every_tool_change() -> None:
+    part = Part("two tools", (Hole(0, 0, 5.0), Hole(9, 0, 8.0)))
+    for machine in (MILL, replace(MILL, safe_z=0.0)):
+        rows = laid(plan(part), machine)
+        for number, (kind, _) in enumerate(rows):
+            if kind is Kind.TOOL:
+                after = next(e for k, e in rows[number:] if k <= Kind.DRILL)
+                if machine.safe_z is None:
+                    assert after[2] == 10.0
+                else:
+                    before = next(k for k, _ in reversed(rows[:number]) if k in (Kind.RAPID, Kind.MACHINE))
+                    assert before is Kind.MACHINE
+        first = next((k, e) for k, e in rows if k in (Kind.RAPID, Kind.MACHINE))
+        assert first[0] is (Kind.RAPID if machine.safe_z is None else Kind.MACHINE)
+        assert all(math.isnan(v) for v in first[1][:2])
+
+
+def test_moves_over_a_keep_out_zone_are_made_at_the_initial_plane() -> None:
+    """From (30, 0) to (30, 20) over a clamp at y 5 … 15: up to 10 mm, across, and down again."""
+    rows = laid(plan(keep_out=("20 5 40 15",)))
+    drills = [k for k, (kind, _) in enumerate(rows) if kind is Kind.DRILL]
+    between = rows[drills[1] + 1 : drills[2]]
+    assert [(kind, end) for kind, end in between] == [(Kind.RAPID, (30, 0, 10.0)), (Kind.RAPID, (30, 20, 10.0))]
+    assert drills[1] == drills[0] + 1
+
+
+def test_retract_to_the_initial_plane_is_g98_everywhere() -> None:
+    rows = laid(plan(retract="initial"))
+    assert {end[2] for kind, end in rows if kind is Kind.DRILL} == {10.0}
+
+
+SLOTTED = Part("slots", slots=(Slot((0, 0), (10, 0), 2.0), Slot((20, 0), (12, 0), 2.0)))
+
+
+def test_a_slot_is_a_cluster_of_its_two_ways() -> None:
+    made = plan(SLOTTED, None)
+    problem = build_problem(made, made.operations[0], Metric(), None, None)
+    assert problem.cluster.tolist() == [0, 0, 1, 1]
+    assert problem.entry.tolist() == [[0, 0], [10, 0], [20, 0], [12, 0]]
+    assert problem.exit.tolist() == [[10, 0], [0, 0], [12, 0], [20, 0]]
+
+
+def test_slots_are_cut_to_and_fro_one_diameter_at_a_time() -> None:
+    made = plan(SLOTTED, None)
+    path = lay_toolpath(made, MILL, [np.array([0, 3], dtype=np.int32)])
+    feeds = [m.end for m in path if m.kind is Kind.FEED]
+    depths = [-10.5 * k / 7 for k in range(1, 7)] + [-10.5]  # 10.5 mm in passes of at most 2 mm, an odd number
+    to_and_fro = [10, 0, 10, 0, 10, 0, 10]
+    assert feeds[0:14:2] == [(x, 0, z) for x, z in zip([0, *to_and_fro], depths, strict=False)]
+    assert feeds[1:14:2] == [(x, 0, z) for x, z in zip(to_and_fro, depths, strict=True)]
+    assert feeds[-1] == (20, 0, -10.5)
+    assert len(feeds) == 28
+
+
+def test_inch_and_millimetre_parts_give_the_solver_the_same_numbers() -> None:
+    inches = np.random.default_rng(1).uniform(0, 12, (50, 2)).round(4)
+    one = Part("in", tuple(Hole(x * 25.4, y * 25.4, 6.35) for x, y in inches))
+    other = Part("mm", tuple(Hole(round(x * 25.4, 7), round(y * 25.4, 7), 6.35) for x, y in inches))
+    problems = []
+    for part in (one, other):
+        made = plan(part, None)
+        problems.append(build_problem(made, made.operations[0], Metric(), None, None))
+    assert np.array_equal(problems[0].entry, problems[1].entry)
+
+
+def test_a_tap_or_reamer_never_meets_the_cone_that_a_drill_leaves() -> None:
+    """A 5 mm drill whose tip is 8 mm deep leaves its full diameter to 6.5 mm only: a tap to 8 mm would break."""
+    tapped = Part("tapped", (Hole(0, 0, 6.0, "TAP"),))
+    for options in ({"thickness": None}, {"thickness": None, "depth": 8.0, "depth_to": "tip"}):
+        with pytest.raises(PlanError, match="would break at the bottom"):
+            plan(tapped, **options)
+    drill, tap = plan(tapped, thickness=None, depth=8.0).operations[1:]
+    assert -tap.cycle.bottom <= -drill.cycle.bottom - drill.tool.point_length + 1e-9
+
+
+def test_a_thread_that_is_not_full_at_the_exit_is_said() -> None:
+    """M6 × 1: the lead may be 5 mm long, so 0.5 mm of break-through is short and 5 mm is not."""
+    part = Part("tapped", (Hole(0, 0, 6.0, "TAP"),))
+    assert [i.code for i in plan(part).issues] == ["L402"]
+    assert plan(part, break_through=5.0).issues == ()
+
+
+def test_the_tool_is_changed_at_its_own_height_where_the_machine_has_none() -> None:
+    """Two tools on a machine without a safe height: up to 25 mm before the second, at the clearance height after it."""
+    rows = laid(plan(Part("two tools", (Hole(0, 0, 5.0), Hole(9, 0, 8.0)))))
+    change = [k for k, (kind, _) in enumerate(rows) if kind is Kind.TOOL][1]
+    heights = [end[2] for kind, end in rows[:change] if kind is Kind.RAPID]
+    assert heights[-1] == 25.0
+    assert next(end[2] for kind, end in rows[change:] if kind is Kind.RAPID) == 10.0
+
+
+def test_a_through_hole_is_tapped_as_far_as_it_is_drilled_to_full_diameter() -> None:
+    """Not deeper: what lies below the plate is not known, and a tap that meets the table breaks."""
+    drill, tap = plan(Part("tapped", (Hole(0, 0, 6.0, "TAP"),))).operations[1:]
+    assert tap.cycle.bottom == pytest.approx(drill.cycle.bottom + drill.tool.point_length)
+
+
+def test_a_blind_hole_stays_blind() -> None:
+    """9 mm deep to the shoulder in 10 mm: the point of a 5 mm drill, 1.5 mm long, would come out below."""
+    with pytest.raises(PlanError, match=r"is blind, but the tip of T5 drill Ø5 would go 10.5 mm deep"):
+        plan(depth=9.0)
+    assert plan(depth=9.0, depth_to="tip").operations[0].cycle.bottom == -9.0
+    assert plan(depth=8.0).operations[0].cycle.bottom > -10.0
+
+
+def test_a_hole_or_slot_in_a_keep_out_zone_is_refused_with_the_radius_of_its_tool() -> None:
+    """The hole at (30, 20) is 2 mm from a clamp that begins at x 32; its drill has a radius of 2.5 mm."""
+    with pytest.raises(PlanError, match=r"hole at 30, 20 is in a keep-out zone"):
+        plan(keep_out=("32 15 50 40",))
+    plan(keep_out=("32.6 15 50 40",))
+    with pytest.raises(PlanError, match=r"slot at 0, 0 is in a keep-out zone"):
+        plan(SLOTTED, None, keep_out=("4 0.9 6 5",))
+
+
+def test_the_tool_keeps_its_radius_away_from_a_zone_that_its_centre_passes_by() -> None:
+    """From (30, 0) to (30, 20), 2 mm beside a clamp: the 5 mm drill would touch it, so the move is lifted."""
+    assert lifts(keep_out=("32 8 50 12",)) == [False, True, False]
+    assert lifts(keep_out=("32.6 8 50 12",)) == [False, False, False]
+
+
+def test_a_dogleg_rapid_is_lifted_when_the_box_between_its_ends_touches_a_zone() -> None:
+    diagonal = Part("diagonal", (Hole(0, 0, 5.0), Hole(30, 20, 5.0)))
+    for style, expected in (("linear", [False]), ("dogleg", [True])):
+        assert lifts(diagonal, replace(MILL, rapid_style=style), keep_out=("20 2 24 4",)) == expected
+
+
+def lifts(part: Part = FOUR, machine: Machine = MILL, **options: object) -> list[bool]:
+    """Return for every move from hole to hole of the drawing's order whether it is lifted."""
+    rows = laid(plan(part, **options), machine)
+    drills = [k for k, (kind, _) in enumerate(rows) if kind is Kind.DRILL]
+    return [b > a + 1 for a, b in pairwise(drills)]
+
+
+def test_between_slots_a_zone_is_crossed_at_the_initial_plane_and_all_else_at_the_r_plane() -> None:
+    part = Part("slots", slots=(Slot((0, 0), (10, 0), 2.0), Slot((20, 0), (16, 0), 2.0)))
+    for zones, height in (((), 2.0), (("12.5 -5 13.5 5",), 10.0)):
+        path = lay_toolpath(plan(part, None, keep_out=zones), MILL, [np.array([0, 3], dtype=np.int32)])
+        over = next(k for k, m in enumerate(path) if m.kind is Kind.RAPID and m.end[:2] == (16, 0))
+        assert path[over].end[2] == path[over - 1].end[2] == height
+
+
+def test_retract_initial_lifts_between_slots_too() -> None:
+    path = lay_toolpath(plan(SLOTTED, None, retract="initial"), MILL, [np.array([0, 3], dtype=np.int32)])
+    assert {m.end[2] for m in path if m.kind is Kind.RAPID and m.end[:2] == (12, 0)} == {10.0, 2.0}
+
+
+def test_the_end_point_is_reached_high_up_and_last() -> None:
+    rows = laid(plan(end_point="5,7"))
+    moves = [end for kind, end in rows if kind in (Kind.RAPID, Kind.DRILL)]
+    assert moves[-1] == (5, 7, 10.0)
+    assert moves[-2][2] == 10.0
+
+
+@pytest.mark.parametrize("flag", ["start_point", "end_point"])
+def test_start_and_end_are_places_in_the_plane(flag: str) -> None:
+    with pytest.raises(OptionError, match="needs two numbers"):
+        plan(**{flag: "1,2,3"})
+    assert plan(**{flag: "free"}) is not None
+
+
+def test_an_order_that_leaves_a_hole_out_or_visits_one_twice_is_refused() -> None:
+    for nodes in ([0, 1, 2], [0, 1, 2, 2], [0, 1, 2, 4]):
+        with pytest.raises(PlanError, match="targets once"):
+            lay_toolpath(plan(), MILL, [np.array(nodes, dtype=np.int32)])
+    with pytest.raises(PlanError, match="targets once"):
+        lay_toolpath(plan(SLOTTED, None), MILL, [np.array([0, 1], dtype=np.int32)])
+
+
+def test_centre_drilling_every_hole_means_those_with_a_recipe_too() -> None:
+    library = ToolLibrary((CENTRE, DRILL5, DRILL8), (Recipe(5.0, (5,)), Recipe(8.0, (5, 8))))
+    made = plan(Part("x", (Hole(0, 0, 5.0), Hole(9, 0, 8.0))), library, centre_drill=True)
+    assert [(o.tool.number, o.targets.tolist()) for o in made.operations] == [(1, [0, 1]), (5, [0, 1]), (8, [1])]
+
+
+def test_centre_drilling_needs_a_library() -> None:
+    with pytest.raises(PlanError, match="give --tools"):
+        plan(library=None, centre_drill=True)
+
+
+def test_a_tool_without_feed_or_speed_is_refused() -> None:
+    for wrong, word in ((replace(DRILL5, feed=0.0), "feed"), (replace(DRILL5, spindle_rpm=0.0), "spindle_speed")):
+        with pytest.raises(PlanError, match=f"has no {word}"):
+            plan(library=ToolLibrary((wrong,)))
+
+
+def test_a_machine_without_a_spindle_does_not_drill() -> None:
+    with pytest.raises(PlanError, match="has a torch"):
+        plan_drilling(FOUR, replace(MILL, process="torch"), LIBRARY, DrillOptions(thickness=1.0))
+
+
+def test_a_safe_height_of_the_machine_below_the_clearance_height_is_refused() -> None:
+    """Program zero at z −95 and the machine's safe height at −90: only 5 mm over the part, below 10 mm."""
+    low = replace(MILL, safe_z=-90.0, work_offset=(0.0, 0.0, -95.0))
+    with pytest.raises(PlanError, match="5 mm over program zero"):
+        plan_drilling(FOUR, low, LIBRARY, DrillOptions(thickness=1.0))
+    plan_drilling(FOUR, replace(low, safe_z=-85.0), LIBRARY, DrillOptions(thickness=1.0))
+
+
+def test_circles_of_absurd_size_are_drilled_only_with_a_warning_or_not_at_all() -> None:
+    made = plan(Part("x", (Hole(0, 0, 200.0), Hole(300, 0, 10.0))), None)
+    assert [i.message for i in made.issues if i.severity is Severity.WARNING] == [
+        "T1 drill Ø200: hardly a drill; leave circles that are not drilled out with --max-diameter"
+    ]
+    with pytest.raises(PlanError, match="has no feed"):
+        plan(Part("x", (Hole(0, 0, 1e-7),)), None)
+
+
+def test_points_without_a_diameter_are_one_millimetre_wide_or_as_wide_as_the_only_drill() -> None:
+    points = Part("points", (Hole(0, 0, 0.0), Hole(5, 0, 0.0)))
+    for library, diameter in ((None, 1.0), (ToolLibrary((DRILL8, CENTRE)), 8.0)):
+        made = plan(points, library)
+        assert [o.tool.diameter for o in made.operations] == [diameter]
+        assert f"2 points have no diameter and are drilled as {diameter:g} mm holes" in [i.message for i in made.issues]

@@ -1,0 +1,161 @@
+"""Drilling as a whole: several tools, one after the other."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import leafcut
+from leafcut.errors import LeafcutError, PlanError, VerifyError
+from leafcut.model.solution import Solution
+from leafcut.read.order_file import drawing_of, order_text
+from leafcut.solve import solve as room
+
+
+def map_of(tmp_path: Path, seed: int) -> Path:
+    """Write a map of a few holes of three diameters."""
+    rng = np.random.default_rng(seed)
+    rows = [
+        f"{x:.1f},{y:.1f},{d}" for (x, y), d in zip(rng.uniform(0, 90, (7, 2)), rng.choice([2, 3, 4], 7), strict=True)
+    ]
+    path = tmp_path / f"map_{seed}.csv"
+    path.write_text("x,y,diameter\n" + "\n".join(rows) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("objective", ["time", "distance"])
+def test_no_plan_is_worse_than_the_drawings_and_nearest_neighbours(tmp_path: Path, objective: str) -> None:
+    """Where one tool ends the next begins, so that paths made tool by tool would be now and then; bounds stay valid."""
+    for seed in range(20):
+        found = leafcut.optimize(map_of(tmp_path, seed), units="mm", objective=objective, preset="fast")
+        ours, drawn, nearest = (
+            m.time_s if objective == "time" else m.travel_mm for m in (found.after, found.before, found.nearest)
+        )
+        assert ours <= min(drawn, nearest) + 1e-9
+        for operation in found.operations:
+            assert operation.solution.lower_bound is not None
+            assert operation.solution.lower_bound <= operation.solution.cost + 1e-9
+
+
+def test_a_part_that_is_too_large_is_refused_before_anything_is_sought(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "large.csv"
+    path.write_text("x,y\n0,0\n5,5\n9000,5\n4,4\n1,3\n8,9\n")
+    monkeypatch.setattr(room, "solve", lambda *_, **__: pytest.fail("something was sought"))
+    with pytest.raises(VerifyError, match="too large"):
+        leafcut.optimize(path, units="mm")
+
+
+def order_file(tmp_path: Path, *operations: tuple[int, list[int]]) -> Path:
+    path = tmp_path / "order.json"
+    path.write_text(order_text({number: tuple(holes) for number, holes in operations}))
+    return path
+
+
+def test_holes_come_in_the_order_of_a_file_and_its_cost_is_that_of_the_order(tmp_path: Path) -> None:
+    """Eight holes in a row, from the last to the first but one: 70 mm there, by hand."""
+    row = tmp_path / "row.csv"
+    row.write_text("x,y,diameter\n" + "".join(f"{10 * k},0,3\n" for k in range(8)))
+    given = order_file(tmp_path, (0, [7, 6, 5, 4, 3, 2, 0, 1]))
+    found = leafcut.optimize(row, units="mm", objective="distance", hole_order=given, start_point="70,0")
+    assert found.verified
+    (operation,) = found.operations
+    assert operation.hole_order == (7, 6, 5, 4, 3, 2, 0, 1)
+    assert operation.solution.cost == pytest.approx(50.0 + 20.0 + 10.0)
+    assert operation.solution.lower_bound == pytest.approx(70.0)
+
+
+def test_what_a_file_does_not_name_is_found_around_it(tmp_path: Path) -> None:
+    """Six holes in a row, the third first: then one way to the end and back to the rest, 10 + 10 + … by hand."""
+    row = tmp_path / "row.csv"
+    row.write_text("x,y,diameter\n" + "".join(f"{10 * k},0,3\n" for k in range(6)))
+    found = leafcut.optimize(
+        row, units="mm", objective="distance", hole_order=order_file(tmp_path, (0, [2])), start_point="20,0"
+    )
+    (operation,) = found.operations
+    assert operation.hole_order == (2, 1, 0, 3, 4, 5)
+    assert operation.solution.cost == pytest.approx(20.0 + 50.0)
+
+
+PLACES = [(0.0, 0.0), (10.0, 0.0), (20.0, 5.125), (3.175, 7.5)]
+
+
+@pytest.mark.parametrize(
+    ("places", "line"),
+    [
+        (PLACES, ""),
+        ([(x + 0.1 + 0.2, y - 700.3) for x, y in PLACES], ""),  # moved as a whole
+        ([(round(x, 3) + 1e-9, y - 1e-9) for x, y in PLACES], ""),
+        (PLACES[:-1], "with 4 holes; this one has 3;"),
+        ([*PLACES, (50.0, 50.0)], "with 4 holes; this one has 5;"),
+        ([PLACES[1], PLACES[0], *PLACES[2:]], "with 4 holes; this one has as many, in other places;"),
+        ([*PLACES[:-1], (3.275, 7.5)], "with 4 holes; this one has as many, in other places;"),
+    ],
+)
+def test_an_order_is_that_of_one_drawing(tmp_path: Path, places: list[tuple[float, float]], line: str) -> None:
+    plate, given = tmp_path / "plate.csv", tmp_path / "order.json"
+    plate.write_text("x,y,diameter\n" + "".join(f"{x!r},{y!r},3\n" for x, y in places))
+    given.write_text(order_text({0: (2, 0)}, drawing_of(PLACES)))
+    if line:
+        with pytest.raises(PlanError, match=re.escape(line)):
+            leafcut.optimize(plate, units="mm", hole_order=given)
+    else:
+        found = leafcut.optimize(plate, units="mm", preset="fast", hole_order=given)
+        assert found.operations[0].hole_order[:2] == (2, 0)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("{}", "'leafcut_order' must be 1"),
+        ("[", "is not JSON"),
+        ('{"leafcut_order": 1}', "'operations' must be a list"),
+        ('{"leafcut_order": 1, "operations": [{"operation": 0, "holes": []}]}', "0 is not a number from 1 on"),
+        ('{"leafcut_order": 1, "operations": [{"operation": 1, "holes": [true]}]}', "true is not a number"),
+        ('{"leafcut_order": 1, "operations": [{"operation": 9, "holes": []}]}', "operation 9: there are 1"),
+        ('{"leafcut_order": 1, "operations": [{"operation": 1, "holes": [9]}]}', "hole 9 is not one that"),
+        ('{"leafcut_order": 1, "operations": [{"operation": 1, "holes": [2, 2]}]}', "hole 2 is there twice"),
+        ('{"leafcut_order": 1, "operations": [{"holes": [2]}]}', "row 1: "),
+        ('{"leafcut_order": 1, "operations": [], "drawing": 7}', "'drawing': {"),
+        ('{"leafcut_order": 1, "operations": [], "drawing": {"holes": "3", "print": ""}}', "'holes': \"3\" is not"),
+        (
+            '{"leafcut_order": 1, "operations": [{"operation": 1, "holes": []}, {"operation": 1, "holes": []}]}',
+            "operation 1 is there twice",
+        ),
+    ],
+)
+def test_an_order_that_cannot_be_meant_is_one_line(tmp_path: Path, text: str, line: str) -> None:
+    row, given = tmp_path / "row.csv", tmp_path / "order.json"
+    row.write_text("x,y,diameter\n0,0,3\n10,0,3\n20,0,3\n")
+    given.write_text(text)
+    with pytest.raises(LeafcutError, match=re.escape(line)):
+        leafcut.optimize(row, units="mm", hole_order=given)
+
+
+def test_a_search_that_finds_less_than_the_drawing_has_gives_the_better_order_at_its_own_cost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever a search returns, here the drawing's order from behind: the cost told is that of what is made."""
+    from leafcut.processes import together
+
+    def poor(stages: list[together.Stage], *given: Any) -> list[Solution]:
+        found = real(stages, *given)
+        return [replace(one, nodes=stage.own[::-1].copy()) for one, stage in zip(found, stages, strict=True)]
+
+    real = together.solve_together
+    monkeypatch.setattr(together, "solve_together", poor)
+    row = tmp_path / "row.csv"
+    row.write_text("x,y,diameter\n" + "".join(f"{10 * k},0,{2 + (k > 3)}\n" for k in (0, 1, 2, 3, 4, 5, 6, 7)))
+    found = leafcut.optimize(row, units="mm", objective="distance", preset="fast")
+    assert found.after.travel_mm == min(found.before.travel_mm, found.nearest.travel_mm)
+    assert [one.solution.algorithm for one in found.operations] == ["none", "none"]
+    assert sum(one.solution.cost for one in found.operations) == pytest.approx(70.0)
+    for one in found.operations:
+        assert one.solution.lower_bound is not None
+        assert one.solution.lower_bound <= one.solution.cost + 1e-9

@@ -1,0 +1,60 @@
+"""What the nester lays in blocks the planner cuts with common lines; loops and joints go together on the example."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import ezdxf
+import pytest
+
+from leafcut import api
+from leafcut.cli import run
+from leafcut.errors import PlanError
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "sheet.dxf"
+LASER: dict[str, Any] = {"process": "cut", "machine": "laser-table", "thickness": 3, "iterations": 5, "threads": 1}
+#: Plates of 60 × 40 with a hole; the kerf is that of the chart for steel of 3 mm.
+KERF = 0.22
+
+
+@pytest.fixture
+def plate(tmp_path: Path) -> Path:
+    document = ezdxf.new(units=4)
+    space = document.modelspace()
+    space.add_lwpolyline([(0, 0), (60, 0), (60, 40), (0, 40)], close=True)
+    space.add_circle((30, 20), 6)
+    document.saveas(tmp_path / "plate.dxf")
+    return tmp_path / "plate.dxf"
+
+
+def nested(plate: Path, *more: str) -> Path:
+    sheet = plate.with_name("sheet.dxf")
+    words = ["nest", f"{plate}:20", "--sheet", "500x300", "--kerf", str(KERF), *more, "-o", str(sheet), "-q"]
+    assert run([*words, "--machine", "laser-table"]) == 0
+    return sheet
+
+
+@pytest.mark.parametrize(("kind", "least"), [("pairs", 10 * 40.0), ("grids", 12 * 40.0)])
+def test_twenty_laser_parts_are_nested_in_blocks_and_cut_with_common_lines(
+    kind: str, least: float, plate: Path
+) -> None:
+    """Each pair shares an edge of 40 mm at least; the route is the perimeters less what is cut once, proved."""
+    sheet = nested(plate, "--gap", "10", "--blocks", kind)
+    outcome = api.optimize(sheet, common_lines=True, **LASER)
+    assert outcome.verified
+    assert outcome.cut_plan is not None
+    assert outcome.cut_plan.measures.sheet.common_mm >= least
+    assert [i.code for i in outcome.issues if i.severity == "missing"] == []
+
+
+def test_parts_packed_without_a_gap_are_refused_with_the_way_that_works(plate: Path) -> None:
+    sheet = nested(plate, "--gap", "0", "--nester", "rectangles")
+    with pytest.raises(PlanError, match=r"no lead fits .*--common-lines.*leafcut nest --blocks"):
+        api.optimize(sheet, **LASER)
+
+
+@pytest.mark.parametrize("machine", [{"machine": "laser-table", "micro_joints": 2}, {"micro_joints": 1}], ids=str)
+def test_loops_round_corners_and_micro_joints_are_proved_together_on_the_example(machine: dict[str, Any]) -> None:
+    options = {"process": "cut", "thickness": 3, "iterations": 5, "threads": 1, **machine}
+    assert api.optimize(EXAMPLE, corner_loops=True, **options).verified

@@ -1,0 +1,100 @@
+"""Which end mill clears a pocket, and with which data, by hand."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from leafcut.errors import LeafcutError
+from leafcut.model.issue import Severity
+from leafcut.model.pocket import PocketRules
+from leafcut.model.tool import Tool, ToolKind, ToolLibrary
+from leafcut.options import DrillOptions, PocketOptions
+from leafcut.processes.pocket.plan.rules import milling_data
+from leafcut.processes.pocket.plan.tool import library_mill
+from leafcut.read.machine import load_machine
+
+DRILL = Tool(3, 6.0, feed=5.0, spindle_rpm=2000)
+SMALL = Tool(
+    7, 6.0, ToolKind.END_MILL, point_angle=math.pi, feed=10.0, spindle_rpm=5000, plunge_feed=2.5, flute_length=13.0
+)
+LARGE = Tool(8, 10.0, ToolKind.END_MILL, point_angle=math.pi, teeth=3)
+SHOP = ToolLibrary((DRILL, SMALL, LARGE), source="shop.toml")
+MACHINE = load_machine("linuxcnc-mill")
+
+
+def mill(library: ToolLibrary = SHOP, depth: float = 4.0, **options: object) -> Tool:
+    return library_mill(library, PocketOptions(**options), 0.05, depth)  # type: ignore[arg-type]
+
+
+def test_the_mill_is_that_of_the_number_or_of_the_diameter_or_the_only_one() -> None:
+    assert mill(tool_number=7) == SMALL
+    assert mill(tool_diameter=10.02) == LARGE
+    assert mill(tool_number=8, tool_diameter=10.0) == LARGE
+    assert mill(ToolLibrary((DRILL, LARGE))) == LARGE
+
+
+@pytest.mark.parametrize(
+    ("library", "options", "depth", "words"),
+    [
+        (SHOP, {"tool_number": 3}, 4.0, "T3 drill Ø6 is a drill, and a pocket needs an end mill"),
+        (SHOP, {"tool_number": 9}, 4.0, "shop.toml has no such tool"),
+        (SHOP, {"tool_number": 7, "tool_diameter": 10.0}, 4.0, "T7 end-mill Ø6 is not as wide as"),
+        (SHOP, {"tool_diameter": 8.0}, 4.0, "shop.toml has these end mills: T7 end-mill Ø6, T8 end-mill Ø10"),
+        (SHOP, {}, 4.0, "say which by --tool-number or --tool-diameter"),
+        (SHOP, {"tool_number": 7}, 14.0, "T7 end-mill Ø6 cuts 13 mm deep at most"),
+        (ToolLibrary((DRILL,), source="shop.toml"), {}, 4.0, "there is no end mill for a pocket"),
+        (ToolLibrary((DRILL,), source="shop.toml"), {"tool_number": 3}, 4.0, "shop.toml has no end mill"),
+    ],
+)
+def test_a_tool_that_cannot_clear_the_pocket_is_refused_by_name_in_one_line(
+    library: ToolLibrary, options: dict[str, object], depth: float, words: str
+) -> None:
+    with pytest.raises(LeafcutError, match=words) as refused:
+        mill(library, depth, **options)
+    assert "\n" not in str(refused.value)
+
+
+def test_an_option_counts_before_the_library_and_the_library_before_what_is_assumed() -> None:
+    rules = PocketRules(tool_diameter=6.0, step_over=3.6)
+    data, issues = milling_data(PocketOptions(), DrillOptions(), rules, MACHINE, SMALL)
+    assert (data.tool.number, data.tool.feed, data.plunge_feed, data.tool.spindle_rpm) == (7, 10.0, 2.5, 5000)
+    assert issues == [] and not data.tool.assumed
+    data, issues = milling_data(PocketOptions(milling_feed=12.0), DrillOptions(), rules, MACHINE, SMALL)
+    assert (data.tool.feed, data.tool.spindle_rpm, issues) == (12.0, 5000, [])
+
+
+@pytest.mark.parametrize(
+    ("diameter", "teeth", "material", "rpm", "feed"),
+    [
+        # v / (π D): 20 m/min at 10 mm are 637 rpm; 0.05 mm a tooth, two teeth.
+        (10.0, None, "mild steel", 637, 0.1),
+        (10.0, 3, "steel", 637, 0.15),
+        (10.0, None, "aluminum", 1910, 0.1),
+        (4.0, None, "stainless", 637, 0.08),
+        (10.0, None, "of which nothing is known", 637, 0.1),
+    ],
+)
+def test_what_nobody_says_is_assumed_for_the_material_and_told(
+    diameter: float, teeth: int | None, material: str, rpm: float, feed: float
+) -> None:
+    rules = PocketRules(tool_diameter=diameter, step_over=0.6 * diameter)
+    tool = None if teeth is None else Tool(2, diameter, ToolKind.END_MILL, teeth=teeth)
+    data, [told] = milling_data(PocketOptions(), DrillOptions(), rules, MACHINE, tool, material)
+    assert data.tool.spindle_rpm == rpm
+    assert data.tool.feed == pytest.approx(feed * rpm / 60.0)
+    assert data.plunge_feed == pytest.approx(data.tool.feed / 3.0)
+    assert told.code == "L401" and f"at {rpm} rpm assumed" in told.message
+
+
+def test_a_spindle_that_turns_no_slower_than_too_fast_for_the_mill_is_a_warning() -> None:
+    """20 m/min at 10 mm are 637 rpm; a router's spindle turns 6000 at least, and 3 mm in aluminium may turn 6366."""
+    router = load_machine("mach3-router")
+    rules = PocketRules(tool_diameter=10.0, step_over=6.0)
+    data, [told] = milling_data(PocketOptions(), DrillOptions(), rules, router, None, "mild steel")
+    assert data.tool.spindle_rpm == router.spindle_min_rpm == 6000
+    assert told.severity is Severity.WARNING and "637 rpm would be right" in told.message
+    rules = PocketRules(tool_diameter=3.0, step_over=1.8)
+    _, [told] = milling_data(PocketOptions(), DrillOptions(), rules, router, None, "aluminium")
+    assert told.severity is Severity.NOTE

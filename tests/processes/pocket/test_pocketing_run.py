@@ -1,0 +1,438 @@
+"""A pocket in, a milling program out, through the API and the command line."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import threading
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from rich.console import Console
+
+from leafcut import api
+from leafcut.cli import run
+from leafcut.errors import LeafcutError, OptionError, PlanError, VerifyError
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.interpreter import interpret
+from leafcut.model.outcome import Outcome
+from leafcut.model.pocket import PocketPath
+from leafcut.model.toolpath import Kind, positions_before
+from leafcut.processes.pocket import run as pocketing
+from leafcut.processes.pocket import strategies as room
+from leafcut.report.json_answer import as_json
+from leafcut.report.summary import print_summary
+from rs274_moves import run_rs274
+
+FAST: dict[str, Any] = {
+    "tool_diameter": 10,
+    "depth": 4,
+    "step_down": 2,
+    "milling_feed": "800mm/min",
+    "spindle_speed": 3000,
+    "iterations": 5,
+    "threads": 1,
+    "date": False,
+}
+EXAMPLES = Path(__file__).parents[3] / "examples"
+#: A round-cornered pocket of 60 × 46 mm with an island; every place of it is within reach of a tool of 10 mm.
+POCKET = shapely.box(7, 7, 53, 39).buffer(7, quad_segs=64) - shapely.Point(30, 23).buffer(5, quad_segs=64)
+#: Where the tool's centre may be while it leaves 0.3 mm.
+ROUGHED = POCKET.buffer(-5.28)
+
+
+@pytest.fixture(scope="module")
+def drawing(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("pocket") / "plate.wkt"
+    file.write_text(POCKET.wkt)
+    return file
+
+
+@pytest.fixture
+def contour_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the other strategies out where the test is not about them."""
+    monkeypatch.setattr(room, "WAYS", tuple(w for w in room.WAYS if w.name == "contour"))
+
+
+@pytest.fixture(scope="module")
+def outcome(drawing: Path):
+    return api.optimize(drawing, **FAST)
+
+
+def test_a_pocket_becomes_a_verified_program(outcome) -> None:
+    assert outcome.verified
+    assert outcome.process == "pocket"
+    [plan] = outcome.pocket_plans
+    assert plan.levels == (-2.0, -4.0)
+    measures = plan.result.measures
+    assert measures.gouge_mm2 == 0.0
+    assert measures.uncovered_percent <= 0.1
+    assert measures.reachable_mm2 == pytest.approx(POCKET.area, rel=1e-3)
+
+
+def test_every_level_of_the_program_clears_the_pocket_and_stays_inside_it(outcome) -> None:
+    """Judged by shapely alone: the swept discs of the program's own moves at each height."""
+    path = interpret(outcome.text, dialect("linuxcnc"))
+    before = positions_before(path)
+    for z in (-2.0, -4.0):
+        lines = []
+        for row in np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)).tolist():
+            a, b = before[row], path.end[row]
+            if abs(a[2] - z) > 1e-6 or abs(b[2] - z) > 1e-6:
+                continue
+            points = [a[:2], b[:2]]
+            if path.kind[row] != Kind.FEED:
+                centre = np.array(path.arcs[int(path.ref[row])].center[:2])
+                side = -1.0 if path.kind[row] == Kind.ARC_CW else 1.0
+                first, last = (math.atan2(*(p - centre)[::-1]) for p in points)
+                turn = (side * (last - first)) % (2 * math.pi) or 2 * math.pi
+                angles = first + side * np.linspace(0, turn, 200)
+                points = centre + math.dist(a[:2], centre) * np.column_stack([np.cos(angles), np.sin(angles)])
+            lines.append(shapely.LineString(points).buffer(5.0, quad_segs=32))
+        swept = shapely.union_all(lines)
+        assert swept.difference(POCKET.buffer(0.011)).area < 1e-6
+        assert POCKET.difference(swept).area / POCKET.area < 1e-3
+
+
+def test_the_strategies_are_told_beside_each_other(outcome) -> None:
+    [plan] = outcome.pocket_plans
+    known = {r.strategy: r for r in plan.results}
+    assert {"zigzag", "contour", "connected", "firefly", "ants"} <= set(known)
+    possible = [r for r in plan.results if r.measures is not None]
+    assert all(r.path is not None and not r.refused for r in possible)
+    assert all(r.refused for r in plan.results if r.measures is None)
+    fine = [r for r in possible if r.measures.uncovered_percent <= 0.1 and not r.measures.gouge_mm2]
+    quickest = min(r.program_s for r in fine)
+    assert plan.result.program_s <= 1.05 * quickest
+    near = [r for r in fine if r.program_s <= 1.05 * quickest]
+    assert plan.result.measures.retracts == min(r.measures.retracts for r in near)
+
+
+def test_the_strategy_that_is_asked_for_is_written(drawing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(room, "WAYS", tuple(w for w in room.WAYS if w.name in ("contour", "ants")))
+    for name in ("contour", "ants"):
+        outcome = api.optimize(drawing, strategy=name, **FAST)
+        assert outcome.pocket_plans[0].result.strategy == name
+        assert outcome.verified
+
+
+@pytest.mark.usefixtures("contour_only")
+@pytest.mark.external
+@pytest.mark.parametrize("entry", ["ramp", "helix", "plunge", "predrilled"])
+def test_linuxcnc_accepts_the_program(rs274: str, drawing: Path, tmp_path: Path, entry: str) -> None:
+    outcome = api.optimize(drawing, strategy="contour", entry=entry, stock=0.3, **FAST)
+    status, said = run_rs274(rs274, outcome.text, tmp_path)
+    assert status == 0, said[-500:]
+    assert ("needs a hole" in outcome.text) is (entry == "predrilled")
+
+
+@pytest.mark.usefixtures("contour_only")
+def test_with_stock_the_walls_are_finished_and_the_pocket_is_whole(drawing: Path) -> None:
+    outcome = api.optimize(drawing, strategy="contour", stock=0.3, **FAST)
+    [plan] = outcome.pocket_plans
+    assert plan.result.measures.uncovered_percent <= 0.1
+    assert plan.result.measures.gouge_mm2 == 0.0
+    assert {p.kind for p in plan.result.path.pieces} >= {"rough", "finish"}
+
+
+@pytest.mark.usefixtures("contour_only")
+def test_the_end_mill_of_a_library_is_called_by_its_number_with_its_own_data(drawing: Path) -> None:
+    tools = EXAMPLES / "tools.toml"
+    outcome = api.optimize(drawing, tools=tools, tool_number=13, depth=4, strategy="contour", entry="plunge")
+    assert outcome.operations[0].tool.diameter == 10.0
+    words = outcome.text.split()
+    assert {"T13", "S4000", "F800", "F200"} <= set(words) and "T1" not in words
+    assert not [i for i in outcome.issues if i.code == "L401"]
+
+
+@pytest.mark.usefixtures("contour_only")
+def test_on_mach3_roughing_runs_through_where_the_stock_is_more_than_what_corners_lose(drawing: Path) -> None:
+    """v² / 4a = (800 / 60)² / (4 · 600) mm = 0.074 mm: less than 0.3 mm of stock, and more than none."""
+    options = {**FAST, "machine": "mach3-router", "spindle_speed": 9000, "strategy": "contour"}
+    path = interpret(api.optimize(drawing, stock=0.3, **options).text, dialect("mach3"))
+    modes = np.flatnonzero(path.kind == Kind.BLENDING)
+    assert path.ref[modes].tolist() == [640, 610] * (len(modes) // 2) and len(modes) >= 4
+    runs_on = np.searchsorted(modes, np.arange(len(path))) % 2 == 1
+    feeds = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & np.isin(path.end[:, 2], (-2.0, -4.0))
+    at_walls = feeds & ~shapely.contains_xy(ROUGHED, path.end[:, :2])
+    assert not runs_on[path.kind == Kind.RAPID].any() and runs_on[feeds].any()
+    assert at_walls.any() and not runs_on[at_walls].any()
+    outcome = api.optimize(drawing, **options)
+    assert "G64" not in outcome.text
+    [told] = [i.message for i in outcome.issues if i.code == "L704"]
+    assert "by up to 0.074 mm" in told
+
+
+@pytest.mark.usefixtures("contour_only")
+def test_several_pockets_are_one_program_in_the_order_of_the_shortest_way(tmp_path: Path) -> None:
+    centres = [(20, 20), (220, 20), (80, 20), (140, 20)]
+    discs = [shapely.Point(c).buffer(14, quad_segs=64) for c in centres]
+    (tmp_path / "four.wkt").write_text(shapely.MultiPolygon(discs).wkt)
+    outcome = api.optimize(tmp_path / "four.wkt", strategy="contour", **FAST)
+    assert len(outcome.pocket_plans) == 4
+    path = outcome.path_after
+    cutting = path.end[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & (path.end[:, 2] < 0)]
+    visits = [round(x / 60 - 1 / 3) for x in cutting[:, 0]]
+    order = [v for k, v in enumerate(visits) if k == 0 or v != visits[k - 1]]
+    assert order == [0, 1, 2, 3]
+    # One program: the spindle starts once, and the tool is lifted between the pockets.
+    [row] = as_json(outcome)["strategies"]
+    assert row["time_s"] == pytest.approx(outcome.after.time_s)
+    assert row["retracts"] == 3 and row["rapid_mm"] == pytest.approx(180.0, abs=60.0)
+    assert sum(plan.result.program_s for plan in outcome.pocket_plans) > row["time_s"] + 3.0
+
+
+def test_a_slot_as_wide_as_the_tool_is_milled_once_along_its_middle_whatever_the_strategy(tmp_path: Path) -> None:
+    (tmp_path / "slot.wkt").write_text(shapely.LineString([(0, 0), (60, 0)]).buffer(5, quad_segs=64).wkt)
+    for strategy in ("best", "zigzag"):
+        outcome = api.optimize(tmp_path / "slot.wkt", strategy=strategy, **FAST)
+        found = outcome.pocket_plans[0].result.measures
+        assert found.feed_mm == pytest.approx(60.0, abs=0.05)
+        assert (found.uncovered_percent, found.gouge_mm2) == (0.0, 0.0) and outcome.verified
+        assert np.nanmax(np.abs(outcome.path_after.end[:, 1])) <= 0.005
+
+
+@pytest.mark.usefixtures("contour_only")
+def test_a_passage_too_narrow_for_the_tool_gives_two_regions_and_both_are_cleared(tmp_path: Path) -> None:
+    whole = shapely.union_all([shapely.box(0, 0, 40, 40), shapely.box(40, 16, 60, 24), shapely.box(60, 0, 100, 40)])
+    (tmp_path / "two.wkt").write_text(whole.wkt)
+    outcome = api.optimize(tmp_path / "two.wkt", strategy="contour", **FAST)
+    assert outcome.pocket_plans[0].result.measures.uncovered_percent <= 0.1
+    told = [i.message for i in outcome.issues if i.code == "L701"]
+    assert any("near (50.00, 20.00)" in words for words in told)
+
+
+@pytest.mark.usefixtures("contour_only")
+def test_json_on_the_command_line_says_the_way_over_one_level(
+    drawing: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    flags = ["--tool-diameter", "10", "--depth", "4", "--json"]
+    assert run(["optimize", str(drawing), *flags, "-o", str(tmp_path / "p.ngc")]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["process"] == "pocket" and answer["verified"]
+    assert answer["counts"] == {"pockets": 1, "islands": 1, "levels": 1, "tools": 1}
+    keys = {"feed_mm", "rapid_mm", "retracts", "uncovered_percent", "gouge_mm2", "max_step_over"}
+    assert keys <= set(answer["pocket"])
+    chosen = [s for s in answer["strategies"] if s["chosen"]]
+    assert len(chosen) == 1 and chosen[0]["feed_mm"] == answer["pocket"]["feed_mm"]
+    assert (tmp_path / "p.ngc").read_text().count("\n") > 20
+
+
+def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
+    out = io.StringIO()
+    print_summary(outcome, Console(file=out, width=80, color_system=None))
+    said = out.getvalue()
+    assert all(len(line) <= 80 for line in said.splitlines())
+    assert all(name in said for name in ("contour", "connected", "firefly", "ants", "retracts", "uncut", "verified"))
+
+
+# -- bad input -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("contour_only")
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        ({"tool_diameter": None}, OptionError, "--tool-diameter"),
+        ({"depth": None}, OptionError, "--depth"),
+        ({"depth": 0}, OptionError, "depth"),
+        ({"depth": 500}, VerifyError, "travel"),
+        ({"depth": 4, "thickness": 3}, OptionError, "--thickness 3 mm by more than --break-through 0.5 mm"),
+        ({"tool_diameter": 70}, PlanError, "fits nowhere"),
+        ({"stock": 7}, OptionError, "--stock 7 mm is more than the step-over of 6 mm"),
+        ({"step_over": 0.96}, OptionError, "0.95"),
+        ({"step_over": 0.01}, OptionError, "0.02"),
+        ({"point_distance": 0.45}, OptionError, "cut the same place twice"),
+        ({"point_distance": 0.75}, OptionError, "stays uncut"),
+        ({"strategy": "adaptive"}, OptionError, "--max-engagement"),
+        ({"max_engagement": "60deg"}, PlanError, "contour engages 180°, more than --max-engagement 60°"),
+        ({"machine": "plasma-table"}, PlanError, "cannot mill"),
+        ({"tools": EXAMPLES / "tools.toml", "tool_number": 2}, PlanError, "T2 drill 5.0, M6 core Ø5 is a drill"),
+        ({"retract_height": 20}, PlanError, "R plane"),
+        ({"milling_feed": "100m/min"}, PlanError, "feeds at most"),
+        ({"air_feed": "700mm/min"}, PlanError, "--air-feed 700 mm/min is below the feed of the mill, 800 mm/min"),
+        ({"air_feed": "90m/min"}, PlanError, "feeds at most"),
+        ({"keep_out": "20 0 40 10"}, VerifyError, "cuts in an obstacle"),
+        ({"start_point": "1,2,3"}, OptionError, "two numbers"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_line_and_nothing_is_written(
+    drawing: Path, tmp_path: Path, options: dict[str, Any], error: type[LeafcutError], words: str
+) -> None:
+    with pytest.raises(error, match=words) as refused:
+        api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": "contour", **options})
+    assert "\n" not in str(refused.value)
+    assert not (tmp_path / "p.ngc").exists()
+
+
+def test_stock_that_takes_the_limit_of_engagement_away_in_sharp_corners_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a corner of 90° the tool is engaged on both walls: by 90° at least as soon as anything is left there."""
+    monkeypatch.setattr(room, "WAYS", tuple(w for w in room.WAYS if w.name == "adaptive"))
+    (tmp_path / "box.wkt").write_text(shapely.box(0, 0, 42, 32).wkt)
+    with pytest.raises(PlanError, match="leave out --stock"):
+        api.optimize(tmp_path / "box.wkt", strategy="adaptive", max_engagement="60deg", stock=0.5, **FAST)
+
+
+def test_every_strategy_keeps_the_step_over_or_is_refused_by_name(drawing: Path) -> None:
+    """A tool of 10 mm, 3 mm asked for: points of a grid are 5 mm apart at least."""
+    plans = api.optimize(drawing, step_over=0.3, max_engagement="180deg", **FAST).pocket_plans
+    found = {r.strategy: r for r in plans[0].results}
+    kept = {name for name, r in found.items() if r.measures is not None and r.measures.max_step_over <= 3.005}
+    assert kept == {"zigzag", "contour", "connected", "adaptive"}
+    assert all("more than the step-over of 3 mm" in found[name].refused for name in ("firefly", "ants"))
+    with pytest.raises(PlanError, match=r"--strategy ants is not possible: its grid needs points more than 0.5 diam"):
+        api.optimize(drawing, step_over=0.3, strategy="ants", **FAST)
+
+
+def test_passes_wider_apart_than_the_step_over_are_never_written(
+    drawing: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Rings for 6 mm where 3 are asked for: the strategy is refused by its figures, and the proof by the text's."""
+    contour = next(w for w in room.WAYS if w.name == "contour")
+
+    def wide(region: Any, run: Any) -> PocketPath:
+        return contour.path(replace(region, rules=replace(region.rules, step_over=6.0)), run)
+
+    monkeypatch.setattr(room, "WAYS", (replace(contour, path=wide),))
+    for strategy in ("best", "contour"):
+        with pytest.raises(PlanError, match=r"contour:? has passes [\d.]+ mm apart, more than the step-over of 3 mm"):
+            api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": strategy, "step_over": 0.3})
+    monkeypatch.setattr(pocketing, "_beyond", lambda *_: "")
+    with pytest.raises(VerifyError, match=r"passes are [\d.]+ mm apart, 3 mm at most are stated"):
+        api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": "contour", "step_over": 0.3})
+    assert not (tmp_path / "p.ngc").exists()
+
+
+def test_where_nothing_is_cut_the_tool_goes_at_the_air_feed_and_the_program_is_so_much_shorter(tmp_path: Path) -> None:
+    """Judged by shapely: a faster move lies where the tool, less a film of 0.03 mm, has swept all before."""
+    (tmp_path / "box.wkt").write_text(shapely.box(0, 0, 42, 32).wkt)
+    options = {**FAST, "strategy": "adaptive", "max_engagement": "60deg", "step_down": 4}
+    slow = api.optimize(tmp_path / "box.wkt", air_feed="800mm/min", **options)
+    fast = api.optimize(tmp_path / "box.wkt", air_feed="2400mm/min", **options)
+    measures = fast.pocket_plans[0].result.measures
+    air_s = 60.0 * measures.air_mm / 800.0
+    assert 0.3 * air_s < slow.after.time_s - fast.after.time_s <= 2.0 / 3.0 * air_s
+    path = interpret(fast.text, dialect("linuxcnc"))
+    before, swept, length = positions_before(path), [], 0.0
+    for row in np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & (path.end[:, 2] == -4)).tolist():
+        line = shapely.LineString([before[row][:2], path.end[row][:2]])
+        if path.value[row] > 14.0:
+            assert path.kind[row] == Kind.FEED and before[row][2] == -4
+            assert line.buffer(4.97).difference(shapely.union_all(swept)).area < 1e-3
+            length += line.length
+        elif path.kind[row] == Kind.FEED:
+            swept.append(line.buffer(5.0, quad_segs=64))
+        else:
+            centre = np.array(path.arcs[int(path.ref[row])].center[:2])
+            side = -1.0 if path.kind[row] == Kind.ARC_CW else 1.0
+            first, last = (math.atan2(*(p[:2] - centre)[::-1]) for p in (before[row], path.end[row]))
+            angles = first + side * np.linspace(0, (side * (last - first)) % (2 * math.pi) or 2 * math.pi, 100)
+            arc = centre + math.dist(before[row][:2], centre) * np.column_stack([np.cos(angles), np.sin(angles)])
+            swept.append(shapely.LineString(arc).buffer(5.0, quad_segs=64))
+    assert length > 0.6 * measures.air_mm
+
+
+def test_a_strategy_that_is_asked_for_is_the_only_one_that_is_tried(drawing: Path) -> None:
+    told: list[str] = []
+    outcome = api.optimize(drawing, progress=lambda what, *_: told.append(what), strategy="contour", **FAST)
+    assert [r.strategy for r in outcome.pocket_plans[0].results] == ["contour"]
+    assert not {"zigzag", "connected", "firefly", "ants", "adaptive"} & set(told)
+
+
+@pytest.mark.parametrize("strategy", ["best", "connected"])
+def test_a_run_stopped_while_it_makes_the_connected_way_writes_what_is_there(drawing: Path, strategy: str) -> None:
+    """The connected way clears all even so; what was not begun is not tried."""
+    cancelled = threading.Event()
+
+    def progress(what: str, *_: Any) -> None:
+        if "connected" in what:
+            cancelled.set()
+
+    outcome = api.optimize(drawing, progress=progress, cancelled=cancelled, **{**FAST, "strategy": strategy})
+    results = {r.strategy: r for r in outcome.pocket_plans[0].results}
+    if strategy == "best":
+        assert results["firefly"].refused == results["ants"].refused == "stopped before it was tried"
+        assert results["contour"].path is not None
+    else:
+        assert outcome.pocket_plans[0].result is results["connected"]
+        assert results["connected"].measures.uncovered_percent <= 0.1
+    assert outcome.verified
+
+
+def test_a_time_limit_leaves_the_connected_way_longer_but_whole(
+    drawing: Path, outcome: Outcome, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(room, "WAYS", tuple(w for w in room.WAYS if w.name == "connected"))
+    short = api.optimize(drawing, **{**FAST, "strategy": "connected", "time_limit": "1ms"})
+    found = short.pocket_plans[0].result
+    assert found.measures.uncovered_percent <= 0.1 and found.measures.retracts == 0
+    [whole] = [r for r in outcome.pocket_plans[0].results if r.strategy == "connected"]
+    assert found.measures.feed_mm > whole.measures.feed_mm
+
+
+@pytest.mark.usefixtures("contour_only")
+def test_a_picture_without_a_scale_is_refused(tmp_path: Path) -> None:
+    from PIL import Image
+
+    picture = Image.new("L", (200, 160), 255)
+    picture.paste(0, (20, 20, 180, 140))
+    picture.save(tmp_path / "p.png")
+    with pytest.raises(OptionError, match="--pixel-size"):
+        api.optimize(tmp_path / "p.png", **FAST)
+    outcome = api.optimize(tmp_path / "p.png", pixel_size=0.5, strategy="contour", **FAST)
+    assert outcome.process == "pocket"
+    assert outcome.pocket_plans[0].pocket.area == pytest.approx(80 * 60, rel=0.01)
+
+
+def test_a_program_is_no_pocket(tmp_path: Path) -> None:
+    (tmp_path / "p.nc").write_text("G21 G90\nG0 Z5\nG1 X10 F100\nM2\n")
+    with pytest.raises(OptionError, match="this is a program"):
+        api.optimize(tmp_path / "p.nc", process="pocket", **FAST)
+
+
+def test_a_strategy_that_gouges_is_never_written(
+    drawing: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A path shifted by 0.1 mm is refused by name, and is not chosen."""
+    contour = next(w for w in room.WAYS if w.name == "contour")
+
+    def shifted(region: Any, run: Any) -> PocketPath:
+        path = contour.path(region, run)
+        return replace(path, pieces=tuple(replace(p, path=p.path.moved(0.1, 0.0)) for p in path.pieces))
+
+    monkeypatch.setattr(room, "WAYS", (replace(contour, path=shifted),))
+    with pytest.raises(VerifyError, match="gouge"):
+        api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": "contour"})
+    with pytest.raises(PlanError, match="no strategy"):
+        api.optimize(drawing, tmp_path / "p.ngc", **FAST)
+    assert not (tmp_path / "p.ngc").exists()
+
+
+def test_what_stays_uncut_is_a_warning_with_its_places(drawing: Path) -> None:
+    """Lines without a pass along the walls leave cusps between their ends."""
+    outcome = api.optimize(drawing, strategy="zigzag", finishing_pass=False, **FAST)
+    [left] = [i for i in outcome.issues if i.code == "L711"]
+    assert "stay uncut" in left.message and left.place.startswith("near (")
+
+
+def test_the_connected_way_as_it_is_written_keeps_the_step_over_and_is_shorter_than_contour_parallel_feeds(
+    data: Path,
+) -> None:
+    """Arcs are fitted; the length is the feed moves that were measured of contour-parallel at the same step-over."""
+    (result,) = api.optimize(
+        data / "pockets" / "p6_islands6.wkt", **{**FAST, "depth": 2, "strategy": "connected", "step_over": 0.6}
+    ).pocket_plans
+    found = result.result.measures
+    assert found is not None
+    assert found.max_step_over <= 6.0
+    assert found.retracts == 0
+    assert found.gouge_mm2 == 0.0
+    assert found.uncovered_percent <= 0.001
+    assert found.feed_mm + found.rapid_mm <= 4704.0

@@ -1,0 +1,79 @@
+"""What must come before what in programs of many pieces: nothing is lost by looking at what hangs together alone."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+import shapely
+
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.program import Program
+from leafcut.gcode.program_interpreter import interpret_program
+from leafcut.processes.program.plan.precedence import precedence
+from leafcut.processes.program.plan.precedence.split_outlines import closed_together
+from leafcut.processes.program.plan.resequencing import find_sequence
+from rewriting import program_of
+
+
+def implied(pairs: set[tuple[int, int]], n: int) -> set[tuple[int, int]]:
+    """Return the pairs of which others say the same, by all ways from one to the other."""
+    reach = np.zeros((n, n), dtype=bool)
+    for one, other in pairs:
+        reach[one, other] = True
+    for k in range(n):
+        reach |= reach[:, k : k + 1] & reach[k : k + 1]
+    return {(a, b) for a, b in pairs if (reach[a] & reach[:, b]).any()}
+
+
+@pytest.mark.parametrize("at_once", [1, 5, 8192])
+@pytest.mark.parametrize("seed", range(15))
+def test_left_out_are_those_pairs_that_others_imply(seed: int, at_once: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(precedence, "_BITS", at_once)
+    rng = random.Random(seed)
+    n = rng.randint(2, 30)
+    pairs = {tuple(sorted(rng.sample(range(n), 2))) for _ in range(rng.randint(0, 80))}
+    kept = precedence._without_implied(np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2), n)
+    assert len(kept) == len(pairs - implied(pairs, n))
+    assert {(a, b) for a, b in kept.tolist()} == pairs - implied(pairs, n)
+
+
+def square(x: float, y: float, first: int) -> list[tuple[int, np.ndarray]]:
+    """Return a square in four lines with tabs at its corners, made by four chains."""
+    lines = [[(1, 0), (9, 0)], [(10, 1), (10, 9)], [(9, 10), (1, 10)], [(0, 9), (0, 1)]]
+    return [(first + k, np.add(line, (x, y), dtype=float)) for k, line in enumerate(lines)]
+
+
+def test_outlines_that_share_nothing_are_found_as_each_by_itself() -> None:
+    squares = [square(100.0 * k, 7.0 * k, 4 * k) for k in range(6)]
+    mixed = [line for lines in zip(*squares, strict=True) for line in lines]
+    alone = [found for lines in squares for found in closed_together(shapely, lines, 3.0)]
+    together = list(closed_together(shapely, mixed, 3.0))
+    assert [(area.wkb, chains) for area, chains in together] == [(area.wkb, chains) for area, chains in alone]
+    assert len(alone) == 6
+
+
+def strokes(n: int) -> Program:
+    rng = random.Random(n)
+    lines = [f"G0 X{rng.uniform(0, 30):.2f} Y{rng.uniform(0, 30):.2f} / M3 / G1 X{k % 30} / M5" for k in range(n)]
+    return program_of("G21 G90 / F1000 S500 / " + " / ".join(lines) + " / M2")
+
+
+def test_who_waits_is_looked_at_for_every_piece_of_work_and_may_end_the_search_for_them() -> None:
+    looks: list[int] = []
+    find_sequence(strokes(50), look=lambda: looks.append(1))
+    assert len(looks) > 100
+
+    def end() -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        find_sequence(strokes(50), look=end)
+
+
+def test_who_waits_is_looked_at_in_plain_lines_as_well() -> None:
+    looks: list[int] = []
+    text = "G21 G90\nF1000\nG1 X0 Y0\n" + "X1\nX0\n" * 10_000
+    interpret_program(text, dialect("linuxcnc"), look=lambda: looks.append(1))
+    assert len(looks) >= 5

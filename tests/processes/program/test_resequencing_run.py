@@ -1,0 +1,429 @@
+"""Programs of other CAMs as a whole: in, put in order, proved, out."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import re
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import leafcut
+from leafcut.cli import run
+from leafcut.errors import LeafcutError, PostError, ReadError
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.program import Program
+from leafcut.gcode.program_interpreter import interpret_program
+from leafcut.model.sequence import Sequence
+from leafcut.processes.program import run as resequencing
+from leafcut.processes.program.post import rewriter
+from leafcut.processes.program.proving import with_comments
+from leafcut.report.views import work_words
+from rewriting import work_of
+
+
+def boards_program(seed: int, n: int = 97, end: str = "\n") -> str:
+    """Return a program that drills a random board in random order."""
+    xy = np.random.default_rng(seed).uniform(0, 200, (n, 2))
+    first, *rest = [f"X{x:.3f} Y{y:.3f}" for x, y in xy.tolist()]
+    top = ["%", "(ÜBERSICHT)", "G21 G90 G17 G94", "T1 M6", "S3000 M3", "G0 Z20."]
+    return end.join([*top, f"G99 G81 {first} Z-3. R1. F200.", *rest, "G80", "G0 Z20.", "M5", "M30", "%", ""])
+
+
+def written(tmp_path: Path, text: str, name: str = "board.nc", encoding: str = "utf-8") -> Path:
+    """Write a program and return where."""
+    path = tmp_path / name
+    path.write_bytes(text.encode(encoding))
+    return path
+
+
+@pytest.mark.parametrize("n", [97, 121, 200])
+def test_random_order_loses_most_of_its_travel(tmp_path: Path, n: int) -> None:
+    """62 % at least, and within the certified gap of the least possible; the holes are the same."""
+    path = written(tmp_path, boards_program(n, n))
+    found = leafcut.optimize(path)
+    assert found.after.travel_mm <= 0.38 * found.before.travel_mm
+    assert found.gap is not None
+    assert found.gap <= 0.02
+    assert found.process == "drill"
+    words = dialect("linuxcnc")
+    new = interpret_program(found.text, words)
+    assert work_of(new) == work_of(interpret_program(path.read_text(), words))
+    assert found.certificate is not None
+    assert found.certificate["same"]
+    assert found.certificate["before"]["holes"] == n
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1", "utf-8-sig"])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_letters_and_line_ends_stay_as_they_were(tmp_path: Path, encoding: str, end: str) -> None:
+    """Every line of the new program is one of the old, or the proof at its top."""
+    path, out = written(tmp_path, boards_program(3, 20, end), encoding=encoding), tmp_path / "new.nc"
+    leafcut.optimize(path, out)
+    old, new = path.read_bytes(), out.read_bytes()
+    assert new.startswith(old[: old.index(b"\n") + 1])
+    lines = [line for line in new.splitlines(keepends=True) if b"leafcut" not in line]
+    assert len(lines) == len(old.splitlines())
+    assert "ÜBERSICHT".encode("utf-8" if encoding != "latin-1" else "latin-1") in new
+    assert new.count(b"\r\n") == (new.count(b"\n") if end == "\r\n" else 0)
+
+
+def test_keep_order_returns_the_bytes_of_the_input(tmp_path: Path) -> None:
+    path, out = written(tmp_path, boards_program(5, 30)), tmp_path / "same.nc"
+    found = leafcut.optimize(path, out, keep_order=True)
+    assert out.read_bytes() == path.read_bytes()
+    assert found.after == found.before
+
+
+def test_the_same_seed_gives_the_same_program(tmp_path: Path) -> None:
+    path = written(tmp_path, boards_program(6, 60))
+    assert leafcut.optimize(path, threads=1).text == leafcut.optimize(path, threads=2).text
+
+
+def test_what_is_not_the_same_work_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rewriter that drills one hole deeper: the program stays as it is, and it is said why."""
+    path, out = written(tmp_path, boards_program(7, 12)), tmp_path / "new.nc"
+    right = rewriter.rewrite
+    monkeypatch.setattr(rewriter, "rewrite", lambda *a, **k: right(*a, **k).replace("Z-3.", "Z-3.1", 1))
+    found = leafcut.optimize(path, out)
+    assert out.read_bytes() == path.read_bytes()
+    assert found.after == found.before
+    (issue,) = (i for i in found.issues if i.code == "L505")
+    assert "depth -3 became -3.1" in issue.message
+    assert found.gap is None
+
+
+TWO_SECTIONS = (
+    "G21 G90 / T1 M6 / S900 M3 / G0 Z5 / G99 G81 X0 Y0 Z-2 R1 F100 / X50 / X20 / X70 / X10 / G80 / G0 Z20 / "
+    "T2 M6 / S900 M3 / G0 Z5 / G81 X0 Y0 Z-4 R1 F100 / X50 / X20 / X70 / X10 / G80 / G0 Z20 / M5 / M2 / "
+).replace(" / ", "\n")
+
+
+def spoilt_second_section(monkeypatch: pytest.MonkeyPatch, error: PostError | None = None) -> None:
+    """Have the rewriter drill too deep, or give up, whenever the second section is in another order than its own."""
+    right = rewriter.rewrite
+
+    def wrong(program: Program, sequence: Sequence, orders: list, **options: bool) -> str:
+        text = right(program, sequence, orders, **options)
+        if (np.diff(orders[1]) == 1).all():
+            return text
+        if error is not None:
+            raise error
+        return text.replace("Z-4", "Z-4.1", 1)
+
+    monkeypatch.setattr(rewriter, "rewrite", wrong)
+
+
+@pytest.mark.parametrize("error", [None, PostError("no words for it", 1)])
+def test_a_section_that_cannot_be_written_or_proved_keeps_its_own_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: PostError | None
+) -> None:
+    """The other section is put in order all the same."""
+    path = written(tmp_path, TWO_SECTIONS)
+    spoilt_second_section(monkeypatch, error)
+    found = leafcut.optimize(path)
+    assert found.after.time_s < found.before.time_s
+    lines = [line for line in found.text.splitlines() if "leafcut" not in line]
+    assert lines[12:] == TWO_SECTIONS.splitlines()[12:]
+    assert lines[4:9] != TWO_SECTIONS.splitlines()[4:9]
+    (issue,) = (i for i in found.issues if i.code == "L505")
+    assert issue.place == "line 15"
+    assert ("no words for it" in issue.message) == (error is not None)
+
+
+def test_an_option_that_cannot_be_followed_is_refused_not_left_out(tmp_path: Path) -> None:
+    """New N-numbers in a program that jumps to one."""
+    path = written(tmp_path, "N1 G21 G90\n" + TWO_SECTIONS + "GOTO 1\n")
+    with pytest.raises(PostError, match="--renumber"):
+        leafcut.optimize(path, renumber=True)
+
+
+def lines_program(seed: int, n: int = 30) -> str:
+    """Return a laser's program of n lines in random places."""
+    rng = np.random.default_rng(seed)
+    begin = rng.uniform(0, 200, (n, 2))
+    ends = np.stack([begin, begin + rng.normal(0, 25, (n, 2))], axis=1).reshape(n, 4).tolist()
+    cut = "G0 X{:.3f} Y{:.3f}\nM3\nG1 X{:.3f} Y{:.3f} F3000\nM5"
+    return "\n".join(["G21 G90 G17 G94", "S500", *(cut.format(*e) for e in ends), "M2", ""])
+
+
+def test_lines_from_either_end_need_less_travel_and_the_proof_says_how_many_were_turned(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, out = written(tmp_path, lines_program(1)), tmp_path / "new.nc"
+    one_way, either = leafcut.optimize(path), leafcut.optimize(path, out, allow_reverse=True)
+    assert either.after.travel_mm < one_way.after.travel_mm < one_way.before.travel_mm
+    assert one_way.certificate is not None
+    assert either.certificate is not None
+    assert (one_way.certificate["allow_reverse"], one_way.certificate["reversed_cuts"]) == (False, 0)
+    turned = either.certificate["reversed_cuts"]
+    assert turned > 3
+    assert f"{turned} of the cuts from their other end" in out.read_text()
+    assert run(["verify", str(path), str(out)]) == 1
+    assert run(["verify", str(path), str(out), "--allow-reverse"]) == 0
+    assert f"the same work, {turned} of the cuts" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("power", ["S500", ""])
+@pytest.mark.parametrize("way", ["G0", "G1 F9000"])
+def test_a_way_at_feed_with_the_beam_off_is_travel_and_the_cutting_stays_what_it_is(
+    tmp_path: Path, way: str, power: str
+) -> None:
+    text = lines_program(3).replace("S500", power).replace("G0", way)
+    found = leafcut.optimize(written(tmp_path, text), process="laser")
+    places = np.array(re.findall(r"X(\S+) Y(\S+)", text), dtype=float).reshape(-1, 2, 2)
+    cutting = float(np.hypot(*(places[:, 1] - places[:, 0]).T).sum())
+    assert found.after.cut_mm == pytest.approx(found.before.cut_mm) == pytest.approx(cutting)
+    assert found.after.travel_mm < found.before.travel_mm
+
+
+def test_every_hole_of_a_tool_is_counted_also_the_first_one_of_its_cycle_that_stays(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of two tools that drill the same board, the first hole of each comes with the cycle and keeps its place."""
+    first, *rest = (f"X{k * 37 % 100} Y{k * 61 % 90}" for k in range(12))
+    lines = ["%", "G21 G90 G17 G94"]
+    for tool in (1, 2):
+        top = [f"T{tool} M6", "S3000 M3", f"G0 G54 {first}", f"G43 H{tool} Z25."]
+        lines += [*top, f"G99 G81 {first} Z-3. R2. F200.", *rest, "G80", "G0 Z25.", "M5"]
+    path = written(tmp_path, "\n".join([*lines, "M30", "%", ""]))
+    assert run(["optimize", str(path), "-o", str(tmp_path / "new.nc"), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["counts"]["holes"] == 24
+    assert [(t["number"], t["holes"], t["staying"]) for t in answer["tools"]] == [(1, 12, 1), (2, 12, 1)]
+    outcome = leafcut.optimize(path)
+    assert len(outcome.part.holes) == 24
+    assert [work_words(o) for o in outcome.operations] == ["12 holes, 1 in its place"] * 2
+    assert sorted(hole for o in outcome.operations for hole in o.holes) == list(range(24))
+
+
+def test_a_section_begins_where_the_one_before_it_now_ends(tmp_path: Path) -> None:
+    """The tool is changed where it is. Of the second row of holes, that end comes first at which the first one ends."""
+    found = leafcut.optimize(written(tmp_path, TWO_SECTIONS))
+    first, second = ([c for c, _ in zip(o.hole_order, range(5), strict=True)] for o in found.operations)
+    x = [h.x for h in found.part.holes]
+    assert x[second[0]] == x[first[-1]]
+
+
+def test_the_command_line_puts_a_program_in_order_and_the_answer_has_the_keys_of_the_contract(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, out, page = written(tmp_path, boards_program(8, 40)), tmp_path / "new.nc", tmp_path / "page.html"
+    assert run(["optimize", str(path), "-o", str(out), "--report", str(page), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    keys = {"input", "output", "process", "counts", "before", "after", "saved_percent", "lower_bound", "gap_percent"}
+    assert keys | {"verified", "issues", "certificate"} <= found.keys()
+    assert found["counts"]["holes"] == 40
+    assert found["after"]["time_s"] < found["before"]["time_s"]
+    assert "same work" in page.read_text()
+    said = subprocess.run(["sha256sum", str(out)], capture_output=True, text=True, check=True).stdout.split()[0]
+    assert found["program_sha256"] == said and f">{said}<" in page.read_text()
+    assert run(["verify", str(path), str(out), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["same"]
+    assert run(["simulate", str(out), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["time_s"] == pytest.approx(found["after"]["time_s"])
+
+
+def test_a_merged_tool_is_changed_once_and_it_is_said(tmp_path: Path) -> None:
+    drill = "G99 G81 X{0} Y0 Z-2 R1 F100 / X{0} Y9 / X{0} Y5 / G80 / G0 Z20"
+    change = "M5 / T{0} M6 / S1000 M3 / G0 Z20"
+    blocks = ["G21 G90 G17 G94 G54", change.format(1), drill.format(10), change.format(2), drill.format(40)]
+    text = " / ".join([*blocks, change.format(1), drill.format(70), "M5", "M30", ""]).replace(" / ", "\n")
+    found = leafcut.optimize(written(tmp_path, text), merge_tools=True)
+    assert found.certificate is not None
+    assert found.certificate["before"]["tool_changes"] == 3
+    assert found.certificate["after"]["tool_changes"] == 2
+    assert found.after.time_s < found.before.time_s
+    assert "L503" in {i.code for i in found.issues}
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b"\0\1\2G0 X1", "binary"),
+        (b"G21\nG0 X1\nG1 Y2 (oops\nM2\n", ":3: .*not closed"),
+        (b"G21\nG1 X1\nM2\n", ":2: .*feed"),
+        (b"G21\nG0 X0 Y0\nG2 X10 Y0 I2 J0 F100\nM2\n", ":3: .*radius"),
+        (b"G21\no100 while [1]\nG0 X1\no100 endwhile\nM2\n", "loop"),
+        (b"Dear Sir,\nplease find attached\nthe drawing.\n", "line|understood|number"),
+        (b"G21 " + b"X1" * 400_000 + b"\n", "characters"),
+    ],
+)
+def test_bad_programs_get_one_clear_line_and_write_nothing(tmp_path: Path, data: bytes, words: str) -> None:
+    path, out = tmp_path / "bad.nc", tmp_path / "new.nc"
+    path.write_bytes(data)
+    with pytest.raises(LeafcutError, match=words) as caught:
+        leafcut.optimize(path, out)
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 400
+    assert not out.exists()
+
+
+def test_a_process_is_what_was_said() -> None:
+    with pytest.raises(LeafcutError, match="--process"):
+        leafcut.optimize("example:plate-10", process="knitting")
+    with pytest.raises(LeafcutError, match="--process laser"):
+        leafcut.optimize("example:plate-10", process="laser")
+
+
+def test_the_proof_stands_below_the_percent_sign_and_the_number() -> None:
+    text = with_comments("%\r\nO0001 (X)\r\nG21\r\n", ["one", "two"], dialect("haas"))
+    assert text == "%\r\nO0001 (X)\r\n(one)\r\n(two)\r\nG21\r\n"
+
+
+def test_a_binary_file_is_no_program(tmp_path: Path) -> None:
+    (file := tmp_path / "x.nc").write_bytes(b"G0\0")
+    with pytest.raises(ReadError, match="binary"):
+        leafcut.optimize(file)
+
+
+@pytest.mark.parametrize(
+    "stage", ["reading", "finding what may change places", "ordering section 1", "writing", "verifying"]
+)
+def test_every_stage_names_itself_and_who_is_told_can_end_it_while_it_goes_on(
+    stage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("leafcut.processes.course._TOLD_AGAIN", 0.0)
+    told: list[str] = []
+
+    class Cancelled(Exception):
+        pass
+
+    def tell(what: str, *_: object) -> None:
+        told.append(what)
+        if told.count(stage) == 3:
+            raise Cancelled
+
+    cuts = "".join(f"G0 X{37 * k % 40} Y{k % 7}\nM3\nG1 X{k}\nM5\n" for k in range(20))
+    source = written(tmp_path, f"G21 G90\nF1000 S500\n{cuts}M2\n")
+    with pytest.raises(Cancelled):
+        leafcut.optimize(source, tmp_path / "new.nc", progress=tell, iterations=2)
+    assert told[-1] == stage
+    assert not (tmp_path / "new.nc").exists()
+
+
+def test_the_way_from_where_the_tool_stands_to_the_first_cut_counts(tmp_path: Path) -> None:
+    """Three cuts in a row of a torch that stands at the zero, at the far end, or nobody knows where."""
+    cut = "G0 X{0} Y0\nM3\nG1 X{0} Y10\nM5\n"
+    text = "G21 G90\nF600\n" + "".join(cut.format(x) for x in (300, 100, 200)) + "M2\n"
+    path = written(tmp_path, text)
+    found = {
+        start: leafcut.optimize(path, objective="distance", start_point=start) for start in ("0,0", "400,0", "free")
+    }
+    assert [round(f.before.travel_mm - 2 * 10, 0) for f in found.values()] == pytest.approx([580, 380, 280], abs=2)
+    assert [f.text.index("X100 Y0") < f.text.index("X300 Y0") for f in found.values()][:2] == [True, False]
+    assert found["0,0"].after.travel_mm == pytest.approx(100 + 2 * math.hypot(100, 10))
+    assert found["400,0"].after.travel_mm == pytest.approx(100 + 2 * math.hypot(100, 10))
+    assert found["0,0"].gap == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("end", ["", "M5\n", "M2\n"])
+def test_the_way_counts_behind_switches_and_a_program_needs_no_end(tmp_path: Path, end: str) -> None:
+    """M52 P1 moves nothing; where the tool is after a last M5 is where its last cut ended."""
+    cut = "G0 X{0} Y0\nM3 $0 S1\nG1 X{0} Y10\nM5 $0\n"
+    text = "G21 G90\nM52 P1\nF600\n" + "".join(cut.format(x) for x in (300, 100, 200)) + end
+    found = leafcut.optimize(written(tmp_path, text), objective="distance")
+    assert found.before.travel_mm == pytest.approx(300 + math.hypot(200, 10) + math.hypot(100, 10))
+    assert found.after.travel_mm == pytest.approx(100 + 2 * math.hypot(100, 10))
+    assert found.pieces == 3 and not found.staying
+
+
+def test_a_program_whose_planning_takes_too_long_keeps_its_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The clock says so, whichever it is: no time at all is left from the first look on."""
+    monkeypatch.setattr(resequencing, "_LEAST_PLANNING", -1.0)
+    path = written(tmp_path, boards_program(3, 20))
+    found = leafcut.optimize(path, time_limit="1ms")
+    assert found.text == path.read_text()
+    assert "L507" in {issue.code for issue in found.issues}
+    assert found.operations == ()
+
+
+def test_every_face_says_how_many_pieces_stay_and_why_with_the_line(tmp_path: Path) -> None:
+    """Three holes, one of them alone behind M8; and the same with --keep-order."""
+    from rich.console import Console
+
+    from leafcut.report.json_answer import as_json
+    from leafcut.report.page import write_page
+    from leafcut.report.summary import print_summary
+
+    body = "G0 X0 Y0\nG1 Z-1 F100\nG0 Z5\nX30\nG1 Z-1\nG0 Z5\nM8\nX9 Y9\nG1 Z-1\nG0 Z5\n"
+    file = tmp_path / "holes.ngc"
+    file.write_text(f"G21 G90 G94 G17\nT1 M6\nS1000 M3\nG43 H1\nG0 Z5\n{body}M5\nM2\n")
+    outcome = leafcut.optimize(file, machine="linuxcnc-mill")
+    answer = as_json(outcome)
+    assert answer["counts"]["pieces"] == 3
+    (group,) = answer["staying"]
+    text = "alone between barriers (coolant is switched): M8 at line 12"
+    assert group == {"reason": "alone", "count": 1, "first_line": 12, "word": "M8", "text": text}
+    assert f"<li><bdi>1 {text}</bdi></li>" in write_page(outcome)
+    console = Console(width=400, record=True, file=io.StringIO())
+    print_summary(outcome, console)
+    said = console.export_text()
+    assert f"1 of 3 pieces stays: 1 {text}" in said
+    assert "2 of 3 pieces of work free to be ordered" in said
+    kept = as_json(leafcut.optimize(file, machine="linuxcnc-mill", keep_order=True))
+    assert [(g["reason"], g["count"]) for g in kept["staying"]] == [("keep-order", 2), ("alone", 1)]
+
+
+def test_the_spindle_changes_speed_no_more_often_than_before(tmp_path: Path) -> None:
+    """Pieces at two speeds by turns: each keeps its own, and all of one speed come before the next one."""
+    from leafcut.model.toolpath import Kind
+    from rewriting import work_of
+
+    places = [(0, 0), (80, 5), (3, 9), (90, 0), (12, 3), (85, 12), (6, 4), (70, 3)]
+    body = "".join(
+        f"G0 X{x} Y{y}\nS{2000 + 1000 * (k % 2)}\nG1 Z-1 F300\nX{x + 5}\nG0 Z5\n" for k, (x, y) in enumerate(places)
+    )
+    file = tmp_path / "speeds.ngc"
+    file.write_text(f"G21 G90 G94 G17\nT1 M6\nS1000 M3\nG43 H1\nG0 Z5\n{body}M5\nM2\n")
+    outcome = leafcut.optimize(file, machine="linuxcnc-mill")
+    assert not outcome.staying and outcome.after.time_s < outcome.before.time_s
+    texts = (file.read_text(), outcome.text)
+    old, new = (interpret_program(text, dialect("linuxcnc")) for text in texts)
+    assert work_of(new) == work_of(old)
+    speeds = [p.path.value[p.path.kind == Kind.SPINDLE] for p in (old, new)]
+    changes = [int((np.diff(speed) != 0).sum()) for speed in speeds]
+    assert changes[0] == 9 and changes[1] == 3
+
+
+@pytest.mark.parametrize(
+    "head", ["G0 G43 Z15 H1", "G0 X0 Y0\nG0 Z15", "G0 X0 Y0\nG43 H1 Z15 T2", "G0 X0 Y0\nG43 H1\nG0 Z15"]
+)
+@pytest.mark.parametrize("approach", [2, 5])
+def test_no_ordinary_head_keeps_an_order(head: str, approach: int, tmp_path: Path) -> None:
+    """Not one that goes across before its height is said, nor a first piece that is come down to less far than others.
+
+    Six slots, the far ones and the near ones by turns: the shortest way is less than half as long.
+    """
+    lines = ["G21 G90 G17 G40 G49 G80 G94", "T1 M6", "S2000 M3", "G54", head]
+    for k, at in enumerate((100, 10, 90, 20, 80, 30)):
+        down = f"Z{2 if k else approach}"
+        lines += [f"G0 X{at} Y{at}", down, "G1 Z-1 F100", f"X{at + 5} F300", "G0 Z15"]
+    file = tmp_path / "p.ngc"
+    file.write_text("\n".join([*lines, "G28 G91 Z0", "G90", "M5", "M30"]) + "\n")
+    outcome = leafcut.optimize(file, machine="linuxcnc-mill", iterations=50)
+    assert outcome.verified
+    assert outcome.after.travel_mm < 0.5 * outcome.before.travel_mm
+
+
+def test_a_rapid_that_was_made_without_power_is_so_in_another_order(tmp_path: Path) -> None:
+    """The power of a laser by S alone, M3 throughout: where a controller does not darken rapids, each says its own."""
+    text = "G21 G90\nM3 S0\nG0 X0 Y0\n"
+    for x, y, power in ((0, 0, 500), (50, 50, 800), (12, 2, 300), (70, 52, 800)):
+        text += f"G0 X{x} Y{y}\nS{power}\nG1 X{x + 10} F1000\nS0\n"
+    text += "G0 X14 Y3\nG1 X24 S300\n"
+    file = tmp_path / "p.ngc"
+    file.write_text(f"{text}G0 X52 Y53 S0\nG1 X62 S300\nS0\nG0 X0 Y0\nM5\nM2\n")
+    outcome = leafcut.optimize(file, machine="linuxcnc-mill", iterations=50)
+    assert outcome.verified and outcome.after.travel_mm < outcome.before.travel_mm
+    power, dark = 0.0, []
+    for line in outcome.text.splitlines():
+        power = float(found.group(1)) if (found := re.search(r"S([0-9.]+)", line)) else power
+        dark += [power == 0.0] if line.startswith("G0") else []
+    assert len(dark) == 8 and all(dark)

@@ -1,0 +1,193 @@
+"""Heads that stay down: ways keep off the parts that are cut free, and what cannot is told."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise, permutations
+from pathlib import Path
+
+import ezdxf
+import numpy as np
+import pytest
+import shapely
+
+from leafcut import api
+from leafcut.gcode.dialects import dialect
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.contour import Contour
+from leafcut.model.cutting import Cut
+from leafcut.model.outcome import Outcome
+from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.processes.sheet.plan.freed_parts import BESIDE, HIT, MARGIN, cut_free_later, lead_round
+from leafcut.processes.sheet.proof.cut_motion import read_back
+from leafcut.processes.sheet.proof.freed import check_freed, crossings
+from leafcut.processes.sheet.proof.laid_runs import Asked, Laid
+from leafcut.processes.sheet.proof.sheet_shapes import shapes_of
+from leafcut.processes.sheet.proof.torch_runs import torch_runs
+
+
+def square(x: float, y: float, size: float = 10.0) -> Polyline:
+    return Polyline.of_points([(x, y), (x + size, y), (x + size, y + size), (x, y + size)], closed=True)
+
+
+def sheet_of(*paths: Polyline) -> Sheet:
+    contours = [SheetContour(Contour(path), part=k + 1) for k, path in enumerate(paths)]
+    return Sheet("three", tuple(contours))
+
+
+def cut_of(k: int, start: tuple[float, float], end: tuple[float, float], joints: tuple = ()) -> Cut:
+    """A cut of which only the ends count here."""
+    path = Polyline.of_points([start, end])
+    return Cut((k,), path, 0.0, path.length, path.length, joints, ((0.0, 10.0),))
+
+
+#: Three squares in a row, with 5 mm between them; each begins and ends beside its lower edge, or over its upper one.
+ROW = sheet_of(square(0, 0), square(15, 0), square(30, 0))
+LEFT = cut_of(0, (-0.2, 5.0), (-0.2, 5.1))
+MIDDLE = cut_of(1, (20.0, -0.2), (14.8, 0.0))
+RIGHT = cut_of(2, (40.2, 5.0), (40.2, 5.1))
+
+
+def test_a_way_over_a_free_part_goes_round_its_corners() -> None:
+    """From the left of the row to its right, over the middle, which is free: by hand two corners, 1 mm beside it."""
+    found = lead_round(ROW, [MIDDLE, LEFT, RIGHT], None, None)
+    assert (found.crossing, found.ways) == ((), 2)
+    assert found.corners.keys() == {2}
+    assert {y for _, y in found.corners[2]} <= {-MARGIN, 10.0 + MARGIN}
+    assert all(min(abs(x - corner) for corner in (0, 10, 15, 25, 30, 40)) <= MARGIN for x, _ in found.corners[2])
+
+
+def test_what_is_not_free_yet_or_hangs_on_joints_is_crossed() -> None:
+    # From the right over the right one, then from the left over the left one; the middle is not free yet.
+    assert lead_round(ROW, [RIGHT, LEFT, MIDDLE], None, None).corners.keys() == {1, 2}
+    two = sheet_of(square(0, 0), square(15, 0))
+    beyond = cut_of(1, (25.2, 5.0), (25.2, 6.0))
+    assert lead_round(two, [beyond, LEFT], None, None).corners.keys() == {1}
+    assert lead_round(two, [replace(beyond, joints=((0.1, 0.2),)), LEFT], None, None).corners == {}
+    assert lead_round(two, [cut_of(1, (25.2, 5.0), (12.0, 5.0)), LEFT], None, None).corners == {}
+
+
+def test_a_way_that_ends_inside_a_free_part_crosses_and_is_counted() -> None:
+    inside = cut_of(2, (20.0, 5.0), (20.0, 5.1))
+    found = lead_round(ROW, [MIDDLE, inside], None, None)
+    assert (found.crossing, found.corners, found.ways) == ((1,), {}, 1)
+
+
+def nearest(ways: list[list[tuple[float, float]]], free: list[object], radius: float) -> float:
+    """How near the middle of a head comes to free parts, but within its radius of where its ways begin and end."""
+    least = math.inf
+    for way in ways:
+        ends = shapely.union_all([shapely.Point(way[0]).buffer(radius, 64), shapely.Point(way[-1]).buffer(radius, 64)])
+        outside = shapely.difference(shapely.LineString(way), ends)
+        least = min([least, *(shapely.distance(outside, part) for part in free if not outside.is_empty)])
+    return least
+
+
+@pytest.mark.parametrize("radius", [1.5, 2.4, 4.0])
+def test_a_nozzle_keeps_its_radius_from_free_parts_where_there_is_room(radius: float) -> None:
+    """From a cut just above the middle square, which is free, along its upper edge to beyond its corner, and down on
+    the right of it. By hand: the gap is 5 mm, so a radius of 1.5 and 2.4 fits between two free squares, 4 does not."""
+    above, beside = cut_of(1, (20.0, 10.2), (18.0, 10.2)), cut_of(2, (27.5, 2.0), (29.8, 3.0))
+    free = [shapely.box(15, 0, 25, 10)]
+    found = lead_round(ROW, [above, beside], None, None, radius)
+    assert (found.crossing, found.close) == ((), ())
+    way = [above.path.end, *found.corners[1], beside.path.start]
+    assert nearest([way], free, radius) >= radius - 0.02
+    assert lead_round(ROW, [above, beside], None, None).corners.keys() == {1}, "its middle alone goes by the corner"
+
+    right = cut_of(2, (31.0, 10.2), (30.5, 10.2))
+    found = lead_round(ROW, [right, above, cut_of(0, (27.5, 2.0), (27.5, 2.1))], None, None, radius)
+    assert found.crossing == ()
+    assert found.close == (() if radius < 2.5 else (2,)), "two free squares, 5 mm apart"
+
+
+def test_a_nozzle_that_comes_from_beside_a_free_part_leaves_it_at_once() -> None:
+    """Along an edge from 0.2 mm beside it: the middle alone goes straight, a nozzle of 3 mm steps away first."""
+    beside, on = cut_of(1, (14.8, 1.0), (14.8, 1.0)), cut_of(0, (14.0, 9.9), (14.0, 9.9))
+    assert lead_round(ROW, [beside, on], None, None).corners == {}
+    corners = lead_round(ROW, [beside, on], None, None, 1.5).corners[1]
+    assert corners[0] == pytest.approx((15.0 - 1.5 - BESIDE, 1.0), abs=0.02)
+
+
+def test_the_way_to_the_end_counts_too() -> None:
+    found = lead_round(ROW, [RIGHT, MIDDLE, LEFT], (0.0, -50.0), (80.0, 5.0))
+    assert found.ways == 4
+    assert 3 in found.corners
+
+
+def test_a_part_is_freed_behind_the_ways_that_cross_it_where_that_costs_less() -> None:
+    """A way from the left to the right over the middle, and back to where the middle begins; brute force over all
+    orders says which costs least."""
+    left, right = cut_of(0, (-0.2, 5.0), (-0.2, 5.1)), cut_of(2, (29.8, 5.0), (29.8, 5.1))
+    cuts = [cut_of(1, (20.0, -0.2), (14.9, 4.0)), left, right]
+
+    def length(order: list[int]) -> float:
+        chosen = [cuts[k] for k in order]
+        found = lead_round(ROW, chosen, None, None)
+        stops = [[a.path.end, *found.corners.get(k + 1, ()), b.path.start] for k, (a, b) in enumerate(pairwise(chosen))]
+        return sum(math.dist(p, q) for way in stops for p, q in pairwise(way)) + HIT * len(found.crossing)
+
+    order = cut_free_later(ROW, cuts, [], math.dist, lambda: True)
+    assert order != [0, 1, 2]
+    assert length(order) < length([0, 1, 2])
+    assert length(order) >= min(length(list(one)) for one in permutations(range(3)))
+    assert cut_free_later(ROW, cuts, [(1, 0), (1, 2)], math.dist, lambda: True) == [0, 1, 2]
+    assert cut_free_later(ROW, cuts, [], math.dist, lambda: False) == [0, 1, 2]
+
+
+@pytest.fixture(scope="module")
+def laser(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
+    """Twelve L-shaped parts with holes on a laser whose head keeps its height."""
+    file = tmp_path_factory.mktemp("laser") / "parts.dxf"
+    document = ezdxf.new(units=4)
+    space = document.modelspace()
+    for i in range(4):
+        for j in range(3):
+            x, y = 20 + i * 105, 20 + j * 105
+            corners = [(0, 0), (100, 0), (100, 60), (60, 60), (60, 100), (0, 100)]
+            space.add_lwpolyline([(x + u, y + v) for u, v in corners], close=True)
+            space.add_circle((x + 30, y + 30), 8)
+    document.saveas(file)
+    return api.optimize(file, process="cut", thickness="3", cut_process="laser_fiber_3kW", iterations=10, threads=1)
+
+
+def laid_of(outcome: Outcome, text: str) -> tuple[Laid, Toolpath]:
+    words, plan = dialect(outcome.dialect), outcome.cut_plan
+    path = read_back(text, plan, words)
+    half = 0.5 * plan.data.kerf
+    return Laid(torch_runs(path, None), plan, shapes_of(plan.sheet, half), words, Asked(half)), path
+
+
+def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(laser: Outcome) -> None:
+    """The proof looks at points of every rapid against the drawn edges: none lies in a free part. Where the ways are
+    straight it finds some that do, and refuses them."""
+    laid, path = laid_of(laser, laser.text)
+    assert laser.cut_plan.crossings == 0 == len(crossings(laid, path))
+    assert laser.machine.nozzle_diameter == 8.0
+    assert laser.cut_plan.close >= len(crossings(laid, path, 4.0))
+    words = dialect(laser.dialect)
+    assert check_freed(laid, path, words, 8.0) == []
+    (told,) = [i for i in laser.issues if i.code == "L623"]
+    assert f"a nozzle of 8 mm comes over parts that are cut free on {laser.cut_plan.close} of 24 ways" in told.message
+    rapid = path.kind == Kind.RAPID
+    last = ~(rapid & np.append(rapid[1:], False))
+    columns = {name: getattr(path, name)[last] for name in ("kind", "end", "value", "ref", "line")}
+    straight = replace(path, **columns)
+    found = check_freed(laid, straight, words)
+    assert found
+    assert "0 are told" in str(found[0])
+    laid, path = laid_of(replace(laser, cut_plans=(replace(laser.cut_plan, close=0),)), laser.text)
+    (wide,) = check_freed(laid, path, words, 8.0)
+    assert "a nozzle of 8 mm comes over parts" in str(wide)
+
+
+def test_a_table_that_rises_between_cuts_goes_straight(tmp_path: Path) -> None:
+    document = ezdxf.new(units=4)
+    for x in (0, 60, 120):
+        document.modelspace().add_lwpolyline([(x, 0), (x + 50, 0), (x + 50, 50), (x, 50)], close=True)
+    document.saveas(tmp_path / "row.dxf")
+    outcome = api.optimize(tmp_path / "row.dxf", process="cut", thickness="6", iterations=3, threads=1)
+    assert outcome.cut_plan.crossings is None
+    assert "L623" not in {i.code for i in outcome.issues}

@@ -1,0 +1,317 @@
+"""The proof of a cutting program: it accepts what is right, and every fault that breaks a part is caught."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from proved_sheets import checked, laid, planned, program
+
+from cut_sheets import sheet_of, square
+from leafcut.gcode.dialects import dialect, dialects
+from leafcut.geometry.polyline import Polyline, joined
+from leafcut.model.cutting import Cut, CutPlan
+from leafcut.model.machine import Probe
+from leafcut.options import CutOptions, PostOptions
+from leafcut.processes.sheet.proof.cut_motion import check_cut_motion
+from leafcut.processes.sheet.proof.sheet_shapes import shapes_of
+
+KERF = 1.5
+Cuts = tuple[Cut, ...]
+
+
+def of_contour(cuts: Cuts, index: int) -> int:
+    """The place in the order of the cut of a contour."""
+    return next(k for k, c in enumerate(cuts) if c.contours == (index,))
+
+
+def with_cut(cuts: Cuts, k: int, **changes: object) -> Cuts:
+    """The same cuts with one changed."""
+    return (*cuts[:k], replace(cuts[k], **changes), *cuts[k + 1 :])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("words", [*dialects(torch=True), "linuxcnc"])
+@pytest.mark.parametrize("units", ["mm", "inch"])
+def test_a_right_program_is_accepted_for_every_controller(words: str, units: str) -> None:
+    plan, rules = planned(words)
+    text = program(plan.cuts, words, PostOptions(output_units=units))
+    assert check_cut_motion(laid(plan.cuts, words), plan, text, dialect(words), units) == []
+    assert checked(text, plan, rules, words) == []
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        CutOptions(direction="counter-clockwise", lead_in="line", lead_out="none"),
+        CutOptions(compensation="none", small_hole=0.0),
+        CutOptions(corner_loops=True),
+        CutOptions(micro_joints=1),
+        CutOptions(micro_joints=1, joint_holes=True),
+        CutOptions(overcut=0.0, lead_in="line", lead_angle=math.radians(45)),
+    ],
+    ids=["other way round", "no compensation", "corner loops", "a joint", "joints in holes", "no overcut"],
+)
+def test_a_right_program_is_accepted_by_every_rule(options: CutOptions) -> None:
+    plan, rules = planned("qtplasmac", options)
+    assert checked(program(plan.cuts), plan, rules) == []
+
+
+def test_the_feed_may_be_that_of_the_controllers_own_material() -> None:
+    plan, rules = planned()
+    cuts = tuple(c for c in plan.cuts if c.kind == "cut")
+    text = program(cuts, post=PostOptions(material_number=7))
+    assert "M190 P7\nM66 P3 L3 Q1\n" in text
+    assert "F#<_hal[plasmac.cut-feed-rate]>" in text
+    assert {d.what for d in checked(text, replace(plan, cuts=cuts), rules)} == {"not marked", "not planned"}
+
+
+def shifted(cuts: Cuts) -> Cuts:
+    """One contour is a kerf to the side."""
+    k = of_contour(cuts, 4)
+    return with_cut(cuts, k, path=cuts[k].path.moved(KERF, 0.0))
+
+
+def dropped(cuts: Cuts) -> Cuts:
+    """One hole is left out."""
+    k = of_contour(cuts, 5)
+    return (*cuts[:k], *cuts[k + 1 :])
+
+
+def repeated(cuts: Cuts) -> Cuts:
+    """One contour is cut again at the end."""
+    return (*cuts, cuts[of_contour(cuts, 4)])
+
+
+def twice_round(cuts: Cuts) -> Cuts:
+    """The torch goes round a contour twice in one run."""
+    k = of_contour(cuts, 4)
+    cut = cuts[k]
+    lead, around = cut.path.piece(0.0, cut.lead_in), cut.path.piece(cut.lead_in, cut.lead_out)
+    path = joined(lead, around, around, cut.path.piece(cut.lead_out, cut.path.length))
+    return with_cut(cuts, k, path=path, torch_off_at=path.length)
+
+
+def outer_first(cuts: Cuts) -> Cuts:
+    """An outline comes before the hole in it."""
+    a, b = of_contour(cuts, 5), of_contour(cuts, 4)
+    order = list(cuts)
+    order[a], order[b] = order[b], order[a]
+    return tuple(order)
+
+
+def hole_before_its_part(cuts: Cuts) -> Cuts:
+    """A hole comes before the part inside it."""
+    a, b = of_contour(cuts, 2), of_contour(cuts, 1)
+    order = list(cuts)
+    order[a], order[b] = order[b], order[a]
+    return tuple(order)
+
+
+def mark_last(cuts: Cuts) -> Cuts:
+    """A mark comes when its part has fallen."""
+    k = of_contour(cuts, 3)
+    return (*cuts[:k], *cuts[k + 1 :], cuts[k])
+
+
+def pierced_in_a_part(cuts: Cuts) -> Cuts:
+    """A lead-in begins inside the part."""
+    k = of_contour(cuts, 4)
+    cut = cuts[k]
+    begin, edge = (190.0, 75.0), cut.path.point_at(cut.lead_in)
+    lead = Polyline.of_points([begin, edge])
+    path = joined(lead, cut.path.piece(cut.lead_in, cut.path.length))
+    moved = lead.length - cut.lead_in
+    return with_cut(
+        cuts, k, path=path, lead_in=lead.length, lead_out=cut.lead_out + moved, torch_off_at=cut.torch_off_at + moved
+    )
+
+
+def wrong_side(cuts: Cuts) -> Cuts:
+    """A hole's kerf is outside the hole."""
+    k = of_contour(cuts, 5)
+    path = Polyline.circle(190, 50, 10 + KERF / 2).started_at(0.0).piece(0.0, math.tau * (10 + KERF / 2))
+    return with_cut(cuts, k, path=path, lead_in=0.0, lead_out=path.length, torch_off_at=path.length)
+
+
+def mirrored(cuts: Cuts) -> Cuts:
+    """An outline is cut the other way round."""
+    k = of_contour(cuts, 4)
+    cut = cuts[k]
+    return with_cut(cuts, k, path=cut.path.reversed(), torch_off_at=cut.path.length)
+
+
+def not_closed(cuts: Cuts) -> Cuts:
+    """The torch goes off 1.5 mm before the contour is closed; a lead-in that comes along it reaches less far back."""
+    k = of_contour(cuts, 4)
+    cut = cuts[k]
+    path = cut.path.piece(0.0, cut.lead_out - 1.5)
+    return with_cut(cuts, k, path=path, torch_off_at=path.length, lead_out=path.length)
+
+
+def too_wide(cuts: Cuts) -> Cuts:
+    """A part comes out 0.05 mm too small on every side."""
+    k = of_contour(cuts, 2)
+    small = replace(cuts[k].path, vertices=np.array(cuts[k].path.vertices))
+    middle, scale = np.array([85.0, 85.0]), 1.0 - 0.05 / (15.0 + KERF / 2)
+    small.vertices[:, :2] = middle + (small.vertices[:, :2] - middle) * scale
+    return with_cut(cuts, k, path=small)
+
+
+def off_the_sheet(cuts: Cuts) -> Cuts:
+    """A lead-out leaves the sheet."""
+    k = of_contour(cuts, 4)
+    cut = cuts[k]
+    x, y = cut.path.end
+    path = joined(cut.path, Polyline.of_points([(x, y), (x, -5.0)]))
+    return with_cut(cuts, k, path=path, torch_off_at=path.length)
+
+
+MUTATIONS: list[tuple[Callable[[Cuts], Cuts], set[str]]] = [
+    (shifted, {"not cut", "cuts into a part"}),
+    (dropped, {"not cut"}),
+    (repeated, {"cut twice"}),
+    (twice_round, {"cut twice"}),
+    (outer_first, {"out of order"}),
+    (hole_before_its_part, {"out of order"}),
+    (mark_last, {"out of order"}),
+    (pierced_in_a_part, {"cuts into a part"}),
+    (wrong_side, {"cuts into a part"}),
+    (mirrored, {"direction"}),
+    (not_closed, {"not all the way"}),
+    (too_wide, {"cuts into a part"}),
+    (off_the_sheet, {"off the sheet"}),
+]
+
+
+@pytest.mark.parametrize(("mutate", "whats"), MUTATIONS, ids=[m.__name__ for m, _ in MUTATIONS])
+def test_a_wrong_cut_is_caught(mutate: Callable[[Cuts], Cuts], whats: set[str]) -> None:
+    """The program is that of wrong cuts; the plan that it is compared with is the right one."""
+    plan, rules = planned()
+    found = checked(program(mutate(plan.cuts)), plan, rules)
+    assert whats <= {d.what for d in found}
+
+
+@pytest.mark.parametrize(("mutate", "whats"), MUTATIONS, ids=[m.__name__ for m, _ in MUTATIONS])
+def test_a_wrong_plan_is_caught(mutate: Callable[[Cuts], Cuts], whats: set[str]) -> None:
+    """A plan that is wrong itself helps nothing: what counts is the drawing."""
+    plan, rules = planned()
+    wrong = mutate(plan.cuts)
+    found = checked(program(wrong), CutPlan(plan.sheet, plan.data, wrong), rules)
+    assert whats <= {d.what for d in found}
+
+
+TEXTS = [
+    ("qtplasmac", r"M5 \$0\n(G0 [^\n]*\nM3)", r"\1", "torch on in a rapid"),
+    ("qtplasmac", r"M5 \$0\n(M65 P2)", r"\1", "torch on at the end"),
+    ("qtplasmac", r"F1500", "F1400", "feed"),
+    ("qtplasmac", r"M67 E3 Q60\n", "", "feed"),
+    ("qtplasmac", r"M52 P1\n", "", "feed"),
+    ("qtplasmac", r"M68 E3 Q0\n", "", "feed"),
+    ("qtplasmac", r"M65 P3\n", "", "not cut"),
+    ("qtplasmac", r"kw=1.5", "kw=1.2", "material"),
+    ("qtplasmac", r"\(o=0.*\n", "", "material"),
+    ("plasma", r"G4 P0.5\n", "G4 P0.3\n", "pierce delay"),
+    ("plasma", r"Z3.8\n", "Z2.8\n", "pierce height"),
+    ("plasma", r"Z1.5 ", "Z1 ", "cut height"),
+    ("plasma", r"Z10\n(X)", r"Z3\n\1", "rapid too low"),
+    ("plasma", r"M5\n", "", "torch on in a rapid"),
+    ("grbl-laser", r"M5\n", "", "torch on in a rapid"),
+    ("grbl-laser", r"M4 S200", "M4 S1000", "cuts into a part"),
+]
+
+
+@pytest.mark.parametrize(("words", "old", "new", "what"), TEXTS, ids=[f"{w}: {o} → {n}" for w, o, n, _ in TEXTS])
+def test_a_wrong_word_is_caught(words: str, old: str, new: str, what: str) -> None:
+    plan, rules = planned(words)
+    text = program(plan.cuts, words)
+    wrong, count = re.subn(old, new, text, count=1)
+    assert count == 1
+    assert what in {d.what for d in checked(wrong, plan, rules, words)}
+
+
+PROBE = Probe(feed=2000 / 60, depth=20.0, switch_offset=3.0)
+
+
+@pytest.mark.parametrize("units", ["mm", "inch"])
+def test_a_program_that_finds_the_sheet_before_every_pierce_is_accepted(units: str) -> None:
+    plan, rules = planned("plasma")
+    text = program(plan.cuts, "plasma", PostOptions(output_units=units), PROBE)
+    assert text.count("G38.2 ") == text.count("G92 ") == len(plan.cuts)
+    assert check_cut_motion(laid(plan.cuts, "plasma", PROBE), plan, text, dialect("plasma"), units) == []
+    assert checked(text, plan, rules, "plasma", PROBE) == []
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("G38.2 Z-20 F2000\nG92 Z-3\n", "", "lit where the sheet was not found"),
+        ("G92 Z-3\n", "G92 Z0\n", "not said to be Z-3"),
+        ("G92 Z-3\n", "", "not said to be Z-3"),
+        ("G38.2 Z-20 F2000\n", "G38.2 Z-2 F2000\n", "probes down to Z-2"),
+        ("G38.2 Z-20 F2000\n", "G38.2 Z-20 F9000\n", "probes with 9000"),
+        ("G38.2 Z-20 F2000\n", "", "Z0 is moved where nothing was probed"),
+        ("G38.2 Z-20 F2000\n", "M3 S1\nG38.2 Z-20 F2000\n", "probes with the torch on"),
+    ],
+)
+def test_a_height_that_is_not_found_as_it_should_be_is_a_difference(before: str, after: str, words: str) -> None:
+    plan, rules = planned("plasma")
+    text = program(plan.cuts, "plasma", probe=PROBE)
+    assert before in text
+    found = checked(text.replace(before, after, 1), plan, rules, "plasma", PROBE)
+    assert any(words in d.text for d in found if d.what == "probe"), found
+
+
+def test_a_sheet_that_was_found_elsewhere_is_not_found() -> None:
+    plan, rules = planned("plasma")
+    text = program(plan.cuts, "plasma", probe=PROBE)
+    elsewhere, many = re.subn(r"(X\S+ Y\S+)\n(G38.2 Z-20 F2000\nG92 Z-3)\n", r"\2\nG0 Z10\n\1\n", text, count=1)
+    assert many == 1
+    found = checked(elsewhere, plan, rules, "plasma", PROBE)
+    assert any("lit where the sheet was not found" in d.text for d in found), found
+
+
+def test_a_probe_that_nobody_asked_for_is_a_difference() -> None:
+    plan, rules = planned("plasma")
+    text = program(plan.cuts, "plasma", probe=PROBE)
+    assert {d.what for d in checked(text, plan, rules, "plasma")} == {"probe"}
+
+
+@pytest.mark.parametrize(("radius", "wanted"), [(1.47, False), (1.49, None), (1.5, None), (1.52, None), (1.53, True)])
+def test_a_hole_wider_than_two_kerfs_must_be_cut_and_one_of_just_that_width_may(radius, wanted) -> None:
+    hole = Polyline.circle(25, 25, radius)
+    shapes = shapes_of(sheet_of((square(0, 0, 50), 0, -1, 1), (hole, 1, 0, 1)), 0.75)
+    found = [t.may_stay for t in shapes.targets if t.index == 1]
+    assert found == ([] if wanted is False else [wanted is None])
+    assert shapes.left_out == ((1,) if wanted is False else ())
+
+
+def test_a_clamp_is_in_the_way_of_the_kerf_whoever_compensates_it() -> None:
+    """The first square has its left edge at x = 20; uncompensated, the middle of the kerf runs there."""
+    plan, rules = planned("qtplasmac", CutOptions(compensation="none", small_hole=0.0))
+    assert rules.half == 0.0
+    clamp = (18.0, 60.0, 19.5, 70.0)
+    held = replace(plan, sheet=replace(plan.sheet, zones=(clamp,)))
+    assert "in a forbidden zone" in {d.what for d in checked(program(plan.cuts), held, rules)}
+
+
+def test_what_does_not_pierce_begins_beside_the_sheet() -> None:
+    plan, rules = planned()
+    k = of_contour(plan.cuts, 4)
+    cuts = with_cut(plan.cuts, k, pierce=False)
+    found = checked(program(cuts), replace(plan, cuts=cuts), rules)
+    assert "not pierced" in {d.what for d in found}
+
+
+@pytest.mark.parametrize("words", ["grbl-laser", "fanuc-laser"])
+def test_a_sheet_that_is_only_marked_is_marked_by_the_power_of_marks(words: str) -> None:
+    plan, rules = planned(words)
+    k = of_contour(plan.cuts, 3)
+    sheet = replace(plan.sheet, contours=(replace(plan.sheet.contours[3], parent=-1, part=0),))
+    mark = replace(plan.cuts[k], contours=(0,))
+    alone = CutPlan(sheet, plan.data, (mark,))
+    assert checked(program([mark], words), alone, rules, words, power=1000.0) == []
+    assert checked(program([mark], words), alone, rules, words, power=200.0) != []

@@ -1,0 +1,132 @@
+"""Parts a kerf apart in a drawing, cut with common lines: programs, time norm and report."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+from typing import Any
+
+import ezdxf
+import pytest
+
+from leafcut import api
+from leafcut.errors import LeafcutError
+from leafcut.processes.sheet.report.cut_words import cut_counts, norm_facts
+
+KERF = 1.5
+FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "kerf_width": "1.5", "iterations": 10, "threads": 1}
+
+
+def drawing(folder: Path, gap: float) -> Path:
+    """Four squares of 60 mm with a hole and a mark each, on a sheet of 220 mm."""
+    document = ezdxf.new(units=4)
+    space = document.modelspace()
+    for x, y in ((40 + i * (60 + gap), 40 + j * (60 + gap)) for j in range(2) for i in range(2)):
+        corners = [(x, y), (x + 60, y), (x + 60, y + 60), (x, y + 60)]
+        space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "CUT"})
+        space.add_circle((x + 30, y + 30), 10, dxfattribs={"layer": "CUT"})
+        space.add_line((x + 5, y + 5), (x + 15, y + 5), dxfattribs={"layer": "MARK"})
+    space.add_lwpolyline([(0, 0), (220, 0), (220, 220), (0, 220)], close=True, dxfattribs={"layer": "SHEET"})
+    file = folder / f"four_{gap:g}.dxf"
+    document.saveas(file)
+    return file
+
+
+@pytest.fixture(scope="module")
+def outcome(tmp_path_factory: pytest.TempPathFactory):
+    folder = tmp_path_factory.mktemp("common")
+    return api.optimize(drawing(folder, KERF), common_lines=True, report=folder / "four.html", **FAST)
+
+
+def test_the_program_is_proved_and_quicker(outcome, tmp_path: Path) -> None:
+    single = api.optimize(drawing(tmp_path, KERF), **FAST)
+    assert outcome.verified
+    assert outcome.after.time_s < single.after.time_s
+    assert [i.message for i in outcome.issues if i.code == "L616"] == [
+        "240 mm of edges of 4 parts are cut once for two parts, in 3 lines"
+    ]
+
+
+def test_the_route_is_the_perimeters_less_the_common_edges_and_the_moves_between(outcome) -> None:
+    """Four squares, holes and marks of 10 mm, 4 · 60 mm between the squares; pierces of holes, lines, one around."""
+    norm = outcome.cut_plan.measures
+    perimeters = 4 * 240 + 4 * math.tau * 10 + 4 * 10
+    cuts = outcome.cut_plan.cuts
+    moves = sum(math.dist(a.path.end, b.path.start) for a, b in itertools.pairwise(cuts))
+    assert norm.sheet.common_mm == pytest.approx(240.0, abs=1e-6)
+    assert norm.sheet.length_mm == pytest.approx(perimeters - 240 + moves, abs=0.01)
+    assert norm.sheet.pierces == 4 + 3 + 1
+
+
+def test_the_parts_share_what_their_lines_take(outcome) -> None:
+    norm = outcome.cut_plan.measures
+    assert sum(p.times.perimeter_mm for p in norm.parts) == pytest.approx(norm.sheet.perimeter_mm)
+    assert sum(p.times.common_mm for p in norm.parts) == pytest.approx(240.0)
+    assert sum(p.times.cut_s for p in norm.parts) == pytest.approx(norm.sheet.cut_s)
+    assert sum(p.times.pierces for p in norm.parts) == 8
+
+
+def test_the_summary_says_what_is_cut_once(outcome) -> None:
+    words = dict(norm_facts(outcome.cut_plan))["route"]
+    assert "of contours − 240" in words
+    assert cut_counts(outcome.cut_plan)["contours"] == 8
+
+
+def test_marks_and_holes_come_first_and_what_is_around_last(outcome) -> None:
+    words = []
+    for cut in outcome.cut_plan.cuts:
+        hole = outcome.cut_plan.sheet.contours[cut.contours[0]].is_hole
+        words.append("first" if cut.kind == "mark" or hole else "line" if cut.common else "around")
+    assert words == ["first"] * 8 + ["line"] * 3 + ["around"]
+
+
+@pytest.mark.parametrize("words", ["plasma", "linuxcnc"])
+def test_other_controllers_cut_common_lines_too(words: str, tmp_path: Path) -> None:
+    done = api.optimize(drawing(tmp_path, KERF), common_lines=True, dialect=words, ignore_layers="MARK", **FAST)
+    assert done.verified
+    assert done.cut_plan.measures.sheet.common_mm == pytest.approx(240.0, abs=1e-6)
+
+
+def test_edges_that_coincide_are_cut_once_without_compensation(tmp_path: Path) -> None:
+    done = api.optimize(drawing(tmp_path, 0.0), common_lines=True, compensation="none", **FAST)
+    assert done.verified
+    assert done.cut_plan.measures.sheet.common_mm == pytest.approx(240.0, abs=1e-3)
+
+
+def test_edges_drawn_once_for_two_parts_are_refused(tmp_path: Path) -> None:
+    document = ezdxf.new(units=4)
+    space = document.modelspace()
+    space.add_lwpolyline([(40, 40), (160, 40), (160, 100), (40, 100)], close=True)
+    space.add_line((100, 40), (100, 100))
+    document.saveas(tmp_path / "once.dxf")
+    with pytest.raises(LeafcutError) as refused:
+        api.optimize(tmp_path / "once.dxf", common_lines=True, compensation="none", **FAST)
+    assert "\n" not in str(refused.value)
+
+
+def plate(folder: Path, name: str, points: list[tuple[float, float]]) -> str:
+    document = ezdxf.new(units=4)
+    document.modelspace().add_lwpolyline(points, close=True)
+    document.saveas(folder / f"{name}.dxf")
+    return f"{folder}/{name}.dxf"
+
+
+@pytest.mark.parametrize("lead_in", ["auto", "none"])
+def test_what_is_nested_in_blocks_is_cut_with_common_lines_all_of_them(lead_in: str, tmp_path: Path) -> None:
+    """Twenty plates on a small sheet: nested without gaps as tight as they go, some could not be begun anywhere."""
+    part = plate(tmp_path, "plate", [(0, 0), (120, 0), (120, 80), (0, 80)])
+    nested, file = {"kerf": 0.22, "sheet": "500x500", "blocks": "grids", "variants": 1}, tmp_path / "nested.dxf"
+    found = api.nest([f"{part}:20"], file, **nested)
+    cut: dict[str, Any] = {**FAST, "thickness": 3, "machine": "laser-table", "common_lines": True, "lead_in": lead_in}
+    del cut["kerf_width"]
+    for name in found.files[0]:
+        outcome = api.optimize(name, **cut)
+        assert outcome.verified
+        assert "L617" not in [i.code for i in outcome.issues]
+        assert outcome.cut_plan.measures.sheet.common_mm > 200.0
+
+
+def test_plates_that_are_too_near_are_told_the_kerf_to_be_nested_with(tmp_path: Path) -> None:
+    with pytest.raises(LeafcutError, match="with that kerf"):
+        api.optimize(drawing(tmp_path, 1.3), common_lines=True, **FAST)

@@ -1,0 +1,288 @@
+"""Cutting programs as text: what every controller is told, and that LinuxCNC takes it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from leafcut.errors import PostError
+from leafcut.gcode.dialects import dialect, dialects
+from leafcut.gcode.interpreter import interpret
+from leafcut.model.cutting import CutData, CutPlan
+from leafcut.model.sheet import Sheet
+from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder
+from leafcut.options import PostOptions
+from leafcut.processes.sheet.post import write_cut_program
+from leafcut.processes.sheet.proof.torch import check_scribe
+from qtplasmac_filter import filtered
+from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
+
+DATA = CutData("plasma", "mild_steel", 6.0, 20.0, 1.5, 45.0, 3.8, 0.5, 1.5, 130.0)
+
+
+def light(b: ToolpathBuilder, x: float, y: float, power: float = 900.0) -> None:
+    """Go to a place and pierce."""
+    b.rapid(x, y)
+    b.rapid(z=3.8)
+    b.spindle(power)
+    b.dwell(0.5)
+    b.feed(z=1.5, feed=20.0)
+
+
+def choose(b: ToolpathBuilder, tool: int) -> None:
+    """Change to the scribe, or back to the torch."""
+    b.tool(tool)
+    b.offset(0)
+
+
+def two_cuts(dark: bool = False, mark: bool = False, wait: float = 0.5, scribe: bool = False) -> Toolpath:
+    """A small hole at 60 %, an outline at full speed, and what a test asks for besides."""
+    b = ToolpathBuilder()
+    b.blending(640, 0.1)
+    b.rapid(z=10.0)
+    light(b, 20.0, 10.0)
+    b.height_control(False)
+    b.feed(25.0, 10.0, feed=12.0)
+    b.arc(False, (15.0, 10.0, 1.5), Arc((20.0, 10.0, 1.5)), feed=12.0)
+    b.arc(False, (25.0, 10.0, 1.5), Arc((20.0, 10.0, 1.5)), feed=12.0)
+    if dark:
+        b.torch(False)
+        b.arc(False, (20.0, 15.0, 1.5), Arc((20.0, 10.0, 1.5)), feed=12.0)
+        b.torch(True)
+    b.height_control(True)
+    b.spindle(0.0)
+    b.rapid(z=10.0)
+    if mark:
+        if scribe:
+            choose(b, 1)
+        b.rapid(5.0, 5.0)
+        b.spindle(200.0, number=1)
+        b.feed(9.0, 5.0, feed=20.0)
+        b.spindle(0.0)
+        if scribe:
+            choose(b, 0)
+    light(b, -3.0, 0.0)
+    for x, y in ((0.0, 0.0), (0.0, 20.0), (40.0, 20.0), (40.0, 0.0), (0.0, 0.0)):
+        b.feed(x, y, feed=20.0)
+    b.spindle(0.0)
+    b.rapid(z=10.0)
+    b.end()
+    return b.build()
+
+
+def written(words: str, path: Toolpath, post: PostOptions | None = None, header: tuple[str, ...] = ()) -> str:
+    """The program."""
+    return write_cut_program(CutPlan(Sheet("s"), DATA, ()), path, dialect(words), post or PostOptions(), header)
+
+
+QTPLASMAC = """\
+G21
+G17 G40 G49 G80 G90 G91.1 G92.1 G94 G97 G54
+M52 P1
+M65 P2
+M65 P3
+M68 E3 Q0
+(marks: the scribe is tool 1; its X and Y offset from the torch, tool 0, must stand in the tool table)
+(o=0, kw=1.5, ph=3.8, pd=0.5, ch=1.5, fr=1200, ca=45, cv=130)
+G64 P0.1
+G0 X20 Y10
+M3 $0 S1
+M62 P2
+M67 E3 Q60
+G1 X25 F1200
+G3 X15 I-5 J0
+X25 I5 J0
+M62 P3
+X20 Y15 I-5 J0
+M63 P3
+M63 P2
+M5 $0
+T1 M6
+G43 H0
+G0 X5 Y5
+M3 $1 S1
+M67 E3 Q100
+G1 X9
+M5 $1
+T0 M6
+G43 H0
+G0 X-3 Y0
+M3 $0 S1
+G1 X0
+Y20
+X40
+Y0
+X0
+M5 $0
+M65 P2
+M65 P3
+M68 E3 Q0
+M2
+"""
+
+GRBL = """\
+G21
+G17 G40 G49 G80 G90 G94 G54
+G0 X20 Y10
+M4 S900
+G1 X25 F720
+G3 X15 I-5 J0
+X25 I5 J0
+S0
+X20 Y15 I-5 J0
+S900
+M5
+G0 X5 Y5
+M4 S200
+G1 X9 F1200
+M5
+G0 X-3 Y0
+M4 S900
+G1 X0
+Y20
+X40
+Y0
+X0
+M5
+M30
+"""
+
+
+@pytest.mark.parametrize(("words", "text"), [("qtplasmac", QTPLASMAC), ("grbl-laser", GRBL)])
+def test_a_controller_is_told_in_its_own_words(words: str, text: str) -> None:
+    assert written(words, two_cuts(dark=True, mark=True, scribe=words == "qtplasmac")) == text
+
+
+def test_a_table_whose_program_moves_z_pierces_high_and_cuts_low() -> None:
+    text = written("plasma", two_cuts())
+    assert "G0 Z10\nX20 Y10\nZ3.8\nM3 S1\nG4 P0.5\nG1 Z1.5 F1200\nX25 F720\n" in text
+    assert text.endswith("M5\nG0 Z10\nM2\n")
+
+
+def test_a_fanuc_laser_is_to_be_checked_on_the_machine() -> None:
+    text = written("fanuc-laser", two_cuts(dark=True), header=("sheet",))
+    assert "CHECK ON THE MACHINE" in text
+    assert "G0 X20. Y10.\nM3 S900\nG4 P500\nG1 X25. F720.\n" in text
+
+
+@pytest.mark.parametrize("words", dialects(torch=True))
+@pytest.mark.parametrize("units", ["mm", "inch"])
+def test_no_line_is_longer_than_the_controller_takes(words: str, units: str) -> None:
+    post = PostOptions(output_units=units, line_numbers=True, repeat_words=True)
+    text = written(words, two_cuts(), post, ("a sheet with a name " * 8,))
+    assert max(map(len, text.splitlines())) <= dialect(words).max_line
+
+
+def test_the_controllers_own_material_has_the_feed() -> None:
+    text = written("qtplasmac", two_cuts(), PostOptions(material_number=12))
+    assert "M190 P12\nM66 P3 L3 Q1\n" in text
+    assert "(o=0" not in text
+    assert re.findall(r"F\S+", text) == ["F#<_hal[plasmac.cut-feed-rate]>"]
+
+
+@pytest.mark.parametrize(
+    ("words", "path", "post", "message"),
+    [
+        ("plasma", two_cuts(mark=True), PostOptions(), "no words for marking"),
+        ("plasma", two_cuts(dark=True), PostOptions(), "cannot keep the torch dark"),
+        ("plasma", two_cuts(), PostOptions(material_number=1), "no table of materials"),
+        ("linuxcnc", two_cuts(dark=True), PostOptions(), "no words for"),
+        (
+            "grbl-laser",
+            two_cuts(mark=True),
+            PostOptions(beam_power=200, mark_power=200),
+            "no weaker than one that cuts",
+        ),
+    ],
+)
+def test_what_a_controller_cannot_do_is_refused(words: str, path: Toolpath, post: PostOptions, message: str) -> None:
+    with pytest.raises(PostError, match=message):
+        written(words, path, post)
+
+
+@pytest.mark.external
+@pytest.mark.parametrize("words", ["qtplasmac", "plasma"])
+@pytest.mark.parametrize("units", ["mm", "inch"])
+def test_linuxcnc_makes_the_same_moves(words: str, units: str, rs274: str, tmp_path: Path) -> None:
+    """QtPlasmaC lowers the feed while the program runs; rs274, which runs nothing, prints the feed of F."""
+    text = written(words, two_cuts(dark=words == "qtplasmac"), PostOptions(output_units=units))
+    status, output = run_rs274(rs274, text, tmp_path)
+    assert status == 0, output
+    path = interpret(text.replace("Q60", "Q100"), dialect(words))
+    ours = [m for m in moves_of_toolpath(path) if m[0] != "dwell" or words == "plasma"]
+    assert_same_moves(ours, moves_of_rs274(output), PRINTED[units])
+
+
+def test_every_row_is_read_back() -> None:
+    path = interpret(written("plasma", two_cuts()), dialect("plasma"), left_over=True)
+    cuts = [m for m in path if m.kind in (Kind.FEED, Kind.ARC_CCW)]
+    assert [m.value for m in cuts] == [20.0, 12.0, 12.0, 12.0, 20.0, *5 * [20.0]]
+
+
+def marks_among_cuts() -> Toolpath:
+    """A cut, a mark from its end on, a cut beside the mark's end, a mark; both ways a move of one axis would do."""
+    b = ToolpathBuilder()
+    b.rapid(z=10.0)
+    light(b, 0.0, 0.0)
+    b.feed(10.0, 0.0, feed=20.0)
+    b.spindle(0.0)
+    choose(b, 1)
+    b.rapid(10.0, 0.0)
+    b.spindle(200.0, number=1)
+    b.feed(10.0, 10.0, feed=20.0)
+    b.spindle(0.0)
+    choose(b, 0)
+    light(b, 10.0, 20.0)
+    b.feed(20.0, 20.0, feed=20.0)
+    b.spindle(0.0)
+    choose(b, 1)
+    b.rapid(30.0, 20.0)
+    b.spindle(200.0, number=1)
+    b.feed(40.0, 20.0, feed=20.0)
+    b.spindle(0.0)
+    choose(b, 0)
+    b.end()
+    return b.build()
+
+
+@pytest.mark.external
+def test_marks_are_made_with_the_scribe_by_its_own_offset(rs274: str, qtplasmac_gcode: str, tmp_path: Path) -> None:
+    """LinuxCNC changes to tool 1 and takes up its offset before every mark, to tool 0 before every cut and the end, and
+    then goes to where it begins in both axes; QtPlasmaC's filter lets all that through and says nothing."""
+    text = written("qtplasmac", marks_among_cuts())
+    status, said = run_rs274(rs274, text, tmp_path)
+    assert status == 0
+    names = "CHANGE_TOOL|USE_TOOL_LENGTH_OFFSET|START_SPINDLE_CLOCKWISE|STRAIGHT_TRAVERSE|PROGRAM_END"
+    found = re.findall(rf"({names})\(([^)]*)\)", said)
+    calls = [(name, "at" if "OFFSET" in name else what.split(".")[0]) for name, what in found]
+    tool = ["CHANGE_TOOL", "USE_TOOL_LENGTH_OFFSET", "STRAIGHT_TRAVERSE", "START_SPINDLE_CLOCKWISE"]
+    begin = next(k for k, (name, _) in enumerate(calls) if name == tool[2])
+    assert [name for name, _ in calls[begin:]] == [*tool[2:], *tool, *tool, *tool, *tool[:2], "PROGRAM_END"]
+    numbers = [what != "0" for name, what in calls[begin:] if name in (tool[0], tool[3])]
+    assert numbers == [False, *[True] * 2, *[False] * 2, *[True] * 2, False]
+    assert text.count("G43 H0\nG0 X10 Y0\nM3 $1") == text.count("G43 H0\nG0 X10 Y20\nM3 $0") == 1
+    passed = filtered(qtplasmac_gcode, text, tmp_path / "filter")
+    assert passed.said == ""
+    mark, back = ["t1m6", "g43h0", "m3$1s1"], ["t0m6", "g43h0"]
+    assert re.findall("t[01]m6|g43h0|m3..s1", passed.text) == ["m3$0s1", *mark, *back, "m3$0s1", *mark, *back]
+
+
+@pytest.mark.parametrize(
+    ("was", "now"),
+    [
+        ("T1 M6\n", ""),
+        ("T1 M6", "T2 M6"),
+        ("G43 H0\n", ""),
+        ("T0 M6\nG43 H0\nG0 X10 Y20", "G0 X10 Y20"),
+        ("G0 X10 Y20", "G0 Y20"),
+        ("T0 M6\nG43 H0\nM65", "M65"),
+    ],
+)
+def test_a_scribe_that_is_not_chosen_or_has_not_gone_by_its_offset_is_a_difference(was: str, now: str) -> None:
+    text = written("qtplasmac", marks_among_cuts())
+    words = dialect("qtplasmac")
+    assert was in text
+    assert check_scribe(interpret(text, words), words) == []
+    assert check_scribe(interpret(text.replace(was, now, 1), words), words)

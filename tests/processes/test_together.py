@@ -1,0 +1,93 @@
+"""Paths that follow each other are ordered together: what is first and last in each counts for its neighbours."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+
+import numpy as np
+import pytest
+
+from leafcut.model.problem import RoutingProblem
+from leafcut.options import SolveOptions
+from leafcut.processes.together import Stage, solve_together
+from leafcut.solve.instance import path_cost
+from leafcut.solve.solve import solve
+
+
+def stages_of(sizes: list[int], seed: int, *, strokes: bool = False, start: tuple[float, float] | None = None) -> list:
+    """Return random paths that follow each other; of strokes, which begin and end elsewhere, each waits for one."""
+    rng = np.random.default_rng(seed)
+    stages = []
+    for number, n in enumerate(sizes):
+        entry = rng.uniform(0, 100, (n, 2))
+        problem = RoutingProblem(
+            entry=entry,
+            exit=entry + rng.uniform(-5, 5, (n, 2)) if strokes else entry,
+            cluster=np.arange(n, dtype=np.int32),
+            service=np.zeros(n),
+            precedence=np.array([[0, n - 1]] if strokes else np.zeros((0, 2)), dtype=np.int32),
+            start=None if number else start,
+        )
+        stages.append(Stage(problem, number > 0, np.arange(n, dtype=np.int32)))
+    return stages
+
+
+def total(stages: list, orders: list) -> float:
+    """Add up all ways, those between the paths included."""
+    places = [(s.problem.entry[k], s.problem.exit[k]) for s, order in zip(stages, orders, strict=True) for k in order]
+    start = stages[0].problem.start
+    ways = [np.subtract(b[0], a[1]) for a, b in itertools.pairwise(places)]
+    return sum(float(np.hypot(*way)) for way in [*ways, *([places[0][0] - np.array(start)] if start else [])])
+
+
+def solved(stages: list, **options: object) -> list:
+    def search(_: int, problem: RoutingProblem, given: SolveOptions) -> object:
+        return solve(problem, given)
+
+    given = SolveOptions(threads=1, **options)  # type: ignore[arg-type]
+    return solve_together(stages, search, given, search, threading.Event())  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_three_small_paths_come_near_the_best_of_all_orders(seed: int) -> None:
+    """Within 3 % of brute force over all orders of all three; one after another it is up to 40 % more."""
+    stages = stages_of([4, 4, 4], seed, start=(0.0, 0.0))
+    best = min(total(stages, list(orders)) for orders in itertools.product(itertools.permutations(range(4)), repeat=3))
+    found = solved(stages)
+    assert total(stages, [s.nodes.tolist() for s in found]) <= 1.03 * best
+    assert sum(s.cost for s in found) == pytest.approx(total(stages, [s.nodes.tolist() for s in found]))
+    assert all(s.lower_bound is not None and s.lower_bound <= s.cost + 1e-9 for s in found)
+
+
+@pytest.mark.parametrize("strokes", [False, True])
+@pytest.mark.parametrize("seed", range(2))
+def test_more_iterations_never_give_a_longer_way(seed: int, strokes: bool) -> None:
+    stages = stages_of([15, 25, 7, 20], seed, strokes=strokes)
+    costs = [sum(s.cost for s in solved(stages, iterations=n, bound=False)) for n in (0, 1, 2, 5, 10)]
+    assert all(more <= less + 1e-9 for less, more in itertools.pairwise(costs))
+
+
+def test_what_must_come_first_does_so_in_every_path() -> None:
+    stages = stages_of([9, 12, 20], 4, strokes=True)
+    for stage, found in zip(stages, solved(stages, iterations=3), strict=True):
+        nodes = found.nodes.tolist()
+        assert sorted(nodes) == list(range(len(nodes)))
+        assert nodes.index(0) < nodes.index(len(nodes) - 1)
+        assert stage.problem.n_clusters == len(nodes)
+
+
+def test_no_order_is_longer_than_the_one_there_was() -> None:
+    stages = stages_of([6, 6], 1)
+    best = [s.nodes for s in solved(stages)]
+    kept = [Stage(s.problem, s.follows, nodes) for s, nodes in zip(stages, best, strict=True)]
+    found = solved(kept, iterations=0)
+    assert sum(s.cost for s in found) <= total(stages, [n.tolist() for n in best]) + 1e-9
+
+
+def test_a_path_with_a_start_of_its_own_is_ordered_by_itself() -> None:
+    one, other = stages_of([8, 8], 2)
+    apart = Stage(RoutingProblem.of_points(other.problem.entry, start=(500.0, 0.0)), False, other.own)
+    found = solved([one, apart], bound=False)
+    alone = solve(apart.problem, SolveOptions(threads=1, bound=False))
+    assert path_cost(apart.problem, found[1].nodes) == pytest.approx(alone.cost)

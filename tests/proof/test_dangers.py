@@ -1,0 +1,141 @@
+"""Dangers of programs that others wrote: one line for each kind, the same by `simulate` and by `optimize`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import leafcut
+from leafcut.errors import VerifyError
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.program_interpreter import interpret_program
+from leafcut.model.issue import Issue, Severity
+from leafcut.proof.dangers import find_dangers
+from leafcut.read.machine import load_machine
+from leafcut.timing.toolpath import measure
+
+HEAD = "G21 G90 G17\nM3 S1000\nG0 Z5\nG0 X0 Y0\n"
+
+
+def dangers(text: str, process: str = "mill", words: str = "linuxcnc") -> list[Issue]:
+    """Return what is told of a program."""
+    return find_dangers(interpret_program(HEAD + text, dialect(words)), load_machine("linuxcnc-mill"), process)
+
+
+def codes(text: str, process: str = "mill", words: str = "linuxcnc") -> list[str]:
+    """Return the codes of it."""
+    return [issue.code for issue in dangers(text, process, words)]
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("G1 Z-1 F100\nX10\nG0 X20\nG0 Z5", ["L801"]),
+        ("G1 Z-1 F100\nX10\nG0 Z-0.5\nX20\nX30\nX40\nG0 Z5", ["L801"]),
+        ("G0 X20\nG0 Z-1\nG1 X30 F100\nG0 Z5", ["L802"]),
+        ("G1 Z-1 F100\nM5\nG1 X10\nX20\nG0 Z5", ["L803"]),
+        ("T2 M6\nG1 Z-1 F100\nG0 Z5", ["L803"]),
+        ("G1 Z-1 F100\nG0 Z1\nG0 Z-1\nG1 Z-2\nG0 Z5", []),
+        ("G1 Z-1 F100\nX10\nG0 Z5\nX0 Y0\nZ-1\nG1 Z-2\nX10\nG0 Z5", []),
+        ("G1 Z-1 F100\nX10\nG0 Z5\nX0 Y0\nZ-1.1\nG1 Z-2\nX10\nG0 Z5", ["L802"]),
+        ("G81 X5 Y5 Z-3 R1 F100\nX9\nG80", []),
+        ("M5\nM3\nG1 Z-1 F100\nG0 Z5", []),
+        ("M5\nM3 S0\nG1 Z-1 F100\nX9\nG0 Z5", ["L803"]),
+        ("S0\nG1 Z-1 F100\nG0 Z5", ["L803"]),
+        ("S0.\nS0500\nG1 Z-1 F100\nG0 Z5", []),
+        ("G1 Z-1 F100\nX9\nG53 G0 X0 Y0", ["L801"]),
+        ("G1 Z-1 F100\nX9\nG53 G0 X0 Y0 Z0", ["L801"]),
+        ("G1 Z-1 F100\nX9\nG53 G0 Z0\nG53 G0 X0 Y0", []),
+        ("G1 Z-1 F100\nX9\nG0 Z5\nG53 G0 X0 Y0", []),
+        ("M98 P77\nG90 G17 G40 G94\nG0 X1 Y1 Z5\nG1 Z-1 F100\nG0 Z5", ["L808"]),
+        ("M5\nM98 P77\nG90 G17 G40 G94\nG0 X1 Y1 Z5\nM5\nG1 Z-1 F100\nG0 Z5", ["L803", "L808"]),
+    ],
+)
+def test_each_kind_of_danger_is_told_once_and_what_is_safe_is_not(text: str, found: list[str]) -> None:
+    """Rapids below the surface, cuts with the spindle off: by hand; what M98 does is told as not known."""
+    assert codes(text + "\nM2\n") == found
+
+
+@pytest.mark.parametrize(("r", "told"), [("-1", ["L801"]), ("1", [])])
+def test_a_series_of_cycles_rises_on_a_slant_in_linuxcnc_for_dangers_and_times_alike(r: str, told: list[str]) -> None:
+    """From an R plane in a recess the way to a higher one goes through the edge; the points are those of rs274."""
+    series = f"G1 X5 F100\nG0 Z5\nG99 G81 X5 Y0 Z-3 R{r} F100\nX25 R4\nG80\nG0 Z5\n"
+    moves = f"G1 X5 F100\nG61\nG0 Z{r}\nG1 Z-3\nG0 Z{r}\nG0 X25 Z4\nG1 Z-3\nG0 Z4\nG64\nG0 Z5\n"
+    recess = "G1 Z-1 F100\n" if r == "-1" else ""
+    head = f"G0 X5\n{recess}G0 Z5\nG0 X0\n"
+    assert [issue.code for issue in dangers(f"{head}{series}M2\n")] == told
+    machine = load_machine("linuxcnc-mill")
+    slanting, written = (
+        measure(interpret_program(f"{HEAD}{text}M2\n", dialect("linuxcnc")).path, machine) for text in (series, moves)
+    )
+    assert (slanting.travel_mm, slanting.cut_mm) == pytest.approx((written.travel_mm, written.cut_mm))
+    assert slanting.time_s == pytest.approx(written.time_s, abs=0.02)
+
+
+def test_a_danger_tells_how_often_and_where_first() -> None:
+    """The first by its line, not the deepest."""
+    (issue,) = dangers("G1 Z-1 F100\nG0 X10\nG0 X20\nG0 X30\nG0 Z5\nM2\n")
+    assert issue.severity is Severity.DANGER and issue.place == "line 6"
+    assert issue.message == ("3 rapids below Z0.05: the first from X0.000 Y0.000 Z-1.000 to X10.000 Y0.000 Z-1.000")
+
+
+def test_a_program_that_never_starts_its_spindle_has_one_that_is_switched_by_hand() -> None:
+    """A warning, no danger in every line."""
+    program = interpret_program("G21 G90\nG0 X0 Y0 Z5\nG1 Z-1 F100\nX5\nX9\nG0 Z5\nM2\n", dialect("linuxcnc"))
+    (issue,) = find_dangers(program, load_machine("linuxcnc-mill"), "mill")
+    assert (issue.code, issue.severity) == ("L803", Severity.WARNING)
+
+
+def test_where_the_tool_goes_unknown_is_told_and_a_probe_is_not() -> None:
+    """Behind G68 nothing is counted or checked; the tool length alone, and what a probe finds, is no such place."""
+    text = "G43 H1 Z6\nG38.2 Z-5 F50\nG0 Z5\nG68 X0 Y0 R30\nG0 X30\nG1 Z-1 F100\nX40\nG0 Z5\nM2\n"
+    (issue,) = [i for i in dangers(text, words="mach3") if i.code == "L808"]
+    assert (issue.severity, issue.place) == (Severity.WARNING, "line 8")
+    assert "in 5 blocks is not known" in issue.message and "G68 is not understood" in issue.message
+    assert "L808" not in codes("G52 X5\nG0 X30\nG52 X0\nG0 X10\nM2\n")
+
+
+def test_a_torch_is_off_in_rapids_and_a_laser_may_do_as_it_likes() -> None:
+    """Its rapids are dark by themselves; a torch cuts on."""
+    text = "M3\nG1 X10 F900\nG0 X50\nG1 X60\nM5\nM2\n"
+    assert codes(text, "plasma") == ["L804"] and codes(text, "laser") == []
+
+
+DANGEROUS = HEAD + "G1 Z-1 F100\nX10\nG0 X20\nG1 X30\nM5\nG1 X40\nG0 Z5\nM30\n"
+
+
+def test_optimize_tells_what_simulate_does_before_all_else(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Summary, JSON and quiet; --strict refuses, with status 1 and nothing written."""
+    from leafcut.cli import run
+
+    source, output = tmp_path / "a.nc", tmp_path / "b.nc"
+    source.write_text(DANGEROUS)
+    assert run(["optimize", str(source), "-o", str(output)]) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.strip()]
+    assert lines[0].startswith("danger: L801") and any(line.startswith("danger: L803") for line in lines[:4])
+    assert run(["optimize", str(source), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["issues"]
+    assert run(["simulate", str(source), "--json"]) == 0
+    simulated = json.loads(capsys.readouterr().out)["issues"]
+    worst = [issue for issue in told if issue["severity"] == "danger"]
+    assert worst == [issue for issue in simulated if issue["severity"] == "danger"] == told[: len(worst)]
+    assert [issue["code"] for issue in worst] == ["L801", "L803"]
+    assert run(["optimize", str(source), "-q", "--report", str(tmp_path / "a.html")]) == 0
+    page = (tmp_path / "a.html").read_text()
+    assert 0 < page.index("rapid below Z0.05") < page.index('aria-label="Time saved"')
+    assert "danger: L801" in capsys.readouterr().err
+    output.unlink()
+    assert run(["optimize", str(source), "-o", str(output), "--strict"]) == 1
+    assert not output.exists() and run(["simulate", str(source), "--strict"]) == 1
+    with pytest.raises(VerifyError, match="--strict refuses"):
+        leafcut.optimize(source, strict=True)
+
+
+def test_simulate_tells_each_kind_once_however_often_it_comes(tmp_path: Path) -> None:
+    """A thousand rapids below the surface are one line."""
+    source = tmp_path / "a.nc"
+    source.write_text(HEAD + "G1 Z-1 F100\n" + "".join(f"G0 X{k / 10}\n" for k in range(1, 1001)) + "G0 Z5\nM30\n")
+    (issue,) = leafcut.simulate(source)["issues"]
+    assert issue["message"].startswith("1,000 rapids below Z0.05") and issue["place"] == "line 6"

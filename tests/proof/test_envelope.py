@@ -1,0 +1,122 @@
+"""What the machine cannot do is said, axis by axis."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from leafcut.model.machine import Machine
+from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
+from leafcut.proof.envelope import check_envelope
+
+#: 400 × 200 × 300 mm; program zero 100 mm from the left and front limits, 250 mm above the lowest z.
+MILL = Machine(
+    "mill", "", "linuxcnc", (100.0, 100.0, 50.0), (500.0, 500.0, 250.0), 20.0, (-400.0, -200.0, -300.0),
+    (0.0, 0.0, 0.0), work_offset=(-300.0, -100.0, -50.0), spindle_min_rpm=100.0, spindle_max_rpm=6000.0,
+)  # fmt: skip
+
+
+def moves(*places: tuple[float, float, float]) -> Toolpath:
+    builder = ToolpathBuilder()
+    for line, place in enumerate(places, start=1):
+        builder.rapid(*place, line=line)
+    return builder.build()
+
+
+def whats(path: Toolpath, machine: Machine = MILL, margin: float = 0.0) -> list[str]:
+    return [str(d) for d in check_envelope(path, machine, margin)]
+
+
+def test_a_job_inside_the_travel_has_no_fault_up_to_the_limits() -> None:
+    """x −100..300, y −100..100, z −250..50 in the program's coordinates."""
+    assert whats(moves((-100, -100, -250), (300, 100, 50))) == []
+    assert whats(ToolpathBuilder().build()) == []
+
+
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        ((300.1, 0, 0), "X in machine coordinates 0.100 mm is outside the machine's travel, -400.000 to 0.000"),
+        ((-100.1, 0, 0), "X in machine coordinates -400.100"),
+        ((0, 101, 0), "Y in machine coordinates 1.000"),
+        ((0, 0, -251), "Z in machine coordinates -301.000"),
+    ],
+)
+def test_a_place_outside_is_named_with_its_axis_and_line(place: tuple[float, float, float], words: str) -> None:
+    found = whats(moves((0, 0, 0), place, (0, 0, 0), place))
+    assert len(found) == 1
+    assert words in found[0]
+    assert "2 such places (line 2)" in found[0]
+
+
+def test_a_margin_narrows_the_travel() -> None:
+    assert whats(moves((295, 0, 0)), margin=5) == []
+    assert len(whats(moves((295.1, 0, 0)), margin=5)) == 1
+
+
+def test_without_a_work_offset_only_the_size_is_checked() -> None:
+    machine = replace(MILL, work_offset=None)
+    assert whats(moves((1000, 0, 0), (1400, 0, 0)), machine) == []
+    found = whats(moves((1000, 0, 0), (1401, 0, 0)), machine)
+    assert found == ["too large: X goes from 1000.000 to 1401.000 mm, 401.000 mm in all, "
+                     "but the machine's travel is 400.000 mm"]  # fmt: skip
+
+
+def test_bottoms_and_r_planes_of_holes_count() -> None:
+    for cycle in (DrillCycle("G81", 2.0, -251.0), DrillCycle("G81", 51.0, -5.0)):
+        builder = ToolpathBuilder()
+        builder.rapid(0.0, 0.0, 10.0)
+        builder.drill(0.0, 0.0, cycle, feed=2.0)
+        assert any("Z in machine coordinates" in text for text in whats(builder.build()))
+
+
+def test_the_bulge_of_an_arc_counts() -> None:
+    """Half a circle from (250, −60) to (250, 60): both ends are inside, its rightmost point x = 310 is not."""
+    builder = ToolpathBuilder()
+    builder.rapid(250.0, -60.0, 0.0)
+    builder.arc(False, (250.0, 60.0, 0.0), Arc((250.0, 0.0, 0.0)), feed=2.0)
+    assert any("X in machine coordinates 10.000" in text for text in whats(builder.build()))
+    builder = ToolpathBuilder()
+    builder.rapid(250.0, -60.0, 0.0)
+    builder.arc(True, (250.0, 60.0, 0.0), Arc((250.0, 0.0, 0.0)), feed=2.0)
+    assert whats(builder.build()) == []
+
+
+def test_an_arc_from_an_unknown_place_ends_no_check() -> None:
+    builder = ToolpathBuilder()
+    builder.arc(False, (0.0, 60.0, 0.0), Arc((0.0, 0.0, 0.0)), feed=2.0)
+    assert whats(builder.build()) == []
+
+
+def test_moves_in_machine_coordinates_are_checked_without_a_work_offset_too() -> None:
+    builder = ToolpathBuilder()
+    builder.machine(z=1.0)
+    for machine in (MILL, replace(MILL, work_offset=None)):
+        assert any("Z in machine coordinates 1.000" in text for text in whats(builder.build(), machine))
+
+
+def test_feeds_must_be_positive_and_not_above_the_highest() -> None:
+    """20 mm/s is 1200 mm/min."""
+    for feed, words in (
+        (20.0, None),
+        (20.2, "1212 mm/min, the machine's highest is 1200"),
+        (0.0, "above 0"),
+        (math.nan, "above 0"),
+    ):
+        builder = ToolpathBuilder()
+        builder.rapid(0.0, 0.0, 0.0)
+        builder.feed(x=1.0, feed=feed)
+        builder.drill(2.0, 0.0, DrillCycle("G81", 1.0, -1.0), feed=feed)
+        found = whats(builder.build())
+        assert (found == []) if words is None else (words in found[0] and "2 such moves" in found[0])
+
+
+@pytest.mark.parametrize(
+    ("rpm", "fine"), [(6000, True), (6001, False), (-6001, False), (0, True), (99, False), (-100, True)]
+)
+def test_spindle_speeds_must_be_among_those_it_has(rpm: float, fine: bool) -> None:
+    builder = ToolpathBuilder()
+    builder.spindle(rpm)
+    assert (whats(builder.build()) == []) is fine

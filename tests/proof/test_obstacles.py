@@ -1,0 +1,145 @@
+"""What stands on the table is met by no motion: each against shapes of GEOS, arcs as arcs, boxes of dogleg rapids."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.program_interpreter import interpret_program
+from leafcut.geometry.zones import touches_any_zone, way_round
+from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
+from leafcut.proof.obstacles import check_obstacles
+
+G81 = DrillCycle("G81", 2.0, -5.0)
+
+
+def begun() -> ToolpathBuilder:
+    """At (0, 0, 10) with a turning spindle."""
+    builder = ToolpathBuilder()
+    builder.tool(1)
+    builder.spindle(3000)
+    builder.rapid(z=10.0)
+    builder.rapid(0.0, 0.0)
+    return builder
+
+
+def whats(
+    path: Toolpath | ToolpathBuilder, zones: object = None, height: float = math.inf, **rules: object
+) -> set[str]:
+    path = path.build() if isinstance(path, ToolpathBuilder) else path
+    return {d.what.split()[0] for d in check_obstacles(path, ZONE if zones is None else zones, height, **rules)}  # type: ignore[arg-type]
+
+
+ZONE = [[4.0, -1.0, 6.0, 1.0]]
+
+
+def test_a_rapid_over_a_zone_must_be_at_its_height() -> None:
+    """From x 0 to x 10 at y 0 the zone in the middle is crossed; at y 2 it is not."""
+    for y, height, fault in ((0.0, 2.0, True), (0.0, 10.0, False), (2.0, 2.0, False)):
+        builder = begun()
+        builder.rapid(0.0, y)
+        builder.rapid(z=height)
+        builder.rapid(x=10.0)
+        assert whats(builder, height=10.0) == ({"crosses"} if fault else set())
+
+
+def test_cycles_traverse_zones_at_the_plane_they_retract_to() -> None:
+    for to_initial, fault in ((False, True), (True, False)):
+        builder = begun()
+        for x in (0.0, 10.0):
+            builder.drill(x, 0.0, DrillCycle("G81", 2.0, -5.0, to_initial=to_initial), feed=1.0)
+        assert whats(builder, height=10.0) == ({"crosses"} if fault else set())
+
+
+def test_on_a_dogleg_machine_the_rectangle_between_start_and_end_counts() -> None:
+    builder = begun()
+    builder.rapid(z=2.0)
+    builder.rapid(10.0, 40.0)
+    assert whats(builder, height=10.0) == set()
+    assert whats(builder, height=10.0, dogleg=True) == {"crosses"}
+
+
+def test_zones_without_a_height_are_never_crossed() -> None:
+    builder = begun()
+    builder.rapid(x=10.0)
+    assert whats(builder) == {"crosses"}
+
+
+def test_nothing_is_cut_inside_a_zone_by_a_cycle_or_a_feed() -> None:
+    zones, rules = [[20.0, -5.0, 30.0, 5.0]], {"height": 10.0}
+    drilled = begun()
+    drilled.rapid(25.0, 0.0)
+    drilled.drill(25.0, 0.0, G81, feed=2.0)
+    assert whats(drilled, zones=zones, **rules) == {"crosses", "cuts"}
+    cut = begun()
+    cut.feed(z=-1.0, feed=1.0)
+    cut.feed(40.0, 0.0, feed=1.0)
+    assert whats(cut, zones=zones, **rules) == {"cuts"}
+    beside = begun()
+    beside.drill(31.0, 0.0, G81, feed=2.0)
+    assert whats(beside, zones=zones, **rules) == set()
+
+
+def test_the_radius_of_the_tool_in_the_spindle_is_kept_away_from_a_zone() -> None:
+    """At y 8, 3 mm beside the zone: a tool of 2.9 mm radius passes at the R plane, one of 3.1 mm does not."""
+    builder = begun()
+    builder.drill(0.0, 8.0, G81, feed=2.0)
+    builder.drill(50.0, 8.0, G81, feed=2.0)
+    rules = {"zones": [[20.0, -5.0, 30.0, 5.0]], "height": 10.0}
+    assert whats(builder, **rules, tool_radii={1: 2.9}) == set()
+    assert whats(builder, **rules, tool_radii={1: 3.1}) == {"crosses"}
+    assert whats(builder, **rules, tool_radii={2: 3.1}) == set()
+
+
+def test_an_arc_is_looked_at_along_its_way_and_not_its_chord() -> None:
+    """From (0, 0) round (10, 0) to (20, 0): the chord misses an obstacle at (10, 10), the half circle does not."""
+    for zone, met in (([8.0, 9.0, 12.0, 12.0], {"cuts"}), ([8.0, -12.0, 12.0, -9.0], set())):
+        builder = begun()
+        builder.feed(z=-1.0, feed=1.0)
+        builder.arc(True, (20.0, 0.0, -1.0), Arc((10.0, 0.0, 0.0)), feed=5.0)
+        assert whats(builder, zones=[zone], height=10.0) == met
+
+
+def test_an_empty_toolpath_meets_nothing() -> None:
+    assert whats(ToolpathBuilder(), height=1.0) == set()
+
+
+@pytest.mark.parametrize("dogleg", [False, True])
+def test_a_way_round_touches_nothing_and_is_as_short_as_any_over_the_corners(dogleg: bool) -> None:
+    """Two bars between the ends, with a gap of 10 mm: the way leads through the gap or round an end."""
+    zones = [[40.0, -50.0, 50.0, 20.0], [40.0, 30.0, 50.0, 90.0]]
+    a, b = (0.0, 0.0), (100.0, 0.0)
+    turns = way_round(a, b, zones, dogleg=dogleg)
+    assert turns
+    way = np.array([a, *turns, b])
+    assert not touches_any_zone(way[:-1], way[1:], zones, dogleg=dogleg).any()
+    length = float(np.hypot(*np.diff(way, axis=0).T).sum())
+    assert length == pytest.approx(math.hypot(39, 21) + 12.0 + math.hypot(49, 21), abs=1e-6)
+
+
+def test_where_there_is_no_way_round_none_is_made() -> None:
+    assert way_round((0.0, 0.0), (100.0, 0.0), [[90.0, -10.0, 110.0, 10.0]]) is None
+
+
+@pytest.mark.parametrize(
+    ("block", "seen"),
+    [
+        ("G0 X30 Y10 A10", False),
+        ("G53 G0 X30 Y10", False),
+        ("G38.2 X30 F100", False),
+        ("G1 X#500 F100", False),
+        ("G65 P9000", False),
+        ("G0 Z30", True),
+        ("G0 Z30\nG0 X30 Y10 A10", True),
+        ("G53 G0 Z0\nG53 G0 X30 Y10", True),
+        ("M64 P0", True),
+    ],
+)
+def test_a_way_that_nobody_knows_is_taken_to_meet_an_obstacle_unless_the_tool_is_up(block: str, seen: bool) -> None:
+    words = "haas" if "G65" in block else "linuxcnc"
+    text = f"G21 G90 G17\nT1 M6\nS1000 M3\nG0 X0. Y0.\nG43 H1 Z5.\nG1 Z1. F100.\n{block}\nM30\n"
+    found = check_obstacles(interpret_program(text, dialect(words)).path, [[15, 5, 25, 15]], 20.0)
+    assert [d.what for d in found] == ([] if seen else ["may cross an obstacle"])

@@ -1,0 +1,222 @@
+"""Read-back: every change between plan and text is seen, and rounding is not a change."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from leafcut.model.cycles import expand
+from leafcut.model.toolpath import Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
+from leafcut.processes.program.proof.same_work import compare_motion
+from leafcut.proof.difference import MOST_LISTED
+
+TOLERANCE = 0.0006
+
+G81 = DrillCycle("G81", 2.0, -5.0)
+G83 = DrillCycle("G83", 2.0, -12.0, peck=4.0)
+G82 = DrillCycle("G82", 2.0, -1.0, dwell=0.5)
+
+
+def program(offsets: bool = False) -> Toolpath:
+    """Two tools, three cycles, a slot and an arc; row by row as a plan has it, or as read with length offsets."""
+    builder = ToolpathBuilder()
+    for tool, rpm in ((1, 3000.0), (2, -1200.0)):
+        builder.machine(z=0.0)
+        builder.tool(tool)
+        if offsets:
+            builder.offset(tool)
+        builder.rapid(0.0, 0.0)
+        builder.rapid(z=10.0)
+        builder.spindle(rpm)
+        builder.coolant(2)
+        builder.dwell(2.0)
+        for number, cycle in enumerate((G81, G82, G83, G81)):
+            builder.drill(10.0 * number, 3.0, cycle, feed=2.0)
+        builder.rapid(z=10.0)
+    builder.rapid(50.0, 0.0)
+    builder.rapid(z=1.0)
+    builder.feed(z=-1.0, feed=1.0)
+    builder.feed(x=60.0, feed=3.0)
+    builder.arc(True, (60.0, 10.0, -1.0), Arc((60.0, 5.0, 0.0)), feed=3.0)
+    builder.rapid(z=10.0)
+    builder.pause()
+    builder.end()
+    path = builder.build()
+    return replace(path, line=np.arange(1, len(path) + 1, dtype=np.int32))
+
+
+def changed(column: str, kind: Kind, which: int, value: float, axis: int | None = None) -> Toolpath:
+    """Return the program with one number of the row number `which` of a kind set to `value`."""
+    path = program()
+    row = int(np.flatnonzero(path.kind == kind)[which])
+    data = getattr(path, column).copy()
+    if axis is None:
+        data[row] = value
+    else:
+        data[row, axis] = value
+    return replace(path, **{column: data})
+
+
+def with_cycle(which: int, cycle: DrillCycle) -> Toolpath:
+    path = changed("ref", Kind.DRILL, which, 3)
+    return replace(path, cycles=(*path.cycles[:3], cycle))
+
+
+def without(rows: Callable[[Toolpath], int]) -> Toolpath:
+    path = program()
+    return pick(path, [r for r in range(len(path)) if r != rows(path)])
+
+
+def pick(path: Toolpath, order: list[int]) -> Toolpath:
+    return replace(
+        path, kind=path.kind[order], end=path.end[order], value=path.value[order], ref=path.ref[order],
+        line=path.line[order],
+    )  # fmt: skip
+
+
+def drill_row(path: Toolpath, which: int) -> int:
+    return int(np.flatnonzero(path.kind == Kind.DRILL)[which])
+
+
+def duplicated(which: int) -> Toolpath:
+    path = program()
+    row = drill_row(path, which)
+    return pick(path, [*range(row + 1), *range(row, len(path))])
+
+
+def swapped(a: int, b: int) -> Toolpath:
+    path = program()
+    order = list(range(len(path)))
+    a, b = drill_row(path, a), drill_row(path, b)
+    order[a], order[b] = b, a
+    return pick(path, order)
+
+
+MUTATIONS = {
+    "depth": with_cycle(1, replace(G82, bottom=-1.01)),
+    "R plane": with_cycle(1, replace(G82, r_plane=1.9)),
+    "peck": with_cycle(2, replace(G83, peck=3.0)),
+    "cycle dwell": with_cycle(1, replace(G82, dwell=0.4)),
+    "cycle": with_cycle(0, replace(G81, name="G85")),
+    "place": changed("end", Kind.DRILL, 1, 10.01, axis=0),
+    "height": changed("end", Kind.DRILL, 1, 1.5, axis=2),
+    "feed": changed("value", Kind.DRILL, 1, 2.1),
+    "speed": changed("value", Kind.SPINDLE, 1, -1300.0),
+    "speed ": changed("value", Kind.SPINDLE, 1, 1200.0),
+    "dwell": changed("value", Kind.DWELL, 1, 1.9),
+    "command": changed("ref", Kind.TOOL, 1, 3),
+    "command ": changed("ref", Kind.COOLANT, 0, 1),
+    "command  ": changed("ref", Kind.PAUSE, 0, 1),
+    "arc": replace(program(), arcs=(Arc((60.0, 5.1, 0.0)),)),
+    "arc ": replace(program(), arcs=(Arc((60.0, 5.0, 0.0), turns=2),)),
+    "place ": changed("end", Kind.FEED, 1, 60.1, axis=0),
+    "height ": changed("end", Kind.MACHINE, 1, -1.0, axis=2),
+    "order of moves    ": changed("end", Kind.RAPID, 1, np.nan, axis=2),
+    "order of moves": without(lambda p: drill_row(p, 1)),
+    "order of moves ": duplicated(1),
+    "order of moves  ": without(lambda p: len(p) - 1),
+    "order of moves   ": replace(program(), kind=np.where(program().kind == Kind.ARC_CW, 3, program().kind)),
+    "place    ": swapped(1, 3),
+}
+
+
+@pytest.mark.parametrize("what", MUTATIONS)
+def test_every_single_change_is_seen_and_named(what: str) -> None:
+    found = compare_motion(program(), MUTATIONS[what], TOLERANCE, cycles=True)
+    assert what.strip() in {d.what for d in found}
+    assert all("\n" not in str(d) for d in found)
+    assert compare_motion(MUTATIONS[what], program(), TOLERANCE, cycles=True)
+
+
+@pytest.mark.parametrize("what", MUTATIONS)
+def test_every_single_change_is_seen_move_by_move_too(what: str) -> None:
+    """But for the name of a cycle that makes the same moves: there is none among these."""
+    assert compare_motion(program(), expand(MUTATIONS[what]), TOLERANCE, cycles=False)
+
+
+def test_the_same_program_has_no_difference_as_cycles_and_as_moves() -> None:
+    assert compare_motion(program(), program(), 0.0, cycles=True) == []
+    assert compare_motion(program(), expand(program()), 0.0, cycles=False) == []
+    assert compare_motion(program(), program(offsets=True), 0.0, cycles=True) == []
+
+
+def test_an_empty_toolpath_is_equal_to_itself_only() -> None:
+    empty = ToolpathBuilder().build()
+    assert compare_motion(empty, empty, TOLERANCE, cycles=True, offsets=True) == []
+    assert compare_motion(program(), empty, TOLERANCE, cycles=True)
+    assert compare_motion(empty, program(), TOLERANCE, cycles=True)
+
+
+def rounded(path: Toolpath) -> Toolpath:
+    """Return the path as text would carry it: 3 decimals, feeds in whole mm/min, speeds in whole rpm."""
+    value = np.where(path.kind == Kind.SPINDLE, np.round(path.value), np.round(path.value * 60) / 60)
+    return replace(path, end=np.round(path.end, 3), value=np.where(path.kind == Kind.DWELL, path.value, value))
+
+
+def test_rounding_to_the_written_decimals_is_no_difference() -> None:
+    noise = np.random.default_rng(3).uniform(-3e-4, 3e-4, program().end.shape)
+    path = program()
+    planned = replace(path, end=path.end + noise, value=path.value * 1.0003)
+    assert compare_motion(planned, rounded(planned), TOLERANCE, cycles=True) == []
+    assert compare_motion(planned, rounded(planned), TOLERANCE / 10, cycles=True)
+
+
+def test_a_move_of_no_length_need_not_be_written() -> None:
+    builder, plain = ToolpathBuilder(), ToolpathBuilder()
+    for b, again in ((builder, True), (plain, False)):
+        b.rapid(0.0, 0.0, 5.0)
+        if again:
+            b.rapid(0.0, 0.0, 5.0)
+            b.rapid(0.0004, 0.0, 5.0)
+        b.rapid(10.0, 0.0, 5.0)
+    assert compare_motion(builder.build(), plain.build(), TOLERANCE, cycles=True) == []
+
+
+def test_many_tiny_moves_that_lead_away_cannot_vanish() -> None:
+    """A curve of steps below the tolerance, out and back, is not the same as standing still."""
+    curve, straight = ToolpathBuilder(), ToolpathBuilder()
+    for b in (curve, straight):
+        b.rapid(0.0, 0.0, 5.0)
+    for step in [*range(1, 100), *range(100, -1, -1)]:
+        curve.feed(0.0005 * step, 0.0, 5.0, feed=1.0)
+    for b in (curve, straight):
+        b.rapid(10.0, 0.0, 5.0)
+    assert compare_motion(curve.build(), straight.build(), TOLERANCE, cycles=True)
+
+
+def test_a_tool_must_take_its_own_length_offset_before_it_moves_down() -> None:
+    right = program(offsets=True)
+    assert compare_motion(program(), right, TOLERANCE, cycles=True, offsets=True) == []
+    missing = compare_motion(program(), program(), TOLERANCE, cycles=True, offsets=True)
+    assert {d.what for d in missing} == {"length offset"}
+    wrong = replace(right, ref=np.where((right.kind == Kind.OFFSET) & (right.ref == 2), 1, right.ref))
+    found = compare_motion(program(), wrong, TOLERANCE, cycles=True, offsets=True)
+    assert [d.what for d in found] == ["length offset"]
+    assert "tool 2 moves with length offset 1" in str(found[0])
+
+
+def test_a_length_offset_taken_too_late_is_seen() -> None:
+    path = program(offsets=True)
+    row = int(np.flatnonzero(path.kind == Kind.OFFSET)[0])
+    late = pick(path, [*range(row), row + 1, row + 2, row, *range(row + 3, len(path))])
+    found = compare_motion(program(), late, TOLERANCE, cycles=True, offsets=True)
+    assert [d.what for d in found] == ["length offset"]
+
+
+def test_a_difference_names_line_and_place_for_a_person() -> None:
+    found = compare_motion(program(), MUTATIONS["feed"], TOLERANCE, cycles=True)
+    place = "drilling cycle to X10.000 Y3.000 Z2.000"
+    assert str(found[0]) == f"feed: planned 120 mm/min, written 126 mm/min, {place} (original line 9, line 9)"
+
+
+def test_a_program_wrong_everywhere_makes_a_short_list() -> None:
+    builder, other = ToolpathBuilder(), ToolpathBuilder()
+    for number in range(5000):
+        builder.drill(float(number), 0.0, G81, feed=2.0)
+        other.drill(float(number), 1.0, G81, feed=2.0)
+    found = compare_motion(builder.build(), other.build(), TOLERANCE, cycles=True)
+    assert len(found) == MOST_LISTED + 1
+    assert "4950 more" in str(found[-1])
