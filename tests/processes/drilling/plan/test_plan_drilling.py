@@ -13,7 +13,8 @@ from leafcut.errors import OptionError, PlanError
 from leafcut.model import Hole, Kind, Machine, Metric, Part, Recipe, Severity, Slot, Tool, ToolKind, ToolLibrary
 from leafcut.options import DrillOptions
 from leafcut.processes.drilling.plan.drill_toolpath import build_problem, drawing_order, lay_toolpath
-from leafcut.processes.zones import parse_zones, plan_drilling
+from leafcut.processes.drilling.plan.drilling import plan_drilling
+from leafcut.processes.zones import parse_zones
 
 MILL = Machine(
     name="test mill",
