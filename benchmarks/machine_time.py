@@ -15,6 +15,7 @@ import argparse
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -38,11 +39,27 @@ SIMULATION = Path(os.environ.get("LEAFCUT_LINUXCNC") or Path(__file__).parents[2
 #: The simulation's Python: LinuxCNC's own modules belong to the system's.
 PYTHON = "/usr/bin/python3"
 
+#: What it needs: program → Debian package.
+TOOLS = {"linuxcnc": "linuxcnc-uspace", "faketime": "faketime"}
+
 #: How many times faster than life the simulated machine runs; M words and dwells stretch when it is faster.
 SPEED, SPEED_WITH_DWELLS = 20, 5
 
 #: No program may be farther off, and none that leafcut has written itself.
 WORST, WORST_OWN = 0.05, 0.02
+
+
+def check_tools() -> None:
+    """Say in one line what the simulated machine needs and is not here.
+
+    Raises
+    ------
+    AssertionError
+        LinuxCNC, faketime or the simulation is missing.
+    """
+    missing = [f"Debian's {package}" for tool, package in TOOLS.items() if shutil.which(tool) is None]
+    missing += [] if (SIMULATION / "simrun.py").exists() else [f"{SIMULATION}/simrun.py (LEAFCUT_LINUXCNC)"]
+    assert not missing, f"the simulated LinuxCNC needs {' and '.join(missing)}"
 
 
 def simulated_seconds(text: str, slow: bool = False) -> float:
@@ -53,6 +70,7 @@ def simulated_seconds(text: str, slow: bool = False) -> float:
     AssertionError
         LinuxCNC refused the program or did not run it to its end.
     """
+    check_tools()
     slow = slow or re.search(r"G4 ?P|G82|M3", text) is not None
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "part.ngc"

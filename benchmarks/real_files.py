@@ -24,7 +24,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from machine_time import PYTHON, SIMULATION
+from machine_time import PYTHON, SIMULATION, check_tools
 from page import facts, table, write_section
 from resequence import judged, real_files
 
@@ -117,6 +117,7 @@ class Simulation:
 
 def _simulated(text: str, axes: list[str], speeds: tuple[int, ...]) -> float | str:
     """Return the seconds of one run, or what LinuxCNC says."""
+    check_tools()
     said = "it did not come to an end"
     with tempfile.TemporaryDirectory() as folder:
         # Its own folder, with a table of all the tools that programs ask for.

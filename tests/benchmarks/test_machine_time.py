@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import re
-import shutil
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from simulated_machine import need_simulation
 
 ROOT = Path(__file__).parents[2]
 
@@ -43,9 +43,6 @@ def test_the_program_of_a_sheet_is_timed_as_it_was_planned(benchmark: Any) -> No
 @pytest.mark.external
 def test_linuxcnc_takes_as_long_as_estimated_within_two_percent(benchmark: Any) -> None:
     script = benchmark("machine_time")
-    if not (script.SIMULATION / "simrun.py").exists() or shutil.which("linuxcnc") is None:
-        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
-            pytest.fail("LinuxCNC and its simulation are required here; see LEAFCUT_LINUXCNC")
-        pytest.skip("LinuxCNC or its simulation is not here")
+    need_simulation(script)
     text = benchmark("timed_programs").polygon(3000, "G64")
     assert script.estimated_seconds(text) == pytest.approx(script.simulated_seconds(text), rel=0.02)

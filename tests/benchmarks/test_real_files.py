@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -12,6 +10,7 @@ import pytest
 
 import leafcut
 from leafcut.read.machine import load_machine
+from simulated_machine import need_simulation
 
 ROOT = Path(__file__).parents[2]
 #: Where eight squares of 10 mm are cut, out of order, the first of them in the middle.
@@ -22,10 +21,7 @@ SQUARES = [(40, 0), (0, 0), (60, 30), (20, 0), (60, 0), (0, 30), (40, 30), (20, 
 def real_files(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Return the benchmark, where the simulated LinuxCNC is."""
     monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
-    if not (import_module("machine_time").SIMULATION / "simrun.py").exists() or shutil.which("linuxcnc") is None:
-        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
-            pytest.fail("LinuxCNC and its simulation are required here; see LEAFCUT_LINUXCNC")
-        pytest.skip("LinuxCNC or its simulation is not here")
+    need_simulation(import_module("machine_time"))
     return import_module("real_files")
 
 
