@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).parents[1] / "src" / "leafcut"
 
@@ -157,12 +160,25 @@ def loaded_by(statement: str) -> set[str]:
     return set(done.stdout.splitlines()[-1].split())
 
 
-HEAVY = {"numba", "ezdxf", "gerbonara", "jinja2", "numpy", "rich"}
+HEAVY = {"numba", "ezdxf", "gerbonara", "jinja2", "numpy", "rich", "shapely"}
 
 
-def test_the_version_is_told_without_loading_anything_heavy() -> None:
-    loaded = loaded_by("from leafcut.cli import run\nrun(['--version'])")
+@pytest.mark.parametrize("flag", ["--version", "--help"])
+def test_the_version_and_the_help_are_told_without_loading_anything_heavy(flag: str) -> None:
+    loaded = loaded_by(f"from leafcut.cli import run\nrun([{flag!r}])")
     assert not loaded & (HEAVY - {"rich"})
+
+
+def test_timing_a_program_loads_no_library_that_it_does_not_need() -> None:
+    program = ROOT.parents[1] / "examples" / "cam_121.nc"
+    loaded = loaded_by(f"from leafcut.cli import run\nrun(['simulate', {str(program)!r}])")
+    assert not loaded & (HEAVY - {"rich", "numpy"})
+
+
+def test_shapely_is_imported_at_the_top_unless_a_comment_says_why() -> None:
+    """A reader may wait with it, so that commands that need none of it start quickly."""
+    inside = re.compile(r"^ +(import shapely|from shapely.* import .*)$", re.MULTILINE)
+    assert not [f"{f.name}: {found[1]}" for f in FILES for found in inside.finditer(f.read_text(encoding="utf-8"))]
 
 
 def test_importing_leafcut_loads_nothing_heavy() -> None:

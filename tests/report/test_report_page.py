@@ -8,7 +8,6 @@ import re
 from dataclasses import replace
 
 import pytest
-from page_parser import Page
 
 from leafcut.model import Issue, Severity
 from leafcut.model.solution import WorkerFigures
@@ -16,6 +15,7 @@ from leafcut.report import views
 from leafcut.report.colours import drawing_css, ramp_css
 from leafcut.report.page import write_page
 from leafcut.report.views import HEAD_LINES, MOST_ISSUE_ROWS, WHOLE_PROGRAM_LINES, nearest_cost
+from page_parser import Page
 
 
 def test_every_page_is_well_formed_and_complete(every_outcome):

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
@@ -38,8 +39,6 @@ def conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
     PlanError
         So many meet that the drawing cannot be a sheet.
     """
-    import shapely
-
     if len(shapes) < 2:
         return []
     copies, single = _copies(shapes)
@@ -76,8 +75,6 @@ def _copies(shapes: NDArray[Any]) -> tuple[list[Conflict], NDArray[np.int64]]:
 
     A drawing exported twice has thousands of them in one place, where every one would meet every other.
     """
-    import shapely
-
     first: dict[bytes, int] = {}
     found = []
     for k, outline in enumerate(shapely.to_wkb(shapes).tolist()):
@@ -89,8 +86,6 @@ def _copies(shapes: NDArray[Any]) -> tuple[list[Conflict], NDArray[np.int64]]:
 
 
 def _place(a: Any, b: Any, kind: str) -> Place:
-    import shapely
-
     if kind == "overlap":
         point = shapely.point_on_surface(shapely.intersection(a, b))
     else:
@@ -108,8 +103,6 @@ def nesting(shapes: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]
     PlanError
         More lie inside each other than any sheet has.
     """
-    import shapely
-
     return around(shapely.point_on_surface(shapes), shapes, shapely.area(shapes))
 
 
@@ -121,8 +114,6 @@ def around(
     With `areas` (mm², one per point) only larger polygons count: a polygon does not lie inside itself, nor inside one
     of its own holes' outlines.
     """
-    import shapely
-
     depth, parent = np.zeros(len(points), dtype=np.int64), np.full(len(points), -1, dtype=np.int64)
     if not len(shapes) or not len(points):
         return depth, parent

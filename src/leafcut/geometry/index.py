@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
@@ -32,9 +33,7 @@ def query_pairs(
     PlanError
         There are more than any drawing has; `what` says of what.
     """
-    import shapely
-
-    tree = shapely.STRtree(others)
+    tree: Any = shapely.STRtree(others)
     more = {} if distance is None else {"distance": distance}
     begin, step, total = 0, _FEWEST, 0
     while begin < len(shapes):
@@ -55,8 +54,6 @@ def near_pairs(points: Points, distance: float) -> tuple[Indices, Indices, NDArr
     PlanError
         Hundreds lie in one place.
     """
-    import shapely
-
     places = shapely.points(points)
     found = [np.zeros((2, 0), dtype=np.int64)]
     for i, j in query_pairs(places, places, f"points within {distance:g} mm of each other", "dwithin", distance):
@@ -73,8 +70,6 @@ class NearLines:
     """
 
     def __init__(self, lines: NDArray[np.object_]) -> None:
-        import shapely
-
         self.lines, self.boxes = lines, shapely.bounds(lines)
         coordinates, of = shapely.get_coordinates(lines, return_index=True)
         first, last = (np.searchsorted(of, np.arange(len(lines)), side=side) for side in ("left", "right"))
@@ -88,8 +83,6 @@ class NearLines:
 
         `wanted` says of pairs, int64[k] and int64[k], which are asked for, bool[k].
         """
-        import shapely
-
         for begin in range(0, len(others.lines), _LINES):
             left, low, right, high = others.boxes[begin : begin + _LINES].T
             wide = shapely.box(left - reach, low - reach, right + reach, high + reach)
@@ -104,8 +97,6 @@ class NearLines:
 
     def _near(self, one: Indices, others: NearLines, other: Indices, reach: float) -> tuple[Indices, Indices]:
         """Return those of some pairs that are near."""
-        import shapely
-
         a, b = self.boxes[one], others.boxes[other]
         apart = np.maximum(np.maximum(a[:, :2] - b[:, 2:], b[:, :2] - a[:, 2:]), 0.0)
         may = np.hypot(*apart.T) <= reach * (1.0 + _EXACT)

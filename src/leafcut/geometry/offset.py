@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.fitting import fit_arcs
@@ -89,8 +90,6 @@ class _Check:
     """The path in fine chords, and whether an answer lies at its distance from it."""
 
     def __init__(self, path: Polyline, distance: float, tolerance: float) -> None:
-        import shapely
-
         self.distance, self.tolerance = distance, tolerance
         points = path.flattened(FINE * tolerance)
         if len(points) < 4:
@@ -104,8 +103,6 @@ class _Check:
 
     def agrees(self, answer: Polyline, ring: Points) -> bool:
         """Return whether an answer is at the distance from the path everywhere, simple, and all of the ring."""
-        import shapely
-
         if answer.n_segments < 2:
             return False
         points = answer.flattened(FINE * self.tolerance)
@@ -121,8 +118,6 @@ class _Check:
 
     def settled(self, ring: Points) -> Points:
         """Return the points of a ring moved to the exact distance from the nearest point of the path."""
-        import shapely
-
         points = shapely.points(ring)
         lines = shapely.shortest_line(self.edge, points)
         feet = shapely.get_coordinates(shapely.get_point(lines, 0))

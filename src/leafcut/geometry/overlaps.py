@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.cleaning import ends_of
@@ -113,8 +114,6 @@ def _apart(stops: list[float], same: float) -> list[float]:
 
 def _line_pairs(table: _Segments, same: float) -> tuple[Indices, Indices]:
     """Return pairs of lines that lie on each other over some length."""
-    import shapely
-
     lines = np.flatnonzero(table.bulge == 0.0)
     if len(lines) < 2:
         return lines[:0], lines[:0]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
@@ -27,8 +28,6 @@ def region(outline: Polyline, islands: Sequence[Polyline] = (), tolerance: float
     PlanError
         A path crosses itself, or an island touches the outline or another island; `name` says whose.
     """
-    import shapely
-
     fine = FINE * tolerance
     shape = shapely.Polygon(outline.flattened(fine), [island.flattened(fine) for island in islands])
     if not shape.is_valid:
@@ -57,7 +56,6 @@ def tool_centres(shape: Any, distance: float, tolerance: float = 0.01) -> Any:
     slots = [part for part in polygons(slim.difference(room.buffer(2.0 * tolerance))) if _span(part) > LONG * distance]
     if not slots:
         return room
-    import shapely
 
     return shapely.union_all([room, *(slim.intersection(slot.buffer(3.0 * tolerance)) for slot in slots)])
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.index import near_pairs
@@ -69,8 +70,6 @@ def polygons(paths: Sequence[Polyline]) -> Any:
     PlanError
         They come to more than `MOST_CHORDS`.
     """
-    import shapely
-
     if not paths:
         return np.array([], dtype=object)
     rings, total = [], 0
@@ -86,8 +85,6 @@ def polygons(paths: Sequence[Polyline]) -> Any:
 
 def _flawed(paths: Sequence[Polyline]) -> list[bool]:
     """Return for closed paths whether each crosses itself or encloses nothing."""
-    import shapely
-
     shapes = polygons(paths)
     thin = 2.0 * shapely.area(shapes) <= SAME * shapely.length(shapes)
     return list(thin | ~shapely.is_valid(shapes))
@@ -95,11 +92,9 @@ def _flawed(paths: Sequence[Polyline]) -> list[bool]:
 
 def _covered(loose: Sequence[Polyline], outlines: Sequence[Polyline]) -> list[bool]:
     """Return for open strokes whether each lies on one outline all along, and no other stroke goes on from its ends."""
-    import shapely
-
     if not loose or not outlines:
         return [False] * len(loose)
-    lines = shapely.linearrings(
+    lines: Any = shapely.linearrings(
         np.concatenate(rings := [p.flattened(0.1 * SAME) for p in outlines]),
         indices=np.repeat(np.arange(len(rings)), [len(r) for r in rings]),
     )

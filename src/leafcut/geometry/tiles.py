@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 #: A tile has no more points than this, unless so many lie in one place.
@@ -25,8 +26,6 @@ class Tiles:
     """
 
     def __init__(self, shapes: Sequence[Any]) -> None:
-        import shapely
-
         made = [(tile, number) for number, shape in enumerate(shapes) for tile in _tiles(shape)]
         self.shapes = np.array([tile for tile, _ in made], dtype=object)
         self.owner: NDArray[np.int64] = np.array([number for _, number in made], dtype=np.int64)
@@ -43,8 +42,6 @@ class Tiles:
 
 def _tiles(shape: Any) -> list[Any]:
     """Return a polygon or a line in tiles that make the same together."""
-    import shapely
-
     done, halves = [], [(shape, 0)]
     while halves:
         one, depth = halves.pop()

@@ -8,6 +8,7 @@ between the middles of two pixels, and a straight wall looks like stairs.
 from __future__ import annotations
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.best_fit import best_fit
@@ -57,8 +58,6 @@ def level_lines(height: NDArray[np.float32]) -> list[Points]:
 
 def fitted_outline(line: Points) -> Polyline:
     """Return lines and arcs along a level line, within `FARTHEST` of it; all lengths in pixels."""
-    import shapely
-
     if len(line) < FEW_POINTS:
         return smoothed_outline(line)
     middle = line - 0.5

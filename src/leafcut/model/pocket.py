@@ -13,6 +13,9 @@ STRATEGIES = ("best", "zigzag", "contour", "connected", "firefly", "ants", "adap
 #: What most shops run, in this order: what a pocket's program is measured against.
 USUAL = ("zigzag", "contour")
 
+#: What an outline is: of a pocket, of an island, or as its depth says.
+POCKET, ISLAND, EITHER = "pocket", "island", ""
+
 #: What a piece of a path is for.
 PIECE_KINDS = ("entry", "rough", "link", "finish", "air")
 

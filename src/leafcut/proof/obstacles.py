@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from leafcut.model.cycles import expand
@@ -50,9 +51,8 @@ def check_obstacles(
     safe_z
         After a move to this height of the machine or above, a tool whose height is not known is up.
     """
-    import shapely
-
-    boxes = [shapely.box(*zone) for zone in np.asarray(zones, dtype=np.float64).reshape(-1, 4).tolist()]
+    sides = np.asarray(zones, dtype=np.float64).reshape(-1, 4).tolist()
+    boxes = [shapely.box(left, low, right, high) for left, low, right, high in sides]
     if not boxes:
         return []
     path = expand(path)
@@ -90,11 +90,9 @@ def _ways_unknown(path: Toolpath, before: NDArray[np.float64]) -> NDArray[np.boo
 
 def _shapes(path: Toolpath, before: NDArray[np.float64], rows: NDArray[np.intp], dogleg: bool) -> NDArray[Any]:
     """Return what each motion goes over, seen from above; from a place that is not known, its end alone."""
-    import shapely
-
     end = path.end[rows, :2]
     begin = np.where(np.isnan(before[rows, :2]).any(axis=1, keepdims=True), end, before[rows, :2])
-    shapes: NDArray[Any] = shapely.linestrings(np.stack([begin, end], axis=1))
+    shapes: NDArray[Any] = np.asarray(shapely.linestrings(np.stack([begin, end], axis=1)))
     kind = path.kind[rows]
     for k in np.flatnonzero((kind == Kind.ARC_CW) | (kind == Kind.ARC_CCW)).tolist():
         shapes[k] = shapely.linestrings(_along_arc(path, before, int(rows[k])))

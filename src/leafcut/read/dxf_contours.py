@@ -31,7 +31,6 @@ from leafcut.read.format import (
     too_many_segments,
     units_unknown,
 )
-from leafcut.read.pocket_outlines import pockets_of_drawing
 
 
 def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = True) -> Part:
@@ -92,6 +91,8 @@ def read_dxf_pockets(
     ReadError
         As `read_dxf_contours` and `pockets_of_drawing`.
     """
+    from leafcut.read.pocket_outlines import pockets_of_drawing  # start-up
+
     return pockets_of_drawing(read_dxf_contours(source, options, texts=False), pocket_options, joining, source.path)
 
 

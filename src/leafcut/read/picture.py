@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, ReadError, shown
 from leafcut.geometry.polyline import Points, Polyline
-from leafcut.geometry.tracing import fitted_outline, level_lines, smoothed_outline
 from leafcut.model import Contour, Issue, Part
+from leafcut.model.pocket import EITHER
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.read.format import MAX_COORDINATE, Format, Match, Source, count_of, places_of
-from leafcut.read.pocket_outlines import EITHER, as_pockets
 
 #: Pictures with more pixels are refused: tracing one takes some 30 bytes a pixel.
 MAX_PIXELS = 25_000_000
@@ -84,6 +83,8 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketOptions,
     OptionError
         `pixel_size` is missing.
     """
+    from leafcut.geometry.tracing import fitted_outline, level_lines, smoothed_outline  # start-up
+
     image = _opened(source)
     if options.pixel_size is None:
         raise OptionError(f"{source.path}: a picture needs --pixel-size, the width of a pixel{_by_density(image)}")
@@ -119,6 +120,8 @@ def _pockets(
     part: Part, outlines: list[Polyline], frame: tuple[float, int], joining: SheetOptions, source: Source
 ) -> Part:
     """Return the part with pockets made of outlines in pixels; `frame` is the width of a pixel and the rows."""
+    from leafcut.read.pocket_outlines import as_pockets  # start-up
+
     size, rows = frame
     contours = []
     for outline in outlines:
@@ -296,7 +299,7 @@ def _without_dirt(
     source: Source, lines: list[Points], narrow: float, frame: tuple[float, int], issues: list[Issue]
 ) -> list[Points]:
     """Return the level lines round what is not narrower than dirt (pixels); what is left out is said (L214)."""
-    import shapely
+    import shapely  # start-up
 
     size, rows = frame
     wide = [line for line in lines if np.ptp(line, axis=0).min() >= narrow]

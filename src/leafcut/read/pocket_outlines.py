@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError, ReadError, shown
@@ -21,7 +22,7 @@ from leafcut.geometry.overlaps import SAME
 from leafcut.geometry.tidying import polygons, tidy
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.heights import Heights
-from leafcut.model.pocket import Pocket
+from leafcut.model.pocket import EITHER, ISLAND, POCKET, Pocket
 from leafcut.options import PocketOptions, SheetOptions
 from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import count_of, places_of
@@ -29,8 +30,6 @@ from leafcut.read.format import count_of, places_of
 #: What layers are for by their names, where the user does not say.
 POCKET_NAMES = ("POCKET*",)
 ISLAND_NAMES = ("ISLAND*",)
-
-POCKET, ISLAND, EITHER = "pocket", "island", ""
 
 
 @dataclass(frozen=True)
@@ -212,8 +211,6 @@ def _joined(
 
 def _check_simple(outlines: Sequence[Outline], shapes: NDArray[Any]) -> None:
     """Raise for outlines that cross or touch themselves, or enclose nothing."""
-    import shapely
-
     # By the hull: the two halves of an 8 cancel each other's area.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
     for outline in (o for o, is_thin in zip(outlines, thin, strict=True) if is_thin):

@@ -32,7 +32,6 @@ from leafcut.read.format import (
     points_of,
     too_many_segments,
 )
-from leafcut.read.pocket_outlines import pockets_of_drawing
 from leafcut.read.svg_shapes import SHAPES, Frame, Outline, outlines_of, placed_outline
 from leafcut.read.svg_transform import (
     PHYSICAL,
@@ -120,6 +119,8 @@ def read_svg_pockets(
     ReadError
         As `read_svg_contours` and `pockets_of_drawing`.
     """
+    from leafcut.read.pocket_outlines import pockets_of_drawing  # start-up
+
     return pockets_of_drawing(read_svg_contours(source, options), pocket_options, joining, source.path)
 
 

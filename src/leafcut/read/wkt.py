@@ -14,6 +14,7 @@ import numpy as np
 from leafcut.errors import ReadError, parsing, shown
 from leafcut.geometry.polyline import Points, Polyline
 from leafcut.model import Contour, Issue, Part, Severity
+from leafcut.model.pocket import ISLAND, POCKET
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
 from leafcut.read.format import (
     MAX_COORDINATE,
@@ -26,7 +27,6 @@ from leafcut.read.format import (
     too_many_segments,
     units_unknown,
 )
-from leafcut.read.pocket_outlines import ISLAND, POCKET, as_pockets
 
 #: Larger texts are refused: a million corners need less.
 MAX_BYTES = 64 * 1024 * 1024
@@ -73,6 +73,8 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketOptions, joi
         It is too large or nested too deep, is damaged (with its line), holds no polygon, or what it holds is none:
         crosses itself, touches or overlaps another, has no finite corners.
     """
+    from leafcut.read.pocket_outlines import as_pockets  # start-up
+
     if len(source.data) > MAX_BYTES:
         raise ReadError(source.path, f"the text has more than {MAX_BYTES >> 20} MiB; split it")
     factor = factor_of(options, None)
@@ -117,7 +119,7 @@ def _geometries(source: Source) -> Iterator[tuple[int, str]]:
 
 
 def _parsed(path: str, line: int, text: str) -> Any:
-    import shapely
+    import shapely  # start-up
 
     with parsing(path, "this is no well-known text", line), warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # numbers that are none are found below
@@ -165,7 +167,7 @@ class _Rings:
             self.others[kind] = self.others.get(kind, 0) + 1
 
     def _keep(self, ring: Any, kind: str, line: int) -> None:
-        import shapely
+        import shapely  # start-up
 
         if ring.is_empty:
             return

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.regions import FINE, quarter, region, swept, tool_centres
@@ -53,8 +54,6 @@ def removal(pocket: Pocket, path: PocketPath, rules: PocketRules) -> Removal:
     PlanError
         The pocket's outline or islands cross themselves or touch.
     """
-    import shapely
-
     shape = region(pocket.outline, pocket.islands, rules.tolerance, pocket.name or "the pocket")
     centres = tool_centres(shape, rules.radius, rules.tolerance)
     reachable = swept(centres, rules.radius, rules.tolerance).intersection(shape)
@@ -100,8 +99,6 @@ def _steps(path: PocketPath, rules: PocketRules) -> Any:
 
 def capsules(steps: Any, radius: float, rules: PocketRules) -> Any:
     """Return the union of the discs along all steps."""
-    import shapely
-
     chords = quarter(radius, FINE * rules.tolerance)
     # A line of no length has no buffer in GEOS: it is a point.
     moving = (steps[:, 0] != steps[:, 1]).any(axis=1)
@@ -115,8 +112,6 @@ def capsules(steps: Any, radius: float, rules: PocketRules) -> Any:
 
 def _gouges(shape: Any, steps: Any, rules: PocketRules) -> Any:
     """Return what the steps cut beyond the walls where it is more than the tolerance deep."""
-    import shapely
-
     lines, walls = shapely.linestrings(steps), shape.boundary
     shapely.prepare(shape)
     shapely.prepare(walls)

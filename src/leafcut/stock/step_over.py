@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.model.pocket import PocketRules
@@ -123,8 +124,6 @@ class _Discs:
     """Discs between neighbouring passes: on the left of every step, then on the right."""
 
     def __init__(self, start: Floats, middle: Floats, touch: Floats, centres: Any, rules: PocketRules) -> None:
-        import shapely
-
         self.corners = np.stack([start, middle, touch], axis=1)
         self.room = shapely.buffer(centres, 2.0 * rules.tolerance)
         shapely.prepare(self.room)
@@ -148,8 +147,6 @@ class _Discs:
 
     def fits(self, rows: Rows) -> NDArray[np.bool_]:
         """Return whether discs, and the ways to their middles, lie in the room."""
-        import shapely
-
         fits: NDArray[np.bool_] = shapely.covers(self.room, shapely.linestrings(self.corners[rows]))
         return fits
 

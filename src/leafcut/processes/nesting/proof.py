@@ -5,18 +5,16 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely
+from shapely import Point, Polygon, STRtree
 
 from leafcut.geometry.index import linked
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, Placement, Stock
 from leafcut.model.sheet import Sheet
-
-if TYPE_CHECKING:
-    from shapely import Polygon
 
 #: Chords leave the arcs of an outline by at most this; two outlines with arcs must be that much further apart, mm.
 CHORD = 0.005
@@ -95,8 +93,6 @@ def _inside(nest: Nest, layout: Layout, margin: float) -> list[str]:
 
 def _within(nest: Nest, layout: Layout, margin: float) -> list[str]:
     """Return the parts that are not inside a sheet of any shape less its margin."""
-    import shapely
-
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes)
     rounded = any(path.bulges.any() for path in nest.stock_of(layout).paths)
@@ -112,8 +108,6 @@ def _within(nest: Nest, layout: Layout, margin: float) -> list[str]:
 
 def _apart(nest: Nest, layout: Layout, spacing: float, kerf: float) -> list[str]:
     """Return the pairs of parts that overlap or are too near each other."""
-    import shapely
-
     placements = layout.placements
     regions = [_region(nest, p) for p in placements]
     shells = [shapely.Polygon(region.exterior) for region in regions]
@@ -158,8 +152,6 @@ def _round(nest: Nest, placement: Placement) -> tuple[bool, bool]:
 
 def _region(nest: Nest, placement: Placement) -> Polygon:
     """Return what a part covers of the sheet: its outline less its holes."""
-    import shapely
-
     outline, *holes = (path.flattened(CHORD) for path in _paths(nest, placement))
     return shapely.Polygon(outline, holes)
 
@@ -171,8 +163,6 @@ def check_remnants(
 
     It lies within the sheet, and `spacing` (mm) from every part and from what lies in it.
     """
-    import shapely
-
     outline, *holes = (path.flattened(CHORD) for path in nest.stock_of(layout).paths)
     sheet = shapely.Polygon(outline, holes).buffer(2.0 * CHORD)
     shells = [shapely.Polygon(_region(nest, p).exterior) for p in layout.placements]
@@ -189,8 +179,6 @@ def check_remnants(
 
 def check_drawing(nest: Nest, layout: Layout, sheet: Sheet) -> list[str]:
     """Return how a sheet that was read from a drawing differs from the one planned; nothing where it does not."""
-    from shapely import Point, STRtree
-
     found = []
     stock = nest.stock_of(layout)
     edges = [Contour(path, "sheet") for path in sheet.paths]

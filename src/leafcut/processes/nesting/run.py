@@ -10,6 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from shapely import Polygon
+
 from leafcut.errors import OptionError, PlanError, VerifyError, shown
 from leafcut.model.heartbeat import Look
 from leafcut.model.issue import Issue, Severity
@@ -221,8 +223,6 @@ def _remnant(word: SheetWord, margin: float, look: Look) -> Stock:
 
     All that is drawn counts, but for marks; so the drawing of a nested sheet is what remains when its parts are out.
     """
-    from shapely import Polygon
-
     from leafcut.processes.layers import MARK_NAMES
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read import read_contours

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import shapely
 
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import Pocket, PocketMeasures, PocketPath, PocketRules
@@ -53,8 +54,6 @@ def measure_path(
     PlanError
         The pocket's outline or islands cross themselves or touch.
     """
-    import shapely
-
     found = removal(pocket, path, rules) if found is None else found
     way, (engaged, width) = engaged_way(path, rules) if looked is None else looked
     entry = entered(path, way)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely
 
 from leafcut._version import __version__
 from leafcut.errors import OptionError, PlanError, SolveError
@@ -237,8 +238,6 @@ def _aired(clearing: Clearing, divided: Iterator[list[PocketPiece]]) -> Clearing
 
 def _clearing(job: PocketJob, way: Way, region: CentreRegion, roughed: list[CentreRegion]) -> Clearing:
     """Return one region cleared by a strategy: all of it, or less the stock and then along its walls."""
-    import shapely
-
     from leafcut.processes.pocket.plan.arcs import fitted
     from leafcut.processes.pocket.plan.toolpath import Clearing
     from leafcut.processes.pocket.plan.walls import wall_passes

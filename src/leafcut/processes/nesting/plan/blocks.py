@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import shapely
+from shapely import Polygon
+from shapely.affinity import affine_transform
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Placement
 from leafcut.processes.nesting.plan.pieces import CHORD, RECTANGLE, SAME_ANGLE, Piece
-
-if TYPE_CHECKING:
-    from shapely import Polygon
 
 #: Parts in one block at most; more would leave little to choose where it lies, and much heat in one place.
 MOST = 12
@@ -105,9 +106,6 @@ def _grid(
 
 def _pair(piece: Piece, kerf: float) -> Piece | None:
     """Return two of a piece, a kerf apart along the longest straight edge where the turned one has room; or None."""
-    import shapely
-    from shapely.affinity import affine_transform
-
     path = piece.path if piece.path.area >= 0.0 else piece.path.reversed()
     edges = [s for s in path.segments() if not s.is_arc]
     for s in sorted(edges, key=lambda s: -round(math.dist(s.start, s.end), 6)):
@@ -132,12 +130,11 @@ def _pair(piece: Piece, kerf: float) -> Piece | None:
 
 def _around(shapes: list[Polygon], piece: Piece) -> Polyline:
     """Return the edge of shapes together; of chords that stand for arcs as much outside as these are inside."""
-    import shapely
-
     whole: Any = shapely.union_all([shape.buffer(0.0) for shape in shapes])
     if piece.slack:
         whole = whole.buffer(CHORD, join_style="mitre")
-    return Polyline.of_points(shapely.Polygon(whole.exterior).simplify(0.1 * CHORD).exterior.coords, closed=True)
+    edge: Any = shapely.Polygon(whole.exterior).simplify(0.1 * CHORD)
+    return Polyline.of_points(edge.exterior.coords, closed=True)
 
 
 def _made(piece: Piece, path: Polyline, places: Sequence[Place]) -> Piece | None:

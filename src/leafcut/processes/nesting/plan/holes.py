@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+
+from shapely.geometry.base import BaseGeometry
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import NestPart, Placement
 from leafcut.processes.nesting.plan.pieces import Piece, angles_within, polygon_of
 from leafcut.processes.nesting.plan.rooms import FREE_ANGLES, clear_of, place
-
-if TYPE_CHECKING:
-    from shapely.geometry.base import BaseGeometry
 
 #: Of a part only its largest holes are looked at, and in each so many kinds of part are tried.
 MOST_HOLES = 20

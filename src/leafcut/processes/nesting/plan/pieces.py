@@ -7,14 +7,14 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
+
+from shapely import Polygon, oriented_envelope
+from shapely.validation import explain_validity
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import NestPart, Placement
-
-if TYPE_CHECKING:
-    from shapely import Polygon
 
 #: Chords leave the arcs of an outline by this, mm; what touches is kept this much further apart.
 CHORD = 0.01
@@ -89,9 +89,8 @@ class Piece:
     @cached_property
     def _along_edges(self) -> tuple[float, ...]:
         """The angle at which the smallest rectangle lies around it, and that one a quarter further."""
-        from shapely import oriented_envelope
-
-        corners = list(oriented_envelope(self.polygon).exterior.coords)
+        around: Any = oriented_envelope(self.polygon)
+        corners = list(around.exterior.coords)
         edge = math.atan2(corners[1][1] - corners[0][1], corners[1][0] - corners[0][0])
         return (-edge % math.tau, (0.5 * math.pi - edge) % math.tau)
 
@@ -115,8 +114,6 @@ class Piece:
 
 def polygon_of(path: Polyline) -> Polygon:
     """Return what a closed path encloses, in chords."""
-    from shapely import Polygon
-
     return Polygon(path.flattened(CHORD))
 
 
@@ -138,8 +135,6 @@ def pieces_of(parts: Sequence[NestPart]) -> list[Piece]:
 
 
 def _piece(number: int, part: NestPart) -> Piece:
-    from shapely.validation import explain_validity
-
     if part.quantity < 1:
         raise PlanError(f"{part.name}: the quantity is {part.quantity}; it must be 1 or more")
     if not part.contours or not part.outline.closed or len(part.outline.flattened(CHORD)) < 4:

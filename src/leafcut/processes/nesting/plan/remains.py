@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import shapely
+
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Layout, Nest, Stock
 from leafcut.processes.nesting.plan.pieces import polygon_of
@@ -25,8 +27,6 @@ def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str)
     Between it and the parts stays `spacing` (mm). Strips narrower than `least` are cut off, and what is then too small
     for a disc of that diameter is left out.
     """
-    import shapely
-
     outline, *holes = (polygon_of(path) for path in nest.stock_of(layout).paths)
     sheet = outline.difference(shapely.union_all(holes)) if holes else outline
     clear = clear_of(spacing) + _COARSE

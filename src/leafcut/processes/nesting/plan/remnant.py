@@ -7,15 +7,14 @@ import time
 from collections import Counter
 from collections.abc import Sequence
 from functools import cache
-from typing import TYPE_CHECKING
+
+import shapely
+from shapely.geometry.base import BaseGeometry
 
 from leafcut.model.nest import Stock
 from leafcut.processes.nesting.plan.pieces import CHORD, Piece
 from leafcut.processes.nesting.plan.rectangles import Laid
 from leafcut.processes.nesting.plan.rooms import FREE_ANGLES, SLACK, clear_of, place
-
-if TYPE_CHECKING:
-    from shapely.geometry.base import BaseGeometry
 
 #: Corners grow by at most this many times the spacing.
 _MITRE = 2.0
@@ -42,7 +41,6 @@ class RemnantPacker:
         self, pieces: Sequence[Piece], stock: Stock, margin: float, spacing: float, *, seconds: float = math.inf,
         end: float = math.inf,
     ) -> None:  # fmt: skip
-        import shapely
 
         self.pieces, self.seconds, self.end = pieces, seconds, end
         self.repeatable = True
@@ -76,8 +74,6 @@ class RemnantPacker:
         return self._filled[key]
 
     def _fill(self, offered: Counter[int]) -> list[Laid]:
-        import shapely
-
         end = min(self.end, time.monotonic() + self.seconds)
         laid: list[Laid] = []
         rest = self.inner

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from leafcut.processes.nesting.plan.pieces import CHORD, Piece, polygon_of
-
-if TYPE_CHECKING:
-    from shapely import Polygon
-    from shapely.geometry.base import BaseGeometry
 
 #: Of a part that may lie in any angle these are tried, rad.
 FREE_ANGLES = tuple(math.radians(k) for k in range(0, 360, 15))
@@ -45,8 +44,6 @@ def place(piece: Piece, room: BaseGeometry, angles: Iterable[float], *, quick: b
     Places of a grid are tried, and those in which a corner of the piece lies in a corner of the room; `quick`: those of
     the grid at the first angle that has one.
     """
-    import shapely
-
     if room.is_empty:
         return None
     corners = np.zeros((0, 2)) if quick else _thinned(shapely.get_coordinates(room), ROOM_CORNERS)
@@ -73,8 +70,6 @@ def _places(
     ring: NDArray[np.float64], corners: NDArray[np.float64], room: BaseGeometry, within: Any
 ) -> Iterator[tuple[float, float, Polygon]]:
     """Yield where a turned piece (ring float64[n, 2]) lies within the room, from the left and from below."""
-    import shapely
-
     left, low, right, high = room.bounds
     (x0, y0), (x1, y1) = ring.min(axis=0), ring.max(axis=0)
     if x1 - x0 > right - left + _ROUNDING or y1 - y0 > high - low + _ROUNDING:

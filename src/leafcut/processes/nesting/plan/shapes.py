@@ -7,8 +7,10 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import cache
+from typing import Any
 
 import numpy as np
+from shapely import Polygon
 
 from leafcut.processes.nesting.plan.pieces import Piece, share_of
 from leafcut.processes.nesting.plan.rectangles import Laid
@@ -168,8 +170,6 @@ class ShapePacker:
         by what they lose, and sharp corners are cut off no nearer than a round one would be. Few points stay as they
         are: parts whose sides add up to the sheet's width fit beside each other.
         """
-        from shapely import Polygon
-
         piece = self.pieces[number]
         x0, y0, x1, y1 = piece.path.extents
         coarse = min(max(COARSE * math.hypot(x1 - x0, y1 - y0), FINEST), COARSEST)
@@ -177,7 +177,7 @@ class ShapePacker:
         exact = len(piece.polygon.exterior.coords) <= FEW_POINTS
         grow = 0.5 * self.spacing + piece.slack + rounding + (0.0 if exact else coarse)
         grown = piece.polygon.buffer(grow, join_style="mitre", mitre_limit=MITRE)
-        rough = Polygon(grown.exterior)
+        rough: Any = Polygon(grown.exterior)
         if not exact:
             rough = Polygon(rough.simplify(coarse).exterior)
         middle = (0.5 * (x0 + x1), 0.5 * (y0 + y1))

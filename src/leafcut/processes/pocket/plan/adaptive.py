@@ -19,6 +19,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
@@ -62,7 +63,6 @@ def adaptive(region: CentreRegion) -> PocketPath:
     limit = region.rules.max_engagement
     if limit is None:
         raise PlanError("the adaptive strategy needs a limit to keep; give --max-engagement")
-    import shapely
 
     edge = region.polygon.boundary
     shapely.prepare(edge)
@@ -202,8 +202,6 @@ class _Work:
 
     def _radius(self, at: Floats) -> float:
         """Return the radius of the disc about a place that touches the edge of the region, mm."""
-        import shapely
-
         return float(shapely.distance(self.edge, shapely.Point(at)))
 
     def _reaches(self, at: Floats, spot: _Spot, sure: bool = False) -> bool:

@@ -6,6 +6,7 @@ from enum import IntEnum
 from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import FINE, quarter
@@ -34,8 +35,6 @@ class Ground:
 
     def after(self, run: Polyline) -> Opened:
         """Return whether the place where a run begins is cleared, and then count what the run clears."""
-        import shapely
-
         opened = self._opened(shapely.Point(run.start))
         points = run.flattened(FINE * self.rules.tolerance)
         self._chords.append(shapely.linestrings(np.stack([points[:-1], points[1:]], axis=1)))
@@ -43,13 +42,9 @@ class Ground:
 
     def cleared(self) -> Any:
         """Return all that the runs clear: shapely geometry."""
-        import shapely
-
         return shapely.union_all(shapely.buffer(np.concatenate([[], *self._chords]), self.rules.radius, quad_segs=32))
 
     def _opened(self, start: Any) -> Opened:
-        import shapely
-
         radius, tolerance = self.rules.radius, self.rules.tolerance
         near = [chords[shapely.dwithin(chords, start, 2.0 * radius)] for chords in self._chords]
         chords = quarter(radius, FINE * tolerance)

@@ -6,8 +6,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Points
@@ -97,8 +99,6 @@ def _shortened(region: CentreRegion, ways: list[Points], links: Points, kept: Po
 
 def _pieces(region: CentreRegion, way: Points) -> list[PocketPiece]:
     """Return a way cut where it comes to a wall and leaves it: what runs along a wall without stock finishes it."""
-    import shapely
-
     middle, edge = shapely.points(0.5 * (way[:-1] + way[1:])), region.polygon.boundary
     shapely.prepare(edge)
     along = shapely.dwithin(edge, middle, ALONG) & (region.rules.stock == 0.0)
@@ -108,11 +108,10 @@ def _pieces(region: CentreRegion, way: Points) -> list[PocketPiece]:
 
 def _ground(region: CentreRegion, ways: list[Points]) -> Ground:
     """Return the ground; no place of it may be further from a way than half the step-over, or than from `ways`."""
-    import shapely
-
     step = region.rules.step_over
     short = [fine(way, LONGEST_LOOKED * step) for way in ways]
-    tree = shapely.STRtree(shapely.linestrings(np.concatenate([np.stack([w[:-1], w[1:]], axis=1) for w in short])))
+    steps: Any = shapely.linestrings(np.concatenate([np.stack([w[:-1], w[1:]], axis=1) for w in short]))
+    tree = shapely.STRtree(steps)
 
     def limit(points: Points, pitch: float) -> Points:
         found, near = tree.query_nearest(shapely.points(points), return_distance=True, all_matches=False)

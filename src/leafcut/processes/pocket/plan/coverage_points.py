@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.cells import Cells, Rows
@@ -37,15 +38,11 @@ class Places:
     @cached_property
     def geoms(self) -> Any:
         """The places as shapely Points."""
-        import shapely
-
         return shapely.points(self.points)
 
     def near(self, way: Points) -> tuple[Rows, Rows]:
         """Return the pairs (piece of the way, place) where one is near enough to the other, sorted by piece."""
-        import shapely
-
-        lines = shapely.linestrings(np.stack([way[self.pieces], way[self.pieces + 1]], axis=1))
+        lines: Any = shapely.linestrings(np.stack([way[self.pieces], way[self.pieces + 1]], axis=1))
         place, line = shapely.STRtree(lines).query(self.geoms, predicate="dwithin", distance=self.limits)
         order = np.argsort(line, kind="stable")
         return self.pieces[line[order]], place[order]
@@ -67,8 +64,6 @@ class Ground:
     """
 
     def __init__(self, polygon: Any, pitch: float, longest: float, limit: Limit) -> None:
-        import shapely
-
         self.polygon, self.longest, self.limit = polygon, longest, limit
         shapely.prepare(polygon)
         self._set(pitch)
@@ -100,8 +95,6 @@ class Ground:
 
     def _learn(self, cells: Rows) -> None:
         """Find the places in cells, and their limits."""
-        import shapely
-
         inside = np.arange(self.side**2)
         column, row = self.grid.columns_and_rows(cells)
         x = (column[:, None] * self.side + inside % self.side).ravel()

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import shapely
+
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.toolpath import Arc, ToolpathBuilder
 from leafcut.processes.pocket.plan.rules import MillingData
@@ -151,8 +153,6 @@ def _ramp(
 
 def _helix_place(start: Point, tool_radius: float, allowed: Any) -> tuple[Point, float] | None:
     """Return centre and radius of the widest circle through `start` that lies in the allowed region, or None."""
-    import shapely
-
     room = allowed.buffer(TOUCH)
     shapely.prepare(room)
     for part in HELIX_RADII:

@@ -17,6 +17,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
@@ -130,8 +131,6 @@ def grid_points(region: CentreRegion, offset: tuple[float, float] = (0.0, 0.0), 
     PlanError
         The distance is not allowed, or there are more than `MOST_POINTS` points.
     """
-    import shapely
-
     pitch, rules = checked_pitch(region.rules), region.rules
     turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
     corners = np.asarray(region.polygon.exterior.coords)[:, :2] @ turn.T
@@ -287,8 +286,6 @@ def _loop(walls: list[Points], place: Points, climb: bool) -> Points:
 
     Outer walls come counter-clockwise and islands clockwise, the wall on the right: that is climb milling.
     """
-    import shapely
-
     lines = [shapely.LineString(np.concatenate([wall, wall[:1]])) for wall in walls]
     point = shapely.Point(place)
     line = min(lines, key=point.distance)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points
@@ -60,8 +61,6 @@ def middle_axis(polygon: Any, spacing: float, tolerance: float) -> Axis:
     Source: J. W. Brandt, "Convergence and continuity criteria for discrete approximations of the continuous planar
     skeleton", CVGIP: Image Understanding 59 (1994): the inner edges of the diagram converge to the axis.
     """
-    import shapely
-
     points = _sampled(polygon, spacing)
     lines = shapely.voronoi_polygons(shapely.MultiPoint(points), only_edges=True)
     ends = np.concatenate([_edges(np.asarray(g.coords)) for g in getattr(lines, "geoms", [lines])])
@@ -121,14 +120,13 @@ def _tree(xy: Points, width: Floats, pairs: NDArray[np.int64]) -> tuple[list[int
 
 def _into_corners(axis: Axis, polygon: Any, reach: float) -> Axis:
     """Return the axis with every branch that ends near a corner of the edge led on to the corner itself."""
-    import shapely
-
     leaf = np.ones(len(axis.xy), dtype=bool)
     leaf[axis.parent[1:]] = False
     leaf[0] = False
     ends = np.flatnonzero(leaf & (axis.width < reach))
     corners = np.concatenate([np.asarray(r.coords)[:-1, :2] for r in (polygon.exterior, *polygon.interiors)])
-    tree = shapely.STRtree(shapely.points(corners))
+    places: Any = shapely.points(corners)
+    tree = shapely.STRtree(places)
     found, _ = tree.query_nearest(shapely.points(axis.xy[ends]), all_matches=False, return_distance=True)
     to = corners[found[1]]
     near = np.hypot(*(to - axis.xy[ends[found[0]]]).T) < 2.0 * reach

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Points
@@ -45,8 +46,6 @@ class CentreRegion:
 
         Of such a slot the region is a strip as wide as the tolerance; its ends are what is farthest apart.
         """
-        import shapely
-
         if self.polygon.interiors or 2.0 * self.polygon.area > 1.5 * self.rules.tolerance * self.polygon.length:
             return None
         ring = self.rings[0]
@@ -61,8 +60,6 @@ class CentreRegion:
     @property
     def rings(self) -> list[Points]:
         """Outer boundary (counter-clockwise) and those round islands (clockwise), float64[n, 2], not repeated."""
-        import shapely
-
         whole = shapely.geometry.polygon.orient(self.polygon)
         return [np.asarray(ring.coords)[:-1, :2] for ring in (whole.exterior, *whole.interiors)]
 
@@ -132,8 +129,6 @@ def _is_corner(piece: Any, near: Any, thin: float) -> bool:
     r (1 − sin α) / (1 + sin α): a quarter of the mouth's half at 90°, half of it at 40°. In a passage or a slot with
     parallel walls it is all of it.
     """
-    import shapely
-
     mouths = shapely.line_merge(shapely.multilinestrings(_lines(piece.boundary.intersection(near))))
     mouths = [mouth for mouth in _lines(mouths) if mouth.length > 2.0 * thin]
     if len(mouths) != 1 or mouths[0].is_ring:
@@ -144,8 +139,6 @@ def _is_corner(piece: Any, near: Any, thin: float) -> bool:
 
 
 def _lines(shape: Any) -> list[Any]:
-    import shapely
-
     return [part for part in shapely.get_parts(shape).tolist() if part.geom_type == "LineString"]
 
 

@@ -14,6 +14,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points
@@ -40,8 +41,6 @@ class Ways:
     """
 
     def __init__(self, polygon: Any, rings: list[Points], points: Points, pitch: float) -> None:
-        import shapely
-
         self.n_points, self.allowed = len(points), polygon.buffer(ROUNDING, join_style="mitre")
         shapely.prepare(self.allowed)
         self._along: dict[tuple[int, int], Points] = {}
@@ -66,10 +65,8 @@ class Ways:
 
     def _join(self, links: Iterable[tuple[int, int, float]], reach: float) -> None:
         """Find the neighbours of every place: rows of node and cost, cheapest of several ways first."""
-        import shapely
-
-        tree = shapely.STRtree(shapely.points(self.places))
-        here, there = tree.query(shapely.points(self.places), predicate="dwithin", distance=reach)
+        places: Any = shapely.points(self.places)
+        here, there = shapely.STRtree(places).query(places, predicate="dwithin", distance=reach)
         pairs = np.stack([here, there], axis=1)[here < there]
         pairs = pairs[self.straight(self.places[pairs[:, 0]], self.places[pairs[:, 1]])]
         cost = np.hypot(*(self.places[pairs[:, 0]] - self.places[pairs[:, 1]]).T)
@@ -84,8 +81,6 @@ class Ways:
 
     def straight(self, begin: Points, end: Points) -> NDArray[np.bool_]:
         """Return which of the straight moves from float64[k, 2] to float64[k, 2] stay inside the region."""
-        import shapely
-
         found = np.zeros(len(begin), dtype=np.bool_)
         for k in range(0, len(begin), SEGMENTS_AT_ONCE):
             part = slice(k, k + SEGMENTS_AT_ONCE)
@@ -167,8 +162,6 @@ class Ways:
 
 def _dense(ring: Points, spacing: float) -> Points:
     """Return a ring with corners put in, so that none is farther than `spacing` mm from the next."""
-    import shapely
-
     return np.asarray(shapely.segmentize(shapely.LinearRing(ring), spacing).coords)[:-1]
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points
@@ -118,8 +119,6 @@ def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
     The straight way between the nearest points of two parts of a region that hang together by no ring is free: what
     bars it would be a wall, along which there is a ring that is nearer.
     """
-    import shapely
-
     lines = np.array([ring.line for ring in cut])
     a, b = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=FAR * step_over)
     tree = _kruskal(cut, a[a < b], b[a < b], step_over)
@@ -128,8 +127,6 @@ def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
 
 def _kruskal(cut: list[Ring], a: Rows, b: Rows, step_over: float) -> list[tuple[int, int]]:
     """Return the shortest joints out of pairs that leave no ring apart, nor make a circle."""
-    import shapely
-
     lines = np.array([ring.line for ring in cut])
     levels = np.array([ring.level for ring in cut])
     # Offsets of each other are a step-over apart; to measure long rings takes long.
@@ -162,8 +159,6 @@ class Layout:
     """
 
     def __init__(self, region: CentreRegion, cut: list[Ring], stopped: Callable[[], bool] = never) -> None:
-        import shapely
-
         self.region, self.cut, self.stopped = region, cut, stopped
         self.edges = tree_of(cut, region.rules.step_over)
         self.step = region.rules.step_over
@@ -191,8 +186,6 @@ class Layout:
 
         Joints are made elsewhere than near the places `avoided`, float64[n, 2], where that costs little.
         """
-        import shapely
-
         self._clear()
         self.avoided = shapely.multipoints(avoided)
         for ring, (start, end) in zip(self.chain, self.spans, strict=True):
@@ -247,8 +240,6 @@ class Layout:
 
     def _link(self, a: Points, b: Points) -> float:
         """Return the length of the straight way, infinite where it is not free."""
-        import shapely
-
         line = shapely.LineString([a, b])
         return float(line.length) if self.allowed.covers(line) else math.inf
 
@@ -343,8 +334,6 @@ class Layout:
 
     def _is_avoided(self, place: Points) -> bool:
         """Return whether a place is near one where a joint made passes too far from each other."""
-        import shapely
-
         return bool(shapely.dwithin(shapely.Point(place), self.avoided, AVOIDED * self.step))
 
     def _is_free(self, ring: int, station: float, half: float) -> bool:

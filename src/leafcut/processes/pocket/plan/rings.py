@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.geometry.polyline import Points
 from leafcut.geometry.regions import as_polyline, polygons, shrunk
@@ -40,8 +41,6 @@ class Ring:
     @cached_property
     def line(self) -> Any:
         """The ring as a closed shapely LineString."""
-        import shapely
-
         return shapely.LineString(self.track.points)
 
     @cached_property
@@ -106,8 +105,6 @@ def rings(region: CentreRegion) -> list[Ring]:
 
 def neighbours(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
     """Return the pairs of rings (outer, inner) of which one is the next offset of the other."""
-    import shapely
-
     lines = [ring.line for ring in cut]
     pairs = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=NEAR * step_over).T
     return [(int(a), int(b)) for a, b in pairs if cut[b].level > cut[a].level]
@@ -118,8 +115,6 @@ def contour(region: CentreRegion) -> PocketPath:
 
     A ring is cut when all rings inside it are; of those the one that is nearest to the tool.
     """
-    import shapely
-
     rules = region.rules
     cut = rings(region)
     around = [ring.stretch(0.0, ring.length) for ring in cut]
@@ -164,6 +159,4 @@ def _first_place(cut: list[Ring]) -> Points:
 
 def free(region: CentreRegion, line: Any) -> bool:
     """Return whether a line stays in the region of tool centres; its ends lie on rings but for rounding."""
-    import shapely
-
     return bool(shapely.difference(line, region.polygon).length < 1e-6)

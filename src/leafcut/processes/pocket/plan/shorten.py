@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points
@@ -98,11 +99,9 @@ def chamfer(
 
 def _near_some(way: Points, places: Points, distance: float) -> NDArray[np.bool_]:
     """Return which points of a way are within a distance of any of some places, bool[n]."""
-    import shapely
-
     near = np.zeros(len(way), dtype=bool)
-    tree = shapely.STRtree(shapely.points(places))
-    near[tree.query(shapely.points(way), predicate="dwithin", distance=distance)[0]] = True
+    spots: Any = shapely.points(places)
+    near[shapely.STRtree(spots).query(shapely.points(way), predicate="dwithin", distance=distance)[0]] = True
     return near
 
 
@@ -119,8 +118,6 @@ class _Bends:
     def __init__(
         self, way: Points, ground: Ground, rules: PocketRules, allowed: Any, changed: Points | None = None
     ) -> None:
-        import shapely
-
         self.way, self.allowed = way, allowed
         self.radius, self.step = rules.radius, rules.step_over
         self.station = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
@@ -217,8 +214,6 @@ class _Bends:
         return curve
 
     def _inside(self, curve: Points) -> bool:
-        import shapely
-
         return bool(self.allowed.covers(shapely.LineString(curve)))
 
     def _points_of(self, a: int, b: int) -> Rows:
@@ -226,8 +221,6 @@ class _Bends:
 
     def _covered(self, a: int, b: int, curve: Points | None) -> bool:
         """Return whether all ground is still near the way when a stretch is replaced by a curve."""
-        import shapely
-
         who, times = np.unique(self._points_of(a, b), return_counts=True)
         lost = who[self.count[who] <= times]
         if not len(lost):
@@ -241,8 +234,6 @@ class _Bends:
         np.subtract.at(self.count, self._points_of(a, b), 1)
 
     def _add(self, curve: Points) -> None:
-        import shapely
-
         line = shapely.LineString(curve)
         who = self.tree.query(line, predicate="dwithin", distance=float(self.places.limits.max(initial=0.0)))
         self.count[who[shapely.distance(line, self.geoms[who]) <= self.places.limits[who]]] += 1

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.geometry.polyline import Points
 from leafcut.geometry.regions import polygons, quarter, swept
@@ -26,8 +27,6 @@ MOST = 60
 
 def uncut(ground: Any, passes: list[Any], rules: PocketRules) -> list[Any]:
     """Return the polygons of the ground that are further than the tool's radius from all passes (shapely lines)."""
-    import shapely
-
     quarters = quarter(rules.radius, rules.tolerance)
     cleared = shapely.union_all([line.buffer(rules.radius, quad_segs=quarters) for line in passes])
     return _worth(ground.difference(cleared), rules)
@@ -39,8 +38,6 @@ def with_spurs(ways: list[Points], ground: Any, rules: PocketRules) -> list[Poin
     A spur leads straight to the deepest point of the place until the tool clears it, and back; then what is still
     uncut. None leaves the ground: where the straight way from the nearest pass does, it comes from the next.
     """
-    import shapely
-
     room = ground.buffer(ROUNDING)
     shapely.prepare(room)
     lines = [shapely.LineString(way) for way in ways]
@@ -74,8 +71,6 @@ def _spur(places: list[Any], track: Track, rules: PocketRules, room: Any) -> tup
 
     None where the spur does not lie in the room (shapely).
     """
-    import shapely
-
     corners = shapely.get_coordinates(places)
     away, stations = track.nearest(corners)
     deepest = int(np.argmax(away))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
@@ -143,8 +144,6 @@ class _Layer:
 
     def clear(self, clearing: Clearing) -> None:
         """Clear a region to its last level, and finish its walls."""
-        import shapely
-
         shapely.prepare(clearing.allowed)
         top, ground = 0.0, Ground(clearing.region.rules)
         runs = _runs(clearing.rough)
@@ -185,8 +184,6 @@ class _Layer:
 
     def _stays(self, here: Point, place: Point, allowed: Any) -> bool:
         """Return whether the straight way at depth is free, and not longer than up, across and down again."""
-        import shapely
-
         way = math.dist(here, place)
         rise = self._height(here, place) - self.builder.position[2]
         velocity, feed = self.machine.rapid_velocity, self.data.tool.feed

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.geometry.polyline import Points
 
@@ -30,14 +31,11 @@ class Track:
     @cached_property
     def _steps(self) -> Any:
         """Index of the steps from point to point."""
-        import shapely
-
-        return shapely.STRtree(shapely.linestrings(np.stack([self.points[:-1], self.points[1:]], axis=1)))
+        steps: Any = shapely.linestrings(np.stack([self.points[:-1], self.points[1:]], axis=1))
+        return shapely.STRtree(steps)
 
     def nearest(self, places: Points) -> tuple[Points, Points]:
         """Return how far places, float64[m, 2], are from the track, and the stations of its nearest points."""
-        import shapely
-
         (row, step), away = self._steps.query_nearest(shapely.points(places), return_distance=True, all_matches=False)
         along = (self.points[1:] - self.points[:-1])[step]
         long = np.maximum((along**2).sum(axis=1), 1e-18)

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.geometry.polyline import Points, Polyline, joined
 from leafcut.model.pocket import PocketPath, PocketPiece
@@ -32,8 +33,6 @@ def wall_passes(region: CentreRegion, roughed: Any) -> PocketPath:
     roughed
         shapely geometry of tool centres that roughing may have used: what lies in it is cleared.
     """
-    import shapely
-
     shapely.prepare(roughed)
     room = region.polygon.buffer(TOUCH * region.rules.tolerance)
     shapely.prepare(room)
@@ -62,8 +61,6 @@ def _in_order(rings: list[Points]) -> list[Points]:
 
 def _pass(ring: Points, room: Any, roughed: Any, climb: bool, radius: float) -> Polyline:
     """Return once round a ring with its leads, begun where the widest lead has room."""
-    import shapely
-
     side = 1.0 if climb else -1.0
     best: tuple[int, Polyline, Polyline] | None = None
     for part in LEADS:

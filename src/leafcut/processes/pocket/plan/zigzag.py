@@ -7,6 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import shapely
+from shapely.affinity import rotate
 
 from leafcut.geometry.polyline import Points
 from leafcut.geometry.regions import as_polyline, polygons, shrunk
@@ -89,8 +91,6 @@ def _far_beside(runs: list[Points], walls: list[Points], step_over: float) -> in
 
     Beyond two step-overs there is no line beside it, but another wall.
     """
-    import shapely
-
     if not runs or not walls:
         return 0
     lines = np.concatenate([np.stack([run[:-1], run[1:]], axis=1) for run in runs])
@@ -112,9 +112,6 @@ def _far_beside(runs: list[Points], walls: list[Points], step_over: float) -> in
 
 def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) -> list[Points]:
     """Return the lines of a polygon joined to and fro, each run float64[n, 2]."""
-    import shapely
-    from shapely.affinity import rotate
-
     level = rotate(inner, -angle, origin=(0.0, 0.0), use_radians=True)
     x0, y0, x1, y1 = level.bounds
     n = max(math.ceil((y1 - y0) / rules.step_over - 1e-9), 1)
@@ -134,8 +131,6 @@ def _runs(region: CentreRegion, inner: Any, angle: float, rules: PocketRules) ->
 
 def _run(region: CentreRegion, rows: list[list[Points]], row: int, turned: Points) -> Points:
     """Take lines from the rows, one from each, as long as a free straight way leads to the next; join them."""
-    import shapely
-
     way = [rows[row].pop(0)]
     while row + 1 < len(rows):
         row += 1
@@ -174,8 +169,6 @@ class _Path:
 
     def go(self, way: Points, kind: str) -> None:
         """Go on along a way."""
-        import shapely
-
         if self.pieces:
             link = shapely.LineString([self.end, way[0]])
             if 0.0 < link.length <= LINK_STEPS * self.region.rules.step_over and free(self.region, link):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points, Polyline
@@ -152,8 +153,6 @@ def _path(pieces: Sequence[Points]) -> PocketPath:
 
 def _opened(written: Toolpath, cuts: Sequence[_Cut], rules: PocketRules) -> Any:
     """Return what the tool clears by going round in it once, as on a helix: circles no wider than the tool."""
-    import shapely
-
     turned: dict[tuple[float, ...], float] = {}
     for cut in cuts:
         if written.kind[cut.row] == Kind.FEED:
@@ -267,8 +266,6 @@ def _shape(pocket: Pocket, rules: PocketRules) -> Any:
 
 
 def _lies_in(points: Points, shape: Any) -> bool:
-    import shapely
-
     return bool(shape.intersects(shapely.Point(points[0, :2])))
 
 
@@ -343,8 +340,6 @@ def _joined(run: Sequence[Points]) -> Points:
 
 def _lines(cuts: Sequence[_Cut]) -> Any:
     """Return the ways of some moves in the plane as shapely lines."""
-    import shapely
-
     return shapely.linestrings(
         np.concatenate([cut.way[:, :2] for cut in cuts]),
         indices=np.repeat(np.arange(len(cuts)), [len(cut.way) for cut in cuts]),
@@ -385,8 +380,6 @@ def _uncleared(
 
     Cleared is a disc of the tool's radius less the tolerance: films thinner than that are no material.
     """
-    import shapely
-
     if not rows or not cuts:
         return list(rows)
     lines = _lines(cuts)
@@ -416,8 +409,6 @@ def _too_deep(cuts: Sequence[_Cut], depth: float) -> list[Difference]:
 
 def _gouges(cuts: Sequence[_Cut], pockets: Sequence[Pocket], rules: PocketRules) -> list[Difference]:
     """Return the moves that bring the tool's edge more than the tolerance beyond a wall, or outside every pocket."""
-    import shapely
-
     if not cuts:
         return []
     reach = rules.radius - rules.tolerance

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.geometry.polyline import Points, Polyline
 from leafcut.geometry.regions import polygons, region, shrunk, swept
@@ -55,8 +56,6 @@ def build_pocket_scene(plans: Sequence[PocketPlan]) -> PocketScene:
 
 def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
     """Return what stays of a pocket; films as thin as the tolerance are none."""
-    import shapely
-
     whole = region(pocket.outline, pocket.islands, _SEEN)
     reachable = swept(shrunk(whole, rules.radius, _SEEN), rules.radius, _SEEN).intersection(whole)
     lines = [shapely.LineString(piece.path.flattened(0.5 * _SEEN)) for piece in path.pieces]
@@ -67,10 +66,9 @@ def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketSha
 
 def _short(lines: list[Any]) -> list[Any]:
     """Return the straight parts of lines: a buffer of a long line would round its hollows."""
-    import shapely
-
     coordinates = [shapely.get_coordinates(line) for line in lines]
-    return [part for c in coordinates for part in shapely.linestrings(np.stack([c[:-1], c[1:]], axis=1))]
+    parts: list[Any] = [shapely.linestrings(np.stack([c[:-1], c[1:]], axis=1)) for c in coordinates]
+    return [part for some in parts for part in some]
 
 
 def _thick(shape: Any) -> Any:

@@ -12,6 +12,7 @@ from collections import Counter
 from dataclasses import replace
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
@@ -87,8 +88,6 @@ class _Finder:
 
     def _is_open(self, stroke: Stroke) -> bool:
         """Return whether the cut neither closes nor meets itself."""
-        import shapely
-
         path = np.concatenate([self.rows.before[stroke.rows[:1], :2], *map(self._points, stroke.rows)])
         path = path[np.concatenate([[True], (np.diff(path, axis=0) != 0.0).any(axis=1)])]
         length = float(np.hypot(*np.diff(path, axis=0).T).sum())

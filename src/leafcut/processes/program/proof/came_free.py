@@ -7,6 +7,7 @@ it, must keep its place (`inner_first`, `touching_order`).
 from __future__ import annotations
 
 import numpy as np
+import shapely
 
 from leafcut.model.heartbeat import Look, unseen
 from leafcut.processes.program.proof.features import Features, Floats, Ints
@@ -47,8 +48,6 @@ def _end(features: Features, feature: int) -> tuple[float, float]:
 
 def _outlines(traces: Traces, chain: Ints, look: Look) -> Ints:
     """Return the runs that go round a part: closed, and inside none of the others, or inside a hole of one."""
-    import shapely
-
     number, begin = np.unique(chain[traces.feature], return_index=True)
     of: list[int] = []
     loops: list[Floats] = []

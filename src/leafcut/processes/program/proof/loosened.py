@@ -7,9 +7,10 @@ here is judged from the cuts alone.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.features import FIRST_CYCLE, Features, Floats, Ints, Mask
@@ -121,8 +122,6 @@ def _visits(features: Features, aside: Mask, visit: Ints, origin: Ints, new_of: 
 
 def _parts(features: Features, traces: Traces, aside: Mask, visits: _Visits) -> tuple[Mask, Mask]:
     """Return which visits surely cut a part free, and which may: they go round it, and it is no scrap of a cut-out."""
-    import shapely
-
     owner: list[int] = []
     shapes = []
     for number in np.flatnonzero(visits.above <= _PERHAPS).tolist():
@@ -142,7 +141,8 @@ def _parts(features: Features, traces: Traces, aside: Mask, visits: _Visits) -> 
     inner, outer = inner[smaller], outer[smaller]
     clearly = (above[outer] <= _SURELY) & shapely.within(loops[inner], loops[outer])
     known = np.flatnonzero(np.isfinite(visits.spot).all(axis=1))
-    around, spot = shapely.STRtree(shapely.points(visits.spot[known])).query(loops, predicate="contains")
+    spots: Any = shapely.points(visits.spot[known])
+    around, spot = shapely.STRtree(spots).query(loops, predicate="contains")
     holds = np.zeros(len(loops), dtype=bool)
     holds[around[of[around] != known[spot]]] = True
     surely[of[(~_any(len(loops), inner) | holds) & (above <= _LIKELY) & (size > _LEAST_AREA)]] = True

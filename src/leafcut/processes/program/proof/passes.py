@@ -15,6 +15,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
@@ -201,14 +202,12 @@ def _visits(features: Features, traces: Traces, visit: Ints, new_of: Ints) -> _V
 
 def _near(visits: _Visits, traces: Traces, visit: Ints, width: float) -> Iterator[Misordered]:
     """Yield the passes near each other that have changed places: at two levels, or side by side at one."""
-    import shapely
-
     beside = min(_BESIDE, width)
     owner = visit[traces.feature]
     depths = visits.bottom[np.unique(owner)]
     levels = bool(depths.max() - depths.min() > _LEVEL)
-    lines, owner_of = ways_of(shapely, traces, owner, _PIECE)
-    whole, number = ways_of(shapely, traces, owner, len(traces.feature) << _HALVINGS)
+    lines, owner_of = ways_of(traces, owner, _PIECE)
+    whole, number = ways_of(traces, owner, len(traces.feature) << _HALVINGS)
     shapely.prepare(whole)
     tree = shapely.STRtree(lines)
     found: dict[tuple[int, int], str] = {}
@@ -225,7 +224,7 @@ def _near(visits: _Visits, traces: Traces, visit: Ints, width: float) -> Iterato
         alike = pairs[~apart & ~(visits.round[a] & visits.round[b])]
         for k in range(0, len(alike), _PAIRS):
             part = alike[k : k + _PAIRS]
-            sure = _side_by_side(shapely, whole[np.searchsorted(number, part)], visits.length[part], beside)
+            sure = _side_by_side(whole[np.searchsorted(number, part)], visits.length[part], beside)
             for pair in part[sure].tolist():
                 found[pair[0], pair[1]] = "{} runs side by side with {}, which came after it and is now before"
         if len(found) > MOST_LISTED:
@@ -234,23 +233,23 @@ def _near(visits: _Visits, traces: Traces, visit: Ints, width: float) -> Iterato
         yield _said(visits, one_, other_, text)
 
 
-def ways_of(shapely: Any, traces: Traces, owner: Ints, most: int) -> tuple[NDArray[np.object_], Ints]:
+def ways_of(traces: Traces, owner: Ints, most: int) -> tuple[NDArray[np.object_], Ints]:
     """Return the ways of visits as lines of at most so many parts, and the visit that each is of."""
     begins = np.flatnonzero(np.diff(owner, prepend=-1))
     at = begins[
         np.unique(np.searchsorted(begins, np.arange(0, len(owner), _AT_ONCE)).clip(max=max(len(begins) - 1, 0)))
     ]
     if len(at) <= 1:
-        return _ways_of(shapely, traces, owner, most)
+        return _ways_of(traces, owner, most)
     # A part after the other, as every halving doubles what it needs of memory.
     parts = [
-        _ways_of(shapely, traces.pick(np.arange(begin, end)), owner[begin:end], most)
+        _ways_of(traces.pick(np.arange(begin, end)), owner[begin:end], most)
         for begin, end in pairwise([*at.tolist(), len(owner)])
     ]
     return np.concatenate([lines for lines, _ in parts]), np.concatenate([of for _, of in parts])
 
 
-def _ways_of(shapely: Any, traces: Traces, owner: Ints, most: int) -> tuple[NDArray[np.object_], Ints]:
+def _ways_of(traces: Traces, owner: Ints, most: int) -> tuple[NDArray[np.object_], Ints]:
     for _ in range(_HALVINGS if (traces.arc >= 0).any() else 0):
         twice = np.repeat(traces.arc >= 0, 2)
         keep = np.flatnonzero(twice | (np.arange(len(twice)) % 2 == 0))
@@ -262,10 +261,11 @@ def _ways_of(shapely: Any, traces: Traces, owner: Ints, most: int) -> tuple[NDAr
     points = np.concatenate([traces.begin[heads], traces.end])
     of = np.concatenate([np.arange(len(heads)), line])
     order = np.argsort(of, kind="stable")
-    return shapely.linestrings(points[order], indices=of[order]), owner[heads]
+    lines: Any = shapely.linestrings(points[order], indices=of[order])
+    return lines, owner[heads]
 
 
-def _side_by_side(shapely: Any, lines: NDArray[np.object_], length: Floats, reach: float) -> Mask:
+def _side_by_side(lines: NDArray[np.object_], length: Floats, reach: float) -> Mask:
     """Return bool[k]: of lines[k, 2], whether most of the shorter one is within reach of the longer."""
     rows = np.arange(len(lines))
     short = np.argmin(length, axis=1)

@@ -14,6 +14,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.features import AMOUNT, EXACT, Features, Ints, Mask
@@ -131,7 +132,6 @@ def _is_simple(cuts: Features) -> bool:
     """Return whether cuts, one after the other, meet nowhere but where one goes on from the other."""
     if len(cuts) == 1:
         return True
-    import shapely
 
     straight = (cuts.kind == Kind.FEED).all()
     places = np.concatenate([cuts.start[:1, :2], cuts.end[:, :2]])

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.model.heartbeat import Look, unseen
@@ -78,11 +79,11 @@ def freed(
     """
     if not len(traces.feature):
         return []
-    import shapely
 
     cuts = _cuts(traces, chain, rank)
     spots = cuts.tips[:, 0]
-    tree = shapely.STRtree(shapely.points(spots))
+    places: Any = shapely.points(spots)
+    tree = shapely.STRtree(places)
     found: list[tuple[int, int]] = []
     for loop in _outlines(traces, cuts, tab):
         look()
@@ -107,8 +108,6 @@ def freed(
 
 def _near(tree: Any, corners: Floats) -> Ints:
     """Return which points of an index are in the box around some corners, or a hair outside, rising."""
-    import shapely
-
     low, high = corners.min(axis=0) - _ONE_PLACE, corners.max(axis=0) + _ONE_PLACE
     return np.sort(tree.query(shapely.box(*low, *high)))
 
@@ -147,8 +146,6 @@ def _cuts(traces: Traces, chain: Ints, rank: Ints) -> _Cuts:
 
 def _outlines(traces: Traces, cuts: _Cuts, tab: float) -> Iterator[list[tuple[_Line, bool]]]:
     """Yield the lines around every outline in several parts, and whether each of them goes the way that it is cut."""
-    import shapely
-
     gap = np.hypot(*(cuts.tips[:, 1] - cuts.tips[:, 0]).T)
     chosen = np.flatnonzero((cuts.length > _ONE_PLACE) & (gap > _CLOSED))
     if not len(chosen):
@@ -163,7 +160,7 @@ def _outlines(traces: Traces, cuts: _Cuts, tab: float) -> Iterator[list[tuple[_L
     order = np.argsort(first)
     mine = np.flatnonzero(np.isin(owner, first))
     ways = np.empty(len(lines), dtype=object)
-    ways[order] = ways_of(shapely, traces.pick(mine), owner[mine], len(traces.feature) << 2)[0]
+    ways[order] = ways_of(traces.pick(mine), owner[mine], len(traces.feature) << 2)[0]
     tree = shapely.STRtree(ways)
     done: set[int] = set()
     for number in range(len(lines)):
@@ -211,10 +208,8 @@ def _walk(lines: Sequence[_Line], number: int, around: dict[int, list[int]]) -> 
 
 def _joints(tips: Floats, tab: float) -> Ints:
     """Return int64[k, 2]: numbers of the places where cuts begin and end; those on both sides of a tab are one."""
-    import shapely
-
     places = tips.reshape(-1, 2)
-    points = shapely.points(places)
+    points: Any = shapely.points(places)
     one, other = shapely.STRtree(points).query(points, predicate="dwithin", distance=_ONE_PLACE)
     # The first of those that are near stands for all.
     joint = np.arange(len(places))

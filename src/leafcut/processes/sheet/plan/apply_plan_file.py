@@ -6,6 +6,8 @@ import itertools
 from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 
+import shapely
+
 from leafcut.errors import PlanError
 from leafcut.model.cutting import ContourPrint, Cut, CutChoice, CutData, PlanFile
 from leafcut.model.sheet import Sheet, SheetContour
@@ -196,8 +198,6 @@ def _fixed_starts(cutting: Cutting, k: int, contour: CutContour, choice: CutChoi
     PlanError
         None: what is fixed does not fit.
     """
-    import shapely
-
     scrap, rules = cutting.scrap, contour.rules_of(cutting.rules)
     ways = directions_of(contour, rules) if contour.path.closed else (False, True)
     if "direction" in choice.fixed:

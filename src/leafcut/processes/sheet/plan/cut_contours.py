@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.offset import offset
@@ -109,8 +110,6 @@ class CutContour:
 
 def flat_line(path: Polyline) -> Any:
     """Return a path as a shapely line of chords."""
-    import shapely
-
     points = path.flattened(FLATNESS)
     if len(points) < 2:
         points = np.repeat(points, 2, axis=0)
@@ -164,8 +163,6 @@ def _prepared(index: int, source: SheetContour, rules: CutRules) -> CutContour |
 
 def _holds_pierce(path: Polyline, line: Any, rules: CutRules) -> bool:
     """Return whether there is a place half a kerf inside the path of a hole, where a pierce reaches no part."""
-    import shapely
-
     if path.area > 2.0 * rules.kerf * path.length:
         return True
     return not shapely.Polygon(line.coords).buffer(-rules.half, quad_segs=2).is_empty
@@ -173,8 +170,6 @@ def _holds_pierce(path: Polyline, line: Any, rules: CutRules) -> bool:
 
 def corners_along(drawn: Polyline, path: Polyline, line: Any) -> tuple[float, ...]:
     """Return where along the path the drawn corners are."""
-    import shapely
-
     turns = corner_turns(drawn)
     places = drawn.vertices[np.abs(turns) > CORNER, :2]
     share = shapely.line_locate_point(line, shapely.points(places), normalized=True)
@@ -258,8 +253,6 @@ def _place(index: int, source: SheetContour, x: float, y: float) -> str:
 
 def _remarks(contour: CutContour, rules: CutRules) -> list[_Remark]:
     """Return what a person should know of a contour that is cut: places out of reach, a hole too small to be good."""
-    import shapely
-
     source, found = contour.source, []
     if contour.has_leads and rules.half > 0.0:
         points = source.contour.path.flattened(max(FLATNESS, 0.1 * rules.kerf))

@@ -12,6 +12,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline, joined
@@ -81,8 +82,6 @@ def programmed_path(contour: CutContour, start: CutStart, rules: CutRules) -> tu
     PlanError
         The start does not lie beside the drawn contour.
     """
-    import shapely
-
     left = scrap_left(contour, start.clockwise)
     here, travel = contour.path.point_at(start.at), travel_at(contour.path, start.at, start.clockwise)
     side = 1.0 if left else -1.0

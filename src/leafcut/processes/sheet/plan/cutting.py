@@ -15,6 +15,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError
@@ -141,8 +142,6 @@ def check_room(contours: list[CutContour], scrap: Scrap) -> None:
     PlanError
         The first that does, and how many more.
     """
-    import shapely
-
     cut = [c for c in contours if c.kind == "cut"]
     lines = np.array([c.line for c in cut], dtype=object)
     found = []

@@ -19,7 +19,9 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
+from shapely.geometry.polygon import orient
 
 from leafcut.model.cutting import Cut
 from leafcut.model.sheet import Sheet
@@ -179,8 +181,6 @@ class Shapes:
     """
 
     def __init__(self, sheet: Sheet, radius: float = 0.0) -> None:
-        import shapely
-
         outlines = [
             (k, c.contour.path)
             for k, c in enumerate(sheet.contours)
@@ -200,8 +200,6 @@ class Shapes:
 
     def crossed(self, a: Point, b: Point) -> frozenset[int]:
         """Return the parts that a straight way crosses, free or not."""
-        import shapely
-
         key = (a, b)
         if key not in self._crossed:
             hit = self._tree.query(shapely.LineString([a, b]), predicate="intersects")
@@ -251,8 +249,6 @@ class Shapes:
 
     def _steps_away(self, place: Point, free: set[int], radius: float) -> list[Point]:
         """Return where the head keeps off each free part that it is beside at a place, straight away from it."""
-        import shapely
-
         point, away = shapely.Point(place), list[Point]()
         for k in self._parts.query(point, predicate="dwithin", distance=radius).tolist() if radius > 0.0 else ():
             x, y = shapely.get_coordinates(shapely.shortest_line(self._whole[k], point))[0]
@@ -269,8 +265,6 @@ class Shapes:
 
         Where a line begins or ends the whole way (bool[n, 2]), it may be nearer within that radius of there.
         """
-        import shapely
-
         step = lines[:, 1] - lines[:, 0]
         length = np.maximum(np.hypot(*step.T), 1e-12)
         low, high = np.where(ends[:, 0], radius / length, 0.0), np.where(ends[:, 1], 1.0 - radius / length, 1.0)
@@ -282,9 +276,6 @@ class Shapes:
 
     def _around(self, number: int, radius: float) -> NDArray[np.float64]:
         """Return the outward corners of a part, float64[k, 2], a little beside it, or so far that the head is."""
-        import shapely
-        from shapely.geometry.polygon import orient
-
         beside = max(MARGIN, radius + BESIDE)
         if (number, beside) not in self._corners:
             shape = self._whole[self._place[number]].simplify(0.25 * MARGIN)
@@ -299,8 +290,6 @@ class Shapes:
     ) -> tuple[list[int] | None, set[int]]:
         """Return the shortest way from the first node to the second along straight lines that keep off all that
         stands, and what stands in the way of the lines that do not."""
-        import shapely
-
         n = len(nodes)
         one, other = np.triu_indices(n, 1)
         lines = np.stack([nodes[one], nodes[other]], axis=1)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
@@ -170,8 +171,6 @@ def _named_sheet(maybe: list[_Made], cuts: list[_Made], marks: list[_Made]) -> _
     PlanError
         That is so: says what lies beyond.
     """
-    import shapely
-
     closed = [m for m in maybe if m.contour.path.closed]
     others = [*cuts, *marks]
     if not closed or not others:
@@ -226,8 +225,6 @@ def _opened(opened: list[_Made], options: SheetOptions, issues: list[Issue]) -> 
 
 def _check_simple(closed: list[_Made], shapes: NDArray[Any]) -> None:
     """Raise `PlanError` for outlines that cross or touch themselves, or enclose nothing."""
-    import shapely
-
     # By the hull: the two halves of an 8 cancel each other's area.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
     if thin.any():
@@ -270,10 +267,8 @@ def _once(closed: list[_Made], shapes: NDArray[Any], issues: list[Issue]) -> lis
 
 def _placed(closed: list[_Made], shapes: NDArray[Any], loose: list[_Made]) -> tuple[SheetContour, ...]:
     """Return all contours in the drawing's order with depth, parent and part."""
-    import shapely
-
     depth, parent = nesting(shapes)
-    middles = shapely.points(
+    middles: Any = shapely.points(
         np.array([m.contour.path.point_at(0.5 * m.contour.path.length) for m in loose]).reshape(-1, 2)
     )
     _, holder = around(middles, shapes)
@@ -305,8 +300,6 @@ def _parts(closed: list[_Made], depths: list[int], parents: list[int], order: li
 
 def _check_inside(contours: Sequence[SheetContour], outline: Polyline | None, holes: Sequence[Polyline]) -> None:
     """Raise `PlanError` for what lies beyond the sheet's edge, or in a hole of the sheet."""
-    import shapely
-
     if outline is None:
         return
     edge, *inner = polygons([outline, *holes])

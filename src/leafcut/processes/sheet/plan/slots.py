@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.issue import Issue
@@ -44,8 +45,6 @@ def on_their_middle(sheet: Sheet, kerf: float) -> tuple[Sheet, list[Issue]]:
 
 def _middle(one: SheetContour, kerf: float) -> tuple[Polyline, float] | None:
     """Return the middle of a slot, less half a kerf at either end, and its width; None for what is no such slot."""
-    import shapely
-
     x0, y0, x1, y1 = one.contour.path.extents
     # Most holes are wider in both directions however they lie: their area says so.
     if abs(one.contour.path.area) > 2.0 * kerf * math.hypot(x1 - x0, y1 - y0):

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
+from shapely.ops import substring
 
 from leafcut.model.cutting import CutPlan
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
@@ -52,8 +54,6 @@ def check_bridges(
     lines
         What every run burns, shapely lines; empty ones for what is only marked.
     """
-    import shapely
-
     found: list[Difference] = []
     tree = shapely.STRtree(lines)
     for number, own in enumerate(followed):
@@ -89,20 +89,15 @@ def _in_turn(run: TorchRun, steps: Sequence[Followed], planned: Sequence[int]) -
 
 def _stretch(run: TorchRun, begin: float, end: float) -> Any:
     """Return what a run burns between two distances along it, a shapely line; None for nothing."""
-    import shapely
-
     if end - begin <= OVERLAP:
         return None
     whole = shapely.LineString(run.points)
-    from shapely.ops import substring
 
     return substring(whole, begin, end)
 
 
 def _leaves(run: TorchRun, at: float, bridge: Any, kerf: float) -> list[Difference]:
     """Return where a bridge comes into a kerf of its own run; `at` is where along the run it begins, mm."""
-    import shapely
-
     done = _stretch(run, 0.0, at)
     if done is None:
         return []

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.model.cutting import Cut, CutPlan
@@ -34,8 +35,6 @@ def check_common_lines(runs: Sequence[TorchRun], plan: CutPlan, lines: NDArray[A
     lines
         What every run burns, shapely lines; empty ones for what is only marked.
     """
-    import shapely
-
     cuts = dict(enumerate(plan.cuts[: len(runs)]))
     common = [k for k, cut in cuts.items() if cut.common > 0.0]
     if not common:
@@ -60,8 +59,6 @@ def _in_group(
     runs: Sequence[TorchRun], cuts: dict[int, Cut], lines: NDArray[Any], own: Sequence[int], kerf: float
 ) -> Iterator[Difference]:
     """Yield what is wrong with the order of a group, or with the way round it."""
-    import shapely
-
     group = cuts[own[0]].group
     around = [k for k, cut in cuts.items() if cut.group == group and not cut.common]
     if len(around) != 1:
@@ -91,8 +88,6 @@ def _clockwise(run: TorchRun) -> bool:
 
 def _crossed(runs: Sequence[TorchRun], lines: NDArray[Any], common: Sequence[int]) -> Iterator[Difference]:
     """Yield the common lines that go across the kerf of an earlier one: the arc would go out."""
-    import shapely
-
     for early, late in itertools.combinations(sorted(common), 2):
         met = lines[late].intersection(lines[early])
         end = shapely.Point(runs[late].points[-1])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.dialects import Dialect
@@ -75,8 +76,6 @@ def crossings(laid: Laid, path: Toolpath, radius: float = 0.0) -> list[tuple[int
 
 def _freed(laid: Laid) -> list[tuple[int, Points]]:
     """Return the runs that cut outlines all round without letting go, and the outlines, closed, float64[n, 2]."""
-    import shapely
-
     return [
         (claim.run, shapely.get_coordinates(claim.target.edge))
         for claim in laid.claims

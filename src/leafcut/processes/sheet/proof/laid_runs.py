@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.model.cutting import CutPlan
@@ -63,8 +64,6 @@ class Laid:
     """
 
     def __init__(self, runs: list[TorchRun], plan: CutPlan, shapes: Shapes, dialect: Dialect, asked: Asked) -> None:
-        import shapely
-
         self.runs, self.plan, self.shapes, self.asked = runs, plan, shapes, asked
         self.marks = _marking(runs, dialect, asked.power)
         self.lines = np.array([shapely.MultiLineString(run.lines()) for run in runs], dtype=object)
@@ -77,8 +76,6 @@ class Laid:
             self.of_target.setdefault(claim.target.index, []).append(claim)
 
     def _claim(self, number: int, target: Target) -> Claim | None:
-        import shapely
-
         run = self.runs[number]
         middles, lengths, along = pieces_of(run, PIECE)
         near = shapely.dwithin(target.way, shapely.points(middles), TOLERANCE)
@@ -115,8 +112,6 @@ class Laid:
 
     def line_at(self, number: int, x: float, y: float) -> int:
         """Return the line of the program whose chord is nearest to a place."""
-        import shapely
-
         run = self.runs[number]
         chords = shapely.linestrings(np.stack([run.points[:-1], run.points[1:]], axis=1))
         return int(run.row_line[int(np.argmin(shapely.distance(chords, shapely.Point(x, y))))])

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.dialects import Dialect
@@ -90,8 +91,6 @@ def missing(laid: Laid) -> list[Difference]:
 
 def _gaps(laid: Laid, target: Target, lines: Sequence[Any]) -> list[Any]:
     """Return the stretches of a target's way that no run follows, but for corners that are gone round in a loop."""
-    import shapely
-
     if not lines:
         return [target.way]
     burnt = shapely.union_all(lines)
@@ -103,13 +102,11 @@ def _gaps(laid: Laid, target: Target, lines: Sequence[Any]) -> list[Any]:
 
 def _at_corner(laid: Laid, target: Target, gap: Any, burnt: Any) -> bool:
     """Return whether a stretch is the arc about a corner that the kerf touches from both sides."""
-    import shapely
-
     half = laid.asked.half
     if not len(target.corners):
         return False
     points = shapely.points(gap.coords)
-    corners = shapely.points(target.corners)
+    corners: Any = shapely.points(target.corners)
     near = corners[shapely.dwithin(corners, gap, half + TOLERANCE)]
     return any(
         np.all(np.abs(shapely.distance(corner, points) - half) < TOLERANCE)
@@ -139,8 +136,6 @@ def repeated(laid: Laid) -> list[Difference]:
 
 def gouges(laid: Laid) -> list[Difference]:
     """Return the parts that a kerf cuts into."""
-    import shapely
-
     shapes, found = laid.shapes, []
     metal = Tiles(list(shapes.parts))
     slits = {t.index: t.edge for t in shapes.targets if t.shape is None and not t.marks}
@@ -160,8 +155,6 @@ def gouges(laid: Laid) -> list[Difference]:
 
 def strays(laid: Laid) -> list[Difference]:
     """Return where a kerf runs into a clamp, or off the sheet but for a start or an end in the air."""
-    import shapely
-
     found = []
     half = 0.5 * laid.plan.data.kerf  # what burns, whoever compensates
     for zone in laid.shapes.zones:
@@ -185,8 +178,6 @@ def strays(laid: Laid) -> list[Difference]:
 
 def _outside(laid: Laid, number: int, inside: Any) -> NDArray[np.float64]:
     """Return the places off the sheet where a run may not be; a lead of an edge start may come from there."""
-    import shapely
-
     middles, _, along = pieces_of(laid.runs[number], PIECE)
     out = ~shapely.contains(inside, shapely.points(middles))
     if not laid.pierces(number):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import shapely
 
 from leafcut.processes.sheet.proof.bridged import Followed, check_bridges
 from leafcut.processes.sheet.proof.common_cuts import check_common_lines
@@ -27,8 +30,6 @@ def misplaced(laid: Laid) -> list[Difference]:
 
 def disordered(laid: Laid) -> list[Difference]:
     """Return what is cut after the contour around it has cut it loose."""
-    import shapely
-
     closed = [t for t in laid.shapes.targets if t.shape is not None]
     everything = list(laid.shapes.targets)
     points = shapely.line_interpolate_point(np.array([t.edge for t in everything], dtype=object), 0.0)
@@ -57,8 +58,6 @@ def _later(laid: Laid, inner: Target, around: Target) -> int | None:
 
 def in_the_air(laid: Laid) -> list[Difference]:
     """Return the pierces where there is no metal any more: in an earlier kerf, or in what was cut free."""
-    import shapely
-
     found = []
     starts = shapely.points([run.start for run in laid.runs])
     tree = shapely.STRtree(starts)
@@ -84,8 +83,6 @@ def in_the_air(laid: Laid) -> list[Difference]:
 
 def _unpierced(laid: Laid) -> list[Difference]:
     """Return the cuts that are to begin without a pierce, and do not begin beside the sheet."""
-    import shapely
-
     sheet, half = laid.shapes.sheet, 0.5 * laid.plan.data.kerf
     found = []
     for number, run in enumerate(laid.runs):
@@ -116,15 +113,14 @@ def turned(laid: Laid) -> list[Difference]:
 
 def chained(laid: Laid) -> list[Difference]:
     """Return what is wrong with the runs that cut several contours."""
-    import shapely
-
     followed: list[list[Followed]] = [[] for _ in laid.runs]
     in_group = {k for k, cut in enumerate(laid.plan.cuts) if cut.group}
     for c in laid.claims:
         if c.followed > MOST * c.target.way.length and c.run not in in_group:
             followed[c.run].append(Followed(c.target.index, c.first, c.last, c.target.shape))
     kerf = 2.0 * laid.asked.half if laid.asked.half > 0.0 else laid.plan.data.kerf
-    burnt = np.where(laid.marks, shapely.MultiLineString(), laid.lines)
+    nothing: Any = shapely.MultiLineString()
+    burnt = np.where(laid.marks, nothing, laid.lines)
     return [
         *check_bridges(laid.runs, followed, laid.plan, burnt, kerf),
         *check_common_lines(laid.runs, laid.plan, burnt, kerf),

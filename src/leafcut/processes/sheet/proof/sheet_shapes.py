@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Polyline
@@ -86,8 +87,6 @@ class Shapes:
 
 def shapes_of(sheet: Sheet, half: float) -> Shapes:
     """Return the shapes of a sheet for a kerf whose middle keeps `half` mm from the parts."""
-    import shapely
-
     targets, narrow, closed_up = list[Target](), set[int](), set[int]()
     for index, source in enumerate(sheet.contours):
         if source.contour.kind == "sheet":
@@ -115,8 +114,6 @@ def shapes_of(sheet: Sheet, half: float) -> Shapes:
 
 def _target(index: int, source: SheetContour, half: float) -> Target | None:
     """Return what is to be cut of a contour; None where the kerf closes it up or divides it, or no pierce has room."""
-    import shapely
-
     points = source.contour.path.flattened(FLATNESS)
     edge = shapely.LineString(points if len(points) > 1 else np.repeat(points, 2, axis=0))
     if source.contour.kind == "mark" or not source.contour.path.closed:
@@ -150,8 +147,6 @@ def _corners(path: Polyline) -> NDArray[np.float64]:
 
 def _metal(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
     """Return the metal of every part: its outline less its holes, made smaller by the tolerance."""
-    import shapely
-
     outlines: dict[int, list[Any]] = {}
     holes: dict[int, list[Any]] = {}
     for source in sheet.contours:

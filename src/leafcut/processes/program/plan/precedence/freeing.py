@@ -17,6 +17,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
@@ -82,7 +83,7 @@ def level_rows(program: Program, rows: Rows, chain: Chain) -> NDArray[np.bool_]:
     return feeds & (z <= limit) & (before <= limit)
 
 
-def freeing_chains(shapely: Any, areas: Sequence[Area], chains: Sequence[Chain], deepest: float) -> tuple[Chain, ...]:
+def freeing_chains(areas: Sequence[Area], chains: Sequence[Chain], deepest: float) -> tuple[Chain, ...]:
     """Return the chains, those marked that free a part; `areas` are what they go round, as far as they reach through.
 
     `deepest` is how deep the mill goes, mm.
@@ -93,9 +94,8 @@ def freeing_chains(shapely: Any, areas: Sequence[Area], chains: Sequence[Chain],
     shapes = np.array([area.shape for area in areas], dtype=object)
     size = shapely.area(shapes)
     tree = shapely.STRtree(shapes)
-    around, spot = shapely.STRtree(shapely.points(np.array([c.entry for c in chains], dtype=np.float64))).query(
-        shapes, predicate="contains"
-    )
+    entries: Any = shapely.points(np.array([c.entry for c in chains], dtype=np.float64))
+    around, spot = shapely.STRtree(entries).query(shapes, predicate="contains")
     holds = _any(len(areas), around[owner[around] != spot])
     # In doubt a cut-out is no scrap where that holds it back, and one where that would set it free.
     deep = np.array([chains[number].bottom <= deepest + OUTER for number in owner.tolist()], dtype=bool)

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
@@ -35,7 +35,6 @@ _Lines = tuple[NDArray[np.object_], NDArray[np.int64]]
 
 
 def passes_in_order(
-    shapely: Any,
     program: Program,
     rows: Rows,
     ones: Sequence[Chain],
@@ -73,7 +72,7 @@ def passes_in_order(
             yield unique_pairs(owner[a], other_owner[b])
     for a, b in near.pairs(other_near, _ALLOWANCE, alike):
         pairs = unique_pairs(owner[a], other_owner[b])
-        yield pairs[_side_by_side(shapely, (near.lines, owner), (other_near.lines, other_owner), pairs)]
+        yield pairs[_side_by_side((near.lines, owner), (other_near.lines, other_owner), pairs)]
 
 
 def _apart(one: _Shapes, a: NDArray[np.int64], other: _Shapes, b: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -155,12 +154,12 @@ class _Shapes:
             self.closed[number] = bool(np.hypot(*gap) <= _ALLOWANCE)
 
 
-def _side_by_side(shapely: Any, one: _Lines, other: _Lines, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _side_by_side(one: _Lines, other: _Lines, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return bool[k]: whether half of the shorter of two chains lies within the allowance of the other."""
     if not len(pairs):
         return np.zeros(0, dtype=bool)
     (a, in_a), (b, in_b) = (np.unique(column, return_inverse=True) for column in pairs.T)
-    shapes = np.concatenate([_joined(shapely, *one, a), _joined(shapely, *other, b)])
+    shapes = np.concatenate([_joined(*one, a), _joined(*other, b)])
     lengths = shapely.length(shapes)
     left, right = in_a.ravel(), in_b.ravel() + len(a)
     turn = lengths[left] > lengths[right]
@@ -173,9 +172,7 @@ def _side_by_side(shapely: Any, one: _Lines, other: _Lines, pairs: NDArray[np.in
     return beside
 
 
-def _joined(
-    shapely: Any, lines: NDArray[np.object_], owner: NDArray[np.int64], chains: NDArray[np.int64]
-) -> NDArray[np.object_]:
+def _joined(lines: NDArray[np.object_], owner: NDArray[np.int64], chains: NDArray[np.int64]) -> NDArray[np.object_]:
     """Return the lines of each chain as one shape, without what is a place only."""
     mine = np.flatnonzero(np.isin(owner, chains) & (shapely.get_type_id(lines) == 1))
     shapes = np.full(len(chains), shapely.MultiLineString(), dtype=object)

@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
@@ -109,8 +110,6 @@ def divided_at(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
 
 def _freeing(program: Program, rows: Rows, chains: Sequence[Chain], process: str, look: Look) -> tuple[Chain, ...]:
     """Return the chains, those that free a part marked."""
-    import shapely
-
     found, deepest = through_cuts(program, rows, chains, process)
     through = found.tolist()
     if not through:
@@ -127,7 +126,7 @@ def _freeing(program: Program, rows: Rows, chains: Sequence[Chain], process: str
     for number in through:
         look()
         for path in _lines_of(program, rows, steps, chains[number]):
-            area = _area(shapely, path)
+            area = _area(path)
             if area is not None and area.area < LEAST_AREA:
                 continue
             if area is not None:
@@ -135,39 +134,37 @@ def _freeing(program: Program, rows: Rows, chains: Sequence[Chain], process: str
                 areas.append(Area(number, area, meets or not shapely.is_simple(shapely.linestrings(path))))
             elif (path != path[0]).any():
                 open_.append((number, path))
-    for area, numbers in closed_together(shapely, open_, TOUCHING, look):
+    for area, numbers in closed_together(open_, TOUCHING, look):
         areas += [Area(number, area, False) for number in numbers]
-    return freeing_chains(shapely, areas, chains, deepest)
+    return freeing_chains(areas, chains, deepest)
 
 
 def related(
     program: Program, rows: Rows, ones: Sequence[Chain], others: Sequence[Chain], process: str, look: Look = unseen
 ) -> dict[str, NDArray[np.int64]]:
     """Return int64[k, 2], pairs of a chain of `ones` and one of `others` whose order has meaning, by cause."""
-    import shapely
-
     widths = tool_width(program, ones[0].begin), tool_width(program, others[0].begin)
     reach = TOUCHING + 2 * _SAGITTA + max(widths)
     first = _paths(program, rows, ones, look)
     second = first if others is ones else _paths(program, rows, others, look)
-    near, owner = mine = _pieces(shapely, first)
-    other_near, other_owner = other = mine if others is ones else _pieces(shapely, second)
+    near, owner = mine = _pieces(first)
+    other_near, other_owner = other = mine if others is ones else _pieces(second)
     pairs: list[NDArray[np.int64]] = []
     for a, b in near.pairs(other_near, reach):
         look()
         pairs.append(unique_pairs(owner[a], other_owner[b]))
     passes: list[NDArray[np.int64]] = []
     if process not in BEAMS and not all(widths):
-        for found in passes_in_order(shapely, program, rows, ones, others, (mine, other)):
+        for found in passes_in_order(program, rows, ones, others, (mine, other)):
             look()
             passes.append(found)
         if others is ones:
             passes.append(rows_in_order(first, ones))
     # Inside something that came before it, work is free again, unless a mill goes round.
     tab = BEAM_TAB if process in BEAMS else MILL_TAB
-    inside = [_inside(shapely, first, second, tab, look)]
+    inside = [_inside(first, second, tab, look)]
     if process not in BEAMS or not works_with_beam(program, rows):
-        around = inside[0] if first is second else _inside(shapely, second, first, tab, look)
+        around = inside[0] if first is second else _inside(second, first, tab, look)
         inside.append(around[:, ::-1])
     return {TOUCHES: _each_once(pairs), PASSES: _each_once(passes), INSIDE: _each_once(inside)}
 
@@ -276,7 +273,7 @@ def _chords(program: Program, row: int) -> NDArray[np.float64]:
     return np.concatenate([centre + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1), end])
 
 
-def _pieces(shapely: Any, paths: list[_Path]) -> tuple[NearLines, NDArray[np.int64]]:
+def _pieces(paths: list[_Path]) -> tuple[NearLines, NDArray[np.int64]]:
     """Return short lines that together are the paths, and the number of the chain that each is of."""
     coordinates: list[NDArray[np.float64]] = []
     line_of: list[NDArray[np.int64]] = []
@@ -290,13 +287,13 @@ def _pieces(shapely: Any, paths: list[_Path]) -> tuple[NearLines, NDArray[np.int
             coordinates.append(piece)
             line_of.append(np.full(len(piece), len(owner)))
             owner.append(number)
-    lines: NDArray[np.object_] = shapely.linestrings(np.concatenate(coordinates), indices=np.concatenate(line_of))
+    lines: Any = shapely.linestrings(np.concatenate(coordinates), indices=np.concatenate(line_of))
     # A line without length is no line to GEOS, and near to nothing.
     lines[still] = shapely.points(np.array([coordinates[k][0] for k in still]).reshape(-1, 2))
     return NearLines(lines), np.array(owner, dtype=np.int64)
 
 
-def _inside(shapely: Any, inner: list[_Path], outer: list[_Path], tab: float, look: Look) -> NDArray[np.int64]:
+def _inside(inner: list[_Path], outer: list[_Path], tab: float, look: Look) -> NDArray[np.int64]:
     """Return int64[k, 2], pairs of a chain of `inner` that begins inside an outline of `outer`, and one that cuts it.
 
     An outline that several chains cut together is closed by the last of them, whichever that will be: what is inside
@@ -307,18 +304,19 @@ def _inside(shapely: Any, inner: list[_Path], outer: list[_Path], tab: float, lo
     open_: list[_Path] = []
     for number, path in outer:
         look()
-        area = _area(shapely, path)
+        area = _area(path)
         if area is not None:
             areas.append(area)
             owners.append([number])
         elif (path != path[0]).any():
             open_.append((number, path))
-    for area, numbers in closed_together(shapely, open_, tab, look):
+    for area, numbers in closed_together(open_, tab, look):
         areas.append(area)
         owners.append(numbers)
     if not areas or not inner:
         return np.zeros((0, 2), dtype=np.int64)
-    tree = shapely.STRtree(shapely.points(np.array([path[0] for _, path in inner])))
+    begins: Any = shapely.points(np.array([path[0] for _, path in inner]))
+    tree = shapely.STRtree(begins)
     pairs: set[tuple[int, int]] = set()
     for area, numbers in zip(areas, owners, strict=True):
         look()
@@ -338,16 +336,16 @@ def _is_closed(path: NDArray[np.float64]) -> bool:
     return gap <= max(TOUCHING, 0.1 * float(steps.sum())) and float(steps.sum()) > TOUCHING
 
 
-def _area(shapely: Any, path: NDArray[np.float64]) -> Any:
+def _area(path: NDArray[np.float64]) -> Any:
     """Return the area that a path goes round, or None."""
     closed = _is_closed(path)
     if len(path) < 4 or not (closed or len(path) > _MOST_POINTS or not shapely.is_simple(shapely.linestrings(path))):
         return None
     if len(path) > _MOST_POINTS:
-        hull = shapely.convex_hull(shapely.multipoints(path))
+        hull: Any = shapely.convex_hull(shapely.multipoints(path))
         return hull if hull.geom_type == "Polygon" else None
     whole = np.concatenate([path, path[:1]]) if closed else path
-    ring = shapely.polygons(whole) if closed else None
+    ring: Any = shapely.polygons(whole) if closed else None
     if ring is not None and shapely.is_valid(ring):
         return ring if ring.area > 0 else None
     # It crosses itself, as a lead-in does, or goes round several times: all that its lines enclose.

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.index import linked
@@ -21,7 +22,7 @@ _MOST_TOGETHER = 64
 
 
 def closed_together(
-    shapely: Any, paths: Sequence[tuple[int, NDArray[np.float64]]], tab: float, look: Look = unseen
+    paths: Sequence[tuple[int, NDArray[np.float64]]], tab: float, look: Look = unseen
 ) -> Iterator[tuple[Any, list[int]]]:
     """Yield (area, chains): what open lines enclose that touch each other, and the chains that they belong to.
 
@@ -36,12 +37,12 @@ def closed_together(
     """
     if len(paths) < 2:
         return
-    lines = shapely.linestrings(
+    lines: Any = shapely.linestrings(
         np.concatenate([points for _, points in paths]),
         indices=np.repeat(np.arange(len(paths)), [len(points) for _, points in paths]),
     )
     one, other = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=TOUCHING)
-    begins, ends, tabs = _tabs(shapely, lines, tab)
+    begins, ends, tabs = _tabs(lines, tab)
     one, other = np.concatenate([one[one != other], begins]), np.concatenate([other[one != other], ends])
     group = linked(len(paths), one, other)
     order = np.argsort(group[begins], kind="stable")
@@ -54,14 +55,12 @@ def closed_together(
         if len(alone) > _MOST_TOGETHER:
             continue
         here = slice(*np.searchsorted(of, group[members[0]] + np.arange(2)))
-        area = _enclosed(shapely, np.concatenate([lines[members], tabs[here]]))
+        area = _enclosed(np.concatenate([lines[members], tabs[here]]))
         if area.area > 0:
             yield area, chains
 
 
-def _tabs(
-    shapely: Any, lines: NDArray[np.object_], tab: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.object_]]:
+def _tabs(lines: NDArray[np.object_], tab: float) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.object_]]:
     """Return (int64[k], int64[k], lines[k]): lines an end of each of which has an end of the other as its nearest.
 
     Ends at the same place are one; the line goes from place to place.
@@ -69,7 +68,7 @@ def _tabs(
     ends = shapely.get_coordinates(np.concatenate([shapely.get_point(lines, 0), shapely.get_point(lines, -1)]))
     line_of = np.tile(np.arange(len(lines)), 2)
     _, first = np.unique((ends / TOUCHING).round(), axis=0, return_index=True)
-    spots = shapely.points(ends[first])
+    spots: Any = shapely.points(ends[first])
     # A place that was rounded to two is one.
     one, other = shapely.STRtree(spots).query(spots, predicate="dwithin", distance=2 * TOUCHING)
     first = np.delete(first, one[one > other])
@@ -80,7 +79,7 @@ def _tabs(
     here = np.flatnonzero(nearest >= 0)
     here = here[(nearest[nearest[here]] == here) & (here < nearest[here])]
     begin, end = first[here], first[nearest[here]]
-    tabs = shapely.linestrings(np.stack([ends[begin], ends[end]], axis=1))
+    tabs: Any = shapely.linestrings(np.stack([ends[begin], ends[end]], axis=1))
     return line_of[begin], line_of[end], tabs
 
 
@@ -92,7 +91,7 @@ def _together(group: NDArray[np.int64]) -> list[list[int]]:
     return [members for members in groups.values() if len(members) > 1]
 
 
-def _enclosed(shapely: Any, lines: NDArray[np.object_]) -> Any:
+def _enclosed(lines: NDArray[np.object_]) -> Any:
     """Return the area inside lines whose ends may miss each other by `TOUCHING`."""
     ends = np.concatenate([shapely.get_point(lines, 0), shapely.get_point(lines, -1)])
     end, line = shapely.STRtree(lines).query(ends, predicate="dwithin", distance=TOUCHING)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points
@@ -85,8 +86,6 @@ def find_bridges(contours: list[CutContour], members: Sequence[int], scrap: Scra
 
 def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float) -> list[tuple[int, int]]:
     """Return pairs of contours along the same scrap, the nearest of each; both ways round, but never from a hole."""
-    import shapely
-
     lines = np.array([contours[k].line for k in members], dtype=object)
     if not len(lines):
         return []
@@ -111,8 +110,6 @@ def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float
 
 def _places(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach: float, rules: CutRules) -> Places:
     """Return places that are near to a neighbour, or to two of them at once, and what lies opposite of these."""
-    import shapely
-
     near: dict[int, list[int]] = {}
     for one, other in pairs:
         near.setdefault(one, []).append(other)
@@ -254,8 +251,6 @@ def leaves_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> F
 
     `kerf_line` is what the middle of that kerf follows, a shapely line.
     """
-    import shapely
-
     step = lines[:, 1] - lines[:, 0]
     length = np.hypot(*step.T)
     share = np.minimum(LEAVES_WITHIN * kerf / np.maximum(length, 1e-9), 1.0)

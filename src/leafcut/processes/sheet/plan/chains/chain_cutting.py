@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
@@ -180,8 +181,6 @@ def planned_chains(cutting: Cutting, plan: PlanFile, *, everything: bool = False
 
 
 def _planned_link(cutting: Cutting, position: dict[int, int], choice: CutChoice) -> Link | None:
-    import shapely
-
     k = position.get(choice.contours[0], -1)
     if k < 0 or choice.start is None or not cutting.contours[k].has_leads:
         return None
@@ -258,8 +257,6 @@ Way = tuple[tuple[float, float], tuple[float, float]]
 
 def _go_together(one: Way, other: Way, kerf: float) -> bool:
     """Return whether two bridges keep their kerfs apart, or only meet where one contour is left and come to."""
-    import shapely
-
     if one[0] == other[1] or one[1] == other[0]:
         meet, p, q = (one[0], one[1], other[0]) if one[0] == other[1] else (one[1], one[0], other[1])
         (ux, uy), (vx, vy) = _towards(meet, p), _towards(meet, q)
@@ -299,8 +296,6 @@ def with_chains(cutting: Cutting, chains: Sequence[Chain]) -> Cutting:
 
 
 def _bridged(cutting: Cutting, chains: Sequence[Chain]) -> Scrap:
-    import shapely
-
     pairs = [pair for chain in chains for pair in itertools.pairwise(chain)]
     lines = shapely.linestrings(np.array([[a.leave, b.arrive] for a, b in pairs]))
     index = [[cutting.contours[k].index for k in (a.contour, b.contour)] for a, b in pairs]
@@ -326,8 +321,6 @@ def _singles(cutting: Cutting, scrap: Scrap, members: set[int], starts: dict[int
 
 def _without_nearest(cutting: Cutting, chains: Sequence[Chain], stuck: int) -> list[Chain]:
     """Return the chains without the bridge that is nearest to a contour."""
-    import shapely
-
     line = cutting.contours[stuck].line
     ways = [(n, i) for n, chain in enumerate(chains) for i in range(len(chain) - 1)]
     away = [shapely.distance(line, shapely.LineString([chains[n][i].leave, chains[n][i + 1].arrive])) for n, i in ways]

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import shapely
 
 from leafcut.geometry.polyline import Points
 from leafcut.model.cutting import Lead
@@ -55,8 +56,6 @@ Chain = tuple[Link, ...]
 
 def chain_starts(cutting: Cutting, chain: Chain, scrap: Scrap) -> list[CutStart]:
     """Return the ways to begin a chain; none where no lead-in has room beside its bridges."""
-    import shapely
-
     rules, contours = cutting.rules, cutting.contours
     ways = [shapely.LineString([a.leave, b.arrive]) for a, b in itertools.pairwise(chain)]
     rest = [CutStart(link.contour, link.at, link.clockwise, link.arrive, link.leave) for link in chain]
@@ -113,8 +112,6 @@ def _lead_points(contour: CutContour, start: CutStart, lead: Lead, out: CutRules
 
 def clear_of(lead: Points, bridge: Any, kerf: float) -> bool:
     """Return whether a lead, float64[k, 2] from its contour on, leaves the kerf of a bridge and stays away from it."""
-    import shapely
-
     line = shapely.LineString(lead)
     count = max(math.ceil(line.length / max(0.25 * kerf, 0.01)), 2)
     points = shapely.line_interpolate_point(line, np.linspace(0.0, line.length, count + 1))
@@ -139,8 +136,6 @@ def _free(contour: CutContour, start: CutStart, scrap: Scrap, rules: CutRules) -
 
 def lead_lines(contour: CutContour, start: CutStart, rules: CutRules) -> list[Any]:
     """Return the leads of a start that is in no chain, as shapely lines."""
-    import shapely
-
     if not contour.path.closed and start.lead_in.length:
         return [shapely.LineString(_lead_points(contour, start, start.lead_in))]
     if not contour.has_leads:

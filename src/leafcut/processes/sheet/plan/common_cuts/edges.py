@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.processes.sheet.plan.cut_contours import CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
@@ -49,8 +51,6 @@ def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Slot]:
 
     Only between outlines that border on the same scrap: on the sheet, or in the same hole.
     """
-    import shapely
-
     owner, ends = [], []
     for k, c in enumerate(contours):
         if not c.has_leads or c.hole:
@@ -63,7 +63,7 @@ def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Slot]:
     if not ends:
         return []
     table = np.array(ends, dtype=np.float64)
-    lines = shapely.linestrings(table)
+    lines: Any = shapely.linestrings(table)
     gap = 2.0 * rules.half
     first, second = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=gap + GAP)
     found = []

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.fitting import fit_arcs
@@ -78,8 +79,6 @@ class Grouper:
     """Makes groups, or says that parts make none."""
 
     def __init__(self, contours: list[CutContour], slots: Sequence[Slot], scrap: Scrap, rules: CutRules) -> None:
-        import shapely
-
         self.contours, self.slots, self.scrap, self.rules = contours, slots, scrap, rules
         owners = {k for s in slots for k in s.parts}
         self.metal = {k: shapely.Polygon(contours[k].source.contour.path.flattened(FLATNESS)) for k in owners}
@@ -90,8 +89,6 @@ class Grouper:
 
     def group(self, members: frozenset[int]) -> Group | None:
         """Return the group of some parts; None where not all of it could be cut."""
-        import shapely
-
         inside = [n for n, s in enumerate(self.slots) if set(s.parts) <= members]
         shape = self._shape(members, inside)
         if shape is None:
@@ -117,16 +114,14 @@ class Grouper:
 
     def _shape(self, members: frozenset[int], inside: Sequence[int]) -> Polyline | None:
         """Return the edge of the parts with the rooms between them; None where scrap is locked in."""
-        import shapely
-
-        whole = shapely.union_all([*(self.metal[k] for k in sorted(members)), *(self.rooms[n] for n in inside)])
+        whole: Any = shapely.union_all([*(self.metal[k] for k in sorted(members)), *(self.rooms[n] for n in inside)])
         if whole.geom_type != "Polygon":
             return None
         for hole in whole.interiors:
             # Where four corners meet, a square of a kerf's width is left, which the lines cut away.
             if not shapely.Polygon(hole).buffer(-(self.rules.half + ROUNDING)).is_empty:
                 return None
-        ring = shapely.Polygon(whole.exterior).simplify(0.1 * MEET)
+        ring: Any = shapely.Polygon(whole.exterior).simplify(0.1 * MEET)
         points = np.asarray(ring.exterior.coords)[:-1, :2]
         bent = any(self.round[k] for k in members)
         found = fit_arcs(points, 0.5 * MEET, closed=True) if bent else Polyline.of_points(points, closed=True)
@@ -143,8 +138,6 @@ class Grouper:
 
     def _covers(self, lines: Any, members: frozenset[int]) -> bool:
         """Return whether all of every part's path is cut but arcs round corners, and nothing nearer to a part."""
-        import shapely
-
         half = self.rules.half
         near = lines.buffer(ROUNDING)
         for k in members:
@@ -159,8 +152,6 @@ class Grouper:
 
     def _in_line(self) -> Iterator[tuple[int, int]]:
         """Yield pairs of rooms that follow each other on one line, no more than a kerf between them."""
-        import shapely
-
         if not len(self.middles):
             return
         reach = 2.0 * self.rules.half + 2.0 * GAP
@@ -189,8 +180,6 @@ class Grouper:
 
     def _to_kerfs(self, lines: list[tuple[Point, Point]], around: Any) -> list[tuple[Point, Point]] | None:
         """Return lines made longer to the middle of the next kerf at both ends; None where there is none."""
-        import shapely
-
         drawn = [shapely.LineString(line) for line in lines]
         found = []
         for number, (begin, end) in enumerate(lines):
@@ -204,8 +193,6 @@ class Grouper:
 
     def _met(self, origin: Point, end: Point, kerfs: Any) -> Point | None:
         """Return where a line, going on beyond its end, comes into the middle of a kerf."""
-        import shapely
-
         along = (np.array(end) - np.array(origin)) / math.dist(origin, end)
         ray = shapely.LineString([end, np.array(end) + (REACH * self.rules.half + MEET) * along])
         hits = ray.intersection(kerfs)
@@ -217,8 +204,6 @@ class Grouper:
     def _line(
         self, ends: tuple[Point, Point], inside: Sequence[int], members: frozenset[int], around: Any
     ) -> CommonLine:
-        import shapely
-
         line = shapely.LineString(ends)
         near = [n for n in inside if shapely.dwithin(line, self.middles[n], GAP)]
         along = {n: self.middles[n].intersection(line.buffer(2.0 * GAP, cap_style="flat")).length for n in near}
@@ -235,8 +220,6 @@ class Grouper:
 
     def _inlet(self, here: Point, to: Point, members: frozenset[int], around: Any, backward: bool) -> Lead | None:
         """Return the lead-in with which a line can begin at one end; None where it cannot begin there."""
-        import shapely
-
         if shapely.distance(around, shapely.Point(here)) > 2.0 * MEET:
             return None
         wanted = self.rules.lead_in
@@ -254,8 +237,6 @@ class Grouper:
 
     def _has_room(self, lead: np.ndarray, members: frozenset[int], around: Any, splash: float) -> bool:
         """Return whether a lead-in, float64[2, 2], comes straight from outside the group through scrap that is free."""
-        import shapely
-
         kerf = self.rules.kerf
         owners = [self.contours[k] for k in members]
         if not self.scrap.free([shapely.LineString(lead)], *owners)[0]:
@@ -283,8 +264,6 @@ def _straightened(path: Polyline) -> Polyline:
 
 def _room(slot: Slot) -> Any:
     """Return the room between two edges as a shapely polygon that reaches a little into both parts."""
-    import shapely
-
     reach = 0.5 * slot.width + 0.5 * GAP
     side = np.array(slot.normal) * reach
     begin, end = np.array(slot.begin), np.array(slot.end)
@@ -299,14 +278,12 @@ def _far(ends: Sequence[Point]) -> tuple[Point, Point]:
 
 def _uncrossed(lines: Sequence[tuple[Point, Point]], half: float) -> list[tuple[Point, Point]]:
     """Return lines of which none crosses another: a shorter one ends at a longer one, and goes on beyond it."""
-    import shapely
-
     placed: list[tuple[Point, Point]] = []
     for begin, end in sorted(lines, key=lambda line: (-round(math.dist(*line), 3), line)):
         whole = shapely.LineString([begin, end])
         stops = [0.0, whole.length]
         for other in placed:
-            met = whole.intersection(shapely.LineString(other))
+            met: Any = whole.intersection(shapely.LineString(other))
             if met.geom_type == "Point" and not met.is_empty:
                 at = whole.project(met)
                 if 0.5 * half + MEET < at < whole.length - 0.5 * half - MEET:
@@ -318,8 +295,6 @@ def _uncrossed(lines: Sequence[tuple[Point, Point]], half: float) -> list[tuple[
 
 def _ends_at(lines: Sequence[CommonLine]) -> Iterator[tuple[int, int]]:
     """Yield pairs (before, after): a line, and a later one that ends at it."""
-    import shapely
-
     drawn = [shapely.LineString([x.begin, x.end]) for x in lines]
     for a, b in itertools.combinations(range(len(lines)), 2):
         if any(shapely.dwithin(drawn[a], shapely.Point(p), 2.0 * MEET) for p in (lines[b].begin, lines[b].end)):

@@ -15,6 +15,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
+import shapely
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.issue import Issue, Severity
@@ -55,8 +56,6 @@ def with_common_lines(
 
 def beside_leads(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
     """Return the scrap with the lead-ins of common lines in it: others keep away from them."""
-    import shapely
-
     leads = []
     for c in contours:
         for at, backward, lead in ((0.0, False, c.inlets[0]), (c.path.length, True, c.inlets[1])):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.processes.sheet.plan.cut_contours import FLATNESS
@@ -67,8 +68,6 @@ class _Drawn:
 
     def line(self, start: CutStart) -> Any:
         """Return the way of the torch from a start on, as a shapely line."""
-        import shapely
-
         if id(start) not in self._lines:
             path: Polyline = self.cutting.cut(start).path
             self._lines[id(start)] = start, shapely.LineString(path.flattened(FLATNESS))
@@ -76,13 +75,11 @@ class _Drawn:
 
 
 def _lay(drawn: _Drawn, order: list[CutStart]) -> _Laid:
-    import shapely
-
     nothing = shapely.LineString()
     burns = [drawn.cutting.contours[s.contour].kind == "cut" for s in order]
     lines = [drawn.line(s) if b else nothing for s, b in zip(order, burns, strict=True)]
     places = [s.entry if b and s.pierce else (math.nan, math.nan) for s, b in zip(order, burns, strict=True)]
-    points = shapely.points(np.array(places, dtype=np.float64).reshape(-1, 2), handle_nan="skip")
+    points: Any = shapely.points(np.array(places, dtype=np.float64).reshape(-1, 2), handle_nan="skip")
     return _Laid(lines, shapely.STRtree(lines), shapely.STRtree(points))
 
 
@@ -91,8 +88,6 @@ def _bad(cutting: Cutting, laid: _Laid, k: int, start: CutStart, line: Any = Non
 
     Given the `line` of a start that is tried, the pierces of later cuts in its kerf count, too.
     """
-    import shapely
-
     if not start.pierce or cutting.contours[start.contour].kind != "cut":
         return 0, 0
     half = 0.5 * cutting.rules.kerf

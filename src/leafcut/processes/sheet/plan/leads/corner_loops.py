@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.geometry.polyline import Points, Polyline
 from leafcut.processes.sheet.plan.cut_contours import CutContour, corner_turns, corners_along, flat_line
@@ -38,8 +39,6 @@ class _Loop:
 
 def with_loops(contours: list[CutContour], scrap: Scrap, rules: CutRules) -> list[CutContour]:
     """Return the contours with loops at the sharp corners of outlines that have room for one."""
-    import shapely
-
     loops = [loop for k, c in enumerate(contours) if c.has_leads and not c.hole for loop in _loops_of(k, c, rules)]
     if not loops:
         return contours

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
@@ -312,8 +313,6 @@ def with_leads(
 
 def from_centre(contour: CutContour, at: Points, travel: Points, places: list[tuple[float, bool]]) -> list[Lead]:
     """Return straight leads from the middle of a small hole."""
-    import shapely
-
     middle = shapely.Polygon(contour.line.coords).centroid
     leads = []
     for (x, y), (tx, ty), (_, clockwise) in zip(at.tolist(), travel.tolist(), places, strict=True):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import shapely
 
 from leafcut.errors import PlanError
 from leafcut.model.cutting import Lead
@@ -33,8 +34,6 @@ def edge_starts(number: int, contour: CutContour, scrap: Scrap, rules: CutRules,
     PlanError
         Nobody has said where the sheet ends.
     """
-    import shapely
-
     if scrap.sheet is None:
         raise PlanError(
             f"{rules.data.thickness:g} mm is above the pierce capacity: cuts start at the sheet's edge, but its size "

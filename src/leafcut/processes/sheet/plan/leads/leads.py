@@ -13,6 +13,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points, Polyline
@@ -110,8 +111,6 @@ class Scrap:
     """
 
     def __init__(self, sheet: Sheet, contours: list[CutContour], rules: CutRules) -> None:
-        import shapely
-
         self.rules = rules
         self.contours = contours
         self.parts, self.part_numbers = _materials(sheet)
@@ -135,8 +134,6 @@ class Scrap:
 
         `owners` is int64[n, 2]: the contours (indices in `Sheet.contours`) that each joins.
         """
-        import shapely
-
         other = copy(self)
         other.bridge_owners = np.asarray(owners, dtype=np.int64).reshape(-1, 2)
         other._bridge_tree = shapely.STRtree(lines)
@@ -166,8 +163,6 @@ class Scrap:
             ok[pairs[0][~np.isin(self.bridge_owners[pairs[1]], own).any(axis=1)]] = False
         ok[self.zones_near(lines)[0]] = False
         if self.inner is not None and not leaves_sheet:
-            import shapely
-
             ok &= shapely.contains(self.inner, lines)
         return ok
 
@@ -181,8 +176,6 @@ class Scrap:
 
     def clear(self, places: Points, radius: float) -> Flags:
         """Return round which places (float64[n, 2]) there is no part within `radius`, bool[n]."""
-        import shapely
-
         ok = np.ones(len(places), dtype=bool)
         if radius > 0.0:
             ok[self._metal.near(shapely.points(places), radius - ROUNDING)[0]] = False
@@ -194,8 +187,6 @@ class Scrap:
         Going outwards, the way from a lead to its own contour may only grow until the two kerfs are apart; from there
         on they must stay apart.
         """
-        import shapely
-
         fine = _dense(leads, 0.25 * self.rules.kerf)
         away = shapely.distance(shapely.points(fine), owner.line)
         apart = away >= self.rules.kerf - ROUNDING
@@ -218,8 +209,6 @@ def _dense(leads: NDArray[np.float64], step: float) -> NDArray[np.float64]:
 
 def _materials(sheet: Sheet) -> tuple[list[Any], list[int]]:
     """Return every part as a shapely polygon with its holes, a little smaller than it is, and its number."""
-    import shapely
-
     rings = {
         i: shapely.LinearRing(c.contour.path.flattened(FLATNESS))
         for i, c in enumerate(sheet.contours)
@@ -237,6 +226,4 @@ def _materials(sheet: Sheet) -> tuple[list[Any], list[int]]:
 
 def as_lines(leads: NDArray[np.float64]) -> Any:
     """Return leads (float64[n, k, 2]) as shapely lines."""
-    import shapely
-
     return shapely.linestrings(leads)

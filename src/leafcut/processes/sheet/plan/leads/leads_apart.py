@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import shapely
 
 from leafcut.processes.sheet.plan.chains.chain_starts import lead_lines
 from leafcut.processes.sheet.plan.cut_contours import ROUNDING
@@ -49,8 +50,6 @@ def leads_apart(
 
 def starts_apart(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
     """Return the cutting with the starts of an order, and of all others those whose leads keep away from its leads."""
-    import shapely
-
     extras = [_extras(cutting, s) for s in order]
     lines = [line for own in extras for line in own]
     owner = np.array([k for k, own in enumerate(extras) for _ in own], dtype=np.int64)
@@ -66,8 +65,6 @@ def starts_apart(cutting: Cutting, order: Sequence[CutStart]) -> Cutting:
 
 def _extras(cutting: Cutting, s: CutStart) -> list[Any]:
     """Return what a cut burns besides its contours: leads and bridges, as shapely lines."""
-    import shapely
-
     if not s.then:
         return lead_lines(cutting.contours[s.contour], s, cutting.rules)
     steps = [s, *s.then]
@@ -86,8 +83,6 @@ def _left(cutting: Cutting, s: CutStart) -> Point:
 
 def _too_near(extras: Sequence[list[Any]], kerf: float) -> set[tuple[int, int]]:
     """Return pairs of places in the order whose leads (`_extras` of each) come into each other's kerf."""
-    import shapely
-
     lines = [line for own in extras for line in own]
     owner = [k for k, own in enumerate(extras) for _ in own]
     if not lines:
@@ -101,8 +96,6 @@ def _elsewhere(
     start: Point | None, end: Point | None,
 ) -> CutStart | None:  # fmt: skip
     """Return the cheapest start of a cut whose leads keep away from all others; None where it must stay, or may."""
-    import shapely
-
     own = order[k]
     if "start" in cutting.fixed.get(own.contour, ()):
         return None
