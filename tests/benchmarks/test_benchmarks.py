@@ -6,28 +6,21 @@ import math
 import re
 import sys
 from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from benchmarked import benchmark
 from leafcut.solve import stop
 
 ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
-def benchmark(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Return what imports a module of the benchmarks."""
-    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
-    return import_module
-
-
-@pytest.fixture
 def run(
-    benchmark: Any, data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., tuple[str, list[list[str]]]]:
     """Return what runs a script as its command does, and returns what it printed and the rows of its table."""
     monkeypatch.setenv("LEAFCUT_DATA", str(data))
@@ -76,9 +69,7 @@ def test_every_peer_has_a_line_whether_it_could_be_run_or_not(run: Any) -> None:
             assert note.startswith("not run: ")
 
 
-def test_the_judge_of_tours_agrees_with_published_optima(
-    benchmark: Any, data: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_judge_of_tours_agrees_with_published_optima(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from leafcut.read.tsplib import read_tour
 
     monkeypatch.setenv("LEAFCUT_DATA", str(data))
@@ -90,7 +81,7 @@ def test_the_judge_of_tours_agrees_with_published_optima(
     assert boards.load("mona-lisa100K").reference == 5_757_191
 
 
-def test_the_judge_of_tours_refuses_what_is_no_tour_or_not_as_long_as_stated(benchmark: Any) -> None:
+def test_the_judge_of_tours_refuses_what_is_no_tour_or_not_as_long_as_stated() -> None:
     boards = benchmark("boards")
     board = boards.uniform(5)
     length = boards.checked_length(board, [0, 1, 2, 3, 4])
@@ -99,7 +90,7 @@ def test_the_judge_of_tours_refuses_what_is_no_tour_or_not_as_long_as_stated(ben
             boards.checked_length(board, tour, stated)
 
 
-def test_distances_are_rounded_as_tsplib_says(benchmark: Any) -> None:
+def test_distances_are_rounded_as_tsplib_says() -> None:
     """√2 = 1.41 and √8 = 2.83: to the nearest 1 and 3, upwards 2 and 3."""
     boards = benchmark("boards")
     distances = np.sqrt([2.0, 8.0])
@@ -110,7 +101,7 @@ def test_distances_are_rounded_as_tsplib_says(benchmark: Any) -> None:
         boards.rounded("GEO", distances)
 
 
-def test_a_gap_is_read_from_the_history_as_it_was_then(benchmark: Any) -> None:
+def test_a_gap_is_read_from_the_history_as_it_was_then() -> None:
     tsplib, boards = benchmark("tsplib"), benchmark("boards")
     run = tsplib.Run(((0.1, 300.0), (0.5, 220.0), (2.0, 210.0)), np.zeros(0, np.int32), 210.0, 2.0, 2.0)
     assert [run.length_at(t) for t in (0.05, 0.1, 0.49, 1.0, 9.0)] == [np.inf, 300.0, 300.0, 220.0, 210.0]
@@ -120,9 +111,7 @@ def test_a_gap_is_read_from_the_history_as_it_was_then(benchmark: Any) -> None:
     assert tsplib.gap_words(board, [np.inf]) == "–"
 
 
-def test_a_peer_that_fails_says_why_and_a_wrong_tour_ends_the_benchmark(
-    benchmark: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_peer_that_fails_says_why_and_a_wrong_tour_ends_the_benchmark(monkeypatch: pytest.MonkeyPatch) -> None:
     peers = benchmark("peers")
     sent: list[Any] = []
     pipe = type("Pipe", (), {"send": lambda _, message: sent.append(message)})()
@@ -146,7 +135,7 @@ def test_a_peer_that_fails_says_why_and_a_wrong_tour_ends_the_benchmark(
     assert good.why == ""
 
 
-def test_a_section_is_replaced_and_the_others_stay(benchmark: Any, tmp_path: Path) -> None:
+def test_a_section_is_replaced_and_the_others_stay(tmp_path: Path) -> None:
     page, file = benchmark("page"), tmp_path / "benchmarks.md"
     page.write_section(file, "one", "first")
     page.write_section(file, "two", "second")
@@ -178,7 +167,7 @@ def test_nests_stand_beside_the_best_known_with_the_density_of_their_length(run:
     assert float(row[6]) == pytest.approx(float(row[4]) - 92.39, abs=0.011)
 
 
-def test_the_judge_of_nests_refuses_what_overlaps_is_missing_or_leaves_the_strip(benchmark: Any) -> None:
+def test_the_judge_of_nests_refuses_what_overlaps_is_missing_or_leaves_the_strip() -> None:
     """Two unit squares in a strip of width 1: side by side they fill a length of 2 and the gap between them."""
     from leafcut.model.nest import Layout, Nest, Placement, Stock
 
@@ -209,7 +198,7 @@ def test_routes_of_sheets_are_beside_the_published_ones(run: Any) -> None:
     assert int(rows[2][4].replace(",", "")) >= 1513
 
 
-def test_the_judge_of_sheets_refuses_an_outer_contour_before_its_inner_one(benchmark: Any) -> None:
+def test_the_judge_of_sheets_refuses_an_outer_contour_before_its_inner_one() -> None:
     """It shares nothing with the solver: 1 lies in 2, which lies in 3; by the looser rule only 3-1 is refused."""
     places = benchmark("sheets").Places([(0, 0), (3, 4), (3, 0), (0, 4)], [0, 1, 2, 3], [(1, 2), (2, 3)])
     assert places.judged([0, 1, 2, 3], loose=False) == 5 + 4 + 5 + 4
@@ -220,7 +209,7 @@ def test_the_judge_of_sheets_refuses_an_outer_contour_before_its_inner_one(bench
         places.judged([0, 3, 1, 2], loose=True)
 
 
-def test_fireflies_are_judged_on_cities_and_on_grids(run: Any, benchmark: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_fireflies_are_judged_on_cities_and_on_grids(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """No gap is below the bound beside it; with local search the small circle's grid is ordered as well as can be."""
     monkeypatch.setattr(benchmark("firefly"), "BOUND_S", 0.3)
     options = "--pockets", "p2_circle", "--times", "0.5,0.5", "--seeds", "1"

@@ -2,26 +2,14 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
-import pytest
+from benchmarked import benchmark
 
-ROOT = Path(__file__).parents[2]
-
-
-@pytest.fixture(scope="module")
-def golden() -> Any:
-    """Return the benchmark as a module."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(ROOT / "benchmarks"))
-        return import_module("golden")
+golden = benchmark("golden")
 
 
-def test_every_byte_of_two_runs_is_the_same_and_a_changed_a_missing_and_a_new_file_are_named(
-    golden: Any, tmp_path: Path
-) -> None:
+def test_every_byte_of_two_runs_is_the_same_and_a_changed_a_missing_and_a_new_file_are_named(tmp_path: Path) -> None:
     one, other = tmp_path / "one", tmp_path / "other"
     for folder in (one, other):
         golden.write(folder, "drill/plate_10.dxf/haas")

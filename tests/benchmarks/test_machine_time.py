@@ -3,32 +3,21 @@
 from __future__ import annotations
 
 import re
-from importlib import import_module
-from pathlib import Path
-from typing import Any
 
 import pytest
 
+from benchmarked import benchmark
 from simulated_machine import need_simulation
 
-ROOT = Path(__file__).parents[2]
 
-
-@pytest.fixture
-def benchmark(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Return what imports a module of the benchmarks."""
-    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
-    return import_module
-
-
-def test_every_program_that_is_made_here_can_be_timed(benchmark: Any) -> None:
+def test_every_program_that_is_made_here_can_be_timed() -> None:
     script = benchmark("machine_time")
     made = {name: text() for name, text in benchmark("timed_programs").programs().items() if "," in name}
     assert len(made) >= 30
     assert all(5.0 < script.estimated_seconds(text) < 400.0 for text in made.values())
 
 
-def test_the_program_of_a_sheet_is_timed_as_it_was_planned(benchmark: Any) -> None:
+def test_the_program_of_a_sheet_is_timed_as_it_was_planned() -> None:
     """Two plates of an outline and two holes: six times down, pierce, round and up; the file reads back to its time."""
     text = benchmark("timed_programs").perforated(2.0, columns=2, rows=1, holes=2)
     assert text.count("M3 S1") == 6
@@ -41,7 +30,7 @@ def test_the_program_of_a_sheet_is_timed_as_it_was_planned(benchmark: Any) -> No
 
 
 @pytest.mark.external
-def test_linuxcnc_takes_as_long_as_estimated_within_two_percent(benchmark: Any) -> None:
+def test_linuxcnc_takes_as_long_as_estimated_within_two_percent() -> None:
     script = benchmark("machine_time")
     need_simulation(script)
     text = benchmark("timed_programs").polygon(3000, "G64")

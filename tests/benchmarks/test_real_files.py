@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import leafcut
+from benchmarked import benchmark
 from leafcut.read.machine import load_machine
 from simulated_machine import need_simulation
 
-ROOT = Path(__file__).parents[2]
 #: Where eight squares of 10 mm are cut, out of order, the first of them in the middle.
 SQUARES = [(40, 0), (0, 0), (60, 30), (20, 0), (60, 0), (0, 30), (40, 30), (20, 30)]
 
 
 @pytest.fixture
-def real_files(monkeypatch: pytest.MonkeyPatch) -> Any:
+def real_files() -> Any:
     """Return the benchmark, where the simulated LinuxCNC is."""
-    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
-    need_simulation(import_module("machine_time"))
-    return import_module("real_files")
+    need_simulation(benchmark("machine_time"))
+    return benchmark("real_files")
 
 
 @pytest.mark.external
@@ -43,8 +41,7 @@ def test_a_plasma_program_whose_feed_stands_on_the_line_of_the_tool_takes_no_lon
 
 def test_what_was_simulated_is_not_simulated_again(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A sweep that was stopped goes on; where the new program seems slower both are run again, and the least counts."""
-    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
-    module = import_module("real_files")
+    module = benchmark("real_files")
     machine = load_machine("linuxcnc-mill")
     took = {"old": [10.0, 9.0, 8.5, 8.5], "new": [12.0, 11.0, 8.0, 8.0], "odd": ["Bad character"]}
     ran: list[str] = []

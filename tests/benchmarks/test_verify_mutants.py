@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from pathlib import Path
-from typing import Any
-
 import pytest
 
+from benchmarked import benchmark
 
-@pytest.fixture
-def mutants(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Return the module of the benchmark."""
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "benchmarks"))
-    return import_module("verify_mutants")
+mutants = benchmark("verify_mutants")
 
 
 @pytest.mark.external
-def test_no_mutant_is_called_the_same_that_rs274_tells_apart(mutants: Any, rs274: str) -> None:
+def test_no_mutant_is_called_the_same_that_rs274_tells_apart(rs274: str) -> None:
     found = mutants.judge_all(80, 5, rs274, every=5)
     assert found.missed == []
     assert found.unequal == []
@@ -26,7 +19,7 @@ def test_no_mutant_is_called_the_same_that_rs274_tells_apart(mutants: Any, rs274
 
 
 @pytest.mark.external
-def test_the_judge_tells_other_work_apart_and_another_order_not(mutants: Any, rs274: str) -> None:
+def test_the_judge_tells_other_work_apart_and_another_order_not(rs274: str) -> None:
     judge = mutants.Judge(rs274)
     holes = [f"G0 X{x} Y0\nG0 Z2\nG1 Z-1 F100\nG0 Z20\n" for x in (1, 9)]
     head, end = mutants.HEAD, mutants.END

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
+from benchmarked import benchmark
+from every import every
 
-import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-
-import students
+students = benchmark("students")
 
 
-@pytest.mark.parametrize(
-    ("name", "process", "objective"),
+@every(
+    "name, process, objective",
     [("sheet.dxf", "cut", "distance"), ("board_97.dxf", "cut", "distance"), ("plate_27.dxf", "drill", "time")],
 )
 def test_no_algorithm_of_the_literature_finds_a_shorter_path_in_about_the_same_time(
