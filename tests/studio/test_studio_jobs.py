@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
+from waiting import until
 
 import leafcut
 from leafcut.errors import OptionError
@@ -24,15 +23,6 @@ from leafcut.studio.wording import words as words_of
 
 LONG = Task("solve", ("random:300:1",), options={"time_limit": "120s", "bound": False})
 SHORT = Task("optimize", ("example:plate-10",), options={"preset": "fast"})
-
-
-def until(true: Callable[[], Any]) -> None:
-    """Wait for something, a minute at most."""
-    for _ in range(6000):
-        if true():
-            return
-        time.sleep(0.01)
-    pytest.fail("it never came")
 
 
 def test_a_job_gives_what_the_call_gives(studio: Studio) -> None:

@@ -6,7 +6,6 @@ import re
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -14,6 +13,7 @@ from pathlib import Path
 import httpx2
 import pytest
 from studio_server import Server, running
+from waiting import until
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
@@ -73,10 +73,7 @@ def test_no_key_stands_where_another_person_of_this_machine_can_read_it(tmp_path
     browser.write_text(f'#!/bin/sh\necho "$1" > {seen}.part && mv {seen}.part {seen}\n')
     browser.chmod(0o755)
     with running(tmp_path, "BROWSER", str(browser)) as started:
-        for _ in range(600):
-            if seen.is_file():
-                break
-            time.sleep(0.05)
+        until(seen.is_file)
         told = seen.read_text().strip()
         page = Path(told.removeprefix("file://"))
         assert told.startswith("file://")
@@ -153,13 +150,8 @@ def test_ctrl_c_ends_it_cleanly_also_while_something_runs_and_waits(tmp_path: Pa
         with ThreadPoolExecutor(3) as asking:
             for _ in range(3):
                 asking.submit(client.post, "/api/solve", data=body, timeout=90)
-            stands: list[str] = []
-            for _ in range(600):
-                stands = sorted(job["state"] for job in client.get("/api/jobs").json())
-                if stands == ["running", "running", "waiting"]:
-                    break
-                time.sleep(0.05)
-            assert stands == ["running", "running", "waiting"]
+            stand = ["running", "running", "waiting"]
+            until(lambda: sorted(job["state"] for job in client.get("/api/jobs").json()) == stand)
             status, out, error = started.end()
         client.close()
     assert status == 0

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from waiting import until
 
 from leafcut import api
 from leafcut.model.snapshot import Snapshot
@@ -42,14 +43,6 @@ class Search(threading.Thread):
         before = self.steps
         time.sleep(0.25)
         return self.steps == before
-
-
-def until(true: object) -> None:
-    for _ in range(6000):
-        if true():  # type: ignore[operator]
-            return
-        time.sleep(0.01)
-    pytest.fail("it never came")
 
 
 @pytest.fixture
