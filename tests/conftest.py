@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import shutil
+import tempfile
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -16,6 +18,42 @@ settings.load_profile("leafcut")
 # Nobody's own defaults are read, and nothing is remembered from run to run: what is told does not hang on that.
 os.environ["LEAFCUT_DEFAULTS"] = ""
 os.environ["XDG_STATE_HOME"] = os.environ["LOCALAPPDATA"] = os.devnull
+
+
+def pytest_configure() -> None:
+    """Have one worker compile a kernel and the others wait for its file: to compile twice takes twice as long."""
+    run = os.environ.get("PYTEST_XDIST_TESTRUNUID")
+    if run:
+        _compile_once(Path(tempfile.gettempdir()) / f"leafcut-tests-{run}")
+
+
+def _compile_once(locks: Path) -> None:
+    try:
+        import fcntl
+    except ImportError:  # not on this system: every worker compiles for itself
+        return
+    from numba.core.caching import NullCache
+    from numba.core.compiler_lock import global_compiler_lock
+    from numba.core.dispatcher import Dispatcher
+
+    locks.mkdir(exist_ok=True)
+    compile_now = Dispatcher.compile
+    held: set[str] = set()
+
+    def compile_alone(self: Any, signature: Any) -> Any:
+        name = self.py_func.__name__
+        if isinstance(self._cache, NullCache) or name in held:
+            return compile_now(self, signature)
+        # First what the threads of a worker wait for, then what workers wait for: never the other way round.
+        with global_compiler_lock, (locks / name).open("w") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            held.add(name)
+            try:
+                return compile_now(self, signature)
+            finally:
+                held.discard(name)
+
+    Dispatcher.compile = compile_alone
 
 
 @pytest.fixture(scope="session")
