@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import leafcut
+from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.model import Kind
@@ -40,7 +41,7 @@ def circles(drawing: Path) -> np.ndarray:
     return np.array(sorted((round(c.x, 3), round(c.y, 3)) for c in found))
 
 
-@pytest.mark.parametrize("name", PLATES)
+@every("name", PLATES)
 def test_every_circle_of_our_plates_is_drilled_once(name: str, examples: Path) -> None:
     drawing = examples / f"{name}.dxf"
     outcome = leafcut.optimize(drawing, thickness="0.25in", preset="fast")
@@ -55,7 +56,7 @@ def excellon_holes(board: Path) -> list[tuple[float, float]]:
     return sorted((float(x), float(y)) for x, y in re.findall(r"^X([-\d.]+)Y([-\d.]+)$", text, flags=re.MULTILINE))
 
 
-@pytest.mark.parametrize("name", BOARDS)
+@every("name", BOARDS)
 def test_every_hole_of_real_boards_is_drilled_once_on_every_machine(name: str, data: Path) -> None:
     board = data / "boards" / f"{name}.drl"
     holes = np.array(excellon_holes(board))
@@ -96,7 +97,7 @@ def test_inch_and_millimetre_drawings_of_a_part_give_the_same_tour(tmp_path: Pat
     assert texts[0] == texts[1]
 
 
-@pytest.mark.parametrize("algorithm", ["mmas", "acs"])
+@every("algorithm", ["mmas", "acs"])
 def test_the_same_seed_gives_the_same_bytes_on_one_thread_and_on_two(algorithm: str, examples: Path) -> None:
     board = examples / "board_97.dxf"
     options = {"thickness": 2, "algorithm": algorithm, "preset": "fast", "seed": 5}

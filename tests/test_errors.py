@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
-
+from every import every
 from leafcut import errors
 from leafcut.errors import LONGEST_QUOTE, LeafcutError, OptionError, ReadError, nearest, shown
 from leafcut.files import OutputError
@@ -23,7 +22,7 @@ def test_a_read_error_names_file_and_line() -> None:
     assert (problem.file, problem.line, problem.reason) == ("a.nc", 12, "G7 is not understood")
 
 
-@pytest.mark.parametrize("word", ["\\" * 500, "a/b" * 200, "x" * 500])
+@every("word", ["\\" * 500, "a/b" * 200, "x" * 500])
 def test_a_long_word_is_cut_also_where_a_message_may_be_longer(word: str) -> None:
     """What another library says of a file repeats the file's own words: these are cut, not what it says."""
     said = shown(f"Unknown type: '{word}' in line 3", 120)
@@ -32,8 +31,8 @@ def test_a_long_word_is_cut_also_where_a_message_may_be_longer(word: str) -> Non
     assert said.endswith("in line 3")
 
 
-@pytest.mark.parametrize(
-    ("name", "end"),
+@every(
+    "name, end",
     [
         ("has-vf2", "; did you mean 'Haas-VF2'?"),
         ("HAAS-VF2", "; did you mean 'Haas-VF2'?"),

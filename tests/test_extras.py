@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
+from every import every
 
 #: The command line where some packages are not installed, whether they are or not.
 WITHOUT = """
@@ -28,8 +28,8 @@ def without(hidden: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "extra", "packages"),
+@every(
+    "arguments, extra, packages",
     [
         (("studio", "--no-open"), "studio", "nicegui,uvicorn,fastapi"),
         (("nest", "{examples}/bracket.dxf:3"), "nest", "spyrrow,rectpack"),

@@ -11,6 +11,7 @@ import ezdxf
 import pytest
 from PIL import Image, ImageDraw
 
+from every import every
 from leafcut import api
 from leafcut.errors import OptionError
 from leafcut.option_spec import WORKS, OptionGroup, flag_name, written
@@ -137,7 +138,7 @@ def test_the_options_that_a_kind_of_work_names_are_those_that_its_runs_read(
     assert (sorted(named - reads), sorted(reads - named)) == ([], [])
 
 
-@pytest.mark.parametrize("work", WORKS)
+@every("work", WORKS)
 def test_an_option_of_another_kind_of_work_is_refused_and_its_default_too(work: str) -> None:
     """One line: which option, which work, what it is for."""
     others = [(group, name) for group, name, _ in all_options() if work not in group.works_of(name)]
@@ -173,8 +174,8 @@ def test_what_an_option_needs_is_an_option_and_one_of_its_values() -> None:
                 assert set(values.split("|")) <= set(known[other].choices), name
 
 
-@pytest.mark.parametrize(
-    ("source", "options", "words"),
+@every(
+    "source, options, words",
     [
         ("holes.csv", {"quantity": 1}, "--quantity: drilling does not use it, it is for cutting a sheet; leave it out"),
         ("holes.csv", {"keep_order": True}, "--keep-order: .*--algorithm none keeps the order of the drawing"),
@@ -191,7 +192,6 @@ def test_what_an_option_needs_is_an_option_and_one_of_its_values() -> None:
         ("pocket.dxf", {"process": "pocket", "pixel_size": 1}, "--pixel-size: is not used here: it is for a picture"),
         ("sheet.dxf", {"process": "cut", "joint_width": 1}, "--joint-width: .*used with --micro-joints only"),
     ],
-    ids=str,
 )
 def test_what_would_be_ignored_is_refused(source: str, options: Any, words: str, files: dict[str, Path]) -> None:
     """On 0.1.0 all of these ran, and some stood under "to repeat this run"."""

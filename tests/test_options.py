@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from every import every
 from leafcut.errors import OptionError
 from leafcut.option_spec import flag_name, written
 from leafcut.options import (
@@ -39,7 +40,7 @@ def test_a_name_belongs_to_one_group_only() -> None:
     assert {group_of(n) for n in names} == set(GROUPS)
 
 
-@pytest.mark.parametrize("group", GROUPS)
+@every("group", GROUPS)
 def test_a_default_passes_its_own_check_and_has_a_help(group: type) -> None:
     made = group()
     for name, spec in group.specs().items():
@@ -47,8 +48,8 @@ def test_a_default_passes_its_own_check_and_has_a_help(group: type) -> None:
         assert spec.help
 
 
-@pytest.mark.parametrize(
-    ("group", "name", "value", "words"),
+@every(
+    "group, name, value, words",
     [
         (SolveOptions, "iterations", 1.5, "whole number"),
         (SolveOptions, "iterations", "many", "whole number"),
@@ -81,8 +82,8 @@ def test_what_cannot_be_used_is_refused_with_its_flag(group: Any, name: str, val
         group(**{name: value})
 
 
-@pytest.mark.parametrize(
-    ("group", "name", "value", "words"),
+@every(
+    "group, name, value, words",
     [
         (PocketOptions, "entry_angle", "95", "95 deg is above the largest value 45.8366 deg"),
         (PocketOptions, "milling_feed", "0", "0 mm/min is below the smallest value 0.06 mm/min"),
@@ -167,7 +168,7 @@ def test_only_what_changes_the_program_counts_as_changed() -> None:
     }
 
 
-@pytest.mark.parametrize(("group", "name", "spec"), list(all_options()), ids=lambda v: v if isinstance(v, str) else "")
+@every("group, name, spec", list(all_options()), ids=lambda v: v if isinstance(v, str) else "")
 def test_what_is_written_is_read_again_as_the_same(group: Any, name: str, spec: Any) -> None:
     value = getattr(group(), name)
     if value is None or spec.kind in ("flag", "names"):
@@ -187,7 +188,7 @@ def test_a_decimal_comma_is_a_point_in_what_holds_one_number_and_parts_what_hold
     assert found.pocket.step_over == 0.625
 
 
-@pytest.mark.parametrize("name", ["clearance_height", "seed", "layers", "start_point"])
+@every("name", ["clearance_height", "seed", "layers", "start_point"])
 def test_a_number_of_thousands_of_digits_is_refused_by_the_name_of_its_option(name: str) -> None:
     """No float holds it, and Python does not print it."""
     with pytest.raises(OptionError, match="64 bits"):

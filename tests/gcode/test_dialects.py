@@ -6,6 +6,7 @@ import dataclasses
 
 import pytest
 
+from every import every
 from leafcut.errors import OptionError
 from leafcut.gcode.dialects import Dialect, dialect, dialects, parse_dialect
 from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF
@@ -22,7 +23,7 @@ def test_all_dialects_are_there() -> None:
     assert dialects(torch=False) == MILLS
 
 
-@pytest.mark.parametrize("name", NAMES)
+@every("name", NAMES)
 def test_every_value_of_a_profile_states_its_source(name: str) -> None:
     """A fact without a source is an opinion: each key but the name's and the text's has one."""
     profile = dialect(name)
@@ -37,7 +38,7 @@ def test_every_value_of_a_profile_states_its_source(name: str) -> None:
     assert profile.sources.keys() <= {f.name for f in dataclasses.fields(Dialect)}
 
 
-@pytest.mark.parametrize("name", NAMES)
+@every("name", NAMES)
 def test_every_word_of_a_profile_is_one_that_the_interpreter_knows(name: str) -> None:
     """Codes have a modal group; cycles, units and the preamble use words of the same profile."""
     profile = dialect(name)

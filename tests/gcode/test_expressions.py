@@ -10,6 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from every import every
 from leafcut.gcode.expressions import Parameters, Scanner, read_block
 from leafcut.gcode.words import BlockError
 from rs274_moves import moves_of_rs274, run_rs274
@@ -68,8 +69,8 @@ def test_an_expression_in_brackets_has_the_value_that_python_gives_it(case: tupl
     assert math.isclose(value_of(text), value, rel_tol=1e-9, abs_tol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
+@every(
+    "text, value",
     [
         ("[2 ** 3 ** 2]", 64.0),
         ("[1 + 2 * 3 - 4 / 2]", 5.0),
@@ -95,7 +96,7 @@ def test_operators_bind_as_in_linuxcnc(text: str, value: float) -> None:
     assert value_of(text, _ab=7.0) == pytest.approx(value)
 
 
-@pytest.mark.parametrize(
+@every(
     "text",
     [
         "[1/0]",
@@ -140,7 +141,7 @@ def test_a_block_with_settings_uses_the_old_values() -> None:
     assert computed and not of_machine
 
 
-@pytest.mark.parametrize(
+@every(
     "text",
     ["#7", "#0", "#5221", "#<_hal[pin]>", "#<_ini[axis_z]max>", "[#7 + 1]", "SIN[#7]", "##7", "[#7 EQ 1]", "-#7"],
 )

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from every import every
 from leafcut.errors import OptionError, ReadError
 from leafcut.gcode import blocks
 from leafcut.gcode import control_flow as flow
@@ -76,7 +77,7 @@ FAULTS = [
 ]
 
 
-@pytest.mark.parametrize(("lines", "line", "part"), FAULTS)
+@every("lines, line, part", FAULTS)
 def test_what_cannot_be_meant_is_refused_with_its_line(lines: str, line: int, part: str) -> None:
     """File, line and what is wrong, in one line."""
     with pytest.raises(ReadError) as caught:
@@ -86,9 +87,7 @@ def test_what_cannot_be_meant_is_refused_with_its_line(lines: str, line: int, pa
     assert "\n" not in said and len(said) < 250
 
 
-@pytest.mark.parametrize(
-    "text", ["Dear reader,\nthis is a letter.", "{\n}", "1,2,3\n", "  0\nSECTION\n", "M48\nMETRIC\n"]
-)
+@every("text", ["Dear reader,\nthis is a letter.", "{\n}", "1,2,3\n", "  0\nSECTION\n", "M48\nMETRIC\n"])
 def test_a_text_that_is_no_program_is_refused_at_its_first_such_line(text: str) -> None:
     """A letter, JSON, a table, a drawing, a drill file."""
     with pytest.raises(ReadError) as caught:
@@ -124,7 +123,7 @@ def test_an_endless_loop_is_refused(monkeypatch: pytest.MonkeyPatch, lines: str)
         interpret_program(HEAD + lines, dialect("linuxcnc"))
 
 
-@pytest.mark.parametrize("lines", ["o1 sub\no1 call\no1 endsub\no1 call", "M98 P1\nM2\nO1\nM98 P1\nM99"])
+@every("lines", ["o1 sub\no1 call\no1 endsub\no1 call", "M98 P1\nM2\nO1\nM98 P1\nM99"])
 def test_recursion_is_refused(lines: str) -> None:
     """At the depth at which LinuxCNC stops, too."""
     with pytest.raises(ReadError, match="more than 9 deep"):
@@ -139,9 +138,7 @@ def test_repeats_cannot_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None
         interpret_program(text, dialect("linuxcnc"))
 
 
-@pytest.mark.parametrize(
-    "piece", ["G1X1", "(", "((", "[", "X[1+", "#", "O1 sub ", "N1", " ", "1", "-", ";", "/", "%", "("]
-)
+@every("piece", ["G1X1", "(", "((", "[", "X[1+", "#", "O1 sub ", "N1", " ", "1", "-", ";", "/", "%", "("])
 def test_megabytes_on_one_line_are_refused_at_once(piece: str) -> None:
     """Whatever they are made of."""
     text = "G21\nX[" + piece * (1_000_000 // len(piece))
@@ -150,7 +147,7 @@ def test_megabytes_on_one_line_are_refused_at_once(piece: str) -> None:
     assert caught.value.line == 2
 
 
-@pytest.mark.parametrize("piece", ["G1X1", "((", "[", "X[1+", "#", "O1", "N1 ", "1", "-", "/", "<", "o<", "(a)", "\t"])
+@every("piece", ["G1X1", "((", "[", "X[1+", "#", "O1", "N1 ", "1", "-", "/", "<", "o<", "(a)", "\t"])
 def test_a_line_as_long_as_may_be_takes_no_more_than_linear_time(piece: str) -> None:
     """Ten thousand characters of anything; a pattern that backtracks would not come to an end."""
     for start in ("", "o1 if ", "N1 o<", "X[", "(", "#<"):
@@ -200,7 +197,7 @@ def _read_or_refuse(text: str, words: str = "linuxcnc") -> None:
 KEPT = 6_000
 
 
-@pytest.mark.parametrize("seed", range(4))
+@every("seed", range(4))
 def test_mutated_real_programs_are_read_or_refused(data: Path, seed: int) -> None:
     """Characters deleted, doubled, changed; lines deleted, doubled, swapped, cut off."""
     chance = random.Random(seed)

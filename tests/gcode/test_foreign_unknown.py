@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from every import every
 from leafcut.errors import ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
@@ -33,8 +34,8 @@ def kept(program: Program) -> list[int]:
     return sorted({int(line) for line in program.path.line[program.path.kind == Kind.FOREIGN]})
 
 
-@pytest.mark.parametrize(
-    ("text", "found"),
+@every(
+    "text, found",
     [
         ("#1=0\nWHILE[#1LT3]DO1\nG1X[#1*10.]\n#1=#1+1\nEND1\nG1X99.", [0, 10, 20, 99]),
         ("#1=1\nN5 G1 X[#1]\n#1=#1*2\nIF [#1 LE 4] GOTO 5\nG1 X9.", [1, 2, 4, 9]),
@@ -58,8 +59,8 @@ def test_a_line_that_a_jump_leads_to_stays_and_so_does_what_is_run_again() -> No
     assert {int(program.line[b]) for b in program.fixed} == {3, 4, 5, 6, 7}
 
 
-@pytest.mark.parametrize(
-    ("text", "lines"),
+@every(
+    "text, lines",
     [
         ("IF[#500EQ1]GOTO50\nG1 X5.\nX6.\nN50 G1 X7.", [3, 4, 5, 6]),
         ("WHILE[#500LT3]DO1\nG1 X5.\nEND1\nG1 X7.", [3, 4, 5, 6]),
@@ -136,8 +137,8 @@ def _rows(program: Program) -> dict[int, list[tuple[int, np.ndarray, float]]]:
     return found
 
 
-@pytest.mark.parametrize(
-    ("lines", "found"),
+@every(
+    "lines, found",
     [
         ("G1 X#100\nG1 X5. Y5.", [3]),
         ("G1 X5. F#100\nX6.\nG1 X7. F10.", [3, 4]),
@@ -211,8 +212,8 @@ def test_statements_of_a_fagor_stand_in_parentheses_and_are_no_remarks() -> None
 ENDING = "\nG90 G17 G40 G0 X9. Y9. Z9.\nM30\n"
 
 
-@pytest.mark.parametrize(
-    ("text", "changed"),
+@every(
+    "text, changed",
     [
         ("G1 X#100", "G1 X#101"),
         ("G1 X#[#1+100]", "#1=2\nG1 X#[#1+100]"),

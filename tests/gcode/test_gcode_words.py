@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every import every
 from leafcut.errors import PostError
 from leafcut.gcode.numbers import NumberFormat, format_number
 from leafcut.gcode.words import BlockError, Word, lines, tokenise
@@ -18,8 +19,8 @@ def pairs(line: str) -> list[tuple[str, float]]:
     return [(w.letter, w.value) for w in tokenise(line).words]
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
+@every(
+    "line, words",
     [
         ("G0 X1.5 Y-2", [("G", 0), ("X", 1.5), ("Y", -2)]),
         ("n10g1x.5y+3.f100", [("N", 10), ("G", 1), ("X", 0.5), ("Y", 3), ("F", 100)]),
@@ -52,8 +53,8 @@ def test_comments_slash_and_percent_are_kept_apart_from_words() -> None:
     assert tokenise("G0 X1").percent is None
 
 
-@pytest.mark.parametrize(
-    ("line", "reason"),
+@every(
+    "line, reason",
     [
         ("G1 X1 (open", "not closed"),
         ("G1 X1 (a (b) c)", "inside a comment"),
@@ -102,8 +103,8 @@ def test_all_three_line_ends_count() -> None:
     assert list(lines("a\r\nb\rc\nd\x0ce")) == [(1, "a"), (2, "b"), (3, "c"), (4, "d\x0ce")]
 
 
-@pytest.mark.parametrize(
-    ("value", "decimals", "point", "text"),
+@every(
+    "value, decimals, point, text",
     [
         (0.0, 3, False, "0"),
         (-0.0004, 3, False, "0"),
@@ -122,7 +123,7 @@ def test_numbers_have_fixed_decimals_and_no_minus_zero(value: float, decimals: i
     assert format_number(value, decimals, point) == text
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e7])
+@every("value", [math.nan, math.inf, -math.inf, 1e7])
 def test_numbers_that_no_machine_can_go_to_are_refused(value: float) -> None:
     """NaN, infinity and kilometres are errors, not words."""
     with pytest.raises(PostError):

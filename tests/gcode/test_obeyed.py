@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.obeyed import obeyed_lines
 from leafcut.gcode.program import Program
@@ -135,8 +136,8 @@ def test_a_changed_setting_of_the_controller_is_a_difference(
     assert not same(PROGRAM, changed, "linuxcnc")
 
 
-@pytest.mark.parametrize(
-    ("was", "now"),
+@every(
+    "was, now",
     [
         ("kw=1.5", "kw=1.50"),
         ("h_velocity>=40 (percent)", "H_VELOCITY> = 40.0"),

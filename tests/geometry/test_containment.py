@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
+from every import every
 from leafcut.errors import PlanError
 from leafcut.geometry import index, tidying
 from leafcut.geometry.containment import conflicts, nesting
@@ -33,8 +34,8 @@ def test_depth_and_parent_are_those_of_all_pairs() -> None:
         assert parent[k] == (min(holders, key=lambda j: shapes[j].area) if holders else -1)
 
 
-@pytest.mark.parametrize(
-    ("second", "kind"),
+@every(
+    "second, kind",
     [
         ((5, 5, 10), "overlap"),
         ((10, 0, 10), "touch"),

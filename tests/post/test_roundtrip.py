@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from toolpaths import assert_same_rows, planned
 
+from every import every
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.gcode.interpreter import interpret
 from leafcut.gcode.numbers import NumberFormat
@@ -41,7 +42,7 @@ def test_a_program_reads_back_as_its_toolpath(
         assert_same_rows(read, path, numbers.resolution, dwell_step=dwell_step)
 
 
-@pytest.mark.parametrize("name", dialects(torch=False))
+@every("name", dialects(torch=False))
 def test_a_hole_where_the_tool_stands_already_reads_back(name: str) -> None:
     b = ToolpathBuilder()
     b.rapid(z=3.0)

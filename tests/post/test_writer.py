@@ -7,6 +7,7 @@ import re
 import pytest
 from toolpaths import TAPPING, two_tools
 
+from every import every
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.gcode.interpreter import interpret
@@ -40,7 +41,7 @@ def started(z: float = 10.0) -> ToolpathBuilder:
     return b
 
 
-@pytest.mark.parametrize("name", dialects(torch=False))
+@every("name", dialects(torch=False))
 def test_units_and_z_come_before_any_move_in_the_plane(name: str) -> None:
     """The first words are the units, then plane, absolute and cancelled modes; the first move is Z alone."""
     for units in ("mm", "inch"):
@@ -85,8 +86,8 @@ def test_a_hole_that_returns_higher_than_g99_left_off_starts_its_own_series() ->
     assert written(b)[2:] == ["G99 G81 X1 Y0 Z-5 R2 F60", "G80", "G0 X2", "G1 Z-5", "G0 Z10"]
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
+@every(
+    "name, words",
     [
         ("linuxcnc", ["G98 G83 X1 Y2 Z-10 R2 Q4 F60"]),
         ("haas", ["G98 G83 X1. Y2. Z-10. R2. Q4. F60."]),
@@ -112,8 +113,8 @@ def test_rounding_does_not_add_a_peck() -> None:
     assert "Q3.334" in written(b)[2]
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
+@every(
+    "name, words",
     [
         ("linuxcnc", ["G4 P1.25", "Z-5 R2 P0.5"]),
         ("grbl", ["G4 P1.25", "G4 P0.5"]),
@@ -140,8 +141,8 @@ def test_a_whole_second_keeps_its_point_where_the_point_is_the_unit() -> None:
     assert written(b, "haas")[-1] == "G4 P2."
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
+@every(
+    "name, words",
     [
         ("linuxcnc", ["(T7 drill)", "T7 M6", "S100 M3", "G0 G43 H7 Z10", "X0 Y0", "Z5"]),
         ("haas", ["(T7 drill)", "T7 M6", "S100 M3", "G0 G43 H7 Z10.", "X0. Y0.", "Z5."]),
@@ -165,8 +166,8 @@ def test_a_tool_change_ends_with_a_move_in_z_that_takes_up_its_length(name: str,
     assert lines[start : start + len(words)] == words
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
+@every(
+    "name, words",
     [
         ("linuxcnc", ["G53 G0 Z0"]),
         ("haas", ["G53 G0 Z0."]),
@@ -260,8 +261,8 @@ def test_the_spindle_is_given_time_to_start() -> None:
     assert text.splitlines()[-7:] == ["S100 M3", "G4 P3", "S200 M3", "M5", "S100 M3", "G4 P9", "M2"]
 
 
-@pytest.mark.parametrize(
-    ("text", "plain"),
+@every(
+    "text, plain",
     [
         ("plate (v2).dxf", "plate [v2].dxf"),
         ("Ø3 µm 90° × 20 %", "D3 um 90 deg x 20 pct"),
@@ -353,8 +354,8 @@ def _one_coolant_off(b: ToolpathBuilder) -> None:
     b.coolant(1)
 
 
-@pytest.mark.parametrize(
-    ("fault", "name", "reason"),
+@every(
+    "fault, name, reason",
     [
         (_sideways_first, "linuxcnc", "the first move must be in Z alone"),
         (_all_axes_first, "haas", "the first move must be in Z alone"),
@@ -392,7 +393,7 @@ def test_a_tool_is_not_changed_by_hand_at_a_turning_spindle() -> None:
     assert "T2 M6" in write_program(b.build(), dialect("haas"), PostOptions())
 
 
-@pytest.mark.parametrize("name", ["grbl", "mach3", "fagor8055"])
+@every("name", ["grbl", "mach3", "fagor8055"])
 def test_tapping_is_refused_where_there_is_no_cycle_for_it(name: str) -> None:
     """A tap turns back with the spindle: no plain moves can say that."""
     b = started()

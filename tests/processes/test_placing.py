@@ -13,6 +13,7 @@ import pytest
 from ezdxf.math import Matrix44
 
 import leafcut
+from every import every
 from leafcut.errors import OptionError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
@@ -41,11 +42,13 @@ def test_first_comes_the_mirror_then_the_turn_then_the_origin_by_hand() -> None:
     assert placed(part, options()) is part
 
 
-@pytest.mark.parametrize(
-    ("origin", "first"),
-    [("lower-left", (8, 3)), ("lower-right", (0, 3)), ("upper-left", (8, 0)), ("upper-right", (0, 0)),
-     ("centre", (4, 1.5)), ("Center", (4, 1.5)), ("1,2.5", (9, 1.5)), ((1.0, 2.5), (9, 1.5))],
-)  # fmt: skip
+@every(
+    "origin, first",
+    [
+        *[("lower-left", (8, 3)), ("lower-right", (0, 3)), ("upper-left", (8, 0)), ("upper-right", (0, 0))],
+        *[("centre", (4, 1.5)), ("Center", (4, 1.5)), ("1,2.5", (9, 1.5)), ((1.0, 2.5), (9, 1.5))],
+    ],
+)
 def test_the_origin_is_a_corner_of_what_is_worked_its_centre_or_a_point(
     origin: Any, first: tuple[float, float]
 ) -> None:
@@ -189,15 +192,15 @@ def test_the_holes_of_a_board_are_drilled_from_the_back(tmp_path: Path) -> None:
     assert outcome.verified
 
 
-@pytest.mark.parametrize("given", [{"mirror": "x"}, {"rotate": "90"}, {"origin": "centre"}])
+@every("given", [{"mirror": "x"}, {"rotate": "90"}, {"origin": "centre"}])
 def test_a_program_is_neither_mirrored_nor_turned_nor_moved(given: dict[str, str], examples: Path) -> None:
     (name,) = given
     with pytest.raises(OptionError, match=f"^--{name}: a G-code program does not use it, .*(CAM|work offset)"):
         leafcut.optimize(examples / "cam_121.nc", **given)
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
+@every(
+    "given, words",
     [
         ({"origin": "lower left"}, "--origin: unknown place 'lower left'; did you mean 'lower-left'"),
         ({"origin": "1,2,3"}, "--origin: '1,2,3' is not a point"),

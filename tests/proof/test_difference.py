@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 
-import pytest
-
+from every import every
 from leafcut.proof.difference import place
 
 NAN = math.nan
 
 
-@pytest.mark.parametrize(
-    ("where", "words"),
+@every(
+    "where, words",
     [
         ((1.0, 2.5, -3.0), "X1.000 Y2.500 Z-3.000"),
         ((1.0, 2.5), "X1.000 Y2.500"),

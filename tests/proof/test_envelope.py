@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import pytest
-
+from every import every
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.proof.envelope import check_envelope
@@ -35,8 +34,8 @@ def test_a_job_inside_the_travel_has_no_fault_up_to_the_limits() -> None:
     assert whats(ToolpathBuilder().build()) == []
 
 
-@pytest.mark.parametrize(
-    ("place", "words"),
+@every(
+    "place, words",
     [
         ((300.1, 0, 0), "X in machine coordinates 0.100 mm is outside the machine's travel, -400.000 to 0.000"),
         ((-100.1, 0, 0), "X in machine coordinates -400.100"),
@@ -113,9 +112,7 @@ def test_feeds_must_be_positive_and_not_above_the_highest() -> None:
         assert (found == []) if words is None else (words in found[0] and "2 such moves" in found[0])
 
 
-@pytest.mark.parametrize(
-    ("rpm", "fine"), [(6000, True), (6001, False), (-6001, False), (0, True), (99, False), (-100, True)]
-)
+@every("rpm, fine", [(6000, True), (6001, False), (-6001, False), (0, True), (99, False), (-100, True)])
 def test_spindle_speeds_must_be_among_those_it_has(rpm: float, fine: bool) -> None:
     builder = ToolpathBuilder()
     builder.spindle(rpm)

@@ -6,8 +6,7 @@ import re
 from collections.abc import Iterator
 from functools import cache
 
-import pytest
-
+from every import every
 from leafcut.errors import LeafcutError
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.model.machine import Machine
@@ -117,8 +116,8 @@ def matters(before: str, after: str, name: str) -> bool:
     return abs(new - old) > room.get(before[0], 0.0) and not {before, after} <= IDLE
 
 
-@pytest.mark.parametrize("units", ["mm", "inch"])
-@pytest.mark.parametrize("name", dialects(torch=False))
+@every("units", ["mm", "inch"])
+@every("name", dialects(torch=False))
 def test_one_digit_changed_is_found_wherever_it_matters(name: str, units: str) -> None:
     _, text = written(name, units)
     assert faults(name, units, text) == []
@@ -132,7 +131,7 @@ def test_one_digit_changed_is_found_wherever_it_matters(name: str, units: str) -
     assert missed == HARMLESS.get(name, [])
 
 
-@pytest.mark.parametrize("name", dialects(torch=False))
+@every("name", dialects(torch=False))
 def test_a_line_lost_is_found(name: str) -> None:
     """Every line that moves, waits, or switches a tool, the spindle or the coolant on, and every end of those."""
     _, text = written(name, "mm")
@@ -143,7 +142,7 @@ def test_a_line_lost_is_found(name: str) -> None:
     assert [lines[k] for k, rest in zip(working, lost, strict=True) if not faults(name, "mm", rest)] == []
 
 
-@pytest.mark.parametrize("name", dialects(torch=False))
+@every("name", dialects(torch=False))
 def test_every_head_states_what_another_program_may_have_left_over(name: str) -> None:
     head = [word for line in written(name, "mm")[1].splitlines()[:8] for word in line.split()]
     assert {"G17", "G90", "G40", "G80", "G94", "G54"} <= set(head)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from every import every
 from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError
 from leafcut.read.cutchart import find_cut_data, load_chart
 
@@ -47,8 +48,8 @@ def test_above_the_pierce_capacity_the_chart_says_no_pierce() -> None:
     assert forced.pierce_delay == 2.0
 
 
-@pytest.mark.parametrize(
-    ("process", "material", "thickness", "amps", "error", "words"),
+@every(
+    "process, material, thickness, amps, error, words",
     [
         ("plasma", "mild_steel", 60.0, None, PlanError, "nearest are"),
         ("plasma", "mild_steel", 0.2, None, PlanError, "nearest are 1, 1.52"),
@@ -125,8 +126,8 @@ def test_water_jets_cut_by_the_equation_of_their_source() -> None:
     assert "L413" in {i.code for i in issues}
 
 
-@pytest.mark.parametrize(
-    ("process", "material", "thickness"),
+@every(
+    "process, material, thickness",
     [
         ("oxyfuel", "steel", 20.0),
         ("waterjet", "stainless", 8.0),
@@ -146,9 +147,7 @@ def test_every_process_has_rows_of_its_materials_and_says_how_far_to_trust_them(
     assert "L413" in {i.code for i in issues}
 
 
-@pytest.mark.parametrize(
-    ("thickness", "amps"), [(3.0, 65.0), (6.0, 65.0), (10.0, 65.0), (2.0, 45.0), (12.0, 45.0), (12.7, 45.0)]
-)
+@every("thickness, amps", [(3.0, 65.0), (6.0, 65.0), (10.0, 65.0), (2.0, 45.0), (12.0, 45.0), (12.7, 45.0)])
 def test_the_current_is_the_fastest_that_pierces_and_of_which_all_is_known(thickness: float, amps: float) -> None:
     """From the chart's rows by brute force: those with a pierce and a kerf, no estimates."""
     rows = load_chart()

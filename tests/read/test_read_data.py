@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from every import every
 from leafcut.errors import ReadError
 from leafcut.read import read
 
@@ -32,7 +33,7 @@ DRAWINGS = {
 }
 
 
-@pytest.mark.parametrize("name", DRAWINGS)
+@every("name", DRAWINGS)
 def test_a_real_drawing_gives_its_holes_or_the_reason_why_not(data, name):
     path = data / "dxf" / f"{name}.dxf"
     expected = DRAWINGS[name]

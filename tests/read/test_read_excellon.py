@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from every import every
 from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
 from leafcut.read import excellon, read
@@ -152,8 +153,8 @@ def test_a_doubled_hit_is_drilled_once(text_file):
     assert codes(part) == ["L301"]
 
 
-@pytest.mark.parametrize(
-    ("text", "line", "words"),
+@every(
+    "text, line, words",
     [
         (body("X1.0Y1.0\nWHAT"), 7, "unknown Excellon command"),
         (body("X1.0Y1.0\nT7\nX2.0Y2.0"), 7, "Undefined tool"),
@@ -203,7 +204,7 @@ BOARDS = {
 }
 
 
-@pytest.mark.parametrize("board", BOARDS)
+@every("board", BOARDS)
 def test_real_boards_have_the_holes_slots_and_tools_that_a_plain_search_finds(data, board):
     path = data / "boards" / f"{board}.drl"
     part = read(path)

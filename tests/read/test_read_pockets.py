@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 import shapely
 
+from every import every
 from leafcut.errors import ReadError
 from leafcut.geometry.regions import region
 from leafcut.model import Part
@@ -53,7 +54,7 @@ def codes(part: Part) -> list[str]:
     return [issue.code for issue in part.issues]
 
 
-@pytest.mark.parametrize("name", SEVEN)
+@every("name", SEVEN)
 def test_the_drawing_and_the_text_of_a_pocket_are_the_same_region(name: str, data: Path) -> None:
     truth = shapely.from_wkt((data / "pockets" / f"{name}.wkt").read_text())
     for kind in ("wkt", "dxf"):
@@ -166,8 +167,8 @@ def test_corners_of_different_heights_are_said(text_file: Write) -> None:
     assert "L202" in codes(part)
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
+@every(
+    "text, words",
     [
         ("POLYGON ((0 0, 10 0, 10 10", "a.wkt:1: this is no well-known text"),
         ("\n\nPOLYGON ((0 0, 10 0, 10 10, 0 0))\nPOLYGON ((a b))", "a.wkt:4: this is no well-known text"),
@@ -231,8 +232,8 @@ def test_an_open_outline_is_refused_with_both_ends_and_may_be_dropped(draw: Draw
     assert "L212" in codes(part)
 
 
-@pytest.mark.parametrize(
-    ("layer", "outline", "words"),
+@every(
+    "layer, outline, words",
     [
         ("ISLAND", square(10, 100, 0), "the island that begins at (100, 0) on layer ISLAND lies in no pocket"),
         ("ISLAND", square(10, 40, 20), "touches a wall, at (50, "),

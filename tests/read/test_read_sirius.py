@@ -7,6 +7,7 @@ import math
 
 import pytest
 
+from every import every
 from leafcut.errors import ReadError
 from leafcut.read import read, read_contours
 
@@ -55,8 +56,8 @@ def test_a_path_that_is_none_is_skipped_and_reported(sheet, bad):
     assert [i.code for i in part.issues] == ["L203"]
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
+@every(
+    "text, words",
     [
         ('[{"partid": "a", "paths": [', "not JSON"),
         ('[{"partid": "a"}]', "has no 'paths'"),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
+from every import every
 from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
 from leafcut.read import read, read_contours
@@ -41,8 +42,8 @@ def test_y_points_up_and_the_drawing_is_not_mirrored(draw):
     assert path.closed
 
 
-@pytest.mark.parametrize(
-    ("body", "length", "area"),
+@every(
+    "body, length, area",
     [
         ('<line x1="1" y1="2" x2="4" y2="6"/>', 5, 0),
         ('<rect x="5" y="5" width="20" height="10"/>', 60, 200),
@@ -153,7 +154,7 @@ def test_what_is_not_shown_is_left_out(draw):
     assert [c.path.length for c in part.contours] == [1] and codes(part) == ["L204"]
 
 
-@pytest.mark.parametrize(
+@every(
     "element",
     [
         '<path d="M0 0 L5"/>',
@@ -174,8 +175,8 @@ def test_numbers_that_cannot_be_understood_are_skipped_and_reported(draw, elemen
     assert codes(part) == ["L203"]
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
+@every(
+    "text, words",
     [
         ("<svg", "not well-formed"),
         (f"{HEAD}/>", "nothing to cut: the drawing is empty"),

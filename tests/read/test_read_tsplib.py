@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from every import every
 from leafcut.errors import LeafcutError, ReadError
 from leafcut.read import read
 from leafcut.read.tsplib import read_tour, write_tour
@@ -20,7 +21,7 @@ def explicit(form, numbers, more=""):
     return HEAD.format(4, "EXPLICIT") + f"EDGE_WEIGHT_FORMAT : {form}\nEDGE_WEIGHT_SECTION\n{numbers}\n{more}EOF\n"
 
 
-@pytest.mark.parametrize("weight", ["EUC_2D", "CEIL_2D", "ATT", "GEO", "MAX_2D", "MAN_2D"])
+@every("weight", ["EUC_2D", "CEIL_2D", "ATT", "GEO", "MAX_2D", "MAN_2D"])
 def test_nodes_are_points_in_the_order_of_their_numbers_and_the_rule_of_distance_is_kept(text_file, weight):
     text = HEAD.format(3, weight) + "NODE_COORD_SECTION\n 2 3.5e1 -4\n1 0 0\n\n3\t5 6\nEOF\n"
     part = read(text_file("t.tsp", text))
@@ -28,8 +29,8 @@ def test_nodes_are_points_in_the_order_of_their_numbers_and_the_rule_of_distance
     assert (part.name, part.edge_weight_type, part.optimum, part.matrix) == ("t", weight, None, None)
 
 
-@pytest.mark.parametrize(
-    ("form", "numbers"),
+@every(
+    "form, numbers",
     [
         ("FULL_MATRIX", "0 1 2 3 1 0 4 5 2 4 0 6 3 5 6 0"),
         ("UPPER_ROW", "1 2 3\n4 5\n6"),
@@ -57,8 +58,8 @@ def coordinates(section, n=2, weight="EUC_2D"):
     return HEAD.format(n, weight) + f"NODE_COORD_SECTION\n{section}EOF\n"
 
 
-@pytest.mark.parametrize(
-    ("text", "line", "words"),
+@every(
+    "text, line, words",
     [
         (coordinates("1 0 0\n", 2), 7, "DIMENSION says 2 nodes"),
         (coordinates("1 0 0\n2 0 x\n"), 8, "'x' is no number"),
@@ -114,7 +115,7 @@ def test_a_tour_written_is_read_back_and_appears_whole_or_not_at_all(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["a.tour"]
 
 
-@pytest.mark.parametrize(
+@every(
     "text",
     ["NAME : x\nEOF\n", "TOUR_SECTION\n1 2 2 -1\n", "TOUR_SECTION\n-1\n", "DIMENSION : 3\nTOUR_SECTION\n1 2 -1\n"],
 )

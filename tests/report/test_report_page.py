@@ -7,8 +7,7 @@ import hashlib
 import re
 from dataclasses import replace
 
-import pytest
-
+from every import every
 from leafcut.model import Issue, Severity
 from leafcut.model.solution import WorkerFigures
 from leafcut.report import views
@@ -144,7 +143,7 @@ def contrast(one: str, other: str) -> float:
     return (high + 0.05) / (low + 0.05)
 
 
-@pytest.mark.parametrize("mode", [0, 1], ids=["light", "dark"])
+@every("mode", [0, 1], ids=["light", "dark"])
 def test_words_and_lines_stand_out_enough_from_what_is_behind_them(mode):
     """WCAG 2.2 AA: text 4.5 (1.4.3), lines and shapes that carry meaning 3 (1.4.11)."""
     palette = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6})", drawing_css().split("@media")[mode]))

@@ -8,6 +8,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from every import every
 from leafcut.model import Arc, DrillCycle, ToolpathBuilder
 from leafcut.model.cycles import expand
 from leafcut.report.plan_view import trace
@@ -25,7 +26,7 @@ def lengths(segments):
     return np.hypot(*(segments[:, 1] - segments[:, 0]).T)
 
 
-@pytest.mark.parametrize("cycle", CYCLES, ids=lambda c: c.name)
+@every("cycle", CYCLES, ids=lambda c: c.name)
 def test_a_cycle_and_its_written_out_moves_look_the_same_from_above(cycle):
     path = ToolpathBuilder()
     path.rapid(z=10.0)

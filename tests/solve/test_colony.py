@@ -10,6 +10,7 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 
+from every import every
 from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
@@ -75,7 +76,7 @@ def test_a_colony_grows_until_time_or_budget_is_short_and_then_takes_what_is_lef
     assert _how_many(100, 0, 1.0, Stop(seconds=0.0), math.inf) == 1
 
 
-@pytest.mark.parametrize("n", [5, 6, 7, 12])
+@every("n", [5, 6, 7, 12])
 def test_all_nodes_on_one_place_or_in_a_line_are_no_trouble(n: int) -> None:
     for xy in (np.ones((n, 2)), np.stack([np.arange(n), np.zeros(n)], axis=1)):
         for closed in (True, False):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from test_sequential import ENDS, KINDS, check, least, random_problem
 
+from every import every
 from leafcut.errors import SolveError
 from leafcut.kernels.ordering import invert_runs, steps_apart
 from leafcut.model.problem import RoutingProblem
@@ -18,8 +19,8 @@ from leafcut.solve.solve import ORDERING, solve
 from leafcut.solve.stop import Stop
 
 
-@pytest.mark.parametrize("algorithm", [*ORDERING, "nn"])
-@pytest.mark.parametrize("kind", KINDS)
+@every("algorithm", [*ORDERING, "nn"])
+@every("kind", KINDS)
 def test_every_order_is_whole_keeps_precedence_and_states_its_cost(algorithm: str, kind: str) -> None:
     for seed in range(5):
         problem = random_problem(seed, 12, kind, ENDS[seed], pairs=6)
@@ -30,7 +31,7 @@ def test_every_order_is_whole_keeps_precedence_and_states_its_cost(algorithm: st
         assert found.history[-1][1] == pytest.approx(found.cost)
 
 
-@pytest.mark.parametrize("algorithm", ["mmas", "acs", "firefly"])
+@every("algorithm", ["mmas", "acs", "firefly"])
 def test_without_local_search_the_optimum_of_six_clusters_is_found(algorithm: str) -> None:
     """Ten problems, by dynamic programming over all sets; one may be missed."""
     missed = 0
@@ -44,7 +45,7 @@ def test_without_local_search_the_optimum_of_six_clusters_is_found(algorithm: st
     assert missed <= 1
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@every("kind", KINDS)
 def test_the_nodes_of_an_order_are_the_best_of_all(kind: str) -> None:
     """The kernel's choice costs what the plain one by NumPy does."""
     for seed in range(10):

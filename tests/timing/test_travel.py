@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every import every
 from leafcut.errors import PlanError
 from leafcut.model.machine import Machine
 from leafcut.model.problem import METRICS, Metric
@@ -50,8 +51,8 @@ def test_the_published_optimal_tour_of_ulysses_has_its_published_length() -> Non
     assert length == 6859
 
 
-@pytest.mark.parametrize(
-    ("name", "b", "cost"),
+@every(
+    "name, b, cost",
     [
         ("euclidean", (3.0, 4.0), 5.0),
         ("chebyshev", (3.0, -4.0), 4.0),
@@ -85,7 +86,7 @@ def test_a_lift_is_two_rapids_of_z_from_rest_to_rest() -> None:
     assert travel_metric(machine("linear"), "time").lift == 0
 
 
-@pytest.mark.parametrize("name", sorted(set(METRICS) - {"EXPLICIT"}))
+@every("name", sorted(set(METRICS) - {"EXPLICIT"}))
 def test_only_moves_over_a_zone_cost_a_lift_and_only_one(name: str) -> None:
     zones = np.array([[20.0, 20.0, 10.0, 10.0], [30.0, 10.0, 40.0, 20.0]])
     metric, plain = Metric(name, zones=zones, lift=100.0), Metric(name)

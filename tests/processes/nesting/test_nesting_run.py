@@ -12,6 +12,7 @@ import ezdxf
 import pytest
 import shapely
 
+from every import every
 from leafcut import api
 from leafcut.cli import run
 from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError
@@ -164,7 +165,7 @@ def test_what_cannot_be_nested_is_refused_in_one_line(
     assert not out.exists()
 
 
-@pytest.mark.parametrize(("machine", "size"), [(None, (2500, 1250)), ("laser-table", (3000, 1500))])
+@every("machine, size", [(None, (2500, 1250)), ("laser-table", (3000, 1500))])
 def test_without_a_size_the_sheet_is_as_large_as_the_table_that_cuts_it(
     machine: str | None, size: tuple[float, float], drawings: Path
 ) -> None:

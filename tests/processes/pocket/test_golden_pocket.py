@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketPath, PocketPiece, PocketRules
@@ -53,7 +54,7 @@ def program(name: str, units: str) -> str:
     return write_program(path(), dialect(name), PostOptions(output_units=units), ["pocket"])
 
 
-@pytest.mark.parametrize(("name", "units"), CASES)
+@every("name, units", CASES)
 def test_a_pocket_is_the_golden_program(name: str, units: str) -> None:
     file = GOLDEN / f"pocket_{name}_{units}{dialect(name).extension}"
     text = program(name, units)
@@ -62,7 +63,7 @@ def test_a_pocket_is_the_golden_program(name: str, units: str) -> None:
     assert file.read_bytes() == text.encode("ascii")
 
 
-@pytest.mark.parametrize(("name", "units"), CASES)
+@every("name, units", CASES)
 def test_a_golden_pocket_reads_back_and_hurts_no_wall(name: str, units: str) -> None:
     from leafcut.gcode.interpreter import interpret
 

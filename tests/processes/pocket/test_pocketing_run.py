@@ -15,6 +15,7 @@ import pytest
 import shapely
 from rich.console import Console
 
+from every import every
 from leafcut import api
 from leafcut.cli import run
 from leafcut.errors import LeafcutError, OptionError, PlanError, VerifyError
@@ -346,7 +347,7 @@ def test_a_strategy_that_is_asked_for_is_the_only_one_that_is_tried(drawing: Pat
     assert not {"zigzag", "connected", "firefly", "ants", "adaptive"} & set(told)
 
 
-@pytest.mark.parametrize("strategy", ["best", "connected"])
+@every("strategy", ["best", "connected"])
 def test_a_run_stopped_while_it_makes_the_connected_way_writes_what_is_there(drawing: Path, strategy: str) -> None:
     """The connected way clears all even so; what was not begun is not tried."""
     cancelled = threading.Event()

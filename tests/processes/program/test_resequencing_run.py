@@ -15,6 +15,7 @@ import pytest
 import leafcut
 from leafcut.cli import run
 from leafcut.errors import LeafcutError, PostError, ReadError
+from leafcut.gcode import control_flow
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
@@ -253,7 +254,10 @@ def test_a_merged_tool_is_changed_once_and_it_is_said(tmp_path: Path) -> None:
         (b"G21 " + b"X1" * 400_000 + b"\n", "characters"),
     ],
 )
-def test_bad_programs_get_one_clear_line_and_write_nothing(tmp_path: Path, data: bytes, words: str) -> None:
+def test_bad_programs_get_one_clear_line_and_write_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: bytes, words: str
+) -> None:
+    monkeypatch.setattr(control_flow, "MAX_REPEATED", 100_000)  # an endless loop: a sixtieth of what is waited for
     path, out = tmp_path / "bad.nc", tmp_path / "new.nc"
     path.write_bytes(data)
     with pytest.raises(LeafcutError, match=words) as caught:

@@ -13,6 +13,7 @@ import ezdxf
 import pytest
 
 from cut_sheets import assert_leads_in_scrap, assert_nothing_is_gouged
+from every import every
 from leafcut import api
 from leafcut.cli import run
 from leafcut.errors import OptionError, PlanError, PostError, VerifyError
@@ -416,8 +417,8 @@ def test_a_laser_table_cuts_by_the_lasers_rules(drawing: Path) -> None:
     assert {len(c.joints) for c in found.cut_plan.cuts if c.kind == "cut"} == {0, 2}
 
 
-@pytest.mark.parametrize(
-    ("options", "error", "words"),
+@every(
+    "options, error, words",
     [
         ({"thickness": None}, OptionError, "--thickness"),
         ({"thickness": "99"}, PlanError, "nearest are"),
@@ -432,7 +433,6 @@ def test_a_laser_table_cuts_by_the_lasers_rules(drawing: Path) -> None:
         ({"probe": "off", "switch_offset": "3"}, OptionError, "--switch-offset"),
         ({"dialect": "plasma", "switch_offset": "30"}, OptionError, "20 mm below Z0"),
     ],
-    ids=str,
 )
 def test_what_cannot_be_cut_is_refused_in_one_line(drawing: Path, options, error, words: str) -> None:
     with pytest.raises(error, match=words) as caught:

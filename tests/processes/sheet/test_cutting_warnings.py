@@ -11,6 +11,7 @@ from typing import Any
 import ezdxf
 import pytest
 
+from every import every
 from leafcut import api
 from leafcut.cli import run
 from leafcut.errors import VerifyError
@@ -51,8 +52,8 @@ def feeds_of_marks(text: str, lit: str) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize(
-    ("options", "feed"),
+@every(
+    "options, feed",
     [
         ({}, "2500"),
         ({"mark_speed": "20mm/s"}, "1200"),

@@ -12,6 +12,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from every import every
 from leafcut.errors import PlanError
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketRules
 from leafcut.processes.pocket.plan import grid as pocket_grid
@@ -30,14 +31,14 @@ def region(shape: object, rules: PocketRules = RULES) -> CentreRegion:
     return CentreRegion(shape, rules)
 
 
-@pytest.mark.parametrize(("pitch", "why"), [(5.0, "crowd"), (4.0, "crowd"), (7.0, "stays uncut"), (9.0, "stays uncut")])
+@every("pitch, why", [(5.0, "crowd"), (4.0, "crowd"), (7.0, "stays uncut"), (9.0, "stays uncut")])
 def test_points_too_near_or_too_far_apart_are_refused_with_the_reason(pitch: float, why: str) -> None:
     with pytest.raises(PlanError, match=why):
         grid_points(region(RING, replace(RULES, pitch=pitch)))
 
 
-@pytest.mark.parametrize(
-    ("rules", "why"),
+@every(
+    "rules, why",
     [
         ({"pitch": 6.5}, "points 6.5 mm apart for a tool of 10 mm are further from each other than the step-over of 6"),
         ({"pitch": 3.0, "step_over": 3.0}, "more than 0.5 diameters apart, which is more than the step-over of 3 mm"),
@@ -165,7 +166,7 @@ def test_the_path_along_the_rows_costs_what_the_problem_says_and_has_no_retract(
     assert path.retracts == 0 and len(path.pieces) == 1
 
 
-@pytest.mark.parametrize("climb", [True, False])
+@every("climb", [True, False])
 def test_walls_are_on_the_right_in_climb_milling_and_on_the_left_in_conventional(climb: bool) -> None:
     shape = region(RING, replace(RULES, climb=climb))
     problem, context = grid_problem(shape)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
@@ -51,8 +52,8 @@ def test_a_path_that_keeps_its_distance_is_free_of_faults() -> None:
     assert found(laid(*RING)) == []
 
 
-@pytest.mark.parametrize(
-    ("move", "what"),
+@every(
+    "move, what",
     [
         ((4.98, 25.0, -2.0), "gouge"),  # 0.02 mm into the left wall
         ((35.0, 25.0, -2.0), "gouge"),  # straight over the island
@@ -95,8 +96,8 @@ def test_a_rapid_below_the_r_plane_is_found_but_the_rise_is_not() -> None:
     assert found(builder.build()) == ["rapid in the material"] * 2
 
 
-@pytest.mark.parametrize(
-    ("at", "z", "free"),
+@every(
+    "at, z, free",
     [
         ((20.0, 5.0), -1.5, True),  # the tool's centre has been here
         ((20.0, 5.0), -1.7, False),  # 0.3 mm over the floor
@@ -178,7 +179,7 @@ def test_levels_that_are_alike_are_simulated_once(monkeypatch: pytest.MonkeyPatc
     assert np.isclose(rows[0].removal.swept.area, rows[1].removal.swept.area)
 
 
-@pytest.mark.parametrize(("apart", "said"), [(5.9, []), (6.0, []), (6.1, ["step-over"])])
+@every("apart, said", [(5.9, []), (6.0, []), (6.1, ["step-over"])])
 def test_lines_further_apart_than_the_stated_step_over_are_found_in_the_text(apart: float, said: list[str]) -> None:
     """Three lines over a field without walls nearby, to and fro."""
     field = (Pocket(Polyline.of_points([(-90, -90), (90, -90), (90, 90), (-90, 90)], closed=True), name="1"),)
@@ -209,8 +210,8 @@ def test_a_finishing_pass_half_way_down_lies_beside_the_passes_of_the_level_belo
     assert [(level.z, level.step_over) for level in levels] == [(-2.0, pytest.approx(0.0)), (-1.0, pytest.approx(5.0))]
 
 
-@pytest.mark.parametrize(
-    ("back", "said"),
+@every(
+    "back, said",
     [
         ((5.0, 5.0, -2.0), []),  # along the ring that is cleared
         ((20.0, 7.0, -2.0), ["feed"]),  # 2 mm off it: a strip is left there
@@ -248,8 +249,8 @@ def levels_at(*heights: float, ways: dict[float, tuple[tuple[float, float], ...]
 ELSEWHERE = ((10.0, 7.5), (30.0, 7.5))
 
 
-@pytest.mark.parametrize(
-    ("heights", "ways", "lines"),
+@every(
+    "heights, ways, lines",
     [
         ((-2.0, -4.0, -6.0), {}, 0),
         ((-2.0, -6.0), {}, 1),  # two levels at once

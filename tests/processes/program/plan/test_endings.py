@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
-
+from every import every
 from leafcut.processes.program.plan.resequencing import find_sequence
 from rewriting import program_of
 
@@ -17,8 +16,8 @@ def pieces(text: str, process: str = "auto") -> list[int]:
     return [len(s.chains) for s in find_sequence(program_of(text), process=process).sections]
 
 
-@pytest.mark.parametrize(
-    ("behind", "free"),
+@every(
+    "behind, free",
     [
         ("G0 X90 Y0", 3),
         ("M8", 3),
@@ -33,8 +32,8 @@ def test_a_cut_that_goes_on_from_the_last_piece_holds_it(behind: str, free: int)
     assert pieces(text) == [free]
 
 
-@pytest.mark.parametrize(
-    ("behind", "free"),
+@every(
+    "behind, free",
     [
         ("G0 Z15 / X90 Y0 / G1 Z-1", 2),
         ("G99 G81 X90 Y0 Z-1 R9", 2),

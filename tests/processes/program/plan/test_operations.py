@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
-
+from every import every
 from leafcut.processes.program.plan.resequencing import find_sequence
 from rewriting import program_of, rewritten
 
@@ -43,7 +42,7 @@ MARKED = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", MARKED)
+@every("name", MARKED)
 def test_operations_are_kept_apart_and_pieces_with_names_are_not(name: str) -> None:
     body, expected = MARKED[name]
     assert sizes(body) == expected

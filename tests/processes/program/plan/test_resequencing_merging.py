@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
-
+from every import every
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.post.rewriter import rewrite
 from rewriting import program_of, some_orders, work_of
@@ -62,7 +61,7 @@ FORBIDDEN = {
 }
 
 
-@pytest.mark.parametrize("why", FORBIDDEN)
+@every("why", FORBIDDEN)
 def test_sections_are_not_joined_over(why: str) -> None:
     program = program_of(text_of(*FORBIDDEN[why]))
     sequence = find_sequence(program, merge_tools=True)

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from every import every
 from leafcut.errors import PostError
 from leafcut.gcode.program import Program
 from leafcut.model.sequence import Sequence
@@ -32,8 +33,8 @@ def turned(body: str) -> str:
     return text.removeprefix(HEAD).removesuffix(FOOT)
 
 
-@pytest.mark.parametrize(
-    ("body", "expected"),
+@every(
+    "body, expected",
     [
         ("G0 X0 Y0 / G1 Z-1 F50 / X5 F200", "G0 X5 Y0 / G1 Z-1 F50 / X0 F200"),
         ("G0X0.0Y0 / G1Z-1F50 / X5.250F200", "G0X5.250Y0 / G1Z-1F50 / X0.0F200"),

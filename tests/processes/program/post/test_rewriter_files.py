@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from collections import Counter
 from pathlib import Path
@@ -9,9 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
+from leafcut.model.sequence import Sequence
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.post.rewriter import rewrite
 from rewriting import lowest_way, some_orders, work_of
@@ -36,22 +39,23 @@ FIXED = {
 FREE = [name for name in FILES if name not in FIXED]
 
 
-def read(name: str) -> tuple[str, Program]:
+@functools.cache
+def read(name: str) -> tuple[str, Program, Sequence]:
+    """Return the text of a file, what it says, and what of it may change places; none of them is ever changed."""
     text = (DATA / name).read_bytes().decode("latin-1")
-    return text, interpret_program(text, dialect("linuxcnc"), name)
+    program = interpret_program(text, dialect("linuxcnc"), name)
+    return text, program, find_sequence(program)
 
 
-@pytest.mark.parametrize("name", FILES)
+@every("name", FILES)
 def test_the_order_of_the_program_gives_its_own_bytes(name: str) -> None:
-    text, program = read(name)
-    sequence = find_sequence(program)
+    text, program, sequence = read(name)
     assert rewrite(program, sequence, [np.arange(len(s.chains)) for s in sequence.sections]) == text
 
 
-@pytest.mark.parametrize("name", FILES)
+@every("name", FILES)
 def test_another_order_does_the_same_work_and_crosses_no_lower(name: str) -> None:
-    _, program = read(name)
-    sequence = find_sequence(program)
+    _, program, sequence = read(name)
     work, lowest = work_of(program), lowest_way(program)
     for seed in range(2 if sequence.sections else 0):
         text = rewrite(program, sequence, some_orders(sequence, seed))
@@ -61,10 +65,9 @@ def test_another_order_does_the_same_work_and_crosses_no_lower(name: str) -> Non
         assert lowest_way(new) >= lowest or np.isnan(lowest)
 
 
-@pytest.mark.parametrize("name", FIXED)
+@every("name", FIXED)
 def test_where_nothing_may_change_places_it_is_said_why(data: Path, name: str) -> None:
-    _, program = read(name)
-    sequence = find_sequence(program)
+    _, _, sequence = read(name)
     assert sequence.sections == ()
     assert [issue.code for issue in sequence.issues].count("L502") == 1
     said = [*(issue.message for issue in sequence.issues), *(stay.reason for stay in sequence.stays)]
@@ -75,8 +78,7 @@ def test_where_nothing_may_change_places_it_is_said_why(data: Path, name: str) -
 @pytest.mark.parametrize("name", FREE)
 def test_linuxcnc_makes_the_same_cuts_of_another_order(rs274: str, tmp_path: Path, name: str) -> None:
     """The ends and feeds of all cutting moves that rs274 prints are the same multiset."""
-    text, program = read(name)
-    sequence = find_sequence(program)
+    text, program, sequence = read(name)
     new = rewrite(program, sequence, some_orders(sequence, 5))
     assert new != text
     both = [run_rs274(rs274, program_text, tmp_path) for program_text in (text, new)]

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
-
+from every import every
 from leafcut.processes.program.proof.certificate import Certificate, certify
 from rewriting import program_of
 
@@ -44,8 +43,8 @@ def test_the_same_direction_is_no_reversal() -> None:
         assert len(found.comment_lines()) == 2
 
 
-@pytest.mark.parametrize(
-    ("was", "becomes", "what"),
+@every(
+    "was, becomes, what",
     [
         ("F200", "F210", "changed cut"),
         ("F50", "F60", "changed cut"),
@@ -71,8 +70,8 @@ def test_any_other_change_of_a_cut_that_is_turned_is_found(was: str, becomes: st
     assert what in " ".join(map(str, found.differences))
 
 
-@pytest.mark.parametrize(
-    ("old", "new"),
+@every(
+    "old, new",
     [
         # Closed: the way round is climb milling or the other one.
         ("G1 Z-1 F50 / X5 F200 / Y5 / X0 / Y0", "G1 Z-1 F50 / Y5 F200 / X5 / Y0 / X0"),

@@ -13,6 +13,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from every import every
 from leafcut.errors import LeafcutError, PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Part, Sheet
@@ -117,7 +118,7 @@ def test_a_part_that_crosses_a_layer_named_as_a_sheet_lies_beyond_its_edge() -> 
     assert sheet(notched, box(40, 40, 30, 30)).outline is None  # beside it, not across
 
 
-@pytest.mark.parametrize(
+@every(
     "beyond",
     [
         [box(150, 5, 10, 10)],
@@ -144,8 +145,8 @@ def test_a_drawing_with_nothing_but_marks_by_name_is_cut() -> None:
     assert [c.contour.kind for c in sheet(box(0, 0, 9, 9, "MARK")).contours] == ["cut"]
 
 
-@pytest.mark.parametrize(
-    ("code", "contours", "options"),
+@every(
+    "code, contours, options",
     [
         ("L211", [box(0, 0, 9, 9), box(20, 0, 9, 9, "x")], {"ignore_layers": "x"}),
         ("L212", [box(0, 0, 9, 9), line((20, 0), (30, 0))], {"open_paths": "drop"}),
@@ -172,9 +173,7 @@ def test_what_was_mended_or_assumed_is_said(code: str, contours: list[Contour], 
     assert code in codes(sheet(*contours, **options))
 
 
-@pytest.mark.parametrize(
-    ("contours", "words"),
-    [
+@every("contours, words", [
         ([line((0, 0), (9, 0), (9, 9))], "1 open path on layers that are cut: from (0, 0) to (9, 9)"),
         ([line((0, 0), (9, 0), (9, 9), (0, 0.2), layer="A")], "0.2 mm apart on layer A"),
         ([Contour(Polyline.of_points([(0, 0), (10, 10), (10, 0), (0, 10)], True))], "itself, at (5, 5)"),
@@ -183,8 +182,7 @@ def test_what_was_mended_or_assumed_is_said(code: str, contours: list[Contour], 
         ([box(0, 0, 9, 9, "A"), disc(9, 5, 2, "B")], "--cut-layers"),
         ([], "nothing is left to cut"),
         ([line((1, 1), (1, 1))], "nothing is left to cut"),
-    ],
-)  # fmt: skip
+    ])  # fmt: skip
 def test_what_cannot_be_cut_is_refused_with_its_place(contours: list[Contour], words: str) -> None:
     assert words in refusal(*contours)
 
@@ -346,7 +344,7 @@ REAL = {
 }
 
 
-@pytest.mark.parametrize("name", REAL)
+@every("name", REAL)
 def test_real_drawings_are_sheets_or_refused_with_their_reason(data: Path, name: str) -> None:
     expected = REAL[name]
     try:
@@ -361,8 +359,8 @@ def test_every_real_drawing_is_in_the_table(data: Path) -> None:
     assert {p.stem for p in (data / "dxf").glob("*.dxf")} == set(REAL)
 
 
-@pytest.mark.parametrize(
-    ("name", "counts", "size"),
+@every(
+    "name, counts, size",
     [
         ("8877_01.DBS.JSON", (16, 15), 8000 * 2000),
         ("test1.dbs.json", (21, 2), 2000 * 1000),
