@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
+from shared_data import DATA
+
 # Compiling and a busy machine make times noisy, and no test asserts a duration; the same cases in every run.
 settings.register_profile("leafcut", deadline=None, derandomize=True)
 settings.load_profile("leafcut")
@@ -80,10 +82,9 @@ def _of_linuxcnc(name: str) -> str:
 @pytest.fixture(scope="session")
 def data() -> Path:
     """Return the folder of shared real files, or skip."""
-    folder = Path(os.environ.get("LEAFCUT_DATA") or Path(__file__).parents[2] / "shared" / "data")
-    if not folder.is_dir():
+    if not DATA.is_dir():
         pytest.skip("the shared data is not here; set LEAFCUT_DATA")
-    return folder
+    return DATA
 
 
 @pytest.fixture(scope="session")

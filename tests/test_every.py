@@ -34,7 +34,7 @@ def test_all_cases_run_and_every_fault_is_told_by_its_case() -> None:
     ]
 
 
-def test_a_rule_that_holds_for_all_cases_passes_and_no_case_is_refused() -> None:
+def test_a_rule_that_holds_for_all_cases_passes_and_of_no_case_it_is_told() -> None:
     every("a, b", [(1, 1), (2, 2)])(lambda a, b: None)()
-    with pytest.raises(AssertionError, match="no case"):
-        every("a", [])
+    with pytest.raises(pytest.skip.Exception, match="no cases"):
+        every("a", [])(lambda a: None)()

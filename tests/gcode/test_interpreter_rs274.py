@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import pytest
@@ -10,8 +9,9 @@ import pytest
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
+from shared_data import DATA
 
-DATA = Path(os.environ.get("LEAFCUT_DATA", Path(__file__).parents[2] / "../shared/data")) / "gcode"
+GCODE = DATA / "gcode"
 
 PROGRAMS = {
     "arcs with IJ": "G2 X10 Y0 I5 J0 / G3 X20 Y10 J10 / G3 X20 Y10 I-5 / G2 X25 Y5 I5 J0 / G1 X0 Y0",
@@ -67,11 +67,11 @@ FILES = [
 
 
 @pytest.mark.external
-@pytest.mark.skipif(not DATA.is_dir(), reason="the shared data folder is not there")
+@pytest.mark.skipif(not GCODE.is_dir(), reason="the shared data folder is not there")
 @pytest.mark.parametrize("name", FILES)
 def test_real_programs_make_the_same_moves_as_in_linuxcnc(rs274: str, tmp_path: Path, name: str) -> None:
     """Programs of other CAMs: every move ends where rs274 ends it."""
-    text = (DATA / name).read_text(encoding="utf-8", errors="replace")
+    text = (GCODE / name).read_text(encoding="utf-8", errors="replace")
     status, output = run_rs274(rs274, text, tmp_path)
     assert status == 0, output[-300:]
     ours = moves_of_toolpath(interpret(text, dialect("linuxcnc"), name))

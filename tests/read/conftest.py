@@ -1,25 +1,13 @@
-"""Drawings of a few entities, written by ezdxf or by hand, and the folder of real files."""
+"""Drawings of a few entities, written by ezdxf or by hand."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import ezdxf
 import pytest
-
-ROOT = Path(__file__).parents[2]
-
-
-@pytest.fixture(scope="session")
-def data() -> Path:
-    """Return the folder of shared real files, or skip."""
-    folder = Path(os.environ.get("LEAFCUT_DATA") or ROOT.parent / "shared" / "data")
-    if not folder.is_dir():
-        pytest.skip("the shared data is not here; set LEAFCUT_DATA")
-    return folder
 
 
 @pytest.fixture

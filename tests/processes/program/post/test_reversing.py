@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import random
 from collections import Counter
 from pathlib import Path
@@ -22,6 +21,7 @@ from leafcut.processes.program.post.rewriter import rewrite
 from leafcut.processes.program.proof.certificate import certify
 from rewriting import lowest_way, program_of, rewritten, some_orders
 from rs274_moves import moves_of_rs274, run_rs274
+from shared_data import DATA
 
 HEAD = "G21 G90 / T1 M6 / S1000 M3 / G0 Z5 / "
 FOOT = " / G0 Z5 / X90 Y90 / G1 Z-1 F50 / X99 F200 / G0 Z5 / M5 / M2"
@@ -190,12 +190,12 @@ def undirected(program: str, folder: object, text: str) -> Counter:
     return cuts
 
 
-DATA = Path(os.environ.get("LEAFCUT_DATA") or Path(__file__).parents[4] / "../shared/data") / "gcode"
+GCODE = DATA / "gcode"
 
 
 @pytest.mark.external
 def test_linuxcnc_finds_the_same_cuts_of_a_real_engraving_with_strokes_turned(rs274: str, tmp_path: Path) -> None:
-    file = DATA / "gsender_kb35.nc"
+    file = GCODE / "gsender_kb35.nc"
     if not file.exists():
         pytest.skip(f"{file} is not there")
     text = file.read_text(encoding="latin-1")

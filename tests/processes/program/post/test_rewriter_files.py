@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import os
 from collections import Counter
 from pathlib import Path
 
@@ -19,11 +18,12 @@ from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.post.rewriter import rewrite
 from rewriting import lowest_way, some_orders, work_of
 from rs274_moves import moves_of_rs274, run_rs274
+from shared_data import DATA
 
 #: What only its own machine understands (`test_foreign_rs274` has the lines at which it is refused).
 UNREADABLE = ("gsender_invalid_gcode.nc", "lcnc_plasmac_pipe.ngc", "lcnc_plasmac_ramp_pierce.ngc")
-DATA = Path(os.environ.get("LEAFCUT_DATA") or Path(__file__).parents[4] / "../shared/data") / "gcode"
-FILES = sorted(f.name for f in DATA.glob("*") if f.suffix in (".ngc", ".nc", ".gcode") and f.name not in UNREADABLE)
+GCODE = DATA / "gcode"
+FILES = sorted(f.name for f in GCODE.glob("*") if f.suffix in (".ngc", ".nc", ".gcode") and f.name not in UNREADABLE)
 #: Programs in which nothing may change places, and a word of why.
 FIXED = {
     "bcnc_sample.gcode": "only",
@@ -42,7 +42,7 @@ FREE = [name for name in FILES if name not in FIXED]
 @functools.cache
 def read(name: str) -> tuple[str, Program, Sequence]:
     """Return the text of a file, what it says, and what of it may change places; none of them is ever changed."""
-    text = (DATA / name).read_bytes().decode("latin-1")
+    text = (GCODE / name).read_bytes().decode("latin-1")
     program = interpret_program(text, dialect("linuxcnc"), name)
     return text, program, find_sequence(program)
 

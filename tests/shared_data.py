@@ -1,0 +1,8 @@
+"""Where the folder of shared real files is; it may not be there."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+DATA = Path(os.environ.get("LEAFCUT_DATA") or Path(__file__).parents[2] / "shared" / "data")
