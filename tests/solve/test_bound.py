@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -114,14 +115,20 @@ def test_the_bound_is_never_above_the_optimum(
         assert found == round(found)
 
 
-@pytest.mark.parametrize("ends", ENDS, ids=str)
-@pytest.mark.parametrize("name", ["euclidean", "EUC_2D", "linear", "dogleg", "chebyshev"])
+@functools.cache
+def nine_nodes(name: str, ends: object, seed: int) -> tuple[RoutingProblem, float]:
+    """Return a problem and its optimum, once for trees of either kind."""
+    problem = problem_of(np.random.default_rng(seed).uniform(0, 40, (9, 2)), Metric(name, **MACHINE), ends)
+    return problem, optimum(problem)
+
+
+@every("ends", ENDS)
+@every("name", ["euclidean", "EUC_2D", "linear", "dogleg", "chebyshev"])
 def test_the_bound_of_nine_nodes_is_near_their_optimum(name: str, ends: object) -> None:
     """Ten boards: within 1 % on average."""
     gaps = []
     for seed in range(10):
-        problem = problem_of(np.random.default_rng(seed).uniform(0, 40, (9, 2)), Metric(name, **MACHINE), ends)
-        least = optimum(problem)
+        problem, least = nine_nodes(name, ends, seed)
         found = lower_bound(build_instance(problem, 8), least)
         assert found is not None
         gaps.append(1.0 - found / least)
