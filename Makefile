@@ -4,6 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 READY_DEV := $(VENV)/.ready-dev
+READY_DOCS := $(VENV)/.ready-docs
 
 #: Environments of their own: the lowest versions that are allowed, and no extra, which each Python has once.
 LOWEST := .venv-lowest
@@ -18,7 +19,7 @@ SMOKE := tests/test_extras.py tests/test_files.py tests/geometry/test_curves.py 
 STUDIO := $(addprefix tests/studio/test_studio_,api.py forms.py jobs.py library.py safety.py)
 SMOKE_FLAGS := -n 2 -p no:cacheprovider -o filterwarnings= --disable-warnings
 
-.PHONY: demo test test-lowest test-core check format clean
+.PHONY: demo test test-lowest test-core check coverage docs wheel-check format clean
 
 demo: $(READY)
 	@mkdir -p demo
@@ -41,12 +42,23 @@ check: $(READY_DEV)
 	$(BIN)/mypy
 	$(BIN)/pytest -q tests/test_imports.py
 
+# Like `test`, and tells which lines no test has run (htmlcov/index.html).
+coverage: $(READY_DEV)
+	$(BIN)/pytest -n 2 --cov --cov-report=term:skip-covered --cov-report=html
+
+docs: $(READY_DOCS)
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+
+# The wheel in an environment of its own, without extras: its commands work without the checkout.
+wheel-check:
+	$(PYTHON) .ci/check_wheel.py
+
 format: $(READY_DEV)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
 clean:
-	rm -rf $(VENV) $(VENV)-lowest $(VENV)-core-* demo .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(VENV)-lowest $(VENV)-core-* demo site htmlcov .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis
 
 $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "leafcut needs Python 3.11 or newer")'
@@ -56,6 +68,10 @@ $(READY): pyproject.toml
 
 $(READY_DEV): $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@touch $@
+
+$(READY_DOCS): $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
 	@touch $@
 
 $(LOWEST)/.ready: pyproject.toml .ci/lowest_versions.py

@@ -4,6 +4,11 @@ A kernel takes arrays, numbers and named tuples of them; it trusts its input, al
 give, holds no state, and lets go of the GIL. With ``NUMBA_DISABLE_JIT=1`` every kernel is the plain Python it is
 written in. Compiled code is kept on disk, so a machine compiles once; where no folder can be written, every process
 compiles anew, and what is damaged on the disk is removed and compiled anew (`leafcut.kernels.keeping`).
+
+No flag of Numba's says that a kernel is compiled for plain numbers only, at a level of its own, or without what Python
+needs to call it. So methods of its dispatcher are wrapped here, and its global level is changed while one kernel
+compiles; what each of these saves of the first run on a machine stands beside it, and none changes an answer. For their
+sake pyproject.toml caps Numba below the first version not tried; run tests/kernels and tests/solve to raise it.
 """
 
 from __future__ import annotations

@@ -1,0 +1,40 @@
+"""What belongs to a release agrees: the version in its files, the types, the workflow and the Pythons it runs on."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+from leafcut import __version__
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+def text(name: str) -> str:
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def test_every_file_that_tells_the_version_tells_the_same() -> None:
+    assert re.findall(r"^version: (.+)$", text("CITATION.cff"), re.MULTILINE) == [__version__]
+    heads = re.findall(r"^## (\S+?),", text("CHANGELOG.md"), re.MULTILINE)
+    assert heads[0] == __version__
+
+
+def test_the_package_says_that_it_has_types() -> None:
+    assert (ROOT / "src" / "leafcut" / "py.typed").is_file()
+
+
+def test_the_workflow_checks_every_python_that_the_package_names() -> None:
+    named = re.findall(r"Python :: (3\.\d+)", "\n".join(PROJECT["project"]["classifiers"]))
+    (matrix,) = re.findall(r"python: \[(.+)\]", text(".github/workflows/check.yml"))
+    assert re.findall(r"3\.\d+", matrix) == named
+
+
+def test_workflow_and_recipe_call_targets_that_there_are() -> None:
+    targets = set(re.findall(r"^([\w-]+):", text("Makefile"), re.MULTILINE))
+    called = {name for file in (".github/workflows/check.yml", "RELEASING.md", "CONTRIBUTING.md", ".ci/run")
+              for name in re.findall(r"(?:run: |`|^)make ([\w-]+)", text(file), re.MULTILINE)}  # fmt: skip
+    assert called >= {"check", "test", "docs", "wheel-check"}
+    assert not called - targets
