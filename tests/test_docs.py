@@ -138,6 +138,16 @@ def commands_of(page: str) -> list[str]:
     return re.findall(r"^    leafcut (.+)$", (ROOT / "docs" / page).read_text(encoding="utf-8"), flags=re.MULTILINE)
 
 
+def test_every_page_is_in_the_navigation_of_the_site_once() -> None:
+    named = re.findall(r"^ +- .+: (\S+\.md)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert sorted(named) == sorted(p.name for p in (ROOT / "docs").glob("*.md"))
+
+
+def test_the_site_loads_nothing_from_elsewhere() -> None:
+    assert "font: false" in (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    assert "//" not in (ROOT / "docs" / "site.css").read_text(encoding="utf-8")
+
+
 def exists(name: str) -> bool:
     """Return whether leafcut.NAME is a module, or an attribute of one (of a class in it)."""
     parts = name.split(".")
