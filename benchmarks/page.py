@@ -11,6 +11,8 @@ from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from history import DOCS, keep
+
 from leafcut.files import write_whole
 
 HEAD = """# Benchmarks
@@ -45,7 +47,10 @@ def facts(script: str, arguments: Sequence[str], packages: Sequence[str]) -> str
 
 
 def write_section(page: Path, name: str, text: str) -> None:
-    """Put `text` in place of the section `name` of a page, or at its end; make the page where there is none."""
+    """Put `text` in place of the section `name` of a page, or at its end; make the page where there is none.
+
+    What goes into the pages of docs/ is kept in benchmarks/history.jsonl, too.
+    """
     begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
     whole = page.read_text(encoding="utf-8") if page.exists() else HEAD
     section = f"{begin}\n{text.strip()}\n{end}"
@@ -55,6 +60,8 @@ def write_section(page: Path, name: str, text: str) -> None:
         raise ValueError(f"{page}: the section {name} begins and does not end")
     whole = before + section + after if found else f"{whole.rstrip()}\n\n{section}\n"
     write_whole(page, whole)
+    if page.resolve().parent == DOCS:
+        keep(name, text)
 
 
 def _processor() -> str:

@@ -148,6 +148,65 @@ def test_a_section_is_replaced_and_the_others_stay(tmp_path: Path) -> None:
         page.write_section(file, "one", "x")
 
 
+SECTION = """## Two boards
+
+* Date: {date}
+* Machine: a processor, 2 cores
+* Versions: Python 3.11.7, leafcut 0.1.0, numpy 2.4.6, commit {commit}
+* Command: `python benchmarks/tsplib.py a b`
+
+| board | gap | judged |
+| --- | ---: | --- |
+| a | {gap} | yes |
+| b | 1.5 | yes |
+"""
+
+
+def test_what_is_written_into_the_pages_is_kept_and_shown_side_by_side(
+    benchmark: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page, history = benchmark("page"), benchmark("history")
+    file = tmp_path / "history.jsonl"
+    monkeypatch.setattr(page, "DOCS", tmp_path)
+    monkeypatch.setattr(page, "keep", lambda name, text: history.keep(name, text, file))
+    for date, commit, gap in (("2026-01-02", "aaa", "0.5"), ("2026-03-04", "bbb", "0.25")):
+        page.write_section(tmp_path / "benchmarks.md", "boards", SECTION.format(date=date, commit=commit, gap=gap))
+    first, second = history.records(file)
+    assert (first["date"], first["version"], first["commit"]) == ("2026-01-02", "0.1.0", "aaa")
+    assert second["tables"] == [
+        {"head": ["board", "gap", "judged"], "rows": [["a", "0.25", "yes"], ["b", "1.5", "yes"]]}
+    ]
+    history.import_page(tmp_path / "benchmarks.md", file)
+    assert len(history.records(file)) == 2
+    assert history.main(["boards", "--history", str(file)]) == 0
+    shown = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert shown[0] == ["2026-01-02", "aaa", "2026-03-04", "bbb"]
+    assert ["a", "·", "gap", "0.5", "0.25"] in shown
+    assert history.main(["boats", "--history", str(file)]) == 2
+
+
+def test_figures_that_no_page_of_the_documents_holds_are_not_kept(
+    benchmark: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page, kept = benchmark("page"), []
+    monkeypatch.setattr(page, "keep", lambda *record: kept.append(record))
+    page.write_section(tmp_path / "benchmarks.md", "boards", SECTION)
+    assert kept == []
+
+
+def test_the_history_holds_what_the_page_shows(benchmark: Any) -> None:
+    """Every section on the page is the last one of its name."""
+    history = benchmark("history")
+    last = {record["section"]: record for record in history.records()}
+    page = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+    names = re.findall(r"<!-- (.+): begin -->", page)
+    assert len(names) >= 20
+    for name in names:
+        text = page.partition(f"<!-- {name}: begin -->")[2].partition(f"<!-- {name}: end -->")[0]
+        now = history.record_of(name, text)
+        assert not now["tables"] or last[name] == now, name
+
+
 def test_one_thread_and_several_are_compared_on_every_board(run: Any) -> None:
     options = "--times", "0.2", "--seeds", "2"
     _, (head, _, row) = run("threads", "kroA100", *options)
