@@ -33,7 +33,7 @@ from leafcut.errors import LeafcutError
 from leafcut.files import write_whole
 from leafcut.model.machine import Machine
 from leafcut.model.outcome import Outcome
-from leafcut.report.wording import staying_words
+from leafcut.processes.program.report import staying_words
 
 STYLES = Path(__file__).parents[1] / "tests" / "styles"
 
@@ -147,7 +147,7 @@ def _simulated(text: str, axes: list[str], speeds: tuple[int, ...]) -> float | s
 
 def why(outcome: Outcome) -> str:
     """Return how many pieces of work stay, and why."""
-    return "; ".join(said.replace("|", "/") for said in staying_words(outcome, MOST_REASONS)) or "none stays"
+    return "; ".join(said.replace("|", "/") for said in staying_words(outcome.detail, MOST_REASONS)) or "none stays"
 
 
 def run(path: Path, longest: float, simulation: Simulation) -> list[str]:
@@ -158,7 +158,7 @@ def run(path: Path, longest: float, simulation: Simulation) -> list[str]:
     except LeafcutError as problem:
         return [path.name, "", "", "", "", "", "", f"refused: {str(problem).split(': ', 1)[-1][:90]}", ""]
     assert outcome.verified and outcome.after.time_s <= outcome.before.time_s * (1 + 1e-9)
-    counts = (outcome.certificate or {}).get("before", {})
+    counts = (outcome.detail.certificate or {}).get("before", {})
     work = ", ".join(f"{counts[k]:,} {k}" for k in ("holes", "cuts") if counts.get(k))
     free = outcome.pieces - sum(group.count for group in outcome.staying)
     text, new = for_linuxcnc(text), for_linuxcnc(outcome.text)

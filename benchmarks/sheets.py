@@ -195,14 +195,14 @@ def cut(drawing: Path, limit: float, **options: Any) -> Outcome:
 
 def times_of(done: Outcome) -> CutTimes:
     """Return the time norm of the program as written."""
-    if done.cut_plan is None:
+    if done.detail.plan is None:
         sys.exit("no plan of cuts")
-    return done.cut_plan.measures.sheet
+    return done.detail.plan.measures.sheet
 
 
 def edge_seconds(done: Outcome) -> float:
     """Return the seconds that the edges of the parts take, whatever the order: each once, at its speed."""
-    plan = done.cut_plan
+    plan = done.detail.plan
     assert plan is not None
     total = 0.0
     for c in plan.cuts:

@@ -24,6 +24,7 @@ from leafcut.model import (
     ToolpathBuilder,
     WorkerFigures,
 )
+from leafcut.processes.drilling.model import DrillingDetail
 
 MACHINE = Machine(
     name="test-mill",
@@ -113,6 +114,7 @@ def outcome_of() -> Callable[..., Outcome]:
             dialect="fanuc",
             seed=7,
             verified=True,
+            detail=DrillingDetail(),
             output="plate.nc",
             report="plate.html",
             options={"--thickness": "6.35mm"},

@@ -42,7 +42,6 @@ MAY_IMPORT = {
 }
 #: Above the processes: what joins them and what people see.
 MAY_IMPORT["api"] = STAGE | STAGES | {"files", "processes"}
-MAY_IMPORT["report"] |= {"processes"}
 MAY_IMPORT["studio"] = MODEL | {"api", "option_spec", "options", "files", "progress", "read", "report", "user_files"}
 MAY_IMPORT["studio"] |= {"processes", "_version"}
 MAY_IMPORT["user_files"] = MAY_IMPORT["files"] | {"files"}

@@ -112,8 +112,9 @@ def optimize(
     outcome = replace(outcome, seconds=time.perf_counter() - began)
     page = _page(outcome) if report else ""  # before anything is written: it may fail
     texts = {str(output): outcome.text} if output else {}
-    if outcome.cut_plan is not None and settings.cut.save_plan:
-        texts[str(settings.cut.save_plan)] = _plan_text(outcome.cut_plan)
+    plan = outcome.shown.plan("after")
+    if plan is not None and settings.cut.save_plan:
+        texts[str(settings.cut.save_plan)] = _plan_text(plan)
     if report:
         texts[str(report)] = page
     write_together(texts, encodings={str(output): outcome.encoding})

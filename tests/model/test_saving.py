@@ -22,6 +22,7 @@ from leafcut.model.saving import from_json, to_json
 from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.model.tool import Recipe
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
+from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.read.machine import load_machine, machine_names
 
 
@@ -97,7 +98,7 @@ def test_a_machine_saved_and_loaded_is_the_same(name: str) -> None:
 
 def test_a_whole_outcome_saved_and_loaded_is_the_same() -> None:
     outcome = leafcut.optimize("random:30", thickness=2, preset="fast", machine="haas-vf2")
-    loaded = from_json(Outcome, to_json(outcome))
+    loaded = from_json(Outcome[DrillingDetail], to_json(outcome))
     assert_same(loaded, outcome)
     assert loaded.saved_percent == outcome.saved_percent
 

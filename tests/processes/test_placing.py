@@ -141,8 +141,8 @@ def test_a_mirrored_sheet_is_cut_on_the_same_side_of_its_lines(drawing: Path, tr
 
 def turns(outcome: Outcome) -> list[float]:
     """Return which way round the cuts run, +1 for counter-clockwise."""
-    assert outcome.cut_plan is not None
-    return sorted(math.copysign(1.0, Polyline(cut.path.vertices, closed=True).area) for cut in outcome.cut_plan.cuts)
+    assert outcome.detail.plan is not None
+    return sorted(math.copysign(1.0, Polyline(cut.path.vertices, closed=True).area) for cut in outcome.detail.plan.cuts)
 
 
 @pytest.mark.parametrize("compensation", ["geometry", "controller"])
@@ -175,7 +175,7 @@ def test_milling_of_a_mirrored_pocket_keeps_its_side(milling: str, left: bool, d
     ways = []
     for mirror in ({}, {"mirror": "x"}):
         outcome = leafcut.optimize(drawing, milling=milling, **given, **mirror)
-        pieces = [p for plan in outcome.pocket_plans for p in plan.result.path.pieces]  # type: ignore[union-attr]
+        pieces = [p for plan in outcome.detail.plans for p in plan.result.path.pieces]  # type: ignore[union-attr]
         areas = [Polyline(p.path.vertices, closed=True).area for p in pieces if p.kind == "finish"]
         largest = max(areas, key=abs)
         ways.append((len(areas), largest > 0, round(abs(largest), 3)))

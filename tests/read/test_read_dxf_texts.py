@@ -139,7 +139,7 @@ def test_an_engraved_sheet_is_marked_before_its_part_is_cut_free_and_proved(tmp_
         drawn(tmp_path, build), process="cut", thickness=3, machine="laser-table", iterations=5, threads=1
     )
     assert outcome.verified
-    assert outcome.cut_plan is not None
-    kinds = [cut.kind for cut in outcome.cut_plan.cuts]
+    assert outcome.detail.plan is not None
+    kinds = [cut.kind for cut in outcome.detail.plan.cuts]
     assert kinds.count("mark") >= 2
     assert kinds[-1] == "cut"

@@ -10,10 +10,11 @@ from dataclasses import replace
 from every import every
 from leafcut.model import Issue, Severity
 from leafcut.model.solution import WorkerFigures
+from leafcut.processes.program.model import ProgramDetail
 from leafcut.report import views
 from leafcut.report.colours import drawing_css, ramp_css
 from leafcut.report.page import write_page
-from leafcut.report.views import HEAD_LINES, MOST_ISSUE_ROWS, WHOLE_PROGRAM_LINES, nearest_cost
+from leafcut.report.views import HEAD_LINES, MOST_ISSUE_ROWS, WHOLE_PROGRAM_LINES
 from page_parser import Page
 
 
@@ -126,9 +127,9 @@ def test_warnings_come_before_notes_and_many_issues_are_counted(outcome_of):
 
 def test_nearest_neighbour_costs_the_difference_of_travel_more(outcome_of):
     """42 s + (70 s − 58 s) = 54 s; in distance 12 345 mm + (4 000 − 3 000) mm; of several operations none is known."""
-    assert nearest_cost(outcome_of([(0, 0)])) == 54.0
-    assert nearest_cost(outcome_of([(0, 0)], solution={"unit": "mm", "cost": 12345.0})) == 13345.0
-    assert nearest_cost(outcome_of([(0, 0)], [(9, 9)])) is None
+    assert outcome_of([(0, 0)]).shown.nearest_cost() == 54.0
+    assert outcome_of([(0, 0)], solution={"unit": "mm", "cost": 12345.0}).shown.nearest_cost() == 13345.0
+    assert outcome_of([(0, 0)], [(9, 9)]).shown.nearest_cost() is None
 
 
 def luminance(colour: str) -> float:
@@ -159,7 +160,8 @@ def test_words_and_lines_stand_out_enough_from_what_is_behind_them(mode):
 
 def test_columns_that_say_nothing_and_words_of_other_processes_are_left_out(outcome_of):
     """A laser has no diameters and no spindle; what its beam does while it is off is travel."""
-    outcome = outcome_of([(0.0, 0.0), (10.0, 10.0)], process="laser")
+    detail = ProgramDetail({"before": {"cuts": 2}})
+    outcome = outcome_of([(0.0, 0.0), (10.0, 10.0)], process="laser", detail=detail)
     tools = tuple(replace(o, tool=replace(o.tool, diameter=0.0), cycle="") for o in outcome.operations)
     times = replace(outcome.before, by_kind={"feed": 90.0, "spindle": 10.0})
     words = Page(write_page(replace(outcome, operations=tools, before=times, after=times))).words

@@ -10,6 +10,7 @@ import pytest
 
 from leafcut.model import Machine, Outcome
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
+from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.report.plan_view import trace
 from leafcut.report.playback import Doing, outcome_playback, playback
 from leafcut.timing.toolpath import measure
@@ -140,4 +141,6 @@ def _outcome(path: Toolpath, text: str) -> Outcome:
     from leafcut.model import Part
 
     cost = measure(path, MILL)
-    return Outcome(Part("p"), MILL, "drill", (), cost, None, cost, path, path, text, "linuxcnc", 1, True)
+    return Outcome(
+        Part("p"), MILL, "drill", (), cost, None, cost, path, path, text, "linuxcnc", 1, True, DrillingDetail()
+    )

@@ -11,7 +11,7 @@ from every import every
 from leafcut.model import Issue, Outcome
 from leafcut.model.issue import CODES
 from leafcut.report.summary import MOST_ISSUES, print_summary
-from leafcut.report.wording import at_most_words, bound_words, clean, cost_words, percent_words, time_words
+from leafcut.report.wording import at_most_words, clean, cost_words, percent_words, time_words
 
 
 def shown(outcome: Outcome, **terminal: object) -> str:
@@ -43,17 +43,19 @@ def test_the_three_orders_have_their_figures(outcome_of):
 
 def test_a_gap_is_never_said_smaller_than_it_is(outcome_of):
     """40.01 s above 40 s is 0.025 %: said as 0.03 %; nothing above is the least possible itself."""
-    assert bound_words(outcome_of([(1.0, 1.0)], solution={"cost": 40.01})).endswith(
-        "at most 0.03 % above the least possible"
+    assert (
+        outcome_of([(1.0, 1.0)], solution={"cost": 40.01})
+        .shown.bound_words()
+        .endswith("at most 0.03 % above the least possible")
     )
-    assert bound_words(outcome_of([(1.0, 1.0)], solution={"cost": 40.0})) == "travel time the least possible"
+    assert outcome_of([(1.0, 1.0)], solution={"cost": 40.0}).shown.bound_words() == "travel time the least possible"
     assert at_most_words(0.05, "mm") == "at most 5.00 % above the shortest possible"
-    assert bound_words(outcome_of([(1.0, 1.0)], solution={"lower_bound": None})) == ""
+    assert outcome_of([(1.0, 1.0)], solution={"lower_bound": None}).shown.bound_words() == ""
 
 
 def test_of_several_tools_the_gap_says_what_it_is_a_bound_of(outcome_of):
     """Two tools, 84 s above 80 s: each tool's path begins where the one before it ended."""
-    words = bound_words(outcome_of([(1.0, 1.0)], [(2.0, 2.0)]))
+    words = outcome_of([(1.0, 1.0)], [(2.0, 2.0)]).shown.bound_words()
     assert words.startswith("travel time at most 5.00 % above the least possible")
     assert words.endswith("each tool from where the one before it ended")
 

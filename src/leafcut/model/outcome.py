@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
-from leafcut.model.cutting import CutMeasures, CutPlan
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.part import Part
-from leafcut.model.pocket import PocketPlan, PocketProgram
-from leafcut.model.sequence import Staying
 from leafcut.model.solution import Solution, gap
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
+
+if TYPE_CHECKING:
+    from leafcut.model.process_report import ProcessReport
 
 
 @dataclass(frozen=True)
@@ -54,9 +54,19 @@ class OperationOutcome:
         return self.hole_order + self.staying
 
 
+class Detail(Protocol):
+    """What one process alone found out in a run; it knows how its process tells of an outcome."""
+
+    def report(self, outcome: Any) -> ProcessReport:
+        """Return what the process tells of an outcome with this detail."""
+
+
+D = TypeVar("D", bound=Detail)
+
+
 @dataclass(frozen=True)
-class Outcome:
-    """The whole run.
+class Outcome(Generic[D]):
+    """The whole run: what every process finds out, and the `detail` of one.
 
     Attributes
     ----------
@@ -70,20 +80,8 @@ class Outcome:
         Toolpaths of the first and the last.
     text
         The program, whole.
-    certificate
-        Of a program that came from elsewhere: the proof that the new one does the same work
-        (`processes.program.proof.certificate`), as plain values, and what was counted. None for drawings.
-    cut_plans
-        Of a sheet: its cuts in the three orders, before, nearest neighbour (None where there is none) and as written,
-        each with its time norm and its cost. Empty for all else.
-    pocket_plans
-        How every pocket is cleared, with all strategies that were tried; empty for all else.
-    pocket_programs
-        Of several pockets: the program as it is written, and that of every strategy that clears all of them.
-    barriers
-        How many pieces of a program stay where they are, and nothing is carried past them.
-    pieces, staying
-        How many pieces of work a program has (holes, cuts, strokes …), and why some of them keep their place.
+    detail
+        What belongs to the process alone: the plans of a sheet or of pockets, the proof of a program.
     encoding
         Of the program's text in a file.
     output, report
@@ -107,14 +105,8 @@ class Outcome:
     dialect: str
     seed: int
     verified: bool
+    detail: D
     issues: tuple[Issue, ...] = ()
-    certificate: dict[str, Any] | None = None
-    barriers: int = 0
-    pieces: int = 0
-    staying: tuple[Staying, ...] = ()
-    cut_plans: tuple[CutPlan | None, ...] = ()
-    pocket_plans: tuple[PocketPlan, ...] = ()
-    pocket_programs: tuple[PocketProgram, ...] = ()
     encoding: str = "utf-8"
     output: str = ""
     report: str = ""
@@ -124,30 +116,14 @@ class Outcome:
     seconds: float = 0.0
 
     @property
-    def cut_plan(self) -> CutPlan | None:
-        """Of a sheet: its cuts in order as written, with the time norm and the cost; None for all else."""
-        return self.cut_plans[-1] if self.cut_plans else None
+    def shown(self) -> ProcessReport:
+        """What the process tells of this outcome."""
+        return self.detail.report(self)
 
     @property
     def program_sha256(self) -> str:
         """SHA-256 of the program's bytes as they are in its file, in hexadecimal digits."""
         return hashlib.sha256(self.text.encode(self.encoding, "replace")).hexdigest()
-
-    @property
-    def norms(self) -> tuple[CutMeasures | None, ...]:
-        """Of a sheet: the measures of `cut_plans`."""
-        return tuple(None if plan is None else plan.measures for plan in self.cut_plans)
-
-    @property
-    def stated(self) -> tuple[Measure, Measure | None, Measure]:
-        """The three orders as every face states them: before, nearest neighbour, as written.
-
-        Of a sheet the lengths are those of its plan: along the cuts, and between them in X and Y. What the torch rises
-        and descends, `Measure` has besides; a controller that finds the sheet itself does that without the program.
-        """
-        before, nearest, after = self.norms or (None, None, None)
-        near = None if self.nearest is None else _of_sheet(self.nearest, nearest)
-        return _of_sheet(self.before, before), near, _of_sheet(self.after, after)
 
     @property
     def saved_percent(self) -> float:
@@ -168,8 +144,3 @@ class Outcome:
     def gap(self) -> float | None:
         """How far at most the orders are above the least possible, as a fraction; None without a bound."""
         return gap(sum(o.solution.cost for o in self.operations), self.lower_bound)
-
-
-def _of_sheet(measure: Measure, norm: CutMeasures | None) -> Measure:
-    """Return a measure with the lengths of a sheet's plan, where there is one."""
-    return measure if norm is None else replace(measure, travel_mm=norm.sheet.rapid_mm, cut_mm=norm.sheet.cut_mm)

@@ -21,7 +21,7 @@ def to_json(noun: Any) -> str:
 
 
 def from_json(kind: type[T], text: str) -> T:
-    """Return the noun of class `kind` that `to_json` wrote.
+    """Return the noun of class `kind`, as `Outcome[DrillingDetail]`, that `to_json` wrote.
 
     Raises
     ------
@@ -68,11 +68,14 @@ def _restore(kind: Any, data: Any) -> Any:
         return tuple(_restore(k, v) for k, v in zip(inner, data, strict=True))
     if origin is dict:
         return {k: _restore(args[1], v) for k, v in data.items()}
-    if dataclasses.is_dataclass(kind):
+    made: Any = origin or kind
+    if isinstance(made, type) and dataclasses.is_dataclass(made):
         if not isinstance(data, dict):
-            raise TypeError(f"a {kind.__name__} is a JSON object")  # type: ignore[union-attr]
-        hints = _hints(kind)  # type: ignore[arg-type]
-        return kind(**{name: _restore(hints[name], value) for name, value in data.items()})  # type: ignore[operator]
+            raise TypeError(f"a {made.__name__} is a JSON object")
+        # Of a generic noun the classes in brackets stand for its variables: `Outcome[SheetDetail]`.
+        bound = dict(zip(getattr(made, "__parameters__", ()), args, strict=False))
+        hints = {name: bound.get(hint, hint) for name, hint in _hints(made).items()}
+        return made(**{name: _restore(hints[name], value) for name, value in data.items()})
     if isinstance(kind, type) and issubclass(kind, Enum):
         return kind(data)
     if kind is float:

@@ -33,9 +33,9 @@ def ramp_css() -> str:
     return f"{rules(_LIGHT)}\n@media screen and (prefers-color-scheme: dark) {{ {rules(_DARK)} }}\n"
 
 
-def style_sheet(name: str) -> str:
-    """Return a style sheet that is shipped beside this file."""
-    return (files("leafcut.report") / name).read_text(encoding="utf-8")
+def style_sheet(name: str, package: str = "leafcut.report") -> str:
+    """Return a style sheet that is shipped in a package."""
+    return (files(package) / name).read_text(encoding="utf-8")
 
 
 def drawing_css() -> str:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict
 from typing import Any
 
 from leafcut.model.issue import Issue
 from leafcut.model.outcome import Measure, OperationOutcome, Outcome
 from leafcut.model.part import Part
 from leafcut.model.solution import Solution
-from leafcut.processes.pocket.report.pocket_words import pocket_counts, pockets_as_json
-from leafcut.processes.sheet.report.cut_words import cut_counts, cutting_as_json
 from leafcut.report.wording import algorithm_words, feed_mm_min, plain_number
 
 
@@ -23,8 +20,8 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
     `gap_percent` is how far at most the travel is above it.
     """
     gap = plain_number(outcome.gap)
-    proof = {} if outcome.certificate is None else {"certificate": outcome.certificate}
-    before, nearest, after = outcome.stated
+    shown = outcome.shown
+    before, nearest, after = shown.stated()
     return {
         "input": outcome.part.source or outcome.part.name,
         "output": outcome.output,
@@ -35,7 +32,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "dialect": outcome.dialect,
         "algorithm": algorithm_words(outcome),
         "seed": outcome.seed,
-        "counts": _counts(outcome),
+        "counts": shown.counts(),
         "before": _measure(before),
         "nearest": None if nearest is None else _measure(nearest),
         "after": _measure(after),
@@ -43,10 +40,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "lower_bound": plain_number(outcome.lower_bound),
         "gap_percent": None if gap is None else 100.0 * gap,
         "verified": bool(outcome.verified),
-        **proof,
-        **_staying(outcome),
-        **cutting_as_json(outcome),
-        **pockets_as_json(outcome),
+        **shown.answer(),
         "seconds": plain_number(outcome.seconds),
         "tools": [_tool(o) for o in outcome.operations],
         "workers": [w for number, o in enumerate(outcome.operations) for w in _workers(number, o)],
@@ -87,27 +81,6 @@ def solution_as_json(part: Part, solution: Solution) -> dict[str, Any]:
 def issues_as_json(issues: Iterable[Issue]) -> list[dict[str, str]]:
     """Return issues as plain values."""
     return [{"code": i.code, "severity": i.severity.value, "message": i.message, "place": i.place} for i in issues]
-
-
-def _counts(outcome: Outcome) -> dict[str, int]:
-    if outcome.cut_plan is not None:
-        return cut_counts(outcome.cut_plan)
-    if outcome.pocket_plans:
-        return pocket_counts(outcome)
-    if outcome.certificate is not None:
-        own = {"barriers": outcome.barriers, "operations": len(outcome.operations), "pieces": outcome.pieces}
-        return {**outcome.certificate["before"], **own}
-    return {
-        "holes": len(outcome.part.holes),
-        "slots": len(outcome.part.slots),
-        "tools": len({o.tool.number for o in outcome.operations}),
-        "operations": len(outcome.operations),
-    }
-
-
-def _staying(outcome: Outcome) -> dict[str, Any]:
-    """Return of a program why pieces of it keep their place."""
-    return {} if outcome.certificate is None else {"staying": [asdict(group) for group in outcome.staying]}
 
 
 def _measure(measure: Measure) -> dict[str, float | None]:

@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from leafcut.model.machine import Machine
 from leafcut.model.outcome import Outcome
+from leafcut.model.process_report import Which
 from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, plane_axes, positions_before
-from leafcut.report.drawing import Which
 from leafcut.report.line_map import written_lines
 from leafcut.report.plan_view import latest, spindle_speed, stop_rows
-from leafcut.report.wording import BEAMS
 
 #: Chords of an arc that does not lie flat: seen from above it is no arc of a circle.
 _CHORDS = 24
@@ -80,7 +79,7 @@ def outcome_playback(outcome: Outcome, which: Which) -> Playback:
     PlanError, ReadError
         The cycles come to more moves than can be meant, or the program cannot be read.
     """
-    beam = outcome.process in BEAMS
+    beam = outcome.shown.beam
     if which == "before":
         return playback(outcome.path_before, outcome.machine, beam)
     program = "" if outcome.path_after.line.any() else outcome.text

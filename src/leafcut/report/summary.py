@@ -6,29 +6,8 @@ from typing import TYPE_CHECKING
 
 from leafcut.model.issue import Severity
 from leafcut.model.outcome import Outcome
-from leafcut.processes.pocket.report.pocket_words import (
-    STRATEGY_TITLES,
-    chosen_words,
-    pocket_counts_words,
-    strategy_cells,
-)
-from leafcut.processes.pocket.report.pocket_words import facts as pocket_facts
-from leafcut.processes.pocket.report.pocket_words import figures as strategy_figures
-from leafcut.processes.sheet.report.cut_words import cut_counts_words, norm_facts
-from leafcut.report.wording import (
-    NO_VALUE,
-    bound_words,
-    clean,
-    counts_words,
-    group_issues,
-    length_words,
-    method_words,
-    order_words,
-    percent_words,
-    saved_percent,
-    staying_words,
-    time_words,
-)
+from leafcut.model.process_report import ProcessReport, SummaryTable
+from leafcut.report.wording import clean, group_issues
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -37,8 +16,6 @@ if TYPE_CHECKING:
 
 #: So many different issues are named; the report page has them all.
 MOST_ISSUES = 12
-#: So many reasons why pieces of a program stay.
-MOST_REASONS = 6
 MOST_CHARACTERS = 219
 _WORST = (Severity.DANGER, Severity.MISSING)
 
@@ -50,8 +27,9 @@ def summary(outcome: Outcome) -> RenderableType:
     """
     from rich.console import Group
 
-    table = _strategies(outcome) if outcome.pocket_plans else _orders(outcome)
-    parts: list[RenderableType] = [*_worst(outcome), _title(outcome), "", table, "", _facts(outcome)]
+    shown = outcome.shown
+    parts: list[RenderableType] = [*_worst(outcome), _title(outcome, shown), "", _table(shown), ""]
+    parts.append(_facts(outcome, shown))
     if any(issue.severity not in _WORST for issue in outcome.issues):
         parts += ["", _issues(outcome)]
     return Group("", *parts, "")
@@ -71,91 +49,38 @@ def _worst(outcome: Outcome) -> list[RenderableType]:
     return [*lines, ""] if lines else []
 
 
-def _title(outcome: Outcome) -> Text:
+def _title(outcome: Outcome, shown: ProcessReport) -> Text:
     from rich.text import Text
 
-    machine = f"{clean(outcome.machine.name)} ({clean(outcome.dialect)})"
-    if outcome.pocket_plans:
-        counts = pocket_counts_words(outcome)
-    else:
-        counts = counts_words(outcome) if outcome.cut_plan is None else cut_counts_words(outcome.cut_plan)
-    return Text.assemble((clean(outcome.part.name), "bold"), "\n", (f"{counts} · {machine}", "dim"), overflow="fold")
+    words = f"{shown.counts_words()} · {clean(outcome.machine.name)} ({clean(outcome.dialect)})"
+    return Text.assemble((clean(outcome.part.name), "bold"), "\n", (words, "dim"), overflow="fold")
 
 
-def _orders(outcome: Outcome) -> Table:
+def _table(shown: ProcessReport) -> Table:
+    """Return the orders, or the strategies, that stand beside each other."""
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim", pad_edge=False)
-    table.add_column("order")
-    # Of a sheet the ways from cut to cut are said, as in its plan; its travel would count every rise and descent.
-    for title in ("between" if outcome.norms else "travel", "cutting", "time", "saved"):
+    rows = shown.summary_table()
+    table = Table(box=None, padding=(0, rows.apart, 0, 0), header_style="dim", pad_edge=False)
+    table.add_column(rows.titles[0], no_wrap=rows.apart < SummaryTable.apart)
+    for title in rows.titles[1:]:
         table.add_column(title, justify="right", no_wrap=True)
-    before, nearest, after = outcome.stated
-    rows = (
-        (order_words(outcome), before, ""),
-        ("nearest neighbour", nearest, ""),
-        ("leafcut", after, "bold green"),
-    )
-    for name, measure, style in rows:
-        if measure is None:
-            continue
-        saved = NO_VALUE if measure is before else percent_words(saved_percent(outcome, measure))
-        lengths = (length_words(measure.travel_mm), length_words(measure.cut_mm))
-        figures = (*lengths, time_words(measure.time_s), saved)
-        table.add_row(Text(name, style), *(Text(f, style) for f in figures))
+    for cells, ours in zip(rows.rows, rows.ours, strict=True):
+        table.add_row(*(Text(cell, "bold green" if ours else "") for cell in cells))
     return table
 
 
-def _strategies(outcome: Outcome) -> Table:
-    """Return every strategy over one level, and why some are not possible."""
+def _facts(outcome: Outcome, shown: ProcessReport) -> Table:
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim", pad_edge=False)
-    table.add_column("one level", no_wrap=True)
-    for title in STRATEGY_TITLES:
-        table.add_column(title, justify="right", no_wrap=True)
-    for row in strategy_figures(outcome.pocket_plans, outcome.pocket_programs):
-        if row.measures is None:
-            continue
-        style = "bold green" if row.chosen else ""
-        table.add_row(Text(row.name, style), *(Text(cell, style) for cell in strategy_cells(row)))
-    return table
-
-
-def _facts(outcome: Outcome) -> Table:
-    from rich.table import Table
-    from rich.text import Text
-
-    work = "the work that was planned" if outcome.certificate is None else "the same work as the original"
-    verified = Text(f"yes, read back{' and simulated' if outcome.pocket_plans else ''}: it does {work}", "green")
-    facts: list[tuple[str, Text]] = [
-        ("verified", verified if outcome.verified else Text("no", "bold red")),
-    ]
-    if outcome.cut_plan is not None:
-        facts += [(name, Text(clean(words))) for name, words in norm_facts(outcome.cut_plan)]
-    if outcome.pocket_plans:
-        facts += [("program", Text(f"{time_words(outcome.after.time_s)} by {chosen_words(outcome)}", "bold"))]
-        facts += [(name, Text(clean(words))) for name, words in pocket_facts(outcome)]
-        facts += [
-            (row.name, Text(f"not possible: {clean(row.refused)}", "dim"))
-            for row in strategy_figures(outcome.pocket_plans, outcome.pocket_programs)
-            if row.measures is None
-        ]
-    elif outcome.gap is not None:
-        facts.append(("gap", Text(bound_words(outcome))))
-    head, *reasons = staying_words(outcome, MOST_REASONS) or [""]
-    if head:
-        facts.append(("stays", Text(f"{head}: {'; '.join(reasons)}")))
-    if outcome.operations and not outcome.pocket_plans:
-        facts.append(("method", Text(method_words(outcome))))
+    verified = Text(f"yes, {shown.found}", "green") if outcome.verified else Text("no", "bold red")
+    facts: list[tuple[str, Text]] = [("verified", verified)]
+    facts += [(fact.name, Text(clean(fact.words), fact.style)) for fact in shown.facts()]
     facts += [
         (name, Text(clean(place), "cyan", overflow="fold"))
-        for name, place in (
-            ("file", outcome.output) if outcome.pocket_plans else ("program", outcome.output),
-            ("report", outcome.report),
-        )
+        for name, place in ((shown.file_name, outcome.output), ("report", outcome.report))
         if place
     ]
     if outcome.defaults:

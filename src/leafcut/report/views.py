@@ -10,13 +10,11 @@ from leafcut.model.tool import Tool
 from leafcut.report import chart
 from leafcut.report.drawing import Scene, tool_class
 from leafcut.report.wording import (
-    BEAMS,
     LEAST_GAP,
     NO_VALUE,
     SEVERITIES,
     SPARED,
     at_most_words,
-    bound_words,
     clean,
     clean_lines,
     cost_words,
@@ -25,7 +23,6 @@ from leafcut.report.wording import (
     group_issues,
     length_words,
     number_words,
-    order_words,
     percent_words,
     saved_percent,
     time_words,
@@ -71,8 +68,8 @@ def orders(outcome: Outcome) -> list[Row]:
 
 
 def _measures(outcome: Outcome) -> tuple[tuple[str, Measure], ...]:
-    before, nearest, after = outcome.stated
-    orders = ((f"{order_words(outcome).capitalize()} order", before), ("Nearest neighbour", nearest), (OURS, after))
+    before, nearest, after = outcome.shown.stated()
+    orders = ((f"{outcome.shown.came_in.capitalize()} order", before), ("Nearest neighbour", nearest), (OURS, after))
     return tuple((name, measure) for name, measure in orders if measure is not None)
 
 
@@ -82,22 +79,14 @@ def saved(outcome: Outcome) -> Row:
     worse = seconds < 0
     percent = f"{percent_words(abs(outcome.saved_percent))} {'more' if worse else 'less'} machine time"
     hundred = f", {time_words(100 * seconds)} on a hundred parts" if seconds > 0 else ""
-    bound = bound_words(outcome)
+    bound = outcome.shown.bound_words()
     return {
         "figure": time_words(abs(seconds)),
         "worse": worse,
-        "words": f"{'longer than' if worse else 'saved against'} the {order_words(outcome)}’s order",
-        "percent": _percent_words(outcome, f"{percent}{hundred}."),
+        "words": f"{'longer than' if worse else 'saved against'} the {outcome.shown.came_in}’s order",
+        "percent": f"{percent}{hundred}." if outcome.before.time_s > 0 else "There is nothing to machine.",
         "gap": f"{bound[0].upper()}{bound[1:]}." if bound else "",
     }
-
-
-def _percent_words(outcome: Outcome, words: str) -> str:
-    if not outcome.before.time_s > 0:
-        return "There is nothing to machine."
-    if outcome.certificate is not None and outcome.before == outcome.after:
-        return "The order stays as it was."
-    return words
 
 
 def times(outcome: Outcome) -> Row:
@@ -105,7 +94,7 @@ def times(outcome: Outcome) -> Row:
     measures = _measures(outcome)
     kinds = [k for k in chart.TIME_KINDS if any(m.by_kind.get(k, 0.0) > 0 for _, m in measures)]
     longest = max(sum(m.by_kind.values()) for _, m in measures)
-    said = chart.TIME_KINDS | (_TIMES_OF_BEAMS if outcome.process in BEAMS else {})
+    said = chart.TIME_KINDS | (_TIMES_OF_BEAMS if outcome.shown.beam else {})
     return {
         "kinds": [{"class": k.replace("_", "-"), "words": said[k]} for k in kinds],
         "rows": [
@@ -186,37 +175,16 @@ def searches(outcome: Outcome) -> list[Row]:
             facts.append("stopped early")
         if was_spared(solution):
             facts.append(SPARED)
-        words = operation_words(operation) if not outcome.cut_plans else _band_words(outcome, number)
+        words = outcome.shown.search_name(number)
         rows.append(
             {
                 "name": words,
                 "facts": " · ".join(facts),
                 "still": f"Best from the first moment: {cost_words(solution.cost, solution.unit)}.",
-                "chart": chart.convergence(solution, nearest_cost(outcome), f"Cost against seconds: {words}"),
+                "chart": chart.convergence(solution, outcome.shown.nearest_cost(), f"Cost against seconds: {words}"),
             }
         )
     return rows
-
-
-def _band_words(outcome: Outcome, number: int) -> str:
-    """Return what of a sheet is ordered at once: all of its cuts, or a band of it."""
-    cuts = count(outcome.operations[number].cuts, "cut")
-    return cuts if len(outcome.operations) == 1 else f"band {number + 1}, {cuts}"
-
-
-def nearest_cost(outcome: Outcome) -> float | None:
-    """Return what the nearest neighbour order costs in the solver's unit, or None where that is not known.
-
-    Two orders of the same work differ by their travel alone, so the difference of the measures is the difference of
-    the costs. With several operations the measures say nothing about one of them; nor do they where starts slide along
-    their contours once the order is found.
-    """
-    if len(outcome.operations) != 1 or outcome.nearest is None or outcome.cut_plans:
-        return None
-    solution = outcome.operations[0].solution
-    if solution.unit == "s":
-        return solution.cost + outcome.nearest.time_s - outcome.after.time_s
-    return solution.cost + outcome.nearest.travel_mm - outcome.after.travel_mm
 
 
 def workers(outcome: Outcome) -> Row:

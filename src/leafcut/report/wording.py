@@ -7,15 +7,11 @@ import unicodedata
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import Measure, Outcome
 from leafcut.model.solution import Solution, gap
 from leafcut.units import SECONDS_PER_MINUTE, format_length, format_time
-
-#: Processes whose tool is a beam that is on or off.
-BEAMS = ("laser", "plasma")
 
 NO_VALUE = "–"
 #: A smaller gap is none: the path is the best there is.
@@ -87,23 +83,6 @@ def at_most_words(fraction: float, unit: str) -> str:
     return f"at most {percent_words(hundredths / 100, 2)} above {possible}" if hundredths > 0 else possible
 
 
-def bound_words(outcome: Outcome) -> str:
-    """Return what is certain of the orders: ``travel time at most 1.24 % above the least possible``; empty for nothing.
-
-    With several tools it says that each tool's path was taken from where the tool before it ended. The cost of a sheet
-    is of its cuts and the ways between them, and the least is that of the starts that were tried.
-    """
-    if outcome.gap is None:
-        return ""
-    unit = outcome.operations[0].solution.unit
-    several = len(outcome.operations) > 1
-    if outcome.cut_plans:
-        words = f"{'time' if unit == 's' else 'way'} {at_most_words(outcome.gap, unit)} with the starts that were tried"
-        return words + (", each band from where the one before it ended" if several else "")
-    words = f"{'travel time' if unit == 's' else 'travel'} {at_most_words(outcome.gap, unit)}"
-    return words + (", each tool from where the one before it ended" if several else "")
-
-
 def gap_lines(length: float, optimum: float | None, bound: float | None) -> list[str]:
     """Return what is known of how good a tour is, a line each: against the best known length, and for certain."""
     lines = []
@@ -126,13 +105,6 @@ def number_words(value: float) -> str:
 def feed_mm_min(feed: float) -> float:
     """Return a feed of mm/s in mm/min."""
     return feed * SECONDS_PER_MINUTE
-
-
-def order_words(outcome: Outcome) -> str:
-    """Return whose order the work came in: ``drawing``, ``plan`` file or ``program``."""
-    if outcome.process == "cut" and "--plan" in outcome.options:
-        return "plan"
-    return "drawing" if outcome.certificate is None else "program"
 
 
 def saved_percent(outcome: Outcome, measure: Measure) -> float:
@@ -161,43 +133,6 @@ def was_spared(solution: Solution) -> bool:
 def tool_count(outcome: Outcome) -> int:
     """Return how many different tools work."""
     return len({o.tool.number for o in outcome.operations})
-
-
-def counts_words(outcome: Outcome) -> str:
-    """Return ``70 holes · 2 slots · 3 tools``."""
-    if outcome.certificate is not None:
-        return " · ".join(_program_counts(outcome, outcome.certificate))
-    words = [count(len(outcome.part.holes), "hole")]
-    if outcome.part.slots:
-        words.append(count(len(outcome.part.slots), "slot"))
-    return " · ".join([*words, count(tool_count(outcome), "tool")])
-
-
-def _program_counts(outcome: Outcome, certificate: dict[str, Any]) -> list[str]:
-    """Return what a program makes, how much of it could change places, and how much is made from its other end."""
-    counts = certificate["before"]
-    words = [count(int(counts["holes"]), "hole")] if counts.get("holes") else []
-    words += [count(int(counts["cuts"]), "cutting move")] if counts.get("cuts") else []
-    free = outcome.pieces - sum(group.count for group in outcome.staying)
-    if outcome.pieces:
-        words.append(f"{free:,} of {count(outcome.pieces, 'piece')} of work free to be ordered")
-    turned = certificate.get("reversed_cuts", 0)
-    return [*(words or ["no work"]), *([f"{turned} made from the other end"] if turned else [])]
-
-
-def staying_words(outcome: Outcome, most: int = 0) -> list[str]:
-    """Return why pieces of a program keep their place: how many of how many do, and a text for each reason.
-
-    Of more than `most` reasons the rest is one text; 0: all are told.
-    """
-    if not outcome.staying:
-        return []
-    stay = sum(group.count for group in outcome.staying)
-    shown = outcome.staying[:most] if most else outcome.staying
-    said = [f"{group.count:,} {clean(group.text)}" for group in shown]
-    rest = stay - sum(group.count for group in shown)
-    said += [f"{rest:,} for other reasons, which the report names"] if rest else []
-    return [f"{stay:,} of {count(outcome.pieces, 'piece')} stay{'s' if stay == 1 else ''}", *said]
 
 
 #: The worst first.

@@ -22,7 +22,7 @@ from leafcut.studio.task import LIST, NEST, Call, program_name, told_apart
 if TYPE_CHECKING:
     from leafcut.model.nest import NestOutcome
     from leafcut.model.outcome import Outcome
-    from leafcut.report.drawing import Which
+    from leafcut.model.process_report import Which
 
 #: As `api.Progress`.
 Tell = Callable[[str, float | None, float, float | None], None]

@@ -74,8 +74,8 @@ from leafcut.model.nest import Layout, Nest
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
 from leafcut.model.pocket import Pocket
+from leafcut.model.process_report import Which
 from leafcut.model.toolpath import Toolpath
-from leafcut.report.drawing import Which
 from leafcut.report.playback import Playback, outcome_playback, playback
 from leafcut.report.wording import clean
 from leafcut.studio.editing import Stop
@@ -155,9 +155,8 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
     PlanError
         The drilling cycles come to more moves than can be meant.
     """
-    plans = outcome.cut_plans
-    plan = None if not plans else plans[0 if which == "before" else -1]
-    before, _, after = outcome.stated
+    shown = outcome.shown
+    before, _, after = shown.stated()
     measure = before if which == "before" else after
     header = {
         "name": clean(outcome.part.name),
@@ -165,9 +164,11 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
         "rapid_mm": measure.travel_mm,
         "cut_mm": measure.cut_mm,
         "tools": {str(o.tool.number): _tool_words(o.tool.label, o.tool.diameter) for o in outcome.operations},
-        "cleared": outcome.operations[0].tool.diameter if outcome.pocket_plans else 0.0,
+        "cleared": shown.cleared,
     }
-    return _toolpath(outcome_playback(outcome, which), header, outcome.text if which == "after" else "", plan)
+    return _toolpath(
+        outcome_playback(outcome, which), header, outcome.text if which == "after" else "", shown.plan(which)
+    )
 
 
 def outcome_part_scene(outcome: Outcome) -> bytes:

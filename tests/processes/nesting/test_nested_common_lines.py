@@ -43,8 +43,8 @@ def test_twenty_laser_parts_are_nested_in_blocks_and_cut_with_common_lines(
     sheet = nested(plate, "--gap", "10", "--blocks", kind)
     outcome = api.optimize(sheet, common_lines=True, **LASER)
     assert outcome.verified
-    assert outcome.cut_plan is not None
-    assert outcome.cut_plan.measures.sheet.common_mm >= least
+    assert outcome.detail.plan is not None
+    assert outcome.detail.plan.measures.sheet.common_mm >= least
     assert [i.code for i in outcome.issues if i.severity == "missing"] == []
 
 

@@ -202,7 +202,7 @@ def test_a_sheet_with_a_hole_is_nested_round_the_hole_and_cut_without_a_lead_in_
     assert min(part.distance(hole) for part in rings(out, "CUT")) >= 10.0 - 0.02
     outcome = api.optimize(out, process="cut", thickness=3, iterations=5, threads=1)
     assert outcome.verified
-    plan = outcome.cut_plan
+    plan = outcome.detail.plan
     assert plan is not None
     assert len(plan.sheet.holes) == 1
     lines = [shapely.LineString(cut.path.flattened(0.01)) for cut in plan.cuts]

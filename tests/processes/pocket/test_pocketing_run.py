@@ -68,7 +68,7 @@ def outcome(drawing: Path):
 def test_a_pocket_becomes_a_verified_program(outcome) -> None:
     assert outcome.verified
     assert outcome.process == "pocket"
-    [plan] = outcome.pocket_plans
+    [plan] = outcome.detail.plans
     assert plan.levels == (-2.0, -4.0)
     measures = plan.result.measures
     assert measures.gouge_mm2 == 0.0
@@ -101,7 +101,7 @@ def test_every_level_of_the_program_clears_the_pocket_and_stays_inside_it(outcom
 
 
 def test_the_strategies_are_told_beside_each_other(outcome) -> None:
-    [plan] = outcome.pocket_plans
+    [plan] = outcome.detail.plans
     known = {r.strategy: r for r in plan.results}
     assert {"zigzag", "contour", "connected", "firefly", "ants"} <= set(known)
     possible = [r for r in plan.results if r.measures is not None]
@@ -118,7 +118,7 @@ def test_the_strategy_that_is_asked_for_is_written(drawing: Path, monkeypatch: p
     monkeypatch.setattr(room, "WAYS", tuple(w for w in room.WAYS if w.name in ("contour", "ants")))
     for name in ("contour", "ants"):
         outcome = api.optimize(drawing, strategy=name, **FAST)
-        assert outcome.pocket_plans[0].result.strategy == name
+        assert outcome.detail.plans[0].result.strategy == name
         assert outcome.verified
 
 
@@ -135,7 +135,7 @@ def test_linuxcnc_accepts_the_program(rs274: str, drawing: Path, tmp_path: Path,
 @pytest.mark.usefixtures("contour_only")
 def test_with_stock_the_walls_are_finished_and_the_pocket_is_whole(drawing: Path) -> None:
     outcome = api.optimize(drawing, strategy="contour", stock=0.3, **FAST)
-    [plan] = outcome.pocket_plans
+    [plan] = outcome.detail.plans
     assert plan.result.measures.uncovered_percent <= 0.1
     assert plan.result.measures.gouge_mm2 == 0.0
     assert {p.kind for p in plan.result.path.pieces} >= {"rough", "finish"}
@@ -175,7 +175,7 @@ def test_several_pockets_are_one_program_in_the_order_of_the_shortest_way(tmp_pa
     discs = [shapely.Point(c).buffer(14, quad_segs=64) for c in centres]
     (tmp_path / "four.wkt").write_text(shapely.MultiPolygon(discs).wkt)
     outcome = api.optimize(tmp_path / "four.wkt", strategy="contour", **FAST)
-    assert len(outcome.pocket_plans) == 4
+    assert len(outcome.detail.plans) == 4
     path = outcome.path_after
     cutting = path.end[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & (path.end[:, 2] < 0)]
     visits = [round(x / 60 - 1 / 3) for x in cutting[:, 0]]
@@ -185,14 +185,14 @@ def test_several_pockets_are_one_program_in_the_order_of_the_shortest_way(tmp_pa
     [row] = as_json(outcome)["strategies"]
     assert row["time_s"] == pytest.approx(outcome.after.time_s)
     assert row["retracts"] == 3 and row["rapid_mm"] == pytest.approx(180.0, abs=60.0)
-    assert sum(plan.result.program_s for plan in outcome.pocket_plans) > row["time_s"] + 3.0
+    assert sum(plan.result.program_s for plan in outcome.detail.plans) > row["time_s"] + 3.0
 
 
 def test_a_slot_as_wide_as_the_tool_is_milled_once_along_its_middle_whatever_the_strategy(tmp_path: Path) -> None:
     (tmp_path / "slot.wkt").write_text(shapely.LineString([(0, 0), (60, 0)]).buffer(5, quad_segs=64).wkt)
     for strategy in ("best", "zigzag"):
         outcome = api.optimize(tmp_path / "slot.wkt", strategy=strategy, **FAST)
-        found = outcome.pocket_plans[0].result.measures
+        found = outcome.detail.plans[0].result.measures
         assert found.feed_mm == pytest.approx(60.0, abs=0.05)
         assert (found.uncovered_percent, found.gouge_mm2) == (0.0, 0.0) and outcome.verified
         assert np.nanmax(np.abs(outcome.path_after.end[:, 1])) <= 0.005
@@ -203,7 +203,7 @@ def test_a_passage_too_narrow_for_the_tool_gives_two_regions_and_both_are_cleare
     whole = shapely.union_all([shapely.box(0, 0, 40, 40), shapely.box(40, 16, 60, 24), shapely.box(60, 0, 100, 40)])
     (tmp_path / "two.wkt").write_text(whole.wkt)
     outcome = api.optimize(tmp_path / "two.wkt", strategy="contour", **FAST)
-    assert outcome.pocket_plans[0].result.measures.uncovered_percent <= 0.1
+    assert outcome.detail.plans[0].result.measures.uncovered_percent <= 0.1
     told = [i.message for i in outcome.issues if i.code == "L701"]
     assert any("near (50.00, 20.00)" in words for words in told)
 
@@ -283,7 +283,7 @@ def test_stock_that_takes_the_limit_of_engagement_away_in_sharp_corners_is_refus
 
 def test_every_strategy_keeps_the_step_over_or_is_refused_by_name(drawing: Path) -> None:
     """A tool of 10 mm, 3 mm asked for: points of a grid are 5 mm apart at least."""
-    plans = api.optimize(drawing, step_over=0.3, max_engagement="180deg", **FAST).pocket_plans
+    plans = api.optimize(drawing, step_over=0.3, max_engagement="180deg", **FAST).detail.plans
     found = {r.strategy: r for r in plans[0].results}
     kept = {name for name, r in found.items() if r.measures is not None and r.measures.max_step_over <= 3.005}
     assert kept == {"zigzag", "contour", "connected", "adaptive"}
@@ -317,7 +317,7 @@ def test_where_nothing_is_cut_the_tool_goes_at_the_air_feed_and_the_program_is_s
     options = {**FAST, "strategy": "adaptive", "max_engagement": "60deg", "step_down": 4}
     slow = api.optimize(tmp_path / "box.wkt", air_feed="800mm/min", **options)
     fast = api.optimize(tmp_path / "box.wkt", air_feed="2400mm/min", **options)
-    measures = fast.pocket_plans[0].result.measures
+    measures = fast.detail.plans[0].result.measures
     air_s = 60.0 * measures.air_mm / 800.0
     assert 0.3 * air_s < slow.after.time_s - fast.after.time_s <= 2.0 / 3.0 * air_s
     path = interpret(fast.text, dialect("linuxcnc"))
@@ -343,7 +343,7 @@ def test_where_nothing_is_cut_the_tool_goes_at_the_air_feed_and_the_program_is_s
 def test_a_strategy_that_is_asked_for_is_the_only_one_that_is_tried(drawing: Path) -> None:
     told: list[str] = []
     outcome = api.optimize(drawing, progress=lambda what, *_: told.append(what), strategy="contour", **FAST)
-    assert [r.strategy for r in outcome.pocket_plans[0].results] == ["contour"]
+    assert [r.strategy for r in outcome.detail.plans[0].results] == ["contour"]
     assert not {"zigzag", "connected", "firefly", "ants", "adaptive"} & set(told)
 
 
@@ -357,12 +357,12 @@ def test_a_run_stopped_while_it_makes_the_connected_way_writes_what_is_there(dra
             cancelled.set()
 
     outcome = api.optimize(drawing, progress=progress, cancelled=cancelled, **{**FAST, "strategy": strategy})
-    results = {r.strategy: r for r in outcome.pocket_plans[0].results}
+    results = {r.strategy: r for r in outcome.detail.plans[0].results}
     if strategy == "best":
         assert results["firefly"].refused == results["ants"].refused == "stopped before it was tried"
         assert results["contour"].path is not None
     else:
-        assert outcome.pocket_plans[0].result is results["connected"]
+        assert outcome.detail.plans[0].result is results["connected"]
         assert results["connected"].measures.uncovered_percent <= 0.1
     assert outcome.verified
 
@@ -372,9 +372,9 @@ def test_a_time_limit_leaves_the_connected_way_longer_but_whole(
 ) -> None:
     monkeypatch.setattr(room, "WAYS", tuple(w for w in room.WAYS if w.name == "connected"))
     short = api.optimize(drawing, **{**FAST, "strategy": "connected", "time_limit": "1ms"})
-    found = short.pocket_plans[0].result
+    found = short.detail.plans[0].result
     assert found.measures.uncovered_percent <= 0.1 and found.measures.retracts == 0
-    [whole] = [r for r in outcome.pocket_plans[0].results if r.strategy == "connected"]
+    [whole] = [r for r in outcome.detail.plans[0].results if r.strategy == "connected"]
     assert found.measures.feed_mm > whole.measures.feed_mm
 
 
@@ -389,7 +389,7 @@ def test_a_picture_without_a_scale_is_refused(tmp_path: Path) -> None:
         api.optimize(tmp_path / "p.png", **FAST)
     outcome = api.optimize(tmp_path / "p.png", pixel_size=0.5, strategy="contour", **FAST)
     assert outcome.process == "pocket"
-    assert outcome.pocket_plans[0].pocket.area == pytest.approx(80 * 60, rel=0.01)
+    assert outcome.detail.plans[0].pocket.area == pytest.approx(80 * 60, rel=0.01)
 
 
 def test_a_program_is_no_pocket(tmp_path: Path) -> None:
@@ -429,7 +429,7 @@ def test_the_connected_way_as_it_is_written_keeps_the_step_over_and_is_shorter_t
     """Arcs are fitted; the length is the feed moves that were measured of contour-parallel at the same step-over."""
     (result,) = api.optimize(
         data / "pockets" / "p6_islands6.wkt", **{**FAST, "depth": 2, "strategy": "connected", "step_over": 0.6}
-    ).pocket_plans
+    ).detail.plans
     found = result.result.measures
     assert found is not None
     assert found.max_step_over <= 6.0

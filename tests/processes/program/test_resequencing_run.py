@@ -54,9 +54,9 @@ def test_random_order_loses_most_of_its_travel(tmp_path: Path, n: int) -> None:
     words = dialect("linuxcnc")
     new = interpret_program(found.text, words)
     assert work_of(new) == work_of(interpret_program(path.read_text(), words))
-    assert found.certificate is not None
-    assert found.certificate["same"]
-    assert found.certificate["before"]["holes"] == n
+    assert found.detail.certificate is not None
+    assert found.detail.certificate["same"]
+    assert found.detail.certificate["before"]["holes"] == n
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "latin-1", "utf-8-sig"])
@@ -235,9 +235,9 @@ def test_a_merged_tool_is_changed_once_and_it_is_said(tmp_path: Path) -> None:
     blocks = ["G21 G90 G17 G94 G54", change.format(1), drill.format(10), change.format(2), drill.format(40)]
     text = " / ".join([*blocks, change.format(1), drill.format(70), "M5", "M30", ""]).replace(" / ", "\n")
     found = leafcut.optimize(written(tmp_path, text), merge_tools=True)
-    assert found.certificate is not None
-    assert found.certificate["before"]["tool_changes"] == 3
-    assert found.certificate["after"]["tool_changes"] == 2
+    assert found.detail.certificate is not None
+    assert found.detail.certificate["before"]["tool_changes"] == 3
+    assert found.detail.certificate["after"]["tool_changes"] == 2
     assert found.after.time_s < found.before.time_s
     assert "L503" in {i.code for i in found.issues}
 
@@ -333,7 +333,7 @@ def test_the_way_counts_behind_switches_and_a_program_needs_no_end(tmp_path: Pat
     found = leafcut.optimize(written(tmp_path, text), objective="distance")
     assert found.before.travel_mm == pytest.approx(300 + math.hypot(200, 10) + math.hypot(100, 10))
     assert found.after.travel_mm == pytest.approx(100 + 2 * math.hypot(100, 10))
-    assert found.pieces == 3 and not found.staying
+    assert found.detail.pieces == 3 and not found.detail.staying
 
 
 def test_a_program_whose_planning_takes_too_long_keeps_its_order(
@@ -387,7 +387,7 @@ def test_the_spindle_changes_speed_no_more_often_than_before(tmp_path: Path) -> 
     file = tmp_path / "speeds.ngc"
     file.write_text(f"G21 G90 G94 G17\nT1 M6\nS1000 M3\nG43 H1\nG0 Z5\n{body}M5\nM2\n")
     outcome = leafcut.optimize(file, machine="linuxcnc-mill")
-    assert not outcome.staying and outcome.after.time_s < outcome.before.time_s
+    assert not outcome.detail.staying and outcome.after.time_s < outcome.before.time_s
     texts = (file.read_text(), outcome.text)
     old, new = (interpret_program(text, dialect("linuxcnc")) for text in texts)
     assert work_of(new) == work_of(old)

@@ -50,9 +50,9 @@ def test_the_program_is_proved_and_quicker(outcome, tmp_path: Path) -> None:
 
 def test_the_route_is_the_perimeters_less_the_common_edges_and_the_moves_between(outcome) -> None:
     """Four squares, holes and marks of 10 mm, 4 · 60 mm between the squares; pierces of holes, lines, one around."""
-    norm = outcome.cut_plan.measures
+    norm = outcome.detail.plan.measures
     perimeters = 4 * 240 + 4 * math.tau * 10 + 4 * 10
-    cuts = outcome.cut_plan.cuts
+    cuts = outcome.detail.plan.cuts
     moves = sum(math.dist(a.path.end, b.path.start) for a, b in itertools.pairwise(cuts))
     assert norm.sheet.common_mm == pytest.approx(240.0, abs=1e-6)
     assert norm.sheet.length_mm == pytest.approx(perimeters - 240 + moves, abs=0.01)
@@ -60,7 +60,7 @@ def test_the_route_is_the_perimeters_less_the_common_edges_and_the_moves_between
 
 
 def test_the_parts_share_what_their_lines_take(outcome) -> None:
-    norm = outcome.cut_plan.measures
+    norm = outcome.detail.plan.measures
     assert sum(p.times.perimeter_mm for p in norm.parts) == pytest.approx(norm.sheet.perimeter_mm)
     assert sum(p.times.common_mm for p in norm.parts) == pytest.approx(240.0)
     assert sum(p.times.cut_s for p in norm.parts) == pytest.approx(norm.sheet.cut_s)
@@ -68,15 +68,15 @@ def test_the_parts_share_what_their_lines_take(outcome) -> None:
 
 
 def test_the_summary_says_what_is_cut_once(outcome) -> None:
-    words = dict(norm_facts(outcome.cut_plan))["route"]
+    words = dict(norm_facts(outcome.detail.plan))["route"]
     assert "of contours − 240" in words
-    assert cut_counts(outcome.cut_plan)["contours"] == 8
+    assert cut_counts(outcome.detail.plan)["contours"] == 8
 
 
 def test_marks_and_holes_come_first_and_what_is_around_last(outcome) -> None:
     words = []
-    for cut in outcome.cut_plan.cuts:
-        hole = outcome.cut_plan.sheet.contours[cut.contours[0]].is_hole
+    for cut in outcome.detail.plan.cuts:
+        hole = outcome.detail.plan.sheet.contours[cut.contours[0]].is_hole
         words.append("first" if cut.kind == "mark" or hole else "line" if cut.common else "around")
     assert words == ["first"] * 8 + ["line"] * 3 + ["around"]
 
@@ -85,13 +85,13 @@ def test_marks_and_holes_come_first_and_what_is_around_last(outcome) -> None:
 def test_other_controllers_cut_common_lines_too(words: str, tmp_path: Path) -> None:
     done = api.optimize(drawing(tmp_path, KERF), common_lines=True, dialect=words, ignore_layers="MARK", **FAST)
     assert done.verified
-    assert done.cut_plan.measures.sheet.common_mm == pytest.approx(240.0, abs=1e-6)
+    assert done.detail.plan.measures.sheet.common_mm == pytest.approx(240.0, abs=1e-6)
 
 
 def test_edges_that_coincide_are_cut_once_without_compensation(tmp_path: Path) -> None:
     done = api.optimize(drawing(tmp_path, 0.0), common_lines=True, compensation="none", **FAST)
     assert done.verified
-    assert done.cut_plan.measures.sheet.common_mm == pytest.approx(240.0, abs=1e-3)
+    assert done.detail.plan.measures.sheet.common_mm == pytest.approx(240.0, abs=1e-3)
 
 
 def test_edges_drawn_once_for_two_parts_are_refused(tmp_path: Path) -> None:
@@ -124,7 +124,7 @@ def test_what_is_nested_in_blocks_is_cut_with_common_lines_all_of_them(lead_in: 
         outcome = api.optimize(name, **cut)
         assert outcome.verified
         assert "L617" not in [i.code for i in outcome.issues]
-        assert outcome.cut_plan.measures.sheet.common_mm > 200.0
+        assert outcome.detail.plan.measures.sheet.common_mm > 200.0
 
 
 def test_plates_that_are_too_near_are_told_the_kerf_to_be_nested_with(tmp_path: Path) -> None:

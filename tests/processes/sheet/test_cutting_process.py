@@ -43,7 +43,7 @@ def test_a_process_without_a_machine_is_cut_on_a_table_that_can(
     machine, words, kind = TABLES[how]
     outcome = api.optimize(plate, cut_process=how, **FAST)
     assert (outcome.machine.name, outcome.dialect, outcome.machine.process) == (machine, words, kind)
-    assert outcome.cut_plan.data.process.startswith(how)
+    assert outcome.detail.plan.data.process.startswith(how)
     assert outcome.verified
     if how in ("oxyfuel", "waterjet"):
         status, said = run_rs274(rs274, outcome.text, tmp_path)
@@ -93,5 +93,5 @@ def test_a_flame_does_not_touch_the_sheet_to_find_it(plate: Path) -> None:
 def test_own_figures_cut_a_material_that_no_chart_has(plate: Path) -> None:
     own = {"cut_speed": "900mm/min", "kerf_width": "1.2", "pierce_delay": "0.4s"}
     outcome = api.optimize(plate, material="titanium", **own, **FAST)
-    data = outcome.cut_plan.data
+    data = outcome.detail.plan.data
     assert (data.feed, data.kerf, data.pierce_delay) == (15.0, 1.2, 0.4)

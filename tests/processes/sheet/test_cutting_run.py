@@ -56,7 +56,7 @@ def test_a_sheet_becomes_a_verified_program_that_takes_less_time(outcome) -> Non
     assert outcome.machine.name == "plasma-table"
     assert outcome.after.time_s < outcome.before.time_s
     assert outcome.after.travel_mm < outcome.before.travel_mm
-    plan = outcome.cut_plan
+    plan = outcome.detail.plan
     assert len(plan.cuts) == 16
     assert_nothing_is_gouged(plan.sheet, plan.cuts, plan.data.kerf)
     assert_leads_in_scrap(plan.sheet, plan.cuts, plan.data.kerf)
@@ -65,13 +65,13 @@ def test_a_sheet_becomes_a_verified_program_that_takes_less_time(outcome) -> Non
 def test_a_program_read_again_takes_the_time_of_its_plan_but_for_rounded_places(outcome, tmp_path: Path) -> None:
     (tmp_path / "a.ngc").write_text(outcome.text)
     found = api.simulate(tmp_path / "a.ngc", machine="plasma-table")
-    assert any(cut.small_hole for cut in outcome.cut_plan.cuts)  # which begin slower than the material's own feed
-    assert found["time_s"] == pytest.approx(outcome.after.time_s, abs=0.001 * len(outcome.cut_plan.cuts))
+    assert any(cut.small_hole for cut in outcome.detail.plan.cuts)  # which begin slower than the material's own feed
+    assert found["time_s"] == pytest.approx(outcome.after.time_s, abs=0.001 * len(outcome.detail.plan.cuts))
 
 
 def test_every_face_states_the_lengths_of_the_plan_of_a_sheet(outcome) -> None:
     """Cuts along themselves, ways between them in X and Y; the toolpath's rises and descents are in neither."""
-    cuts = outcome.cut_plan.cuts
+    cuts = outcome.detail.plan.cuts
     along = sum(cut.path.length for cut in cuts)
     between = sum(math.dist(a.path.end, b.path.start) for a, b in itertools.pairwise(cuts))
     answer = as_json(outcome)
@@ -83,8 +83,8 @@ def test_every_face_states_the_lengths_of_the_plan_of_a_sheet(outcome) -> None:
 
 def test_holes_and_marks_of_a_part_come_before_its_outline(outcome) -> None:
     seen: dict[int, list[str]] = {}
-    for cut in outcome.cut_plan.cuts:
-        contour = outcome.cut_plan.sheet.contours[cut.contours[0]]
+    for cut in outcome.detail.plan.cuts:
+        contour = outcome.detail.plan.sheet.contours[cut.contours[0]]
         seen.setdefault(cut.part, []).append("mark" if cut.kind == "mark" else "hole" if contour.is_hole else "outline")
     assert {tuple(words) for words in seen.values()} == {("mark", "hole", "hole", "outline")}
 
@@ -130,7 +130,7 @@ def test_a_hole_into_which_the_kerf_does_not_go_is_told_and_the_rest_is_cut(tmp_
     document.saveas(tmp_path / "narrow.dxf")
     outcome = api.optimize(tmp_path / "narrow.dxf", **FAST)
     assert outcome.verified
-    assert [cut.contours for cut in outcome.cut_plan.cuts] == [(0,)]
+    assert [cut.contours for cut in outcome.detail.plan.cuts] == [(0,)]
     assert [i.code for i in outcome.issues].count("L611") == 1
     assert [i.severity for i in outcome.issues if i.code == "L611"] == ["missing"]
 
@@ -156,7 +156,7 @@ def test_what_is_not_cut_is_told_first_and_changes_the_exit_status(
 
 
 def test_the_time_norm_adds_up_to_the_machine_time(outcome) -> None:
-    norm = outcome.cut_plan.measures
+    norm = outcome.detail.plan.measures
     assert norm.sheet.total_s == pytest.approx(outcome.after.time_s)
     assert norm.sheet.pierces == 12
     assert norm.sheet.pierce_s == pytest.approx(12 * 0.2)
@@ -190,7 +190,7 @@ def test_the_sheet_is_found_before_every_pierce_where_the_machine_can(drawing: P
     assert plain.verified
     assert "G38.2" not in plain.text
     assert 12 * 0.2 < moving_z.after.time_s - plain.after.time_s < 12 * 0.5
-    norm, other = moving_z.cut_plan.measures.sheet, plain.cut_plan.measures.sheet
+    norm, other = moving_z.detail.plan.measures.sheet, plain.detail.plan.measures.sheet
     assert norm.cut_s == pytest.approx(other.cut_s, abs=0.01)
     assert norm.pierce_s > other.pierce_s
     floating = api.optimize(drawing, dialect="plasma", ignore_layers="MARK", switch_offset="3.5", **FAST)
@@ -229,7 +229,7 @@ def test_a_hole_too_small_for_a_controllers_lead_is_compensated_by_the_program(r
     document.saveas(tmp_path / "plate.dxf")
     found = api.optimize(tmp_path / "plate.dxf", compensation="controller", **FAST)
     assert found.verified
-    by_diameter = {round(c.path.piece(c.lead_in, c.lead_out).length): c.compensation for c in found.cut_plan.cuts}
+    by_diameter = {round(c.path.piece(c.lead_in, c.lead_out).length): c.compensation for c in found.detail.plan.cuts}
     assert by_diameter == {round(math.pi * (5 - 1.54)): 40, round(math.pi * 40): 41, 460: 41}
     assert [i.code for i in found.issues if "compensated by the program" in i.message] == ["L626"]
     status, said = run_rs274(rs274, found.text, tmp_path)
@@ -266,7 +266,7 @@ def test_a_material_that_the_program_does_not_tell_is_said_to_be_missing(drawing
 
 def test_a_beam_that_does_not_wait_has_no_pierce_delay(drawing: Path) -> None:
     words: dict[str, Any] = {**FAST, "machine": "laser-table", "dialect": "grbl-laser", "thickness": "3"}
-    assert api.optimize(drawing, **words).cut_plan.measures.sheet.pierce_s == 0.0
+    assert api.optimize(drawing, **words).detail.plan.measures.sheet.pierce_s == 0.0
     with pytest.raises(OptionError, match="--pierce-delay"):
         api.optimize(drawing, pierce_delay="1 s", **words)
 
@@ -280,20 +280,20 @@ def test_chains_save_pierces_and_time_and_are_proved(drawing: Path, outcome) -> 
     slow = {**FAST, "pierce_delay": "3 s"}
     plain, joined = api.optimize(drawing, **slow), api.optimize(drawing, chains=True, **slow)
     assert joined.verified
-    one, other = plain.cut_plan.measures, joined.cut_plan.measures
+    one, other = plain.detail.plan.measures, joined.detail.plan.measures
     assert other.sheet.pierces < one.sheet.pierces == 12
     assert joined.after.time_s < plain.after.time_s
     assert {p.part for p in other.parts} == {p.part for p in one.parts}
     assert sum(p.times.pierces for p in other.parts) == other.sheet.pierces
     assert sum(p.times.perimeter_mm for p in other.parts) == pytest.approx(one.sheet.perimeter_mm)
-    assert_nothing_is_gouged(joined.cut_plan.sheet, joined.cut_plan.cuts, joined.cut_plan.data.kerf)
+    assert_nothing_is_gouged(joined.detail.plan.sheet, joined.detail.plan.cuts, joined.detail.plan.data.kerf)
 
 
 def test_keep_order_writes_the_order_of_the_drawing(drawing: Path) -> None:
     kept = api.optimize(drawing, keep_order=True, **FAST)
     assert kept.after.time_s == kept.before.time_s
-    assert [c.contours[0] for c in kept.cut_plan.cuts][-1] == max(
-        k for k, c in enumerate(kept.cut_plan.sheet.contours) if c.depth == 0 and c.contour.kind == "cut"
+    assert [c.contours[0] for c in kept.detail.plan.cuts][-1] == max(
+        k for k, c in enumerate(kept.detail.plan.sheet.contours) if c.depth == 0 and c.contour.kind == "cut"
     )
 
 
@@ -301,14 +301,14 @@ def test_a_plan_is_saved_and_kept_with_its_fixed_choices(drawing: Path, tmp_path
     plan, out = tmp_path / "plan.json", tmp_path / "out.ngc"
     first = api.optimize(drawing, out, save_plan=plan, **FAST)
     again = api.optimize(drawing, plan=plan, keep_order=True, **FAST)
-    assert [c.contours for c in again.cut_plan.cuts] == [c.contours for c in first.cut_plan.cuts]
+    assert [c.contours for c in again.detail.plan.cuts] == [c.contours for c in first.detail.plan.cuts]
     assert again.after.time_s == pytest.approx(first.after.time_s, rel=1e-3)
     data = json.loads(plan.read_text())
     row = next(c for c in data["cuts"] if c["contours"] == [1])
     row.update({"start": [80.0, 19.25], "fixed": ["start"]})
     plan.write_text(json.dumps(data))
     third = api.optimize(drawing, plan=plan, **FAST)
-    choice = next(c.choice for c in third.cut_plan.cuts if c.contours == (0,))
+    choice = next(c.choice for c in third.detail.plan.cuts if c.contours == (0,))
     assert choice.start == pytest.approx((80.0, 19.25), abs=0.01)
     assert choice.fixed == ("start",)
     assert load_plan(plan).cuts
@@ -319,8 +319,8 @@ def test_linuxcnc_takes_a_program_with_chains(drawing: Path, rs274: str, tmp_pat
     joined = api.optimize(drawing, chains=True, **{**FAST, "pierce_delay": "3 s"})
     status, canon = run_rs274(rs274, joined.text, tmp_path)
     assert status == 0, canon
-    marks = sum(c.kind == "mark" for c in joined.cut_plan.cuts)
-    assert canon.count("START_SPINDLE_CLOCKWISE") == joined.cut_plan.measures.sheet.pierces + marks < 16
+    marks = sum(c.kind == "mark" for c in joined.detail.plan.cuts)
+    assert canon.count("START_SPINDLE_CLOCKWISE") == joined.detail.plan.measures.sheet.pierces + marks < 16
 
 
 def test_a_plan_with_bridges_is_kept_as_a_whole_or_only_where_they_are_fixed(drawing: Path, tmp_path: Path) -> None:
@@ -329,15 +329,15 @@ def test_a_plan_with_bridges_is_kept_as_a_whole_or_only_where_they_are_fixed(dra
     first = api.optimize(drawing, save_plan=plan, chains=True, **slow)
     data = json.loads(plan.read_text())
     bridged = [k for k, c in enumerate(data["cuts"]) if c.get("bridge")]
-    assert len(bridged) == 12 - first.cut_plan.measures.sheet.pierces > 0
+    assert len(bridged) == 12 - first.detail.plan.measures.sheet.pierces > 0
     again = api.optimize(drawing, plan=plan, keep_order=True, **slow)
-    assert [c.contours for c in again.cut_plan.cuts] == [c.contours for c in first.cut_plan.cuts]
+    assert [c.contours for c in again.detail.plan.cuts] == [c.contours for c in first.detail.plan.cuts]
     assert again.after.time_s == pytest.approx(first.after.time_s, rel=1e-3)
     data["cuts"][bridged[0]]["fixed"] = ["bridge"]
     joined = [data["cuts"][k]["contours"][0] - 1 for k in (bridged[0] - 1, bridged[0])]
     plan.write_text(json.dumps(data))
     third = api.optimize(drawing, plan=plan, **{**slow, "iterations": 1})
-    assert any(list(c.contours) == joined for c in third.cut_plan.cuts) or third.after.time_s <= first.after.time_s
+    assert any(list(c.contours) == joined for c in third.detail.plan.cuts) or third.after.time_s <= first.after.time_s
     corners = [(x + dx, y + dy) for x in (20, 170) for y in (20, 170) for dx in (0, 120) for dy in (0, 120)]
     own, other = (data["cuts"][k]["start"] for k in (bridged[0], bridged[0] - 1))
     near = [c for c in corners if math.dist(c, own) < 175.0]
@@ -396,14 +396,14 @@ def test_an_unchanged_plan_never_makes_the_sheet_slower(drawing: Path, tmp_path:
 
 def test_distance_as_the_literature_counts_it_can_be_what_is_made_small(drawing: Path) -> None:
     found = api.optimize(drawing, objective="distance", **FAST)
-    before, _, after = found.norms
+    before, _, after = found.detail.norms
     assert after.sheet.length_mm < before.sheet.length_mm
     assert after.sheet.perimeter_mm == pytest.approx(4 * (480 + 2 * 3.14159265 * 31 + 30), rel=1e-6)
 
 
 def test_sweep_corner_and_heat_are_kept(drawing: Path) -> None:
     found = api.optimize(drawing, sweep="x", sweep_width="150", start_corner="lower-right", heat_distance="30", **FAST)
-    columns = [c.path.start[0] < 155 for c in found.cut_plan.cuts]
+    columns = [c.path.start[0] < 155 for c in found.detail.plan.cuts]
     assert columns == sorted(columns)  # the right column first
     assert [i.code for i in found.issues].count("L614") == 1
 
@@ -414,7 +414,7 @@ def test_a_laser_table_cuts_by_the_lasers_rules(drawing: Path) -> None:
     )
     assert found.verified
     assert found.dialect == "fanuc-laser"
-    assert {len(c.joints) for c in found.cut_plan.cuts if c.kind == "cut"} == {0, 2}
+    assert {len(c.joints) for c in found.detail.plan.cuts if c.kind == "cut"} == {0, 2}
 
 
 @every(
@@ -500,7 +500,7 @@ def test_holes_of_other_diameters_than_chosen_are_not_cut(drawing: Path) -> None
     """Of a hole of 50 mm and one of 12 mm in each of four parts the small ones are left for a drill."""
     outcome = api.optimize(drawing, min_diameter="20", **FAST)
     assert outcome.verified
-    assert len(outcome.cut_plan.cuts) == 12
+    assert len(outcome.detail.plan.cuts) == 12
     assert [i.message for i in outcome.issues if i.code == "L205"] == [
         "4 holes of other diameters than chosen left out"
     ]
@@ -518,4 +518,4 @@ def test_leads_that_meet_do_not_make_a_program_slower_than_the_nearest_neighbour
     assert found.verified
     assert found.nearest is not None
     assert found.after.time_s < found.nearest.time_s
-    assert_leads_in_scrap(found.cut_plan.sheet, found.cut_plan.cuts, found.cut_plan.data.kerf)
+    assert_leads_in_scrap(found.detail.plan.sheet, found.detail.plan.cuts, found.detail.plan.data.kerf)

@@ -74,7 +74,7 @@ def test_a_scribe_runs_at_the_speed_of_marks_and_the_torch_at_that_of_cuts(
 
 def cut_speed(outcome: Any) -> float:
     """The chart's speed, mm/min."""
-    return round(outcome.cut_plan.data.feed * 60.0, 3)
+    return round(outcome.detail.plan.data.feed * 60.0, 3)
 
 
 def test_a_laser_marks_at_the_speed_of_marks(plate: Path) -> None:

@@ -44,8 +44,8 @@ def test_a_narrow_slot_is_cut_on_its_middle_as_long_as_drawn(
     """30 mm less half a kerf at either end: the kerf's own round ends reach the rest."""
     outcome = cut(tmp_path, width, rounded=rounded, angle=angle)
     assert outcome.verified
-    assert outcome.cut_plan is not None
-    first, last = outcome.cut_plan.cuts
+    assert outcome.detail.plan is not None
+    first, last = outcome.detail.plan.cuts
     assert last.contours == (0,)
     ends = sorted([first.path.start, first.path.end])
     along = (0.5 * (30.0 - KERF) * math.cos(angle), 0.5 * (30.0 - KERF) * math.sin(angle))

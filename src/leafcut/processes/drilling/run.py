@@ -19,6 +19,7 @@ from leafcut.model.solution import Solution
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import SolveOptions, flag_name
 from leafcut.processes.course import Run, check_words_used, machine_issues, passing_on, refuse, share
+from leafcut.processes.drilling.model import DrillingDetail
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -44,7 +45,7 @@ def _plan(run: Run, sources: Sequence[Input]) -> DrillPlan:
     return plan
 
 
-def drill(run: Run, *sources: Input) -> Outcome:
+def drill(run: Run, *sources: Input) -> Outcome[DrillingDetail]:
     """Return the verified drilling program of a drawing, or of several drill files, and all that was found out.
 
     Raises
@@ -55,7 +56,7 @@ def drill(run: Run, *sources: Input) -> Outcome:
     return _order(run, _plan(run, sources))
 
 
-def _order(run: Run, plan: DrillPlan) -> Outcome:
+def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
     """Order the work, lay the toolpath, and prove the program before anybody sees it."""
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.drilling.plan.drill_toolpath import drawing_order, lay_toolpath, targets_in_order
@@ -107,6 +108,7 @@ def _order(run: Run, plan: DrillPlan) -> Outcome:
         issues=(*plan.part.issues, *plan.issues, *machine_issues(run.machine)),
         options=run.settings.changed(),
         version=__version__,
+        detail=DrillingDetail(),
     )
 
 

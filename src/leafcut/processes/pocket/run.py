@@ -32,6 +32,7 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.course import Run, check_words_used, machine_issues, passing_on, refuse
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes
+from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.proving import prove_pockets, write_pockets
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ class _Cleared:
     ways: dict[str, list[Clearing]]
 
 
-def pocket(run: Run, source: Input) -> Outcome:
+def pocket(run: Run, source: Input) -> Outcome[PocketDetail]:
     """Return the verified milling program of the pockets in a drawing or a picture, and all that was found out.
 
     Raises
@@ -371,7 +372,7 @@ def _outcome(
     cleared: list[_Cleared],
     solution: Solution,
     laid: tuple[LaidPockets, LaidPockets],
-) -> Outcome:
+) -> Outcome[PocketDetail]:
     run, settings, (before, after) = job.run, job.run.settings, laid
     usual = dict.fromkeys(c.plan.usual.strategy for c in cleared)
     text = write_pockets(job, before, after, " and ".join(usual))
@@ -400,8 +401,9 @@ def _outcome(
         ),
         options=settings.changed(),
         version=__version__,
-        pocket_plans=tuple(c.plan for c in cleared),
-        pocket_programs=_programs(job, cleared, [int(node) for node in solution.nodes]),
+        detail=PocketDetail(
+            tuple(c.plan for c in cleared), _programs(job, cleared, [int(node) for node in solution.nodes])
+        ),
     )
 
 

@@ -25,6 +25,7 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import PLACES, STILL, Kind, Toolpath, arc_sweep, position_before
 from leafcut.processes.course import Run, machine_issues, passing_on, share
 from leafcut.processes.keep_out import obstacles_of
+from leafcut.processes.program.model import ProgramDetail
 from leafcut.processes.program.proving import Orders, write_proved
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ _ROUND = 50.0
 _PLACES = [int(k) for k in (*PLACES, Kind.MACHINE)]
 
 
-def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
+def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[ProgramDetail]:
     """Return the program that does the same work in the shortest machine time, proved, and what was found out.
 
     Parameters
@@ -122,10 +123,12 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome:
             *proved.issues,
             *machine_issues(run.machine),
         ),
-        certificate=proved.certificate.as_json(),
-        barriers=sum(isinstance(item, Kept) and item.reason != "" for item in sequence.items),
-        pieces=count_pieces(sequence),
-        staying=grouped(sequence, refused, run.settings.resequence.keep_order),
+        detail=ProgramDetail(
+            certificate=proved.certificate.as_json(),
+            barriers=sum(isinstance(item, Kept) and item.reason != "" for item in sequence.items),
+            pieces=count_pieces(sequence),
+            staying=grouped(sequence, refused, run.settings.resequence.keep_order),
+        ),
         encoding=encoding,
         options=run.settings.changed(),
         version=__version__,

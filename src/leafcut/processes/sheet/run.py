@@ -20,6 +20,7 @@ from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.course import Run, machine_issues, refuse
 from leafcut.processes.keep_out import meetings
 from leafcut.processes.sheet.job import Job, moves_z, prepared
+from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.orders import as_planned, check_precedence, nearest_order, ordered
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 ROUNDS, MOST_AGAIN = 2, 1000
 
 
-def cut(run: Run, source: Input) -> Outcome:
+def cut(run: Run, source: Input) -> Outcome[SheetDetail]:
     """Return the verified cutting program of a nested sheet, and all that was found out on the way.
 
     Raises
@@ -203,7 +204,7 @@ def _cut_seconds(path: Toolpath, rows: list[LaidCut], machine: Machine) -> list[
 
 def _outcome(
     job: Job, issues: list[Issue], solutions: list[Solution], before: _Laid, nearest: _Laid, after: _Laid
-) -> Outcome:
+) -> Outcome[SheetDetail]:
     run, settings = job.run, job.run.settings
     text = _write(job, before, after)
     verified = _verify(job, after, text)
@@ -231,7 +232,7 @@ def _outcome(
         ),
         options=settings.changed(),
         version=__version__,
-        cut_plans=(before.plan, nearest.plan, after.plan),
+        detail=SheetDetail((before.plan, nearest.plan, after.plan)),
     )
 
 

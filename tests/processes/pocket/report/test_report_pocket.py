@@ -22,6 +22,7 @@ from leafcut.model.pocket import (
     PocketResult,
     PocketRules,
 )
+from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.report.pocket_drawing import build_pocket_scene, pocket_drawing, shapes_of
 from leafcut.processes.pocket.report.pocket_words import added, figures
 from leafcut.report.json_answer import as_json
@@ -81,7 +82,7 @@ def pocketed(empty_outcome: Outcome) -> Outcome:
     return replace(
         empty_outcome,
         process="pocket",
-        pocket_plans=(PLAN,),
+        detail=PocketDetail((PLAN,)),
         operations=(OperationOutcome(tool, "", (), False, solution, cuts=1),),
         nearest=None,
     )

@@ -21,6 +21,7 @@ from leafcut.model.cutting import Cut
 from leafcut.model.outcome import Outcome
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.plan.freed_parts import BESIDE, HIT, MARGIN, cut_free_later, lead_round
 from leafcut.processes.sheet.proof.cut_motion import read_back
 from leafcut.processes.sheet.proof.freed import check_freed, crossings
@@ -155,7 +156,7 @@ def laser(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
 
 
 def laid_of(outcome: Outcome, text: str) -> tuple[Laid, Toolpath]:
-    words, plan = dialect(outcome.dialect), outcome.cut_plan
+    words, plan = dialect(outcome.dialect), outcome.detail.plan
     path = read_back(text, plan, words)
     half = 0.5 * plan.data.kerf
     return Laid(torch_runs(path, None), plan, shapes_of(plan.sheet, half), words, Asked(half)), path
@@ -165,13 +166,15 @@ def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(l
     """The proof looks at points of every rapid against the drawn edges: none lies in a free part. Where the ways are
     straight it finds some that do, and refuses them."""
     laid, path = laid_of(laser, laser.text)
-    assert laser.cut_plan.crossings == 0 == len(crossings(laid, path))
+    assert laser.detail.plan.crossings == 0 == len(crossings(laid, path))
     assert laser.machine.nozzle_diameter == 8.0
-    assert laser.cut_plan.close >= len(crossings(laid, path, 4.0))
+    assert laser.detail.plan.close >= len(crossings(laid, path, 4.0))
     words = dialect(laser.dialect)
     assert check_freed(laid, path, words, 8.0) == []
     (told,) = [i for i in laser.issues if i.code == "L623"]
-    assert f"a nozzle of 8 mm comes over parts that are cut free on {laser.cut_plan.close} of 24 ways" in told.message
+    assert (
+        f"a nozzle of 8 mm comes over parts that are cut free on {laser.detail.plan.close} of 24 ways" in told.message
+    )
     rapid = path.kind == Kind.RAPID
     last = ~(rapid & np.append(rapid[1:], False))
     columns = {name: getattr(path, name)[last] for name in ("kind", "end", "value", "ref", "line")}
@@ -179,7 +182,7 @@ def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(l
     found = check_freed(laid, straight, words)
     assert found
     assert "0 are told" in str(found[0])
-    laid, path = laid_of(replace(laser, cut_plans=(replace(laser.cut_plan, close=0),)), laser.text)
+    laid, path = laid_of(replace(laser, detail=SheetDetail((replace(laser.detail.plan, close=0),))), laser.text)
     (wide,) = check_freed(laid, path, words, 8.0)
     assert "a nozzle of 8 mm comes over parts" in str(wide)
 
@@ -190,5 +193,5 @@ def test_a_table_that_rises_between_cuts_goes_straight(tmp_path: Path) -> None:
         document.modelspace().add_lwpolyline([(x, 0), (x + 50, 0), (x + 50, 50), (x, 50)], close=True)
     document.saveas(tmp_path / "row.dxf")
     outcome = api.optimize(tmp_path / "row.dxf", process="cut", thickness="6", iterations=3, threads=1)
-    assert outcome.cut_plan.crossings is None
+    assert outcome.detail.plan.crossings is None
     assert "L623" not in {i.code for i in outcome.issues}

@@ -18,6 +18,7 @@ from leafcut.model import OperationOutcome, Outcome, Solution, Tool, ToolKind
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutChoice, CutData, CutMeasures, CutPlan, CutTimes, PartTimes
 from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report.cut_words import (
     clock,
     contour_words,
@@ -32,7 +33,6 @@ from leafcut.report.json_answer import as_json
 from leafcut.report.page import path_svg, write_page
 from leafcut.report.summary import print_summary
 from leafcut.report.svg import STEPS
-from leafcut.report.wording import bound_words
 from page_parser import Page
 
 DATA = CutData(
@@ -128,7 +128,7 @@ def sheet_outcome(empty_outcome: Outcome) -> Callable[..., Outcome]:
             before=measures[0],
             nearest=measures[1],
             after=measures[2],
-            cut_plans=(before, between, after),
+            detail=SheetDetail((before, between, after)),
         )
         return replace(outcome, **changes)  # type: ignore[arg-type]
 
@@ -158,7 +158,7 @@ def area(points: np.ndarray) -> float:
 def test_a_part_is_drawn_as_its_area_without_its_holes(sheet_outcome):
     """100 × 60 mm with a hole of 20 mm: two closed outlines, and what is between them is 6000 − 100π mm²."""
     html = write_page(sheet_outcome())
-    scale = build_sheet_scene([sheet_outcome().cut_plan]).frame.scale
+    scale = build_sheet_scene([sheet_outcome().detail.plan]).frame.scale
     (data,) = re.findall(r'<path id="part-1" d="([^"]*)"', html)
     plate, hole = outlines(data)
     assert area(plate) / scale**2 == pytest.approx(6000.0, rel=2e-3)
@@ -169,7 +169,7 @@ def test_a_part_is_drawn_as_its_area_without_its_holes(sheet_outcome):
 
 def test_every_pierce_is_one_dot_where_the_torch_pierces(sheet_outcome):
     outcome = sheet_outcome()
-    frame = build_sheet_scene([outcome.cut_plan]).frame
+    frame = build_sheet_scene([outcome.detail.plan]).frame
     for svg in drawings(write_page(outcome)):
         dots = re.findall(r'<circle cx="([^"]*)" cy="([^"]*)" r="[^"]*" class="begin pierce">', svg)
         expected = frame.place(np.array([(46.0, 40.0), (5.0, 10.0), (127.0, 20.0)]))
@@ -181,14 +181,14 @@ def test_every_pierce_is_one_dot_where_the_torch_pierces(sheet_outcome):
 
 def test_a_start_at_the_edge_is_no_pierce(sheet_outcome):
     plan = plan_of([replace(PLATE, pierce=False), SQUARE], 1.0)
-    svg = path_svg(sheet_outcome(cut_plans=(plan, None, plan)), "after")
+    svg = path_svg(sheet_outcome(detail=SheetDetail((plan, None, plan))), "after")
     assert svg.count('class="begin pierce"') == 1
     assert svg.count('class="begin edge-start"') == 1
 
 
 def test_up_in_the_drawing_is_up_on_the_sheet_and_both_have_one_scale(sheet_outcome):
     outcome = sheet_outcome()
-    frame = build_sheet_scene([p for p in outcome.cut_plans if p]).frame
+    frame = build_sheet_scene([p for p in outcome.detail.plans if p]).frame
     (x0, y0), (x1, y1) = frame.place(np.array([(0.0, 0.0), (200.0, 100.0)]))
     assert y1 < y0
     assert x1 - x0 == pytest.approx(2.0 * (y0 - y1))
@@ -221,7 +221,7 @@ def test_the_stretches_of_a_cut_are_its_leads_its_kerf_and_where_the_torch_is_of
 
 
 def test_the_kerf_is_as_wide_as_it_is_where_that_can_be_seen(sheet_outcome):
-    thin = sheet_outcome().cut_plan
+    thin = sheet_outcome().detail.plan
     wide = replace(thin, data=replace(DATA, kerf=3.0))
     scene = build_sheet_scene([wide])
     assert scene.true_kerf
@@ -237,7 +237,7 @@ def test_a_run_over_several_contours_is_one_cut_with_one_dot(sheet_outcome):
     over = (HOLE.path.length, path.length - SQUARE.path.length)
     plan = plan_of([cut_of([1, 3], path, 3.0, bridges=(over,))], 1.0)
     assert [k for k, _, _ in stretches(plan.cuts[0])] == ["lead", "kerf", "bridge", "kerf", "lead"]
-    svg = path_svg(sheet_outcome(cut_plans=(plan, None, plan)), "after")
+    svg = path_svg(sheet_outcome(detail=SheetDetail((plan, None, plan))), "after")
     assert svg.count('class="begin pierce"') == 1
     assert contour_words(plan, plan.cuts[0]) == "hole, outline"
     assert cut_title(plan, 0).startswith("1: parts 1, 2, hole, outline · ")
@@ -283,9 +283,9 @@ def test_a_part_of_the_table_leads_to_the_part_in_the_drawing(sheet_outcome):
     page = Page(write_page(outcome))
     assert {"part-1", "part-2"} <= set(page.values("id"))
     assert {"#part-1", "#part-2"} <= set(page.values("href"))
-    _, _, width, height = map(float, part_window(build_sheet_scene([outcome.cut_plan]), 2).split())
+    _, _, width, height = map(float, part_window(build_sheet_scene([outcome.detail.plan]), 2).split())
     assert width == pytest.approx(height)
-    assert part_window(build_sheet_scene([outcome.cut_plan]), 7) == ""
+    assert part_window(build_sheet_scene([outcome.detail.plan]), 7) == ""
 
 
 def test_the_totals_are_those_of_the_norm(sheet_outcome):
@@ -313,8 +313,8 @@ def test_the_totals_are_those_of_the_norm(sheet_outcome):
 
 
 def test_one_sheet_is_reckoned_for_a_hundred(sheet_outcome):
-    plans = [replace(p, measures=replace(p.measures, quantity=1)) if p else None for p in sheet_outcome().cut_plans]
-    words = Page(write_page(sheet_outcome(cut_plans=tuple(plans)))).words
+    plans = [replace(p, measures=replace(p.measures, quantity=1)) if p else None for p in sheet_outcome().detail.plans]
+    words = Page(write_page(sheet_outcome(detail=SheetDetail(tuple(plans))))).words
     assert "15 min 00 s on a hundred sheets" in words
     assert "Batch of" not in words
 
@@ -327,7 +327,7 @@ def test_the_nearest_neighbours_order_is_drawn_where_it_is_known(sheet_outcome):
 
 
 def test_a_closer_look_shows_the_first_hole_and_the_first_outline_with_the_kerf_in_its_width(sheet_outcome):
-    plan = sheet_outcome().cut_plan
+    plan = sheet_outcome().detail.plan
     assert looked_at(plan) == [0, 2]
     assert looked_at(plan_of([MARK, SQUARE], 1.0)) == [1]
     assert looked_at(plan_of([MARK], 1.0)) == []
@@ -344,13 +344,20 @@ def test_pages_of_sheets_are_well_formed_and_text_from_files_stays_text(sheet_ou
     evil = '<script>alert("x")</script>'
     outcome = sheet_outcome(nearest=True)
     data = replace(DATA, process=evil, material=evil, source=evil, confidence=evil)
-    plans = tuple(replace(p, data=data) for p in outcome.cut_plans)
+    plans = tuple(replace(p, data=data) for p in outcome.detail.plans)
     part = replace(outcome.part, name=evil)
-    bare = replace(outcome.cut_plan, sheet=Sheet("bare", SHEET.contours))
+    bare = replace(outcome.detail.plan, sheet=Sheet("bare", SHEET.contours))
     nothing = CutPlan(Sheet("nothing"), DATA, ())
     for plans_of_one in (plans, (bare, None, bare), (nothing, None, nothing)):
         page = Page(
-            write_page(replace(outcome, cut_plans=plans_of_one, part=part, nearest=plans_of_one[1] and outcome.nearest))
+            write_page(
+                replace(
+                    outcome,
+                    detail=SheetDetail(plans_of_one),
+                    part=part,
+                    nearest=plans_of_one[1] and outcome.nearest,
+                )
+            )
         )
         assert "script" not in page.tags
         ids = page.values("id")
@@ -376,9 +383,12 @@ def test_a_gap_is_said_of_the_starts_that_were_tried(sheet_outcome):
     order = np.arange(4, dtype=np.int32)
     found = Solution(order, 42.0, "s", "mmas", 7, history=((0.1, 60.0), (1.0, 42.0)), lower_bound=40.0)
     band = OperationOutcome(Tool(1, 0.2, ToolKind.TORCH), "", (), False, found, cuts=4)
-    one = bound_words(sheet_outcome(operations=(band,)))
+    one = sheet_outcome(operations=(band,)).shown.bound_words()
     assert one == "time at most 5.00 % above the least possible with the starts that were tried"
-    assert bound_words(sheet_outcome(operations=(band, band))) == f"{one}, each band from where the one before it ended"
+    assert (
+        sheet_outcome(operations=(band, band)).shown.bound_words()
+        == f"{one}, each band from where the one before it ended"
+    )
     words = Page(write_page(sheet_outcome(operations=(band, band)))).words
     assert "band 1, 4 cuts" in words
     assert "band 2, 4 cuts" in words

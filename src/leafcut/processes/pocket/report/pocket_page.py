@@ -6,6 +6,7 @@ from typing import Any
 
 from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketMeasures, PocketPath
+from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.report.pocket_drawing import build_pocket_scene, pocket_drawing, shapes_of, small_drawing
 from leafcut.processes.pocket.report.pocket_words import (
     StrategyFigures,
@@ -41,16 +42,16 @@ MOST_PIECES = 200_000
 LESS_WORK = 0.1
 
 
-def pocket_size(outcome: Outcome) -> str:
+def pocket_size(outcome: Outcome[PocketDetail]) -> str:
     """Return ``180 × 140 mm``: the box of all pockets."""
-    boxes = [plan.pocket.outline.extents for plan in outcome.pocket_plans]
+    boxes = [plan.pocket.outline.extents for plan in outcome.detail.plans]
     x0, y0, x1, y1 = (f(b[i] for b in boxes) for i, f in enumerate((min, min, max, max)))
     return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
 
 
-def pocket_content(outcome: Outcome) -> Row:
+def pocket_content(outcome: Outcome[PocketDetail]) -> Row:
     """Return all that the template of pockets needs."""
-    plans = outcome.pocket_plans
+    plans = outcome.detail.plans
     scene = build_pocket_scene(plans)
     paths = [plan.result.path for plan in plans if plan.result.path is not None]
     shapes = [
@@ -76,9 +77,9 @@ def pocket_content(outcome: Outcome) -> Row:
     }
 
 
-def pocket_svg(outcome: Outcome, which: str) -> str:
+def pocket_svg(outcome: Outcome[PocketDetail], which: str) -> str:
     """Return the way over one level as a stand-alone drawing: the usual one ``before``, what is written ``after``."""
-    plans = outcome.pocket_plans
+    plans = outcome.detail.plans
     chosen = [plan.usual if which == "before" else plan.result for plan in plans]
     paths = [result.path for result in chosen if result.path is not None]
     by = usual_words(outcome) if which == "before" else chosen_words(outcome)
@@ -87,7 +88,7 @@ def pocket_svg(outcome: Outcome, which: str) -> str:
     return pocket_drawing(build_pocket_scene(plans), paths, which, words, tool_diameter=diameter, size=True)
 
 
-def cards(outcome: Outcome) -> list[Row]:
+def cards(outcome: Outcome[PocketDetail]) -> list[Row]:
     """Return the usual way and leafcut's as the cards at the head show them."""
     longest = max(outcome.before.time_s, outcome.after.time_s)
     ours = (views.OURS, outcome.after)
@@ -108,10 +109,10 @@ def cards(outcome: Outcome) -> list[Row]:
     ]
 
 
-def saved(outcome: Outcome) -> Row:
+def saved(outcome: Outcome[PocketDetail]) -> Row:
     """Return the large figure and the words around it: the time that is saved, or of the program where it is alone."""
     if not compared(outcome):
-        alone = all(len(plan.results) == 1 for plan in outcome.pocket_plans)
+        alone = all(len(plan.results) == 1 for plan in outcome.detail.plans)
         words = "The only strategy that was tried; best compares them." if alone else "What most shops run."
         row = {"figure": time_words(outcome.after.time_s), "worse": False, "words": f"by {chosen_words(outcome)}"}
         return {**row, "percent": words, "gap": ""}
@@ -129,7 +130,7 @@ def saved(outcome: Outcome) -> Row:
     }
 
 
-def _shorter(outcome: Outcome) -> str:
+def _shorter(outcome: Outcome[PocketDetail]) -> str:
     """Return how much shorter the way over one level is than the usual one."""
     length, beside = (m.feed_mm + m.rapid_mm for m in (written(outcome), _usual(outcome)))
     if not beside > 0.0:
@@ -138,13 +139,13 @@ def _shorter(outcome: Outcome) -> str:
     return f"The way over a level is {percent_words(abs(percent))} {'shorter' if percent >= 0.0 else 'longer'}."
 
 
-def _usual(outcome: Outcome) -> PocketMeasures:
-    return added([plan.usual.measures for plan in outcome.pocket_plans if plan.usual.measures is not None])
+def _usual(outcome: Outcome[PocketDetail]) -> PocketMeasures:
+    return added([plan.usual.measures for plan in outcome.detail.plans if plan.usual.measures is not None])
 
 
-def _facts(outcome: Outcome) -> list[tuple[str, str, str]]:
+def _facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str, str]]:
     """Return the figures of the program: (name, figure, words under it)."""
-    plans, m = outcome.pocket_plans, written(outcome)
+    plans, m = outcome.detail.plans, written(outcome)
     rules, levels, tool = plans[0].rules, plans[0].levels, outcome.operations[0].tool
     length = m.feed_mm + m.rapid_mm
     above = percent_words(100.0 * (length / m.floor_mm - 1.0)) if m.floor_mm > 0.0 else NO_VALUE
@@ -172,8 +173,8 @@ def _facts(outcome: Outcome) -> list[tuple[str, str, str]]:
     ]
 
 
-def _strategies(outcome: Outcome) -> list[Row]:
-    rows = figures(outcome.pocket_plans, outcome.pocket_programs)
+def _strategies(outcome: Outcome[PocketDetail]) -> list[Row]:
+    rows = figures(outcome.detail.plans, outcome.detail.programs)
     longest = max((r.program_s for r in rows), default=0.0)
     return [
         {
@@ -206,14 +207,14 @@ def _cells(row: StrategyFigures) -> tuple[str, ...]:
     )
 
 
-def _small(outcome: Outcome, scene: Any) -> list[Row]:
+def _small(outcome: Outcome[PocketDetail], scene: Any) -> list[Row]:
     """Return a small drawing of every strategy that has a path in all pockets."""
     rows = []
-    for row in figures(outcome.pocket_plans, outcome.pocket_programs):
+    for row in figures(outcome.detail.plans, outcome.detail.programs):
         if row.measures is None:
             continue
         paths: list[PocketPath] = [
-            r.path for p in outcome.pocket_plans for r in p.results if r.strategy == row.name and r.path is not None
+            r.path for p in outcome.detail.plans for r in p.results if r.strategy == row.name and r.path is not None
         ]
         svg = small_drawing(scene, paths, f"{row.name} over one level")
         way = length_words(row.measures.feed_mm + row.measures.rapid_mm)

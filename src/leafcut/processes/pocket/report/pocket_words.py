@@ -12,6 +12,7 @@ import numpy as np
 from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketMeasures, PocketPlan, PocketProgram
 from leafcut.model.toolpath import Kind
+from leafcut.processes.pocket.model import PocketDetail
 from leafcut.report.wording import (
     NO_VALUE,
     clean,
@@ -90,30 +91,28 @@ def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
     )
 
 
-def written(outcome: Outcome) -> PocketMeasures:
+def written(outcome: Outcome[PocketDetail]) -> PocketMeasures:
     """Return the measures of what is written, of one level of every pocket and the ways between them."""
-    known = [plan.result.measures for plan in outcome.pocket_plans if plan.result.measures is not None]
-    program = next((program for program in outcome.pocket_programs if not program.strategy), None)
+    known = [plan.result.measures for plan in outcome.detail.plans if plan.result.measures is not None]
+    program = next((program for program in outcome.detail.programs if not program.strategy), None)
     return _between(added(known), program)
 
 
-def compared(outcome: Outcome) -> bool:
+def compared(outcome: Outcome[PocketDetail]) -> bool:
     """Return whether there is anything that the program is measured against: what most shops run."""
-    return any(plan.usual is not plan.result for plan in outcome.pocket_plans)
+    return any(plan.usual is not plan.result for plan in outcome.detail.plans)
 
 
 # -- plain values ----------------------------------------------------------------------------------------------------
 
 
-def pockets_as_json(outcome: Outcome) -> dict[str, Any]:
-    """Return the way over one level of what is written, and every strategy beside it; nothing for other work.
+def pockets_as_json(outcome: Outcome[PocketDetail]) -> dict[str, Any]:
+    """Return the way over one level of what is written, and every strategy beside it.
 
     Lengths are those in the plane, without approach and departure; of several pockets the sums, and of the step-over
     and the engagement the largest.
     """
-    plans = outcome.pocket_plans
-    if not plans:
-        return {}
+    plans = outcome.detail.plans
     names = list(dict.fromkeys(plan.result.strategy for plan in plans))
     first = plans[0]
     return {
@@ -132,7 +131,7 @@ def pockets_as_json(outcome: Outcome) -> dict[str, Any]:
                 **({} if row.measures is None else {**_plain(row.measures), "time_s": plain_number(row.program_s)}),
                 **({"refused": clean(row.refused)} if row.measures is None else {}),
             }
-            for row in figures(plans, outcome.pocket_programs)
+            for row in figures(plans, outcome.detail.programs)
         ],
     }
 
@@ -155,9 +154,9 @@ def _plain(m: PocketMeasures) -> dict[str, Any]:
     }
 
 
-def pocket_counts(outcome: Outcome) -> dict[str, int]:
+def pocket_counts(outcome: Outcome[PocketDetail]) -> dict[str, int]:
     """Return how many pockets, islands and levels there are."""
-    plans = outcome.pocket_plans
+    plans = outcome.detail.plans
     return {
         "pockets": len(plans),
         "islands": sum(len(plan.pocket.islands) for plan in plans),
@@ -169,7 +168,7 @@ def pocket_counts(outcome: Outcome) -> dict[str, int]:
 # -- words -----------------------------------------------------------------------------------------------------------
 
 
-def pocket_counts_words(outcome: Outcome) -> str:
+def pocket_counts_words(outcome: Outcome[PocketDetail]) -> str:
     """Return ``1 pocket · 3 islands · 2 levels · end mill Ø10``."""
     counts = pocket_counts(outcome)
     tool = outcome.operations[0].tool
@@ -192,14 +191,14 @@ def uncut_words(percent: float) -> str:
     return percent_words(percent, 2 if percent < 1.0 else 1)
 
 
-def usual_words(outcome: Outcome) -> str:
+def usual_words(outcome: Outcome[PocketDetail]) -> str:
     """Return what the program is measured against: ``zigzag``."""
-    return " and ".join(dict.fromkeys(plan.usual.strategy for plan in outcome.pocket_plans))
+    return " and ".join(dict.fromkeys(plan.usual.strategy for plan in outcome.detail.plans))
 
 
-def chosen_words(outcome: Outcome) -> str:
+def chosen_words(outcome: Outcome[PocketDetail]) -> str:
     """Return the strategies that are written: ``contour``."""
-    return " and ".join(dict.fromkeys(plan.result.strategy for plan in outcome.pocket_plans))
+    return " and ".join(dict.fromkeys(plan.result.strategy for plan in outcome.detail.plans))
 
 
 def strategy_cells(row: StrategyFigures) -> tuple[str, ...]:
@@ -222,9 +221,9 @@ def strategy_cells(row: StrategyFigures) -> tuple[str, ...]:
 STRATEGY_TITLES = ("feed", "rapid", "retracts", "uncut", "engaged", "mean", "program")
 
 
-def facts(outcome: Outcome) -> list[tuple[str, str]]:
+def facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str]]:
     """Return what a person at the machine wants to know of the program, name and words."""
-    plans = outcome.pocket_plans
+    plans = outcome.detail.plans
     levels, rules, tool = plans[0].levels, plans[0].rules, outcome.operations[0].tool
     step = abs(levels[0])
     walls = f", {rules.stock:g} mm for the walls" if rules.stock > 0.0 else ""
@@ -258,6 +257,6 @@ def wider_words(m: PocketMeasures, diameter: float) -> str:
     return f"first cuts and corners, {share} of the way, take off more than the step-over: up to {full}"
 
 
-def _saved(outcome: Outcome) -> str:
+def _saved(outcome: Outcome[PocketDetail]) -> str:
     percent = saved_percent(outcome, outcome.after)
     return f"{percent_words(abs(percent))} {'saved' if percent >= 0.0 else 'more'}"

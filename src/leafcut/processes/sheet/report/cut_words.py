@@ -8,7 +8,7 @@ from collections import Counter
 from typing import Any
 
 from leafcut.model.cutting import Cut, CutMeasures, CutPlan, CutTimes, PartTimes
-from leafcut.model.outcome import Outcome
+from leafcut.processes.sheet.model import SheetDetail
 from leafcut.report.wording import count, length_words, percent_words, plain_number, time_words
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -35,11 +35,9 @@ def cut_counts_words(plan: CutPlan) -> str:
     return " · ".join(count(number, name[:-1]) for name, number in cut_counts(plan).items() if number)
 
 
-def cutting_as_json(outcome: Outcome) -> dict[str, Any]:
+def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
     """Return data, time norm and cost of a cutting plan, and what its orders before would have cost."""
-    plan = outcome.cut_plan
-    if plan is None:
-        return {}
+    plan = detail.plan
     data, norm = plan.data, plan.measures
     return {
         "cutting": {
@@ -73,9 +71,9 @@ def cutting_as_json(outcome: Outcome) -> dict[str, Any]:
                 for p in norm.parts
             ],
             "pieces": _pieces(norm),
-            "before": _order(outcome, 0),
-            "nearest": _order(outcome, 1),
-            "after": _order(outcome, 2),
+            "before": _order(detail, 0),
+            "nearest": _order(detail, 1),
+            "after": _order(detail, 2),
         }
     }
 
@@ -99,8 +97,8 @@ def _pieces(norm: CutMeasures) -> list[dict[str, Any]]:
     ]
 
 
-def _order(outcome: Outcome, which: int) -> dict[str, Any] | None:
-    norm = outcome.norms[which] if which < len(outcome.norms) else None
+def _order(detail: SheetDetail, which: int) -> dict[str, Any] | None:
+    norm = detail.norms[which]
     return None if norm is None else _times(norm.sheet)
 
 

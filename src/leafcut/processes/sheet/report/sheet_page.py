@@ -7,6 +7,7 @@ from typing import Any
 
 from leafcut.model.cutting import CutMeasures, CutPlan, CutTimes
 from leafcut.model.outcome import Outcome
+from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report.cut_words import clock, cost_figure, money_words, name_words, part_kinds, size_words
 from leafcut.processes.sheet.report.sheet_detail import detail, looked_at
 from leafcut.processes.sheet.report.sheet_drawing import (
@@ -25,7 +26,6 @@ from leafcut.report.wording import (
     count,
     feed_mm_min,
     length_words,
-    order_words,
     percent_words,
     saved_percent,
     time_words,
@@ -39,21 +39,21 @@ _LONG_TABLE = 24
 _LEAST_REST = 0.05
 
 
-def order_names(outcome: Outcome) -> tuple[str, str, str]:
+def order_names(outcome: Outcome[SheetDetail]) -> tuple[str, str, str]:
     """Return what the three orders are called."""
-    return (f"{order_words(outcome).capitalize()} order", "Nearest neighbour", views.OURS)
+    return (f"{outcome.shown.came_in.capitalize()} order", "Nearest neighbour", views.OURS)
 
 
-def sheet_content(outcome: Outcome, plan: CutPlan) -> Row:
+def sheet_content(outcome: Outcome[SheetDetail], plan: CutPlan) -> Row:
     """Return all that the template of a sheet needs."""
-    scene = build_sheet_scene([p for p in outcome.cut_plans if p is not None])
+    scene = build_sheet_scene([p for p in outcome.detail.plans if p is not None])
     return {
         "drawings": _drawings(outcome, scene),
         "wide": scene.frame.wide,
         "details": [detail(plan, number) for number in looked_at(plan)],
-        "legend": _legend(scene, [p for p in outcome.cut_plans if p is not None]),
+        "legend": _legend(scene, [p for p in outcome.detail.plans if p is not None]),
         "orders": _norm_rows(outcome),
-        "common": any(n.sheet.common_mm > 0.0 for n in outcome.norms if n is not None),
+        "common": any(n.sheet.common_mm > 0.0 for n in outcome.detail.norms if n is not None),
         "facts": _facts(outcome, plan),
         "parts": _parts(scene, plan),
         "data": _data(plan),
@@ -70,9 +70,9 @@ def sheet_size(plan: CutPlan) -> str:
     return f"{'sheet' if sheet.outline is not None else 'cuts on'} {x1 - x0:.4g} × {y1 - y0:.4g} mm"
 
 
-def cards(outcome: Outcome) -> list[Row]:
+def cards(outcome: Outcome[SheetDetail]) -> list[Row]:
     """Return the three orders as the cards at the head show them: what the page of drilling shows of its own."""
-    rows = zip(order_names(outcome), outcome.stated, strict=True)
+    rows = zip(order_names(outcome), outcome.shown.stated(), strict=True)
     known = [(name, measure) for name, measure in rows if measure is not None]
     longest = max(measure.time_s for _, measure in known)
     return [
@@ -91,11 +91,11 @@ def cards(outcome: Outcome) -> list[Row]:
     ]
 
 
-def saved(outcome: Outcome, plan: CutPlan) -> Row:
+def saved(outcome: Outcome[SheetDetail], plan: CutPlan) -> Row:
     """Return the large figure and the words around it."""
     row = views.saved(outcome)
     seconds, quantity = outcome.before.time_s - outcome.after.time_s, plan.measures.quantity
-    first = outcome.norms[0]
+    first = outcome.detail.norms[0]
     words = [f"{percent_words(abs(outcome.saved_percent))} {'more' if row['worse'] else 'less'} machine time"]
     if not outcome.before.time_s > 0.0:
         return {**row, "percent": "There is nothing to cut."}
@@ -113,18 +113,18 @@ def saved(outcome: Outcome, plan: CutPlan) -> Row:
 # -- drawings --------------------------------------------------------------------------------------------------------
 
 
-def plan_words(outcome: Outcome, which: int) -> str:
+def plan_words(outcome: Outcome[SheetDetail], which: int) -> str:
     """Return the title of a drawing, 0 before, 1 nearest neighbour, 2 after."""
-    orders = (f"the {order_words(outcome)}’s order", "nearest-neighbour order", "leafcut’s order")
+    orders = (f"the {outcome.shown.came_in}’s order", "nearest-neighbour order", "leafcut’s order")
     return f"Cuts of {clean(outcome.part.name)} in {orders[which]}"
 
 
-def _drawings(outcome: Outcome, scene: SheetScene) -> list[Row]:
-    captions = (f"Before: the {order_words(outcome)}’s order", "Nearest neighbour", "After: leafcut")
+def _drawings(outcome: Outcome[SheetDetail], scene: SheetScene) -> list[Row]:
+    captions = (f"Before: the {outcome.shown.came_in}’s order", "Nearest neighbour", "After: leafcut")
     rows: list[Row] = []
     # The page reads from left to right and on: before and after stand side by side, the third order under them.
     for which in (0, 2, 1):
-        plan = outcome.cut_plans[which]
+        plan = outcome.detail.plans[which]
         if plan is None:
             continue
         name = ("before", "nearest", "after")[which]
@@ -156,8 +156,8 @@ def _legend(scene: SheetScene, plans: list[CutPlan]) -> Row:
 # -- time norm and cost ----------------------------------------------------------------------------------------------
 
 
-def _norm_rows(outcome: Outcome) -> list[Row]:
-    known = [(n, m.sheet) for n, m in zip(order_names(outcome), outcome.norms, strict=True) if m is not None]
+def _norm_rows(outcome: Outcome[SheetDetail]) -> list[Row]:
+    known = [(n, m.sheet) for n, m in zip(order_names(outcome), outcome.detail.norms, strict=True) if m is not None]
     longest = max(times.total_s for _, times in known)
     return [
         {
@@ -181,7 +181,7 @@ def _time_cells(times: CutTimes) -> dict[str, str]:
     }
 
 
-def _facts(outcome: Outcome, plan: CutPlan) -> list[tuple[str, str, str]]:
+def _facts(outcome: Outcome[SheetDetail], plan: CutPlan) -> list[tuple[str, str, str]]:
     """Return the figures of a sheet: (name, figure, words under it)."""
     norm, times = plan.measures, plan.measures.sheet
     facts = [
@@ -206,9 +206,9 @@ def _route_words(times: CutTimes) -> str:
     return f"perimeters{common} + {length_words(times.rapid_mm)} between"
 
 
-def _cost_before(outcome: Outcome, norm: CutMeasures) -> str:
-    first = outcome.norms[0]
-    return "" if first is None else f"{money_words(first.cost)} in the {order_words(outcome)}’s order"
+def _cost_before(outcome: Outcome[SheetDetail], norm: CutMeasures) -> str:
+    first = outcome.detail.norms[0]
+    return "" if first is None else f"{money_words(first.cost)} in the {outcome.shown.came_in}’s order"
 
 
 # -- parts -----------------------------------------------------------------------------------------------------------

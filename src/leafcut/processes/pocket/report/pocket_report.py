@@ -1,0 +1,94 @@
+"""What is told of pockets: how they are cleared, and the other ways beside it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from leafcut.model.outcome import Outcome
+from leafcut.model.process_report import Fact, SummaryTable, Which
+from leafcut.processes.pocket.model import PocketDetail
+from leafcut.processes.pocket.report import pocket_page
+from leafcut.processes.pocket.report.pocket_words import (
+    STRATEGY_TITLES,
+    StrategyFigures,
+    chosen_words,
+    facts,
+    figures,
+    pocket_counts,
+    pocket_counts_words,
+    pockets_as_json,
+    strategy_cells,
+)
+from leafcut.report.path_report import PathReport
+from leafcut.report.wording import clean, time_words
+
+
+class PocketReport(PathReport[PocketDetail]):
+    """What pockets show."""
+
+    proof = "read back and simulated"
+    found = "read back and simulated: it does the work that was planned"
+    package = "leafcut.processes.pocket.report"
+    template = "pocket.html.jinja"
+    styles = "pocket.css"
+    file_name = "file"
+
+    def __init__(self, outcome: Outcome[PocketDetail]) -> None:
+        super().__init__(outcome)
+        # Of one region of one pocket nothing is ordered.
+        self.ordered = any(len(o.solution.nodes) != 1 for o in outcome.operations)
+        self.cleared = outcome.operations[0].tool.diameter
+
+    def counts(self) -> dict[str, int]:
+        """Return how many pockets, islands and levels there are."""
+        return pocket_counts(self.outcome)
+
+    def counts_words(self) -> str:
+        """Return ``1 pocket · 3 islands · 2 levels · end mill Ø10``."""
+        return pocket_counts_words(self.outcome)
+
+    def answer(self) -> dict[str, Any]:
+        """Return the path over one level of what is written, and every strategy beside it."""
+        return pockets_as_json(self.outcome)
+
+    def summary_table(self) -> SummaryTable:
+        """Return every strategy over one level that is possible."""
+        rows = [row for row in self._figures() if row.measures is not None]
+        return SummaryTable(
+            ("one level", *STRATEGY_TITLES),
+            tuple((row.name, *strategy_cells(row)) for row in rows),
+            tuple(row.chosen for row in rows),
+            apart=2,
+        )
+
+    def facts(self) -> list[Fact]:
+        """Return the time of the program, what a person at the machine wants to know, and what is not possible."""
+        outcome = self.outcome
+        return [
+            Fact("program", f"{time_words(outcome.after.time_s)} by {chosen_words(outcome)}", "bold"),
+            *(Fact(*fact) for fact in facts(outcome)),
+            *(
+                Fact(row.name, f"not possible: {clean(row.refused)}", "dim")
+                for row in self._figures()
+                if row.measures is None
+            ),
+        ]
+
+    def page(self) -> dict[str, Any]:
+        """Return the drawing, the strategies side by side, the facts of the program."""
+        outcome = self.outcome
+        return {
+            "size": pocket_page.pocket_size(outcome),
+            "saved": pocket_page.saved(outcome),
+            "orders": pocket_page.cards(outcome),
+            "way": "Rapids",
+            "pocket": pocket_page.pocket_content(outcome),
+        }
+
+    def drawing(self, which: Which) -> str:
+        """Return the path over one level: the usual one ``before``, what is written ``after``."""
+        return pocket_page.pocket_svg(self.outcome, which)
+
+    def _figures(self) -> list[StrategyFigures]:
+        detail = self.outcome.detail
+        return figures(detail.plans, detail.programs)

@@ -1,0 +1,90 @@
+"""What is told of a program in a new order: what it makes, what could be reordered, and what keeps its place."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from leafcut.model.outcome import Outcome
+from leafcut.model.process_report import Fact
+from leafcut.processes.program.model import ProgramDetail
+from leafcut.report import views
+from leafcut.report.drawing import Scene
+from leafcut.report.path_report import PathReport
+from leafcut.report.wording import clean, count
+
+#: So many reasons why pieces of a program stay are told in the summary.
+MOST_REASONS = 6
+#: What programs do whose tool is a beam that is on or off.
+BEAMS = ("laser", "plasma")
+
+
+class ProgramReport(PathReport[ProgramDetail]):
+    """What a program in a new order shows."""
+
+    came_in = "program"
+    found = "read back: it does the same work as the original"
+
+    def __init__(self, outcome: Outcome[ProgramDetail]) -> None:
+        super().__init__(outcome)
+        self.beam = outcome.process in BEAMS
+
+    def counts(self) -> dict[str, int]:
+        """Return what the proof counted, and how the program is divided."""
+        outcome, detail = self.outcome, self.outcome.detail
+        own = {"barriers": detail.barriers, "operations": len(outcome.operations), "pieces": detail.pieces}
+        return {**detail.certificate["before"], **own}
+
+    def counts_words(self) -> str:
+        """Return what a program makes, how much of it can be reordered, and how much is made from its other end."""
+        detail = self.outcome.detail
+        counts = detail.certificate["before"]
+        words = [count(int(counts["holes"]), "hole")] if counts.get("holes") else []
+        words += [count(int(counts["cuts"]), "cutting move")] if counts.get("cuts") else []
+        free = detail.pieces - sum(group.count for group in detail.staying)
+        if detail.pieces:
+            words.append(f"{free:,} of {count(detail.pieces, 'piece')} of work free to be ordered")
+        turned = detail.certificate.get("reversed_cuts", 0)
+        return " · ".join([*(words or ["no work"]), *([f"{turned} made from the other end"] if turned else [])])
+
+    def answer(self) -> dict[str, Any]:
+        """Return the proof, and why pieces of the program keep their place."""
+        detail = self.outcome.detail
+        return {"certificate": detail.certificate, "staying": [asdict(group) for group in detail.staying]}
+
+    def facts(self) -> list[Fact]:
+        """Return the gap, what stays, and how the order was sought."""
+        head, *reasons = staying_words(self.outcome.detail, MOST_REASONS) or [""]
+        stays = [Fact("stays", f"{head}: {'; '.join(reasons)}")] if head else []
+        facts = super().facts()
+        at = next((k for k, fact in enumerate(facts) if fact.name == "method"), len(facts))
+        return [*facts[:at], *stays, *facts[at:]]
+
+    def saved(self) -> views.Row:
+        """Return the large figure, and that the order stays where it does."""
+        outcome, row = self.outcome, super().saved()
+        same = outcome.before == outcome.after and outcome.before.time_s > 0
+        return {**row, "percent": "The order stays as it was."} if same else row
+
+    def staying_words(self) -> list[str]:
+        """Return all that keeps its place, and why."""
+        return staying_words(self.outcome.detail)
+
+    def size(self, scene: Scene) -> str:
+        """Return how large the work is that was drawn."""
+        return f"{scene.extent[0]:.4g} × {scene.extent[1]:.4g} mm"
+
+
+def staying_words(detail: ProgramDetail, most: int = 0) -> list[str]:
+    """Return why pieces of a program keep their place: how many of how many do, and a text for each reason.
+
+    Of more than `most` reasons the rest is one text; 0: all are told.
+    """
+    if not detail.staying:
+        return []
+    stay = sum(group.count for group in detail.staying)
+    shown = detail.staying[:most] if most else detail.staying
+    said = [f"{group.count:,} {clean(group.text)}" for group in shown]
+    rest = stay - sum(group.count for group in shown)
+    said += [f"{rest:,} for other reasons, which the report names"] if rest else []
+    return [f"{stay:,} of {count(detail.pieces, 'piece')} stay{'s' if stay == 1 else ''}", *said]
