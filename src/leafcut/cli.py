@@ -366,17 +366,17 @@ def _nest(
             **_given(options),
         )
     if as_json:
-        from leafcut.processes.nesting.report import nest_as_json
+        from leafcut.processes import registry
 
-        _print_json(nest_as_json(outcome))
+        _print_json(registry.command("nest_answer")(outcome))
     elif quiet:
         _warn(outcome.issues)
     else:
         from rich.console import Console
 
-        from leafcut.processes.nesting.report import print_nests
+        from leafcut.processes import registry
 
-        print_nests(outcome, Console())
+        registry.command("nest_summary")(outcome, Console())
     return INCOMPLETE if any(issue.severity == "missing" for issue in outcome.issues) else DONE
 
 

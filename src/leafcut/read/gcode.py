@@ -39,4 +39,11 @@ def _read(source: Source, _: ReadOptions) -> Part:
     raise ReadError(source.path, "this is a program, not a drawing; give it to leafcut optimize, simulate or verify")
 
 
-FORMAT = Format("gcode", EXTENSIONS, "G-code program of any CAM, to be put in a better order", _read, _sniff)
+FORMAT = Format(
+    "gcode",
+    EXTENSIONS,
+    "G-code program of any CAM, to be put in a better order",
+    _read,
+    _sniff,
+    processes=("program",),
+)

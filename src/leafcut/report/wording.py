@@ -51,6 +51,13 @@ def time_words(seconds: float) -> str:
     return (MINUS if seconds < 0 else "") + format_time(abs(seconds))
 
 
+def clock(seconds: float) -> str:
+    """Return a time as a work sheet has it: ``1:02:07``, hours, minutes and whole seconds."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}"
+
+
 def length_words(mm: float) -> str:
     """Return a length as `format_length` has it; a dash for what is not a number."""
     return format_length(mm) if math.isfinite(mm) else NO_VALUE

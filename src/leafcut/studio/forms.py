@@ -10,6 +10,7 @@ from leafcut.api import default_machine
 from leafcut.errors import OptionError
 from leafcut.option_spec import OptionSpec, flag_name, written
 from leafcut.options import GROUPS, all_options, group_of
+from leafcut.processes import registry
 from leafcut.studio.folder import OWN
 from leafcut.studio.wording import Words
 from leafcut.units import BARE_UNIT
@@ -18,12 +19,6 @@ from leafcut.units import BARE_UNIT
 _ANTS = ("as", "eas", "asrank", "mmas", "acs")
 #: The algorithms of the literature, for study: their steps can be looked at one by one.
 STUDIED = (*_ANTS, "firefly")
-_SEARCH = ("preset", "time_limit", "algorithm", "objective")
-_SEARCH_MORE = ("iterations", "target_gap", "bound", "seed", "threads", "candidates", "local_search")
-_READ = ("units", "layers", "min_diameter", "max_diameter", "merge_tolerance", "concentric", "strict")
-_POST = (
-    "dialect", "output_units", "line_numbers", "program_number", "header", "date", "repeat_words",
-)  # fmt: skip
 _ACO, _FIREFLY = "aco", "firefly"
 
 
@@ -45,104 +40,28 @@ def _all(section: str, but: Iterable[str] = ()) -> tuple[str, ...]:
     return tuple(name for name in group.specs() if name not in but)
 
 
-_DRILL_MAIN = ("machine", "thickness", "depth", "tools", "retract", "peck")
-_CUT_MAIN = ("machine", "thickness", "material", "cut_process", "chains", "common_lines")
-_POCKET_MAIN = ("machine", "tool_diameter", "depth", "strategy", "milling", "stock", "pixel_size")
-_POCKET_PLACES = ("clearance_height", "retract_height", "spindle_speed", "start_point", "end_point", "work_offset")
-_PLACE = ("mirror", "rotate", "origin")
-_SHEET_PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
-_NEST_MAIN = ("sheet", "kerf", "gap", "margin", "rotations", "into_holes")
-_PROGRAM_MAIN = ("machine", "merge_tools", "mix_operations", "allow_reverse", "keep_order")
-
 #: So many letters stand in a field.
 _ROOM = 16
 
-#: In the order in which they are offered.
+#: What is done without a process: work → groups of the form.
+_OTHERS = {
+    "solve": (
+        ("search", ("algorithm", "preset", "time_limit", "iterations", "seed")),
+        ("solve", ("target_gap", "bound", "threads", "candidates", "local_search")),
+        ("read", ("units", "layers", "strict")),
+    ),
+    "simulate": (("main", ("machine", "dialect", "work_offset", "clearance_height", "units", "cut_speed", "strict")),),
+    "verify": (("main", ("machine", "dialect", "allow_reverse", "work_offset", "units", "cut_speed")),),
+}
+#: In the order in which they are offered: those of processes, then the others.
 WORKS: dict[str, Work] = {
-    "drill": Work(
-        "optimize",
-        "auto",
-        (
-            ("main", _DRILL_MAIN),
-            ("search", _SEARCH),
-            ("drill", _all("drill", _DRILL_MAIN)),
-            ("read", _READ),
-            ("place", (*_PLACE, "work_offset")),
-            ("post", (*_POST, "coolant")),
-            ("solve", _SEARCH_MORE),
-        ),
-    ),
-    "cut": Work(
-        "optimize",
-        "cut",
-        (
-            ("main", _CUT_MAIN),
-            ("search", _SEARCH),
-            ("cut", _all("cut", (*_CUT_MAIN, "save_plan"))),
-            ("place", (*_PLACE, *_SHEET_PLACES, "work_offset")),
-            ("sheet", _all("sheet")),
-            ("read", ("units", "layers", "min_diameter", "max_diameter", "strict")),
-            ("post", (*_POST, "beam_power", "mark_power", "path_tolerance", "material_number")),
-            ("solve", _SEARCH_MORE),
-        ),
-    ),
-    "nest": Work(
-        "nest",
-        "auto",
-        (
-            ("main", _NEST_MAIN),
-            ("search", ("variants", "preset", "time_limit")),
-            ("nest", ("nester", "blocks", "max_sheets", "machine")),
-            ("sheet", _all("sheet")),
-            ("read", ("units", "layers", "strict")),
-            ("solve", ("iterations", "seed", "threads")),
-        ),
-    ),
-    "pocket": Work(
-        "optimize",
-        "pocket",
-        (
-            ("main", _POCKET_MAIN),
-            ("search", _SEARCH),
-            ("pocket", ("tools", *_all("pocket", _POCKET_MAIN), "material")),
-            ("place", (*_PLACE, *_POCKET_PLACES)),
-            ("read", ("units", "layers", "join_tolerance", "strict")),
-            ("post", (*_POST, "coolant")),
-            ("solve", _SEARCH_MORE),
-        ),
-    ),
-    "program": Work(
-        "optimize",
-        "auto",
-        (
-            ("main", _PROGRAM_MAIN),
-            ("search", _SEARCH),
-            ("post", ("dialect", "renumber", "units", "cut_speed")),
-            ("place", ("start_point", "work_offset", "keep_out", "clearance_height", "tools")),
-            ("read", ("strict",)),
-            ("solve", _SEARCH_MORE),
-        ),
-    ),
-    "solve": Work(
-        "solve",
-        "auto",
-        (("search", ("algorithm", "preset", "time_limit", "iterations", "seed")),
-         ("solve", ("target_gap", "bound", "threads", "candidates", "local_search")),
-         ("read", ("units", "layers", "strict"))),
-    ),
-    "simulate": Work(
-        "simulate", "auto",
-        (("main", ("machine", "dialect", "work_offset", "clearance_height", "units", "cut_speed", "strict")),),
-    ),
-    "verify": Work(
-        "verify", "auto",
-        (("main", ("machine", "dialect", "allow_reverse", "work_offset", "units", "cut_speed")),),
-    ),
-}  # fmt: skip
+    **{one.name: Work(one.command, one.asks, one.form) for one in registry.processes()},
+    **{name: Work(name, "auto", groups) for name, groups in _OTHERS.items()},
+}
 #: What a nested sheet is cut with: asked for beside the nests, before their cuts are planned.
 CUT_OF_NEST = ("machine", "thickness", "material", "cut_process")
 #: What a program may be said to do, beside leaving it to leafcut to see.
-PROGRAM_PROCESSES = ("auto", "drill", "mill", "laser", "plasma")
+PROGRAM_PROCESSES = ("auto", *(word for one in registry.processes() if one.reads == "program" for word in one.asked_as))
 
 
 def names_of(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, ...]], ...]:
@@ -205,8 +124,7 @@ def _group(
 def default_of(name: str, work: str = "") -> Any:
     """Return what an option is where a kind of work is told nothing else."""
     if name == "machine" and work:
-        # What is nested is cut.
-        return default_machine("cut" if WORKS[work].command == "nest" else WORKS[work].process)
+        return default_machine(work)
     return group_of(name).defaults()[name]
 
 

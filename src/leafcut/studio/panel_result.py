@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from leafcut.processes.sheet.report.cut_words import clock
+from leafcut.report.wording import clock
 from leafcut.studio.canvas import Bars, Convergence, Program
 from leafcut.studio.elements import box, button, link, table, text
 from leafcut.studio.history import Record

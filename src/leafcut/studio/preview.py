@@ -9,6 +9,7 @@ from leafcut import api
 from leafcut.errors import LeafcutError
 from leafcut.model.part import Part
 from leafcut.options import Settings
+from leafcut.processes import registry
 
 #: Of a map, the tour through it is studied; of some that is all that they are for.
 _PROGRAM = ("program", "simulate", "verify")
@@ -60,9 +61,7 @@ def look(source: str, work: str = "", options: dict[str, Any] | None = None) -> 
     if format_.name == "gcode":
         return _program(source, loaded.file_name, settings)
     works = _EXAMPLE if format_.name == "example" else _MAPS.get(format_.name, format_.processes)
-    if "cut" in works:
-        place = works.index("cut") + 1
-        works = (*works[:place], "nest", *works[place:])
+    works = registry.offered(works)
     tried = [work] if work in works else list(works)
     error = ""
     for one in tried:
@@ -75,18 +74,10 @@ def look(source: str, work: str = "", options: dict[str, Any] | None = None) -> 
 
 def _drawing(source: str, name: str, work: str, settings: Settings) -> Seen:
     """Return a drawing or a map, read for a kind of work."""
-    from leafcut.api import in_place
-    from leafcut.read import read, read_contours, read_pockets
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.scene import part_scene
 
-    if work in ("cut", "nest"):
-        part = read_contours(source, settings.read)
-    elif work == "pocket":
-        part = read_pockets(source, settings.read, settings.pocket, settings.sheet)
-    else:
-        part = read(source, settings.read)
-    part = in_place(part, settings, work)
+    part = registry.look_at(work, source, settings)
     return Seen(name, (work,), _facts(part), tuple(issues_as_json(part.issues)), {"part": part_scene(part)}, work=work)
 
 

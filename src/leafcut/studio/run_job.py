@@ -108,7 +108,7 @@ def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event, obs
 
 def _nest(call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.Event) -> Made:
     """Nest parts: every variant is written, sheet by sheet, and drawn."""
-    from leafcut.processes.nesting.report import nest_as_json
+    from leafcut.processes.registry import command
     from leafcut.studio.scene import nest_scene
 
     with tempfile.TemporaryDirectory(prefix="leafcut-") as place:
@@ -132,7 +132,7 @@ def _nest(call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.E
     if needs_list(call.parts):
         names = told_apart([Path(source).name for source in call.sources])  # of all inputs, those that are no sheets
         artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, names).encode())
-    return Made(nest_as_json(outcome), _nest_figures(outcome), artefacts)
+    return Made(command("nest_answer")(outcome), _nest_figures(outcome), artefacts)
 
 
 def _nest_figures(outcome: NestOutcome) -> dict[str, Any]:

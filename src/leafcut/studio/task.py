@@ -12,6 +12,7 @@ from typing import Any
 from leafcut.errors import OptionError, nearest, shown
 from leafcut.option_spec import flag_name
 from leafcut.options import NestOptions, Settings, SheetWord, group_of
+from leafcut.processes import registry
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
 from leafcut.studio.nest_request import WantedPart, needs_list
 from leafcut.user_files import has_defaults
@@ -94,10 +95,7 @@ def prepare(task: Task, folder: Folder) -> Call:
     if task.command != "nest" and len(task.inputs) != COMMANDS[task.command]:
         files = "one file" if COMMANDS[task.command] == 1 else f"{COMMANDS[task.command]} files"
         raise OptionError(f"{task.command} needs {files}")
-    from leafcut.api import PROCESSES
-
-    if task.process not in PROCESSES:
-        raise OptionError(f"--process: '{task.process}' is not there; use one of {', '.join(PROCESSES)}")
+    registry.check_asked(task.process)
     options = {name: _resolved(name, value, folder) for name, value in given(task.options).items()}
     if drawn:
         options["sheet"] = tuple(

@@ -26,7 +26,8 @@ from leafcut.options import (
     SolveOptions,
     parse_angles,
 )
-from leafcut.processes.course import Progress, for_cutting, looking_for
+from leafcut.processes.course import Progress, looking_for
+from leafcut.processes.cutting_machines import for_cutting
 
 if TYPE_CHECKING:
     from leafcut.read.nest_list import Wanted

@@ -10,7 +10,8 @@ from leafcut.errors import OptionError, ReadError
 from leafcut.model.heartbeat import Look, unseen
 from leafcut.model.issue import Issue, Severity
 from leafcut.options import MachineOptions, Settings, flag_name
-from leafcut.processes.course import CUTTING_MACHINES, machine_of
+from leafcut.processes.course import machine_of
+from leafcut.processes.cutting_machines import CUTTING_MACHINES
 from leafcut.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:

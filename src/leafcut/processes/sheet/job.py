@@ -14,7 +14,8 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.options import CutOptions
-from leafcut.processes.course import CUTTING_MACHINES, Run, check_words_used, refuse
+from leafcut.processes.course import Run, check_words_used, refuse
+from leafcut.processes.cutting_machines import CUTTING_MACHINES
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect

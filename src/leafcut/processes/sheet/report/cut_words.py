@@ -9,15 +9,8 @@ from typing import Any
 
 from leafcut.model.cutting import Cut, CutMeasures, CutPlan, CutTimes, PartTimes
 from leafcut.processes.sheet.model import SheetDetail
-from leafcut.report.wording import count, length_words, percent_words, plain_number, time_words
+from leafcut.report.wording import clock, count, length_words, percent_words, plain_number, time_words
 from leafcut.units import SECONDS_PER_MINUTE
-
-
-def clock(seconds: float) -> str:
-    """Return a time as a work sheet has it: ``1:02:07``, hours, minutes and whole seconds."""
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{rest:02d}"
 
 
 def cut_counts(plan: CutPlan) -> dict[str, int]:

@@ -8,7 +8,7 @@ from typing import Any
 from leafcut.model.cutting import CutMeasures, CutPlan, CutTimes
 from leafcut.model.outcome import Outcome
 from leafcut.processes.sheet.model import SheetDetail
-from leafcut.processes.sheet.report.cut_words import clock, cost_figure, money_words, name_words, part_kinds, size_words
+from leafcut.processes.sheet.report.cut_words import cost_figure, money_words, name_words, part_kinds, size_words
 from leafcut.processes.sheet.report.sheet_detail import detail, looked_at
 from leafcut.processes.sheet.report.sheet_drawing import (
     SheetScene,
@@ -23,6 +23,7 @@ from leafcut.report.drawing import RAMP
 from leafcut.report.wording import (
     NO_VALUE,
     clean,
+    clock,
     count,
     feed_mm_min,
     length_words,

@@ -1,0 +1,40 @@
+"""The command `nest`: parts and quantities in, drawings of nested sheets out."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+
+from leafcut.files import check_output, write_together
+from leafcut.model.nest import NestOutcome
+from leafcut.options import Settings
+from leafcut.processes.course import Progress
+
+
+def nest(
+    parts: Sequence[str | Path],
+    output: str | Path | None,
+    settings: Settings,
+    *,
+    beside: Sequence[str | Path | None],
+    progress: Progress | None,
+    cancelled: threading.Event | None,
+) -> NestOutcome:
+    """Nest parts and write the sheets; `beside` are files that were read, which nothing may be written over."""
+    from leafcut.processes.nesting.run import nest_drawings
+    from leafcut.read.nest_list import read_wanted
+
+    words = [str(part) for part in parts]
+    wanted = read_wanted(words)
+    lists = [name for word in words for name in (word, word.rpartition(":")[0]) if name]
+    inputs = [*beside, *lists, *(one.file for one in wanted)]
+    check_output(output, inputs)
+    if settings.nest.remnants_out is not None:
+        check_output(settings.nest.remnants_out / "rest.dxf", inputs)  # before any work: the folder is there
+    outcome, texts = nest_drawings(wanted, settings, output, progress=progress, cancelled=cancelled)
+    sheets = [word.name for word in settings.nest.sheets if word.size is None]
+    for name in texts:
+        check_output(name, [*inputs, *sheets])
+    write_together(texts)
+    return outcome

@@ -1,0 +1,47 @@
+"""Nesting as a process: what its form shows; it is run by its own command."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from leafcut.errors import OptionError
+from leafcut.model.outcome import Outcome
+from leafcut.model.part import Part
+from leafcut.options import Settings, SheetOptions
+from leafcut.processes.base import Process, all_of
+from leafcut.processes.course import Run
+from leafcut.processes.cutting_machines import for_cutting
+
+if TYPE_CHECKING:
+    from leafcut.read.format import Source
+
+
+class Nesting(Process):
+    """Parts and quantities, laid on sheets."""
+
+    name = "nest"
+    command = "nest"
+    offered_with = "cut"
+    form = (
+        ("main", ("sheet", "kerf", "gap", "margin", "rotations", "into_holes")),
+        ("search", ("variants", "preset", "time_limit")),
+        ("nest", ("nester", "blocks", "max_sheets", "machine")),
+        ("sheet", all_of(SheetOptions)),
+        ("read", ("units", "layers", "strict")),
+        ("solve", ("iterations", "seed", "threads")),
+    )
+
+    def usual(self, settings: Settings) -> Settings:
+        """Return the settings of what is cut: what is nested will be."""
+        return for_cutting(settings)
+
+    def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[Any]:
+        """Refuse: parts are nested by the command `nest`."""
+        raise OptionError("parts are nested by leafcut nest")
+
+    def look_at(self, source: Source | str, settings: Settings) -> Part:
+        """Return the contours as they are drawn: what is nested is placed by that."""
+        from leafcut.read import read_contours
+
+        return read_contours(source, settings.read)

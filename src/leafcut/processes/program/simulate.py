@@ -1,0 +1,55 @@
+"""What a program does on a machine, and what is dangerous in it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from leafcut.errors import OptionError
+from leafcut.files import StandardInput, read_program
+from leafcut.model.issue import Issue
+from leafcut.model.toolpath import Toolpath
+from leafcut.options import Settings
+from leafcut.processes.course import Progress, looking_for, machine_of
+from leafcut.report.program_run import ProgramRun
+
+if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
+    from leafcut.gcode.program import Program
+
+
+def read_run(
+    program: str | Path | StandardInput, settings: Settings, dialect: str | None, progress: Progress | None
+) -> ProgramRun:
+    """Return what a program does on the machine of the settings; an exception of `progress` ends the work."""
+    from leafcut.gcode import dialects
+    from leafcut.processes.program.reading import read_foreign
+
+    machine = machine_of(settings)
+    name = dialect or machine.controller
+    words = dialects.dialect(name)
+    look = looking_for(progress, "reading")
+    read = read_foreign(read_program(program), str(program), settings, machine, words, look)
+    _check_lifts(settings, read.words)
+    name = read.words.name
+    run, unknown = _as_run(read.program, name, settings.drill.clearance_height)
+    return ProgramRun(read.program.path, run, read.machine, name, (*read.dangers, *read.issues, *unknown))
+
+
+def _check_lifts(settings: Settings, words: Dialect) -> None:
+    """Refuse a height for what the controller does itself where it does nothing itself."""
+    if "clearance_height" in settings.asked and (words.torch is None or not words.torch.material_comment):
+        raise OptionError(f"--clearance-height: a program for {words.name} says its heights itself; leave it out")
+
+
+def _as_run(program: Program, dialect_name: str, clearance: float) -> tuple[Toolpath, list[Issue]]:
+    """Return what a program does with what its controller adds at every cut, and what of that is not known."""
+    from leafcut.gcode.dialects import dialect
+    from leafcut.gcode.material import as_run
+
+    torch = dialect(dialect_name).torch
+    if torch is None or not torch.material_comment:
+        return program.path, []
+    path, unknown = as_run(program.path, program.lines, clearance)
+    words = f"{unknown} cuts are of a material that the program does not tell, (o=0, …): their pierces are not counted"
+    return path, [Issue("L413", words)] if unknown else []

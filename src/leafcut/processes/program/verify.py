@@ -1,0 +1,53 @@
+"""Whether two programs do the same work."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from leafcut.files import StandardInput, read_program
+from leafcut.options import Settings
+from leafcut.processes.course import Progress, looking_for, machine_of
+
+if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
+    from leafcut.model.heartbeat import Look
+    from leafcut.model.machine import Machine
+    from leafcut.processes.program.reading import ProgramRead
+
+Given = str | Path | StandardInput
+
+
+def verify(
+    original: Given,
+    new: Given,
+    settings: Settings,
+    dialect: str | None,
+    progress: Progress | None,
+    *,
+    allow_reverse: bool,
+) -> dict[str, Any]:
+    """Return the proof that two programs do the same work, as plain values, each difference with its words."""
+    from leafcut.gcode import dialects
+    from leafcut.processes.program.proof.certificate import certify
+
+    machine = machine_of(settings)
+    words = dialect or machine.controller
+    look = looking_for(progress, "verifying")
+    first = _interpret(original, dialects.dialect(words), settings, machine, look, choose=True)
+    other = _interpret(new, first.words, settings, first.machine, look, choose=False)
+    found = certify(
+        first.program, other.program, machine=first.machine, allow_reverse=allow_reverse, look=look, notes=True
+    )
+    answer = found.as_json()
+    for row, difference in zip(answer["differences"], found.differences, strict=True):
+        row["words"] = str(difference)
+    return answer
+
+
+def _interpret(
+    program: Given, words: Dialect, settings: Settings, machine: Machine, look: Look, *, choose: bool
+) -> ProgramRead:
+    from leafcut.processes.program.reading import read_foreign
+
+    return read_foreign(read_program(program), str(program), settings, machine, words, look, choose=choose)

@@ -1,0 +1,74 @@
+"""Cutting a sheet as a process: what it takes, how it is run, what it writes besides, what its form shows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from leafcut.model.outcome import Outcome
+from leafcut.model.part import Part
+from leafcut.options import CutOptions, Settings, SheetOptions
+from leafcut.processes.base import PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of
+from leafcut.processes.course import Run
+from leafcut.processes.cutting_machines import for_cutting
+from leafcut.processes.sheet.model import SheetDetail
+
+if TYPE_CHECKING:
+    from leafcut.read.format import Source
+
+_MAIN = ("machine", "thickness", "material", "cut_process", "chains", "common_lines")
+_PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
+
+
+class Sheet(Process):
+    """Contours of a drawing, cut from sheet by plasma, laser, flame or water."""
+
+    name = "cut"
+    asked_as = ("cut",)
+    reads = "drawing"
+    asks = "cut"
+    form = (
+        ("main", _MAIN),
+        ("search", SEARCH),
+        ("cut", all_of(CutOptions, (*_MAIN, "save_plan"))),
+        ("place", (*PLACE, *_PLACES, "work_offset")),
+        ("sheet", all_of(SheetOptions)),
+        ("read", ("units", "layers", "min_diameter", "max_diameter", "strict")),
+        ("post", (*POST, "beam_power", "mark_power", "path_tolerance", "material_number")),
+        ("solve", SEARCH_MORE),
+    )
+
+    def usual(self, settings: Settings) -> Settings:
+        """Return the settings with a machine that cuts as asked where nobody named one."""
+        return for_cutting(settings)
+
+    def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[SheetDetail]:
+        """Cut the contours of a drawing."""
+        from leafcut.processes.sheet.run import cut
+
+        return cut(run, sources[0])
+
+    def reads_besides(self, settings: Settings) -> list[Path]:
+        """Return the cut chart and the plan file."""
+        return [file for file in (settings.cut.chart, settings.cut.plan) if file is not None]
+
+    def writes_besides(self, settings: Settings) -> list[Path]:
+        """Return the plan file that is asked for."""
+        return [] if settings.cut.save_plan is None else [settings.cut.save_plan]
+
+    def files(self, outcome: Outcome[SheetDetail], settings: Settings) -> dict[str, str]:
+        """Return the plan file."""
+        from leafcut.processes.sheet.plan.apply_plan_file import plan_file
+        from leafcut.read.plan_file import plan_text
+
+        plan = outcome.detail.plan
+        text = plan_text(plan_file(plan.sheet, plan.data, plan.cuts)) if settings.cut.save_plan else ""
+        return {str(settings.cut.save_plan): text} if text else {}
+
+    def look_at(self, source: Source | str, settings: Settings) -> Part:
+        """Return the contours, as they are placed."""
+        from leafcut.processes.placing import placed_sheet
+        from leafcut.read import read_contours
+
+        return placed_sheet(read_contours(source, settings.read), settings.read, settings.sheet)
