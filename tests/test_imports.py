@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from leafcut.processes import registry
+
 ROOT = Path(__file__).parents[1] / "src" / "leafcut"
 
 BASE = {"errors", "units"}
@@ -50,7 +52,7 @@ MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", 
 MAY_IMPORT["cli"] |= {"user_files", "several", "model", "processes", "_version"}
 
 #: What all processes share, and what stands between them and the rest of the program.
-COURSE = STAGE | STAGES | {"files", "stock", "processes", "_version"}
+COURSE = STAGE | STAGES | {"files", "option_spec", "stock", "processes", "_version"}
 #: Part of a process → what it may import, beside other parts of its own process (`OWN`).
 IN_A_PROCESS = {
     "plan": STAGE | {"stock", "timing", "processes"},
@@ -125,9 +127,16 @@ def test_the_processes_import_rooms_alone_and_never_what_stands_above_them() -> 
     assert not faults(ROOT.glob("processes/**/*.py"), lambda _, it: it[0] not in COURSE)
 
 
-def test_what_all_processes_share_knows_none_of_them() -> None:
-    shared = [f for f in FILES if room_of(f) == "processes" and not process_of(module(f))]
-    assert not faults(shared, lambda _, it: bool(process_of(it)))
+def test_no_file_outside_a_process_imports_one_by_name() -> None:
+    """The registry alone finds processes: what all of them share, and what stands above, knows none of them."""
+    assert not faults([f for f in FILES if not process_of(module(f))], lambda _, it: bool(process_of(it)))
+
+
+def test_the_registry_knows_every_process_that_is_there() -> None:
+    packages = {f.parent.name for f in ROOT.glob("processes/*/process.py")}
+    assert packages == PROCESSES
+    assert {place.split(".")[2] for place in registry.BUILT_IN.values()} == PROCESSES
+    assert [process.name for process in registry.processes()] == list(registry.BUILT_IN)
 
 
 def test_a_process_imports_no_other_but_those_it_stands_on() -> None:
