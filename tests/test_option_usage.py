@@ -81,7 +81,7 @@ def reads(monkeypatch: pytest.MonkeyPatch) -> Iterator[set[str]]:
         asked = _STANDS_FOR.get(name, name)
         if asked in type(self).__dataclass_fields__:  # type: ignore[attr-defined]
             module = sys._getframe(1).f_globals.get("__name__", "")
-            if not module.startswith(_HANDS_ON) and not (module == "leafcut.api" and asked in _INPUTS):
+            if not module.startswith(_HANDS_ON) and not (module.endswith(".process") and asked in _INPUTS):
                 found.add(asked)
         return object.__getattribute__(self, name)
 
