@@ -13,7 +13,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import Section, Sequence
-from leafcut.model.toolpath import Kind, positions_before
+from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.post.rewriter import rewrite
 
@@ -57,7 +57,7 @@ def work_of(program: Program) -> Counter:
     What a feed does while a beam is off (M5) is a way, not work.
     """
     path = program.path
-    before = positions_before(path)
+    before = path.before
     beam = bool((path.kind == Kind.SPINDLE).any()) and not np.isfinite(path.end[:, 2]).any()
     tool = coolant = offset = 0
     spindle = 0.0
@@ -88,7 +88,7 @@ def work_of(program: Program) -> Counter:
 def lowest_way(program: Program) -> float:
     """Return the lowest height, mm, at which a program goes across at rapid."""
     path = program.path
-    before = positions_before(path)
+    before = path.before
     lowest = math.inf
     for row, motion in enumerate(path):
         moves = any(abs(a - b) > 1e-6 for a, b in zip(motion.end[:2], before[row, :2].tolist(), strict=True))

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from leafcut.errors import PlanError
 from leafcut.model.cycles import expand, expand_drill
-from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, ToolpathBuilder, positions_before
+from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, ToolpathBuilder
 
 HEIGHT = st.sampled_from([-3.0, 0.5, 1.0, 2.0, 10.0])
 CYCLE = st.builds(
@@ -83,7 +83,7 @@ def test_all_holes_at_once_are_the_same_moves_as_one_by_one(steps) -> None:
 def test_the_place_before_a_row_is_the_end_of_the_row_before(steps) -> None:
     path = build(steps)
     x = y = z = math.nan
-    for motion, before in zip(path, positions_before(path), strict=True):
+    for motion, before in zip(path, path.before, strict=True):
         np.testing.assert_array_equal(before, (x, y, z))
         if motion.kind <= Kind.DRILL:
             x, y, z = motion.end

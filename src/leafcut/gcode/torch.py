@@ -16,7 +16,7 @@ from leafcut.gcode.dialects import Dialect, Torch
 from leafcut.gcode.modal import SortedBlock
 from leafcut.gcode.state import State, whole
 from leafcut.gcode.words import BlockError, Word
-from leafcut.model.toolpath import MOTIONS, Arc, Kind, Motion, Toolpath, positions_before
+from leafcut.model.toolpath import MOTIONS, Arc, Kind, Motion, Toolpath
 
 #: Register of the controller that holds half a kerf, where G41 and G42 take it from one.
 KERF_REGISTER = 1
@@ -122,7 +122,7 @@ def for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
     rows: list[Motion] = []
     arcs = list(path.arcs)
     teller = _Teller(torch, dialect, rows.append)
-    before = positions_before(path)
+    before = path.before
     for number, motion in enumerate(path):
         teller.tell(motion, before[number])
     if torch.heights != "program":

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
-from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath, positions_before
+from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath
 
 #: How far G73 backs off, and how far above the last depth G83 ends its rapid re-entry: 0.010 inch in LinuxCNC 2.9
 #: (measured with rs274); Fanuc and Haas read it from a parameter.
@@ -143,7 +143,7 @@ def expand(path: Toolpath, keep: Collection[str] = ()) -> Toolpath:
     r_plane = np.array([c.r_plane for c in path.cycles])[ref]
     n_steps = np.array([len(s) for s in steps])[ref]
     drilled = np.array([s[-1].z for s in steps])[ref]
-    before = positions_before(path)[drills]
+    before = path.before[drills]
     lift, _, level = approach_of(path, drills, before[:, 2])
     down = level != r_plane
     rise = drilled != path.end[drills, 2]

@@ -10,6 +10,8 @@ import math
 from array import array
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,9 +33,9 @@ __all__ = [
     "ToolpathBuilder",
     "arc_extremes",
     "arc_sweep",
+    "last_rows",
     "plane_axes",
     "position_before",
-    "positions_before",
 ]
 
 #: Numbers in a row of a `ToolpathBuilder`.
@@ -87,6 +89,44 @@ class Toolpath:
         columns = (self.kind.tolist(), self.end.tolist(), self.value.tolist(), self.ref.tolist(), self.line.tolist())
         for kind, (x, y, z), value, ref, line in zip(*columns, strict=True):
             yield Motion(Kind(kind), (x, y, z), value, ref, line)
+
+    @cached_property
+    def before(self) -> NDArray[np.float64]:
+        """Where the tool is before every row, float64[n, 3], NaN for what is not known.
+
+        After a move in machine coordinates (`Kind.MACHINE`) an axis that moved is not known until it is programmed
+        again, nor is the height after a probe.
+        """
+        n = len(self)
+        moving = np.isin(self.kind, [int(k) for k in PLACES])
+        machine = self.kind == Kind.MACHINE
+        before = np.full((n, 3), UNKNOWN)
+        for axis in range(3):
+            last = last_rows(moving | (machine & np.isfinite(self.end[:, axis])))
+            lost = machine | ((self.kind == Kind.PROBE) & (axis == 2))
+            known = last[:-1] >= 0
+            before[1:][known, axis] = np.where(lost, UNKNOWN, self.end[:, axis])[last[:-1][known]]
+        before.setflags(write=False)
+        return before
+
+    @cached_property
+    def tool(self) -> NDArray[np.int64]:
+        """The tool at every row, int64[n]; 0 before the first change."""
+        return self.latest(Kind.TOOL, self.ref)
+
+    @cached_property
+    def offset(self) -> NDArray[np.int64]:
+        """The register of the tool length offset at every row, int64[n]; 0 before the first."""
+        return self.latest(Kind.OFFSET, self.ref)
+
+    def latest(self, kind: Kind, column: NDArray[Any], default: float = 0) -> NDArray[Any]:
+        """Return for every row what `column` holds at the last row of `kind` up to it, `default` before the first.
+
+        Whole numbers come as int64, others as float64.
+        """
+        rows = last_rows(self.kind == kind)
+        wide = np.int64 if np.issubdtype(column.dtype, np.integer) else np.float64
+        return np.where(rows >= 0, column[rows], default).astype(wide)
 
     @property
     def extents(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
@@ -177,24 +217,9 @@ def position_before(path: Toolpath, row: int) -> NDArray[np.float64]:
     return np.full(3, UNKNOWN)
 
 
-def positions_before(path: Toolpath) -> NDArray[np.float64]:
-    """Return where the tool is before every row, float64[n, 3], NaN for what is not known; all rows at once.
-
-    After a move in machine coordinates (`Kind.MACHINE`) an axis that moved is not known until it is programmed again,
-    nor is the height after a probe.
-    """
-    n = len(path)
-    moving = np.isin(path.kind, [int(k) for k in PLACES])
-    machine = path.kind == Kind.MACHINE
-    rows = np.arange(n)
-    before = np.full((n, 3), UNKNOWN)
-    for axis in range(3):
-        sets = moving | (machine & np.isfinite(path.end[:, axis]))
-        lost = machine | ((path.kind == Kind.PROBE) & (axis == 2))
-        last = np.maximum.accumulate(np.where(sets, rows, -1)) if n else rows
-        known = last[:-1] >= 0
-        before[1:][known, axis] = np.where(lost, UNKNOWN, path.end[:, axis])[last[:-1][known]]
-    return before
+def last_rows(which: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return for every row the last one up to it, itself included, for which `which` holds; -1 before the first."""
+    return np.maximum.accumulate(np.where(which, np.arange(len(which)), -1))
 
 
 @dataclass

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.cycles import expand
-from leafcut.model.toolpath import Kind, Toolpath, positions_before
+from leafcut.model.toolpath import Kind, Toolpath, last_rows
 from leafcut.proof.difference import Difference, place, shorten
 
 Mask = NDArray[np.bool_]
@@ -40,7 +40,7 @@ def check_clearance(
     Drilling cycles are taken as the moves that they make.
     """
     path = expand(path)
-    before = positions_before(path)
+    before = path.before
     turning = _spindle_speed(path) != 0
     heights = height_checks(path, before, surface_z, clearance, safe_z, milled)
     checks = [*heights, torch_check(path, before, turning) if torch else spindle_check(path, turning)]
@@ -111,15 +111,9 @@ def _cutting(path: Toolpath) -> Mask:
     return cutting
 
 
-def _latest(path: Toolpath, sets: Mask) -> NDArray[np.int64]:
-    """Return for every row the latest row up to it where `sets` holds, -1 before the first."""
-    rows = np.where(sets, np.arange(len(path)), -1)
-    return np.maximum.accumulate(rows) if len(rows) else rows
-
-
 def _spindle_speed(path: Toolpath) -> NDArray[np.float64]:
     """Return the speed of the spindle at every row: M6 stops it on LinuxCNC and Haas alike."""
-    row = _latest(path, (path.kind == Kind.SPINDLE) | (path.kind == Kind.TOOL))
+    row = last_rows((path.kind == Kind.SPINDLE) | (path.kind == Kind.TOOL))
     turning = (row >= 0) & (path.kind[row] == Kind.SPINDLE)
     return np.where(turning, path.value[row], 0.0)
 
@@ -128,7 +122,7 @@ def at_machine_height(path: Toolpath, safe_z: float) -> Mask:
     """Return at which rows z was last placed by a move in machine coordinates to a safe height."""
     in_machine = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, 2])
     in_program = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
-    row = _latest(path, in_machine | in_program)
+    row = last_rows(in_machine | in_program)
     high: Mask = (row >= 0) & in_machine[row] & (path.end[row, 2] >= safe_z - _ROOM)
     return high
 

@@ -14,7 +14,7 @@ from leafcut.gcode.program import Program
 from leafcut.model.cycles import expand
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
-from leafcut.model.toolpath import STILL, Kind, Toolpath, positions_before
+from leafcut.model.toolpath import STILL, Kind, Toolpath, last_rows
 from leafcut.proof.clearance import LEAST_CLEARANCE, Check, height_checks, spindle_check, torch_check
 from leafcut.proof.difference import place
 from leafcut.proof.envelope import check_envelope
@@ -57,7 +57,7 @@ def find_dangers(program: Program, machine: Machine, process: str, heights: bool
     path = expand(source)
     rows = path.line
     path = replace(path, line=program.path.line[rows])
-    before = positions_before(path)
+    before = path.before
     checks: list[Check] = []
     if process not in ("laser", "plasma") and heights:
         checks += height_checks(path, before, 0.0, LEAST_CLEARANCE, machine.safe_z or 0.0, milled=False)
@@ -116,7 +116,7 @@ def _turning(program: Program, path: Toolpath, rows: NDArray[np.int32], unknown:
     for row in np.flatnonzero((kinds == Kind.SPINDLE) & (program.path.value == 0.0) & set_before).tolist():
         set_before[row] = not _NO_SPEED.search(program.lines[int(program.path.line[row]) - 1])
     state = np.where(kinds == Kind.SPINDLE, (program.path.value != 0.0) | set_before, unknown & (kinds != Kind.TOOL))
-    last = np.maximum.accumulate(np.where(says, np.arange(len(kinds)), -1)) if len(kinds) else np.zeros(0, dtype=int)
+    last = last_rows(says)
     turning: Mask = ((last >= 0) & state[last])[rows]
     return turning
 

@@ -15,7 +15,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from leafcut.model.cycles import expand
-from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes, positions_before
+from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 from leafcut.proof.clearance import at_machine_height
 from leafcut.proof.difference import Difference, place, shorten
 
@@ -56,7 +56,7 @@ def check_obstacles(
     if not boxes:
         return []
     path = expand(path)
-    before = positions_before(path)
+    before = path.before
     lowest = np.minimum(before[:, 2], path.end[:, 2])
     moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
     rapid = path.kind == Kind.RAPID
@@ -68,7 +68,7 @@ def check_obstacles(
     if not len(rows):
         return shorten(unseen[:100], len(unseen))
     shapes = _shapes(path, before, rows, dogleg)
-    radius = np.array([tool_radii.get(tool, 0.0) for tool in _tool_at(path)[rows].tolist()])
+    radius = np.array([tool_radii.get(tool, 0.0) for tool in path.tool[rows].tolist()])
     nearest: NDArray[np.float64] = np.stack([shapely.distance(shapes, box) for box in boxes]).min(axis=0)
     from_anywhere = rapid[rows] & np.isnan(before[rows, :2]).any(axis=1) & np.isfinite(lowest[rows] + height)
     inside = np.flatnonzero(from_anywhere | (nearest <= np.maximum(radius - _ROOM, 0.0)))
@@ -116,13 +116,6 @@ def _along_arc(path: Toolpath, before: NDArray[np.float64], row: int) -> NDArray
     points[:, second] = arc.center[second] + radius * np.sin(angle)
     points[:, normal] = np.linspace(before[row, normal], path.end[row, normal], count)
     return points[:, :2]
-
-
-def _tool_at(path: Toolpath) -> NDArray[np.int64]:
-    """Return the tool in the spindle at every row, 0 before the first change."""
-    changes = np.where(path.kind == Kind.TOOL, np.arange(len(path)), -1)
-    last = np.maximum.accumulate(changes)
-    return np.where(last >= 0, path.ref[last], 0).astype(np.int64)
 
 
 def _unseen(path: Toolpath, before: NDArray[np.float64], row: int) -> Difference:

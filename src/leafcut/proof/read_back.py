@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.cycles import expand
-from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, plane_axes, positions_before
+from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, plane_axes
 from leafcut.proof.difference import Difference, describe, shorten
 
 Mask = NDArray[np.bool_]
@@ -72,7 +72,7 @@ def _rows(path: Toolpath, keep: Mask | list[int]) -> Toolpath:
 
 def _comparable(path: Toolpath) -> Toolpath:
     """Return the rows that can be compared: no offsets, no straight moves that go nowhere, no reset of a dark torch."""
-    before = positions_before(path)
+    before = path.before
     still = ((path.end == before) | (np.isnan(path.end) & np.isnan(before))).all(axis=1)
     nowhere = still & ((path.kind == Kind.RAPID) | (path.kind == Kind.FEED))
     unlit = np.cumsum((path.kind == Kind.SPINDLE) & (path.value != 0.0)) == 0
@@ -209,8 +209,8 @@ def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding:
 
 def _wrong_offsets(path: Toolpath) -> list[Difference]:
     """Return where a tool works, or z moves, with the length offset of another tool or with none."""
-    tool, offset = _latest(path, Kind.TOOL), _latest(path, Kind.OFFSET)
-    before = positions_before(path)[:, 2]
+    tool, offset = path.tool, path.offset
+    before = path.before[:, 2]
     rises = (path.kind == Kind.RAPID) & np.isfinite(path.end[:, 2]) & ~(path.end[:, 2] == before)
     wrong = np.flatnonzero((np.isin(path.kind, _FEEDING) | rises) & (tool > 0) & (offset != tool))
     if not len(wrong):
@@ -225,9 +225,3 @@ def _wrong_offsets(path: Toolpath) -> list[Difference]:
         )
         for row in wrong[np.sort(first)]
     ]
-
-
-def _latest(path: Toolpath, kind: Kind) -> NDArray[np.int64]:
-    """Return for every row the `ref` of the latest row of `kind` up to it, 0 before the first."""
-    rows = np.maximum.accumulate(np.where(path.kind == kind, np.arange(len(path)), -1)) if len(path) else path.ref
-    return np.where(rows >= 0, path.ref[rows], 0).astype(np.int64)

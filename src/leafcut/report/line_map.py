@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.cycles import expand
-from leafcut.model.toolpath import Kind, Toolpath, positions_before
+from leafcut.model.toolpath import Kind, Toolpath
 
 #: Places in a program are rounded: half a ten-thousandth of an inch at worst, and once more where they add up.
 _ROUNDING = 0.01
@@ -42,7 +42,7 @@ def written_lines(planned: Toolpath, text: str, dialect_name: str) -> NDArray[np
 
 def _moving(path: Toolpath) -> NDArray[np.int64]:
     """Return the rows that go anywhere, as far as that is known."""
-    before = positions_before(path)
+    before = path.before
     moves = (path.kind <= Kind.ARC_CCW) | (path.kind == Kind.MACHINE)
     # A row that states an axis for the first time moves, too.
     same = (np.abs(path.end - before) <= _SMALLEST_MOVE) | np.isnan(path.end)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +66,7 @@ def trace(path: Toolpath, beam: bool = False) -> Trace:
     arc_rows = np.flatnonzero(np.isin(kind, _ARCS) & known)
     arcs = [_arc_segments(path, int(row)) for row in rows[arc_rows]]
     cuts = np.concatenate([segments[cut], *arcs])
-    tool = latest(path, Kind.TOOL, path.ref)[rows].astype(np.int64)
+    tool = path.tool[rows]
     of_arcs = np.repeat(tool[arc_rows], [len(arc) for arc in arcs])
     drills = (kind == Kind.DRILL) & np.isfinite(end[:, :2]).all(axis=1)
     feeds = np.isin(kind, [Kind.FEED, *_ARCS]) & known & ~dark & (moved | (end[:, 2] < start[:, 2]))
@@ -76,18 +75,11 @@ def trace(path: Toolpath, beam: bool = False) -> Trace:
     return Trace(segments[rapid], cuts, stops, np.concatenate([tool[cut], of_arcs]))
 
 
-def latest(path: Toolpath, kind: Kind, column: NDArray[Any]) -> NDArray[np.float64]:
-    """Return for every row what the last row of a kind set, 0 before the first one."""
-    rows = np.arange(len(path))
-    last = np.maximum.accumulate(np.where(path.kind == kind, rows, -1)) if len(rows) else rows
-    return np.where(last >= 0, column[last], 0).astype(np.float64)
-
-
 def spindle_speed(path: Toolpath) -> NDArray[np.float64]:
     """Return the speed (of a beam: the power) at every row; 1 throughout where the path never states one."""
     if not (path.value[path.kind == Kind.SPINDLE] != 0.0).any():
         return np.ones(len(path))
-    return latest(path, Kind.SPINDLE, path.value)
+    return path.latest(Kind.SPINDLE, path.value)
 
 
 def stop_rows(drills: NDArray[np.bool_], feeds: NDArray[np.bool_], travels: NDArray[np.int64]) -> NDArray[np.int64]:

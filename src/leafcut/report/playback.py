@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from leafcut.model.machine import Machine
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import Which
-from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, plane_axes, positions_before
+from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, plane_axes
 from leafcut.report.line_map import written_lines
-from leafcut.report.plan_view import latest, spindle_speed, stop_rows
+from leafcut.report.plan_view import spindle_speed, stop_rows
 
 #: Chords of an arc that does not lie flat: seen from above it is no arc of a circle.
 _CHORDS = 24
@@ -100,7 +100,7 @@ def playback(path: Toolpath, machine: Machine, beam: bool = False, program: str 
 
     timed = clock(path, machine)
     rows = timed.path
-    before = positions_before(rows)
+    before = rows.before
     place = np.concatenate([before[1:], _last_place(rows, before)])[: len(rows)]
     doing = _doing(rows, beam)
     moved = (np.abs(np.nan_to_num(place - before)[:, :2]) > _SMALLEST_MOVE).any(axis=1)
@@ -119,7 +119,7 @@ def playback(path: Toolpath, machine: Machine, beam: bool = False, program: str 
         line=written_lines(rows, program, dialect) if program else rows.line,
         source=timed.source,
         feed=np.where(feeds, rows.value, 0.0),
-        tool=latest(rows, Kind.TOOL, rows.ref).astype(np.int32),
+        tool=rows.tool.astype(np.int32),
         arc_row=arc_row,
         arc=arc,
         stops=stop_rows(np.zeros(len(rows), dtype=bool), cuts, np.cumsum(travels) + changes),
@@ -144,7 +144,7 @@ def _doing(path: Toolpath, beam: bool) -> NDArray[np.uint8]:
     doing[path.kind == Kind.ARC_CW] = Doing.ARC_CW
     doing[path.kind == Kind.ARC_CCW] = Doing.ARC_CCW
     if beam:
-        dark = (spindle_speed(path) == 0.0) | (latest(path, Kind.TORCH, 1.0 - path.value) == 1.0)
+        dark = (spindle_speed(path) == 0.0) | (path.latest(Kind.TORCH, 1.0 - path.value) == 1.0)
         doing[np.isin(path.kind, (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)) & dark] = Doing.DARK
     return doing
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.machine import Machine
-from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath, positions_before
+from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath
 from leafcut.timing.chords import Steps, joined_steps
 
 Floats = NDArray[np.float64]
@@ -113,7 +113,7 @@ def turns_of(path: Toolpath) -> Turns:
     turns = np.array([a.turns for a in used], dtype=np.float64).reshape(n)
     axes = _AXES[plane]
     side = np.where(path.kind[row] == Kind.ARC_CCW, 1.0, -1.0)
-    begin, end = positions_before(path)[row], path.end[row]
+    begin, end = path.before[row], path.end[row]
     flat0, flat1 = (np.take_along_axis(p - centre, axes[:, :2], axis=1) for p in (begin, end))
     angle0, angle1 = (np.arctan2(flat[:, 1], flat[:, 0]) for flat in (flat0, flat1))
     sweep = (side * (angle1 - angle0)) % math.tau

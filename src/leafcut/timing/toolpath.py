@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from leafcut.model.cycles import expand
 from leafcut.model.machine import Machine
 from leafcut.model.outcome import Measure
-from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath
+from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath, last_rows
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.lookahead import move_seconds
 from leafcut.timing.moves import BLEND, EXACT, REST, Floats, Moves, Turns, moves_of, turns_of
@@ -208,7 +208,7 @@ def _displacements(
         if offset is not None:
             place = np.where(frame, place - offset[axis], place)
             frame = np.zeros_like(frame)
-        last = np.maximum.accumulate(np.where(moves, np.arange(len(rows)), -1))[:-1]
+        last = last_rows(moves)[:-1]
         crossing = moves[1:] & (last >= 0) & (frame[1:] != frame[last])
         known = moves[1:] & ~crossing
         delta[rows[1:], axis] = np.where(known, np.nan_to_num(np.diff(place)), 0.0)

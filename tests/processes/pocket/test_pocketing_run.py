@@ -23,7 +23,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketPath
-from leafcut.model.toolpath import Kind, positions_before
+from leafcut.model.toolpath import Kind
 from leafcut.processes.pocket import run as pocketing
 from leafcut.processes.pocket import strategies as room
 from leafcut.report.json_answer import as_json
@@ -79,7 +79,7 @@ def test_a_pocket_becomes_a_verified_program(outcome) -> None:
 def test_every_level_of_the_program_clears_the_pocket_and_stays_inside_it(outcome) -> None:
     """Judged by shapely alone: the swept discs of the program's own moves at each height."""
     path = interpret(outcome.text, dialect("linuxcnc"))
-    before = positions_before(path)
+    before = path.before
     for z in (-2.0, -4.0):
         lines = []
         for row in np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)).tolist():
@@ -321,7 +321,7 @@ def test_where_nothing_is_cut_the_tool_goes_at_the_air_feed_and_the_program_is_s
     air_s = 60.0 * measures.air_mm / 800.0
     assert 0.3 * air_s < slow.after.time_s - fast.after.time_s <= 2.0 / 3.0 * air_s
     path = interpret(fast.text, dialect("linuxcnc"))
-    before, swept, length = positions_before(path), [], 0.0
+    before, swept, length = path.before, [], 0.0
     for row in np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & (path.end[:, 2] == -4)).tolist():
         line = shapely.LineString([before[row][:2], path.end[row][:2]])
         if path.value[row] > 14.0:

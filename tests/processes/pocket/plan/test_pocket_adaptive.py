@@ -15,7 +15,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import SAME_PLACE, Pocket, PocketMeasures, PocketPath, PocketRules
-from leafcut.model.toolpath import Kind, positions_before
+from leafcut.model.toolpath import Kind
 from leafcut.options import DrillOptions, PocketOptions
 from leafcut.processes.pocket.measures import measure_path
 from leafcut.processes.pocket.plan.adaptive import adaptive
@@ -117,7 +117,7 @@ def test_a_path_that_begins_with_a_loop_is_entered_round_and_round_it_no_steeper
     data = milling_data(options, DrillOptions(spindle_speed=3000.0), rules, mill)[0]
     heights = Heights((-2.0, -4.0), 10.0, 2.0)
     toolpath, down = lay_pockets([Clearing(region, region.polygon, adaptive(region))], heights, data, mill)
-    before, end = positions_before(toolpath), toolpath.end
+    before, end = toolpath.before, toolpath.end
     dropping = np.flatnonzero((toolpath.kind == Kind.ARC_CCW) & (end[:, 2] < before[:, 2] - 1e-9))
     # Half circles of 4.5 mm about the middle, whose slope is the drop over π · 4.5.
     assert np.hypot(end[dropping, 0], end[dropping, 1]) == pytest.approx(np.full(len(dropping), 4.5))

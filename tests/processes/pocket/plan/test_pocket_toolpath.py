@@ -14,7 +14,7 @@ from every import every
 from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketPath, PocketPiece, PocketRules
-from leafcut.model.toolpath import Kind, Toolpath, positions_before
+from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import DrillOptions, PocketOptions
 from leafcut.processes.pocket.plan.arcs import fitted
 from leafcut.processes.pocket.plan.entries import ABOVE
@@ -112,7 +112,7 @@ def test_a_spindle_or_a_feed_that_the_machine_does_not_have_is_refused() -> None
 
 def slopes(path: Toolpath) -> list[tuple[float, float, float]]:
     """Every feed that goes down below the surface's approach: (way in the plane, drop, z at its end)."""
-    before = positions_before(path)
+    before = path.before
     found = []
     for row in np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)).tolist():
         a, b = before[row], path.end[row]
@@ -141,7 +141,7 @@ def test_along_a_ring_shorter_than_the_ramp_the_tool_goes_round_and_round_and_ne
     """0.5 + 2 mm at 3° are 47.7 mm: six times round a ring of 8 mm; one of 48 mm is long enough to go and come back."""
     for half, times in ((1.0, 6), (6.0, 0)):
         path = lay(rings(half, 13))
-        before = positions_before(path)
+        before = path.before
         rows = [r for r in np.flatnonzero(path.kind == Kind.FEED) if path.end[r, 2] < before[r, 2] <= ABOVE + 1e-9]
         ways = path.end[rows, :2] - before[rows, :2]
         backwards = [a @ b < -1e-9 for a, b in itertools.pairwise(ways)]
@@ -185,7 +185,7 @@ def test_into_what_is_cut_already_the_tool_comes_down_straight_into_what_is_not_
 
 
 def rapids(path: Toolpath) -> list[tuple[list[float], list[float]]]:
-    before = positions_before(path)
+    before = path.before
     return [(before[r].tolist(), path.end[r].tolist()) for r in np.flatnonzero(path.kind == Kind.RAPID)]
 
 
@@ -241,7 +241,7 @@ def test_with_stock_all_levels_are_cleared_before_the_walls_are_finished_at_full
 
 def swept_at(path: Toolpath, z: float) -> shapely.Geometry:
     """What a tool of 10 mm clears by feeds at one height."""
-    before, discs = positions_before(path), []
+    before, discs = path.before, []
     for row in np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)).tolist():
         a, b = before[row], path.end[row]
         if a[2] == b[2] == z:

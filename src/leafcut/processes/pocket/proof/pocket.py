@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from leafcut.geometry.polyline import Points, Polyline
 from leafcut.geometry.regions import FINE, quarter, region
 from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
-from leafcut.model.toolpath import Kind, Toolpath, positions_before
+from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.proof.difference import Difference, place, shorten
 from leafcut.stock.engagement import engagement
 from leafcut.stock.removal import Removal, capsules, removal
@@ -274,7 +274,7 @@ def _lies_in(points: Points, shape: Any) -> bool:
 
 def _cuts(path: Toolpath, tolerance: float) -> Iterator[_Cut]:
     """Yield the feed moves that reach below the surface; chords leave their arcs by little."""
-    before = positions_before(path)
+    before = path.before
     for row in np.flatnonzero(np.isin(path.kind, [int(k) for k in _CUTTING])).tolist():
         begin, end = before[row], path.end[row]
         if min(begin[2], end[2]) >= -_ROOM:
@@ -351,7 +351,7 @@ def _lines(cuts: Sequence[_Cut]) -> Any:
 
 def _rapids(path: Toolpath, cuts: Sequence[_Cut], rules: PocketRules, retract: float) -> list[Difference]:
     """Return the rapids below the R plane that go sideways, or down to what is not cleared."""
-    before = positions_before(path)
+    before = path.before
     rapid = path.kind == Kind.RAPID
     sideways = (np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == before[:, :2])).any(axis=1)
     low = np.fmin(before[:, 2], path.end[:, 2]) < retract - _ROOM

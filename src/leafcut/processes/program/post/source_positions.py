@@ -9,7 +9,7 @@ import numpy as np
 from leafcut.errors import PostError
 from leafcut.gcode.program import Program
 from leafcut.model.sequence import Chain
-from leafcut.model.toolpath import MOTIONS, Kind, positions_before
+from leafcut.model.toolpath import MOTIONS, Kind
 
 _TOLERANCE = 1e-6
 _STOPS = (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN)
@@ -20,7 +20,7 @@ class Original:
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.before = positions_before(program.path)
+        self.before = program.path.before
 
     def place_before(self, block: int) -> list[float]:
         """Return where the tool is before a block, or at the end."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Modal, Program
-from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, positions_before
+from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, last_rows
 
 Mask = NDArray[np.bool_]
 Floats = NDArray[np.float64]
@@ -222,13 +222,13 @@ def _columns_of_path(path: Toolpath) -> Iterator[tuple[str, NDArray]]:
         ("radius", Kind.RADIUS, 40),
         ("blending", Kind.BLENDING, 0),
     ):
-        yield name, _latest(path, kind, path.ref, default).astype(np.int64)
+        yield name, path.latest(kind, path.ref, default)
     for name in ("plane", "feed_mode", "direction", "stated", "obeyed"):
         yield name, none
-    yield "speed", _latest(path, Kind.SPINDLE, path.value)
-    yield "register", _latest(path, Kind.RADIUS, path.value)
-    yield "corner", _latest(path, Kind.BLENDING, path.value)
-    yield "joining", _latest(path, Kind.BLENDING, path.end[:, 0])
+    yield "speed", path.latest(Kind.SPINDLE, path.value)
+    yield "register", path.latest(Kind.RADIUS, path.value)
+    yield "corner", path.latest(Kind.BLENDING, path.value)
+    yield "joining", path.latest(Kind.BLENDING, path.end[:, 0])
 
 
 def states_of_program(program: Program) -> States:
@@ -290,7 +290,7 @@ TAKEN = 1 << 20
 def _table_of(path: Toolpath) -> Ints:
     """Return for every row how many blocks that are not understood came before its length offset was taken."""
     count = np.cumsum(path.kind == Kind.FOREIGN)
-    return _latest(path, Kind.OFFSET, count).astype(np.int64)
+    return path.latest(Kind.OFFSET, count)
 
 
 def _started(path: Toolpath, direction: Floats) -> Ints:
@@ -298,9 +298,8 @@ def _started(path: Toolpath, direction: Floats) -> Ints:
 
     M6 stops it in LinuxCNC and Haas; elsewhere that differs.
     """
-    rows = np.arange(len(path))
     starts = (path.kind == Kind.SPINDLE) & (path.ref != SPEED_ALONE)
-    last = [np.maximum.accumulate(np.where(which, rows, -1)) for which in (starts, path.kind == Kind.TOOL)]
+    last = [last_rows(which) for which in (starts, path.kind == Kind.TOOL)]
     started: Ints = ((last[0] >= last[1]) | (direction == 0)).astype(np.int64)
     return started
 
@@ -318,21 +317,14 @@ _UNITS = re.compile(r"G\s*0*(?:20|21|70|71)(?![0-9.])", re.IGNORECASE)
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
 
 
-def _latest(path: Toolpath, kind: Kind, column: NDArray, default: float = 0.0) -> Floats:
-    """Return for every row the value that the latest row of `kind` set, `default` before the first."""
-    n = len(path)
-    rows = np.maximum.accumulate(np.where(path.kind == kind, np.arange(n), -1)) if n else np.zeros(0, dtype=np.int64)
-    return np.where(rows >= 0, column[rows], default).astype(np.float64)
-
-
 def features_of(path: Toolpath, states: States, which: Mask, before: Floats | None = None) -> Features:
     """Return the features that the rows `which` are: cuts, cycles, dwells, and rapids (under radius compensation).
 
-    `before` is where the tool is before every row (`positions_before`), where that is known already.
+    `before` is where the tool is before every row (`Toolpath.before`), where that is known already.
     """
     rows = np.flatnonzero(which)
     kind = path.kind[rows].astype(np.int64)
-    start = (positions_before(path) if before is None else before)[rows]
+    start = (path.before if before is None else before)[rows]
     dwell, drill = kind == Kind.DWELL, kind == Kind.DRILL
     end = path.end[rows]
     end[dwell] = start[dwell]

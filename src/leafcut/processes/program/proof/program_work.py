@@ -8,7 +8,7 @@ import numpy as np
 
 from leafcut.gcode.program import Program
 from leafcut.model.cycles import expand
-from leafcut.model.toolpath import Kind, Toolpath, positions_before
+from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.barriers import Mark, Wall, barriers_of, walls_of, with_dwells
 from leafcut.processes.program.proof.features import (
     Features,
@@ -71,7 +71,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool) -> Work:
         path = expand(path)
     source = path.line.astype(np.int64)
     path = replace(path, line=program.path.line[source])
-    states, before = states_of_program(program).take(source), positions_before(path)
+    states, before = states_of_program(program).take(source), path.before
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
     dark = cuts & (states.of("direction") == 0) & np.full(len(path), beam)
     compensated = (path.kind == Kind.RAPID) & _compensated(path, states)
@@ -110,7 +110,7 @@ def cuts_with_beam(program: Program) -> bool:
     stage = np.cumsum(np.isin(path.kind, (Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE)))
     moving = path.kind <= Kind.ARC_CCW
     lit = np.flatnonzero(moving & (path.kind != Kind.RAPID) & (direction != 0))
-    dark = np.cumsum(moving & (direction == 0) & goes_across(positions_before(path), path.end))
+    dark = np.cumsum(moving & (direction == 0) & goes_across(path.before, path.end))
     return bool(((np.diff(dark[lit]) > 0) & (np.diff(stage[lit]) == 0)).any())
 
 

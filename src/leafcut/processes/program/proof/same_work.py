@@ -9,7 +9,7 @@ from itertools import islice
 import numpy as np
 
 from leafcut.model.cycles import expand
-from leafcut.model.toolpath import Kind, Toolpath, positions_before
+from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.features import Features, Floats, Mask, features_of, states_of_path
 from leafcut.processes.program.proof.matching import Pairing, Room, explain, pair
 from leafcut.proof.difference import MOST_LISTED, Difference, shorten
@@ -84,7 +84,7 @@ def _lower_traverses(original: Toolpath, new: Toolpath, tolerance: float) -> Ite
 def _lowest_traverses(path: Toolpath) -> dict[int, tuple[float, int]]:
     """Return by tool the lowest known height of a rapid in x or y, and its line."""
     path = expand(path)
-    before = positions_before(path)
+    before = path.before
     moved = np.abs(path.end - before)
     across = (path.kind == Kind.RAPID) & ((moved[:, 0] > 0) | (moved[:, 1] > 0))
     lowest: Floats = np.fmin(before[:, 2], path.end[:, 2])

@@ -7,7 +7,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.dialects import Dialect
-from leafcut.model.toolpath import Kind, Toolpath, positions_before
+from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.sheet.proof.laid_runs import Laid
 from leafcut.processes.sheet.proof.sheet_shapes import Target
 from leafcut.proof.difference import Difference, place
@@ -52,7 +52,7 @@ def crossings(laid: Laid, path: Toolpath, radius: float = 0.0) -> list[tuple[int
     """
     ends = np.array([run.row_line[-1] for run in laid.runs], dtype=np.int64)
     freed = _freed(laid)
-    before = positions_before(path)
+    before = path.before
     rows = np.flatnonzero(path.kind == Kind.RAPID)
     way_of = np.searchsorted(ends, path.line[rows])
     found = []

@@ -10,7 +10,7 @@ import numpy as np
 from leafcut.gcode.dialects import Dialect
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.machine import Probe
-from leafcut.model.toolpath import Kind, Motion, Toolpath, positions_before
+from leafcut.model.toolpath import Kind, Motion, Toolpath
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
 from leafcut.proof.difference import Difference, place
 from leafcut.proof.read_back import DWELL_ROUNDING, FEED_PART, FEED_ROUNDING
@@ -91,7 +91,7 @@ def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Pr
     `probe`: how they are to be found; None: nothing may change where Z0 is.
     """
     found, fresh, lit, lit_after = list[Difference](), False, False, dict[int, bool]()
-    before = positions_before(path)
+    before = path.before
     for number, row in enumerate(path):
         if row.kind is Kind.PROBE:
             fresh = number + 1 < len(path) and path[number + 1].kind is Kind.SHIFT
@@ -137,7 +137,7 @@ def _rapids(path: Toolpath, lowest: float | None) -> list[Difference]:
     """Return the rapids with the torch on or too low, and a torch that is on at the end."""
     found: list[Difference] = []
     lit = at_machine_height = False
-    before = positions_before(path)
+    before = path.before
     for number, row in enumerate(path):
         if row.kind is Kind.SPINDLE:
             lit = row.value != 0.0

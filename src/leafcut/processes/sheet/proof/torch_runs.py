@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.model.toolpath import Kind, Motion, Toolpath, arc_sweep, positions_before
+from leafcut.model.toolpath import Kind, Motion, Toolpath, arc_sweep
 
 #: Chords leave arcs by at most this, mm.
 FLATNESS = 0.002
@@ -145,7 +145,7 @@ def torch_runs(path: Toolpath, kerf: float | None = None) -> list[TorchRun]:
     Where the controller compensates (G41, G42), a run is where its torch really goes. `kerf` is what a register of the
     controller holds the half of, mm; None: D is the kerf.
     """
-    found, before = _Collector(), positions_before(path)
+    found, before = _Collector(), path.before
     for number, row in enumerate(path):
         if row.kind in (Kind.RAPID, Kind.MACHINE):
             if _across(row, before[number]):

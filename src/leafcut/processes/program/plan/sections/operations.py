@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from leafcut.gcode.program import Program
 from leafcut.gcode.words import BlockError, tokenise
 from leafcut.model.sequence import Kept, Section, Sequence
+from leafcut.model.toolpath import last_rows
 from leafcut.processes.program.plan.precedence.freeing import freeing_stages
 from leafcut.processes.program.plan.precedence.staying import why_chains_stay
 from leafcut.processes.program.plan.sections.program_rows import BEAMS, Rows
@@ -68,8 +69,7 @@ def _part(section: Section, low: int, high: int) -> Section:
 def _operations(program: Program, section: Section, rows: Rows) -> list[int]:
     """Return the chains, but for the first, with which operations begin."""
     chains = section.chains
-    cuts = np.where(rows.cut, np.arange(len(rows.cut)), -1)
-    last_cut = np.concatenate([[-1], np.maximum.accumulate(cuts)])
+    last_cut = np.concatenate([[-1], last_rows(rows.cut)])
     texts = {k: text for k in range(len(chains)) if (text := _remark(program, section, rows, k, last_cut))}
     begins = sorted({0, *texts})
     sizes = dict(zip(begins, np.diff([*begins, len(chains)]).tolist(), strict=True))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.program_interpreter import CALLED
 from leafcut.gcode.words import BlockError, tokenise
-from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, positions_before
+from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, last_rows
 
 BEAMS = ("laser", "plasma")
 PROCESSES = ("drill", "mill", *BEAMS)
@@ -86,7 +86,7 @@ def read_rows(program: Program, process: str) -> Rows:
     With a beam that is on or off, "up" means off: a feed with the beam switched off by M5 is a way like a rapid.
     """
     path = program.path
-    before = positions_before(path)
+    before = path.before
     block = np.repeat(np.arange(program.n_blocks, dtype=np.int32), np.diff(program.first))
     feed = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
     rapid, drill = path.kind == Kind.RAPID, path.kind == Kind.DRILL
@@ -133,8 +133,7 @@ def _beam(program: Program) -> NDArray[np.bool_]:
     if switched.any() and not on[switched].any():
         block = np.repeat(np.arange(program.n_blocks), np.diff(program.first))
         on = np.array([program.modals[k].spindle != 0 for k in program.before[1:].tolist()], dtype=bool)[block]
-    rows = np.arange(len(switched))
-    last = np.maximum.accumulate(np.where(switched, rows, -1)) if len(rows) else rows
+    last = last_rows(switched)
     beam: NDArray[np.bool_] = (last >= 0) & on[last]
     return beam
 
@@ -161,7 +160,7 @@ def known_process(program: Program) -> str:
     """
     path = program.path
     feed = np.isin(path.kind, [Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW])
-    before = positions_before(path)
+    before = path.before
     with np.errstate(invalid="ignore"):
         still = (np.abs(path.end - before) < TOLERANCE) | np.isnan(path.end)
     steady = still[:, :2].all(axis=1)
@@ -269,16 +268,13 @@ def _idle(program: Program, rows: Rows) -> list[int]:
     n = len(kind)
     numbers = np.arange(n)
 
-    def last(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
-        return np.maximum.accumulate(np.where(mask, numbers, -1))
-
     def next_(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
         return np.minimum.accumulate(np.where(mask, numbers, n)[::-1])[::-1]
 
     if not n:
         return []
     ways = rows.travel & ~rows.cut
-    cut, rapid, travel = last(rows.cut), last(kind == Kind.RAPID), last(ways)
+    cut, rapid, travel = last_rows(rows.cut), last_rows(kind == Kind.RAPID), last_rows(ways)
     dwells = kind == Kind.DWELL
     # A speed by S alone is for the work that comes (`find_sections`).
     switches = (kind == Kind.SPINDLE) & (program.path.ref != SPEED_ALONE) & (not rows.beam.any())
