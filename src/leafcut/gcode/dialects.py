@@ -81,11 +81,6 @@ class Torch:
         return _m_code(self.on)
 
     @property
-    def off_code(self) -> int:
-        """The number of the M word that puts it out."""
-        return _m_code(self.off)
-
-    @property
     def darkens(self) -> bool:
         """Whether it can be dark for a while and go on, without a new pierce by the program."""
         return self.power or self.arc_output is not None
@@ -214,6 +209,16 @@ class Dialect:
     line_ends: str = ""
     torch: Torch | None = None
     sources: dict[str, str] = field(default_factory=dict, hash=False)
+
+    @property
+    def moves_z(self) -> bool:
+        """Whether anybody moves Z, the program or the controller; a beam whose head keeps its height moves none."""
+        return self.torch is None or self.torch.heights != "none"
+
+    @property
+    def states_z(self) -> bool:
+        """Whether programs say heights; else Z is the controller's, or nobody's."""
+        return self.torch is None or self.torch.heights == "program"
 
     @cached_property
     def g_codes(self) -> frozenset[int]:

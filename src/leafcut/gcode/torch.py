@@ -125,7 +125,7 @@ def for_controller(path: Toolpath, dialect: Dialect) -> Toolpath:
     before = path.before
     for number, motion in enumerate(path):
         teller.tell(motion, before[number])
-    if torch.heights != "program":
+    if not dialect.states_z:
         arcs = [replace(arc, center=(arc.center[0], arc.center[1], math.nan)) for arc in arcs]
     return _with_arcs(rows, arcs)
 
@@ -155,7 +155,7 @@ class _Teller:
                 self.keep(row)
         elif kind is Kind.DWELL and self.piercing and not torch.waits:
             self.piercing = False
-        elif kind in (Kind.PROBE, Kind.SHIFT) and torch.heights != "program":
+        elif kind in (Kind.PROBE, Kind.SHIFT) and not self.dialect.states_z:
             return
         elif kind is Kind.RADIUS:
             by_register = row.ref != 40 and torch.compensation == "G41"
@@ -164,7 +164,7 @@ class _Teller:
             if 640 in self.dialect.g_codes:
                 # On a Fanuc G64 has no tolerance of its own.
                 self.keep(row._replace(value=0.0) if self.dialect.groups == "fanuc" else row)
-        elif kind in MOTIONS and torch.heights != "program":
+        elif kind in MOTIONS and not self.dialect.states_z:
             self._go(row, before)
         else:
             # Another tool is not where the one before it was.

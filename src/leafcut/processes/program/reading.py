@@ -40,9 +40,7 @@ class ProgramRead:
         """What is dangerous in it, the worst first, one issue for each kind."""
         from leafcut.proof.dangers import find_dangers
 
-        torch = self.words.torch
-        heights = torch is None or torch.heights == "program"
-        return find_dangers(self.program, self.machine, self.process, heights)
+        return find_dangers(self.program, self.machine, self.process, self.words.states_z)
 
 
 def refuse_other_languages(text: str, source: str) -> None:

@@ -94,7 +94,7 @@ def prepared(run: Run, source: Input) -> tuple[Job, list[Issue]]:
     _check_dialect(words, data.process)
     check_words_used(settings, run.machine, words)
     probe = probe_for(run.machine, words, settings.cut)
-    if words.torch is not None and not words.torch.waits and not moves_z(words):
+    if words.torch is not None and not words.torch.waits and not words.moves_z:
         if settings.cut.pierce_delay:
             raise OptionError(f"{words.name} has no wait for the pierce; leave out --pierce-delay")
         data = replace(data, pierce_delay=0.0)  # a beam that is dark while the machine stands pierces as it goes
@@ -120,7 +120,7 @@ def prepared(run: Run, source: Input) -> tuple[Job, list[Issue]]:
         cutting=cutting,
         data=data,
         metric=travel_metric(run.machine, settings.solve.objective),
-        overhead=_overhead(run, data, probe) if moves_z(words) else 0.0,
+        overhead=_overhead(run, data, probe) if words.moves_z else 0.0,
         start=start,
         end=_xy(settings.drill.end_point),
         words=words,
@@ -149,11 +149,6 @@ def _bounds(sheet: Sheet) -> Toolpath:
     builder.rapid(*boxes[:, :2].min(axis=0).tolist())
     builder.rapid(*boxes[:, 2:].max(axis=0).tolist())
     return builder.build()
-
-
-def moves_z(words: Dialect) -> bool:
-    """Return whether anybody moves Z: the program, or the controller itself."""
-    return words.torch is None or words.torch.heights != "none"
 
 
 def switches(words: Dialect) -> bool:

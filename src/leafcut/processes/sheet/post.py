@@ -95,7 +95,7 @@ class _TorchWriter(Writer):
         self.percent = 100.0
         self.compensated = _first_compensated(self.path)
         # Z is the controller's: the program may go anywhere from its first block.
-        self.safe = torch.heights != "program"
+        self.safe = not dialect.states_z
 
     def _writing(self) -> dict[Kind, Callable[[Motion], None]]:
         more: dict[Kind, Callable[[Motion], None]] = {

@@ -19,7 +19,7 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.course import Run, machine_issues, refuse
 from leafcut.processes.keep_out import meetings
-from leafcut.processes.sheet.job import Job, moves_z, prepared
+from leafcut.processes.sheet.job import Job, prepared
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.orders import as_planned, check_precedence, nearest_order, ordered
 
@@ -71,7 +71,7 @@ def cut(run: Run, source: Input) -> Outcome[SheetDetail]:
             third, solutions = second, []
         if met and len(found) <= MOST_AGAIN:
             third, solutions = _without_meeting(joined, third, solutions, spent + searched)
-    if not (moves_z(job.words) or run.settings.resequence.keep_order or planned is not None or bound):
+    if not (job.words.moves_z or run.settings.resequence.keep_order or planned is not None or bound):
         third = _kept_off(joined, third)
     if run.settings.resequence.keep_order or (third.score(run) > first.score(run) and not bound):
         third, solutions = first, []
@@ -131,7 +131,7 @@ def _laid(job: Job, order: list[CutStart]) -> _Laid:
     cuts = tuple(job.cutting.cut(s) for s in order)
     led = (
         None
-        if moves_z(job.words)
+        if job.words.moves_z
         else lead_round(job.cutting.sheet, cuts, job.start, job.end, 0.5 * machine.nozzle_diameter)
     )
     corners = {} if led is None else led.corners
@@ -146,7 +146,7 @@ def _laid(job: Job, order: list[CutStart]) -> _Laid:
         mark_power=settings.post.mark_power if torch is not None and torch.power else TORCH_ON,
         tolerance=settings.post.path_tolerance if torch is not None else 0.0,
         probe=job.probe,
-        moves_z=moves_z(job.words),
+        moves_z=job.words.moves_z,
         mark_tool=torch.mark_tool if torch is not None else None,
         corners=corners,
         obstacles=_obstacles(job),
@@ -183,7 +183,7 @@ def _obstacles(job: Job) -> Obstacles | None:
     zones = parse_zones(job.run.settings.drill.keep_out)
     if not len(zones):
         return None
-    height = job.run.settings.drill.clearance_height if moves_z(job.words) else math.inf
+    height = job.run.settings.drill.clearance_height if job.words.moves_z else math.inf
     return Obstacles(zones, height, dogleg=job.run.machine.rapid_style == "dogleg")
 
 

@@ -60,8 +60,8 @@ def lay_cuts(
     pierce delay, down to the cut height. `switches`: the controller can put the torch off, and hold its height, while
     it moves; else it stops for what must be cut off in between. `power` and `mark_power` are those of a beam; what
     marks is spindle 1. `tolerance`: how far corners may be cut short (G64 P), mm; 0: they are not. `probe`: how the
-    torch finds the sheet before every pierce; None: Z0 is the sheet's top as it is. `moves_z`: the program or its
-    controller does; a table whose beam keeps its height travels as high as it cuts. `mark_tool`: the tool that marks,
+    torch finds the sheet before every pierce; None: Z0 is the sheet's top as it is. `moves_z`: that of the dialect;
+    a table whose beam keeps its height travels as high as it cuts. `mark_tool`: the tool that marks,
     chosen where the torch, tool 0, is not what is wanted, before the way there; None: marks need no other tool.
     `corners`: places on the way to a cut, by its number; to the end, by the number of cuts.
     `obstacles`: a head that keeps its height goes round them; others cross them at the clearance.

@@ -25,8 +25,8 @@ def check_freed(laid: Laid, path: Toolpath, dialect: Dialect, nozzle: float = 0.
 
     `nozzle` is how wide the head is above the sheet, mm.
     """
-    torch, told, close = dialect.torch, laid.plan.crossings, laid.plan.close
-    if torch is None or torch.heights != "none" or told is None:
+    told, close = laid.plan.crossings, laid.plan.close
+    if dialect.moves_z or told is None:
         return []
     found = crossings(laid, path)
     if len(found) > told:

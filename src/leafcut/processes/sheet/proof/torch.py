@@ -36,7 +36,7 @@ def check_torch(
     `safe_height` is that of rapids across the sheet; None: above the pierce height. `probe`: how a program that moves Z
     finds the sheet before every pierce; None: it does not.
     """
-    torch, heights = dialect.torch, moves_z(dialect)
+    torch, heights = dialect.torch, dialect.states_z
     lowest = max(plan.data.pierce_height, plan.data.cut_height) if safe_height is None else safe_height
     found = [*_rapids(path, lowest if heights else None), *_material(text, plan, dialect)]
     found += check_scribe(path, dialect)
@@ -47,11 +47,6 @@ def check_torch(
             found += _lighting(run, cut, plan, heights, waits)
         found += _feeds(run, cut)
     return found
-
-
-def moves_z(dialect: Dialect) -> bool:
-    """Return whether programs of a dialect say heights; else the controller keeps the torch at its own."""
-    return dialect.torch is None or dialect.torch.heights == "program"
 
 
 def check_scribe(path: Toolpath, dialect: Dialect) -> list[Difference]:
