@@ -126,3 +126,8 @@ def nearest(name: str, known: Iterable[str]) -> str:
         original = next(k for k in known if k.lower() == found[0])
         return f"; did you mean '{original}'?"
     return f"; there are: {', '.join(known)}"
+
+
+def count_of(number: int, noun: str, style: str = "") -> str:
+    """Return ``1 hole`` or ``1200 holes``; with the style ``,`` it is ``1,200 holes``."""
+    return f"{number:{style}} {noun}" + ("" if number == 1 else "s")

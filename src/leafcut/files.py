@@ -69,10 +69,19 @@ def read_program(source: str | Path | StandardInput) -> str:
     """
     data = source.data if isinstance(source, StandardInput) else _bytes_of(Path(source))
     check_is_text(str(source), data)
+    return decoded(data)[0]
+
+
+def decoded(data: bytes) -> tuple[str, str]:
+    """Return bytes as text, its line ends as they are, and the encoding that gives the same bytes again.
+
+    What is not UTF-8 is taken as Latin-1. A mark that says UTF-8 is no part of the text.
+    """
     try:
-        return data.decode("utf-8-sig")
+        encoding = "utf-8-sig" if data.startswith(codecs.BOM_UTF8) else "utf-8"
+        return data.decode(encoding), encoding
     except UnicodeDecodeError:
-        return data.decode("latin-1")
+        return data.decode("latin-1"), "latin-1"
 
 
 def check_is_text(source: str, data: bytes) -> None:

@@ -94,6 +94,24 @@ class DrillCycle:
     dwell: float = 0.0
     approach: str = "level"
 
+    def height_after(self, initial: float) -> float:
+        """Return where the tool is after the hole, mm, in a series before which it was at `initial`.
+
+        G98 rises to the height before the series of cycles, or to the R plane if that is higher (RS274/NGC 3.5.16.1;
+        seen with `rs274 -g`).
+        """
+        return initial if self.to_initial and initial >= self.r_plane else self.r_plane
+
+    def approach_in_series(self, initial: float, here: float) -> str:
+        """Return the `approach` in LinuxCNC 2.9 (seen with rs274) from `here` in a series with `initial` before it.
+
+        Where the height before the series is below R, it goes to R where it stands, up or down; else, from R or below
+        it, it rises on its way over the hole as far as it will come back. A height that is not known may be any.
+        """
+        if initial < self.r_plane:
+            return "sink" if here > self.r_plane else "level"
+        return "slant" if here <= self.r_plane and here < self.height_after(initial) else "level"
+
 
 @dataclass(frozen=True, slots=True)
 class Arc:

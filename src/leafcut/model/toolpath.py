@@ -254,26 +254,15 @@ class ToolpathBuilder:
     def drill(self, x: float, y: float, cycle: DrillCycle, *, feed: float, line: int = 0) -> None:
         """Run a canned cycle at (x, y); afterwards the tool is at the cycle's retract height.
 
-        G98 rises to the height before the series of cycles, or to the R plane if that is higher (RS274/NGC 3.5.16.1;
-        seen with `rs274 -g`). A series ends with any other motion, or with `end_cycles` (G80).
+        A series of cycles ends with any other motion, or with `end_cycles` (G80).
         """
         initial = self.position[2] if self.initial_plane is None else self.initial_plane
-        after = initial if cycle.to_initial and initial >= cycle.r_plane else cycle.r_plane
+        after = cycle.height_after(initial)
         if self.slants and self.initial_plane is not None:
-            cycle = self._approached(cycle, initial, after)
+            approach = cycle.approach_in_series(initial, self.position[2])
+            cycle = cycle if approach == cycle.approach else replace(cycle, approach=approach)
         self._move(Kind.DRILL, x, y, after, feed, self._cycles.setdefault(cycle, len(self._cycles)), line)
         self.initial_plane = initial
-
-    def _approached(self, cycle: DrillCycle, initial: float, after: float) -> DrillCycle:
-        """Return a cycle of a series with its approach in LinuxCNC 2.9 (seen with rs274).
-
-        Where the height before the series is below R, it goes to R where it stands, up or down; else, from R or below
-        it, it rises on its way over the hole as far as it will come back. A height that is not known may be any.
-        """
-        here = self.position[2]
-        if initial < cycle.r_plane:
-            return replace(cycle, approach="sink") if here > cycle.r_plane else cycle
-        return replace(cycle, approach="slant") if here <= cycle.r_plane and here < after else cycle
 
     def end_cycles(self) -> None:
         """End a series of canned cycles (G80)."""

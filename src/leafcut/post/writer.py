@@ -290,26 +290,24 @@ class Writer:
     def _can_return(self, cycle: DrillCycle, height: float) -> bool:
         """Return whether the tool will be at `height` after the cycle; starts a new series where that helps.
 
-        After G99 in the same series the initial plane of G98 is still the height from before the first hole, and
-        LinuxCNC 2.9 (rs274) goes up to it, or to a higher R plane, on its way to the next hole instead of before it;
-        and where R is above the initial plane, it goes down to R before it travels. Such a hole starts a series of its
-        own, or is written out.
+        After G99 in the same series the initial plane of G98 is still the height from before the first hole, and how
+        LinuxCNC goes to the next hole depends on it (`DrillCycle.approach_in_series`). A hole to which it would not go
+        at the height where it is starts a series of its own, or is written out.
         """
         if self.cycle is not None:
             returns = self._returns(cycle, self.initial, height)
             restarts = self.dialect.cycle_words == "fagor" and said_with(self.cycle) != said_with(cycle)
-            level = max(self.initial, cycle.r_plane) if cycle.to_initial else cycle.r_plane
-            height_now = self.position[2]
-            slants = height_now < level or self.initial < cycle.r_plane < height_now
-            if returns and not restarts and not slants:
+            here = self.position[2]
+            rises = here < cycle.height_after(self.initial)
+            level = not rises and cycle.approach_in_series(self.initial, here) == "level"
+            if returns and not restarts and level:
                 return True
             self._leave_cycle()
         self.initial = self.position[2]
         return self._returns(cycle, self.initial, height)
 
     def _returns(self, cycle: DrillCycle, initial: float, height: float) -> bool:
-        after = max(initial, cycle.r_plane) if cycle.to_initial else cycle.r_plane
-        return self.numbers.length(after) == self.numbers.length(height)
+        return self.numbers.length(cycle.height_after(initial)) == self.numbers.length(height)
 
     def _expand(self, row: Motion, cycle: DrillCycle) -> None:
         """Write a cycle out in rapids, feeds and dwells."""

@@ -11,7 +11,7 @@ from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from leafcut.errors import ReadError, shown
+from leafcut.errors import ReadError, count_of, shown
 from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.arcs import Piece, close_circles
@@ -27,7 +27,6 @@ from leafcut.read.format import (
     Format,
     Source,
     copies_of,
-    count_of,
     places_of,
     too_many_holes,
     units_unknown,

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leafcut.errors import PlanError, ReadError, shown
+from leafcut.errors import PlanError, ReadError, count_of, shown
 from leafcut.geometry.curves import Spend
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Issue, Part, Severity
@@ -25,7 +25,6 @@ from leafcut.read.format import (
     MAX_SEGMENTS,
     Source,
     copies_of,
-    count_of,
     places_of,
     points_of,
     too_many_segments,

@@ -9,13 +9,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from leafcut.errors import ReadError, shown
+from leafcut.errors import ReadError, count_of, shown
 from leafcut.model import Issue, Severity
 from leafcut.model.heartbeat import Look
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import INVISIBLE, Layers, Walk
 from leafcut.read.filter_holes import layer_filter
-from leafcut.read.format import Match, Source, count_of, factor_of
+from leafcut.read.format import Match, Source, factor_of
 
 BINARY_MARK = b"AutoCAD Binary DXF\r\n\x1a\x00"
 #: ezdxf needs about 1.6 kB for a circle and 0.1 kB for a tag (two lines): beyond these it would eat the memory.

@@ -12,7 +12,7 @@ import warnings
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from leafcut.errors import ReadError, shown
+from leafcut.errors import ReadError, count_of, shown
 from leafcut.model import Hole, Issue, Part, Severity, Slot
 from leafcut.options import ReadOptions
 from leafcut.read.filter_holes import layer_filter, sift
@@ -22,7 +22,6 @@ from leafcut.read.format import (
     Format,
     Match,
     Source,
-    count_of,
     factor_of,
     too_many_holes,
     units_unknown,

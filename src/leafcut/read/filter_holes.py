@@ -11,9 +11,10 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.errors import count_of
 from leafcut.model import Hole, Issue, Severity
 from leafcut.options import ReadOptions
-from leafcut.read.format import count_of, places_of
+from leafcut.read.format import places_of
 
 
 def layer_filter(patterns: tuple[str, ...]) -> Callable[[str], bool]:

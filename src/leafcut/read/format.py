@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import ReadError, parsing, shown
+from leafcut.files import decoded
 from leafcut.model import Issue, Part, Severity
 from leafcut.model.heartbeat import Look, unseen
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
@@ -82,10 +83,7 @@ class Source:
             return self.data.decode("utf-16", errors="replace")
         if b"\0" in self.data:
             raise ReadError(self.path, "this is a binary file; a text file was expected")
-        try:
-            return self.data.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            return self.data.decode("latin-1")
+        return decoded(self.data)[0]
 
 
 @contextmanager
@@ -251,17 +249,18 @@ def parse_json(text: str) -> Any:
         It is not JSON, or a text in it has half of a letter (``\\ud800``), which nothing can be written with.
     """
     found = json.loads(text)
-    if "\\ud" in text.lower():
-        try:
-            json.dumps(found, ensure_ascii=False).encode()
-        except UnicodeEncodeError:
-            raise ValueError("a text with half of a letter, \\ud800 to \\udfff") from None
+    if "\\ud" in text.lower() and has_half_letter(found):
+        raise ValueError("a text with half of a letter, \\ud800 to \\udfff")
     return found
 
 
-def count_of(number: int, noun: str) -> str:
-    """Return ``1 hole`` or ``3 holes``."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+def has_half_letter(value: Any) -> bool:
+    """Return whether a text somewhere in what JSON can say has half of a letter, which nothing can be written with."""
+    try:
+        json.dumps(value, ensure_ascii=False).encode()
+    except UnicodeEncodeError:
+        return True
+    return False
 
 
 def places_of(points: list[tuple[float, float]], number: int) -> str:

@@ -6,11 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from leafcut.errors import ReadError
+from leafcut.errors import ReadError, count_of
 from leafcut.model import Issue, Part, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.filter_holes import sift
-from leafcut.read.format import count_of
 
 
 def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:

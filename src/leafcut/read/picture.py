@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import OptionError, ReadError, shown
+from leafcut.errors import OptionError, ReadError, count_of, shown
 from leafcut.geometry.polyline import Points, Polyline
 from leafcut.model import Contour, Issue, Part
 from leafcut.model.pocket import EITHER
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
-from leafcut.read.format import MAX_COORDINATE, Format, Match, Source, count_of, places_of
+from leafcut.read.format import MAX_COORDINATE, Format, Match, Source, places_of
 
 #: Pictures with more pixels are refused: tracing one takes some 30 bytes a pixel.
 MAX_PIXELS = 25_000_000

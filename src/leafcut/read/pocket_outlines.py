@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.errors import LeafcutError, ReadError, shown
+from leafcut.errors import LeafcutError, ReadError, count_of, shown
 from leafcut.geometry.cleaning import cleaned, counter_clockwise
 from leafcut.geometry.containment import Conflict, conflicts, nesting
 from leafcut.geometry.overlaps import SAME
@@ -25,7 +25,7 @@ from leafcut.model.heights import Heights
 from leafcut.model.pocket import EITHER, ISLAND, POCKET, Pocket
 from leafcut.options import PocketOptions, SheetOptions
 from leafcut.read.filter_holes import layer_filter
-from leafcut.read.format import count_of, places_of
+from leafcut.read.format import places_of
 
 #: What layers are for by their names, where the user does not say.
 POCKET_NAMES = ("POCKET*",)

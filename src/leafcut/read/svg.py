@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leafcut.errors import LeafcutError, ReadError, shown
+from leafcut.errors import LeafcutError, ReadError, count_of, shown
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.heartbeat import Look
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
@@ -27,7 +27,6 @@ from leafcut.read.format import (
     Match,
     Source,
     copies_of,
-    count_of,
     parsing_xml,
     points_of,
     too_many_segments,

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from leafcut.errors import count_of
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import Measure, Outcome
 from leafcut.model.solution import Solution, gap
@@ -41,7 +42,7 @@ def plain_number(value: float | None) -> float | None:
 
 def count(number: int, noun: str) -> str:
     """Return ``1 hole``, ``10,000 holes``."""
-    return f"{number:,} {noun}" + ("" if number == 1 else "s")
+    return count_of(number, noun, ",")
 
 
 def time_words(seconds: float) -> str:

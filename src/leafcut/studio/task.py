@@ -13,6 +13,7 @@ from leafcut.errors import OptionError, nearest, shown
 from leafcut.option_spec import flag_name
 from leafcut.options import NestOptions, Settings, SheetWord, group_of
 from leafcut.processes import registry
+from leafcut.read.format import has_half_letter
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
 from leafcut.studio.nest_request import WantedPart, needs_list
 from leafcut.user_files import has_defaults
@@ -84,10 +85,8 @@ def prepare(task: Task, folder: Folder) -> Call:
     """
     if task.command not in COMMANDS:
         raise OptionError(f"unknown command '{task.command}'{nearest(task.command, COMMANDS)}")
-    try:
-        json.dumps([task.inputs, task.options], ensure_ascii=False).encode()
-    except UnicodeEncodeError:
-        raise OptionError("a text with half of a letter, \\ud800 to \\udfff; no file or page can say it") from None
+    if has_half_letter([task.inputs, task.options]):
+        raise OptionError("a text with half of a letter, \\ud800 to \\udfff; no file or page can say it")
     parts, drawn = parts_of(task), _drawn_sheets(task, folder)
     parts = tuple(one for one in parts if one.input not in drawn.values())
     if task.command == "nest" and not parts:

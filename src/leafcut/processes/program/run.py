@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import math
 import time
 from dataclasses import replace
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut._version import __version__
 from leafcut.errors import VerifyError
+from leafcut.files import decoded
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.outcome import OperationOutcome, Outcome
@@ -189,15 +189,6 @@ def _with_time_left(run: Run, used: float) -> Run:
         return run
     search = replace(run.settings.solve, time_limit=max(limit - used, 0.1 * limit, 0.001))
     return replace(run, settings=replace(run.settings, solve=search))
-
-
-def decoded(data: bytes) -> tuple[str, str]:
-    """Return the text of a program, its line ends as they are, and the encoding that gives the same bytes again."""
-    try:
-        encoding = "utf-8-sig" if data.startswith(codecs.BOM_UTF8) else "utf-8"
-        return data.decode(encoding), encoding
-    except UnicodeDecodeError:
-        return data.decode("latin-1"), "latin-1"
 
 
 def _solve_sections(

@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.errors import PlanError
+from leafcut.errors import PlanError, count_of
 from leafcut.geometry.cleaning import cleaned, counter_clockwise, ends_of
 from leafcut.geometry.containment import around, conflicts, nesting
 from leafcut.geometry.overlaps import SAME
@@ -94,7 +94,7 @@ def _strokes(contours: Sequence[Contour], kinds: list[str], issues: list[Issue])
         elif kind:
             gone.append(contour.path.start)
     if gone:
-        issues.append(Issue("L313", f"{_count(len(gone), 'line')} without length left out", _at(gone), Severity.NOTE))
+        issues.append(Issue("L313", f"{count_of(len(gone), 'line')} without length left out", _at(gone), Severity.NOTE))
     return found
 
 
@@ -106,7 +106,7 @@ def _joined(strokes: list[_Made], kind: str, options: SheetOptions, issues: list
     tidied = tidy([s.contour.path for s in strokes], options.join_tolerance)
     gaps = [gap for made in tidied.paths for gap in made.gaps]
     if gaps and not marked:
-        message = f"{_count(len(gaps), 'gap')} closed, the widest of {max(width for _, width in gaps):.3g} mm"
+        message = f"{count_of(len(gaps), 'gap')} closed, the widest of {max(width for _, width in gaps):.3g} mm"
         issues.append(Issue("L311", message, _at([place for place, _ in gaps])))
     if tidied.branches and tidied.doubles and not marked and options.open_paths == "refuse":
         raise PlanError(
@@ -114,10 +114,12 @@ def _joined(strokes: list[_Made], kind: str, options: SheetOptions, issues: list
             "draw each outline as one closed polyline"
         )
     if tidied.branches and not marked:
-        message = f"more than two ends meet in {_count(len(tidied.branches), 'place')}: look whether outlines are right"
+        message = (
+            f"more than two ends meet in {count_of(len(tidied.branches), 'place')}: look whether outlines are right"
+        )
         issues.append(Issue("L314", message, _at(tidied.branches)))
     if tidied.doubles:
-        message = f"{_count(len(tidied.doubles), 'line')} drawn on top of others taken once"
+        message = f"{count_of(len(tidied.doubles), 'line')} drawn on top of others taken once"
         issues.append(Issue("L312", message, _at(tidied.doubles)))
     made = []
     for path, members, _ in tidied.paths:
@@ -188,7 +190,7 @@ def _named_sheet(maybe: list[_Made], cuts: list[_Made], marks: list[_Made]) -> _
             return closed[k]
         if inside[: len(cuts)].any():
             beyond = [m for m, within in zip(others, inside, strict=True) if not within]
-            what = f"{_count(len(beyond), 'contour')} not inside" if beyond else "more than one path on it"
+            what = f"{count_of(len(beyond), 'contour')} not inside" if beyond else "more than one path on it"
             places = _at([m.contour.path.start for m in (beyond or maybe)])
             layer = closed[k].contour.layer
             raise PlanError(
@@ -205,7 +207,7 @@ def _opened(opened: list[_Made], options: SheetOptions, issues: list[Issue]) -> 
         return [], []
     paths = [m.contour.path for m in opened]
     places = _at([p.start for p in paths])
-    number = _count(len(opened), "open path")
+    number = count_of(len(opened), "open path")
     if options.open_paths == "refuse":
         first = "; ".join(_ends(m) + _nearest_end(k, paths) for k, m in enumerate(opened[:3]))
         raise PlanError(
@@ -229,11 +231,11 @@ def _check_simple(closed: list[_Made], shapes: NDArray[Any]) -> None:
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
     if thin.any():
         places = [m.contour.path.start for m, t in zip(closed, thin, strict=True) if t]
-        number = _count(len(places), "outline")
+        number = count_of(len(places), "outline")
         raise PlanError(f"{number} enclosing nothing (a line there and back), {_at(places)}; mend the drawing")
     crossed = [r.partition("[")[2].rstrip("]").split() for r in shapely.is_valid_reason(shapes) if r.endswith("]")]
     if crossed:
-        number = _count(len(crossed), "outline")
+        number = count_of(len(crossed), "outline")
         places = [(float(w[0]), float(w[1])) for w in crossed]
         raise PlanError(f"{number} crossing or touching itself, {_at(places)}; mend the drawing")
 
@@ -249,18 +251,18 @@ def _once(closed: list[_Made], shapes: NDArray[Any], issues: list[Issue]) -> lis
         layers = {closed[k].contour.layer for c in across for k in (c.first, c.second)}
         advice = "parts must lie apart" + (", or say what is cut with --cut-layers" if len(layers) > 1 else "")
         where = _at([c.place for c in across])
-        raise PlanError(f"{_count(len(across), 'pair')} of overlapping outlines: {a} and {b}, {where}; {advice}")
+        raise PlanError(f"{count_of(len(across), 'pair')} of overlapping outlines: {a} and {b}, {where}; {advice}")
     if gone:
         places = [closed[k].contour.path.start for k in sorted(gone)]
-        issues.append(Issue("L312", f"{_count(len(gone), 'outline')} drawn twice taken once", _at(places)))
+        issues.append(Issue("L312", f"{count_of(len(gone), 'outline')} drawn twice taken once", _at(places)))
     touching = [c.place for c in met if c.kind == "touch" and not {c.first, c.second} & gone]
     if touching:
-        message = f"{_count(len(touching), 'pair')} of outlines touch each other: there is no room for the kerf"
+        message = f"{count_of(len(touching), 'pair')} of outlines touch each other: there is no room for the kerf"
         issues.append(Issue("L423", message, _at(touching)))
     kept = [k for k in range(len(closed)) if k not in gone]
     tiny = [e for e in (closed[k].contour.path.extents for k in kept) if max(e[2] - e[0], e[3] - e[1]) < TINY]
     if tiny:
-        message = f"{_count(len(tiny), 'outline')} smaller than {TINY:g} mm"
+        message = f"{count_of(len(tiny), 'outline')} smaller than {TINY:g} mm"
         issues.append(Issue("L213", message, _at([(e[0], e[1]) for e in tiny])))
     return kept
 
@@ -312,7 +314,7 @@ def _check_inside(contours: Sequence[SheetContour], outline: Polyline | None, ho
         what = f"part {first.part}" if first.part else first.contour.kind
         or_holes = " or in its holes" if holes else ""
         raise PlanError(
-            f"{_count(len(beyond), 'contour')} beyond the edge of the sheet{or_holes}: {what}, "
+            f"{count_of(len(beyond), 'contour')} beyond the edge of the sheet{or_holes}: {what}, "
             f"{_at([c.contour.path.start for c in beyond])}; move it or use a larger sheet"
         )
 
@@ -332,7 +334,7 @@ def _look_for_frame(contours: Sequence[SheetContour], outline: Polyline | None, 
         return
     # A part may have one window with a smaller part in it; several are parts with holes.
     if alone or len({c.parent for c in rest if c.depth == 2}) > (1 if beyond else 0):
-        what = "everything" if not beyond else f"all but {_count(beyond, 'contour')}"
+        what = "everything" if not beyond else f"all but {count_of(beyond, 'contour')}"
         message = f"one rectangle of {x1 - x0:g} × {y1 - y0:g} mm on layer {layer or '0'} lies round {what} and is "
         message += "cut as a part; if it is the sheet, say --sheet-layers"
         issues.append(Issue("L422", message))
@@ -362,10 +364,6 @@ def _nearest_end(number: int, paths: Sequence[Polyline]) -> str:
     wide = math.ceil(gap * 1000.0 + 1e-6) / 1000.0
     closes = f"--join-tolerance {wide:g} closes it" if wide <= WIDEST_JOIN else "draw what is missing there"
     return f" (the nearest end is {gap:.3g} mm away at ({x:g}, {y:g}): {closes})"
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def _at(places: Sequence[Any]) -> str:
