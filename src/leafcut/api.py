@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput, check_output, write_together
+from leafcut.model.heartbeat import Progress, looking_for, passing_on
 from leafcut.model.nest import NestOutcome
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
@@ -25,7 +26,7 @@ from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
 from leafcut.options import Settings, flag_name, settings_for
 from leafcut.processes import registry
-from leafcut.processes.course import Progress, Run, looking_for, machine_of, passing_on
+from leafcut.processes.course import Run, machine_of
 
 if TYPE_CHECKING:
     from leafcut.processes.base import Process

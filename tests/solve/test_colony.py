@@ -89,7 +89,7 @@ def test_a_search_that_is_stopped_keeps_the_best_that_it_has() -> None:
     cancelled = threading.Event()
     seen: list[float] = []
 
-    def stop_soon(_: int, cost: float, *__: object) -> None:
+    def stop_soon(_: str, cost: float, *__: object) -> None:
         seen.append(cost)
         if len(seen) == 3:
             cancelled.set()

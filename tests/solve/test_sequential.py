@@ -301,7 +301,7 @@ def test_a_search_that_is_stopped_or_interrupted_keeps_the_best_that_it_has() ->
     problem, seen = random_problem(2, 300, "chains", ENDS[1], pairs=100), []
     cancelled = threading.Event()
 
-    def press(_: int, cost: float, *__: object) -> None:
+    def press(_: str, cost: float, *__: object) -> None:
         seen.append(cost)
         if len(seen) == 3:
             cancelled.set()

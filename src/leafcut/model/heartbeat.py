@@ -1,12 +1,54 @@
-"""What stages that may take long call as they go on: whoever waits is told, and may end them by an exception."""
+"""How those who wait are told: one call for all that takes long, from reading a file to a search.
+
+Whoever is told may end the work by an exception. What is begun is told by its words, and again as it goes on.
+"""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
-#: Called several times a second at least; must be quick.
+#: Told about the work as it goes: (what is being done, cost so far or None, share done 0 … 1, how far at most the cost
+#: is above the least possible as a fraction, or None where no bound is known yet). Must be quick.
+Progress = Callable[[str, float | None, float, float | None], None]
+
+#: What a stage calls that has nothing to tell but that it goes on: several times a second at least; must be quick.
 Look = Callable[[], None]
+
+#: Who waits is told this often, at most, that a stage goes on, s.
+_TOLD_AGAIN = 0.1
 
 
 def unseen() -> None:
     """Nobody waits."""
+
+
+def looking_for(progress: Progress | None, what: str) -> Look:
+    """Tell what is begun; return what tells the same again, now and then."""
+    if progress is None:
+        return unseen
+    progress(what, None, 0.0, None)
+    told = time.monotonic()
+
+    def look() -> None:
+        nonlocal told
+        now = time.monotonic()
+        if now - told >= _TOLD_AGAIN:
+            told = now
+            progress(what, None, 0.0, None)
+
+    return look
+
+
+def passing_on(progress: Progress | None, what: str, left: float = 1.0, part: float = 1.0) -> Progress | None:
+    """Return what a search tells its progress to, by the name `what`.
+
+    It does `part` of the whole work, of which `left` is left.
+    """
+    if progress is None:
+        return None
+
+    def tell(_: str, cost: float | None, share: float, gap: float | None) -> None:
+        progress(what, cost, 1.0 - left + part * share, gap)
+
+    return tell

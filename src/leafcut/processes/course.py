@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, VerifyError
-from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.heartbeat import Look, Progress, looking_for, passing_on
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.problem import RoutingProblem
@@ -20,13 +20,6 @@ from leafcut.options import Settings, SolveOptions, flag_name
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.proof.difference import Difference
-
-#: Told about the work as it goes: (what is being done, cost so far or None, share done 0 … 1, how far at most the cost
-#: is above the least possible as a fraction, or None where no bound is known yet). Must be quick.
-Progress = Callable[[str, float | None, float, float | None], None]
-
-#: Who waits is told this often, at most, that a stage goes on, s.
-_TOLD_AGAIN = 0.1
 
 
 @dataclass
@@ -76,22 +69,9 @@ class Run:
         """
         return looking_for(self.progress, what)
 
-
-def looking_for(progress: Progress | None, what: str) -> Look:
-    """Tell what is begun; return what tells the same again, now and then, as `Run.looking` does."""
-    if progress is None:
-        return unseen
-    progress(what, None, 0.0, None)
-    told = time.monotonic()
-
-    def look() -> None:
-        nonlocal told
-        now = time.monotonic()
-        if now - told >= _TOLD_AGAIN:
-            told = now
-            progress(what, None, 0.0, None)
-
-    return look
+    def passing_on(self, what: str, left: float = 1.0, part: float = 1.0) -> Progress | None:
+        """Return what a search tells its progress to: it does `part` of the whole work, of which `left` is left."""
+        return passing_on(self.progress, what, left, part)
 
 
 def machine_of(settings: Settings) -> Machine:
@@ -125,18 +105,6 @@ def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> No
     ):
         if name in settings.asked and not used:
             raise OptionError(f"{flag_name(name)}: {why}; leave it out")
-
-
-def passing_on(
-    progress: Progress | None, what: str, left: float = 1.0, part: float = 1.0
-) -> Callable[[int, float, float, float, float | None], None]:
-    """Return what `solve` tells its progress to; this search does `part` of the whole work, of which `left` is left."""
-
-    def tell(_: int, cost: float, __: float, share: float, gap: float | None) -> None:
-        if progress is not None:
-            progress(what, cost, 1.0 - left + part * share, gap)
-
-    return tell
 
 
 def share(options: SolveOptions, used: float, left: int, problem: RoutingProblem) -> SolveOptions:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import SolveError
 from leafcut.kernels.cost import tour_cost
+from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, WorkerFigures
@@ -44,7 +45,7 @@ from leafcut.solve.kicks import (
 from leafcut.solve.observing import Places, Watched, brightness_of, on_candidates, watched_instance
 from leafcut.solve.precedence import broken_pair, checked_pairs, keeps
 from leafcut.solve.running import PRESETS, Found, set_budget, until_interrupted
-from leafcut.solve.statistics import Best, Progress, WorkerLog
+from leafcut.solve.statistics import Best, WorkerLog
 from leafcut.solve.stop import Stop
 from leafcut.solve.thrift import Thrift
 from leafcut.solve.workers import Workers
@@ -85,7 +86,7 @@ def solve(
     Parameters
     ----------
     progress
-        Called after every iteration with (iteration, cost, seconds, share done, gap or None).
+        Called after every iteration, as `model.heartbeat` says.
     observe
         Called after it, as `model.snapshot` says; the answer is the same with and without.
     cancelled

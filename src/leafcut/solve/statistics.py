@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.model.heartbeat import Progress
 from leafcut.model.solution import WorkerFigures, gap
 from leafcut.solve.stop import Stop
 
@@ -19,10 +19,6 @@ if TYPE_CHECKING:
 
 #: Costs that differ by less than this share differ by the order in which they were added up.
 ROUNDING = 1e-12
-
-#: Told about every step: (iteration, best cost, seconds, share of the work done 0 … 1, gap as a fraction or None
-#: where there is no bound yet). Must be quick.
-Progress = Callable[[int, float, float, float, float | None], None]
 
 
 @dataclass
@@ -74,10 +70,9 @@ class Best:
             self.watched.look(self, iteration, alone)
 
     def _report(self, progress: Progress, iteration: int) -> None:
-        seconds = self.stop.elapsed()
-        shares = (iteration / max(self.stop.iterations, 1), seconds / self.stop.seconds)
+        shares = (iteration / max(self.stop.iterations, 1), self.stop.elapsed() / self.stop.seconds)
         cost = self.cost + self.service
-        progress(iteration, cost, seconds, min(1.0, max(shares)), gap(cost, self.known_bound))
+        progress("searching", cost, min(1.0, max(shares)), gap(cost, self.known_bound))
 
 
 @dataclass

@@ -25,7 +25,7 @@ from leafcut.studio.task import Call, Task, names_of, prepare, title_of
 
 #: So many run at once, the others wait: a search uses all cores already.
 AT_ONCE = 2
-#: What runs tell while they read their inputs, `processes.course.looking_for`.
+#: What runs tell while they read their inputs, `model.heartbeat.looking_for`.
 READING = "reading"
 #: Most of what a run says that is kept: the last.
 _MOST_MESSAGES = 1000

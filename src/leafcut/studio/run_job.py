@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut import api
+from leafcut.model.heartbeat import Progress
 from leafcut.model.snapshot import Observer
 from leafcut.studio.history import Artefact
 from leafcut.studio.nest_request import list_text, needs_list
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
     from leafcut.model.nest import NestOutcome
     from leafcut.model.outcome import Outcome
     from leafcut.model.process_report import Which
-
-#: As `api.Progress`.
-Tell = Callable[[str, float | None, float, float | None], None]
 
 _BOTH: tuple[Which, ...] = ("before", "after")
 _TEXT, _HTML, _SVG = "text/plain; charset=utf-8", "text/html; charset=utf-8", "image/svg+xml"
@@ -48,7 +46,7 @@ class Made:
 
 
 def run(
-    call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.Event, observe: Observer | None = None
+    call: Call, names: tuple[str, ...], tell: Progress, cancelled: threading.Event, observe: Observer | None = None
 ) -> Made:
     """Do what is asked; `names` is what a person calls the inputs.
 
@@ -70,7 +68,7 @@ def run(
     return Made(answer, {"same": answer["same"]}, {})
 
 
-def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event, observe: Observer | None) -> Made:
+def _optimize(call: Call, name: str, tell: Progress, cancelled: threading.Event, observe: Observer | None) -> Made:
     from leafcut.report.json_answer import as_json
     from leafcut.report.views import operation_words
 
@@ -106,7 +104,7 @@ def _optimize(call: Call, name: str, tell: Tell, cancelled: threading.Event, obs
     return Made(answer, figures, artefacts)
 
 
-def _nest(call: Call, names: tuple[str, ...], tell: Tell, cancelled: threading.Event) -> Made:
+def _nest(call: Call, names: tuple[str, ...], tell: Progress, cancelled: threading.Event) -> Made:
     """Nest parts: every variant is written, sheet by sheet, and drawn."""
     from leafcut.processes.registry import command
     from leafcut.studio.scene import nest_scene
@@ -194,7 +192,7 @@ def _scene(data: bytes) -> Artefact:
     return Artefact("", "application/octet-stream", data)
 
 
-def _solve(call: Call, name: str, tell: Tell, cancelled: threading.Event, observe: Observer | None) -> Made:
+def _solve(call: Call, name: str, tell: Progress, cancelled: threading.Event, observe: Observer | None) -> Made:
     from leafcut.read.tsplib import write_tour
 
     answer, nodes = api.solve_file(call.sources[0], progress=tell, observe=observe, cancelled=cancelled, **call.options)

@@ -18,7 +18,7 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import SolveOptions, flag_name
-from leafcut.processes.course import Run, check_words_used, machine_issues, passing_on, refuse, share
+from leafcut.processes.course import Run, check_words_used, machine_issues, refuse, share
 from leafcut.processes.drilling.model import DrillingDetail
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions) -> list[
     def search(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
         nonlocal left, used
         label, holes = plan.operations[number].tool.label, problems[number].n_clusters
-        tell = passing_on(run.progress, f"ordering {label}", left / total, holes / total)
+        tell = run.passing_on(f"ordering {label}", left / total, holes / total)
         found = solve(
             problem, share(options, used, left, problem), run.settings.aco, firefly=run.settings.firefly, progress=tell,
             observe=run.observe, cancelled=run.cancelled,

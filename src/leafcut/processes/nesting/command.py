@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from leafcut.files import check_output, write_together
+from leafcut.model.heartbeat import Progress
 from leafcut.model.nest import NestOutcome
 from leafcut.options import Settings
-from leafcut.processes.course import Progress
 
 
 def nest(

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from shapely import Polygon
 
 from leafcut.errors import OptionError, PlanError, VerifyError, shown
-from leafcut.model.heartbeat import Look
+from leafcut.model.heartbeat import Look, Progress, looking_for
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Remnant, Stock
 from leafcut.options import (
@@ -26,7 +26,6 @@ from leafcut.options import (
     SolveOptions,
     parse_angles,
 )
-from leafcut.processes.course import Progress, looking_for
 from leafcut.processes.cutting_machines import for_cutting
 
 if TYPE_CHECKING:

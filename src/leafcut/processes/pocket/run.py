@@ -30,7 +30,7 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.course import Run, check_words_used, machine_issues, passing_on, refuse
+from leafcut.processes.course import Run, check_words_used, machine_issues, refuse
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.proving import prove_pockets, write_pockets
@@ -337,7 +337,7 @@ def _ordered(job: PocketJob, pockets: list[list[Clearing]]) -> tuple[list[Cleari
     options = settings.solve
     if len(clearings) == 1:
         options = replace(options, algorithm="none", bound=False, target_gap=None)
-    tell = passing_on(run.progress, "ordering the pockets")
+    tell = run.passing_on("ordering the pockets")
     found = solve(
         problem, options, settings.aco, firefly=settings.firefly, progress=tell, observe=run.observe,
         cancelled=run.cancelled,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from leafcut.model.pocket import PocketPath
-from leafcut.processes.course import Run, passing_on
+from leafcut.processes.course import Run
 
 if TYPE_CHECKING:
     from leafcut.geometry.polyline import Points
@@ -99,7 +99,7 @@ def _grid(name: str) -> Strategy:
             replace(options, algorithm=ants if name == "ants" else name),
             settings.aco,
             firefly=settings.firefly,
-            progress=passing_on(run.progress, f"{name}: ordering the points of a grid"),
+            progress=run.passing_on(f"{name}: ordering the points of a grid"),
             observe=run.observe,
             cancelled=run.cancelled,
         )

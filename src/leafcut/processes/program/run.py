@@ -23,7 +23,7 @@ from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import PLACES, STILL, Kind, Toolpath, arc_sweep, position_before
-from leafcut.processes.course import Run, machine_issues, passing_on, share
+from leafcut.processes.course import Run, machine_issues, share
 from leafcut.processes.keep_out import obstacles_of
 from leafcut.processes.program.model import ProgramDetail
 from leafcut.processes.program.proving import Orders, write_proved
@@ -225,7 +225,7 @@ def _solve_sections(
         run.tell(what, share=1.0 - left / total)
         found = solve(
             problem, share(options, used, left, problem), settings.aco, firefly=settings.firefly,
-            progress=passing_on(run.progress, what, left / total, chains / total), observe=run.observe,
+            progress=run.passing_on(what, left / total, chains / total), observe=run.observe,
             cancelled=run.cancelled,
         )  # fmt: skip
         used, left = used + found.seconds, max(left - chains, 1)

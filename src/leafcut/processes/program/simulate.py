@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError
 from leafcut.files import StandardInput, read_program
+from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.model.issue import Issue
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import Settings
-from leafcut.processes.course import Progress, looking_for, machine_of
+from leafcut.processes.course import machine_of
 from leafcut.report.program_run import ProgramRun
 
 if TYPE_CHECKING:

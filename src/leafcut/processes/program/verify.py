@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from leafcut.files import StandardInput, read_program
+from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.options import Settings
-from leafcut.processes.course import Progress, looking_for, machine_of
+from leafcut.processes.course import machine_of
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect

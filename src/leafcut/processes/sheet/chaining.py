@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from leafcut.processes.course import passing_on
 from leafcut.processes.sheet.job import Job
 
 if TYPE_CHECKING:
@@ -58,6 +57,6 @@ def _search(job: Job, block: list[int], before: Sequence[Chain], part: float) ->
     if options.time_limit is not None:
         seconds = min(SHARE * part * options.time_limit, job.search_seconds())
         options = replace(options, time_limit=max(seconds, 0.001))
-    tell = passing_on(run.progress, "joining cuts", 0.0, 1.0)
+    tell = run.passing_on("joining cuts", 0.0, 1.0)
     solution = solve(found.problem, options, settings.aco, progress=tell, cancelled=run.cancelled)
     return chains_of(cutting, found, [int(n) for n in solution.nodes], settings.cut, before), solution.seconds

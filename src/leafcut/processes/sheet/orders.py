@@ -11,7 +11,6 @@ import numpy as np
 from leafcut.errors import PlanError
 from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
-from leafcut.processes.course import passing_on
 from leafcut.processes.sheet.job import Job
 
 if TYPE_CHECKING:
@@ -88,7 +87,7 @@ def _solve_bands(
         end = job.end if number == len(groups) else None
         problem, starts = build_problem(cutting, members, job.metric, job.overhead, place, end)
         name = "ordering the cuts" if len(groups) == 1 else f"ordering band {number}"
-        tell = passing_on(run.progress, name, left / total, len(members) / total)
+        tell = run.passing_on(name, left / total, len(members) / total)
         budget = _budget(job, options, len(members) / left)
         found = solve(
             problem, budget, run.settings.aco, firefly=run.settings.firefly, progress=tell, observe=run.observe,
