@@ -8,6 +8,7 @@ from leafcut.kernels import kernel, part
 from leafcut.kernels.candidates import cheapest_unvisited
 from leafcut.kernels.cost import CostModel
 from leafcut.kernels.neighbours import Tree, nearest_unvisited, remove
+from leafcut.kernels.pheromone import wear
 from leafcut.kernels.random import below, uniform
 
 
@@ -165,8 +166,7 @@ def _wear(
     """Wear off the trail from a to b, if it is a candidate edge. Changes: pheromone, weights."""
     for c in range(candidates.shape[1]):
         if candidates[a, c] == b:
-            pheromone[a, c] = (1.0 - rate) * pheromone[a, c] + rate * initial
-            weights[a, c] = pheromone[a, c] ** pheromone_weight * nearness[a, c]
+            wear(pheromone, nearness, weights, pheromone_weight, rate, initial, a, c)
 
 
 @kernel

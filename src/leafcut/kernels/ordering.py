@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 from leafcut.kernels.layers import Layers, choose_between, ring_length
+from leafcut.kernels.pheromone import wear
 from leafcut.kernels.random import below, uniform
 
 
@@ -84,9 +85,7 @@ def lay_order(
         for e in range(layers.after_begin[c], layers.after_begin[c + 1]):
             missing[layers.after[e]] -= 1
         if local_rate > 0.0 and last >= 0:
-            trail = (1.0 - local_rate) * pheromone[last, c] + local_rate * initial
-            pheromone[last, c] = trail
-            weights[last, c] = trail**pheromone_weight * nearness[last, c]
+            wear(pheromone, nearness, weights, pheromone_weight, local_rate, initial, last, c)
         last = c
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from numpy.typing import NDArray
 
-from leafcut.kernels import kernel
+from leafcut.kernels import kernel, part
 from leafcut.kernels.cost import CostModel, travel
 
 
@@ -45,9 +45,12 @@ def evaporate(pheromone: NDArray, rate: float, lowest: float) -> None:
 
 
 @kernel
-def deposit(candidates: NDArray, tour: NDArray, amount: float, highest: float, pheromone: NDArray) -> None:
-    """Add `amount` to every edge of the closed tour, up to `highest`. Changes: pheromone.
+def deposit(
+    candidates: NDArray, tour: NDArray, amount: float, highest: float, one_way: bool, pheromone: NDArray
+) -> None:
+    """Add `amount` to every edge of the closed tour, up to `highest`; `one_way`: only as it is gone along.
 
+    Changes: pheromone.
     Source: Dorigo and Stützle 2004, equation 3.4; upper trail limit of MAX–MIN: section 3.3.4.
     """
     for step in range(len(tour)):
@@ -55,14 +58,17 @@ def deposit(candidates: NDArray, tour: NDArray, amount: float, highest: float, p
         for c in range(candidates.shape[1]):
             if candidates[a, c] == b:
                 pheromone[a, c] = min(highest, pheromone[a, c] + amount)
-            if candidates[b, c] == a:
+            if candidates[b, c] == a and not one_way:
                 pheromone[b, c] = min(highest, pheromone[b, c] + amount)
 
 
 @kernel
-def reinforce_and_decay(candidates: NDArray, tour: NDArray, rate: float, amount: float, pheromone: NDArray) -> None:
-    """Move the trails of the tour's edges towards `amount`: τ ← (1 − ρ)τ + ρ·amount. Changes: pheromone.
+def reinforce_and_decay(
+    candidates: NDArray, tour: NDArray, rate: float, amount: float, one_way: bool, pheromone: NDArray
+) -> None:
+    """Move the trails of the tour's edges towards `amount`: τ ← (1 − ρ)τ + ρ·amount; `one_way` as for `deposit`.
 
+    Changes: pheromone.
     Source: Dorigo and Stützle 2004, equation 3.11 (global update of Ant Colony System).
     """
     for step in range(len(tour)):
@@ -70,8 +76,28 @@ def reinforce_and_decay(candidates: NDArray, tour: NDArray, rate: float, amount:
         for c in range(candidates.shape[1]):
             if candidates[a, c] == b:
                 pheromone[a, c] = (1.0 - rate) * pheromone[a, c] + rate * amount
-            if candidates[b, c] == a:
+            if candidates[b, c] == a and not one_way:
                 pheromone[b, c] = (1.0 - rate) * pheromone[b, c] + rate * amount
+
+
+@part
+def wear(
+    pheromone: NDArray,
+    nearness: NDArray,
+    weights: NDArray,
+    pheromone_weight: float,
+    rate: float,
+    initial: float,
+    i: int,
+    c: int,
+) -> None:
+    """Wear off one trail towards `initial`: τ ← (1 − ξ)τ + ξτ0; its weight follows. Changes: pheromone, weights.
+
+    Source: Dorigo and Stützle 2004, equation 3.12 (local update of Ant Colony System).
+    """
+    trail = (1.0 - rate) * pheromone[i, c] + rate * initial
+    pheromone[i, c] = trail
+    weights[i, c] = trail**pheromone_weight * nearness[i, c]
 
 
 @kernel

@@ -99,9 +99,12 @@ class Parameters:
 class Trails:
     """Pheromone on the candidate edges, and how the five algorithms change it."""
 
-    def __init__(self, lists: NDArray[np.int32], parameters: Parameters, c_nn: float) -> None:
-        """Lay equal trails on `lists` int32[n, k]; `c_nn` is the cost of the nearest-neighbour tour."""
-        self.lists, self.parameters = lists, parameters
+    def __init__(self, lists: NDArray[np.int32], parameters: Parameters, c_nn: float, one_way: bool = False) -> None:
+        """Lay equal trails on `lists` int32[n, k]; `c_nn` is the cost of the nearest-neighbour tour.
+
+        `one_way`: an edge costs otherwise when it is gone along from its other end, and has a trail for each way.
+        """
+        self.lists, self.parameters, self.one_way = lists, parameters, one_way
         self.initial = _initial_pheromone(parameters, len(lists), c_nn)
         self.highest, self.lowest = math.inf, 0.0
         self.pheromone = np.full(lists.shape, self.initial)
@@ -127,7 +130,7 @@ class Trails:
         trails.fill_weights(self.pheromone, self.nearness, self.parameters.alpha, self.weights)
 
     def _deposit(self, tour: NDArray[np.int32], amount: float) -> None:
-        trails.deposit(self.lists, tour, amount, self.highest, self.pheromone)
+        trails.deposit(self.lists, tour, amount, self.highest, self.one_way, self.pheromone)
 
     def _ant_system(self, _: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
         """All ants deposit 1/C (equations 3.2 to 3.4)."""
@@ -170,7 +173,8 @@ class Trails:
 
     def _colony_system(self, _: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
         """Only the edges of the best tour so far change (equation 3.11)."""
-        trails.reinforce_and_decay(self.lists, best.tour, self.parameters.rate, 1.0 / best.cost, self.pheromone)
+        rate, amount = self.parameters.rate, 1.0 / best.cost
+        trails.reinforce_and_decay(self.lists, best.tour, rate, amount, self.one_way, self.pheromone)
 
     def _converged(self) -> bool:
         factor = trails.branching(self.lists, self.pheromone, BRANCHING_SHARE)

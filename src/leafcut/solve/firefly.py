@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -114,6 +115,20 @@ class Flight:
         floor = max(float(lengths[f]), 1e-300)
         return max(apart, key=lambda j: self.attraction(apart[j], h) * floor / max(float(lengths[j]), 1e-300))
 
+    def aim(
+        self, lengths: NDArray[np.float64], f: int, apart: Callable[[int], int], h: int, done: float, mended: bool
+    ) -> tuple[float, int]:
+        """Return how attractive the target of a firefly is, and how many nodes its longest inversion has.
+
+        `apart` tells how many edges of another one it has not; the brightest sees none, and flies at random.
+        """
+        short = self.short or (SHORT_MENDED if mended else math.ceil(SHORT_SHARE * h))
+        seen = {j: apart(j) for j in np.flatnonzero(lengths < lengths[f]).tolist()}
+        if not seen:
+            return self.attractiveness, self.longest(h, h, done, short)
+        away = seen[self.target(lengths, f, seen, h)]
+        return self.attraction(away, h), self.longest(away, h, done, short)
+
     def longest(self, apart: int, h: int, share_done: float, short: int) -> int:
         """Return how many nodes the longest inversion has, 2 … h - 2."""
         limit = apart if share_done < self.switch else min(apart, short)
@@ -182,15 +197,13 @@ class Fireflies:
 
     def _aim(self, f: int, done: float) -> tuple[int, int]:
         """Return how many moves a firefly makes, and how many nodes the longest inversion has."""
-        h, mine = self.instance.n, self.swarm[f]
-        brighter = np.flatnonzero(self.lengths < self.lengths[f])
-        apart = {int(j): int(edges_apart(mine.node, self.swarm[j].node, self.swarm[j].place)) for j in brighter}
-        short = self.flight.short or (SHORT_MENDED if self.mended else math.ceil(SHORT_SHARE * h))
-        if not apart:
-            return self.moves_of(self.flight.attractiveness), self._limit(self.flight.longest(h, h, done, short))
-        away = apart[self.flight.target(self.lengths, f, apart, h)]
-        longest = self.flight.longest(away, h, done, short)
-        return self.moves_of(self.flight.attraction(away, h)), self._limit(longest)
+        mine = self.swarm[f].node
+
+        def apart(j: int) -> int:
+            return int(edges_apart(mine, self.swarm[j].node, self.swarm[j].place))
+
+        attraction, longest = self.flight.aim(self.lengths, f, apart, self.instance.n, done, self.mended)
+        return self.moves_of(attraction), self._limit(longest)
 
     def _limit(self, longest: int) -> int:
         return min(longest, LONGEST_REWRITE) if self.mended else longest

@@ -26,7 +26,7 @@ from leafcut.solve.aco import Parameters, Trails
 from leafcut.solve.annealing import layers_of
 from leafcut.solve.construction import random_words
 from leafcut.solve.directed import DirectedInstance
-from leafcut.solve.firefly import SHORT_MENDED, SHORT_SHARE, Flight, learn_nothing, share_done
+from leafcut.solve.firefly import Flight, learn_nothing, share_done
 from leafcut.solve.instance import cluster_places
 from leafcut.solve.loop import Propose, Reinforce, search
 from leafcut.solve.observing import Places, brightness_of, on_lists
@@ -96,26 +96,11 @@ class OrderTrails(Trails):
     def __init__(self, ordering: Ordering, parameters: Parameters, c_nn: float) -> None:
         m = ordering.instance.n
         lists = np.tile(np.arange(m, dtype=np.int32), (m, 1))
-        super().__init__(lists, parameters, c_nn)
-        self.one_way = ordering.instance.twisted or len(ordering.instance.pairs) > 0
+        super().__init__(lists, parameters, c_nn, ordering.instance.twisted or len(ordering.instance.pairs) > 0)
         near = ordering.layers.least.copy()
         np.fill_diagonal(near, np.inf)
         self.nearness[:] = (1.0 / (near + self.offset)) ** parameters.beta
         self.weigh()
-
-    def _steps(self, tour: Ints) -> tuple[Ints, Ints]:
-        here, there = np.roll(tour, 1), tour
-        if self.one_way:
-            return here, there
-        return np.concatenate([here, there]), np.concatenate([there, here])
-
-    def _deposit(self, tour: Ints, amount: float) -> None:
-        steps = self._steps(tour)
-        self.pheromone[steps] = np.minimum(self.highest, self.pheromone[steps] + amount)
-
-    def _colony_system(self, _: int, tours: Ints, costs: NDArray[np.float64], best: Best) -> None:
-        steps, rate = self._steps(best.tour), self.parameters.rate
-        self.pheromone[steps] = (1.0 - rate) * self.pheromone[steps] + rate / best.cost
 
 
 class OrderAnts:
@@ -176,12 +161,9 @@ class Fireflies:
         if m < 4:
             return
         self.place[self.orders[f]] = np.arange(m, dtype=np.int32)
-        brighter = np.flatnonzero(self.lengths < self.lengths[f])
-        apart = {int(j): int(steps_apart(self.orders[j], self.place)) for j in brighter}
-        away = apart[flight.target(self.lengths, f, apart, m)] if apart else m
-        attraction = flight.attraction(away, m) if apart else flight.attractiveness
-        short = flight.short or (SHORT_MENDED if mended else math.ceil(SHORT_SHARE * m))
-        longest = flight.longest(away, m, done, short)
+        attraction, longest = flight.aim(
+            self.lengths, f, lambda j: int(steps_apart(self.orders[j], self.place)), m, done, mended
+        )
         for _ in range(max(1, round(attraction))):
             self.moved[:] = self.orders[f]
             self.place[self.moved] = np.arange(m, dtype=np.int32)
