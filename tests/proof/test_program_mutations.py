@@ -13,7 +13,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.options import PostOptions
 from leafcut.post.writer import write_program
-from leafcut.proof.program import check_program
+from leafcut.proof.program import check_program, read_back
 
 MILL = Machine(
     "mill", "", "linuxcnc", (100.0, 100.0, 50.0), (500.0, 500.0, 250.0), 40.0, (-400.0, -400.0, -300.0),
@@ -89,7 +89,7 @@ def faults(name: str, units: str, text: str) -> list[str]:
     """Return what the proof says about a text, as words."""
     path = written(name, units)[0]
     try:
-        return [str(d) for d in check_program(path, text, dialect(name), MILL, units)]
+        return [str(d) for d in check_program(path, read_back(text, dialect(name)), dialect(name), MILL, units)]
     except LeafcutError as problem:
         return [str(problem)]
 

@@ -82,6 +82,8 @@ class Outcome(Generic[D]):
         The program, whole.
     detail
         What belongs to the process alone: the plans of a sheet or of pockets, the proof of a program.
+    written
+        What the text does, read back for the proof, with the line of every row. None where `path_after` was read.
     encoding
         Of the program's text in a file.
     output, report
@@ -107,6 +109,7 @@ class Outcome(Generic[D]):
     verified: bool
     detail: D
     issues: tuple[Issue, ...] = ()
+    written: Toolpath | None = None
     encoding: str = "utf-8"
     output: str = ""
     report: str = ""

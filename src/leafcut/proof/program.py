@@ -22,9 +22,20 @@ from leafcut.proof.read_back import compare_motion
 from leafcut.units import MM_PER_INCH
 
 
+def read_back(text: str, dialect: Dialect) -> Toolpath:
+    """Return what a program does, interpreted as the controller would, whatever modes another program left active.
+
+    Raises
+    ------
+    ReadError
+        The text is no program that the controller takes.
+    """
+    return interpret(text, dialect, left_over=True)
+
+
 def check_program(
     planned: Toolpath,
-    text: str,
+    written: Toolpath,
     dialect: Dialect,
     machine: Machine,
     units: str,
@@ -34,20 +45,13 @@ def check_program(
     tool_radii: Mapping[int, float] = MappingProxyType({}),
     milled: bool = False,
 ) -> list[Difference]:
-    """Return all that is wrong with a program's text; an empty list is the proof.
+    """Return all that is wrong with a program that was `read_back`; an empty list is the proof.
 
-    The text is interpreted as the controller would, whatever modes another program left active. What comes out must
-    be the planned toolpath, with the cycles that the controller lacks written out, inside the
-    machine's travel, above the work and over the keep-out zones. `units` are those of the program, mm or inch: places
+    It must be the planned toolpath, with the cycles that the controller lacks written out, inside the machine's travel,
+    above the work and over the keep-out zones. `units` are those of the program, mm or inch: places
     may differ by half of the last decimal. Of a program that is `milled` the rapids down below the surface are left to
     `processes.pocket.proof.pocket`.
-
-    Raises
-    ------
-    ReadError
-        The text is no program that the controller takes.
     """
-    written = interpret(text, dialect, left_over=True)
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
         half = 0.5 * MM_PER_INCH * 10.0**-dialect.decimals_inch

@@ -16,21 +16,13 @@ _SMALLEST_MOVE = 1e-9
 _RAPIDS = (Kind.RAPID, Kind.MACHINE)
 
 
-def written_lines(planned: Toolpath, text: str, dialect_name: str) -> NDArray[np.int32]:
+def written_lines(planned: Toolpath, written: Toolpath) -> NDArray[np.int32]:
     """Return the line of every row of a plan without canned cycles, int32[n], from 1; 0 where there is none.
 
-    The program is read again, and moves are found by kind and by where they end, in their order. What a controller
-    does without a word of the program (a torch that goes down and pierces) has the line of what comes next.
-
-    Raises
-    ------
-    ReadError
-        The program cannot be read.
+    `written` is the program read back: its moves are found by kind and by where they end, in their order. What a
+    controller does without a word of the program (a torch that goes down and pierces) has the line of what comes next.
     """
-    from leafcut.gcode.dialects import dialect
-    from leafcut.gcode.program_interpreter import interpret_program
-
-    written = expand(interpret_program(text, dialect(dialect_name)).path)
+    written = expand(written)
     ours, theirs = _moving(planned), _moving(written)
     a, b = (_marks(path, rows) for path, rows in ((planned, ours), (written, theirs)))
     found = _aligned(a, b)

@@ -76,25 +76,24 @@ def outcome_playback(outcome: Outcome, which: Which) -> Playback:
 
     Raises
     ------
-    PlanError, ReadError
-        The cycles come to more moves than can be meant, or the program cannot be read.
+    PlanError
+        The cycles come to more moves than can be meant.
     """
     beam = outcome.shown.beam
     if which == "before":
         return playback(outcome.path_before, outcome.machine, beam)
-    program = "" if outcome.path_after.line.any() else outcome.text
-    return playback(outcome.path_after, outcome.machine, beam, program, outcome.dialect)
+    return playback(outcome.path_after, outcome.machine, beam, outcome.written)
 
 
-def playback(path: Toolpath, machine: Machine, beam: bool = False, program: str = "", dialect: str = "") -> Playback:
+def playback(path: Toolpath, machine: Machine, beam: bool = False, written: Toolpath | None = None) -> Playback:
     """Return how a toolpath is run; what a `beam` does at feed while it is switched off is ``DARK``.
 
-    `program` is the text that was written from a planned path, in the words of a dialect; its lines are told then.
+    `written` is the program that was written from a planned path, read back: the lines are its then.
 
     Raises
     ------
-    PlanError, ReadError
-        The cycles come to more moves than can be meant, or the program cannot be read.
+    PlanError
+        The cycles come to more moves than can be meant.
     """
     from leafcut.timing.toolpath import clock
 
@@ -116,7 +115,7 @@ def playback(path: Toolpath, machine: Machine, beam: bool = False, program: str 
         doing=doing,
         place=place,
         seconds=timed.seconds,
-        line=written_lines(rows, program, dialect) if program else rows.line,
+        line=rows.line if written is None else written_lines(rows, written),
         source=timed.source,
         feed=np.where(feeds, rows.value, 0.0),
         tool=rows.tool.astype(np.int32),

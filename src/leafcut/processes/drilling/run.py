@@ -104,7 +104,8 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
         text=text,
         dialect=words.name,
         seed=run.settings.solve.seed,
-        verified=_verify(run, plan, words, after, text),
+        verified=True,
+        written=_verify(run, plan, words, after, text),
         issues=(*plan.part.issues, *plan.issues, *machine_issues(run.machine)),
         options=run.settings.changed(),
         version=__version__,
@@ -234,20 +235,21 @@ def _write(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, measures: 
     return write_program(path, words, settings.post, header, tool_names=names)
 
 
-def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str) -> bool:
-    """Read the program back and compare it with the toolpath; check it against the machine and the part.
+def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str) -> Toolpath:
+    """Return the program read back, compared with the toolpath and checked against the machine and the part.
 
     Raises
     ------
     VerifyError
         The first difference or danger, and how many more there are.
     """
-    from leafcut.proof.program import check_program
+    from leafcut.proof.program import check_program, read_back
 
     run.tell("verifying")
+    written = read_back(text, words)
     problems = check_program(
         path,
-        text,
+        written,
         words,
         run.machine,
         run.settings.post.output_units,
@@ -256,4 +258,4 @@ def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str
         tool_radii={tool.number: 0.5 * tool.diameter for tool in plan.tools},
     )
     refuse(problems)
-    return True
+    return written

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from leafcut._version import __version__
 from leafcut.model.issue import Issue
+from leafcut.model.toolpath import Toolpath
 from leafcut.processes.course import refuse
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes
 
@@ -51,8 +52,8 @@ def write_pockets(job: PocketJob, before: LaidPockets, after: LaidPockets, usual
     )
 
 
-def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> list[Issue]:
-    """Prove the program: read back, on the machine, and by simulation; return what it leaves uncut.
+def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpath, list[Issue]]:
+    """Prove the program: on the machine, and by simulation; return it read back, and what it leaves uncut.
 
     The one place where a pocketing program is proved: nothing that fails here is written.
 
@@ -61,7 +62,6 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> list[Issue]:
     VerifyError
         The first difference, gouge or danger, and how many more there are.
     """
-    from leafcut.gcode.interpreter import interpret
     from leafcut.processes.pocket.plan.rules import finishing_levels
     from leafcut.processes.pocket.proof.pocket import (
         air_differences,
@@ -71,14 +71,15 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> list[Issue]:
         simulated_levels,
         step_over_differences,
     )
-    from leafcut.proof.program import check_program
+    from leafcut.proof.program import check_program, read_back
 
     job.run.tell("verifying")
     heights, tool = job.heights, job.data.tool
+    written = read_back(text, job.words)
     refuse(
         check_program(
             laid.path,
-            text,
+            written,
             job.words,
             job.run.machine,
             job.run.settings.post.output_units,
@@ -88,7 +89,6 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> list[Issue]:
             milled=True,
         )
     )
-    written = interpret(text, job.words, left_over=True)
     depth = -heights.levels[-1]
     refuse(check_pockets(written, job.part.pockets, job.exact, depth, heights.retract))
     refuse(depth_differences(written, job.exact, -heights.levels[0]))
@@ -97,7 +97,8 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> list[Issue]:
     refuse(air_differences(written, job.exact, tool.feed))
     refuse(gouge_differences(simulated, job.part.pockets))
     refuse(step_over_differences(simulated, job.part.pockets, job.exact))
-    return _uncut(job, [(level.number, level.removal) for level in simulated if level.z == heights.levels[-1]])
+    lowest = [(level.number, level.removal) for level in simulated if level.z == heights.levels[-1]]
+    return written, _uncut(job, lowest)
 
 
 def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:

@@ -376,7 +376,7 @@ def _outcome(
     run, settings, (before, after) = job.run, job.run.settings, laid
     usual = dict.fromkeys(c.plan.usual.strategy for c in cleared)
     text = write_pockets(job, before, after, " and ".join(usual))
-    left = prove_pockets(job, after, text)
+    written, left = prove_pockets(job, after, text)
     operation = OperationOutcome(job.data.tool, "", (), False, solution, cuts=len(solution.nodes))
     return Outcome(
         part=job.part,
@@ -392,6 +392,7 @@ def _outcome(
         dialect=job.words.name,
         seed=settings.solve.seed,
         verified=True,
+        written=written,
         issues=(
             *issues,
             *_entry_issues(after.descents),

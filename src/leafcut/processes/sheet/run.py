@@ -207,7 +207,7 @@ def _outcome(
 ) -> Outcome[SheetDetail]:
     run, settings = job.run, job.run.settings
     text = _write(job, before, after)
-    verified = _verify(job, after, text)
+    written = _verify(job, after, text)
     tool = Tool(number=1, diameter=job.data.kerf, kind=ToolKind.TORCH, name=job.data.process, feed=job.data.feed)
     return Outcome(
         part=job.part,
@@ -222,7 +222,8 @@ def _outcome(
         text=text,
         dialect=job.words.name,
         seed=settings.solve.seed,
-        verified=verified,
+        verified=True,
+        written=written,
         issues=(
             *issues,
             *_heat_issues(job, after),
@@ -310,8 +311,8 @@ def _write(job: Job, before: _Laid, after: _Laid) -> str:
     return write_cut_program(after.plan, after.path, job.words, settings.post, header)
 
 
-def _verify(job: Job, laid: _Laid, text: str) -> bool:
-    """Read the program back and compare it with the toolpath; check it against the drawing and the machine.
+def _verify(job: Job, laid: _Laid, text: str) -> Toolpath:
+    """Return the program read back, compared with the toolpath and checked against the drawing and the machine.
 
     The one place where a cutting program is proved: nothing that fails here is written.
 
@@ -320,13 +321,14 @@ def _verify(job: Job, laid: _Laid, text: str) -> bool:
     VerifyError
         The first difference or danger, and how many more there are.
     """
-    from leafcut.processes.sheet.proof.cut_motion import check_cut_motion
+    from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
     from leafcut.processes.sheet.proof.laid_runs import Asked
     from leafcut.processes.sheet.proof.sheet import check_sheet
 
     job.run.tell("verifying")
     settings, machine = job.run.settings, job.run.machine
-    refuse(check_cut_motion(laid.path, laid.plan, text, job.words, settings.post.output_units))
+    written = read_back(text, laid.plan, job.words)
+    refuse(check_cut_motion(laid.path, written, job.words, settings.post.output_units))
     asked = Asked(
         half=job.cutting.rules.half,
         joints=settings.cut.micro_joints,
@@ -339,5 +341,5 @@ def _verify(job: Job, laid: _Laid, text: str) -> bool:
     obstacles = _obstacles(job)
     if obstacles is not None:
         refuse(meetings(job.run, obstacles, laid.path))  # the text was just found to be this path
-    refuse(check_sheet(job.cutting.sheet, laid.plan, text, job.words, machine, asked))
-    return True
+    refuse(check_sheet(job.cutting.sheet, laid.plan, text, written, job.words, machine, asked))
+    return written

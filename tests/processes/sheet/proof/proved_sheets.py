@@ -17,6 +17,7 @@ from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
 from leafcut.processes.sheet.plan.cut_toolpath import lay_cuts
 from leafcut.processes.sheet.plan.cutting import drawing_order, prepare_cutting
 from leafcut.processes.sheet.post import write_cut_program
+from leafcut.processes.sheet.proof.cut_motion import read_back
 from leafcut.processes.sheet.proof.laid_runs import Asked
 from leafcut.processes.sheet.proof.sheet import check_sheet
 from leafcut.proof.difference import Difference
@@ -104,4 +105,5 @@ def checked(
 ) -> list[Difference]:
     """What is wrong with a text that should be this plan's."""
     asked = Asked(rules.half, rules.joints, rules.joint_width, rules.joint_holes, CLEARANCE, probe, power)
-    return check_sheet(plan.sheet, plan, text, dialect(words), machine_for(words), asked)
+    written = read_back(text, plan, dialect(words))
+    return check_sheet(plan.sheet, plan, text, written, dialect(words), machine_for(words), asked)

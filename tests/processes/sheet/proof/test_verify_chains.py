@@ -16,6 +16,7 @@ from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.options import PostOptions
 from leafcut.processes.sheet.plan.cut_toolpath import lay_cuts
 from leafcut.processes.sheet.post import write_cut_program
+from leafcut.processes.sheet.proof.cut_motion import read_back
 from leafcut.processes.sheet.proof.laid_runs import Asked
 from leafcut.processes.sheet.proof.sheet import check_sheet
 from leafcut.proof.difference import Difference
@@ -72,7 +73,9 @@ def found(cuts: list[Cut], plan: list[Cut] | None = None, third: bool = False) -
     machine = machine_for("qtplasmac")
     path, _ = lay_cuts(cuts, STEEL, machine, clearance=CLEARANCE, switches=True, tolerance=0.1)
     text = write_cut_program(replace(whole, cuts=tuple(cuts)), path, words, PostOptions())
-    return check_sheet(whole.sheet, whole, text, words, machine, Asked(HALF, safe_height=CLEARANCE))
+    return check_sheet(
+        whole.sheet, whole, text, read_back(text, whole, words), words, machine, Asked(HALF, safe_height=CLEARANCE)
+    )
 
 
 def test_a_chain_through_scrap_is_proved() -> None:

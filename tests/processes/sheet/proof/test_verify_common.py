@@ -21,6 +21,7 @@ from leafcut.processes.sheet.plan.cutting import drawing_order, prepare_cutting
 from leafcut.processes.sheet.plan.leads.clear_pierces import clear_pierces
 from leafcut.processes.sheet.plan.leads.leads_apart import leads_apart
 from leafcut.processes.sheet.post import write_cut_program
+from leafcut.processes.sheet.proof.cut_motion import read_back
 from leafcut.processes.sheet.proof.laid_runs import Asked
 from leafcut.processes.sheet.proof.sheet import check_sheet
 from leafcut.proof.difference import Difference
@@ -46,7 +47,8 @@ def wrong(cuts: Cuts, rules: CutRules, sheet: Sheet | None = None) -> list[Diffe
     plan = CutPlan(sheet or four(), STEEL, cuts)
     text = write_cut_program(plan, laid(cuts), dialect("qtplasmac"), PostOptions(), ["four"])
     asked = Asked(rules.half, safe_height=CLEARANCE)
-    return check_sheet(plan.sheet, plan, text, dialect("qtplasmac"), machine_for("qtplasmac"), asked)
+    words = dialect("qtplasmac")
+    return check_sheet(plan.sheet, plan, text, read_back(text, plan, words), words, machine_for("qtplasmac"), asked)
 
 
 def test_a_right_program_is_accepted() -> None:

@@ -17,7 +17,7 @@ from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.machine import Probe
 from leafcut.options import CutOptions, PostOptions
-from leafcut.processes.sheet.proof.cut_motion import check_cut_motion
+from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
 from leafcut.processes.sheet.proof.sheet_shapes import shapes_of
 
 KERF = 1.5
@@ -39,7 +39,8 @@ def with_cut(cuts: Cuts, k: int, **changes: object) -> Cuts:
 def test_a_right_program_is_accepted_for_every_controller(words: str, units: str) -> None:
     plan, rules = planned(words)
     text = program(plan.cuts, words, PostOptions(output_units=units))
-    assert check_cut_motion(laid(plan.cuts, words), plan, text, dialect(words), units) == []
+    written = read_back(text, plan, dialect(words))
+    assert check_cut_motion(laid(plan.cuts, words), written, dialect(words), units) == []
     assert checked(text, plan, rules, words) == []
 
 
@@ -241,7 +242,8 @@ def test_a_program_that_finds_the_sheet_before_every_pierce_is_accepted(units: s
     plan, rules = planned("plasma")
     text = program(plan.cuts, "plasma", PostOptions(output_units=units), PROBE)
     assert text.count("G38.2 ") == text.count("G92 ") == len(plan.cuts)
-    assert check_cut_motion(laid(plan.cuts, "plasma", PROBE), plan, text, dialect("plasma"), units) == []
+    written = read_back(text, plan, dialect("plasma"))
+    assert check_cut_motion(laid(plan.cuts, "plasma", PROBE), written, dialect("plasma"), units) == []
     assert checked(text, plan, rules, "plasma", PROBE) == []
 
 

@@ -19,7 +19,7 @@ from leafcut.geometry.tiles import Tiles
 from leafcut.model.cutting import CutPlan
 from leafcut.model.machine import Machine
 from leafcut.model.sheet import Sheet
-from leafcut.processes.sheet.proof.cut_motion import read_back
+from leafcut.model.toolpath import Toolpath
 from leafcut.processes.sheet.proof.freed import check_freed
 from leafcut.processes.sheet.proof.laid_runs import MOST, PIECE, Asked, Claim, Laid, wrong
 from leafcut.processes.sheet.proof.sheet_order import chained, disordered, in_the_air, misplaced, turned
@@ -36,9 +36,9 @@ SHORT = 0.1
 
 
 def check_sheet(
-    sheet: Sheet, plan: CutPlan, text: str, dialect: Dialect, machine: Machine, asked: Asked
+    sheet: Sheet, plan: CutPlan, text: str, path: Toolpath, dialect: Dialect, machine: Machine, asked: Asked
 ) -> list[Difference]:
-    """Return all that is wrong with the text of a cutting program; an empty list is the proof.
+    """Return all that is wrong with a cutting program, its text and the `path` read back from it; none is the proof.
 
     1. Every contour that the kerf fits is cut once, all the way round, and marks are marked.
     2. No kerf touches the metal of any part, a clamp, or the air beyond the sheet's edge.
@@ -49,13 +49,7 @@ def check_sheet(
     7. Edges that are cut once for two parts are cut before what is around the parts, and by no other run.
     8. A head that stays down crosses no more free parts than the plan tells.
     9. The machine can reach and do all of it.
-
-    Raises
-    ------
-    ReadError
-        The text is no program that the controller takes.
     """
-    path = read_back(text, plan, dialect)
     by_register = dialect.torch is not None and dialect.torch.compensation == "G41"
     runs = torch_runs(path, plan.data.kerf if by_register else None)
     found = check_torch(path, runs, plan, text, dialect, asked.safe_height, asked.probe)
