@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -159,6 +160,37 @@ def test_plan_proof_post_and_report_of_a_process_share_no_code() -> None:
         return it[0] not in IN_A_PROCESS[part]
 
     assert not faults(ROOT.glob("processes/**/*.py"), wrong)
+
+
+def circle_in(imports: dict[str, set[str]]) -> list[str]:
+    """Return modules that import each other in a circle, the first once more at the end; none where there is none."""
+    try:
+        TopologicalSorter(imports).prepare()
+    except CycleError as found:
+        circle: list[str] = found.args[1]
+        return circle
+    return []
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    """Imports inside functions count, and those for types alone, too: what knows each other cannot be read alone."""
+    names = {".".join(module(file)).removesuffix(".__init__"): file for file in FILES}
+    imports = {
+        name: {found for whole in imported(file) if (found := _module_of(whole, names)) and found != name}
+        for name, file in names.items()
+    }
+    assert sum(map(len, imports.values())) > 1000
+    assert circle_in(imports) == []
+
+
+def _module_of(name: tuple[str, ...], names: Iterable[str]) -> str:
+    """Return the module that an import names: itself, or the one that holds what is imported."""
+    return next((found for found in (".".join(name), ".".join(name[:-1])) if found in names), "")
+
+
+def test_a_circle_is_found() -> None:
+    """The test above would find one: b, c and a import each other, d and e do not."""
+    assert set(circle_in({"a": {"b"}, "b": {"c", "d"}, "c": {"a"}, "d": {"e"}, "e": set()})) == {"a", "b", "c"}
 
 
 def loaded_by(statement: str) -> set[str]:

@@ -12,7 +12,8 @@ from urllib.parse import urlsplit
 import pytest
 from starlette.testclient import TestClient
 
-from leafcut.studio.app import PORT, Studio, guarded, make_api, open_studio
+from leafcut.studio.app import guarded, make_api
+from leafcut.studio.studio import PORT, Studio, open_studio
 
 PLATE = Path(__file__).parents[2] / "examples" / "plate_10.dxf"
 

@@ -15,8 +15,9 @@ from starlette.testclient import TestClient
 
 from leafcut import cli
 from leafcut.studio import jobs
-from leafcut.studio.app import Studio, make_api
+from leafcut.studio.app import make_api
 from leafcut.studio.run_job import Made
+from leafcut.studio.studio import Studio
 
 ROOT = Path(__file__).parents[2]
 PLATE = ROOT / "examples" / "plate_10.dxf"

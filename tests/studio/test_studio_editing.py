@@ -11,10 +11,10 @@ import pytest
 import leafcut
 from leafcut.errors import OptionError
 from leafcut.read.order_file import load_order
-from leafcut.studio.app import Studio
 from leafcut.studio.editing import CutOrder, HoleOrder, Stop, cuts_one_by_one
 from leafcut.studio.history import State
 from leafcut.studio.panel_edit import can_be_edited, edited_of
+from leafcut.studio.studio import Studio
 from leafcut.studio.task import Task
 
 XY = np.array([[10.0 * k, 0.0] for k in range(5)])

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from leafcut.studio import jobs as room
-from leafcut.studio.app import Studio
 from leafcut.studio.ending import Endable, Ended
 from leafcut.studio.history import State
+from leafcut.studio.studio import Studio
 from leafcut.studio.task import Task
 
 LONG_ENOUGH = 60.0

@@ -21,12 +21,12 @@ from leafcut.option_spec import flag_name
 from leafcut.options import ALGORITHMS, Settings, all_options, used_by
 from leafcut.read.machine import load_machine, machine_names
 from leafcut.studio import forms
-from leafcut.studio.app import Studio
 from leafcut.studio.ending import Endable
 from leafcut.studio.history import State
 from leafcut.studio.page_state import View
 from leafcut.studio.panel_input import InputPanel
 from leafcut.studio.panel_live import PACES
+from leafcut.studio.studio import Studio
 from leafcut.studio.task import Task, command_line, prepare, program_name
 from leafcut.studio.wording import words
 from leafcut.timing.toolpath import measure

@@ -13,11 +13,11 @@ import leafcut
 from leafcut.errors import OptionError
 from leafcut.files import OutputError
 from leafcut.studio import jobs as room
-from leafcut.studio.app import Studio, open_studio
 from leafcut.studio.history import Artefact, History, State
 from leafcut.studio.jobs import Live
 from leafcut.studio.panel_jobs import change_words, choices_of
 from leafcut.studio.run_job import Made
+from leafcut.studio.studio import Studio, open_studio
 from leafcut.studio.task import Call, Task, title_of
 from leafcut.studio.wording import words as words_of
 

@@ -8,10 +8,10 @@ import pytest
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.studio import library
-from leafcut.studio.app import Studio
 from leafcut.studio.folder import BUILT_IN
 from leafcut.studio.history import State
 from leafcut.studio.preview import look
+from leafcut.studio.studio import Studio
 from leafcut.studio.task import Task
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -16,10 +16,10 @@ from starlette.testclient import TestClient
 import leafcut
 from leafcut import cli
 from leafcut.errors import OptionError
-from leafcut.studio.app import Studio, open_studio
 from leafcut.studio.history import State
 from leafcut.studio.nest_request import WantedPart, list_text, listed_parts, wanted_parts
 from leafcut.studio.sheets import comparison, nest_of, plan_cuts
+from leafcut.studio.studio import Studio, open_studio
 from leafcut.studio.task import Task, command_line, prepare, title_of
 
 #: Two plates beside each other fill a sheet, so that six parts take several.

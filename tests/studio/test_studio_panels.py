@@ -9,9 +9,9 @@ from typing import Any
 from nicegui.client import Client
 from nicegui.page import page as page_of
 
-from leafcut.studio.app import Studio
 from leafcut.studio.page_state import View
 from leafcut.studio.panel_result import ResultPanel
+from leafcut.studio.studio import Studio
 from leafcut.studio.task import Task
 from leafcut.studio.wording import words
 

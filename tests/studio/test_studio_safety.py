@@ -15,11 +15,12 @@ from starlette.websockets import WebSocketDisconnect
 
 from leafcut.errors import OptionError
 from leafcut.studio import safety
-from leafcut.studio.app import PORT, Studio, guarded, make_api, open_studio
+from leafcut.studio.app import guarded, make_api
 from leafcut.studio.connections import patient_protocol
 from leafcut.studio.folder import Folder, safe_name
 from leafcut.studio.keys import COOKIE_SECONDS, Keys
 from leafcut.studio.safety import STILL_POLICY, Guard
+from leafcut.studio.studio import PORT, Studio, open_studio
 from leafcut.studio.task import Task, prepare
 
 OWN = f"http://127.0.0.1:{PORT}"

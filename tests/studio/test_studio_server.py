@@ -19,9 +19,10 @@ from websockets.sync.client import connect
 
 from leafcut.errors import OptionError
 from leafcut.files import OutputError
-from leafcut.studio.app import StudioError, _listen, open_studio, parse_port, serve
+from leafcut.studio.app import StudioError, _listen, parse_port, serve
 from leafcut.studio.history import State
 from leafcut.studio.lock import held
+from leafcut.studio.studio import open_studio
 from leafcut.studio.task import Task
 
 

@@ -13,9 +13,9 @@ from waiting import until
 from leafcut import api
 from leafcut.model.snapshot import Snapshot
 from leafcut.studio import search_watch as watching
-from leafcut.studio.app import Studio
 from leafcut.studio.history import State
 from leafcut.studio.search_watch import Watch
+from leafcut.studio.studio import Studio
 from leafcut.studio.task import Task
 
 MMAS = {"algorithm": "mmas", "iterations": "12", "threads": "1"}

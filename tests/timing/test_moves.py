@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from leafcut.model.toolpath import Arc, ToolpathBuilder, arc_sweep, plane_axes
 from leafcut.timing.lookahead import Pieces, travel_seconds
-from leafcut.timing.moves import turns_of
+from leafcut.timing.turns import turns_of
 
 ARC = st.tuples(
     st.sampled_from([17, 18, 19]),

@@ -150,7 +150,7 @@ def _doing(path: Toolpath, beam: bool) -> NDArray[np.uint8]:
 
 def _arcs(path: Toolpath, before: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return the rows of the flat arcs that are known, and their centres, radii, starts and sweeps."""
-    from leafcut.timing.moves import turns_of
+    from leafcut.timing.turns import turns_of
 
     turns = turns_of(path)
     flat = (turns.plane == 0) & (turns.length > 0.0)

@@ -6,21 +6,16 @@ reads what is there between two steps.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.problem import RoutingProblem
-from leafcut.model.snapshot import Observer, Pheromone, Snapshot
-from leafcut.model.solution import WorkerFigures
+from leafcut.model.snapshot import Observer, Pheromone
 from leafcut.solve.instance import Instance, cluster_places
-
-if TYPE_CHECKING:
-    from leafcut.solve.statistics import Best
+from leafcut.solve.statistics import Watched
 
 #: Edges with less on them are not shown, nor more of them than so many, the strongest first.
 FAINT, MOST_EDGES = 0.02, 60_000
@@ -33,49 +28,6 @@ MOST_BOUNDED = 20_000
 
 Ints = NDArray[np.int32]
 Points = NDArray[np.float64]
-
-
-@dataclass
-class Watched:
-    """A search that somebody may look at.
-
-    Attributes
-    ----------
-    path
-        Places along a tour as the search keeps it, float64[m, 2].
-    workers, pheromone, brightness
-        As in `Snapshot`; put by the search as soon as it has any.
-    """
-
-    observer: Observer
-    path: Callable[[Ints], Points]
-    workers: Callable[[], tuple[WorkerFigures, ...]] = tuple
-    pheromone: Callable[[], Pheromone | None] = lambda: None
-    brightness: Callable[[], NDArray[np.float64] | None] = lambda: None
-
-    def look(self, best: Best, iteration: int, alone: bool) -> None:
-        """Let the observer look; `alone`: nothing of the search goes on meanwhile, and its clock stands still."""
-        seconds = best.stop.elapsed()
-
-        def take() -> Snapshot:
-            with best.lock:
-                tour, cost = best.tour, best.cost
-            return Snapshot(
-                path=self.path(tour) if len(tour) else np.zeros((0, 2)),
-                cost=cost + best.service,
-                bound=best.known_bound,
-                iteration=iteration,
-                seconds=seconds,
-                workers=self.workers(),
-                pheromone=self.pheromone(),
-                brightness=self.brightness(),
-            )
-
-        if not alone:
-            self.observer(take, False)
-            return
-        with best.stop.paused():
-            self.observer(take, True)
 
 
 @dataclass

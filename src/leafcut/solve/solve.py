@@ -42,10 +42,10 @@ from leafcut.solve.kicks import (
     shorten_long_edges,
     work_tour,
 )
-from leafcut.solve.observing import Places, Watched, brightness_of, on_candidates, watched_instance
+from leafcut.solve.observing import Places, brightness_of, on_candidates, watched_instance
 from leafcut.solve.precedence import broken_pair, checked_pairs, keeps
 from leafcut.solve.running import PRESETS, Found, set_budget, until_interrupted
-from leafcut.solve.statistics import Best, WorkerLog
+from leafcut.solve.statistics import Best, Watched, WorkerLog
 from leafcut.solve.stop import Stop
 from leafcut.solve.thrift import Thrift
 from leafcut.solve.workers import Workers

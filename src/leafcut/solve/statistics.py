@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.heartbeat import Progress
+from leafcut.model.snapshot import Observer, Pheromone, Snapshot
 from leafcut.model.solution import WorkerFigures, gap
 from leafcut.solve.stop import Stop
-
-if TYPE_CHECKING:
-    from leafcut.solve.observing import Watched
 
 #: Costs that differ by less than this share differ by the order in which they were added up.
 ROUNDING = 1e-12
@@ -73,6 +71,49 @@ class Best:
         shares = (iteration / max(self.stop.iterations, 1), self.stop.elapsed() / self.stop.seconds)
         cost = self.cost + self.service
         progress("searching", cost, min(1.0, max(shares)), gap(cost, self.known_bound))
+
+
+@dataclass
+class Watched:
+    """A search that somebody may look at.
+
+    Attributes
+    ----------
+    path
+        Places along a tour as the search keeps it, float64[m, 2].
+    workers, pheromone, brightness
+        As in `Snapshot`; put by the search as soon as it has any.
+    """
+
+    observer: Observer
+    path: Callable[[NDArray[np.int32]], NDArray[np.float64]]
+    workers: Callable[[], tuple[WorkerFigures, ...]] = tuple
+    pheromone: Callable[[], Pheromone | None] = lambda: None
+    brightness: Callable[[], NDArray[np.float64] | None] = lambda: None
+
+    def look(self, best: Best, iteration: int, alone: bool) -> None:
+        """Let the observer look; `alone`: nothing of the search goes on meanwhile, and its clock stands still."""
+        seconds = best.stop.elapsed()
+
+        def take() -> Snapshot:
+            with best.lock:
+                tour, cost = best.tour, best.cost
+            return Snapshot(
+                path=self.path(tour) if len(tour) else np.zeros((0, 2)),
+                cost=cost + best.service,
+                bound=best.known_bound,
+                iteration=iteration,
+                seconds=seconds,
+                workers=self.workers(),
+                pheromone=self.pheromone(),
+                brightness=self.brightness(),
+            )
+
+        if not alone:
+            self.observer(take, False)
+            return
+        with best.stop.paused():
+            self.observer(take, True)
 
 
 @dataclass

@@ -10,24 +10,21 @@ import threading
 import webbrowser
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import OutputError
 from leafcut.studio.connections import patient_protocol
-from leafcut.studio.folder import Folder, data_folder
-from leafcut.studio.history import History
-from leafcut.studio.jobs import Jobs
-from leafcut.studio.keys import Keys, kept_secret, page_that_goes_to, write_private
+from leafcut.studio.folder import data_folder
+from leafcut.studio.keys import page_that_goes_to, write_private
 from leafcut.studio.lock import held
 from leafcut.studio.safety import LARGEST_UPLOAD, Guard
+from leafcut.studio.studio import HOST, PORT, Studio, open_studio
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
 
-HOST, PORT = "127.0.0.1", 8173
 #: Without `--port`, so many ports from `PORT` on are tried.
 _TRIED = 20
 #: Longest wait at the end for connections that do not close, s.
@@ -36,46 +33,6 @@ _PATIENCE = 1
 
 class StudioError(LeafcutError):
     """The studio cannot be opened here."""
-
-
-@dataclass(frozen=True)
-class Studio:
-    """What all parts of the server share."""
-
-    folder: Folder
-    history: History
-    jobs: Jobs
-    keys: Keys
-    port: int
-
-    def address(self, key: str) -> str:
-        """Return the address that opens the page with a key of `Keys.new_entry`."""
-        return f"http://{HOST}:{self.port}/?token={key}"
-
-    @property
-    def token_file(self) -> Path:
-        """Where programs of the same person find the token, as long as the studio runs."""
-        return self.folder.root / "token"
-
-    @property
-    def entrance(self) -> Path:
-        """The page that sends the browser of this person to the studio."""
-        return self.folder.root / "open.html"
-
-
-def open_studio(root: Path, port: int = PORT) -> Studio:
-    """Open the studio's folder and its history; jobs that were cut short by the last end are told so.
-
-    Raises
-    ------
-    OutputError
-        The folder or the history cannot be written.
-    """
-    folder = Folder(root)
-    history = History(root / "history.sqlite")
-    history.interrupt()
-    folder.drop_unused(history.inputs_in_use())
-    return Studio(folder, history, Jobs(folder, history), Keys(kept_secret(root)), port)
 
 
 def make_api(studio: Studio) -> FastAPI:

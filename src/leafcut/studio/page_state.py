@@ -17,7 +17,7 @@ from leafcut.studio.task import Task, command_line, prepare, program_name
 from leafcut.studio.wording import Words
 
 if TYPE_CHECKING:
-    from leafcut.studio.app import Studio
+    from leafcut.studio.studio import Studio
 
 #: Options that count the holes and cuts of one drawing: of another they mean others.
 OF_DRAWING = ("hole_order", "plan")

@@ -29,7 +29,7 @@ from leafcut.studio.wording import LANGUAGES, Words, preferred, words
 if TYPE_CHECKING:
     from fastapi import FastAPI
 
-    from leafcut.studio.app import Studio
+    from leafcut.studio.studio import Studio
 
 #: The views of the page, each with its key.
 _VIEWS = (("work", "1"), ("jobs", "2"), ("machines", "3"), ("tools", "4"))

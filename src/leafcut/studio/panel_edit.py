@@ -22,7 +22,7 @@ from leafcut.studio.scene import edited_scene
 from leafcut.units import format_length
 
 if TYPE_CHECKING:
-    from leafcut.studio.pages import Page
+    from leafcut.studio.page_parts import PageParts
 
 #: Ways that differ by less are of one length, mm.
 _SAME = 1e-6
@@ -59,7 +59,7 @@ class Tried:
 class EditPanel:
     """The buttons under the drawing while an order is changed."""
 
-    def __init__(self, view: View, page: Page, canvas: Canvas) -> None:
+    def __init__(self, view: View, page: PageParts, canvas: Canvas) -> None:
         self.view, self.page, self.canvas = view, page, canvas
         self.edited: Edited | None = None
         self._stop = 0

@@ -23,7 +23,7 @@ from leafcut.studio.sheets import SheetOfNest, take
 from leafcut.studio.task import Task, called, parts_of
 
 if TYPE_CHECKING:
-    from leafcut.studio.pages import Page
+    from leafcut.studio.page_parts import PageParts
 
 #: So many issues of a file are told before it is run.
 _MOST_ISSUES = 30
@@ -32,7 +32,7 @@ _MOST_ISSUES = 30
 class InputPanel:
     """Opens, shows what was opened, and holds the form."""
 
-    def __init__(self, view: View, page: Page) -> None:
+    def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
         #: Counts the readings: what an older one found is not shown.
         self._turn = 0

@@ -21,7 +21,7 @@ from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
-    from leafcut.studio.pages import Page
+    from leafcut.studio.page_parts import PageParts
 
 _MOST = 200
 
@@ -29,7 +29,7 @@ _MOST = 200
 class JobsPanel:
     """A table of jobs, the newest first."""
 
-    def __init__(self, view: View, page: Page) -> None:
+    def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
         self.place = box("div", "page")
         self._drawn: list[tuple[str, State]] = []

@@ -10,13 +10,13 @@ from leafcut.studio.jobs import line_of
 from leafcut.studio.page_state import View
 
 if TYPE_CHECKING:
-    from leafcut.studio.pages import Page
+    from leafcut.studio.page_parts import PageParts
 
 
 class LibraryPanel:
     """The profiles of one kind, ``machines`` or ``tools``: a list, and the one that was chosen."""
 
-    def __init__(self, view: View, page: Page, kind: str) -> None:
+    def __init__(self, view: View, page: PageParts, kind: str) -> None:
         self.view, self.page, self.kind = view, page, kind
         self.chosen, self.own = "", False
         #: The name of which a person was told that it is taken.

@@ -15,7 +15,7 @@ from leafcut.studio.search_watch import Watch
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
-    from leafcut.studio.pages import Page
+    from leafcut.studio.page_parts import PageParts
 
 #: Most points of the convergence that are sent at once, and most workers that are told of.
 _MOST_POINTS, _MOST_WORKERS = 300, 8
@@ -37,7 +37,7 @@ def pace_of(watch: Watch) -> str:
 class LivePanel:
     """Shows a job while it runs, on the drawing and under it."""
 
-    def __init__(self, view: View, page: Page, canvas: Canvas) -> None:
+    def __init__(self, view: View, page: PageParts, canvas: Canvas) -> None:
         self.view, self.page, self.canvas = view, page, canvas
         w = view.words
         self._number = 0

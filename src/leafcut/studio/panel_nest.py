@@ -13,7 +13,7 @@ from leafcut.studio.sheets import GOING, SheetOfNest, comparison, plan_cuts, she
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
-    from leafcut.studio.pages import Page
+    from leafcut.studio.page_parts import PageParts
 
 #: Seconds between two looks at cuts that are being planned.
 _PACE = 0.5
@@ -26,7 +26,7 @@ _NO_TIME = {
 class NestPanel:
     """Shows the variants of a nest, and lets one of them, or all, be cut."""
 
-    def __init__(self, view: View, page: Page) -> None:
+    def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
         self._record: Record | None = None
         self._answer: dict[str, Any] = {}

@@ -13,13 +13,13 @@ from leafcut.studio.nest_request import WantedPart, listed_parts, quantity_of, r
 from leafcut.studio.page_state import View
 
 if TYPE_CHECKING:
-    from leafcut.studio.pages import Page
+    from leafcut.studio.page_parts import PageParts
 
 
 class PartsPanel:
     """The rows of the parts that are to be nested."""
 
-    def __init__(self, view: View, page: Page) -> None:
+    def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
         #: A list that names drawings which are not there yet.
         self._list = ""

@@ -15,7 +15,7 @@ from leafcut.studio.panel_nest import NestPanel
 from leafcut.units import format_length, format_time
 
 if TYPE_CHECKING:
-    from leafcut.studio.pages import Page
+    from leafcut.studio.page_parts import PageParts
 
 _TABS = ("summary", "issues", "program", "search")
 _NUMBER = "n"
@@ -32,7 +32,7 @@ _FILES = ("program", "tour", "report", "plan", "order", "given", "list", "pictur
 class ResultPanel:
     """Shows the outcome of the job that the page is at."""
 
-    def __init__(self, view: View, page: Page) -> None:
+    def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
         self.tab = "summary"
         self.nest = NestPanel(view, page)

@@ -18,7 +18,7 @@ from leafcut.studio.panel_edit import EditPanel
 from leafcut.studio.panel_live import LivePanel, watch_of
 
 if TYPE_CHECKING:
-    from leafcut.studio.pages import Page
+    from leafcut.studio.page_parts import PageParts
 
 #: Examples that are offered where nothing is open.
 _TRIED = ("plate-27", "plate-70", "board-200")
@@ -35,7 +35,7 @@ _STILL = tuple(layer for layer in LAYERS if layer not in ("live", "pheromone"))
 class RunPanel:
     """Begins, watches and ends runs."""
 
-    def __init__(self, view: View, page: Page) -> None:
+    def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
         w = view.words
         self.watching = False

@@ -32,7 +32,7 @@ from leafcut.studio.task import Task
 if TYPE_CHECKING:
     from fastapi import FastAPI
 
-    from leafcut.studio.app import Studio
+    from leafcut.studio.studio import Studio
 
 #: Where an artefact may be shown in a page of its own.
 _SHOWN = ("image/svg+xml", "text/html; charset=utf-8")

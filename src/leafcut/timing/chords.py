@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from leafcut.timing.moves import Turns
+from leafcut.timing.turns import Turns
 
 
 class Steps(NamedTuple):

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from leafcut.model.machine import Machine
-from leafcut.timing.moves import BLEND, Flags, Floats, Moves
+from leafcut.timing.moves import BLEND, Moves
+from leafcut.timing.turns import Flags, Floats
 
 #: Tolerance of the chords that GRBL cuts arcs into, mm ($12). Source: gnea/grbl 1.1, defaults.h.
 GRBL_ARC_TOLERANCE = 0.002

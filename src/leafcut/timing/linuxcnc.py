@@ -19,7 +19,8 @@ import numpy as np
 
 from leafcut.model.machine import Machine
 from leafcut.timing.corners import Corners
-from leafcut.timing.moves import BLEND, REST, Flags, Floats, Moves
+from leafcut.timing.moves import BLEND, REST, Moves
+from leafcut.timing.turns import Flags, Floats
 
 #: [EMCMOT]SERVO_PERIOD, s, as in nearly all configurations.
 CYCLE = 0.001

@@ -27,7 +27,8 @@ from leafcut.timing.linuxcnc import (
     overlap_speeds,
     round_limits,
 )
-from leafcut.timing.moves import Floats, Moves
+from leafcut.timing.moves import Moves
+from leafcut.timing.turns import Floats
 
 #: How far a control looks ahead that says nothing about it: so far that it does not matter.
 _FAR = 500

@@ -6,9 +6,7 @@ move has to end at rest.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,39 +14,13 @@ from numpy.typing import NDArray
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath
 from leafcut.timing.chords import Steps, joined_steps
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from leafcut.timing.turns import AXES, SHORTEST, Flags, Floats, Turn, Turns
 
 #: How the moves of a row end: at rest, at rest but for tangents (G61), or rounded (G64).
 REST, EXACT, BLEND = 0, 1, 2
 
-#: Axes of the planes 17, 18, 19: first, second, normal, so that a counter-clockwise arc turns from first to second.
-_AXES = np.array([[0, 1, 2], [2, 0, 1], [1, 2, 0]])
-
 #: Rows without a move that the machine does not stop for.
 _FLOWING = (Kind.BLENDING, Kind.TORCH, Kind.HEIGHT)
-
-#: A move shorter than this is rounding and has no direction, mm.
-_SHORTEST = 1e-9
-
-#: An arc that ends within this angle (rad) of its start goes all the way round (`model.toolpath.arc_sweep`).
-_NO_TURN = 1e-9
-
-
-class Turn(NamedTuple):
-    """The round part of moves; zeros for a straight one.
-
-    `radius` mm, `sweep` rad, never negative, `rise` mm along the axis of a helix, `normal` of the plane so that the
-    turn is counter-clockwise about it, and unit vectors `out` from the centre to the start and `out_end` to the end.
-    """
-
-    radius: Floats
-    sweep: Floats
-    rise: Floats
-    normal: Floats
-    out: Floats
-    out_end: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,41 +64,6 @@ class Moves:
     def __getitem__(self, part: slice | NDArray[np.int64]) -> Moves:
         columns = {name: value[part] for name, value in vars(self).items() if name != "turn"}
         return Moves(turn=Turn(*(value[part] for value in self.turn)), **columns)
-
-
-class Turns(NamedTuple):
-    """All arcs of a path: their rows, length (mm; 0 where the start is not known) and round parts."""
-
-    row: NDArray[np.int64]
-    length: Floats
-    plane: NDArray[np.int64]
-    turn: Turn
-
-
-def turns_of(path: Toolpath) -> Turns:
-    """Return the arcs and helices of a path."""
-    row = np.flatnonzero((path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW))
-    n = len(row)
-    used = [path.arcs[i] for i in path.ref[row].tolist()]
-    plane = np.array([a.plane for a in used], dtype=np.int64).reshape(n) - 17
-    centre = np.array([a.center for a in used], dtype=np.float64).reshape(n, 3)
-    turns = np.array([a.turns for a in used], dtype=np.float64).reshape(n)
-    axes = _AXES[plane]
-    side = np.where(path.kind[row] == Kind.ARC_CCW, 1.0, -1.0)
-    begin, end = path.before[row], path.end[row]
-    flat0, flat1 = (np.take_along_axis(p - centre, axes[:, :2], axis=1) for p in (begin, end))
-    angle0, angle1 = (np.arctan2(flat[:, 1], flat[:, 0]) for flat in (flat0, flat1))
-    sweep = (side * (angle1 - angle0)) % math.tau
-    sweep = np.where(sweep < _NO_TURN, math.tau, sweep) + math.tau * (turns - 1)
-    rise = np.nan_to_num(np.take_along_axis(end - begin, axes[:, 2:], axis=1)[:, 0])
-    radius = np.hypot(flat0[:, 0], flat0[:, 1])
-    known = radius * sweep > _SHORTEST  # false, too, where the start is not known
-    normal, out, out_end = (np.zeros((n, 3)) for _ in range(3))
-    np.put_along_axis(normal, axes[:, 2:], side[:, None], axis=1)
-    for vector, angle in ((out, angle0), (out_end, angle0 + side * sweep)):
-        np.put_along_axis(vector, axes[:, :2], np.column_stack([np.cos(angle), np.sin(angle)]), axis=1)
-    turn = Turn(radius, sweep, rise, normal, out, out_end)
-    return Turns(row, np.where(known, np.hypot(radius * sweep, rise), 0.0), plane, turn)
 
 
 def moves_of(
@@ -186,7 +123,7 @@ def _steps(
     arc_of[turns.row[turns.length > 0]] = np.flatnonzero(turns.length > 0)
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE)
     straight = rapid | (path.kind == Kind.FEED)
-    row = np.flatnonzero((straight & (np.abs(delta) > _SHORTEST).any(axis=1)) | (arc_of >= 0))
+    row = np.flatnonzero((straight & (np.abs(delta) > SHORTEST).any(axis=1)) | (arc_of >= 0))
     halts = ~(rapid | (path.kind <= Kind.ARC_CCW) | np.isin(path.kind, _FLOWING))
     if machine.controller.startswith("grbl") and machine.process == "laser":
         halts &= ~_changes_power(path)
@@ -231,7 +168,7 @@ def _tangents(turn: Turn, which: NDArray[np.int64], length: Floats) -> tuple[Flo
 
 def _round_limits(turns: Turns, which: NDArray[np.int64], machine: Machine) -> tuple[Floats, Floats]:
     """Return the velocity and the acceleration along helices that the slowest axis of their plane, and rise, allow."""
-    axes = _AXES[turns.plane[which]]
+    axes = AXES[turns.plane[which]]
     length = turns.length[which]
     flat = turns.turn.radius[which] * turns.turn.sweep[which]
     rise = np.abs(turns.turn.rise[which])

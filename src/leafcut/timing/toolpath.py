@@ -13,8 +13,9 @@ from leafcut.model.outcome import Measure
 from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath, last_rows
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.lookahead import move_seconds
-from leafcut.timing.moves import BLEND, EXACT, REST, Floats, Moves, Turns, moves_of, turns_of
+from leafcut.timing.moves import BLEND, EXACT, REST, Moves, moves_of
 from leafcut.timing.profile import move_time
+from leafcut.timing.turns import Floats, Turns, turns_of
 
 #: How controllers take corners whose machine does not say it.
 _STYLES = {"linuxcnc": "linuxcnc", "grbl": "grbl"}

@@ -20,11 +20,11 @@ from leafcut.processes.sheet.plan.leads.cut_starts import (
     directions_of,
     end_of,
     fitting_lead_out,
-    starts_of,
     ways_of,
     with_leads,
 )
 from leafcut.processes.sheet.plan.leads.edge_starts import edge_starts
+from leafcut.processes.sheet.plan.leads.find_starts import starts_of
 
 #: Lengths of a contour that is the same again differ by less than this, mm; areas by less than this times its length.
 SAME = 0.01

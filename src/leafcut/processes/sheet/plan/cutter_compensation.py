@@ -20,13 +20,12 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.processes.sheet.plan.cut_contours import CORNER, FLATNESS, ROUNDING, CutContour, corner_turns, flat_line
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads.cut_starts import (
-    FEWEST_PLACES,
     CutStart,
     overcut_of,
     scrap_left,
-    starts_of,
     travel_at,
 )
+from leafcut.processes.sheet.plan.leads.find_starts import FEWEST_PLACES, starts_of
 from leafcut.processes.sheet.plan.leads.leads import Scrap, lead_path
 
 #: Beside a hollow corner neither line nor arc is shorter than so many kerfs, or the controller's path crosses itself.

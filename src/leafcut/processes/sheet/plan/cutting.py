@@ -30,7 +30,8 @@ from leafcut.processes.sheet.plan.cut_contours import ROUNDING, CutContour, prep
 from leafcut.processes.sheet.plan.cut_path import make_cut
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.cutter_compensation import by_path_where_needed
-from leafcut.processes.sheet.plan.leads.cut_starts import CutStart, find_starts, lead_out_of, overcut_of
+from leafcut.processes.sheet.plan.leads.cut_starts import CutStart, lead_out_of, overcut_of
+from leafcut.processes.sheet.plan.leads.find_starts import find_starts
 from leafcut.processes.sheet.plan.leads.leads import Scrap
 
 Point = tuple[float, float]

@@ -21,12 +21,12 @@ from leafcut.processes.sheet.plan.leads.cut_starts import (
     fitting_lead_out,
     lead_out_of,
     scrap_left,
-    starts_of,
     travel_at,
     ways_of,
     with_leads,
 )
 from leafcut.processes.sheet.plan.leads.edge_starts import edge_starts
+from leafcut.processes.sheet.plan.leads.find_starts import starts_of
 from leafcut.processes.sheet.plan.leads.leads import Scrap, lead_shape, placed
 
 if TYPE_CHECKING:

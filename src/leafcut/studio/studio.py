@@ -1,0 +1,53 @@
+"""`Studio`: what all parts of the server share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from leafcut.studio.folder import Folder
+from leafcut.studio.history import History
+from leafcut.studio.jobs import Jobs
+from leafcut.studio.keys import Keys, kept_secret
+
+HOST, PORT = "127.0.0.1", 8173
+
+
+@dataclass(frozen=True)
+class Studio:
+    """What all parts of the server share."""
+
+    folder: Folder
+    history: History
+    jobs: Jobs
+    keys: Keys
+    port: int
+
+    def address(self, key: str) -> str:
+        """Return the address that opens the page with a key of `Keys.new_entry`."""
+        return f"http://{HOST}:{self.port}/?token={key}"
+
+    @property
+    def token_file(self) -> Path:
+        """Where programs of the same person find the token, as long as the studio runs."""
+        return self.folder.root / "token"
+
+    @property
+    def entrance(self) -> Path:
+        """The page that sends the browser of this person to the studio."""
+        return self.folder.root / "open.html"
+
+
+def open_studio(root: Path, port: int = PORT) -> Studio:
+    """Open the studio's folder and its history; jobs that were cut short by the last end are told so.
+
+    Raises
+    ------
+    OutputError
+        The folder or the history cannot be written.
+    """
+    folder = Folder(root)
+    history = History(root / "history.sqlite")
+    history.interrupt()
+    folder.drop_unused(history.inputs_in_use())
+    return Studio(folder, history, Jobs(folder, history), Keys(kept_secret(root)), port)

@@ -1,0 +1,73 @@
+"""The round moves of a toolpath: arcs and helices, all at once."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.toolpath import Kind, Toolpath
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+#: Axes of the planes 17, 18, 19: first, second, normal, so that a counter-clockwise arc turns from first to second.
+AXES = np.array([[0, 1, 2], [2, 0, 1], [1, 2, 0]])
+
+#: A move shorter than this is rounding and has no direction, mm.
+SHORTEST = 1e-9
+
+#: An arc that ends within this angle (rad) of its start goes all the way round (`model.toolpath.arc_sweep`).
+_NO_TURN = 1e-9
+
+
+class Turn(NamedTuple):
+    """The round part of moves; zeros for a straight one.
+
+    `radius` mm, `sweep` rad, never negative, `rise` mm along the axis of a helix, `normal` of the plane so that the
+    turn is counter-clockwise about it, and unit vectors `out` from the centre to the start and `out_end` to the end.
+    """
+
+    radius: Floats
+    sweep: Floats
+    rise: Floats
+    normal: Floats
+    out: Floats
+    out_end: Floats
+
+
+class Turns(NamedTuple):
+    """All arcs of a path: their rows, length (mm; 0 where the start is not known) and round parts."""
+
+    row: NDArray[np.int64]
+    length: Floats
+    plane: NDArray[np.int64]
+    turn: Turn
+
+
+def turns_of(path: Toolpath) -> Turns:
+    """Return the arcs and helices of a path."""
+    row = np.flatnonzero((path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW))
+    n = len(row)
+    used = [path.arcs[i] for i in path.ref[row].tolist()]
+    plane = np.array([a.plane for a in used], dtype=np.int64).reshape(n) - 17
+    centre = np.array([a.center for a in used], dtype=np.float64).reshape(n, 3)
+    turns = np.array([a.turns for a in used], dtype=np.float64).reshape(n)
+    axes = AXES[plane]
+    side = np.where(path.kind[row] == Kind.ARC_CCW, 1.0, -1.0)
+    begin, end = path.before[row], path.end[row]
+    flat0, flat1 = (np.take_along_axis(p - centre, axes[:, :2], axis=1) for p in (begin, end))
+    angle0, angle1 = (np.arctan2(flat[:, 1], flat[:, 0]) for flat in (flat0, flat1))
+    sweep = (side * (angle1 - angle0)) % math.tau
+    sweep = np.where(sweep < _NO_TURN, math.tau, sweep) + math.tau * (turns - 1)
+    rise = np.nan_to_num(np.take_along_axis(end - begin, axes[:, 2:], axis=1)[:, 0])
+    radius = np.hypot(flat0[:, 0], flat0[:, 1])
+    known = radius * sweep > SHORTEST  # false, too, where the start is not known
+    normal, out, out_end = (np.zeros((n, 3)) for _ in range(3))
+    np.put_along_axis(normal, axes[:, 2:], side[:, None], axis=1)
+    for vector, angle in ((out, angle0), (out_end, angle0 + side * sweep)):
+        np.put_along_axis(vector, axes[:, :2], np.column_stack([np.cos(angle), np.sin(angle)]), axis=1)
+    turn = Turn(radius, sweep, rise, normal, out, out_end)
+    return Turns(row, np.where(known, np.hypot(radius * sweep, rise), 0.0), plane, turn)
