@@ -9,26 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 _TOUCH = 1e-9
 
 
-def touches_zone(a: tuple[float, float], b: tuple[float, float], zone: tuple[float, float, float, float]) -> bool:
-    """Return whether the straight segment from `a` to `b` touches the closed rectangle (x0, y0, x1, y1), all mm.
-
-    A segment and a rectangle are apart exactly when a line separates them, along an axis or along the segment
-    (separating axis theorem for two convex shapes).
-    """
-    x0, x1 = sorted((zone[0], zone[2]))
-    y0, y1 = sorted((zone[1], zone[3]))
-    (ax, ay), (bx, by) = a, b
-    if max(ax, bx) < x0 - _TOUCH or min(ax, bx) > x1 + _TOUCH:
-        return False
-    if max(ay, by) < y0 - _TOUCH or min(ay, by) > y1 + _TOUCH:
-        return False
-    dx, dy = bx - ax, by - ay
-    sides = [dx * (y - ay) - dy * (x - ax) for x in (x0, x1) for y in (y0, y1)]
-    # A cross product is a distance times the segment's length.
-    room = _TOUCH * (abs(dx) + abs(dy))
-    return min(sides) <= room and max(sides) >= -room
-
-
 def widened(zones: ArrayLike, by: float) -> NDArray[np.float64]:
     """Return `zones` (float64[k, 4]: x0 ≤ x1, y0 ≤ y1) with every side moved outwards by `by` mm."""
     table = np.asarray(zones, dtype=np.float64).reshape(-1, 4)
@@ -39,13 +19,16 @@ def widened(zones: ArrayLike, by: float) -> NDArray[np.float64]:
 def touches_any_zone(a: ArrayLike, b: ArrayLike, zones: ArrayLike, *, dogleg: bool = False) -> NDArray[np.bool_]:
     """Return for every move from `a` to `b` (float64[n, 2], mm) whether it touches one of `zones` (float64[k, 4]).
 
-    With `dogleg` the axes do not arrive together and the way is not straight: then all of the rectangle between start
-    and end counts. A coordinate that is not known (NaN) touches nothing.
+    A segment and a rectangle are apart exactly when a line separates them, along an axis or along the segment
+    (separating axis theorem for two convex shapes). With `dogleg` the axes do not arrive together and the way is not
+    straight: then all of the rectangle between start and end counts. A coordinate that is not known (NaN) touches
+    nothing.
     """
     begin, end = (np.asarray(p, dtype=np.float64).reshape(-1, 2) for p in (a, b))
     touched = np.zeros(len(begin), dtype=bool)
     low, high = np.minimum(begin, end), np.maximum(begin, end)
     dx, dy = (end - begin).T
+    # A cross product is a distance times the segment's length.
     room = _TOUCH * (np.abs(dx) + np.abs(dy))
     for x0, y0, x1, y1 in np.asarray(zones, dtype=np.float64).reshape(-1, 4):
         corner_low, corner_high = np.array([min(x0, x1), min(y0, y1)]), np.array([max(x0, x1), max(y0, y1)])

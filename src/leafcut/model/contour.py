@@ -6,9 +6,6 @@ from dataclasses import dataclass
 
 from leafcut.geometry.polyline import Polyline
 
-#: What a contour is for.
-CONTOUR_KINDS = ("cut", "mark", "sheet", "text")
-
 
 @dataclass(frozen=True)
 class Contour:

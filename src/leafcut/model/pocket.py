@@ -7,17 +7,11 @@ from dataclasses import dataclass, field, replace
 
 from leafcut.geometry.polyline import Polyline
 
-#: How pockets are cleared.
-STRATEGIES = ("best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive")
-
 #: What most shops run, in this order: what a pocket's program is measured against.
 USUAL = ("zigzag", "contour")
 
 #: What an outline is: of a pocket, of an island, or as its depth says.
 POCKET, ISLAND, EITHER = "pocket", "island", ""
-
-#: What a piece of a path is for.
-PIECE_KINDS = ("entry", "rough", "link", "finish", "air")
 
 #: A finishing pass takes off no more than this, in diameters, where it goes deeper than one level.
 FILM = 0.2

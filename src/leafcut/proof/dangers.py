@@ -62,12 +62,12 @@ def find_dangers(program: Program, machine: Machine, process: str, heights: bool
     if process not in ("laser", "plasma") and heights:
         checks += height_checks(path, before, 0.0, LEAST_CLEARANCE, machine.safe_z or 0.0, milled=False)
     if process in ("drill", "mill"):
-        checks.append(spindle_check(path, _turning(program, path, rows, True)))
+        checks.append(spindle_check(path, _turning(program, rows, True)))
     elif process == "plasma":
-        checks.append(torch_check(path, before, _turning(program, path, rows, False)))
+        checks.append(torch_check(path, before, _turning(program, rows, False)))
     checks = [(what, mask & ~_cut_before(path, before, mask), text) for what, mask, text in checks]
     found = [_issue(path, before, what, mask) for what, mask, _ in checks if mask.any()]
-    never = not _turning(program, path, rows, True).any()
+    never = not _turning(program, rows, True).any()
     found = [_by_hand(issue) if never and issue.code == "L803" else issue for issue in found]
     found += [*_not_followed(program), *_of_machine(program.path, machine)]
     return sorted(found, key=lambda issue: (RANK[issue.severity], issue.code))
@@ -103,7 +103,7 @@ def _cut_before(path: Toolpath, before: NDArray[np.float64], mask: Mask) -> Mask
     return result
 
 
-def _turning(program: Program, path: Toolpath, rows: NDArray[np.int32], unknown: bool) -> Mask:
+def _turning(program: Program, rows: NDArray[np.int32], unknown: bool) -> Mask:
     """Return in which rows the spindle turns, or the torch burns; `unknown` where only the machine knows.
 
     A change of tool stops it. M3 without an S turns it as fast as it is set; S0 is no speed.

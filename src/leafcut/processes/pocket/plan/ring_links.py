@@ -31,8 +31,6 @@ ONE_SIDED = 1.0
 FAR = 2.5
 #: Rings shorter than this, in step-overs, are gone round as a whole.
 TINY = 3.0
-#: What a joint between two rings along walls costs more, in step-overs: finished walls are left as seldom as possible.
-WALL_PENALTY = 1.0
 #: A joint at a place whose gap turns costs more by this many step-overs per radian: corners are cut in one go.
 TURN_PENALTY = 0.3
 #: Joints within so many step-overs of avoided places cost so many more.

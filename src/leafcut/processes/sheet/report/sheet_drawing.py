@@ -22,9 +22,6 @@ from leafcut.report.svg import STEPS, element, in_steps, lines_data, short, text
 
 Points = NDArray[np.float64]
 
-#: What a stretch of a cut is drawn as.
-STRETCHES = ("kerf", "lead", "bridge", "dark", "mark")
-
 #: How far chords leave arcs, user units.
 _CHORDS = 0.06
 #: The kerf is drawn in its width, but never thinner than can be seen.
@@ -183,7 +180,8 @@ def _clamp(frame: Frame, zone: tuple[float, float, float, float]) -> str:
 
 
 def stretches(cut: Cut) -> list[tuple[str, float, float]]:
-    """Return what of a cut's path is what: (one of `STRETCHES`, from, to), mm along it, in order.
+    """Return what of a cut's path is what: ("kerf", "lead", "bridge", "dark" or "mark", from, to),
+    mm along it, in order.
 
     What the torch does while it is off is ``dark``: micro-joints, and overcut without the arc. Loops round corners lie
     in the scrap as leads do; bridges are ways through it from one contour of a chain to the next.

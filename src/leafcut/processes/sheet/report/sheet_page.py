@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from leafcut.model.cutting import CutMeasures, CutPlan, CutTimes
+from leafcut.model.cutting import CutPlan, CutTimes
 from leafcut.model.outcome import Outcome
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report.cut_words import cost_figure, money_words, name_words, part_kinds, size_words
@@ -195,7 +195,7 @@ def _facts(outcome: Outcome[SheetDetail], plan: CutPlan) -> list[tuple[str, str,
         area = sum(p.area for p in norm.parts) / 1e6
         facts.append(("Sheet used", percent_words(100.0 * norm.utilisation), f"{area:.3g} m² of parts"))
     if norm.cost > 0.0:
-        facts.append(("Cost of a sheet", money_words(norm.cost), _cost_before(outcome, norm)))
+        facts.append(("Cost of a sheet", money_words(norm.cost), _cost_before(outcome)))
     if norm.quantity > 1:
         cost = f"cost {money_words(norm.batch_cost)}" if norm.cost > 0.0 else "hours : minutes : seconds"
         facts.append((f"Batch of {norm.quantity:,}", clock(norm.batch.total_s), cost))
@@ -207,9 +207,9 @@ def _route_words(times: CutTimes) -> str:
     return f"perimeters{common} + {length_words(times.rapid_mm)} between"
 
 
-def _cost_before(outcome: Outcome[SheetDetail], norm: CutMeasures) -> str:
+def _cost_before(outcome: Outcome[SheetDetail]) -> str:
     first = outcome.detail.norms[0]
-    return "" if first is None else f"{money_words(first.cost)} in the {outcome.shown.came_in}’s order"
+    return f"{money_words(first.cost)} in the {outcome.shown.came_in}’s order"
 
 
 # -- parts -----------------------------------------------------------------------------------------------------------

@@ -260,11 +260,11 @@ class Finder:
             chosen = [starts[m] for m in members]
             # What lies between two members moves with the first of them.
             self.entries -= {s.block for s in starts[members[0] : stop]} - {s.block for s in chosen}
-            chains = [self._chain(a, b.block, b.row, clearance) for a, b in pairwise([*chosen, *starts[stop:][:1]])]
+            chains = [self._chain(a, b.block, b.row) for a, b in pairwise([*chosen, *starts[stop:][:1]])]
             last = self._up_again(chosen[-1], end, clearance) if stop == len(starts) else None
             why = "lit" if self.beam and self.rows.beam[int(self.first[end]) - 1] else "low"
             if last is not None:
-                chains.append(self._chain(chosen[-1], last, int(self.first[last]), clearance))
+                chains.append(self._chain(chosen[-1], last, int(self.first[last])))
             chains = self._with_prefixes(chains, clearance)
             if stop == len(starts) and stays_last(self.program, self.rows, chains[-1]):
                 chains, why = chains[:-1], why if last is None else "goes-on"
@@ -337,7 +337,7 @@ class Finder:
             x, y, z = (path.end if path.kind[row] in PLACES else before)[row].tolist()
         return x, y, z
 
-    def _chain(self, start: _Start, end: int, end_row: int, clearance: float) -> Chain:
+    def _chain(self, start: _Start, end: int, end_row: int) -> Chain:
         self.look()
         path = self.program.path
         rows = slice(start.row, int(self.first[end]))

@@ -27,7 +27,7 @@ def make_chain(contours: list[CutContour], start: CutStart, rules: CutRules, fix
     bridges: list[Span] = []
     joints: list[Span] = []
     loops: list[Span] = []
-    lead_in = _lead(contours[start.contour], start, rules)
+    lead_in = _lead(contours[start.contour], start)
     at = lead = 0.0
     if lead_in is not None:
         pieces.append(lead_in)
@@ -46,7 +46,7 @@ def make_chain(contours: list[CutContour], start: CutStart, rules: CutRules, fix
         pieces.append(body)
         at += body.length
     overcut = max(past, 0.0)
-    out = _lead(contours[steps[-1].contour], steps[-1], rules, past=past)
+    out = _lead(contours[steps[-1].contour], steps[-1], past=past)
     whole = joined(*(snapped(p) for p in (*pieces, *([out] if out is not None else []))))
     return Cut(
         contours=tuple(contours[s.contour].index for s in steps),
@@ -65,7 +65,7 @@ def make_chain(contours: list[CutContour], start: CutStart, rules: CutRules, fix
     )
 
 
-def _lead(contour: CutContour, step: CutStart, rules: CutRules, past: float | None = None) -> Polyline | None:
+def _lead(contour: CutContour, step: CutStart, past: float | None = None) -> Polyline | None:
     """Return the lead-in of a step; with `past`, how far it goes past its beginning, its lead-out."""
     out = past is not None
     at = step.at if past is None else step.at + (-past if step.clockwise else past)

@@ -51,7 +51,7 @@ def with_common_lines(
         last += len(lines)
         pairs += _order(made, around, group, len(made))
         made += [*lines, around]
-    return made, pairs, _issues(contours, slots, groups)
+    return made, pairs, _issues(slots, groups)
 
 
 def beside_leads(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
@@ -159,7 +159,7 @@ def _order(others: Sequence[CutContour], around: CutContour, group: Group, at: i
     yield from ((at + a, at + b) for a, b in group.order)
 
 
-def _issues(contours: list[CutContour], slots: Sequence[Slot], groups: Sequence[Group]) -> list[Issue]:
+def _issues(slots: Sequence[Slot], groups: Sequence[Group]) -> list[Issue]:
     lines = [line for g in groups for line in g.lines]
     length = math.fsum(line.shared for line in lines)
     parts = sum(len(g.members) for g in groups)
