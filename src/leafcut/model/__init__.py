@@ -5,7 +5,8 @@ from __future__ import annotations
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
-from leafcut.model.outcome import Measure, OperationOutcome, Outcome
+from leafcut.model.measure import Measure
+from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet, SheetContour

@@ -4,30 +4,17 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from importlib import import_module
+from typing import ClassVar, Generic, Protocol, TypeVar
 
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
+from leafcut.model.measure import Measure
 from leafcut.model.part import Part
+from leafcut.model.process_report import ProcessReport
 from leafcut.model.solution import Solution, gap
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
-
-if TYPE_CHECKING:
-    from leafcut.model.process_report import ProcessReport
-
-
-@dataclass(frozen=True)
-class Measure:
-    """What a toolpath costs: rapid and cutting lengths in mm, machine time in s, and seconds by kind of motion.
-
-    `by_kind` has the keys rapid, feed, dwell, tool_change and spindle.
-    """
-
-    travel_mm: float
-    cut_mm: float
-    time_s: float
-    by_kind: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -55,10 +42,12 @@ class OperationOutcome:
 
 
 class Detail(Protocol):
-    """What one process alone found out in a run; it knows how its process tells of an outcome."""
+    """What one process alone found out in a run.
 
-    def report(self, outcome: Any) -> ProcessReport:
-        """Return what the process tells of an outcome with this detail."""
+    `report` is the class that tells of an outcome with this detail, as ``module:class``: a `ProcessReport` of it.
+    """
+
+    report: ClassVar[str]
 
 
 D = TypeVar("D", bound=Detail)
@@ -121,7 +110,9 @@ class Outcome(Generic[D]):
     @property
     def shown(self) -> ProcessReport:
         """What the process tells of this outcome."""
-        return self.detail.report(self)
+        module, _, name = self.detail.report.partition(":")
+        told: ProcessReport = getattr(import_module(module), name)(self)
+        return told
 
     @property
     def program_sha256(self) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 from leafcut.model.cutting import CutPlan
-from leafcut.model.outcome import Measure
+from leafcut.model.measure import Measure
 
 #: Which of the two paths of an outcome.
 Which = Literal["before", "after"]

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from leafcut.model.issue import Issue
-from leafcut.model.outcome import Measure, OperationOutcome, Outcome
+from leafcut.model.measure import Measure
+from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.part import Part
 from leafcut.model.solution import Solution
 from leafcut.report.wording import algorithm_words, feed_mm_min, plain_number

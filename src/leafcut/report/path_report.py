@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any, Generic, TypeVar
 
 from leafcut.model.cutting import CutPlan
-from leafcut.model.outcome import Detail, Measure, Outcome
+from leafcut.model.measure import Measure
+from leafcut.model.outcome import Detail, Outcome
 from leafcut.model.process_report import Fact, SummaryTable, Which
 from leafcut.report import views
 from leafcut.report.drawing import RAMP, Scene, build_scene, cut_tools, drawing, tool_class

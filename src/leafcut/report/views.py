@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from leafcut.model.issue import CODES
-from leafcut.model.outcome import Measure, OperationOutcome, Outcome
+from leafcut.model.measure import Measure
+from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.tool import Tool
 from leafcut.report import chart
 from leafcut.report.drawing import Scene, tool_class

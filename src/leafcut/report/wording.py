@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 from leafcut.errors import count_of
 from leafcut.model.issue import Issue, Severity
-from leafcut.model.outcome import Measure, Outcome
+from leafcut.model.measure import Measure
+from leafcut.model.outcome import Outcome
 from leafcut.model.solution import Solution, gap
 from leafcut.units import SECONDS_PER_MINUTE, format_length, format_time
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from leafcut.model.cycles import expand
 from leafcut.model.machine import Machine
-from leafcut.model.outcome import Measure
+from leafcut.model.measure import Measure
 from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath, last_rows
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.lookahead import move_seconds

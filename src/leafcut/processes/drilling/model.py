@@ -3,20 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-from leafcut.model.outcome import Outcome
-
-if TYPE_CHECKING:
-    from leafcut.report.path_report import PathReport
+from typing import ClassVar
 
 
 @dataclass(frozen=True)
 class DrillingDetail:
     """Drilling: all that there is to tell is of every outcome."""
 
-    def report(self, outcome: Outcome[DrillingDetail]) -> PathReport[DrillingDetail]:
-        """Return what is told of paths over holes."""
-        from leafcut.report.path_report import PathReport
-
-        return PathReport(outcome)
+    report: ClassVar[str] = "leafcut.report.path_report:PathReport"

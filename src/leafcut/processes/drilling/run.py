@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from leafcut._version import __version__
 from leafcut.errors import OptionError
-from leafcut.model.outcome import Measure, OperationOutcome, Outcome
+from leafcut.model.measure import Measure
+from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.toolpath import Toolpath

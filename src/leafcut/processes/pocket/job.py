@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from leafcut.model.outcome import Measure
+from leafcut.model.measure import Measure
 from leafcut.model.pocket import PocketRules
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.course import Run

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import ClassVar
 
-from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketPlan, PocketProgram
-
-if TYPE_CHECKING:
-    from leafcut.processes.pocket.report.pocket_report import PocketReport
 
 
 @dataclass(frozen=True)
@@ -24,11 +20,7 @@ class PocketDetail:
         Of several pockets: the program as it is written, and that of every strategy that clears all of them.
     """
 
+    report: ClassVar[str] = "leafcut.processes.pocket.report.pocket_report:PocketReport"
+
     plans: tuple[PocketPlan, ...]
     programs: tuple[PocketProgram, ...] = ()
-
-    def report(self, outcome: Outcome[PocketDetail]) -> PocketReport:
-        """Return what is told of pockets."""
-        from leafcut.processes.pocket.report.pocket_report import PocketReport
-
-        return PocketReport(outcome)

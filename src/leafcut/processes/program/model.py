@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
-from leafcut.model.outcome import Outcome
 from leafcut.model.sequence import Staying
-
-if TYPE_CHECKING:
-    from leafcut.processes.program.report import ProgramReport
 
 
 @dataclass(frozen=True)
@@ -26,13 +22,9 @@ class ProgramDetail:
         How many pieces of work it has (holes, cuts, strokes …), and why some of them keep their place.
     """
 
+    report: ClassVar[str] = "leafcut.processes.program.report:ProgramReport"
+
     certificate: dict[str, Any]
     barriers: int = 0
     pieces: int = 0
     staying: tuple[Staying, ...] = field(default=())
-
-    def report(self, outcome: Outcome[ProgramDetail]) -> ProgramReport:
-        """Return what is told of a program in a new order."""
-        from leafcut.processes.program.report import ProgramReport
-
-        return ProgramReport(outcome)

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import ClassVar
 
 from leafcut.model.cutting import CutMeasures, CutPlan
-from leafcut.model.outcome import Outcome
-
-if TYPE_CHECKING:
-    from leafcut.processes.sheet.report.sheet_report import SheetReport
 
 
 @dataclass(frozen=True)
@@ -23,6 +19,8 @@ class SheetDetail:
         time and its cost.
     """
 
+    report: ClassVar[str] = "leafcut.processes.sheet.report.sheet_report:SheetReport"
+
     plans: tuple[CutPlan, CutPlan | None, CutPlan]
 
     @property
@@ -35,9 +33,3 @@ class SheetDetail:
         """The measures of `plans`."""
         before, nearest, after = self.plans
         return before.measures, None if nearest is None else nearest.measures, after.measures
-
-    def report(self, outcome: Outcome[SheetDetail]) -> SheetReport:
-        """Return what is told of a sheet."""
-        from leafcut.processes.sheet.report.sheet_report import SheetReport
-
-        return SheetReport(outcome)

@@ -12,8 +12,9 @@ import numpy as np
 from leafcut._version import __version__
 from leafcut.model.cutting import CutPlan
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.measure import Measure
 from leafcut.model.obstacles import Obstacles
-from leafcut.model.outcome import Measure, OperationOutcome, Outcome
+from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath

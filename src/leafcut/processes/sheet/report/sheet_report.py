@@ -6,7 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from leafcut.model.cutting import CutMeasures, CutPlan
-from leafcut.model.outcome import Measure, Outcome
+from leafcut.model.measure import Measure
+from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import Fact, Which
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report import sheet_page
