@@ -143,7 +143,7 @@ def _work(run: Run, sources: Sequence[Given], asked: str) -> tuple[Process, Outc
     registry.check_asked(asked)
     inputs = [read_source(one) for one in sources]
     process = registry.process_for(inputs, asked)
-    run = replace(run, settings=settings_for(run.settings, process.name, inputs[0][0].name))
+    run = replace(run, settings=process.settings(run.settings, inputs[0][0].name))
     outcome = process.run(run, [loaded for _, loaded in inputs], asked)
     return process, replace(outcome, defaults=run.settings.from_defaults())
 

@@ -5,7 +5,7 @@ Every option says it of itself (`OptionSpec.works`, `OptionSpec.needs`); this fi
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -28,15 +28,17 @@ _INSTEAD = {
 }
 
 
-def settings_for(settings: Settings, work: str, input_kind: str = "") -> Settings:
+def settings_for(settings: Settings, work: str, input_kind: str = "", also: Container[str] = ()) -> Settings:
     """Return the settings as a kind of work uses them: what only a file gave, and it does not use, is left out.
 
     Parameters
     ----------
     work
-        A name of `WORKS`.
+        A name of `WORKS`, or of a process from outside.
     input_kind
         The name of the input's format.
+    also
+        Options that the work uses though they do not say so themselves: those of a process from outside.
 
     Raises
     ------
@@ -44,7 +46,7 @@ def settings_for(settings: Settings, work: str, input_kind: str = "") -> Setting
         An option that was given by itself, not in a file for many kinds of work, is not used.
     """
     unused: dict[str, set[str]] = {}
-    for name, why in _unused(settings, work, input_kind):
+    for name, why in _unused(settings, work, input_kind, also):
         if name in settings.asked:
             raise OptionError(f"{flag_name(name)}: {why}")
         unused.setdefault(group_of(name).section, set()).add(name)
@@ -60,15 +62,17 @@ def used_by(*works: str) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
             yield group, name, spec
 
 
-def _unused(settings: Settings, work: str, input_kind: str) -> Iterator[tuple[str, str]]:
+def _unused(settings: Settings, work: str, input_kind: str, also: Container[str]) -> Iterator[tuple[str, str]]:
     """Yield the options that were given and are not used, and why they are not and what to do."""
     for name in sorted(settings.given):
         group = group_of(name)
         works = group.works_of(name)
+        if name in also:
+            continue
         if work not in works:
             others = " and ".join(", ".join(WORKS[w] for w in works).rsplit(", ", 1))
             instead = _INSTEAD.get((work, name), "leave it out")
-            yield name, f"{WORKS[work]} does not use it, it is for {others}; {instead}"
+            yield name, f"{WORKS.get(work, work)} does not use it, it is for {others}; {instead}"
             continue
         for need in group.specs()[name].needs.split():
             where, _, condition = need.rpartition(":")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
 from leafcut.option_spec import OptionGroup
-from leafcut.options import Settings
+from leafcut.options import Settings, settings_for
 from leafcut.processes.course import Run
 
 if TYPE_CHECKING:
@@ -55,6 +55,8 @@ class Process(Protocol):
     form
         The options that a form shows, the important ones first: (key of the title, names). The first two groups are
         open, the others folded.
+    uses
+        Options that say of themselves only that other processes use them: a process from outside names all of its own.
     """
 
     name: ClassVar[str]
@@ -67,6 +69,17 @@ class Process(Protocol):
     asks: ClassVar[str] = "auto"
     offered_with: ClassVar[str] = ""
     form: ClassVar[FormGroups] = ()
+    uses: ClassVar[tuple[str, ...]] = ()
+
+    def settings(self, settings: Settings, input_kind: str) -> Settings:
+        """Return the settings with the options that this process uses, for an input of a format.
+
+        Raises
+        ------
+        OptionError
+            An option was given that it does not use.
+        """
+        return settings_for(settings, self.name, input_kind, self.uses)
 
     def usual(self, settings: Settings) -> Settings:
         """Return the settings with what this process takes where nobody said anything: its usual machine."""

@@ -1,0 +1,92 @@
+"""Which process makes a program of which input, and what a person is told where none does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from leafcut.errors import OptionError
+from leafcut.model import Outcome, Part
+from leafcut.options import Settings
+from leafcut.processes import registry
+from leafcut.processes.base import Process
+from leafcut.processes.course import Run
+from leafcut.read.format import Source
+from leafcut.read.registry import formats
+
+BY_NAME = {one.name: one for one in formats()}
+
+
+def chosen(asked: str, *names: str) -> str:
+    """Return the name of the process for files of some formats."""
+    return registry.process_for([(BY_NAME[name], Source(f"a.{name}", b"")) for name in names], asked).name
+
+
+def test_what_is_made_of_a_file_is_what_is_asked_for_else_what_it_is_good_for_alone_else_drilling() -> None:
+    assert {(name, asked): chosen(asked, name) for name, asked in (
+        ("dxf", "auto"), ("dxf", "drill"), ("dxf", "cut"), ("dxf", "pocket"), ("svg", "auto"), ("picture", "auto"),
+        ("picture", "drill"), ("wkt", "auto"), ("gcode", "auto"), ("gcode", "drill"), ("gcode", "plasma"),
+    )} == {
+        ("dxf", "auto"): "drill", ("dxf", "drill"): "drill", ("dxf", "cut"): "cut", ("dxf", "pocket"): "pocket",
+        ("svg", "auto"): "drill", ("picture", "auto"): "pocket", ("picture", "drill"): "drill",
+        ("wkt", "auto"): "pocket",
+        ("gcode", "auto"): "program", ("gcode", "drill"): "program", ("gcode", "plasma"): "program",
+    }  # fmt: skip
+    assert chosen("auto", "excellon", "excellon") == "drill"
+
+
+@pytest.mark.parametrize(
+    ("asked", "names", "words"),
+    [
+        ("cat", ("dxf",), "'cat' is not there; use one of auto, drill, cut, pocket, mill, laser, plasma"),
+        ("mill", ("dxf",), "a drawing is drilled, cut or milled; use auto, drill, cut or pocket"),
+        ("cut", ("gcode",), "this is a program; of a program, say what it does: laser or plasma"),
+        ("auto", ("excellon", "dxf"), "one program is made of several drill files only; a.dxf is none"),
+        ("cut", ("excellon", "excellon"), "--process cut is none for them"),
+    ],
+)
+def test_what_nothing_does_is_refused_in_one_line(asked: str, names: tuple[str, ...], words: str) -> None:
+    with pytest.raises(OptionError) as refused:
+        chosen(asked, *names)
+    assert str(refused.value).endswith(words)
+
+
+class Engraving(Process):
+    """A stranger's process."""
+
+    name = "engrave"
+    asked_as = ("engrave",)
+    reads = "drawing"
+    uses = ("machine", "depth")
+
+    def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[Any]:
+        raise NotImplementedError
+
+    def look_at(self, source: Source | str, settings: Settings) -> Part:
+        return Part(str(source))
+
+
+def test_a_process_from_outside_is_asked_for_by_its_own_word(monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = SimpleNamespace(name="engrave", value="toy:Engraving", load=lambda: Engraving)
+    monkeypatch.setattr(registry, "_entry_points", lambda: [entry])
+    registry.process.cache_clear()
+    assert registry.asked_words() == ("auto", "drill", "cut", "pocket", "engrave", "mill", "laser", "plasma")
+    assert chosen("engrave", "dxf") == "engrave"
+    assert Engraving().settings(Settings.collect({"depth": "0.2mm"}), "dxf").drill.depth == 0.2
+    with pytest.raises(OptionError, match="--peck: engrave does not use it, it is for drilling; leave it out"):
+        Engraving().settings(Settings.collect({"peck": 2}), "dxf")
+    assert registry.look_at("engrave", "a.dxf", Settings()).name == "a.dxf"
+    registry.process.cache_clear()
+
+
+def test_a_broken_process_from_outside_is_told_by_name_and_stops_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    def load() -> type:
+        raise ImportError("no module named spindle")
+
+    monkeypatch.setattr(registry, "_entry_points", lambda: [SimpleNamespace(name="bad", value="bad:Bad", load=load)])
+    with pytest.raises(OptionError, match="bad:Bad cannot be loaded: no module named spindle"):
+        registry.process("bad")
+    assert chosen("auto", "dxf") == "drill"
