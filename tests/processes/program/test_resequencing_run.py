@@ -158,10 +158,10 @@ def test_lines_from_either_end_need_less_travel_and_the_proof_says_how_many_were
     path, out = written(tmp_path, lines_program(1)), tmp_path / "new.nc"
     one_way, either = leafcut.optimize(path), leafcut.optimize(path, out, allow_reverse=True)
     assert either.after.travel_mm < one_way.after.travel_mm < one_way.before.travel_mm
-    assert one_way.certificate is not None
-    assert either.certificate is not None
-    assert (one_way.certificate["allow_reverse"], one_way.certificate["reversed_cuts"]) == (False, 0)
-    turned = either.certificate["reversed_cuts"]
+    assert one_way.detail.certificate is not None
+    assert either.detail.certificate is not None
+    assert (one_way.detail.certificate["allow_reverse"], one_way.detail.certificate["reversed_cuts"]) == (False, 0)
+    turned = either.detail.certificate["reversed_cuts"]
     assert turned > 3
     assert f"{turned} of the cuts from their other end" in out.read_text()
     assert run(["verify", str(path), str(out)]) == 1
@@ -291,7 +291,7 @@ def test_a_binary_file_is_no_program(tmp_path: Path) -> None:
 def test_every_stage_names_itself_and_who_is_told_can_end_it_while_it_goes_on(
     stage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("leafcut.processes.course._TOLD_AGAIN", 0.0)
+    monkeypatch.setattr("leafcut.model.heartbeat._TOLD_AGAIN", 0.0)
     told: list[str] = []
 
     class Cancelled(Exception):

@@ -6,7 +6,6 @@ import random
 
 import numpy as np
 import pytest
-import shapely
 
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
@@ -48,8 +47,8 @@ def square(x: float, y: float, first: int) -> list[tuple[int, np.ndarray]]:
 def test_outlines_that_share_nothing_are_found_as_each_by_itself() -> None:
     squares = [square(100.0 * k, 7.0 * k, 4 * k) for k in range(6)]
     mixed = [line for lines in zip(*squares, strict=True) for line in lines]
-    alone = [found for lines in squares for found in closed_together(shapely, lines, 3.0)]
-    together = list(closed_together(shapely, mixed, 3.0))
+    alone = [found for lines in squares for found in closed_together(lines, 3.0)]
+    together = list(closed_together(mixed, 3.0))
     assert [(area.wkb, chains) for area, chains in together] == [(area.wkb, chains) for area, chains in alone]
     assert len(alone) == 6
 
