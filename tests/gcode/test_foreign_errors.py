@@ -123,6 +123,13 @@ def test_an_endless_loop_is_refused(monkeypatch: pytest.MonkeyPatch, lines: str)
         interpret_program(HEAD + lines, dialect("linuxcnc"))
 
 
+def test_short_blocks_of_an_endless_loop_count_for_more_than_their_letters(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A block takes its time however short it is: of short ones a quarter of a million ends a loop, not six."""
+    monkeypatch.setattr(flow, "MAX_REPEATED", 24_000)
+    with pytest.raises(ReadError, match="more than 1,001 blocks"):
+        interpret_program(f"{HEAD}o1 while [1]\nX1\no1 endwhile", dialect("linuxcnc"))
+
+
 @every("lines", ["o1 sub\no1 call\no1 endsub\no1 call", "M98 P1\nM2\nO1\nM98 P1\nM99"])
 def test_recursion_is_refused(lines: str) -> None:
     """At the depth at which LinuxCNC stops, too."""

@@ -20,8 +20,9 @@ from leafcut.gcode.words import BlockError, split_line
 #: Subroutines inside subroutines: LinuxCNC has ten levels, the program itself among them.
 MAX_CALLS = 9
 #: Letters that loops and subprograms may run in all, or so many for each of the program, if that is more; a block
-#: counts at least `LEAST`. Beyond that a loop has no end, for all that anyone would wait.
-MAX_REPEATED, REPEATED_PER_LETTER, LEAST = 6_000_000, 24, 16
+#: counts at least `LEAST`: a quarter of a million short ones take some seconds. Beyond that a loop has no end, for all
+#: that anyone would wait.
+MAX_REPEATED, REPEATED_PER_LETTER, LEAST = 6_000_000, 24, 24
 
 _OPENING = r"(?:[ \t]|\([^()]*\))*+/?[ \t]*+(?:[nN][ \t]*+[0-9]++[ \t]*+)?[oO][ \t]*+"
 _CONTROL = re.compile(_OPENING + r"(<[^<>]*>|[0-9]++)[ \t]*+([A-Za-z]++)")
