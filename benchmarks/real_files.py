@@ -160,7 +160,7 @@ def run(path: Path, longest: float, simulation: Simulation) -> list[str]:
     assert outcome.verified and outcome.after.time_s <= outcome.before.time_s * (1 + 1e-9)
     counts = (outcome.detail.certificate or {}).get("before", {})
     work = ", ".join(f"{counts[k]:,} {k}" for k in ("holes", "cuts") if counts.get(k))
-    free = outcome.pieces - sum(group.count for group in outcome.staying)
+    free = outcome.detail.pieces - sum(group.count for group in outcome.detail.staying)
     text, new = for_linuxcnc(text), for_linuxcnc(outcome.text)
     said = judged(text, replace(outcome, text=new))
     simulated = ""
@@ -170,7 +170,7 @@ def run(path: Path, longest: float, simulation: Simulation) -> list[str]:
         simulated = "not run: too long" if longest else ""
     else:
         simulated = simulation.compared(text, new, outcome.machine)
-    of = f"{free:,} of {outcome.pieces:,}"
+    of = f"{free:,} of {outcome.detail.pieces:,}"
     return [
         path.name, work, of, f"{outcome.before.time_s:.1f}", f"{outcome.after.time_s:.1f}",
         f"{outcome.saved_percent:.1f}", simulated, said, why(outcome),

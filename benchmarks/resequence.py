@@ -115,7 +115,7 @@ def run(source: Path, machine: str) -> tuple[list[str], Outcome | None]:
     features = ", ".join(f"{counts[k]:,} {k}" for k in ("holes", "cuts") if counts.get(k))
     moved = sum(len(o.solution.nodes) for o in outcome.operations)
     row = [
-        source.name, features, f"{moved:,}", f"{outcome.barriers:,}",
+        source.name, features, f"{moved:,}", f"{outcome.detail.barriers:,}",
         f"{outcome.before.time_s:.1f}", f"{outcome.after.time_s:.1f}",
         f"{outcome.saved_percent:.1f}", judged(source.read_text(encoding="latin-1"), outcome),
     ]  # fmt: skip
