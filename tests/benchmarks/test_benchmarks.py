@@ -163,7 +163,7 @@ SECTION = """## Two boards
 
 
 def test_what_is_written_into_the_pages_is_kept_and_shown_side_by_side(
-    benchmark: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     page, history = benchmark("page"), benchmark("history")
     file = tmp_path / "history.jsonl"
@@ -186,7 +186,7 @@ def test_what_is_written_into_the_pages_is_kept_and_shown_side_by_side(
 
 
 def test_figures_that_no_page_of_the_documents_holds_are_not_kept(
-    benchmark: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     page, kept = benchmark("page"), []
     monkeypatch.setattr(page, "keep", lambda *record: kept.append(record))
@@ -194,7 +194,7 @@ def test_figures_that_no_page_of_the_documents_holds_are_not_kept(
     assert kept == []
 
 
-def test_the_history_holds_what_the_page_shows(benchmark: Any) -> None:
+def test_the_history_holds_what_the_page_shows() -> None:
     """Every section on the page is the last one of its name."""
     history = benchmark("history")
     last = {record["section"]: record for record in history.records()}
