@@ -20,7 +20,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -158,7 +158,7 @@ def run(path: Path, longest: float, simulation: Simulation) -> list[str]:
     except LeafcutError as problem:
         return [path.name, "", "", "", "", "", "", f"refused: {str(problem).split(': ', 1)[-1][:90]}", ""]
     assert outcome.verified and outcome.after.time_s <= outcome.before.time_s * (1 + 1e-9)
-    counts = (outcome.detail.certificate or {}).get("before", {})
+    counts = asdict(outcome.detail.certificate.before)
     work = ", ".join(f"{counts[k]:,} {k}" for k in ("holes", "cuts") if counts.get(k))
     free = outcome.detail.pieces - sum(group.count for group in outcome.detail.staying)
     text, new = for_linuxcnc(text), for_linuxcnc(outcome.text)

@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -109,7 +110,7 @@ def run(source: Path, machine: str) -> tuple[list[str], Outcome | None]:
     except LeafcutError as problem:
         reason = str(problem).split(": ", 1)[-1]
         return [source.name, "", "", "", "", "", "", f"refused: {reason}"], None
-    counts = (outcome.detail.certificate or {}).get("before", {})
+    counts = asdict(outcome.detail.certificate.before)
     assert outcome.verified
     assert outcome.after.time_s <= outcome.before.time_s * (1 + 1e-9)
     features = ", ".join(f"{counts[k]:,} {k}" for k in ("holes", "cuts") if counts.get(k))

@@ -263,4 +263,4 @@ def test_a_program_of_ours_has_no_fault_for_simulate_whatever_the_safe_height(ex
     profile.write_text(text.replace('safe_z = "0 mm"', 'safe_z = "-25 mm"'))
     leafcut.optimize(examples / "plate_10.dxf", program, machine=str(profile), depth=1, algorithm="nn")
     assert "G53 G0 Z-25." in program.read_text()
-    assert leafcut.simulate(program, machine=str(profile))["issues"] == []
+    assert leafcut.simulate(program, machine=str(profile)).issues == ()

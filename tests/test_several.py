@@ -124,7 +124,7 @@ def test_simulate_takes_several_programs_and_strict_counts_for_each(
     out, _ = answered(capsys, "simulate", "[ad].nc", "--strict", "--json", status=1)
     rows = json.loads(out)["runs"]
     assert [(row["program"], row["status"]) for row in rows] == [("a.nc", 0), ("d.nc", 1)]
-    assert rows[0]["time_s"] == leafcut.simulate("a.nc")["time_s"]
+    assert rows[0]["time_s"] == leafcut.simulate("a.nc").measure.time_s
     out, err = answered(capsys, "simulate", "a.nc", "c.nc", "d.nc", status=1)
     assert out.split()[:3] == ["danger:", "d.nc:", "L801"] and "c.nc" in out and "c.nc:1" in err
 

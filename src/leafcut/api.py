@@ -13,24 +13,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput, check_output, write_together
+from leafcut.model.certificate import Certificate
 from leafcut.model.heartbeat import Progress, looking_for, passing_on
 from leafcut.model.nest import NestOutcome
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
+from leafcut.model.simulation import Simulation
 from leafcut.model.snapshot import Observer
-from leafcut.model.solution import Solution
+from leafcut.model.solution import Solution, Solved
 from leafcut.options import Settings, flag_name, settings_for
 from leafcut.processes import registry
 from leafcut.processes.course import Run, machine_of
 
 if TYPE_CHECKING:
     from leafcut.processes.base import Process
-    from leafcut.report.program_run import ProgramRun
 
 #: What a drawing or a program may be given as.
 Given = str | Path | StandardInput
@@ -241,21 +239,16 @@ def solve_file(
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
     **options: Any,
-) -> tuple[dict[str, Any], NDArray[np.int32]]:
-    """Solve a map file as a closed tour; return the answer of ``leafcut solve --json`` and the tour int32[n]."""
+) -> Solved:
+    """Read a map, and return it with a closed tour through its points, as `solve_part` does.
+
+    `progress`, `observe`, `cancelled` and `options` are those of `optimize`.
+    """
     from leafcut.read import read
-    from leafcut.report.json_answer import solution_as_json
 
     settings = settings_for(_collected(options, None, defaults_file), "solve")
     part = read(source, settings.read, looking_for(progress, "reading"))
-    solution = _solved(part, settings, progress, observe, cancelled)
-    return {**solution_as_json(part, solution), **_defaults(settings)}, solution.nodes
-
-
-def _defaults(settings: Settings) -> dict[str, list[str]]:
-    """Return what an answer tells of the person's defaults: nothing where none of them is used."""
-    told = settings.from_defaults()
-    return {"defaults": list(told)} if told else {}
+    return Solved(part, _solved(part, settings, progress, observe, cancelled), settings.from_defaults())
 
 
 def simulate(
@@ -265,23 +258,13 @@ def simulate(
     defaults_file: str | Path | None = None,
     progress: Progress | None = None,
     **options: Any,
-) -> dict[str, Any]:
-    """Return what a program costs on a machine: seconds and lengths by kind of motion, extents, and dangers in it.
+) -> Simulation:
+    """Return what a program does on a machine, what that costs by kind of motion, and what is dangerous in it.
 
     `progress` is that of `optimize`; here and in all else an exception that it raises ends the work.
     """
     settings = settings_for(_collected(options, None, defaults_file), "simulate")
-    cost = registry.command("read_run")(program, settings, dialect, progress).cost()
-    return {"program": str(program), **cost, **_defaults(settings)}
-
-
-def read_run(
-    program: Given, *, dialect: str | None = None, progress: Progress | None = None, **options: Any
-) -> ProgramRun:
-    """Return what a program does on the machine that the options name."""
-    found: ProgramRun = registry.command("read_run")(
-        program, settings_for(_collected(options), "simulate"), dialect, progress
-    )
+    found: Simulation = registry.command("simulate")(program, settings, dialect, progress)
     return found
 
 
@@ -294,14 +277,16 @@ def verify_programs(
     allow_reverse: bool = False,
     progress: Progress | None = None,
     **options: Any,
-) -> dict[str, Any]:
-    """Return whether two programs do the same work, what was counted, and every difference as one line.
+) -> Certificate:
+    """Return the proof that two programs do the same work, with what was counted, or in what they differ.
 
     With `allow_reverse`, open cuts of one depth are the same from either end.
     """
     settings = settings_for(_collected(options, None, defaults_file), "verify")
-    answer = registry.command("verify")(original, new, settings, dialect, progress, allow_reverse=allow_reverse)
-    return {**answer, **_defaults(settings)}
+    proof: Certificate = registry.command("verify")(
+        original, new, settings, dialect, progress, allow_reverse=allow_reverse
+    )
+    return proof
 
 
 def output_name(

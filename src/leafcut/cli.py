@@ -27,6 +27,7 @@ from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, first_time
 
 if TYPE_CHECKING:
     from leafcut.model.outcome import Outcome
+    from leafcut.model.simulation import Simulation
 
 DONE, REFUSED, USAGE, INCOMPLETE = 0, 1, 2, 3
 _WORST_FIRST = ("danger", "missing", "warning")
@@ -307,37 +308,38 @@ def _solve(
 ) -> int:
     """Find a short closed tour through the points of a map, or through sets of them, to study the algorithms."""
     from leafcut import api
-    from leafcut.read.tsplib import write_tour
+    from leafcut.files import check_output, write_whole
+    from leafcut.read.tsplib import tour_text
     from leafcut.report.wording import count, gap_lines
 
     _check_file("--tour", tour)
     if tour:
-        from leafcut.files import check_output
-
         check_output(tour, [instance])
     with Reporter() as reporter:
-        answer, nodes = api.solve_file(
+        solved = api.solve_file(
             StandardInput.read() if _dashed(instance) == DASH else instance,
             progress=reporter,
             defaults_file=_defaults(no_defaults),
             **_given(options),
         )
+    part, found = solved.part, solved.solution
     if tour:
-        write_tour(tour, answer["instance"], nodes, every="clusters" not in answer)
+        write_whole(tour, tour_text(part.name, found.nodes, every=part.grouping is None))
     if as_json:
-        _print_json(answer)
+        from leafcut.report.json_answer import solved_as_json
+
+        _print_json(solved_as_json(solved))
         return DONE
-    sets = f" in {count(answer['clusters'], 'set')}" if "clusters" in answer else ""
-    print(f"{answer['instance']}: {count(answer['n'], 'point')}{sets}, {answer['algorithm']}, seed {answer['seed']}")
-    steps = count(answer["iterations"], "iteration")
-    print(f"length {answer['length']:,.10g}, {steps} in {answer['seconds']:.2f} s")
-    if answer["stopped_early"] and options["time_limit"] is None:
+    sets = "" if part.grouping is None else f" in {count(part.grouping.n_clusters, 'set')}"
+    print(f"{part.name}: {count(len(part.holes), 'point')}{sets}, {found.algorithm}, seed {found.seed}")
+    print(f"length {found.cost:,.10g}, {count(found.iterations, 'iteration')} in {found.seconds:.2f} s")
+    if found.stopped_early and options["time_limit"] is None:
         print("stopped before its end; this is the best so far")
-    for line in gap_lines(answer["length"], answer["optimum"], answer["lower_bound"]):
+    for line in gap_lines(found.cost, part.optimum, found.lower_bound):
         print(line)
-    _print_defaults(answer)
-    for issue in answer["issues"][:MOST_WARNINGS]:
-        print(f"{issue['code']}  {issue['message']}{' (' + issue['place'] + ')' if issue['place'] else ''}")
+    _print_defaults(solved.defaults)
+    for issue in part.issues[:MOST_WARNINGS]:
+        print(f"{issue.code}  {issue.message}{f' ({issue.place})' if issue.place else ''}")
     return DONE
 
 
@@ -391,14 +393,19 @@ def _simulate(
 ) -> int:
     """Tell how long a program runs on a machine, how far it moves, and what is dangerous in it."""
     from leafcut import api
+    from leafcut.report.json_answer import simulation_as_json
 
     inputs, each = expanded([*map(_dashed, programs)], "simulate")
     given = {"dialect": dialect, "defaults_file": _defaults(no_defaults), **_given(options)}
 
+    def simulated(program: str) -> tuple[Simulation, int]:
+        found = api.simulate(StandardInput.read() if program == DASH else program, **given)
+        dangerous = any(issue.severity == "danger" for issue in found.issues)
+        return found, REFUSED if dangerous and options.get("strict") else DONE
+
     def do(_: int, program: str) -> tuple[dict[str, Any], int]:
-        answer = api.simulate(StandardInput.read() if program == DASH else program, **given)
-        dangerous = any(issue["severity"] == "danger" for issue in answer["issues"])
-        return answer, REFUSED if dangerous and options.get("strict") else DONE
+        found, status = simulated(program)
+        return simulation_as_json(found), status
 
     if each:
         rows, status = _each("program", inputs, do)
@@ -413,39 +420,35 @@ def _simulate(
 
             print_simulated(rows, Console())
         return status
-    answer, status = do(0, inputs[0])
+    found, status = simulated(inputs[0])
     if as_json:
-        _print_json(answer)
+        _print_json(simulation_as_json(found))
     else:
-        _print_simulated(answer)
+        _print_simulated(found)
     return status
 
 
-def _print_simulated(answer: dict[str, Any]) -> None:
+def _print_simulated(found: Simulation) -> None:
     from leafcut.units import format_length, format_time
 
-    dangers = [issue for issue in answer["issues"] if issue["severity"] == "danger"]
+    dangers = [issue for issue in found.issues if issue.severity == "danger"]
     for issue in dangers:
-        print(f"danger: {_said(issue)}")
-    print(f"{answer['program']}: {format_time(answer['time_s'])} on {answer['machine']}")
-    print(f"rapid {format_length(answer['rapid_mm'])}, feed {format_length(answer['feed_mm'])}")
-    print("  ".join(f"{kind} {format_time(s)}" for kind, s in answer["by_kind"].items()))
-    for axis, (low, high) in answer["extents"].items():
-        print(f"{axis.upper()} {low:.3f} to {high:.3f} mm")
-    for issue in answer["issues"]:
+        print(f"danger: {issue}")
+    cost = found.measure
+    print(f"{found.program}: {format_time(cost.time_s)} on {found.machine.name}")
+    print(f"rapid {format_length(cost.travel_mm)}, feed {format_length(cost.cut_mm)}")
+    print("  ".join(f"{kind} {format_time(s)}" for kind, s in cost.by_kind.items()))
+    for axis, low, high in zip("XYZ", *found.path.extents, strict=True):
+        print(f"{axis} {low:.3f} to {high:.3f} mm")
+    for issue in found.issues:
         if issue not in dangers:
-            print(f"{issue['severity']}: {_said(issue)}")
-    _print_defaults(answer)
+            print(f"{issue.severity}: {issue}")
+    _print_defaults(found.defaults)
 
 
-def _print_defaults(answer: dict[str, Any]) -> None:
-    if told := answer.get("defaults"):
+def _print_defaults(told: Sequence[str]) -> None:
+    if told:
         print(f"of your defaults: {', '.join(told)}")
-
-
-def _said(issue: dict[str, str]) -> str:
-    """Return an issue of a JSON answer in a line."""
-    return f"{issue['code']} {issue['message']}" + (f" ({issue['place']})" if issue["place"] else "")
 
 
 def _verify(
@@ -472,7 +475,7 @@ def _verify(
     if _dashed(original) == _dashed(new) == DASH:
         raise OptionError("verify: one of the two programs may come through standard input, not both")
     first, other = (StandardInput.read() if _dashed(word) == DASH else word for word in (original, new))
-    answer = api.verify_programs(
+    proof = api.verify_programs(
         first,
         other,
         dialect=dialect,
@@ -481,17 +484,18 @@ def _verify(
         **_given(options),
     )
     if as_json:
-        _print_json(answer)
-    elif answer["same"]:
-        turned = answer["reversed_cuts"]
-        print("the same work" + (f", {turned} of the cuts from their other end" if turned else ""))
+        from leafcut.report.json_answer import verification_as_json
+
+        _print_json(verification_as_json(proof))
     else:
-        for difference in answer["differences"]:
-            print(difference["words"])
-    if not as_json:
-        for note in answer["notes"]:
+        turned = proof.reversed_cuts
+        if proof.same:
+            print("the same work" + (f", {turned} of the cuts from their other end" if turned else ""))
+        for difference in proof.differences:
+            print(difference)
+        for note in proof.notes:
             print(f"note: {note}")
-    return DONE if answer["same"] else REFUSED
+    return DONE if proof.same else REFUSED
 
 
 def _machines(

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from every import every
 from leafcut.model import Issue, Severity
+from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.solution import WorkerFigures
 from leafcut.processes.program.model import ProgramDetail
 from leafcut.report import views
@@ -160,7 +161,8 @@ def test_words_and_lines_stand_out_enough_from_what_is_behind_them(mode):
 
 def test_columns_that_say_nothing_and_words_of_other_processes_are_left_out(outcome_of):
     """A laser has no diameters and no spindle; what its beam does while it is off is travel."""
-    detail = ProgramDetail({"before": {"cuts": 2}})
+    counts = Counts(holes=0, cuts=2, dwells=0, stages=1, tool_changes=0)
+    detail = ProgramDetail(Certificate(True, (), counts, counts, (), ""))
     outcome = outcome_of([(0.0, 0.0), (10.0, 10.0)], process="laser", detail=detail)
     tools = tuple(replace(o, tool=replace(o.tool, diameter=0.0), cycle="") for o in outcome.operations)
     times = replace(outcome.before, by_kind={"feed": 90.0, "spindle": 10.0})

@@ -56,6 +56,11 @@ class Grouping:
     precedence: NDArray[np.int32]
     first: int = -1
 
+    @property
+    def n_clusters(self) -> int:
+        """Number of clusters."""
+        return int(self.cluster.max()) + 1
+
 
 @dataclass(frozen=True)
 class Part:

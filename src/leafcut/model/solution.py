@@ -1,4 +1,4 @@
-"""`Solution`: an order, what it costs, and how it was found."""
+"""`Solution`: an order, what it costs, and how it was found; `Solved`: that of a map."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from leafcut.model.part import Part
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,29 @@ class Solution:
     def gap(self) -> float | None:
         """How far at most the cost is above the least possible, as a fraction; None without a bound."""
         return gap(self.cost, self.lower_bound)
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A map, and a closed tour through its points.
+
+    Attributes
+    ----------
+    part
+        The map. Of its sets of points, where it has any, the tour visits one point of each.
+    defaults
+        Which of the options that were used are of the person's own defaults, as one types them.
+    """
+
+    part: Part
+    solution: Solution
+    defaults: tuple[str, ...] = ()
+
+    @property
+    def gap(self) -> float | None:
+        """How far the tour is above the best known one, as a fraction; at most, by the lower bound, without one."""
+        optimum = self.part.optimum
+        return self.solution.cost / optimum - 1.0 if optimum else self.solution.gap
 
 
 def gap(cost: float, bound: float | None) -> float | None:

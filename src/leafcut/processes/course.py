@@ -19,7 +19,7 @@ from leafcut.options import Settings, SolveOptions, flag_name
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
-    from leafcut.proof.difference import Difference
+    from leafcut.model.difference import Difference
 
 
 @dataclass

@@ -15,7 +15,7 @@ from leafcut.processes.course import Run
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
-    from leafcut.proof.difference import Difference
+    from leafcut.model.difference import Difference
 
 #: Heights that differ by less are one, mm: a laser that never moves Z may say it once.
 _FLAT = 1e-6

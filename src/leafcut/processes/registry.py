@@ -31,7 +31,7 @@ COMMANDS = {
     "nest_answer": "leafcut.processes.nesting.report:nest_as_json",
     "nest_summary": "leafcut.processes.nesting.report:print_nests",
     "nest": "leafcut.processes.nesting.command:nest",
-    "read_run": "leafcut.processes.program.simulate:read_run",
+    "simulate": "leafcut.processes.program.simulate:simulate",
     "verify": "leafcut.processes.program.verify:verify",
 }
 

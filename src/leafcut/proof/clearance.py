@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.cycles import expand
+from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, last_rows
-from leafcut.proof.difference import Difference, place, shorten
+from leafcut.proof.difference import place, shorten
 
 Mask = NDArray[np.bool_]
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.model.difference import Difference
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath, arc_extremes
-from leafcut.proof.difference import Difference, shorten
+from leafcut.proof.difference import shorten
 
 #: Room for the rounding of written coordinates, mm.
 _ROOM = 0.001

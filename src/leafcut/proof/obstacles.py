@@ -15,9 +15,10 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from leafcut.model.cycles import expand
+from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 from leafcut.proof.clearance import at_machine_height
-from leafcut.proof.difference import Difference, place, shorten
+from leafcut.proof.difference import place, shorten
 
 #: Room for the rounding of written places and heights, mm (0.0001 inch is 0.00254 mm).
 _ROOM = 0.003

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.model.cycles import expand
+from leafcut.model.difference import Difference
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Toolpath
 from leafcut.proof.clearance import check_clearance
-from leafcut.proof.difference import Difference
 from leafcut.proof.envelope import check_envelope
 from leafcut.proof.obstacles import check_obstacles
 from leafcut.proof.read_back import compare_motion

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.cycles import expand
+from leafcut.model.difference import Difference
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, plane_axes
-from leafcut.proof.difference import Difference, describe, shorten
+from leafcut.proof.difference import describe, shorten
 
 Mask = NDArray[np.bool_]
 

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError, ReadError, nearest, shown
-from leafcut.files import write_whole
 from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.format import MAX_HOLES, Format, Match, Source, load, too_many_holes
@@ -235,22 +234,21 @@ def _optimum(source: Source, name: str, n: int) -> float | None:
     return None
 
 
-def write_tour(path: str | Path, name: str, order: Sequence[int] | NDArray[np.integer], every: bool = True) -> None:
-    """Write a tour (node numbers from 0 in visiting order) as a TSPLIB ``.tour`` file, whole or not at all.
+def tour_text(name: str, order: Sequence[int] | NDArray[np.integer], every: bool = True) -> str:
+    """Return a tour (node numbers from 0 in visiting order) as the text of a TSPLIB ``.tour`` file.
 
     `every`: it must visit every node; a tour through sets of nodes does not.
 
     Raises
     ------
     LeafcutError
-        The order is not a permutation, or has a node twice, or the file cannot be written.
+        The order is not a permutation, or has a node twice.
     """
     nodes = [int(i) for i in order]
     if sorted(nodes) != list(range(len(nodes))) if every else len(set(nodes)) < len(nodes):
-        raise LeafcutError(f"{path}: a tour visits every node once; this order does not")
+        raise LeafcutError(f"{name}: a tour visits every node once; this order does not")
     lines = [f"NAME : {shown(name)}", "TYPE : TOUR", f"DIMENSION : {len(nodes)}", "TOUR_SECTION"]
-    text = "\n".join([*lines, *(str(i + 1) for i in nodes), "-1", "EOF", ""])
-    write_whole(path, text)
+    return "\n".join([*lines, *(str(i + 1) for i in nodes), "-1", "EOF", ""])
 
 
 def read_tour(path: str | Path) -> NDArray[np.int64]:

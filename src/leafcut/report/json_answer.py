@@ -1,15 +1,17 @@
-"""The answers of `leafcut optimize --json` and `solve --json`: plain values, with the keys that scripts rely on."""
+"""The answers of the commands with ``--json``: plain values, with the keys that scripts rely on."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import asdict
 from typing import Any
 
+from leafcut.model.certificate import Certificate
 from leafcut.model.issue import Issue
 from leafcut.model.measure import Measure
 from leafcut.model.outcome import OperationOutcome, Outcome
-from leafcut.model.part import Part
-from leafcut.model.solution import Solution
+from leafcut.model.simulation import Simulation
+from leafcut.model.solution import Solved
 from leafcut.report.wording import algorithm_words, feed_mm_min, plain_number
 
 
@@ -46,17 +48,14 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "tools": [_tool(o) for o in outcome.operations],
         "workers": [w for number, o in enumerate(outcome.operations) for w in _workers(number, o)],
         "issues": issues_as_json(outcome.issues),
-        **({"defaults": list(outcome.defaults)} if outcome.defaults else {}),
+        **_defaults(outcome.defaults),
     }
 
 
-def solution_as_json(part: Part, solution: Solution) -> dict[str, Any]:
-    """Return the answer of `leafcut solve --json`: lengths are in the unit of the map's own rule of distance.
-
-    The gap is against the best known length where the map has one, else against the lower bound.
-    """
-    gap = solution.cost / part.optimum - 1.0 if part.optimum else solution.gap
-    grouped = {} if part.grouping is None else {"clusters": int(part.grouping.cluster.max()) + 1}
+def solved_as_json(solved: Solved) -> dict[str, Any]:
+    """Return the answer of `leafcut solve --json`: lengths are in the unit of the map's own rule of distance."""
+    part, solution, gap = solved.part, solved.solution, solved.gap
+    grouped = {} if part.grouping is None else {"clusters": part.grouping.n_clusters}
     return {
         "instance": part.name,
         "n": len(part.holes),
@@ -76,12 +75,57 @@ def solution_as_json(part: Part, solution: Solution) -> dict[str, Any]:
         ],
         "stopped_early": solution.stopped_early,
         "issues": issues_as_json(part.issues),
+        **_defaults(solved.defaults),
+    }
+
+
+def simulation_as_json(found: Simulation) -> dict[str, Any]:
+    """Return the answer of `leafcut simulate --json`: lengths in mm, times in s."""
+    low, high = found.path.extents
+    return {
+        "program": found.program,
+        "machine": found.machine.name,
+        "time_s": found.measure.time_s,
+        "rapid_mm": found.measure.travel_mm,
+        "feed_mm": found.measure.cut_mm,
+        "by_kind": found.measure.by_kind,
+        "extents": {axis: [low[k], high[k]] for k, axis in enumerate("xyz")},
+        "issues": issues_as_json(found.issues),
+        **_defaults(found.defaults),
+    }
+
+
+def verification_as_json(proof: Certificate) -> dict[str, Any]:
+    """Return the answer of `leafcut verify --json`: the proof, each difference with its line of words."""
+    answer = certificate_as_json(proof)
+    for row, difference in zip(answer["differences"], proof.differences, strict=True):
+        row["words"] = str(difference)
+    return {**answer, **_defaults(proof.defaults)}
+
+
+def certificate_as_json(proof: Certificate) -> dict[str, Any]:
+    """Return a proof as plain values, as the answer of `optimize` has it."""
+    return {
+        "same": proof.same,
+        "differences": [asdict(difference) for difference in proof.differences],
+        "before": asdict(proof.before),
+        "after": asdict(proof.after),
+        "compared": list(proof.compared),
+        "sha256": proof.sha256,
+        "allow_reverse": proof.allow_reverse,
+        "reversed_cuts": proof.reversed_cuts,
+        "notes": list(proof.notes),
     }
 
 
 def issues_as_json(issues: Iterable[Issue]) -> list[dict[str, str]]:
     """Return issues as plain values."""
     return [{"code": i.code, "severity": i.severity.value, "message": i.message, "place": i.place} for i in issues]
+
+
+def _defaults(told: tuple[str, ...]) -> dict[str, list[str]]:
+    """Return what an answer tells of the person's defaults: nothing where none of them is used."""
+    return {"defaults": list(told)} if told else {}
 
 
 def _measure(measure: Measure) -> dict[str, float | None]:

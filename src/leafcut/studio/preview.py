@@ -111,20 +111,20 @@ def _size(width: float, height: float) -> str:
 
 def _program(source: str, name: str, settings: Settings) -> Seen:
     from leafcut.files import read_program
+    from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.scene import toolpath_scene
     from leafcut.units import format_length, format_time
 
     try:
-        program = api.read_run(source, machine=settings.machine.machine)
-        path, machine, found = program.run, program.machine, program.cost()
-        shown = {"after": toolpath_scene(path, machine, name=name, text=read_program(source))}
+        found = api.simulate(source, machine=settings.machine.machine)
+        shown = {"after": toolpath_scene(found.run, found.machine, name=name, text=read_program(source))}
     except LeafcutError as problem:
         return Seen("gcode", _PROGRAM, error=str(problem))
-    x, y = found["extents"]["x"], found["extents"]["y"]
+    (left, low, _), (right, high, _) = found.path.extents
     facts = (
-        ("time", format_time(found["time_s"])),
-        ("rapid", format_length(found["rapid_mm"])),
-        ("feed", format_length(found["feed_mm"])),
-        ("size", f"{_size(x[1] - x[0], y[1] - y[0])} mm"),
+        ("time", format_time(found.measure.time_s)),
+        ("rapid", format_length(found.measure.travel_mm)),
+        ("feed", format_length(found.measure.cut_mm)),
+        ("size", f"{_size(right - left, high - low)} mm"),
     )
-    return Seen("gcode", _PROGRAM, facts, tuple(found["issues"]), shown)
+    return Seen("gcode", _PROGRAM, facts, tuple(issues_as_json(found.issues)), shown)

@@ -23,6 +23,7 @@ from leafcut.studio.task import LIST, NEST, Call, program_name, told_apart
 if TYPE_CHECKING:
     from leafcut.model.nest import NestOutcome
     from leafcut.model.outcome import Outcome
+    from leafcut.model.part import Part
     from leafcut.model.process_report import Which
 
 _BOTH: tuple[Which, ...] = ("before", "after")
@@ -55,6 +56,8 @@ def run(
     LeafcutError
         One line, as on the command line.
     """
+    from leafcut.report.json_answer import simulation_as_json, verification_as_json
+
     if call.command == "optimize":
         return _optimize(call, names[0], tell, cancelled, observe)
     if call.command == "nest":
@@ -62,10 +65,10 @@ def run(
     if call.command == "solve":
         return _solve(call, names[0], tell, cancelled, observe)
     if call.command == "simulate":
-        found = api.simulate(call.sources[0], progress=tell, **call.options)
-        return Made({**found, "program": names[0]}, {"time_s": found["time_s"]}, {})
-    answer = api.verify_programs(call.sources[0], call.sources[1], progress=tell, **call.options)
-    return Made(answer, {"same": answer["same"]}, {})
+        found = replace(api.simulate(call.sources[0], progress=tell, **call.options), program=names[0])
+        return Made(simulation_as_json(found), {"time_s": found.measure.time_s}, {})
+    proof = api.verify_programs(call.sources[0], call.sources[1], progress=tell, **call.options)
+    return Made(verification_as_json(proof), {"same": proof.same}, {})
 
 
 def _optimize(call: Call, name: str, tell: Progress, cancelled: threading.Event, observe: Observer | None) -> Made:
@@ -193,36 +196,32 @@ def _scene(data: bytes) -> Artefact:
 
 
 def _solve(call: Call, name: str, tell: Progress, cancelled: threading.Event, observe: Observer | None) -> Made:
-    from leafcut.read.tsplib import write_tour
+    from leafcut.read.tsplib import tour_text
+    from leafcut.report.json_answer import solved_as_json
 
-    answer, nodes = api.solve_file(call.sources[0], progress=tell, observe=observe, cancelled=cancelled, **call.options)
-    with tempfile.TemporaryDirectory(prefix="leafcut-") as place:
-        file = Path(place) / "tour"
-        write_tour(file, answer["instance"], nodes, every="clusters" not in answer)
-        tour = file.read_bytes()
+    solved = api.solve_file(call.sources[0], progress=tell, observe=observe, cancelled=cancelled, **call.options)
+    part, found = solved.part, solved.solution
+    tour = tour_text(part.name, found.nodes, every=part.grouping is None)
+    answer = solved_as_json(solved)
     figures = {key: answer[key] for key in ("length", "gap_percent")}
     artefacts = {
-        "tour": Artefact(program_name(name, ".tour"), _TEXT, tour),
-        "search": _searches([(answer["algorithm"], answer["history"], answer["lower_bound"], "")]),
-        **_tour_scenes(call, nodes),
+        "tour": Artefact(program_name(name, ".tour"), _TEXT, tour.encode()),
+        "search": _searches([(found.algorithm, found.history, found.lower_bound, "")]),
+        **_tour_scenes(part, found.nodes),
     }
     return Made(answer, figures, artefacts)
 
 
-def _tour_scenes(call: Call, nodes: NDArray[np.int32]) -> dict[str, Artefact]:
+def _tour_scenes(part: Part, nodes: NDArray[np.int32]) -> dict[str, Artefact]:
     """Return a closed tour as rapids through its points; nothing of a map that says distances and no places."""
     from leafcut.model.toolpath import ToolpathBuilder
-    from leafcut.options import Settings
-    from leafcut.read import read
     from leafcut.read.machine import load_machine
     from leafcut.studio.scene import part_scene, toolpath_scene
 
-    settings = Settings.collect(call.options)
-    part = read(call.sources[0], settings.read)
     if len(nodes) < 2 or not np.ptp(part.hole_xy, axis=0).any():
         return {}
     builder = ToolpathBuilder()
     for x, y in part.hole_xy[[*nodes, nodes[0]]].tolist():
         builder.rapid(x, y)
-    path = toolpath_scene(builder.build(), load_machine(settings.machine.machine), name=part.name, of=part)
+    path = toolpath_scene(builder.build(), load_machine(api.default_machine("solve")), name=part.name, of=part)
     return {"scene-part": _scene(part_scene(part)), "scene-after": _scene(path)}

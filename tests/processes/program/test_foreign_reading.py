@@ -30,7 +30,8 @@ def test_a_program_without_units_is_read_in_those_of_the_option_or_of_the_machin
     assert "read as mm, the units of grbl-3018" in note.message
     assert found.after.time_s < found.before.time_s and "G21" not in found.text
     inches = leafcut.simulate(source, machine="grbl-3018", units="in")
-    assert inches["feed_mm"] == pytest.approx(25.4 * leafcut.simulate(source, machine="grbl-3018")["feed_mm"])
+    mm = leafcut.simulate(source, machine="grbl-3018")
+    assert inches.measure.cut_mm == pytest.approx(25.4 * mm.measure.cut_mm)
     with pytest.raises(OptionError, match="use mm or in"):
         leafcut.simulate(source, units="ft")
 
@@ -48,7 +49,7 @@ def test_a_program_that_takes_its_feed_from_the_controller_is_ordered_and_keeps_
     again = leafcut.optimize(tmp_path / "own.ngc", machine="plasma-table", thickness=6)
     assert again.verified and again.text.count("F#<_hal[") >= 1 and "F3390" not in again.text
     timed = [leafcut.simulate(tmp_path / "own.ngc", machine="plasma-table", cut_speed=v) for v in (2000, 4000)]
-    assert timed[0]["by_kind"]["feed"] > 1.5 * timed[1]["by_kind"]["feed"]
+    assert timed[0].measure.by_kind["feed"] > 1.5 * timed[1].measure.by_kind["feed"]
 
 
 @pytest.mark.parametrize(
@@ -97,7 +98,7 @@ def test_programs_of_mills_and_torches_with_such_words_are_read(tmp_path: Path, 
     """Remarks, an analog output, constant surface speed on a mill with Y, a slot along X."""
     source = tmp_path / "a.nc"
     source.write_text(text)
-    assert leafcut.simulate(source)["time_s"] >= 0
+    assert leafcut.simulate(source).measure.time_s >= 0
 
 
 def test_what_a_machine_nobody_named_does_not_read_says_so(tmp_path: Path) -> None:
@@ -108,7 +109,7 @@ def test_what_a_machine_nobody_named_does_not_read_says_so(tmp_path: Path) -> No
         leafcut.simulate(source)
     with pytest.raises(ReadError, match=r"another motion$"):
         leafcut.simulate(source, machine="linuxcnc-mill")
-    assert leafcut.simulate(source, machine="haas-vf2")["feed_mm"] > 0
+    assert leafcut.simulate(source, machine="haas-vf2").measure.cut_mm > 0
 
 
 STYLES = Path(__file__).parents[2] / "styles"
@@ -122,8 +123,8 @@ def test_a_program_for_a_laser_is_read_for_one_where_no_machine_is_named(name: s
         ("grbl-3018", "grbl-3018", "without a spindle's start"),
     ):
         found = leafcut.simulate(STYLES / name, **({} if machine is None else {"machine": machine}))
-        assert found["machine"] == taken and found["by_kind"]["spindle"] == 0.0
-        assert said in next(issue["message"] for issue in found["issues"] if issue["code"] == "L807")
+        assert found.machine.name == taken and found.measure.by_kind["spindle"] == 0.0
+        assert said in next(issue.message for issue in found.issues if issue.code == "L807")
 
 
 @pytest.mark.parametrize("choice", ["(o=0, kw=1.5, ph=4, pd=0.5, ch=1.5, fr=1200, nu=1)", "M190 P3", "#<holes>=1"])
@@ -145,7 +146,7 @@ def test_a_torch_that_says_which_one_it_is_is_no_laser(tmp_path: Path) -> None:
     """``M3 $0`` without a material, as SheetCam's post has it where the operator chooses one."""
     source = tmp_path / "a.ngc"
     source.write_text("G21 G90\nM52 P1\nF2000\n" + "G0 X9 Y1\nM3 $0 S1\nG1 X20\nM5 $0\n" * 2 + "M2\n")
-    assert leafcut.simulate(source)["machine"] == "plasma-table"
+    assert leafcut.simulate(source).machine.name == "plasma-table"
 
 
 def test_the_laser_that_is_taken_is_as_fast_and_as_large_as_the_program(tmp_path: Path) -> None:
@@ -155,11 +156,11 @@ def test_the_laser_that_is_taken_is_as_fast_and_as_large_as_the_program(tmp_path
         cuts = "".join(f"G0 X0 Y{y}\nG1 X{width} S500 F{feed}\n" for y in (0, 10, 20))
         source.write_text(f"G21 G90\nM4 S0\n{cuts}M5\nM2\n")
         found = leafcut.simulate(source)
-        assert found["machine"] == f"grbl-laser-{machine}"
-        assert found["by_kind"]["feed"] == pytest.approx(3 * width * 60 / feed, rel=0.8, abs=0.6)
+        assert found.machine.name == f"grbl-laser-{machine}"
+        assert found.measure.by_kind["feed"] == pytest.approx(3 * width * 60 / feed, rel=0.8, abs=0.6)
 
 
 def test_a_mill_with_a_spindle_keeps_its_machine_and_its_start() -> None:
     """Also where the power of the spindle changes from cut to cut."""
     found = leafcut.simulate(STYLES / "estlcam_engrave.nc")
-    assert found["machine"] == "linuxcnc-mill" and found["by_kind"]["spindle"] > 0.0
+    assert found.machine.name == "linuxcnc-mill" and found.measure.by_kind["spindle"] > 0.0

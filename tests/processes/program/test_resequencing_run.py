@@ -54,9 +54,8 @@ def test_random_order_loses_most_of_its_travel(tmp_path: Path, n: int) -> None:
     words = dialect("linuxcnc")
     new = interpret_program(found.text, words)
     assert work_of(new) == work_of(interpret_program(path.read_text(), words))
-    assert found.detail.certificate is not None
-    assert found.detail.certificate["same"]
-    assert found.detail.certificate["before"]["holes"] == n
+    assert found.detail.certificate.same
+    assert found.detail.certificate.before.holes == n
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "latin-1", "utf-8-sig"])
@@ -158,10 +157,8 @@ def test_lines_from_either_end_need_less_travel_and_the_proof_says_how_many_were
     path, out = written(tmp_path, lines_program(1)), tmp_path / "new.nc"
     one_way, either = leafcut.optimize(path), leafcut.optimize(path, out, allow_reverse=True)
     assert either.after.travel_mm < one_way.after.travel_mm < one_way.before.travel_mm
-    assert one_way.detail.certificate is not None
-    assert either.detail.certificate is not None
-    assert (one_way.detail.certificate["allow_reverse"], one_way.detail.certificate["reversed_cuts"]) == (False, 0)
-    turned = either.detail.certificate["reversed_cuts"]
+    assert (one_way.detail.certificate.allow_reverse, one_way.detail.certificate.reversed_cuts) == (False, 0)
+    turned = either.detail.certificate.reversed_cuts
     assert turned > 3
     assert f"{turned} of the cuts from their other end" in out.read_text()
     assert run(["verify", str(path), str(out)]) == 1
@@ -235,9 +232,8 @@ def test_a_merged_tool_is_changed_once_and_it_is_said(tmp_path: Path) -> None:
     blocks = ["G21 G90 G17 G94 G54", change.format(1), drill.format(10), change.format(2), drill.format(40)]
     text = " / ".join([*blocks, change.format(1), drill.format(70), "M5", "M30", ""]).replace(" / ", "\n")
     found = leafcut.optimize(written(tmp_path, text), merge_tools=True)
-    assert found.detail.certificate is not None
-    assert found.detail.certificate["before"]["tool_changes"] == 3
-    assert found.detail.certificate["after"]["tool_changes"] == 2
+    assert found.detail.certificate.before.tool_changes == 3
+    assert found.detail.certificate.after.tool_changes == 2
     assert found.after.time_s < found.before.time_s
     assert "L503" in {i.code for i in found.issues}
 

@@ -66,7 +66,7 @@ def test_a_program_read_again_takes_the_time_of_its_plan_but_for_rounded_places(
     (tmp_path / "a.ngc").write_text(outcome.text)
     found = api.simulate(tmp_path / "a.ngc", machine="plasma-table")
     assert any(cut.small_hole for cut in outcome.detail.plan.cuts)  # which begin slower than the material's own feed
-    assert found["time_s"] == pytest.approx(outcome.after.time_s, abs=0.001 * len(outcome.detail.plan.cuts))
+    assert found.measure.time_s == pytest.approx(outcome.after.time_s, abs=0.001 * len(outcome.detail.plan.cuts))
 
 
 def test_every_face_states_the_lengths_of_the_plan_of_a_sheet(outcome) -> None:
@@ -254,14 +254,14 @@ def test_the_time_of_the_report_is_that_of_the_written_program(drawing: Path, tm
     """Also where the controller waits for the pierce and moves Z itself, or nobody does."""
     found = api.optimize(drawing, tmp_path / "out.ngc", **{**FAST, "iterations": 1, **options})
     answer = api.simulate(tmp_path / "out.ngc", machine=found.machine.name, dialect=found.dialect)
-    assert answer["time_s"] == pytest.approx(found.after.time_s, rel=0.01)
-    assert answer["issues"] == []
+    assert answer.measure.time_s == pytest.approx(found.after.time_s, rel=0.01)
+    assert answer.issues == ()
 
 
 def test_a_material_that_the_program_does_not_tell_is_said_to_be_missing(drawing: Path, tmp_path: Path) -> None:
     file = tmp_path / "out.ngc"
     file.write_text("".join(t for t in api.optimize(drawing, **FAST).text.splitlines(True) if not t.startswith("(o=0")))
-    assert "12 cuts are of a material" in api.simulate(file, machine="plasma-table")["issues"][0]["message"]
+    assert "12 cuts are of a material" in api.simulate(file, machine="plasma-table").issues[0].message
 
 
 def test_a_beam_that_does_not_wait_has_no_pierce_delay(drawing: Path) -> None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
+from leafcut.model.certificate import Certificate
 from leafcut.model.sequence import Staying
 
 
@@ -15,7 +16,7 @@ class ProgramDetail:
     Attributes
     ----------
     certificate
-        The proof that the new program does the same work (`proof.certificate`), as plain values, and what was counted.
+        The proof that the new program does the same work, and what was counted.
     barriers
         How many pieces of the program stay where they are, and nothing is carried past them.
     pieces, staying
@@ -24,7 +25,7 @@ class ProgramDetail:
 
     report: ClassVar[str] = "leafcut.processes.program.report:ProgramReport"
 
-    certificate: dict[str, Any]
+    certificate: Certificate
     barriers: int = 0
     pieces: int = 0
     staying: tuple[Staying, ...] = field(default=())

@@ -20,7 +20,7 @@ from leafcut.processes.keep_out import meetings, reach_of
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
-    from leafcut.processes.program.proof.certificate import Certificate
+    from leafcut.model.certificate import Certificate
 
 #: The order of the chains of every section; None: as it is.
 Orders = list[NDArray[np.int32] | None]
@@ -141,7 +141,7 @@ class _Writer:
 
     def proved(self, text: str) -> Proved:
         """Return the program with its proof, which stands at its top, too."""
-        from leafcut.processes.program.proof.certificate import certify
+        from leafcut.processes.program.proof.certificate import certify, proof_lines
 
         settings = self.run.settings
         look = self.run.looking("verifying")
@@ -162,7 +162,7 @@ class _Writer:
         if self.obstacles is not None and (met := meetings(self.run, self.obstacles, new.path)):
             raise _Refused(f"{met[0]}{f' (and {len(met) - 1} more)' if len(met) > 1 else ''}", set())
         if settings.post.header and text != "".join(self.original.lines):
-            text = with_comments(text, certificate.comment_lines(Path(self.source).name), self.words)
+            text = with_comments(text, proof_lines(certificate, Path(self.source).name), self.words)
             new = self._read(text)
         return Proved(text, new, certificate)
 

@@ -10,6 +10,7 @@ from leafcut.model.process_report import Fact
 from leafcut.processes.program.model import ProgramDetail
 from leafcut.report import views
 from leafcut.report.drawing import Scene
+from leafcut.report.json_answer import certificate_as_json
 from leafcut.report.path_report import PathReport
 from leafcut.report.wording import clean, count
 
@@ -33,24 +34,25 @@ class ProgramReport(PathReport[ProgramDetail]):
         """Return what the proof counted, and how the program is divided."""
         outcome, detail = self.outcome, self.outcome.detail
         own = {"barriers": detail.barriers, "operations": len(outcome.operations), "pieces": detail.pieces}
-        return {**detail.certificate["before"], **own}
+        return {**asdict(detail.certificate.before), **own}
 
     def counts_words(self) -> str:
         """Return what a program makes, how much of it can be reordered, and how much is made from its other end."""
         detail = self.outcome.detail
-        counts = detail.certificate["before"]
-        words = [count(int(counts["holes"]), "hole")] if counts.get("holes") else []
-        words += [count(int(counts["cuts"]), "cutting move")] if counts.get("cuts") else []
+        counts = detail.certificate.before
+        words = [count(counts.holes, "hole")] if counts.holes else []
+        words += [count(counts.cuts, "cutting move")] if counts.cuts else []
         free = detail.pieces - sum(group.count for group in detail.staying)
         if detail.pieces:
             words.append(f"{free:,} of {count(detail.pieces, 'piece')} of work free to be ordered")
-        turned = detail.certificate.get("reversed_cuts", 0)
+        turned = detail.certificate.reversed_cuts
         return " · ".join([*(words or ["no work"]), *([f"{turned} made from the other end"] if turned else [])])
 
     def answer(self) -> dict[str, Any]:
         """Return the proof, and why pieces of the program keep their place."""
         detail = self.outcome.detail
-        return {"certificate": detail.certificate, "staying": [asdict(group) for group in detail.staying]}
+        proof = certificate_as_json(detail.certificate)
+        return {"certificate": proof, "staying": [asdict(group) for group in detail.staying]}
 
     def facts(self) -> list[Fact]:
         """Return the gap, what stays, and how the order was sought."""

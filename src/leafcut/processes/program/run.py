@@ -124,7 +124,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             *machine_issues(run.machine),
         ),
         detail=ProgramDetail(
-            certificate=proved.certificate.as_json(),
+            certificate=proved.certificate,
             barriers=sum(isinstance(item, Kept) and item.reason != "" for item in sequence.items),
             pieces=count_pieces(sequence),
             staying=grouped(sequence, refused, run.settings.resequence.keep_order),

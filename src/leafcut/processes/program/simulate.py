@@ -9,22 +9,26 @@ from leafcut.errors import OptionError
 from leafcut.files import StandardInput, read_program
 from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.model.issue import Issue
+from leafcut.model.simulation import Simulation
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import Settings
 from leafcut.processes.course import machine_of
-from leafcut.report.program_run import ProgramRun
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
 
 
-def read_run(
+def simulate(
     program: str | Path | StandardInput, settings: Settings, dialect: str | None, progress: Progress | None
-) -> ProgramRun:
-    """Return what a program does on the machine of the settings; an exception of `progress` ends the work."""
+) -> Simulation:
+    """Return what a program does on the machine of the settings, and what that costs.
+
+    An exception of `progress` ends the work.
+    """
     from leafcut.gcode import dialects
     from leafcut.processes.program.reading import read_foreign
+    from leafcut.timing.toolpath import measure
 
     machine = machine_of(settings)
     name = dialect or machine.controller
@@ -34,7 +38,10 @@ def read_run(
     _check_lifts(settings, read.words)
     name = read.words.name
     run, unknown = _as_run(read.program, name, settings.drill.clearance_height)
-    return ProgramRun(read.program.path, run, read.machine, name, (*read.dangers, *read.issues, *unknown))
+    # From where `optimize` counts, too, unless `--start-point` says otherwise.
+    cost = measure(run, read.machine, start=(0.0, 0.0))
+    issues = (*read.dangers, *read.issues, *unknown)
+    return Simulation(str(program), read.machine, name, read.program.path, run, cost, issues, settings.from_defaults())
 
 
 def _check_lifts(settings: Settings, words: Dialect) -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from leafcut.files import StandardInput, read_program
+from leafcut.model.certificate import Certificate
 from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.options import Settings
 from leafcut.processes.course import machine_of
@@ -27,8 +29,8 @@ def verify(
     progress: Progress | None,
     *,
     allow_reverse: bool,
-) -> dict[str, Any]:
-    """Return the proof that two programs do the same work, as plain values, each difference with its words."""
+) -> Certificate:
+    """Return the proof that two programs do the same work, or in what they differ, on the machine of the settings."""
     from leafcut.gcode import dialects
     from leafcut.processes.program.proof.certificate import certify
 
@@ -40,10 +42,7 @@ def verify(
     found = certify(
         first.program, other.program, machine=first.machine, allow_reverse=allow_reverse, look=look, notes=True
     )
-    answer = found.as_json()
-    for row, difference in zip(answer["differences"], found.differences, strict=True):
-        row["words"] = str(difference)
-    return answer
+    return replace(found, defaults=settings.from_defaults())
 
 
 def _interpret(

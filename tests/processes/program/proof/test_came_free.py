@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from leafcut import api, cli
-from leafcut.processes.program.proof.certificate import Certificate, certify
+from leafcut.model.certificate import Certificate
+from leafcut.processes.program.proof.certificate import certify
 from rewriting import program_of
 
 HEAD, FOOT = "G21 G90 G17 G94 / M5 / ", " / M2"
@@ -63,4 +64,4 @@ def test_the_command_prints_the_note_and_says_the_same_work(tmp_path: Path, caps
     said = capsys.readouterr().out.splitlines()
     assert said[0] == "the same work"
     assert said[1].startswith("note: parts come free in another order: 3 of 4 outlines")
-    assert len(api.verify_programs(*files, machine="grbl-laser-5w")["notes"]) == 1
+    assert len(api.verify_programs(*files, machine="grbl-laser-5w").notes) == 1

@@ -11,7 +11,8 @@ from every import every
 from leafcut.errors import LeafcutError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
-from leafcut.processes.program.proof.certificate import Certificate, certify
+from leafcut.model.certificate import Certificate
+from leafcut.processes.program.proof.certificate import certify
 from rs274_moves import run_rs274
 
 

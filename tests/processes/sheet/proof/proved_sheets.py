@@ -9,6 +9,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutData, CutPlan
+from leafcut.model.difference import Difference
 from leafcut.model.machine import Machine, Probe
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.model.toolpath import Toolpath
@@ -20,7 +21,6 @@ from leafcut.processes.sheet.post import write_cut_program
 from leafcut.processes.sheet.proof.cut_motion import read_back
 from leafcut.processes.sheet.proof.laid_runs import Asked
 from leafcut.processes.sheet.proof.sheet import check_sheet
-from leafcut.proof.difference import Difference
 from leafcut.read.machine import load_machine
 
 CLEARANCE = 10.0

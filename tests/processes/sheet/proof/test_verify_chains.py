@@ -12,6 +12,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutChoice, CutPlan
+from leafcut.model.difference import Difference
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.options import PostOptions
 from leafcut.processes.sheet.plan.cut_toolpath import lay_cuts
@@ -19,7 +20,6 @@ from leafcut.processes.sheet.post import write_cut_program
 from leafcut.processes.sheet.proof.cut_motion import read_back
 from leafcut.processes.sheet.proof.laid_runs import Asked
 from leafcut.processes.sheet.proof.sheet import check_sheet
-from leafcut.proof.difference import Difference
 
 HALF = 0.5 * STEEL.kerf
 

@@ -14,6 +14,7 @@ from leafcut.errors import PlanError
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.cutting import Cut, CutPlan
+from leafcut.model.difference import Difference
 from leafcut.model.sheet import Sheet
 from leafcut.options import CutOptions, PostOptions
 from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
@@ -24,7 +25,6 @@ from leafcut.processes.sheet.post import write_cut_program
 from leafcut.processes.sheet.proof.cut_motion import read_back
 from leafcut.processes.sheet.proof.laid_runs import Asked
 from leafcut.processes.sheet.proof.sheet import check_sheet
-from leafcut.proof.difference import Difference
 
 Cuts = tuple[Cut, ...]
 PITCH = 60 + STEEL.kerf

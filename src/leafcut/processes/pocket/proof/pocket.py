@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points, Polyline
 from leafcut.geometry.regions import FINE, quarter, region
+from leafcut.model.difference import Difference
 from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.proof.difference import Difference, place, shorten
+from leafcut.proof.difference import place, shorten
 from leafcut.stock.engagement import engagement
 from leafcut.stock.removal import Removal, capsules, removal
 from leafcut.stock.step_over import widest_gaps

@@ -13,10 +13,11 @@ import numpy as np
 
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.saying import in_words, plain, reads_differently
+from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Features, Floats, Ints, Mask, Refs, States
 from leafcut.proof.clearance import at_machine_height
-from leafcut.proof.difference import Difference, describe, place
+from leafcut.proof.difference import describe, place
 
 #: A block that a switch of the machine may skip is a barrier whatever it does, and so is a message or a record, and a
 #: comment or a setting that the controller obeys beside the G-code.

@@ -1,4 +1,4 @@
-"""The proof of a rewritten program: `certify` compares what two programs do, and says it in a `Certificate`.
+"""The proof of a rewritten program: `certify` compares what two programs do, and says it in a `model.certificate`.
 
 It sees the two programs and nothing of how one was made from the other.
 """
@@ -9,12 +9,13 @@ import hashlib
 import math
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
 from leafcut.gcode.program import Program
+from leafcut.model.certificate import Certificate, Counts
+from leafcut.model.difference import Difference
 from leafcut.model.heartbeat import Look, unseen
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind, Toolpath
@@ -33,7 +34,7 @@ from leafcut.processes.program.proof.stated import no_longer_stated
 from leafcut.processes.program.proof.tabbed import BEAM_TAB, MILL_TAB, freed
 from leafcut.processes.program.proof.touching_order import inverted
 from leafcut.processes.program.proof.traces import traces_of
-from leafcut.proof.difference import MOST_LISTED, Difference, place, shorten
+from leafcut.proof.difference import MOST_LISTED, place, shorten
 from leafcut.proof.envelope import check_envelope
 
 #: What a certificate stands for, in the order in which it is looked at.
@@ -61,81 +62,6 @@ _NOT_IN_COMMENT = re.compile(r"[^A-Za-z0-9 ._+=,-]")
 #: GRBL takes lines of 80 characters at most; the parentheses and a line number need some of them.
 _LONGEST_COMMENT = 66
 _LINES_AT_ONCE = 10_000
-
-
-@dataclass(frozen=True, slots=True)
-class Counts:
-    """How much a program does: holes by cycle, cuts, dwells, stages with work in them, and tool changes."""
-
-    holes: int
-    cuts: int
-    dwells: int
-    stages: int
-    tool_changes: int
-
-
-@dataclass(frozen=True, slots=True)
-class Certificate:
-    """What was compared, and in what the programs differ.
-
-    Attributes
-    ----------
-    same
-        The new program does the work of the original, and nothing else, no less safely.
-    differences
-        What is not the same, at most some fifty; the last one says how many more there are.
-    before, after
-        How much the original and the new program do.
-    compared
-        In words, what is the same.
-    sha256
-        Of the original's text.
-    allow_reverse
-        Open cuts were the same in either direction.
-    reversed_cuts
-        How many of them are made from their other end.
-    notes
-        What has changed beside the work, in sentences: which parts a beam cuts free before which.
-    """
-
-    same: bool
-    differences: tuple[Difference, ...]
-    before: Counts
-    after: Counts
-    compared: tuple[str, ...]
-    sha256: str
-    allow_reverse: bool = False
-    reversed_cuts: int = 0
-    notes: tuple[str, ...] = ()
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the certificate as plain data, with the names of its attributes."""
-        return {
-            "same": self.same,
-            "differences": [asdict(difference) for difference in self.differences],
-            "before": asdict(self.before),
-            "after": asdict(self.after),
-            "compared": list(self.compared) if self.same else [],
-            "sha256": self.sha256,
-            "allow_reverse": self.allow_reverse,
-            "reversed_cuts": self.reversed_cuts,
-            "notes": list(self.notes),
-        }
-
-    def comment_lines(self, name: str = "the original") -> list[str]:
-        """Return a few short lines for the top of the new program, without the signs that make them a comment.
-
-        `name` is that of the original; what would end a comment, or be too long for a controller, is left out of it.
-        """
-        clean = " ".join(_NOT_IN_COMMENT.sub("_", name).split()) or "the original"
-        if not self.same:
-            return ["leafcut: NOT the same work as", clean[-_LONGEST_COMMENT:]]
-        work = f"sha256 {self.sha256[:12]}, {self.before.holes} holes, {self.before.cuts} cuts, verified"
-        head = "leafcut: same work as "
-        said = [head + clean[-(_LONGEST_COMMENT - len(head)) :], f"leafcut: {work}"]
-        if self.reversed_cuts:
-            said.append(f"leafcut: {self.reversed_cuts} of the cuts from their other end, --allow-reverse")
-        return said
 
 
 def certify(
@@ -188,10 +114,27 @@ def certify(
     found.add(_outside(new.path, machine))
     differences = tuple(shorten(found.differences, found.count))
     counts = _counts(before), _counts(after)
-    compared = (*COMPARED, _EITHER_WAY) if allow_reverse else COMPARED
+    compared = () if differences else (*COMPARED, _EITHER_WAY) if allow_reverse else COMPARED
     return Certificate(
         not differences, differences, *counts, compared, _digest(original), allow_reverse, turned, tuple(found.notes)
     )
+
+
+def proof_lines(certificate: Certificate, name: str = "the original") -> list[str]:
+    """Return a few short lines for the top of the new program, without the signs that make them a comment.
+
+    `name` is that of the original; what would end a comment, or be too long for a controller, is left out of it.
+    """
+    clean = " ".join(_NOT_IN_COMMENT.sub("_", name).split()) or "the original"
+    if not certificate.same:
+        return ["leafcut: NOT the same work as", clean[-_LONGEST_COMMENT:]]
+    before = certificate.before
+    work = f"sha256 {certificate.sha256[:12]}, {before.holes} holes, {before.cuts} cuts, verified"
+    head = "leafcut: same work as "
+    said = [head + clean[-(_LONGEST_COMMENT - len(head)) :], f"leafcut: {work}"]
+    if certificate.reversed_cuts:
+        said.append(f"leafcut: {certificate.reversed_cuts} of the cuts from their other end, --allow-reverse")
+    return said
 
 
 def _digest(program: Program) -> str:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.model.difference import Difference
 from leafcut.processes.program.proof.features import (
     AMOUNT,
     EXACT,
@@ -22,7 +23,7 @@ from leafcut.processes.program.proof.features import (
     Ints,
     name_of,
 )
-from leafcut.proof.difference import Difference, place
+from leafcut.proof.difference import place
 from leafcut.proof.read_back import DWELL_ROUNDING, FEED_PART, FEED_ROUNDING, SPEED_ROUNDING
 from leafcut.units import SECONDS_PER_MINUTE
 

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.cycles import approach_of
+from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.barriers import PLACELESS, Mark
 from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Floats, Ints, Mask, Refs
 from leafcut.processes.program.proof.program_work import Work, goes_across
 from leafcut.proof.clearance import at_machine_height
-from leafcut.proof.difference import MOST_LISTED, Difference, place
+from leafcut.proof.difference import MOST_LISTED, place
 
 #: Features whose rapids are compared together.
 _AT_ONCE = 30_000

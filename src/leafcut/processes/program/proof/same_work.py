@@ -9,10 +9,11 @@ from itertools import islice
 import numpy as np
 
 from leafcut.model.cycles import expand
+from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.features import Features, Floats, Mask, features_of, states_of_path
 from leafcut.processes.program.proof.matching import Pairing, Room, explain, pair
-from leafcut.proof.difference import MOST_LISTED, Difference, shorten
+from leafcut.proof.difference import MOST_LISTED, shorten
 from leafcut.proof.read_back import compare_motion
 
 __all__ = ["compare_motion", "same_work"]

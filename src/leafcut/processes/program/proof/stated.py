@@ -14,8 +14,8 @@ import numpy as np
 
 from leafcut.gcode.program import Program
 from leafcut.gcode.saying import plain
+from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind
-from leafcut.proof.difference import Difference
 
 #: What is not understood may rely on anything.
 _ARCS = (Kind.FOREIGN, Kind.ARC_CW, Kind.ARC_CCW)

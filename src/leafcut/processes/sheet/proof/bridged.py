@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from shapely.ops import substring
 
 from leafcut.model.cutting import CutPlan
+from leafcut.model.difference import Difference
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
-from leafcut.proof.difference import Difference, place
+from leafcut.proof.difference import place
 
 #: Bridges are looked at in steps of this part of a kerf.
 STEP = 0.2

@@ -11,9 +11,10 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.model.cutting import Cut, CutPlan
+from leafcut.model.difference import Difference
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
-from leafcut.proof.difference import Difference, place
+from leafcut.proof.difference import place
 
 #: Processes whose arc or flame goes out where there is no metal.
 NEED_METAL = ("plasma", "oxyfuel")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.torch import for_controller
 from leafcut.model.cutting import CutPlan
+from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Toolpath
-from leafcut.proof.difference import Difference
 from leafcut.proof.program import read_back as as_written
 from leafcut.proof.read_back import compare_motion
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE

@@ -7,10 +7,11 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.dialects import Dialect
+from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.sheet.proof.laid_runs import Laid
 from leafcut.processes.sheet.proof.sheet_shapes import Target
-from leafcut.proof.difference import Difference, place
+from leafcut.proof.difference import place
 
 #: Ways are looked at in steps, mm; what comes no deeper over a part crosses nothing.
 _STEP, _DEPTH = 0.5, 0.3

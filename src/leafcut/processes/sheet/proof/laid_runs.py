@@ -9,10 +9,10 @@ import shapely
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.model.cutting import CutPlan
+from leafcut.model.difference import Difference
 from leafcut.model.machine import Probe
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Shapes, Target
 from leafcut.processes.sheet.proof.torch_runs import TorchRun, pieces_of
-from leafcut.proof.difference import Difference
 
 #: Chords are looked at in pieces no longer than this, mm.
 PIECE = 1.0

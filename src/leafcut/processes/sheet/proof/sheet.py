@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from leafcut.gcode.dialects import Dialect
 from leafcut.geometry.tiles import Tiles
 from leafcut.model.cutting import CutPlan
+from leafcut.model.difference import Difference
 from leafcut.model.machine import Machine
 from leafcut.model.sheet import Sheet
 from leafcut.model.toolpath import Toolpath
@@ -26,7 +27,7 @@ from leafcut.processes.sheet.proof.sheet_order import chained, disordered, in_th
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target, shapes_of
 from leafcut.processes.sheet.proof.torch import check_torch
 from leafcut.processes.sheet.proof.torch_runs import TorchRun, pieces_of, torch_runs
-from leafcut.proof.difference import Difference, place, shorten
+from leafcut.proof.difference import place, shorten
 from leafcut.proof.envelope import check_envelope
 
 #: Following this much of a way is going round it twice.

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import shapely
 
+from leafcut.model.difference import Difference
 from leafcut.processes.sheet.proof.bridged import Followed, check_bridges
 from leafcut.processes.sheet.proof.common_cuts import check_common_lines
 from leafcut.processes.sheet.proof.laid_runs import MOST, Laid, wrong
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target
-from leafcut.proof.difference import Difference, place
+from leafcut.proof.difference import place
 
 
 def misplaced(laid: Laid) -> list[Difference]:

@@ -9,10 +9,11 @@ import numpy as np
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.model.cutting import Cut, CutPlan
+from leafcut.model.difference import Difference
 from leafcut.model.machine import Probe
 from leafcut.model.toolpath import Kind, Motion, Toolpath
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
-from leafcut.proof.difference import Difference, place
+from leafcut.proof.difference import place
 from leafcut.proof.read_back import DWELL_ROUNDING, FEED_PART, FEED_ROUNDING
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
