@@ -11,14 +11,14 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from every import every
-from leafcut.gcode.expressions import Parameters, Scanner, read_block
+from leafcut.gcode.expressions import ProgramParameters, Scanner, read_block
 from leafcut.gcode.words import BlockError
 from rs274_moves import moves_of_rs274, run_rs274
 
 
 def value_of(text: str, **named: float) -> float:
     """Return the value of a text."""
-    scanner = Scanner(text, Parameters(shared=named))
+    scanner = Scanner(text, ProgramParameters(shared=named))
     value = scanner.value()
     assert scanner.at_end()
     return value
@@ -134,7 +134,7 @@ def test_what_has_no_value_is_refused_in_one_line(text: str) -> None:
 
 def test_a_block_with_settings_uses_the_old_values() -> None:
     """`#1=5 X#1` goes to what #1 was before."""
-    parameters = Parameters(numbered={1: 3.0})
+    parameters = ProgramParameters(numbered={1: 3.0})
     block, settings, computed, of_machine = read_block("G1 #1=5 X#1 #<up>=[#1*2] Y-#1 (#9) ; #9", 1, parameters)
     assert [str(w) for w in block.words] == ["G1", "X3.", "Y-3."]
     assert settings == [(1, 5.0), ("up", 6.0)]
@@ -152,7 +152,7 @@ def test_what_only_the_machine_knows_has_no_value_and_neither_has_what_comes_of_
 
 def test_a_parameter_whose_number_is_not_known_may_be_any() -> None:
     """What it sets, none of the others is known after that."""
-    parameters = Parameters(numbered={1: 3.0, 150: 4.0}, local={"a": 5.0})
+    parameters = ProgramParameters(numbered={1: 3.0, 150: 4.0}, local={"a": 5.0})
     for key, value in read_block("#[#900]=7", 1, parameters).settings:
         parameters.put(key, value)
     assert math.isnan(parameters.number(1)) and math.isnan(parameters.number(150)) and parameters.named("a") == 5.0
@@ -195,7 +195,7 @@ def _random_expression(chance: random.Random, depth: int = 0) -> str:
 def test_random_expressions_have_the_values_of_linuxcnc(rs274: str, tmp_path: Path) -> None:
     """Flat and nested, with all operators and functions, to the four decimals that rs274 prints."""
     chance = random.Random(5)
-    parameters = Parameters(numbered={1: 1.5, 2: 3.0, 3: -4.25}, local={"b": 0.75})
+    parameters = ProgramParameters(numbered={1: 1.5, 2: 3.0, 3: -4.25}, local={"b": 0.75})
     cases: list[tuple[str, float]] = []
     while len(cases) < 400:
         text = f"[{_random_expression(chance)}]"

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from every import every
 from leafcut.model import Hole
 from leafcut.options import ReadOptions
-from leafcut.read.arcs import Piece, bulge_arc, close_circles
+from leafcut.read.arcs import ArcPiece, bulge_arc, close_circles
 from leafcut.read.filter_holes import anchors, layer_filter, sift
 
 
@@ -107,7 +107,7 @@ def test_a_bulged_segment_is_an_arc_through_both_ends_that_rises_by_bulge_times_
 def test_pieces_that_cut_a_circle_anywhere_close_it_and_one_less_does_not(cuts, turn, draw):
     cuts = sorted({round(math.radians(c), 2) % math.tau for c in cuts})
     spans = [(a, (b - a) % math.tau or math.tau) for a, b in zip(cuts, cuts[1:] + cuts[:1], strict=True)]
-    pieces = [Piece(3, 4, 5, a + math.radians(turn), sweep, i) for i, (a, sweep) in enumerate(spans)]
+    pieces = [ArcPiece(3, 4, 5, a + math.radians(turn), sweep, i) for i, (a, sweep) in enumerate(spans)]
     draw.shuffle(pieces)
     circles, used = close_circles(pieces)
     assert circles == pieces[:1]

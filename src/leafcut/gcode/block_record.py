@@ -19,7 +19,7 @@ _SPEED = [f.name for f in fields(Modal)].index("rpm")
 
 
 @dataclass
-class Record:
+class BlockRecord:
     """The blocks so far. `current` is the number of the state that is active now."""
 
     state: ForeignState

@@ -13,7 +13,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from leafcut.gcode.expressions import ARGUMENTS, Parameters, Scanner
+from leafcut.gcode.expressions import ARGUMENTS, ProgramParameters, Scanner
 from leafcut.gcode.jumps import Jumps, Undecided
 from leafcut.gcode.words import BlockError, split_line
 
@@ -102,7 +102,7 @@ class Construct:
 
 
 @dataclass(slots=True)
-class Call:
+class SubprogramCall:
     """A subprogram that runs: where it began, where to go on, how often again, and what it must give back."""
 
     start: int
@@ -117,10 +117,10 @@ class Call:
 class Flow:
     """Follows the O-words of a program; lines are counted from 0."""
 
-    def __init__(self, lines: Sequence[str], parameters: Parameters) -> None:
+    def __init__(self, lines: Sequence[str], parameters: ProgramParameters) -> None:
         self.parameters = parameters
         self.jumps = Jumps(lines, parameters)
-        self.calls: list[Call] = []
+        self.calls: list[SubprogramCall] = []
         self.repeated = 0
         self._letters, self._most = 0, max(MAX_REPEATED, REPEATED_PER_LETTER * sum(map(len, lines)))
         self._lines = lines
@@ -200,7 +200,7 @@ class Flow:
     def _begin(self, start: int, times: int, line: int) -> int:
         if times == 0:
             return line + 1
-        self._enter(Call(start, line + 1, times - 1, None))
+        self._enter(SubprogramCall(start, line + 1, times - 1, None))
         return start
 
     def leave_program(self) -> int | None:
@@ -216,7 +216,7 @@ class Flow:
         self.calls.pop()
         return call.back
 
-    def _enter(self, call: Call) -> None:
+    def _enter(self, call: SubprogramCall) -> None:
         if len(self.calls) >= MAX_CALLS:
             raise BlockError(f"subprograms call each other more than {MAX_CALLS} deep; does one call itself?")
         self.calls.append(call)
@@ -271,7 +271,7 @@ class Flow:
         if len(arguments) > ARGUMENTS:
             raise BlockError(f"a subroutine takes at most {ARGUMENTS} arguments")
         parameters = self.parameters
-        call = Call(construct.first, line + 1, 0, construct, local=parameters.local, counters=self._counters)
+        call = SubprogramCall(construct.first, line + 1, 0, construct, local=parameters.local, counters=self._counters)
         call.numbered = {n: v for n, v in parameters.numbered.items() if n <= ARGUMENTS}
         self._enter(call)
         for number in range(1, ARGUMENTS + 1):

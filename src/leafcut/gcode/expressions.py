@@ -53,7 +53,7 @@ _LEVELS = {
 
 
 @dataclass
-class Parameters:
+class ProgramParameters:
     """The parameters that the program has set. `known` answers for the few that follow from the program's own state.
 
     What else is asked for is `UNKNOWN`, but for a name that no other program can have set, which is an error.
@@ -123,7 +123,7 @@ class Parameters:
             self.local = dict.fromkeys(self.local, UNKNOWN)
 
 
-class _Unread(Parameters):
+class _Unread(ProgramParameters):
     """Parameters of which no value is known."""
 
     def number(self, number: int) -> float:
@@ -154,7 +154,7 @@ class Reading(NamedTuple):
         return self.of_machine or (self.computed and any(map(math.isnan, values)))
 
 
-def read_block(line: str, number: int, parameters: Parameters) -> Reading:
+def read_block(line: str, number: int, parameters: ProgramParameters) -> Reading:
     """Return what a line holds; the value of a word may be `UNKNOWN`.
 
     Raises
@@ -214,7 +214,7 @@ class Scanner:
     `computed` says whether any of them was more than a number, `of_machine` whether a parameter of the machine is set.
     """
 
-    def __init__(self, text: str, parameters: Parameters) -> None:
+    def __init__(self, text: str, parameters: ProgramParameters) -> None:
         self.text = text
         self.position = 0
         self.parameters = parameters

@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Sequence
 
-from leafcut.gcode.block_record import Record
+from leafcut.gcode.block_record import BlockRecord
 from leafcut.gcode.foreign_state import ForeignState
 from leafcut.gcode.motion import RADIUS_RELATIVE_TOLERANCE, RADIUS_TOLERANCE
 from leafcut.gcode.torch import say_power
@@ -41,7 +41,7 @@ _LOOKS = 0xFFF
 class QuickWay:
     """Runs plain lines of one program."""
 
-    def __init__(self, lines: Sequence[str], state: ForeignState, record: Record, look: Look = unseen) -> None:
+    def __init__(self, lines: Sequence[str], state: ForeignState, record: BlockRecord, look: Look = unseen) -> None:
         self._lines = lines
         self._state = state
         self._record = record

@@ -1,11 +1,11 @@
-"""What the interpreter of foreign programs remembers beside `State`: all that a `Modal` tells."""
+"""What the interpreter of foreign programs remembers beside `InterpreterState`: all that a `Modal` tells."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
 
-from leafcut.gcode.state import AXES, CycleWords, State
+from leafcut.gcode.state import AXES, CycleWords, InterpreterState
 from leafcut.gcode.words import UnclearBlock, Word
 from leafcut.model.toolpath import UNKNOWN, Kind
 from leafcut.units import SECONDS_PER_MINUTE
@@ -15,7 +15,7 @@ DYNAMIC_LENGTH = 100_000
 
 
 @dataclass
-class ForeignState(State):
+class ForeignState(InterpreterState):
     """Modal state of a foreign program.
 
     `unsure` names what is active and not known, since something was run that cannot be seen: the plane, the distance

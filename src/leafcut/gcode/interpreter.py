@@ -15,7 +15,7 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.modal import SortedBlock, sort_words
 from leafcut.gcode.motion import run_arc, run_home, run_machine, run_probe, run_straight
 from leafcut.gcode.origin import run_shift
-from leafcut.gcode.state import AXES, State, unit_of, whole
+from leafcut.gcode.state import AXES, InterpreterState, unit_of, whole
 from leafcut.gcode.torch import leave_outputs, run_outputs, say_power, spindle_number
 from leafcut.gcode.words import Block, BlockError, Word, lines, tokenise
 from leafcut.model.toolpath import SPEED_ALONE, UNKNOWN, Toolpath
@@ -55,7 +55,7 @@ def interpret(
     """
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
-    state = State(dialect, unit=None if units is None else MM_PER_UNIT[units])
+    state = InterpreterState(dialect, unit=None if units is None else MM_PER_UNIT[units])
     if left_over:
         state.motion, state.plane, state.incremental, state.feed_mode, state.to_initial = 1, 18, True, 95, False
         leave_outputs(state)
@@ -77,7 +77,7 @@ def interpret(
 class Reader:
     """Carries out block after block."""
 
-    def __init__(self, state: State) -> None:
+    def __init__(self, state: InterpreterState) -> None:
         self.state = state
         self.ended = False
         self._by_word = False

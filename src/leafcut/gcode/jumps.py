@@ -14,7 +14,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from leafcut.gcode.expressions import Parameters, Scanner
+from leafcut.gcode.expressions import ProgramParameters, Scanner
 from leafcut.gcode.words import BlockError, split_line
 
 _OPENING = r"(?:[ \t]|\([^()]*\))*+/?[1-9]?[ \t]*+(?:[nN][ \t]*+[0-9]++[ \t]*+)?"
@@ -84,7 +84,7 @@ def compact(line: str) -> str:
 class Jumps:
     """Follows the statements of a program; lines are counted from 0."""
 
-    def __init__(self, lines: Sequence[str], parameters: Parameters) -> None:
+    def __init__(self, lines: Sequence[str], parameters: ProgramParameters) -> None:
         self._lines, self._parameters = lines, parameters
         self._labels: dict[int, list[int]] | None = None
         self._programs: list[int] = []

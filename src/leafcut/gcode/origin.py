@@ -7,7 +7,7 @@ else the axis is not known until it is programmed again.
 from __future__ import annotations
 
 from leafcut.gcode.foreign_state import ForeignState, named_axes
-from leafcut.gcode.state import AXES, State, whole
+from leafcut.gcode.state import AXES, InterpreterState, whole
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
 
 _G10, _G28_1, _G30_1, _G52, _G92 = 100, 281, 301, 520, 920
@@ -19,7 +19,7 @@ def chooses_origin(code: int) -> bool:
     return code in (_G10, _G28_1, _G30_1, _G52, _G92, *_G92_OFF)
 
 
-def run_shift(state: State, code: int, letters: dict[str, Word]) -> None:
+def run_shift(state: InterpreterState, code: int, letters: dict[str, Word]) -> None:
     """Run G92 with axes, or G92.1 and its relatives, which do nothing before the first G92: a row SHIFT."""
     if code in _G92_OFF:
         if state.shift:

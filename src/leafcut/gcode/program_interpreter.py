@@ -13,11 +13,11 @@ import io
 from functools import cached_property
 
 from leafcut.errors import OptionError, ReadError
-from leafcut.gcode.block_record import Record
+from leafcut.gcode.block_record import BlockRecord
 from leafcut.gcode.blocks import BlockRunner
 from leafcut.gcode.control_flow import Control, Flow, control_of
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.expressions import Parameters, Reading, read_block, spelled_words
+from leafcut.gcode.expressions import ProgramParameters, Reading, read_block, spelled_words
 from leafcut.gcode.fast_path import QuickWay
 from leafcut.gcode.foreign_state import ForeignState
 from leafcut.gcode.jumps import Statement, Undecided, has_statements, is_output, statement_of
@@ -134,9 +134,9 @@ class _Run:
         self.lines = lines_of(text, state.dialect, file)
         self.state = state
         self.runner = BlockRunner(state)
-        self.record = Record(state, obeyed=obeyed_lines(self.lines, state.dialect))
+        self.record = BlockRecord(state, obeyed=obeyed_lines(self.lines, state.dialect))
         self.obeyed = {said.line for said in self.record.obeyed}
-        self.parameters = Parameters(state.known_value)
+        self.parameters = ProgramParameters(state.known_value)
         self.parameters.fanuc = state.dialect.groups == "fanuc" or has_statements(self.lines)
         self.flow = Flow(self.lines, self.parameters)
         self.ended = False

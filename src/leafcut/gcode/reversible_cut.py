@@ -32,7 +32,7 @@ _TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Stroke:
+class ReversibleCut:
     """Blocks begin … body - 1 lead to the cut, body … tail - 1 are the cut, tail … end - 1 come up from it.
 
     Attributes
@@ -52,7 +52,7 @@ class Stroke:
     places: tuple[tuple[str | None, str | None], ...]
 
 
-def find_stroke(program: Program, begin: int, end: int) -> Stroke | None:
+def find_stroke(program: Program, begin: int, end: int) -> ReversibleCut | None:
     """Return the stroke that blocks begin … end - 1 are, or None where they are not all plain, or not on one level."""
     return _Reader(program, begin, end).stroke()
 
@@ -62,7 +62,7 @@ class _Reader:
         self.program, self.begin, self.end = program, begin, end
         self.path = program.path
 
-    def stroke(self) -> Stroke | None:
+    def stroke(self) -> ReversibleCut | None:
         low, high = int(self.program.first[self.begin]), int(self.program.first[self.end])
         cuts = [row for row in range(low, high) if self.path.kind[row] in _CUTS and not self._stands(row)]
         if not cuts or any(b in self.program.fixed for b in range(self.begin, self.end)):
@@ -85,7 +85,7 @@ class _Reader:
         places = self._places(blocks, body, tail, rows)
         if places is None or not self._centres(blocks, body, rows):
             return None
-        return Stroke(self.begin, body, tail, self.end, tuple(rows), places)
+        return ReversibleCut(self.begin, body, tail, self.end, tuple(rows), places)
 
     def _blocks(self, body: int, tail: int) -> list[Block] | None:
         """Return all blocks, or None where one has no plain words, or a remark of one that changes says a place."""

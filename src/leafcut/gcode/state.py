@@ -31,7 +31,7 @@ class CycleWords:
 
 
 @dataclass
-class State:
+class InterpreterState:
     """Modal state and the toolpath so far.
 
     `unit` is millimetres in one unit of the program, or None before G20 or G21. `feed` is in mm/s, or mm per

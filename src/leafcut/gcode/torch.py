@@ -14,7 +14,7 @@ import numpy as np
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import Dialect, Torch
 from leafcut.gcode.modal import SortedBlock
-from leafcut.gcode.state import State, whole
+from leafcut.gcode.state import InterpreterState, whole
 from leafcut.gcode.words import BlockError, Word
 from leafcut.model.toolpath import MOTIONS, Arc, Kind, Motion, Toolpath
 
@@ -24,7 +24,7 @@ KERF_REGISTER = 1
 LEAST_PERCENT, MOST_PERCENT = 10.0, 100.0
 
 
-def run_outputs(state: State, words: SortedBlock) -> None:
+def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
     """Carry out M52, M62 to M68 and M190 of a block."""
     letters = words.letters
     if "adaptive" in words.m:
@@ -47,7 +47,7 @@ def _needed(letters: dict[str, Word], letter: str, code: int) -> Word:
     return letters.pop(letter)
 
 
-def leave_outputs(state: State) -> None:
+def leave_outputs(state: InterpreterState) -> None:
     """Leave the outputs as a program that was broken off may: the feed lowered, the torch dark, its height held."""
     torch = state.dialect.torch
     if torch is None:
@@ -73,14 +73,14 @@ def _take_wait(letters: dict[str, Word]) -> None:
         letters.pop(letter, None)
 
 
-def lower_feed(state: State, number: int, percent: float) -> None:
+def lower_feed(state: InterpreterState, number: int, percent: float) -> None:
     """Set an analog output; the one that the torch's feed obeys lowers it from here on."""
     torch = state.dialect.torch
     if torch is not None and number == torch.feed_output:
         state.override = percent / 100.0 if LEAST_PERCENT <= percent <= MOST_PERCENT else 1.0
 
 
-def _switch(state: State, number: int, high: bool) -> None:
+def _switch(state: InterpreterState, number: int, high: bool) -> None:
     torch = state.dialect.torch
     if torch is None:
         return
@@ -92,7 +92,7 @@ def _switch(state: State, number: int, high: bool) -> None:
         state.path.height_control(not high, line=state.line)
 
 
-def say_power(state: State) -> bool:
+def say_power(state: InterpreterState) -> bool:
     """Take the power of a beam that is on: 0 keeps it dark, more lets it shine; return whether that is all there is."""
     torch = state.dialect.torch
     if torch is None or not torch.power:

@@ -14,13 +14,13 @@ _MOST_NAMED = 4
 
 
 @dataclass(frozen=True)
-class Heights:
+class HeightCount:
     """How many things lie at each height, and where the first of them is: height → (number, x, y), mm."""
 
     found: dict[float, tuple[int, float, float]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, places: Iterable[tuple[float, float, float]]) -> Heights:
+    def of(cls, places: Iterable[tuple[float, float, float]]) -> HeightCount:
         """Return the heights of places (x, y, z), mm."""
         found: dict[float, tuple[int, float, float]] = {}
         for x, y, z in places:

@@ -60,7 +60,7 @@ class Staying:
 
 
 @dataclass(frozen=True, slots=True)
-class Chain:
+class BlockRun:
     """A run of blocks that does one piece of work, and can stand elsewhere as a whole.
 
     It begins with the rapid that brings the tool over its first place, and ends when the tool is up again.
@@ -123,7 +123,7 @@ class Section:
         Why a chain can stand nowhere else, None where it can; empty while that is not looked at.
     """
 
-    chains: tuple[Chain, ...]
+    chains: tuple[BlockRun, ...]
     precedence: NDArray[np.int32] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int32))
     start: tuple[float, float] | None = None
     end: tuple[float, float] | None = None

@@ -16,7 +16,7 @@ SAME_CIRCLE = 0.01
 GAP_LENGTH, GAP_SMALLEST, GAP_LARGEST = 0.01, 2e-4, 0.01
 
 
-class Piece(NamedTuple):
+class ArcPiece(NamedTuple):
     """An arc in mm and radians, counter-clockwise from `start` over `sweep`; `entity` says which one it is part of."""
 
     x: float
@@ -28,16 +28,16 @@ class Piece(NamedTuple):
     z: float = 0.0
 
 
-def close_circles(pieces: Sequence[Piece]) -> tuple[list[Piece], set[int]]:
+def close_circles(pieces: Sequence[ArcPiece]) -> tuple[list[ArcPiece], set[int]]:
     """Return one piece for every circle that is closed, and the entities that went into them.
 
     The piece returned is the circle's first, in the order given. O(n log n).
     """
     table = np.array([(p.x, p.y, p.radius) for p in pieces]).reshape(-1, 3)
-    groups: dict[int, list[Piece]] = {}
+    groups: dict[int, list[ArcPiece]] = {}
     for piece, anchor in zip(pieces, anchors(table, SAME_CIRCLE), strict=True):
         groups.setdefault(anchor, []).append(piece)
-    circles: list[Piece] = []
+    circles: list[ArcPiece] = []
     used: set[int] = set()
     for group in groups.values():
         if _covers_full_turn(group):
@@ -46,7 +46,7 @@ def close_circles(pieces: Sequence[Piece]) -> tuple[list[Piece], set[int]]:
     return circles, used
 
 
-def _covers_full_turn(group: list[Piece]) -> bool:
+def _covers_full_turn(group: list[ArcPiece]) -> bool:
     gap = min(max(GAP_LENGTH / group[0].radius, GAP_SMALLEST), GAP_LARGEST)
     if sum(p.sweep for p in group) < math.tau - gap * len(group):
         return False

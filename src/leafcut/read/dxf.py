@@ -14,8 +14,8 @@ from typing import Any
 from leafcut.errors import ReadError, count_of, shown
 from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.options import ReadOptions
-from leafcut.read.arcs import Piece, close_circles
-from leafcut.read.dxf_blocks import Walk
+from leafcut.read.arcs import ArcPiece, close_circles
+from leafcut.read.dxf_blocks import BlockWalk
 from leafcut.read.dxf_contours import read_dxf_contours, read_dxf_pockets
 from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document, sniff, units_of, walk_issues
 from leafcut.read.dxf_shapes import ROUND, Matrix, Shape, half_axes, is_flat, moved, seen_span, shape_of
@@ -47,7 +47,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     issues: list[Issue] = []
     document = open_document(source, issues)
     factor, unit = units_of(document, options)
-    walk = Walk(document, copies_of(source, "blocks", FREE_HOLES), layers_of(document, options), shape_of, "holes")
+    walk = BlockWalk(document, copies_of(source, "blocks", FREE_HOLES), layers_of(document, options), shape_of, "holes")
     finds = Finds(factor, source.path)
     for shape, matrix, layer in walk.shapes():
         source.look()
@@ -73,7 +73,7 @@ class Finds:
     factor: float
     path: str
     found: list[tuple[int, Hole]] = field(default_factory=list)
-    pieces: list[Piece] = field(default_factory=list)
+    pieces: list[ArcPiece] = field(default_factory=list)
     #: Of every entity that gave pieces: type, layer, handle.
     owners: dict[int, tuple[str, str, str]] = field(default_factory=dict)
     leaning: list[tuple[float, float]] = field(default_factory=list)
@@ -108,7 +108,7 @@ class Finds:
             if not radius >= MIN_RADIUS or not math.isfinite(curve.start + curve.sweep):
                 self.absurd[shape.dxftype] += 1
                 return
-            pieces.append(Piece(x, y, radius, *seen_span(curve), self._number, z))
+            pieces.append(ArcPiece(x, y, radius, *seen_span(curve), self._number, z))
         if shape.arcs:
             self.pieces += pieces
             self.owners[self._number] = (shape.dxftype, layer, shape.handle)
@@ -162,7 +162,7 @@ def _not_holes(kinds: Counter[str]) -> list[Issue]:
     return [Issue("L201", f"{number} {shown(kind)}: no hole", severity=Severity.NOTE) for kind, number in kinds.items()]
 
 
-def _nothing(walk: Walk[Shape], finds: Finds, document: Any, options: ReadOptions, noticed: list[Issue]) -> str:
+def _nothing(walk: BlockWalk[Shape], finds: Finds, document: Any, options: ReadOptions, noticed: list[Issue]) -> str:
     """Return why there are no holes: what was found instead, in one line."""
     parts = [f"{number} {shown(kind)}" for kind, number in (walk.others + finds.others).most_common(6)]
     parts += [f"{number} {kind} not circular" for kind, number in finds.squashed.items()]

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from leafcut.read.dxf_shapes import IDENTITY, Matrix, combined, turned
-from leafcut.read.format import Budget
+from leafcut.read.format import ReadBudget
 
 #: What is made of an entity: anything with the entity's `layer`.
 S = TypeVar("S")
@@ -46,7 +46,7 @@ class Content(Generic[S]):
 
 
 @dataclass
-class Layers:
+class LayerFilter:
     """Which layers are frozen or off, and which of the others are chosen."""
 
     frozen: set[str]
@@ -69,7 +69,7 @@ class Layers:
 
 
 @dataclass
-class Walk(Generic[S]):
+class BlockWalk(Generic[S]):
     """Visits every shape of model space once per insertion, and counts what it leaves out.
 
     `shape_of` makes a shape of an ezdxf entity: None for one that is not wanted, ValueError for a damaged one; `wanted`
@@ -77,8 +77,8 @@ class Walk(Generic[S]):
     """
 
     document: Any
-    copies: Budget
-    layers: Layers
+    copies: ReadBudget
+    layers: LayerFilter
     shape_of: Callable[[Any], S | None]
     wanted: str
     #: By type what is no shape, by layer what is hidden or not chosen, by block what cannot be followed.

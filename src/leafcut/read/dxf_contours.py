@@ -12,12 +12,12 @@ from leafcut.errors import PlanError, ReadError, count_of, shown
 from leafcut.geometry.curves import Spend
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Issue, Part, Severity
-from leafcut.model.heights import Heights
+from leafcut.model.heights import HeightCount
 from leafcut.options import PocketOptions, ReadOptions, SheetOptions
-from leafcut.read.dxf_blocks import Walk
+from leafcut.read.dxf_blocks import BlockWalk
 from leafcut.read.dxf_document import layers_of, open_document, units_of, walk_issues
 from leafcut.read.dxf_shapes import IDENTITY, Matrix
-from leafcut.read.dxf_strokes import LeaningError, Letters, Stroke, height_of, placed_stroke, slopes, stroke_of
+from leafcut.read.dxf_strokes import DxfStroke, LeaningError, Letters, height_of, placed_stroke, slopes, stroke_of
 from leafcut.read.dxf_texts import text_of
 from leafcut.read.format import (
     CURVE_TOLERANCE,
@@ -45,7 +45,7 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
     issues: list[Issue] = []
     document = open_document(source, issues)
     factor, unit = units_of(document, options)
-    walk = Walk(
+    walk = BlockWalk(
         document, copies_of(source, "blocks"), layers_of(document, options), _shape_of if texts else stroke_of, "lines"
     )
     strokes = Strokes(factor, source.path, points_of(source))
@@ -73,7 +73,7 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
 
 def _heights(contours: tuple[Contour, ...]) -> list[Issue]:
     """Return at which heights the contours are drawn, where that is not Z0: from above they look the same."""
-    heights = Heights.of((*c.path.start, c.z) for c in contours)
+    heights = HeightCount.of((*c.path.start, c.z) for c in contours)
     if heights.differ:
         words = f"lines are drawn at different heights: {heights}; they are taken as seen from above"
         return [Issue("L406", words)]
@@ -95,7 +95,7 @@ def read_dxf_pockets(
     return pockets_of_drawing(read_dxf_contours(source, options, texts=False), pocket_options, joining, source.path)
 
 
-def _shape_of(entity: Any) -> Stroke | None:
+def _shape_of(entity: Any) -> DxfStroke | None:
     return stroke_of(entity) or text_of(entity)
 
 
@@ -125,7 +125,7 @@ class Strokes:
     #: are only moved.
     _made: dict[tuple[int, Any], _Made | Exception] = field(default_factory=dict)
 
-    def add(self, stroke: Stroke, matrix: Matrix, layer: str) -> None:
+    def add(self, stroke: DxfStroke, matrix: Matrix, layer: str) -> None:
         """Take one stroke at its place; of a text all of its strokes."""
         if isinstance(stroke.form, Letters):
             self.texts[stroke.dxftype] += 1
@@ -155,7 +155,7 @@ class Strokes:
         placed = _rounded(path, self.factor)
         self.found.append(Contour(placed, stroke.kind, layer, stroke.handle, z=z, name=stroke.name))
 
-    def _of_block(self, stroke: Stroke, turn: Any) -> _Made:
+    def _of_block(self, stroke: DxfStroke, turn: Any) -> _Made:
         """Return a stroke of a block that is inserted at the origin."""
         made = self._made.get((id(stroke), turn))
         if made is None:
@@ -168,12 +168,12 @@ class Strokes:
             raise made
         return made
 
-    def _make(self, stroke: Stroke, matrix: Matrix) -> _Made:
+    def _make(self, stroke: DxfStroke, matrix: Matrix) -> _Made:
         with np.errstate(all="ignore"):
             path = placed_stroke(stroke, matrix, self.factor, CURVE_TOLERANCE, self.points)
             return _Made(path, slopes(stroke, matrix), height_of(stroke, matrix) * self.factor)
 
-    def _skip(self, stroke: Stroke, reason: str) -> None:
+    def _skip(self, stroke: DxfStroke, reason: str) -> None:
         self.absurd.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")
 
     def issues(self) -> list[Issue]:

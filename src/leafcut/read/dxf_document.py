@@ -13,7 +13,7 @@ from leafcut.errors import ReadError, count_of, shown
 from leafcut.model import Issue, Severity
 from leafcut.model.heartbeat import Look
 from leafcut.options import ReadOptions
-from leafcut.read.dxf_blocks import INVISIBLE, Layers, Walk
+from leafcut.read.dxf_blocks import INVISIBLE, BlockWalk, LayerFilter
 from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import Match, Source, factor_of
 
@@ -174,7 +174,7 @@ def units_of(document: Any, options: ReadOptions) -> tuple[float, str | None]:
     return INSUNITS[code], UNIT_NAMES.get(code, f"$INSUNITS {code}")
 
 
-def layers_of(document: Any, options: ReadOptions) -> Layers:
+def layers_of(document: Any, options: ReadOptions) -> LayerFilter:
     """Return which layers of a drawing are frozen, off or not chosen."""
     frozen, off = set(), set()
     for layer in document.layers:
@@ -183,10 +183,10 @@ def layers_of(document: Any, options: ReadOptions) -> Layers:
             frozen.add(name)
         if layer.is_off():
             off.add(name)
-    return Layers(frozen, off, layer_filter(options.layers))
+    return LayerFilter(frozen, off, layer_filter(options.layers))
 
 
-def walk_issues(walk: Walk[Any]) -> list[Issue]:
+def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
     """Return what a walk left out: damaged entities, hidden layers, blocks that cannot be followed."""
     found = []
     reasons: dict[tuple[str, str], list[str]] = {}
@@ -207,7 +207,7 @@ def walk_issues(walk: Walk[Any]) -> list[Issue]:
     return found
 
 
-def hidden_by_layer(walk: Walk[Any]) -> str:
+def hidden_by_layer(walk: BlockWalk[Any]) -> str:
     """Return how many entities are hidden on which layers, in words."""
     named = [f"{n} on layer {shown(layer)}" for layer, n in walk.hidden.most_common(5) if layer != INVISIBLE]
     if invisible := walk.hidden.get(INVISIBLE):

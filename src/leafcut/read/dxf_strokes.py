@@ -36,7 +36,7 @@ ROUND_SHARE = 1e-6
 SLOPE = 1e-3
 
 
-class Chain(NamedTuple):
+class DxfPolyline(NamedTuple):
     """A line or polyline: vertices float64[n, 3], bulges float64[n], and the axes of the plane of its arcs."""
 
     vertices: Table
@@ -58,14 +58,14 @@ class Freeform(NamedTuple):
 class Letters(NamedTuple):
     """A text: its strokes, open lines."""
 
-    strokes: tuple[Stroke, ...]
+    strokes: tuple[DxfStroke, ...]
 
 
-class Stroke(NamedTuple):
+class DxfStroke(NamedTuple):
     """An entity that may be cut, in the coordinates of its layout or block."""
 
     dxftype: str
-    form: Chain | Curve | Freeform | Letters
+    form: DxfPolyline | Curve | Freeform | Letters
     layer: str
     handle: str
     name: str = ""
@@ -76,7 +76,7 @@ class LeaningError(ValueError):
     """The entity does not lie in the plane of the sheet."""
 
 
-def stroke_of(entity: Any) -> Stroke | None:
+def stroke_of(entity: Any) -> DxfStroke | None:
     """Return the stroke of an ezdxf entity, or None for one that is never cut.
 
     Raises
@@ -89,7 +89,7 @@ def stroke_of(entity: Any) -> Stroke | None:
     form = maker(entity) if maker else None
     if form is None:
         return None
-    return Stroke(kind, form, entity.dxf.get("layer", "0"), entity.dxf.get("handle") or "", *_said_of(entity))
+    return DxfStroke(kind, form, entity.dxf.get("layer", "0"), entity.dxf.get("handle") or "", *_said_of(entity))
 
 
 def _said_of(entity: Any) -> tuple[str, str]:
@@ -99,17 +99,17 @@ def _said_of(entity: Any) -> tuple[str, str]:
     return name, "sheet" if kind == "sheet" else "cut"
 
 
-def _line(entity: Any) -> Chain:
+def _line(entity: Any) -> DxfPolyline:
     need(entity, "start", "end")
     return straight(np.array([entity.dxf.start.xyz, entity.dxf.end.xyz]), closed=False)
 
 
-def straight(vertices: Table, closed: bool) -> Chain:
+def straight(vertices: Table, closed: bool) -> DxfPolyline:
     """Return lines through places float64[n, 3]."""
-    return Chain(vertices, np.zeros(len(vertices)), closed, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    return DxfPolyline(vertices, np.zeros(len(vertices)), closed, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 
-def _polyline(entity: Any) -> Chain | None:
+def _polyline(entity: Any) -> DxfPolyline | None:
     if entity.dxftype() == "POLYLINE" and not entity.is_2d_polyline:
         if not entity.is_3d_polyline:
             return None  # a mesh
@@ -120,7 +120,7 @@ def _polyline(entity: Any) -> Chain | None:
         return None
     ux, uy, ocs = axes_of(entity)
     places = [in_layout(ocs, (float(x), float(y), elevation)) for x, y, _ in vertices]
-    return Chain(np.array(places), np.array([float(v[2]) for v in vertices]), closed, ux, uy)
+    return DxfPolyline(np.array(places), np.array([float(v[2]) for v in vertices]), closed, ux, uy)
 
 
 def _spline(entity: Any) -> Freeform:
@@ -143,7 +143,7 @@ _MAKERS: dict[str, Any] = {
 }
 
 
-def placed_stroke(stroke: Stroke, matrix: Matrix, factor: float, tolerance: float, spend: Spend = free) -> Polyline:
+def placed_stroke(stroke: DxfStroke, matrix: Matrix, factor: float, tolerance: float, spend: Spend = free) -> Polyline:
     """Return a stroke where its block puts it, seen from above, in mm; curves become arcs within `tolerance` mm.
 
     `spend` is told of the points that curves need.
@@ -158,7 +158,7 @@ def placed_stroke(stroke: Stroke, matrix: Matrix, factor: float, tolerance: floa
     form = stroke.form
     if isinstance(form, Curve):
         return _placed_curve(moved(matrix, form), factor, tolerance, spend)
-    if isinstance(form, Chain):
+    if isinstance(form, DxfPolyline):
         return _placed_chain(form, matrix, factor, tolerance, spend)
     assert isinstance(form, Freeform)  # of a text each stroke is placed
     control = _placed(form.control, matrix)[:, :2] * factor
@@ -167,22 +167,22 @@ def placed_stroke(stroke: Stroke, matrix: Matrix, factor: float, tolerance: floa
     return fitted(points, tolerance, ends_meet, spend)
 
 
-def slopes(stroke: Stroke, matrix: Matrix) -> bool:
+def slopes(stroke: DxfStroke, matrix: Matrix) -> bool:
     """Return whether a line or polyline rises out of the plane of the sheet."""
-    if not isinstance(stroke.form, Chain):
+    if not isinstance(stroke.form, DxfPolyline):
         return False
     places = _placed(stroke.form.vertices, matrix)
     high = float(np.ptp(places[:, 2]))
     return high > 1e-9 and high > SLOPE * float(np.hypot(*np.ptp(places[:, :2], axis=0)))
 
 
-def height_of(stroke: Stroke, matrix: Matrix) -> float:
+def height_of(stroke: DxfStroke, matrix: Matrix) -> float:
     """Return how high a stroke lies, in units of the drawing: its first place of those that are its own."""
     form = stroke.form
     if isinstance(form, Curve):
         return float(moved(matrix, form).center[2])
     assert not isinstance(form, Letters)
-    return float(_placed((form.vertices if isinstance(form, Chain) else form.control)[:1], matrix)[0, 2])
+    return float(_placed((form.vertices if isinstance(form, DxfPolyline) else form.control)[:1], matrix)[0, 2])
 
 
 def _placed(vertices: Table, matrix: Matrix) -> Table:
@@ -191,7 +191,7 @@ def _placed(vertices: Table, matrix: Matrix) -> Table:
     return places
 
 
-def _placed_chain(chain: Chain, matrix: Matrix, factor: float, tolerance: float, spend: Spend) -> Polyline:
+def _placed_chain(chain: DxfPolyline, matrix: Matrix, factor: float, tolerance: float, spend: Spend) -> Polyline:
     xy = _placed(chain.vertices, matrix)[:, :2] * factor
     count = len(xy) if chain.closed else len(xy) - 1
     bulges = np.where(np.arange(len(xy)) < count, chain.bulges, 0.0)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import shown
-from leafcut.read.dxf_strokes import Letters, Stroke, straight
+from leafcut.read.dxf_strokes import DxfStroke, Letters, straight
 from leafcut.read.lettering import letters
 
 Table = NDArray[np.float64]
@@ -22,7 +22,7 @@ _PITCH = 5.0 / 3.0
 _BACKWARDS, _UPSIDE_DOWN = 2, 4
 
 
-def text_of(entity: Any) -> Stroke | None:
+def text_of(entity: Any) -> DxfStroke | None:
     """Return the strokes of a TEXT or an MTEXT in its layout or block; None for another entity.
 
     Where a letter has no strokes there are none, and the reason is said.
@@ -36,8 +36,8 @@ def text_of(entity: Any) -> Stroke | None:
         problem = ""
     except ValueError as reason:
         places, problem = [np.array([entity.dxf.insert.xyz, entity.dxf.insert.xyz])], str(reason)
-    strokes = tuple(Stroke(kind, straight(line, closed=False), layer, handle, problem, "text") for line in places)
-    return Stroke(kind, Letters(strokes), layer, handle, problem, "text")
+    strokes = tuple(DxfStroke(kind, straight(line, closed=False), layer, handle, problem, "text") for line in places)
+    return DxfStroke(kind, Letters(strokes), layer, handle, problem, "text")
 
 
 def _written(text: str) -> tuple[list[Table], float]:

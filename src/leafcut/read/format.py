@@ -115,7 +115,7 @@ def parsing_xml(path: str, advice: str) -> Iterator[None]:
         raise ReadError(path, reason, line)
 
 
-class Budget:
+class ReadBudget:
     """What reading a file may come to, by the file's size: a few lines can ask for the work of a night."""
 
     def __init__(self, path: str, most: int, reason: str) -> None:
@@ -132,18 +132,18 @@ class Budget:
             raise ReadError(self.path, self.reason)
 
 
-def copies_of(source: Source, what: str, free: int = FREE_COPIES) -> Budget:
+def copies_of(source: Source, what: str, free: int = FREE_COPIES) -> ReadBudget:
     """Return the budget for what the blocks or uses of a drawing expand to."""
     most = free + COPIES_PER_BYTE * len(source.data)
     reason = f"the {what} of this drawing, which has {size_of(source)}, expand to more than {most:,} elements"
-    return Budget(source.path, most, f"{reason}; explode less of it")
+    return ReadBudget(source.path, most, f"{reason}; explode less of it")
 
 
-def points_of(source: Source) -> Budget:
+def points_of(source: Source) -> ReadBudget:
     """Return the budget for the points along the curves of a drawing."""
     most = FREE_POINTS + POINTS_PER_BYTE * len(source.data)
     reason = f"the curves of this drawing, which has {size_of(source)}, need more than {most:,} points"
-    return Budget(source.path, most, f"{reason}; are its units right?")
+    return ReadBudget(source.path, most, f"{reason}; are its units right?")
 
 
 def size_of(source: Source) -> str:

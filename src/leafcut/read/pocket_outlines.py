@@ -21,7 +21,7 @@ from leafcut.geometry.containment import Conflict, conflicts, nesting
 from leafcut.geometry.overlaps import SAME
 from leafcut.geometry.tidying import polygons, tidy
 from leafcut.model import Contour, Issue, Part, Severity
-from leafcut.model.heights import Heights
+from leafcut.model.heights import HeightCount
 from leafcut.model.pocket import EITHER, ISLAND, POCKET, Pocket
 from leafcut.options import PocketOptions, SheetOptions
 from leafcut.read.filter_holes import layer_filter
@@ -33,7 +33,7 @@ ISLAND_NAMES = ("ISLAND*",)
 
 
 @dataclass(frozen=True)
-class Outline:
+class PocketOutline:
     """A closed contour, the number of its first stroke in the drawing, and what it is by its layer."""
 
     contour: Contour
@@ -57,7 +57,7 @@ def pockets_of_drawing(part: Part, options: PocketOptions, joining: SheetOptions
     issues = list(part.issues)
     kinds = _kinds(part.contours, options, issues, path)
     chosen = [c for c, kind in zip(part.contours, kinds, strict=True) if kind is not None]
-    heights = Heights.of((*c.path.start, c.z) for c in chosen)
+    heights = HeightCount.of((*c.path.start, c.z) for c in chosen)
     if heights.differ:
         raise ReadError(
             path,
@@ -150,7 +150,7 @@ def _named(names: Sequence[str], given: tuple[str, ...], usual: tuple[str, ...])
 
 def _outlines(
     contours: Sequence[Contour], kinds: Sequence[str | None], joining: SheetOptions, issues: list[Issue]
-) -> list[Outline]:
+) -> list[PocketOutline]:
     """Return the closed outlines, in the order of the drawing; those of one kind are joined with each other only."""
     strokes: dict[str, list[tuple[int, Contour]]] = {}
     gone = []
@@ -183,7 +183,7 @@ def _outlines(
 
 def _joined(
     strokes: Sequence[tuple[int, Contour]], kind: str, joining: SheetOptions, issues: list[Issue]
-) -> list[Outline]:
+) -> list[PocketOutline]:
     """Return strokes of one kind joined; each with the layer and handle of its first one."""
     tidied = tidy([contour.path for _, contour in strokes], joining.join_tolerance)
     gaps = [gap for made in tidied.paths for gap in made.gaps]
@@ -202,14 +202,14 @@ def _joined(
         order, first = strokes[min(members)]
         good = cleaned(path)
         if good is not None:
-            found.append(Outline(replace(first, path=counter_clockwise(good)), order, kind))
+            found.append(PocketOutline(replace(first, path=counter_clockwise(good)), order, kind))
     return found
 
 
 # -- checks ----------------------------------------------------------------------------------------------------------
 
 
-def _check_simple(outlines: Sequence[Outline], shapes: NDArray[Any]) -> None:
+def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any]) -> None:
     """Raise for outlines that cross or touch themselves, or enclose nothing."""
     # By the hull: the two halves of an 8 cancel each other's area.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
@@ -221,7 +221,7 @@ def _check_simple(outlines: Sequence[Outline], shapes: NDArray[Any]) -> None:
             raise LeafcutError(f"{outline} crosses or touches itself at ({x:.6g}, {y:.6g}); mend the drawing")
 
 
-def _once(outlines: Sequence[Outline], met: Sequence[Conflict], issues: list[Issue]) -> list[int]:
+def _once(outlines: Sequence[PocketOutline], met: Sequence[Conflict], issues: list[Issue]) -> list[int]:
     """Return which outlines to take, none twice (L312); none overlap."""
     gone = {c.second for c in met if c.kind == "same"}
     for c in met:
@@ -238,7 +238,7 @@ def _once(outlines: Sequence[Outline], met: Sequence[Conflict], issues: list[Iss
     return [k for k in range(len(outlines)) if k not in gone]
 
 
-def _check_kinds(outlines: Sequence[Outline], depth: NDArray[np.int64], parent: NDArray[np.int64]) -> None:
+def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], parent: NDArray[np.int64]) -> None:
     """Raise where the layers say other than the depth: an island in no pocket, a pocket directly in a pocket."""
     for outline, deep, around in zip(outlines, depth.tolist(), parent.tolist(), strict=True):
         if outline.kind == ISLAND and around < 0:
@@ -252,7 +252,7 @@ def _check_kinds(outlines: Sequence[Outline], depth: NDArray[np.int64], parent: 
 
 
 def _check_apart(
-    outlines: Sequence[Outline], met: Sequence[Conflict], depth: NDArray[np.int64], issues: list[Issue]
+    outlines: Sequence[PocketOutline], met: Sequence[Conflict], depth: NDArray[np.int64], issues: list[Issue]
 ) -> None:
     """Raise where an island touches a wall or another island; say (L423) where two pockets touch from outside."""
     beside = []
@@ -276,7 +276,7 @@ def _at(conflict: Conflict) -> str:
 
 
 def _pockets(
-    outlines: Sequence[Outline], depth: NDArray[np.int64], parent: NDArray[np.int64], name: str
+    outlines: Sequence[PocketOutline], depth: NDArray[np.int64], parent: NDArray[np.int64], name: str
 ) -> tuple[Pocket, ...]:
     """Return the pockets, in the order of the drawing; several are numbered, one is called as the drawing."""
     islands: dict[int, list[int]] = {}

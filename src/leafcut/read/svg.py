@@ -22,16 +22,16 @@ from leafcut.read.format import (
     CURVE_TOLERANCE,
     MAX_COORDINATE,
     MAX_SEGMENTS,
-    Budget,
     Format,
     Match,
+    ReadBudget,
     Source,
     copies_of,
     parsing_xml,
     points_of,
     too_many_segments,
 )
-from leafcut.read.svg_shapes import SHAPES, Frame, Outline, outlines_of, placed_outline
+from leafcut.read.svg_shapes import SHAPES, SvgSubpath, ViewSize, outlines_of, placed_outline
 from leafcut.read.svg_transform import (
     PHYSICAL,
     PX_PER_UNIT,
@@ -127,7 +127,7 @@ class _Page(NamedTuple):
     """From user units to mm, y up; and what percentages stand for."""
 
     matrix: Affine
-    frame: Frame
+    frame: ViewSize
 
 
 def _root(source: Source) -> Any:
@@ -165,7 +165,7 @@ def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
         fit, mm, sure = (Affine(e=-box[0], f=-box[1]) if box else Affine()), MM_PER_UNIT[options.units], True
         px = given if box else px
     matrix = Affine(mm, 0.0, 0.0, -mm, 0.0, px[1] * mm).of(fit)
-    return _Page(matrix, Frame(box[2] if box else px[0], box[3] if box else px[1])), sure
+    return _Page(matrix, ViewSize(box[2] if box else px[0], box[3] if box else px[1])), sure
 
 
 class _Place(NamedTuple):
@@ -185,8 +185,8 @@ class _Walk:
     path: str
     page: _Page
     chosen: Any
-    points: Budget
-    copies: Budget
+    points: ReadBudget
+    copies: ReadBudget
     look: Look
     found: list[Contour] = field(default_factory=list)
     others: Counter[str] = field(default_factory=Counter)
@@ -304,7 +304,7 @@ class _Walk:
         for outline in outlines:
             self._keep(outline, place, layer, element.get("id", ""))
 
-    def _keep(self, outline: Outline, place: _Place, layer: str, name: str) -> None:
+    def _keep(self, outline: SvgSubpath, place: _Place, layer: str, name: str) -> None:
         with np.errstate(all="ignore"):
             path = placed_outline(outline, place.matrix, CURVE_TOLERANCE, self.points)
             far = 0.0 if path is None else np.abs(path.extents).max()

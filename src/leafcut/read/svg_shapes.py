@@ -29,21 +29,21 @@ class Bend(NamedTuple):
     sweep: float
 
 
-class Outline(NamedTuple):
+class SvgSubpath(NamedTuple):
     """A subpath in user units: lines and Bézier curves as control points, bends; whether it is closed."""
 
     pieces: list[list[Pair] | Bend]
     closed: bool
 
 
-class Frame(NamedTuple):
+class ViewSize(NamedTuple):
     """What percentages of lengths stand for: width and height of the view, user units."""
 
     width: float
     height: float
 
 
-def outlines_of(tag: str, attributes: Mapping[str, str], frame: Frame) -> list[Outline]:
+def outlines_of(tag: str, attributes: Mapping[str, str], frame: ViewSize) -> list[SvgSubpath]:
     """Return the subpaths of a shape; ValueError for one that cannot be understood."""
     return list(SHAPES[tag](attributes, frame))
 
@@ -53,22 +53,22 @@ def _length(attributes: Mapping[str, str], name: str, whole: float, default: flo
     return default if text in ("", "auto") else length(text, whole)
 
 
-def _line(a: Mapping[str, str], frame: Frame) -> Iterator[Outline]:
+def _line(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
     ends = [
         (_length(a, "x1", frame.width), _length(a, "y1", frame.height)),
         (_length(a, "x2", frame.width), _length(a, "y2", frame.height)),
     ]
-    yield Outline([ends], closed=False)
+    yield SvgSubpath([ends], closed=False)
 
 
-def _corners(closed: bool) -> Callable[[Mapping[str, str], Frame], Iterator[Outline]]:
-    def read(a: Mapping[str, str], _: Frame) -> Iterator[Outline]:
+def _corners(closed: bool) -> Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]:
+    def read(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
         values = numbers(a.get("points", ""))
         if len(values) % 2:
             raise ValueError("points with an odd number of coordinates")
         points = list(zip(values[::2], values[1::2], strict=True))
         if len(points) > 1:
-            yield Outline(_sides(points, closed), closed)
+            yield SvgSubpath(_sides(points, closed), closed)
 
     return read
 
@@ -78,7 +78,7 @@ def _sides(points: list[Pair], closed: bool) -> list[list[Pair] | Bend]:
     return [[p, q] for p, q in zip(points, after, strict=False)]
 
 
-def _rectangle(a: Mapping[str, str], frame: Frame) -> Iterator[Outline]:
+def _rectangle(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
     x, y = _length(a, "x", frame.width), _length(a, "y", frame.height)
     w, h = _length(a, "width", frame.width), _length(a, "height", frame.height)
     rx, ry = _length(a, "rx", frame.width, -1.0), _length(a, "ry", frame.height, -1.0)
@@ -87,7 +87,7 @@ def _rectangle(a: Mapping[str, str], frame: Frame) -> Iterator[Outline]:
     if not (w > 0.0 and h > 0.0):
         return
     if not (rx > 0.0 and ry > 0.0):
-        yield Outline(_sides([(x, y), (x + w, y), (x + w, y + h), (x, y + h)], closed=True), closed=True)
+        yield SvgSubpath(_sides([(x, y), (x + w, y), (x + w, y + h), (x, y + h)], closed=True), closed=True)
         return
     pieces: list[list[Pair] | Bend] = []
     quarter = 0.5 * math.pi
@@ -98,20 +98,20 @@ def _rectangle(a: Mapping[str, str], frame: Frame) -> Iterator[Outline]:
     begins = [(x + rx, y), (x + w, y + ry), (x + w - rx, y + h), (x, y + h - ry)]
     ends = [(x + w - rx, y), (x + w, y + h - ry), (x + rx, y + h), (x, y + ry)]
     sides = [[p, q] for p, q in zip(begins, ends, strict=True)]
-    yield Outline([piece for pair in zip(sides, pieces, strict=True) for piece in pair], closed=True)
+    yield SvgSubpath([piece for pair in zip(sides, pieces, strict=True) for piece in pair], closed=True)
 
 
-def _ellipse(a: Mapping[str, str], frame: Frame) -> Iterator[Outline]:
+def _ellipse(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
     diagonal = math.hypot(frame.width, frame.height) / math.sqrt(2.0)
     rx = ry = _length(a, "r", diagonal)
     if "r" not in a:
         rx, ry = _length(a, "rx", frame.width), _length(a, "ry", frame.height)
     if rx > 0.0 and ry > 0.0:
         center = (_length(a, "cx", frame.width), _length(a, "cy", frame.height))
-        yield Outline([Bend(center, (rx, 0.0), (0.0, ry), 0.0, _FULL)], closed=True)
+        yield SvgSubpath([Bend(center, (rx, 0.0), (0.0, ry), 0.0, _FULL)], closed=True)
 
 
-def _path(a: Mapping[str, str], _: Frame) -> Iterator[Outline]:
+def _path(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
     text = a.get("d", "")
     if not _PATH_DATA.fullmatch(text):
         raise ValueError("path data with unknown letters")
@@ -125,24 +125,24 @@ def _path(a: Mapping[str, str], _: Frame) -> Iterator[Outline]:
         raise ValueError("path data in which numbers are missing") from None
 
 
-def _subpaths(text: str) -> Iterator[Outline]:
+def _subpaths(text: str) -> Iterator[SvgSubpath]:
     from svgelements import Close, Move, Path
 
     pieces: list[list[Pair] | Bend] = []
     for segment in Path(text):
         if isinstance(segment, Move):
             if pieces:
-                yield Outline(pieces, closed=False)
+                yield SvgSubpath(pieces, closed=False)
             pieces = []
         elif isinstance(segment, Close):
             if pieces:
                 side = [_pair(segment.start), _pair(segment.end)]
-                yield Outline([*pieces, *([side] if side[0] != side[1] else [])], closed=True)
+                yield SvgSubpath([*pieces, *([side] if side[0] != side[1] else [])], closed=True)
             pieces = []
         else:
             pieces.append(_piece(segment))
     if pieces:
-        yield Outline(pieces, closed=False)
+        yield SvgSubpath(pieces, closed=False)
 
 
 def _piece(segment: Any) -> list[Pair] | Bend:
@@ -172,7 +172,7 @@ def _pair(point: Any) -> Pair:
 
 
 #: Every element that draws, and what it draws.
-SHAPES: dict[str, Callable[[Mapping[str, str], Frame], Iterator[Outline]]] = {
+SHAPES: dict[str, Callable[[Mapping[str, str], ViewSize], Iterator[SvgSubpath]]] = {
     "path": _path,
     "rect": _rectangle,
     "circle": _ellipse,
@@ -183,7 +183,7 @@ SHAPES: dict[str, Callable[[Mapping[str, str], Frame], Iterator[Outline]]] = {
 }
 
 
-def placed_outline(outline: Outline, matrix: Affine, tolerance: float, spend: Spend = free) -> Polyline | None:
+def placed_outline(outline: SvgSubpath, matrix: Affine, tolerance: float, spend: Spend = free) -> Polyline | None:
     """Return an outline in mm, its curves as arcs within `tolerance` mm; None for one without length.
 
     `spend` is told of the points that curves need.

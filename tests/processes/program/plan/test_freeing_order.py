@@ -7,28 +7,28 @@ import random
 import pytest
 
 from every import every
-from leafcut.model.sequence import Chain
+from leafcut.model.sequence import BlockRun
 from leafcut.processes.program.plan.precedence import freeing
 from leafcut.processes.program.plan.precedence.freeing import freeing_stages, work_before_freeing
 
 
-def chain(may: bool = False, frees: bool = False, bottom: float = -6.0) -> Chain:
-    return Chain(0, 1, "cut", (0, 0), (0, 0), 5, 5, bottom, 1, may_free=may or frees, frees=frees)
+def chain(may: bool = False, frees: bool = False, bottom: float = -6.0) -> BlockRun:
+    return BlockRun(0, 1, "cut", (0, 0), (0, 0), 5, 5, bottom, 1, may_free=may or frees, frees=frees)
 
 
 WORK, PART = chain(), chain(frees=True)
 
 
-def pairs(chains: list[Chain]) -> set[tuple[int, int]]:
+def pairs(chains: list[BlockRun]) -> set[tuple[int, int]]:
     return set(map(tuple, work_before_freeing(chains).tolist()))
 
 
-def stage_of(chains: list[Chain]) -> list[int]:
+def stage_of(chains: list[BlockRun]) -> list[int]:
     edges = freeing_stages(chains)
     return [sum(edge <= k for edge in edges) for k in range(len(chains))]
 
 
-def held(chains: list[Chain], a: int, b: int) -> bool:
+def held(chains: list[BlockRun], a: int, b: int) -> bool:
     """Return whether a stays before b by its stage or by pairs, one after the other."""
     stages, known = stage_of(chains), {a}
     for one, other in sorted(pairs(chains)):
@@ -56,7 +56,7 @@ def test_without_parts_that_come_free_nothing_is_held() -> None:
     assert (freeing_stages([WORK] * 4), pairs([WORK] * 4), len(work_before_freeing([]))) == ([], set(), 0)
 
 
-def random_work(dice: random.Random) -> list[Chain]:
+def random_work(dice: random.Random) -> list[BlockRun]:
     kinds = [(False, False), (False, False), (True, False), (True, True)]
     return [chain(*dice.choice(kinds), bottom=dice.choice((-6.0, -6.2, -5.0))) for _ in range(dice.randint(1, 12))]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.zones import touches_any_zone, widened
-from leafcut.model.heights import Heights
+from leafcut.model.heights import HeightCount
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.part import Part
@@ -108,7 +108,7 @@ def _heights(part: Part) -> list[Issue]:
     PlanError
         They are drawn at several heights: from one surface, some would be drilled too deep and others not at all.
     """
-    heights = Heights.of((hole.x, hole.y, hole.z) for hole in part.holes)
+    heights = HeightCount.of((hole.x, hole.y, hole.z) for hole in part.holes)
     if heights.differ:
         raise PlanError(
             f"{part.name}: the holes are drawn at different heights: {heights}; all are drilled from one surface, Z0: "

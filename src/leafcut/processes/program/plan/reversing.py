@@ -16,9 +16,9 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
-from leafcut.gcode.reversible_cut import Stroke, find_stroke
+from leafcut.gcode.reversible_cut import ReversibleCut, find_stroke
 from leafcut.model.issue import Issue, Severity
-from leafcut.model.sequence import Chain, Section, Sequence
+from leafcut.model.sequence import BlockRun, Section, Sequence
 from leafcut.model.toolpath import Kind, arc_sweep
 from leafcut.processes.program.plan.precedence.split_outlines import TOUCHING
 from leafcut.processes.program.plan.sections.program_rows import BEAMS, TOLERANCE, Rows
@@ -47,10 +47,10 @@ class _Finder:
     def __init__(self, program: Program, rows: Rows, process: str) -> None:
         self.program, self.rows, self.beam = program, rows, process in BEAMS
 
-    def marked(self, chain: Chain) -> Chain:
+    def marked(self, chain: BlockRun) -> BlockRun:
         return replace(chain, reversible=True) if self._may_turn(chain) else chain
 
-    def _may_turn(self, chain: Chain) -> bool:
+    def _may_turn(self, chain: BlockRun) -> bool:
         if chain.kind != "cut" or not self._same_height(chain):
             return False
         stroke = find_stroke(self.program, chain.begin, chain.end)
@@ -62,12 +62,12 @@ class _Finder:
             return False
         return self._fits(chain, stroke) and self._alike(stroke) and self._is_open(stroke)
 
-    def _same_height(self, chain: Chain) -> bool:
+    def _same_height(self, chain: BlockRun) -> bool:
         """Return whether the tool comes to the cut as high as it leaves it: each end is as free as the other."""
         height = [chain.arrive_z, chain.leave_z]
         return bool(np.isnan(height).all() and self.beam) or abs(height[0] - height[1]) < TOLERANCE
 
-    def _fits(self, chain: Chain, stroke: Stroke) -> bool:
+    def _fits(self, chain: BlockRun, stroke: ReversibleCut) -> bool:
         """Return whether the chain goes from end to end of the cut."""
         path, before = self.program.path, self.rows.before
         ends = before[stroke.rows[0], :2], path.end[stroke.rows[-1], :2]
@@ -76,7 +76,7 @@ class _Finder:
             and np.allclose(ends[1], chain.exit, rtol=0.0, atol=TOLERANCE)
         )
 
-    def _alike(self, stroke: Stroke) -> bool:
+    def _alike(self, stroke: ReversibleCut) -> bool:
         """Return whether the cut begins and ends with what it is made of: no way in or out of its own."""
         rows = np.array(stroke.rows)
         arc = (self.program.path.kind[rows] != Kind.FEED).tolist()
@@ -86,7 +86,7 @@ class _Finder:
         usual = Counter(feed).most_common(1)[0][0]
         return arc[0] in arc[1:] and arc[-1] in arc[:-1] and feed[0] == feed[-1] == usual
 
-    def _is_open(self, stroke: Stroke) -> bool:
+    def _is_open(self, stroke: ReversibleCut) -> bool:
         """Return whether the cut neither closes nor meets itself."""
         path = np.concatenate([self.rows.before[stroke.rows[:1], :2], *map(self._points, stroke.rows)])
         path = path[np.concatenate([[True], (np.diff(path, axis=0) != 0.0).any(axis=1)])]
@@ -96,7 +96,7 @@ class _Finder:
         is_open = gap > max(TOUCHING, _CLOSED_PART * length) and not self._goes_back(stroke)
         return is_open and bool(shapely.is_simple(shapely.linestrings(path)))
 
-    def _goes_back(self, stroke: Stroke) -> bool:
+    def _goes_back(self, stroke: ReversibleCut) -> bool:
         """Return whether the cut turns nearly back where one of two pieces is an arc: soon it may cross itself."""
         ends = [self._directions(row) for row in stroke.rows]
         arc = [self.program.path.kind[row] != Kind.FEED for row in stroke.rows]

@@ -13,7 +13,7 @@ from decimal import Decimal
 
 from leafcut.gcode.modal_dependencies import BlockReader
 from leafcut.gcode.program import Modal, Program
-from leafcut.gcode.reversible_cut import Stroke
+from leafcut.gcode.reversible_cut import ReversibleCut
 from leafcut.model.toolpath import Kind, position_before
 from leafcut.processes.program.post.insertion import code_of, format_length, insert_words, replace_words, with_words
 
@@ -25,7 +25,7 @@ Spelled = Callable[[str, float, int], str]
 
 
 def reverse_stroke(
-    program: Program, reader: BlockReader, stroke: Stroke, lines: list[str], offset: int, spelled: Spelled
+    program: Program, reader: BlockReader, stroke: ReversibleCut, lines: list[str], offset: int, spelled: Spelled
 ) -> tuple[list[str], Modal]:
     """Return the lines of a stroke the other way round, and what they leave active.
 
@@ -48,7 +48,13 @@ def reverse_stroke(
 
 class _Writer:
     def __init__(
-        self, program: Program, reader: BlockReader, stroke: Stroke, lines: list[str], offset: int, spelled: Spelled
+        self,
+        program: Program,
+        reader: BlockReader,
+        stroke: ReversibleCut,
+        lines: list[str],
+        offset: int,
+        spelled: Spelled,
     ) -> None:
         self.program, self.reader, self.stroke, self.spelled = program, reader, stroke, spelled
         self.lines, self.offset = lines, offset

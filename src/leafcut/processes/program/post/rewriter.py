@@ -26,7 +26,7 @@ from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reversible_cut import find_stroke
 from leafcut.model.heartbeat import Look, unseen
 from leafcut.model.obstacles import Obstacles
-from leafcut.model.sequence import Chain, Kept, Section, Sequence
+from leafcut.model.sequence import BlockRun, Kept, Section, Sequence
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.processes.program.post.insertion import format_length, format_value, insert_words_within, renumbered
 from leafcut.processes.program.post.line_ownership import Territory
@@ -201,7 +201,7 @@ class _Rewriter:
         chains = section.chains
         return frozenset({"feed"} | (_ANEW & self.reader.states(chains[0].begin, chains[-1].end)))
 
-    def _chain(self, chain: Chain, floor: float, turned: bool, anew: frozenset[str]) -> None:
+    def _chain(self, chain: BlockRun, floor: float, turned: bool, anew: frozenset[str]) -> None:
         """Write one chain, `turned` from its other end, arriving no lower than `floor`, with what it says `anew`."""
         self.look()
         program = self.program
@@ -249,7 +249,7 @@ class _Rewriter:
             self._rapid(x, y)
         return floor
 
-    def _turned(self, chain: Chain, lines: list[str]) -> tuple[list[str], Modal]:
+    def _turned(self, chain: BlockRun, lines: list[str]) -> tuple[list[str], Modal]:
         """Return the lines of a chain made from its other end, and what they leave active."""
         stroke = find_stroke(self.program, chain.begin, chain.end)
         if stroke is None:
@@ -261,7 +261,7 @@ class _Rewriter:
         words = self.reader.words(block)
         return {} if words is None else words.letters
 
-    def _arrive(self, chain: Chain, arrival: int, floor: float, entry: tuple[float, float]) -> None:
+    def _arrive(self, chain: BlockRun, arrival: int, floor: float, entry: tuple[float, float]) -> None:
         """Bring the tool to the height at which a chain that begins with a way across needs it."""
         z, original = self.place[2], self.original.place_before(chain.begin)[2]
         matters = height_matters(self.reader, range(chain.begin, chain.end))
@@ -281,7 +281,7 @@ class _Rewriter:
             return None
         return float(self.program.path.end[int(self.program.first[block + 1]) - 1, 2])
 
-    def _arrive_drilling(self, chain: Chain, row: int, floor: float) -> None:
+    def _arrive_drilling(self, chain: BlockRun, row: int, floor: float) -> None:
         """Bring the tool to the height at which a canned cycle crosses, and to which it rises afterwards."""
         path = self.program.path
         if max(self.place[2], path.cycles[int(path.ref[row])].r_plane) < floor - _TOLERANCE:
@@ -298,7 +298,7 @@ class _Rewriter:
         if self.have.cycle is None:
             self.initial = self.place[2]
 
-    def _after_chain(self, chain: Chain) -> None:
+    def _after_chain(self, chain: BlockRun) -> None:
         """Take over where a chain leaves the tool, and what it has stated."""
         program, path = self.program, self.program.path
         height = self.place[2]

@@ -8,7 +8,7 @@ import numpy as np
 
 from leafcut.errors import PostError
 from leafcut.gcode.program import Program
-from leafcut.model.sequence import Chain
+from leafcut.model.sequence import BlockRun
 from leafcut.model.toolpath import MOTIONS, Kind
 
 _TOLERANCE = 1e-6
@@ -57,7 +57,7 @@ class Original:
             row -= 1
         return False
 
-    def departure(self, chain: Chain) -> float:
+    def departure(self, chain: BlockRun) -> float:
         """Return the height, mm, at which the original went across after a chain; minus infinity where it did not.
 
         Where it rose there for a stop, it is as high as it came, but no higher than it had come to that place.
@@ -75,14 +75,14 @@ class Original:
             row += 1
         return min(top, float(path.end[ways[-1], 2])) if ways else -math.inf
 
-    def crossing(self, chain: Chain) -> float:
+    def crossing(self, chain: BlockRun) -> float:
         """Return how low the original comes over the first place of a chain."""
         row = self.arrival(chain)[1]
         z0, z1 = float(self.before[row, 2]), float(self.program.path.end[row, 2])
         path = self.program.path
         return max(z0, path.cycles[int(path.ref[row])].r_plane) if path.kind[row] == Kind.DRILL else min(z0, z1)
 
-    def arrival(self, chain: Chain) -> tuple[int, int]:
+    def arrival(self, chain: BlockRun) -> tuple[int, int]:
         """Return the block and the row that bring the tool over the first place of a chain."""
         path, first = self.program.path, self.program.first
         for block in range(chain.begin, chain.end):

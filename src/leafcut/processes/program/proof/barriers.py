@@ -251,7 +251,7 @@ def walls_of(marks: list[Mark], work: Refs) -> list[Wall]:
     return walls
 
 
-class Grouping(NamedTuple):
+class ComparisonGroups(NamedTuple):
     """Which work may be compared with which.
 
     Attributes
@@ -270,7 +270,7 @@ class Grouping(NamedTuple):
     differences: list[Difference]
 
 
-def compare_walls(before: list[Wall], after: list[Wall]) -> Grouping:
+def compare_walls(before: list[Wall], after: list[Wall]) -> ComparisonGroups:
     """Return which work lies between the same barriers, and where the barriers differ.
 
     The marks of both programs must be the same, in the same order. Only when the new program changes the tool less
@@ -304,7 +304,7 @@ def _soft(walls: list[Wall]) -> list[Wall]:
     return [wall for wall in walls if wall.is_tool_change]
 
 
-def _aligned(before: list[Wall], after: list[Wall]) -> Grouping:
+def _aligned(before: list[Wall], after: list[Wall]) -> ComparisonGroups:
     """Match marks from both ends; what is left in the middle differs, and the work there is one group."""
     one, other = ([(mark, wall.after) for wall in walls for mark in wall.marks] for walls in (before, after))
     shorter = min(len(one), len(other))
@@ -315,7 +315,7 @@ def _aligned(before: list[Wall], after: list[Wall]) -> Grouping:
     pairs += zip(one[len(one) - tail :], other[len(other) - tail :], strict=True)
     ends = sorted({(a[1], b[1]) for a, b in pairs})
     differences = list(_differing(*([m for m, _ in side[head : len(side) - tail]] for side in (one, other))))
-    return Grouping(
+    return ComparisonGroups(
         [a for a, _ in ends], [b for _, b in ends], {a[0].key: b[0] for a, b in pairs}, differences
     )  # fmt: skip
 

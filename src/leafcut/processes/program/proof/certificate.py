@@ -19,14 +19,14 @@ from leafcut.model.difference import Difference
 from leafcut.model.heartbeat import Look, unseen
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.program.proof.barriers import Grouping, compare_unrun, compare_walls, misplaced
+from leafcut.processes.program.proof.barriers import ComparisonGroups, compare_unrun, compare_walls, misplaced
 from leafcut.processes.program.proof.came_free import came_free
 from leafcut.processes.program.proof.features import FIRST_CYCLE, Ints
 from leafcut.processes.program.proof.inner_first import exchanged
 from leafcut.processes.program.proof.loosened import loosened
 from leafcut.processes.program.proof.matching import Room, pair
 from leafcut.processes.program.proof.passes import misordered, told_width
-from leafcut.processes.program.proof.program_work import STILL, Work, cuts_with_beam, read_work
+from leafcut.processes.program.proof.program_work import STILL, ProgramWork, cuts_with_beam, read_work
 from leafcut.processes.program.proof.rapids import compare_rapids, gaps_of, heights_of
 from leafcut.processes.program.proof.reversed_cuts import as_it_is, one_way, runs_turned
 from leafcut.processes.program.proof.same_work import list_changes, only_moves
@@ -163,9 +163,9 @@ class _Found:
 
 
 def _compare_work(
-    before: Work,
-    after: Work,
-    grouping: Grouping,
+    before: ProgramWork,
+    after: ProgramWork,
+    grouping: ComparisonGroups,
     tolerance: float,
     beam: bool,
     either_way: bool,
@@ -204,7 +204,7 @@ def _is_flat(path: Toolpath) -> bool:
 
 
 def _disordered(
-    before: Work, after: Work, new_of: Ints, tolerance: float, flat: bool, look: Look
+    before: ProgramWork, after: ProgramWork, new_of: Ints, tolerance: float, flat: bool, look: Look
 ) -> Iterator[Difference]:
     """Yield the cuts whose order has meaning, and has changed."""
     features = before.features
@@ -237,13 +237,13 @@ def _disordered(
         yield _both(before, after, new_of, inner, outer, f"inner {now} outer", text)
 
 
-def _chains(work: Work) -> Ints:
+def _chains(work: ProgramWork) -> Ints:
     """Return numbers of the runs of cuts without a way across in between, int64[n], from 0."""
     chain: Ints = np.cumsum(heights_of(work, gaps_of(work)).follows == 0)
     return np.subtract(chain, chain[:1], dtype=np.int64)
 
 
-def _passes(before: Work, after: Work, new_of: Ints, width: float) -> Iterator[Difference]:
+def _passes(before: ProgramWork, after: ProgramWork, new_of: Ints, width: float) -> Iterator[Difference]:
     """Yield the passes of a mill, of tools so wide, that touch nowhere, but have an order, and have left it."""
     features, gaps = before.features, gaps_of(before)
     if (np.diff(new_of[new_of >= 0]) > 0).all():
@@ -269,7 +269,9 @@ def _overtaken(rank: Ints, which: Ints) -> list[int]:
     return wrong
 
 
-def _both(before: Work, after: Work, new_of: Ints, one: int, other: int, what: str, text: str) -> Difference:
+def _both(
+    before: ProgramWork, after: ProgramWork, new_of: Ints, one: int, other: int, what: str, text: str
+) -> Difference:
     """Return a difference of two features: the first one's line in the original and in the new program."""
     said = [place(*before.features.end[k]) + f" (line {before.features.line[k]})" for k in (one, other)]
     lines = int(before.features.line[one]), int(after.features.line[new_of[one]])
@@ -309,7 +311,7 @@ def _outside(path: Toolpath, machine: Machine | None) -> list[Difference]:
     return [d for d in check_envelope(replace(path, **columns), machine) if d.what == "outside travel"]
 
 
-def _counts(work: Work) -> Counts:
+def _counts(work: ProgramWork) -> Counts:
     kind = work.features.kind
     ends = [wall.after for wall in work.walls if wall.after > 0]
     return Counts(

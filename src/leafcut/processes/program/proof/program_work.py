@@ -1,4 +1,4 @@
-"""`Work`: a program as the proof sees it: what it makes, the rapids between, and the barriers."""
+"""`ProgramWork`: a program as the proof sees it: what it makes, the rapids between, and the barriers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ STILL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Work:
+class ProgramWork:
     """One of the two programs.
 
     Attributes
@@ -57,7 +57,7 @@ class Work:
     dark_rapids: bool
 
 
-def read_work(program: Program, *, written_out: bool, beam: bool) -> Work:
+def read_work(program: Program, *, written_out: bool, beam: bool) -> ProgramWork:
     """Return what a program makes, cycles `written_out` or not; feeds with a `beam` that is off are travel.
 
     Raises
@@ -82,7 +82,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool) -> Work:
     marks = barriers_of(program, path, source, states, before)
     marks, part_of_barrier = with_dwells(marks, features, travel, across, states)
     features = features.pick(~part_of_barrier) if part_of_barrier.any() else features
-    return Work(
+    return ProgramWork(
         path,
         states,
         features,

@@ -14,7 +14,7 @@ from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.barriers import PLACELESS, Mark
 from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Floats, Ints, Mask, Refs
-from leafcut.processes.program.proof.program_work import Work, goes_across
+from leafcut.processes.program.proof.program_work import ProgramWork, goes_across
 from leafcut.proof.clearance import at_machine_height
 from leafcut.proof.difference import MOST_LISTED, place
 
@@ -25,7 +25,7 @@ FROM, TO = 1, 2
 
 
 @dataclass(frozen=True, eq=False)
-class Gaps:
+class RapidGaps:
     """What happens between two stops (features and barriers): gap k is before stop k, the last one after all stops.
 
     A height that is not known (after a move in machine coordinates) is infinite, as the tool is up there.
@@ -82,7 +82,7 @@ class Gaps:
         return np.concatenate([[False], self.feature >= 0])
 
 
-def gaps_of(work: Work) -> Gaps:
+def gaps_of(work: ProgramWork) -> RapidGaps:
     """Return the rapids of a program, gap by gap."""
     barriers = [mark.key for mark in work.marks if mark.kind != Kind.DWELL]
     keys = np.concatenate([work.features.row.astype(np.float64), barriers])
@@ -119,7 +119,7 @@ def gaps_of(work: Work) -> Gaps:
     any_unknown = np.zeros(n, dtype=np.int8)
     np.bitwise_or.at(any_unknown, gap, unknown[:-1])
     padded = [np.append(z, np.inf) for z in (low, high)]
-    return Gaps(
+    return RapidGaps(
         feature,
         gap_of,
         begins >= 0,
@@ -146,7 +146,7 @@ def _least(n: int, gap: Ints, value: Floats) -> Floats:
     return least
 
 
-def _moves(work: Work) -> tuple[Floats, Ints, Floats, Floats]:
+def _moves(work: ProgramWork) -> tuple[Floats, Ints, Floats, Floats]:
     """Return all rapids in order: where they stand, their rows, begin and end; those of a drilling cycle included.
 
     A cycle goes to its place as its approach says, then to the R plane.
@@ -169,7 +169,7 @@ def _moves(work: Work) -> tuple[Floats, Ints, Floats, Floats]:
 
 
 @dataclass(frozen=True, eq=False)
-class Heights:
+class AllowedHeights:
     """What the original allows at every feature, mm; infinite: only a height that is not known either.
 
     Attributes
@@ -192,7 +192,7 @@ class Heights:
     first: Mask
 
 
-def heights_of(work: Work, gaps: Gaps) -> Heights:
+def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
     """Return what the original allows at every feature."""
     before, after = gaps.gap_of, gaps.gap_of + 1
     # Where a barrier follows at once, the tool leaves from there in the next gap with rapids before any work.
@@ -223,7 +223,7 @@ def heights_of(work: Work, gaps: Gaps) -> Heights:
     start = np.where(made.kind >= FIRST_CYCLE, made.of("r_plane"), made.start[:, 2])
     # Without a way across, all of the gap is at one place.
     sunk = np.where(gaps.across, gaps.down_here, gaps.down_there)[after]
-    return Heights(
+    return AllowedHeights(
         leave,
         arrive,
         ~gaps.rows[before],
@@ -233,7 +233,7 @@ def heights_of(work: Work, gaps: Gaps) -> Heights:
     )
 
 
-def _of_both_ends(heights: Heights, turned: Ints) -> Heights:
+def _of_both_ends(heights: AllowedHeights, turned: Ints) -> AllowedHeights:
     """Return the heights with those of the two ends of a run that is turned made the higher of the two.
 
     What the tool comes down at is now where it left, and where it left is the place that it came to.
@@ -249,7 +249,13 @@ def _of_both_ends(heights: Heights, turned: Ints) -> Heights:
 
 
 def compare_rapids(
-    original: Work, new: Work, new_of: Ints, turned: Ints, mark_of: dict[float, Mark], tolerance: float, beam: bool
+    original: ProgramWork,
+    new: ProgramWork,
+    new_of: Ints,
+    turned: Ints,
+    mark_of: dict[float, Mark],
+    tolerance: float,
+    beam: bool,
 ) -> tuple[list[Difference], int]:
     """Return where rapids of the new program are lower than the original's, or tear a cut apart, and how many.
 
@@ -271,7 +277,7 @@ def compare_rapids(
 
 
 Check = tuple[str, Callable[[int], str], NDArray, NDArray, Mask]
-Both = tuple[Work, Gaps, Work, Gaps]
+Both = tuple[ProgramWork, RapidGaps, ProgramWork, RapidGaps]
 
 
 def _by_feature(both: Both, new_of: Ints, turned: Ints, room: float, beam: bool) -> Iterator[Check]:
@@ -288,7 +294,7 @@ def _by_feature(both: Both, new_of: Ints, turned: Ints, room: float, beam: bool)
 
 
 def _of_some(
-    both: Both, allowed: Heights, lowest: Floats, old: Ints, new_of: Ints, old_of: Ints, room: float, beam: bool
+    both: Both, allowed: AllowedHeights, lowest: Floats, old: Ints, new_of: Ints, old_of: Ints, room: float, beam: bool
 ) -> Iterator[Check]:
     original, old_gaps, new, gaps = both
     now = new_of[old]
@@ -316,7 +322,7 @@ def _of_some(
             yield "beam on", lambda row: f"a rapid next to {at(row)} is made with the beam on, it was off", *lines, lit
 
 
-def _lit(old_gaps: Gaps, gaps: Gaps, old: Ints, now: Ints, previous: Ints, first: Mask) -> Iterator[Mask]:
+def _lit(old_gaps: RapidGaps, gaps: RapidGaps, old: Ints, now: Ints, previous: Ints, first: Mask) -> Iterator[Mask]:
     """Yield for rapids to features, from them, and between them, which are made with the beam on and were not."""
     before, was = gaps.gap_of[now], old_gaps.gap_of[old]
     yield gaps.lit_last[before] & old_gaps.across[was] & ~old_gaps.lit_last[was] & ~first[old]
@@ -326,7 +332,7 @@ def _lit(old_gaps: Gaps, gaps: Gaps, old: Ints, now: Ints, previous: Ints, first
 
 
 def _heights_by_feature(
-    both: Both, allowed: Heights, lowest: Floats, old: Ints, now: Ints, previous: Ints, room: float
+    both: Both, allowed: AllowedHeights, lowest: Floats, old: Ints, now: Ints, previous: Ints, room: float
 ) -> Iterator[Check]:
     original, old_gaps, new, gaps = both
     before, old_before = gaps.gap_of[now], old_gaps.gap_of[old]
@@ -368,7 +374,7 @@ def _heights_by_feature(
     yield "lower retract", told("a rapid goes across to", limit, cross), *approach, cross < limit - room
 
 
-def _own_unknown(gaps: Gaps, gap: Ints | Refs, first: bool) -> NDArray[np.int8]:
+def _own_unknown(gaps: RapidGaps, gap: Ints | Refs, first: bool) -> NDArray[np.int8]:
     """Return what is not known of the ways across that are a feature's own: beside a barrier the one next to it."""
     nearest, inside = gaps.unknown_last, gaps.opened_by_feature
     if first:
@@ -382,7 +388,7 @@ def _less_known(now: NDArray[np.int8], before: NDArray[np.int8]) -> Mask:
     return less
 
 
-def _lowest_crossing(work: Work, gaps: Gaps) -> Floats:
+def _lowest_crossing(work: ProgramWork, gaps: RapidGaps) -> Floats:
     """Return for every feature the lowest rapid across next to any of the same group and tool; else of the group."""
     group, tool = work.features.group, work.features.of("tool")
     cross = np.minimum(gaps.cross[gaps.gap_of], gaps.cross[gaps.gap_of + 1])
@@ -454,7 +460,7 @@ def _named(text: str, pairs: list[tuple[Mark, Mark, int, int]]) -> Callable[[int
     return lambda row: text.format(pairs[row][0].said)
 
 
-def _after_length_change(original: Work, new: Work, room: float) -> Iterator[Difference]:
+def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -> Iterator[Difference]:
     """Yield how rapids go lower with a length offset just taken (G43, G49) than any did in the original.
 
     Heights before it say nothing of heights after it, and no cut does where none comes next.
@@ -469,7 +475,7 @@ def _after_length_change(original: Work, new: Work, room: float) -> Iterator[Dif
             yield Difference("deeper rapid", was, line, text)
 
 
-def _lowest_by_length(work: Work) -> dict[int, tuple[float, int]]:
+def _lowest_by_length(work: ProgramWork) -> dict[int, tuple[float, int]]:
     """Return by register the lowest place of rapids between a change of the length offset and work, and its line.
 
     Up to the first way across at a height that is known: from there on heights are compared place by place.
@@ -494,5 +500,5 @@ def _lowest_by_length(work: Work) -> dict[int, tuple[float, int]]:
     return found
 
 
-def _stops(work: Work) -> list[Mark]:
+def _stops(work: ProgramWork) -> list[Mark]:
     return [mark for mark in work.marks if mark.kind != Kind.DWELL]

@@ -19,8 +19,8 @@ import shapely
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.features import AMOUNT, EXACT, Features, Ints, Mask
 from leafcut.processes.program.proof.inner_first import outline_of
-from leafcut.processes.program.proof.program_work import STILL, Work
-from leafcut.processes.program.proof.rapids import Gaps, gaps_of
+from leafcut.processes.program.proof.program_work import STILL, ProgramWork
+from leafcut.processes.program.proof.rapids import RapidGaps, gaps_of
 from leafcut.processes.program.proof.traces import traces_of
 
 #: Ends nearer than this are one place, mm.
@@ -44,18 +44,18 @@ class Turned(NamedTuple):
         bool[n]: the run is seen from its other end.
     """
 
-    work: Work
+    work: ProgramWork
     run: Ints
     turned: Mask
 
 
-def as_it_is(work: Work) -> Turned:
+def as_it_is(work: ProgramWork) -> Turned:
     """Return the work with no cut turned."""
     n = len(work.features)
     return Turned(work, np.full(n, -1), np.zeros(n, dtype=bool))
 
 
-def one_way(work: Work) -> Turned:
+def one_way(work: ProgramWork) -> Turned:
     """Return the work with every open cut in one direction, whichever it has in the program."""
     features, gaps = work.features, gaps_of(work)
     n = len(features)
@@ -79,7 +79,7 @@ def one_way(work: Work) -> Turned:
     return Turned(replace(work, features=new), run, turned)
 
 
-def _body(features: Features, gaps: Gaps, first: int, end: int) -> Ints | None:
+def _body(features: Features, gaps: RapidGaps, first: int, end: int) -> Ints | None:
     """Return the cuts of a run without those that go down to it and up from it, or None where it cannot be turned."""
     rows = np.arange(first, end)
     upright = _upright(features, rows)

@@ -21,7 +21,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
-from leafcut.model.sequence import Chain
+from leafcut.model.sequence import BlockRun
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.sections.program_rows import BEAMS, Rows, works_with_beam
 
@@ -53,7 +53,7 @@ class Area(NamedTuple):
 
 
 def through_cuts(
-    program: Program, rows: Rows, chains: Sequence[Chain], process: str
+    program: Program, rows: Rows, chains: Sequence[BlockRun], process: str
 ) -> tuple[NDArray[np.int64], float]:
     """Return the chains that reach through the material, as far as a program tells, int64[k], rising; and how deep."""
     if process in BEAMS or works_with_beam(program, rows):
@@ -65,7 +65,7 @@ def through_cuts(
         return np.flatnonzero(cuts & (bottom <= deepest + THROUGH)), deepest
 
 
-def level_rows(program: Program, rows: Rows, chain: Chain) -> NDArray[np.bool_]:
+def level_rows(program: Program, rows: Rows, chain: BlockRun) -> NDArray[np.bool_]:
     """Return which rows of a chain are part of what it cuts at its lowest level, bool[rows of the chain].
 
     A tab lies higher. A way that sinks from its begin to its end has no tabs, and is all of it.
@@ -83,7 +83,7 @@ def level_rows(program: Program, rows: Rows, chain: Chain) -> NDArray[np.bool_]:
     return feeds & (z <= limit) & (before <= limit)
 
 
-def freeing_chains(areas: Sequence[Area], chains: Sequence[Chain], deepest: float) -> tuple[Chain, ...]:
+def freeing_chains(areas: Sequence[Area], chains: Sequence[BlockRun], deepest: float) -> tuple[BlockRun, ...]:
     """Return the chains, those marked that free a part; `areas` are what they go round, as far as they reach through.
 
     `deepest` is how deep the mill goes, mm.
@@ -118,7 +118,7 @@ def _any(n: int, which: NDArray[np.int64]) -> NDArray[np.bool_]:
     return found
 
 
-def freeing_stages(chains: Sequence[Chain]) -> list[int]:
+def freeing_stages(chains: Sequence[BlockRun]) -> list[int]:
     """Return the chains from which on all there is frees parts that nothing before it may wait for, rising.
 
     All before such a chain comes before all behind it, so that each stage is a section of its own.
@@ -134,7 +134,7 @@ def freeing_stages(chains: Sequence[Chain]) -> list[int]:
     return found
 
 
-def work_before_freeing(chains: Sequence[Chain]) -> NDArray[np.int64]:
+def work_before_freeing(chains: Sequence[BlockRun]) -> NDArray[np.int64]:
     """Return int64[k, 2], pairs (before, after): all work before every later chain that frees a part.
 
     Those that free parts at one depth may change places: which of two parts comes free first is all the same. Pairs
@@ -152,6 +152,6 @@ def work_before_freeing(chains: Sequence[Chain]) -> NDArray[np.int64]:
     return np.concatenate(found) if found else np.zeros((0, 2), dtype=np.int64)
 
 
-def _of_chains(chains: Sequence[Chain]) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.float64]]:
+def _of_chains(chains: Sequence[BlockRun]) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.float64]]:
     may, frees = (np.array([getattr(c, name) for c in chains], dtype=bool) for name in ("may_free", "frees"))
     return may, frees, np.array([c.bottom for c in chains], dtype=np.float64)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.geometry.index import NearLines, unique_pairs
-from leafcut.model.sequence import Chain
+from leafcut.model.sequence import BlockRun
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.sections.program_rows import Rows
 
@@ -37,8 +37,8 @@ _Lines = tuple[NDArray[np.object_], NDArray[np.int64]]
 def passes_in_order(
     program: Program,
     rows: Rows,
-    ones: Sequence[Chain],
-    others: Sequence[Chain],
+    ones: Sequence[BlockRun],
+    others: Sequence[BlockRun],
     pieces: Sequence[tuple[NearLines, NDArray[np.int64]]],
 ) -> Iterator[NDArray[np.int64]]:
     """Yield int64[k, 2], pairs of a chain of `ones` and one of `others` whose order has meaning to a mill.
@@ -81,7 +81,7 @@ def _apart(one: _Shapes, a: NDArray[np.int64], other: _Shapes, b: NDArray[np.int
     return different
 
 
-def rows_in_order(paths: Sequence[_Path], chains: Sequence[Chain]) -> NDArray[np.int64]:
+def rows_in_order(paths: Sequence[_Path], chains: Sequence[BlockRun]) -> NDArray[np.int64]:
     """Return int64[k, 2], pairs of chains that follow each other as rows that clear a surface, evenly to one side."""
     straight: dict[int, NDArray[np.float64]] = {}
     several: set[int] = set()
@@ -110,7 +110,7 @@ def rows_in_order(paths: Sequence[_Path], chains: Sequence[Chain]) -> NDArray[np
     return np.array(found, dtype=np.int64).reshape(-1, 2)
 
 
-def _fall(chains: Sequence[Chain], number: int) -> float:
+def _fall(chains: Sequence[BlockRun], number: int) -> float:
     return chains[number].bottom - chains[number - 1].bottom
 
 
@@ -133,7 +133,7 @@ def _step(row: NDArray[np.float64], follower: NDArray[np.float64]) -> float:
 class _Shapes:
     """What chains are like, an entry for each: how deep, and whether drilled, closed, or following a surface."""
 
-    def __init__(self, program: Program, rows: Rows, chains: Sequence[Chain]) -> None:
+    def __init__(self, program: Program, rows: Rows, chains: Sequence[BlockRun]) -> None:
         n = len(chains)
         self.bottom = np.array([c.bottom for c in chains], dtype=np.float64)
         self.still, self.closed, self.follows = (np.zeros(n, dtype=bool) for _ in range(3))

@@ -15,7 +15,7 @@ from leafcut.gcode.program import Program
 from leafcut.gcode.tool_comments import tool_width
 from leafcut.geometry.index import NearLines, linked, unique_pairs
 from leafcut.model.heartbeat import Look, unseen
-from leafcut.model.sequence import Chain
+from leafcut.model.sequence import BlockRun
 from leafcut.model.toolpath import Kind, arc_extremes, arc_sweep
 from leafcut.processes.program.plan.precedence.freeing import (
     LEAST_AREA,
@@ -49,13 +49,13 @@ _Path = tuple[int, NDArray[np.float64]]
 class Precedence(NamedTuple):
     """Chains, those that free a part marked; the pairs in which their order is kept; and `Section.ties`."""
 
-    chains: tuple[Chain, ...]
+    chains: tuple[BlockRun, ...]
     pairs: NDArray[np.int32]
     ties: dict[str, NDArray[np.int32]]
 
 
 def with_precedence(
-    program: Program, rows: Rows, chains: Sequence[Chain], process: str, look: Look = unseen
+    program: Program, rows: Rows, chains: Sequence[BlockRun], process: str, look: Look = unseen
 ) -> Precedence:
     """Return the chains, those that free a part marked, and the pairs in which the order of the program is kept.
 
@@ -108,7 +108,9 @@ def divided_at(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
     return np.stack([ends[part], np.array([0, *inner], dtype=np.int32)[part] - 1], axis=1).astype(np.int32)
 
 
-def _freeing(program: Program, rows: Rows, chains: Sequence[Chain], process: str, look: Look) -> tuple[Chain, ...]:
+def _freeing(
+    program: Program, rows: Rows, chains: Sequence[BlockRun], process: str, look: Look
+) -> tuple[BlockRun, ...]:
     """Return the chains, those that free a part marked."""
     found, deepest = through_cuts(program, rows, chains, process)
     through = found.tolist()
@@ -140,7 +142,12 @@ def _freeing(program: Program, rows: Rows, chains: Sequence[Chain], process: str
 
 
 def related(
-    program: Program, rows: Rows, ones: Sequence[Chain], others: Sequence[Chain], process: str, look: Look = unseen
+    program: Program,
+    rows: Rows,
+    ones: Sequence[BlockRun],
+    others: Sequence[BlockRun],
+    process: str,
+    look: Look = unseen,
 ) -> dict[str, NDArray[np.int64]]:
     """Return int64[k, 2], pairs of a chain of `ones` and one of `others` whose order has meaning, by cause."""
     widths = tool_width(program, ones[0].begin), tool_width(program, others[0].begin)
@@ -174,7 +181,7 @@ def _each_once(pairs: list[NDArray[np.int64]]) -> NDArray[np.int64]:
     return unique_pairs(every[:, 0], every[:, 1])
 
 
-def _paths(program: Program, rows: Rows, chains: Sequence[Chain], look: Look) -> list[_Path]:
+def _paths(program: Program, rows: Rows, chains: Sequence[BlockRun], look: Look) -> list[_Path]:
     """Return the lines that the cuts of chains go along, in order."""
     low = min(int(program.first[c.begin]) for c in chains)
     steps = _steps(program, rows, low, max(int(program.first[c.end]) for c in chains))
@@ -225,7 +232,7 @@ def _steps(program: Program, rows: Rows, low: int, high: int, chosen: NDArray[np
     return _Steps(row, ends, parts, bent, low + np.flatnonzero(kind == Kind.DWELL))
 
 
-def _lines_of(program: Program, rows: Rows, steps: _Steps, chain: Chain) -> list[NDArray[np.float64]]:
+def _lines_of(program: Program, rows: Rows, steps: _Steps, chain: BlockRun) -> list[NDArray[np.float64]]:
     """Return float64[n, 2] for every line that the cut of a chain goes along without a way in between, arcs as chords.
 
     A line has two points at least; a hole has its place twice, and so has where the tool waits.

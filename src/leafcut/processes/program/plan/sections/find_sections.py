@@ -12,7 +12,7 @@ import numpy as np
 from leafcut.gcode.modal_dependencies import HERE, BlockReader, next_place
 from leafcut.gcode.program import Modal, Program
 from leafcut.model.heartbeat import Look, unseen
-from leafcut.model.sequence import Chain, Kept, Section, Stay
+from leafcut.model.sequence import BlockRun, Kept, Section, Stay
 from leafcut.model.toolpath import MOTIONS, PLACES, SPEED_ALONE, Kind
 from leafcut.processes.program.plan.precedence.precedence import with_precedence
 from leafcut.processes.program.plan.precedence.staying import word_at
@@ -282,7 +282,7 @@ class Finder:
             return "alone", before
         return "only", -1
 
-    def _note(self, chains: Iterable[Chain], why: str, block: int) -> None:
+    def _note(self, chains: Iterable[BlockRun], why: str, block: int) -> None:
         for chain in chains:
             self.why.update((b, (why, block)) for b in range(chain.begin, chain.end) if b in self.entries)
 
@@ -337,7 +337,7 @@ class Finder:
             x, y, z = (path.end if path.kind[row] in PLACES else before)[row].tolist()
         return x, y, z
 
-    def _chain(self, start: _Start, end: int, end_row: int) -> Chain:
+    def _chain(self, start: _Start, end: int, end_row: int) -> BlockRun:
         self.look()
         path = self.program.path
         rows = slice(start.row, int(self.first[end]))
@@ -353,7 +353,7 @@ class Finder:
         aside = self.rows.sideways[rows] | np.isin(path.kind[rows], [Kind.ARC_CW, Kind.ARC_CCW])
         upright = not (self.rows.cut[rows] & aside & (path.kind[rows] != Kind.DRILL)).any()
         drill = path.kind[start.row] == Kind.DRILL
-        return Chain(
+        return BlockRun(
             start.block,
             end,
             "hole" if upright and not self.beam else "cut",
@@ -365,7 +365,7 @@ class Finder:
             int(self.program.line[start.block]),
         )
 
-    def _with_prefixes(self, chains: list[Chain], clearance: float) -> list[Chain]:
+    def _with_prefixes(self, chains: list[BlockRun], clearance: float) -> list[BlockRun]:
         """Let chains after the first begin with the rapids to the height where the tool is, if there are such."""
         result = chains[:1]
         for chain in chains[1:]:
@@ -420,7 +420,7 @@ class Finder:
         modal = self.program.modal(block)
         return modal.motion, modal.cycle, frozenset(modal.cycle_words), modal.to_initial
 
-    def _section(self, chains: list[Chain], first: _Start, clearance: float) -> Section:
+    def _section(self, chains: list[BlockRun], first: _Start, clearance: float) -> Section:
         before = self.rows.before[first.row, :2]
         marked, pairs, ties = with_precedence(self.program, self.rows, chains, self.process, self.look)
         return Section(

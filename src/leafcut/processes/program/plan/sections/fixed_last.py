@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from leafcut.gcode.program import Program
-from leafcut.model.sequence import Chain
+from leafcut.model.sequence import BlockRun
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.sections.program_rows import TOLERANCE, Rows
 
@@ -16,7 +16,7 @@ STOPS = [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FR
 _FEEDS = [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)]
 
 
-def stays_last(program: Program, rows: Rows, chain: Chain) -> bool:
+def stays_last(program: Program, rows: Rows, chain: BlockRun) -> bool:
     """Return whether a chain behind which others stay must be the last of its section.
 
     So it is where a dwell or radius compensation follows without a rapid in between, or a cut without a way across;
