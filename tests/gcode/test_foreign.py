@@ -16,7 +16,7 @@ from every import every
 from leafcut.errors import ReadError
 from leafcut.gcode.blocks import BlockRunner
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.fast_path import QuickWay
+from leafcut.gcode.fast_path import FastPath
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind
@@ -390,7 +390,7 @@ def test_plain_lines_give_the_same_by_the_quick_way_and_by_the_full_one(body: li
 
     one = outcome()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(QuickWay, "open", lambda self: False)
+        patch.setattr(FastPath, "open", lambda self: False)
         other = outcome()
     if isinstance(one, str) or isinstance(other, str):
         assert one == other

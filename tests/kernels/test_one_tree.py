@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from leafcut.kernels.one_tree import Graph, Sets, Work, close_tree, join_sets, shifts, sparse_tree, two_spokes
+from leafcut.kernels.one_tree import Graph, Sets, TreeScratch, close_tree, join_sets, shifts, sparse_tree, two_spokes
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.solve import spanning_tree
 from leafcut.solve.instance import Instance, build_instance
@@ -48,10 +48,10 @@ def kruskal(n: int, edges: list[tuple[float, int, int]]) -> list[tuple[int, int]
     return kept
 
 
-def new_work(n: int) -> Work:
+def new_work(n: int) -> TreeScratch:
     """Return room for a tree of n nodes."""
     parent, heap, place = (np.zeros(n, dtype=np.int32) for _ in range(3))
-    return Work(parent, np.zeros(n), heap, place, np.zeros(2 * n))
+    return TreeScratch(parent, np.zeros(n), heap, place, np.zeros(2 * n))
 
 
 def new_graph(n: int, edges: dict[tuple[int, int], float]) -> Graph:

@@ -124,6 +124,6 @@ def test_a_piece_is_the_same_kicked_in_another_process() -> None:
     with ProcessPoolExecutor(1, get_context("spawn")) as processes:
         workers = Workers(processes, 1, Stop(), WorkerLog.of(1), shared=False)
         word = np.array([77], dtype=np.uint64)
-        piece = pieces.Piece(cut(instance, greedy(instance), np.random.default_rng(1))[0], word, 50)
+        piece = pieces.TourPiece(cut(instance, greedy(instance), np.random.default_rng(1))[0], word, 50)
         ((there, _),) = workers.shares(pieces.kick_piece, instance, [piece])
     assert np.array_equal(there, pieces.kick_piece(instance, piece)[0])

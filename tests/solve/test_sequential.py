@@ -23,7 +23,7 @@ from leafcut.solve.clusters import choose_nodes
 from leafcut.solve.directed import DirectedInstance, build_directed
 from leafcut.solve.instance import path_cost
 from leafcut.solve.precedence import consequences, keeps
-from leafcut.solve.sequential import Search, greedy_path
+from leafcut.solve.sequential import PathSearch, greedy_path
 from leafcut.solve.solve import keep_better, solve
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
@@ -332,7 +332,7 @@ def test_the_search_knows_what_its_path_costs_and_never_loses_the_best(kind: str
     """The gains that kernels report are added up over hot and cold times, and compared with the path itself."""
     problem = random_problem(6, 60, kind, "closed" if "table" in kind else ENDS[1], pairs=30)
     instance = build_directed(problem, sequential.CANDIDATES)
-    search = Search(instance, 3, Best(Stop()))
+    search = PathSearch(instance, 3, Best(Stop()))
     for kicks in (700, 700, 2000):
         search.run(search.kicks + kicks, greedy_path(instance))
         route = search.route

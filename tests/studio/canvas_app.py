@@ -7,7 +7,7 @@ import sys
 from canvas_scenes import grid_of_holes, grid_program
 from nicegui import ui
 
-from leafcut.studio.canvas import Bars, Brightness, Canvas, Convergence, Program
+from leafcut.studio.canvas import Bars, Brightness, Canvas, Convergence, ProgramText
 from leafcut.studio.routes import colours_css
 
 
@@ -17,7 +17,7 @@ def page() -> None:
     said = ui.label("nothing").props("id=said")
     drawing = Canvas(on_select=lambda e: said.set_text(str(e.args)))
     drawing.style("width: 900px; height: 500px")
-    Program(drawing).style("width: 400px; height: 200px")
+    ProgramText(drawing).style("width: 400px; height: 200px")
     chart = Convergence()
     chart.style("width: 400px; height: 200px")
     chart.set([(0.01, 5.0), (0.5, 4.0)], bound=3.9)

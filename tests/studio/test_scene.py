@@ -22,7 +22,7 @@ from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
 from leafcut.studio.preview import look
 from leafcut.studio.run_job import run
 from leafcut.studio.scene import outcome_scene, part_scene, pheromone_scene, toolpath_scene
-from leafcut.studio.task import Call
+from leafcut.studio.task import ReadyTask
 from leafcut.timing.toolpath import measure
 
 _SIZES = {"f4": "f", "i4": "i", "u4": "I", "u1": "B"}
@@ -139,9 +139,9 @@ def test_a_map_without_a_unit_is_told_without_one(tmp_path: Path) -> None:
     seen = look(str(file))
     assert seen.facts == (("points", "4"), ("size", "30 × 40"))
     assert unpacked(seen.scenes["part"])[0]["unitless"] is True
-    made = run(Call("solve", (str(file),), "auto", {}), ("four.tsp",), lambda *_: None, threading.Event())
+    made = run(ReadyTask("solve", (str(file),), "auto", {}), ("four.tsp",), lambda *_: None, threading.Event())
     assert unpacked(made.artefacts["scene-after"].data)[0]["unitless"] is True
-    assert Call("solve", (str(file),), "auto", {}).unit == ""
+    assert ReadyTask("solve", (str(file),), "auto", {}).unit == ""
 
 
 def test_a_size_is_told_without_powers_of_ten(tmp_path: Path) -> None:
@@ -158,8 +158,8 @@ def test_a_size_is_that_of_outlines_or_else_between_centres() -> None:
 
 
 def test_what_a_search_costs_is_told_in_the_unit_of_what_is_made_small() -> None:
-    assert Call("optimize", ("a.dxf",), "auto", {}).unit == "s"
-    assert Call("optimize", ("a.dxf",), "auto", {"objective": "distance"}).unit == "mm"
+    assert ReadyTask("optimize", ("a.dxf",), "auto", {}).unit == "s"
+    assert ReadyTask("optimize", ("a.dxf",), "auto", {"objective": "distance"}).unit == "mm"
 
 
 def test_of_a_pocket_it_is_told_how_wide_the_mill_clears() -> None:

@@ -11,8 +11,8 @@ import pytest
 import leafcut
 from leafcut.errors import OptionError
 from leafcut.read.order_file import load_order
-from leafcut.studio.editing import CutOrder, HoleOrder, Stop, cuts_one_by_one
-from leafcut.studio.history import State
+from leafcut.studio.editing import CutOrder, HoleOrder, OrderStop, cuts_one_by_one
+from leafcut.studio.history import JobState
 from leafcut.studio.panel_edit import can_be_edited, edited_of
 from leafcut.studio.studio import Studio
 from leafcut.studio.task import Task
@@ -97,7 +97,7 @@ def test_changes_of_a_plan_are_fixed_in_it_and_nothing_else() -> None:
     assert cuts[2]["direction"] == "counter-clockwise"
     assert cuts[1]["start"] == [5.0, 6.0]
     assert [stop.sign for stop in edited.stops()] == ["", "", "↺"]
-    assert edited.stops()[1] == Stop(1, (5.0, 6.0), moved=True)
+    assert edited.stops()[1] == OrderStop(1, (5.0, 6.0), moved=True)
     for _ in range(3):
         assert edited.undo()
     assert json.loads(edited.text()) == json.loads(PLAN)
@@ -120,7 +120,7 @@ def test_a_cut_put_first_is_cut_first_and_one_put_last_is_cut_last(studio: Studi
     sheet = studio.folder.add_input("five.svg", svg.encode())
     options = {"thickness": "6mm", "preset": "fast"}
     first = studio.jobs.start(Task("optimize", (sheet,), "cut", options))
-    assert studio.jobs.wait(first, 90) is State.DONE, studio.jobs.record(first)
+    assert studio.jobs.wait(first, 90) is JobState.DONE, studio.jobs.record(first)
     for at in (0, -1):
         edited = edited_of(studio.history, first)
         assert edited is not None
@@ -131,7 +131,7 @@ def test_a_cut_put_first_is_cut_first_and_one_put_last_is_cut_last(studio: Studi
         given = edited.text().encode()
         made = studio.folder.add_input("five_edited.json", given)
         again = studio.jobs.start(Task("optimize", (sheet,), "cut", {**options, "plan": made}))
-        assert studio.jobs.wait(again, 90) is State.DONE, studio.jobs.record(again)
+        assert studio.jobs.wait(again, 90) is JobState.DONE, studio.jobs.record(again)
         plan, kept = (studio.history.artefact(again, name) for name in ("plan", "given"))
         assert plan is not None and json.loads(plan.data)["cuts"][at]["contours"] == middle
         # The file that the command line is shown with is among the downloads.
@@ -150,7 +150,7 @@ def test_common_lines_are_cut_and_not_changed_by_hand(studio: Studio) -> None:
     )
     options = {"thickness": "6mm", "preset": "fast", "common_lines": True}
     job = studio.jobs.start(Task("optimize", (sheet,), "cut", options))
-    assert studio.jobs.wait(job, 90) is State.DONE, studio.jobs.record(job)
+    assert studio.jobs.wait(job, 90) is JobState.DONE, studio.jobs.record(job)
     record, files = studio.jobs.record(job), studio.history.artefacts(job)
     assert record is not None
     assert "program" in files
@@ -162,13 +162,13 @@ def test_common_lines_are_cut_and_not_changed_by_hand(studio: Studio) -> None:
 
 def test_an_order_changed_in_the_studio_is_written_as_the_command_line_does(studio: Studio, tmp_path: Path) -> None:
     first = studio.jobs.start(Task("optimize", ("example:plate-10",), options={"preset": "fast"}))
-    assert studio.jobs.wait(first, 60) is State.DONE
+    assert studio.jobs.wait(first, 60) is JobState.DONE
     edited = edited_of(studio.history, first)
     assert edited is not None
     edited.reverse(1)
     made = studio.folder.add_input("order.json", edited.text().encode())
     again = studio.jobs.start(Task("optimize", ("example:plate-10",), options={"preset": "fast", "hole_order": made}))
-    assert studio.jobs.wait(again, 60) is State.DONE
+    assert studio.jobs.wait(again, 60) is JobState.DONE
     program = studio.history.artefact(again, "program")
     assert program is not None
     file = tmp_path / "order.json"
@@ -186,14 +186,14 @@ def test_a_sheet_is_cut_in_the_order_that_was_changed(studio: Studio) -> None:
     sheet = studio.folder.add_input("three.svg", svg.encode())
     options = {"thickness": "6mm", "preset": "fast"}
     first = studio.jobs.start(Task("optimize", (sheet,), "cut", options))
-    assert studio.jobs.wait(first, 90) is State.DONE, studio.jobs.record(first)
+    assert studio.jobs.wait(first, 90) is JobState.DONE, studio.jobs.record(first)
     edited = edited_of(studio.history, first)
     assert edited is not None
     edited.move(3, 1)
     wanted = json.loads(edited.text())["cuts"]
     made = studio.folder.add_input("plan.json", edited.text().encode())
     again = studio.jobs.start(Task("optimize", (sheet,), "cut", {**options, "plan": made}))
-    assert studio.jobs.wait(again, 90) is State.DONE, studio.jobs.record(again)
+    assert studio.jobs.wait(again, 90) is JobState.DONE, studio.jobs.record(again)
     plan = studio.history.artefact(again, "plan")
     assert plan is not None
     cuts = [cut["contours"] for cut in json.loads(plan.data)["cuts"]]

@@ -10,7 +10,7 @@ import pytest
 
 from leafcut.studio import jobs as room
 from leafcut.studio.ending import Endable, Ended
-from leafcut.studio.history import State
+from leafcut.studio.history import JobState
 from leafcut.studio.studio import Studio
 from leafcut.studio.task import Task
 
@@ -58,7 +58,7 @@ def test_a_job_that_reads_for_ever_is_ended(
         assert live is not None
         studio.jobs.close() if how == "close" else getattr(studio.jobs, how)(job)
         live.ended.result(LONG_ENOUGH)
-    expected = {"cancel": State.CANCELLED, "close": State.INTERRUPTED}
+    expected = {"cancel": JobState.CANCELLED, "close": JobState.INTERRUPTED}
     assert live.state is expected.get(how, live.state)
 
 
@@ -80,7 +80,7 @@ def test_what_does_not_read_is_not_ended_anywhere(studio: Studio, monkeypatch: p
     assert begun.wait(LONG_ENOUGH)
     studio.jobs.cancel(job)
     cancelled.set()
-    assert studio.jobs.wait(job, LONG_ENOUGH) is State.CANCELLED
+    assert studio.jobs.wait(job, LONG_ENOUGH) is JobState.CANCELLED
     assert through == [True]
 
 

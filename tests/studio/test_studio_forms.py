@@ -22,7 +22,7 @@ from leafcut.options import ALGORITHMS, Settings, all_options, used_by
 from leafcut.read.machine import load_machine, machine_names
 from leafcut.studio import forms
 from leafcut.studio.ending import Endable
-from leafcut.studio.history import State
+from leafcut.studio.history import JobState
 from leafcut.studio.page_state import View
 from leafcut.studio.panel_input import InputPanel
 from leafcut.studio.panel_live import PACES
@@ -251,7 +251,7 @@ def test_the_command_line_shown_is_the_same_run_byte_for_byte(
         job = studio.jobs.start(task)
         record = studio.jobs.wait(job) and studio.jobs.record(job)
         assert record is not None
-        assert record.state is State.DONE, record.line
+        assert record.state is JobState.DONE, record.line
         program = studio.history.artefact(job, "program")
         assert program is not None
         words = shlex.split(command_line(task, studio.folder, "out.nc"))
@@ -399,7 +399,7 @@ def test_both_languages_have_the_same_words_and_none_is_unused() -> None:
     for stem, wanted in (
         ("group.", groups),
         ("work.", {f"work.{work}" for work in forms.WORKS}),
-        ("state.", {f"state.{state.value}" for state in State}),
+        ("state.", {f"state.{state.value}" for state in JobState}),
         ("kind.", {f"kind.{kind}" for kind in measure(Toolpath.of_motions([]), load_machine("haas-vf2")).by_kind}),
         ("process.", {f"process.{process}" for process in forms.PROGRAM_PROCESSES}),
         ("pace.", {f"pace.{pace}" for pace in PACES}),

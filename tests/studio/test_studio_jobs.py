@@ -13,12 +13,12 @@ import leafcut
 from leafcut.errors import OptionError
 from leafcut.files import OutputError
 from leafcut.studio import jobs as room
-from leafcut.studio.history import Artefact, History, State
+from leafcut.studio.history import Artefact, History, JobState
 from leafcut.studio.jobs import Live
 from leafcut.studio.panel_jobs import change_words, choices_of
 from leafcut.studio.run_job import Made
 from leafcut.studio.studio import Studio, open_studio
-from leafcut.studio.task import Call, Task, title_of
+from leafcut.studio.task import ReadyTask, Task, title_of
 from leafcut.studio.wording import words as words_of
 
 LONG = Task("solve", ("random:300:1",), options={"time_limit": "120s", "bound": False})
@@ -27,7 +27,7 @@ SHORT = Task("optimize", ("example:plate-10",), options={"preset": "fast"})
 
 def test_a_job_gives_what_the_call_gives(studio: Studio) -> None:
     job = studio.jobs.start(SHORT)
-    assert studio.jobs.wait(job) is State.DONE
+    assert studio.jobs.wait(job) is JobState.DONE
     made = studio.history.artefact(job, "program")
     assert made is not None
     assert made.data.decode() == leafcut.optimize("example:plate-10", preset="fast").text
@@ -51,8 +51,8 @@ def test_stopping_keeps_the_best_and_cancelling_keeps_nothing(studio: Studio) ->
         until(lambda live=live: live.latest.cost is not None)
     studio.jobs.stop(kept)
     studio.jobs.cancel(dropped)
-    assert studio.jobs.wait(kept, 30) is State.STOPPED
-    assert studio.jobs.wait(dropped, 30) is State.CANCELLED
+    assert studio.jobs.wait(kept, 30) is JobState.STOPPED
+    assert studio.jobs.wait(dropped, 30) is JobState.CANCELLED
     answer = studio.history.answer(kept)
     assert answer is not None
     assert answer["stopped_early"] is True
@@ -66,10 +66,10 @@ def test_a_job_that_waits_can_be_cancelled(studio: Studio, monkeypatch: pytest.M
     jobs = [studio.jobs.start(SHORT) for _ in range(room.AT_ONCE + 1)]
     last = studio.jobs.live(jobs[-1])
     assert last is not None
-    assert last.state is State.WAITING
+    assert last.state is JobState.WAITING
     studio.jobs.cancel(jobs[-1])
     release.set()
-    assert [studio.jobs.wait(job, 30) for job in jobs] == [State.DONE] * room.AT_ONCE + [State.CANCELLED]
+    assert [studio.jobs.wait(job, 30) for job in jobs] == [JobState.DONE] * room.AT_ONCE + [JobState.CANCELLED]
 
 
 def test_who_waits_for_a_job_that_has_no_turn_is_told_at_once_that_it_is_over(
@@ -79,13 +79,13 @@ def test_who_waits_for_a_job_that_has_no_turn_is_told_at_once_that_it_is_over(
     monkeypatch.setattr(room, "run", lambda *_: release.wait(30) and Made({}, {}, {}))
     jobs = [studio.jobs.start(SHORT) for _ in range(room.AT_ONCE + 2)]
     studio.jobs.cancel(jobs[-1])
-    assert studio.jobs.wait(jobs[-1], 30) is State.CANCELLED
+    assert studio.jobs.wait(jobs[-1], 30) is JobState.CANCELLED
     assert not release.is_set()
     ending = threading.Thread(target=studio.jobs.close)
     ending.start()
     until(lambda: studio.jobs.closed)
     release.set()
-    assert studio.jobs.wait(jobs[-2], 30) is State.INTERRUPTED
+    assert studio.jobs.wait(jobs[-2], 30) is JobState.INTERRUPTED
     ending.join(30)
 
 
@@ -95,22 +95,22 @@ def test_a_job_whose_outcome_cannot_be_kept_is_over_and_says_so(
     """Of a history that takes nothing more, the server still knows; of a fault in storing, the history, too."""
     monkeypatch.setattr(room, "run", lambda *_: Made({"odd": object()}, {}, {}))
     job = studio.jobs.start(SHORT)
-    assert studio.jobs.wait(job, 30) is State.FAILED
+    assert studio.jobs.wait(job, 30) is JobState.FAILED
     kept = studio.history.get(job)
     assert kept is not None
-    assert (kept.state, "fault in leafcut itself (TypeError" in kept.line) == (State.FAILED, True)
+    assert (kept.state, "fault in leafcut itself (TypeError" in kept.line) == (JobState.FAILED, True)
 
     def full(*_: object, **__: object) -> None:
         raise OutputError("the history cannot be written (disk full)")
 
     monkeypatch.setattr(studio.history, "finish", full)
     job = studio.jobs.start(SHORT)
-    assert studio.jobs.wait(job, 30) is State.FAILED
+    assert studio.jobs.wait(job, 30) is JobState.FAILED
     for record in (studio.jobs.record(job), studio.jobs.newest()[0]):
         assert record is not None
         assert (record.id, record.state, record.line) == (
             job,
-            State.FAILED,
+            JobState.FAILED,
             "the history cannot be written (disk full)",
         )
 
@@ -121,7 +121,7 @@ def test_a_job_that_is_over_keeps_nothing_large(studio: Studio) -> None:
     assert live is not None
     until(lambda: live.watch.look()[1] is not None)
     studio.jobs.stop(job)
-    assert studio.jobs.wait(job, 60) is State.STOPPED
+    assert studio.jobs.wait(job, 60) is JobState.STOPPED
     assert live.watch.look() == (0, None)
     assert live.points == []
 
@@ -129,11 +129,11 @@ def test_a_job_that_is_over_keeps_nothing_large(studio: Studio) -> None:
 def test_a_run_that_fails_says_its_line_and_nothing_else_ends(studio: Studio) -> None:
     empty = studio.folder.add_input("empty.csv", b"\n")
     job = studio.jobs.start(Task("optimize", (empty,)))
-    assert studio.jobs.wait(job) is State.FAILED
+    assert studio.jobs.wait(job) is JobState.FAILED
     record = studio.jobs.record(job)
     assert record is not None
     assert record.line == "empty.csv: the file is empty"
-    assert studio.jobs.wait(studio.jobs.start(SHORT)) is State.DONE
+    assert studio.jobs.wait(studio.jobs.start(SHORT)) is JobState.DONE
 
 
 @pytest.mark.parametrize("problem", [ValueError("odd\nthing"), MemoryError(), SystemExit(3), KeyboardInterrupt()])
@@ -145,7 +145,7 @@ def test_a_fault_of_leafcut_is_one_line_too(
 
     monkeypatch.setattr(room, "run", broken)
     job = studio.jobs.start(SHORT)
-    assert studio.jobs.wait(job) is State.FAILED
+    assert studio.jobs.wait(job) is JobState.FAILED
     record = studio.jobs.record(job)
     assert record is not None
     assert len(record.line.splitlines()) == 1
@@ -187,7 +187,7 @@ def test_a_restart_loses_nothing(tmp_path: Path) -> None:
     first = open_studio(tmp_path)
     plate = first.folder.add_input("map.csv", b"x,y,diameter\n1,2,3\n4,5,3\n")
     done = first.jobs.start(Task("optimize", (plate,), options={"units": "mm"}))
-    assert first.jobs.wait(done) is State.DONE
+    assert first.jobs.wait(done) is JobState.DONE
     program = first.history.artefact(done, "program")
     running = first.jobs.start(LONG)
     live = first.jobs.live(running)
@@ -198,11 +198,11 @@ def test_a_restart_loses_nothing(tmp_path: Path) -> None:
 
     second = open_studio(tmp_path)
     records = {r.id: r for r in second.history.newest()}
-    assert records[running].state is State.INTERRUPTED
-    assert records[done].state is State.DONE
+    assert records[running].state is JobState.INTERRUPTED
+    assert records[done].state is JobState.DONE
     assert second.history.artefact(done, "program") == program
     again = second.jobs.start(records[done].task)
-    assert second.jobs.wait(again) is State.DONE
+    assert second.jobs.wait(again) is JobState.DONE
     assert second.history.artefact(again, "program") == program
     second.jobs.close()
     second.history.close()
@@ -211,13 +211,13 @@ def test_a_restart_loses_nothing(tmp_path: Path) -> None:
 def test_a_job_that_was_cut_short_by_a_crash_is_told_so(tmp_path: Path) -> None:
     history = History(tmp_path / "h.sqlite")
     history.add("a", "x", SHORT, 1.0)
-    history.mark("a", State.RUNNING)
+    history.mark("a", JobState.RUNNING)
     history.close()
     history = History(tmp_path / "h.sqlite")
     history.interrupt()
     found = history.get("a")
     assert found is not None
-    assert found.state is State.INTERRUPTED
+    assert found.state is JobState.INTERRUPTED
     assert found.task == SHORT
     history.close()
 
@@ -241,7 +241,7 @@ def test_a_damaged_history_is_set_aside(tmp_path: Path) -> None:
     file.write_bytes(b"no database at all" * 100)
     history = History(file)
     history.add("a", "x", SHORT, 1.0)
-    history.finish("a", State.DONE, answer={"n": 1}, artefacts={"p": Artefact("p.nc", "text/plain", b"M2\n")})
+    history.finish("a", JobState.DONE, answer={"n": 1}, artefacts={"p": Artefact("p.nc", "text/plain", b"M2\n")})
     assert history.answer("a") == {"n": 1}
     assert history.artefact("a", "p") == Artefact("p.nc", "text/plain", b"M2\n")
     history.close()
@@ -272,7 +272,7 @@ def test_two_who_write_at_once_lose_nothing(tmp_path: Path) -> None:
     def write(name: str) -> None:
         for k in range(25):
             history.add(f"{name}{k}", "x", SHORT, float(k))
-            history.finish(f"{name}{k}", State.DONE)
+            history.finish(f"{name}{k}", JobState.DONE)
 
     threads = [threading.Thread(target=write, args=(name,)) for name in "abc"]
     for thread in threads:
@@ -313,7 +313,7 @@ def test_jobs_of_one_file_are_told_apart_by_machine_and_options(studio: Studio) 
 
 
 def test_messages_are_counted_also_when_only_the_last_are_kept() -> None:
-    live = Live("a", Call("optimize", ("a.dxf",), "auto", {}), ("a.dxf",))
+    live = Live("a", ReadyTask("optimize", ("a.dxf",), "auto", {}), ("a.dxf",))
     for number in range(1500):
         live.tell(f"pocket {number}", None, 0.0, None)
     assert (len(live.messages), live.said) == (1000, 1500)

@@ -9,7 +9,7 @@ import pytest
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.studio import library
 from leafcut.studio.folder import BUILT_IN
-from leafcut.studio.history import State
+from leafcut.studio.history import JobState
 from leafcut.studio.preview import look
 from leafcut.studio.studio import Studio
 from leafcut.studio.task import Task
@@ -28,7 +28,7 @@ def test_all_that_is_shipped_can_be_copied_and_used(studio: Studio, kind: str) -
     assert studio.folder.own(kind) == sorted(f"my-{name}" for name in library.shipped(kind))
     option = {"machines": {"machine": "mine:my-haas-vf2"}, "tools": {"tools": "mine:my-example"}}[kind]
     job = studio.jobs.start(Task("optimize", ("example:plate-10",), options={**option, "preset": "fast"}))
-    assert studio.jobs.wait(job) is State.DONE
+    assert studio.jobs.wait(job) is JobState.DONE
     library.delete(studio.folder, kind, f"my-{library.shipped(kind)[0]}")
     assert f"my-{library.shipped(kind)[0]}" not in studio.folder.own(kind)
 

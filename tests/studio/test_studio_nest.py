@@ -16,7 +16,7 @@ from starlette.testclient import TestClient
 import leafcut
 from leafcut import cli
 from leafcut.errors import OptionError
-from leafcut.studio.history import State
+from leafcut.studio.history import JobState
 from leafcut.studio.nest_request import WantedPart, list_text, listed_parts, wanted_parts
 from leafcut.studio.sheets import comparison, nest_of, plan_cuts
 from leafcut.studio.studio import Studio, open_studio
@@ -33,7 +33,7 @@ def nested(studio: Studio, rotations: str = "", **options: Any) -> tuple[str, Ta
     job = studio.jobs.start(task)
     state, record = studio.jobs.wait(job, 60), studio.jobs.record(job)
     assert record is not None
-    assert state is State.DONE, record.line
+    assert state is JobState.DONE, record.line
     return job, task
 
 
@@ -70,7 +70,7 @@ def test_the_cuts_of_all_nests_are_planned_compared_and_written_as_the_command_l
     job, _ = nested(studio)
     assert [row["state"] for row in comparison(studio.jobs, job)] == ["none"] * len(comparison(studio.jobs, job))
     for begun in plan_cuts(studio.jobs, job, {"thickness": "6", "preset": "fast"}):
-        assert studio.jobs.wait(begun, 90) is State.DONE, studio.jobs.record(begun)
+        assert studio.jobs.wait(begun, 90) is JobState.DONE, studio.jobs.record(begun)
     rows = comparison(studio.jobs, job)
     answer = studio.history.answer(job)
     assert answer is not None

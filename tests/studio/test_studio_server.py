@@ -20,7 +20,7 @@ from websockets.sync.client import connect
 from leafcut.errors import OptionError
 from leafcut.files import OutputError
 from leafcut.studio.app import StudioError, _listen, parse_port, serve
-from leafcut.studio.history import State
+from leafcut.studio.history import JobState
 from leafcut.studio.lock import held
 from leafcut.studio.studio import open_studio
 from leafcut.studio.task import Task
@@ -212,7 +212,7 @@ def test_a_second_studio_on_the_same_folder_is_refused_in_one_line_and_the_first
         ):
             serve(port=None, open_page=False, root=root)
         waiting = first.history.get("j")
-        assert waiting is not None and waiting.state is State.WAITING
+        assert waiting is not None and waiting.state is JobState.WAITING
         first.history.close()
     with held(root, "http://127.0.0.1:99"):  # let go of when the first one ended
         assert (root / "lock").read_text() == "http://127.0.0.1:99"

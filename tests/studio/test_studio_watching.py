@@ -13,7 +13,7 @@ from waiting import until
 from leafcut import api
 from leafcut.model.snapshot import Snapshot
 from leafcut.studio import search_watch as watching
-from leafcut.studio.history import State
+from leafcut.studio.history import JobState
 from leafcut.studio.search_watch import Watch
 from leafcut.studio.studio import Studio
 from leafcut.studio.task import Task
@@ -155,7 +155,7 @@ def test_a_job_studied_step_by_step_gives_what_the_command_line_gives(studio: St
     assert seen.pheromone is not None
     assert not live.state.over
     live.watch.pause(False)
-    assert studio.jobs.wait(job, 60) is State.DONE
+    assert studio.jobs.wait(job, 60) is JobState.DONE
     answer = studio.history.answer(job)
     assert answer is not None
     assert answer["length"] == api.solve_file("random:40:1", **MMAS).solution.cost
@@ -169,4 +169,4 @@ def test_a_held_job_can_be_stopped_and_cancelled(studio: Studio, end: str) -> No
     assert live is not None
     until(lambda: live.watch.look()[1] is not None)
     getattr(studio.jobs, end)(job)
-    assert studio.jobs.wait(job, 60) is (State.STOPPED if end == "stop" else State.CANCELLED)
+    assert studio.jobs.wait(job, 60) is (JobState.STOPPED if end == "stop" else JobState.CANCELLED)

@@ -38,7 +38,7 @@ def _pattern(number: str) -> re.Pattern[str]:
 _LOOKS = 0xFFF
 
 
-class QuickWay:
+class FastPath:
     """Runs plain lines of one program."""
 
     def __init__(self, lines: Sequence[str], state: ForeignState, record: BlockRecord, look: Look = unseen) -> None:

@@ -18,7 +18,7 @@ from leafcut.gcode.blocks import BlockRunner
 from leafcut.gcode.control_flow import Control, Flow, control_of
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.expressions import ProgramParameters, Reading, read_block, spelled_words
-from leafcut.gcode.fast_path import QuickWay
+from leafcut.gcode.fast_path import FastPath
 from leafcut.gcode.foreign_state import ForeignState
 from leafcut.gcode.jumps import Statement, Undecided, has_statements, is_output, statement_of
 from leafcut.gcode.obeyed import obeyed_lines
@@ -83,7 +83,7 @@ def interpret_program(
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
     state = ForeignState(dialect, default_unit=None if units is None else MM_PER_UNIT[units])
-    return _Run(text, state, file, look).program()
+    return _ProgramPass(text, state, file, look).program()
 
 
 def lines_of(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
@@ -126,7 +126,7 @@ def _readable(line: str) -> bool | None:
         return None
 
 
-class _Run:
+class _ProgramPass:
     """One program on its way through."""
 
     def __init__(self, text: str, state: ForeignState, file: str, look: Look) -> None:
@@ -149,7 +149,7 @@ class _Run:
         self.restored: list[int] = []
 
     def program(self) -> Program:
-        quick, flow, n = QuickWay(self.lines, self.state, self.record, self.look), self.flow, len(self.lines)
+        quick, flow, n = FastPath(self.lines, self.state, self.record, self.look), self.flow, len(self.lines)
         at = self._title
         while at < n and not self.ended:
             self.look()

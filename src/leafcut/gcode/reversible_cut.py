@@ -54,10 +54,10 @@ class ReversibleCut:
 
 def find_stroke(program: Program, begin: int, end: int) -> ReversibleCut | None:
     """Return the stroke that blocks begin … end - 1 are, or None where they are not all plain, or not on one level."""
-    return _Reader(program, begin, end).stroke()
+    return _CutReader(program, begin, end).stroke()
 
 
-class _Reader:
+class _CutReader:
     def __init__(self, program: Program, begin: int, end: int) -> None:
         self.program, self.begin, self.end = program, begin, end
         self.path = program.path

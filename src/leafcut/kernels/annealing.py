@@ -10,11 +10,11 @@ import math
 from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
-from leafcut.kernels.insertion import Walk, close_path, put_back, take_piece
-from leafcut.kernels.layers import Layers, choose_between, ring_length
+from leafcut.kernels.insertion import AntPath, close_path, put_back, take_piece
+from leafcut.kernels.layers import Clusters, choose_between, ring_length
 from leafcut.kernels.random import below, uniform
 
-#: Entries of `Walk.costs`.
+#: Entries of `AntPath.costs`.
 PATH, BEST = 0, 1
 
 #: How many clusters are forgotten at most, and how many of them stand in a row.
@@ -28,7 +28,7 @@ REACH = 2
 
 
 @part
-def forget(layers: Layers, walk: Walk, words: NDArray, k: int) -> int:
+def forget(layers: Clusters, walk: AntPath, words: NDArray, k: int) -> int:
     """Take some clusters out that are near each other, in pieces of the path; return how many.
 
     Changes: place, out, words[k].
@@ -47,7 +47,7 @@ def forget(layers: Layers, walk: Walk, words: NDArray, k: int) -> int:
 
 
 @part
-def find_places(layers: Layers, walk: Walk, have: int, out: int, words: NDArray, k: int) -> None:
+def find_places(layers: Clusters, walk: AntPath, have: int, out: int, words: NDArray, k: int) -> None:
     """Put the clusters that are out back, in an order drawn at random. Changes: trial, place, dirty, out, words[k]."""
     for i in range(out - 1, 0, -1):
         j = below(words, k, i + 1)
@@ -57,7 +57,7 @@ def find_places(layers: Layers, walk: Walk, have: int, out: int, words: NDArray,
 
 
 @part
-def spread_dirty(walk: Walk) -> None:
+def spread_dirty(walk: AntPath) -> None:
     """Mark the places beside those that are marked, `REACH` times. Changes: dirty."""
     m, dirty = len(walk.trial), walk.dirty
     for _ in range(REACH):
@@ -71,7 +71,7 @@ def spread_dirty(walk: Walk) -> None:
 
 
 @part
-def choose_dirty(layers: Layers, walk: Walk, words: NDArray, k: int) -> None:
+def choose_dirty(layers: Clusters, walk: AntPath, words: NDArray, k: int) -> None:
     """Choose the nodes at all marked places again; where all are marked, one drawn at random stays.
 
     Changes: trial, dirty, sums, links, words[k].
@@ -103,7 +103,7 @@ def copy_path(path: NDArray, to: NDArray) -> None:
 
 
 @part
-def begin_trial(layers: Layers, walk: Walk) -> None:
+def begin_trial(layers: Clusters, walk: AntPath) -> None:
     """Begin a trial with the path as it is. Changes: trial, place, dirty."""
     for at in range(len(walk.path)):
         walk.trial[at] = walk.path[at]
@@ -113,7 +113,7 @@ def begin_trial(layers: Layers, walk: Walk) -> None:
 
 @kernel
 def anneal(
-    layers: Layers, walk: Walk, words: NDArray, k: int, heat: float, cooling: float, steps: int, least: float
+    layers: Clusters, walk: AntPath, words: NDArray, k: int, heat: float, cooling: float, steps: int, least: float
 ) -> float:
     """Forget and find again `steps` times; a path longer by x is kept with the probability exp(-x / heat).
 

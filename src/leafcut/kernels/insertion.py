@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels import part
-from leafcut.kernels.layers import Layers
+from leafcut.kernels.layers import Clusters
 from leafcut.kernels.random import below, uniform
 
 
-class Walk(NamedTuple):
+class AntPath(NamedTuple):
     """The path of one ant, the one it tries, and the best it has had; one object per ant.
 
     ======= ============== ===========================================================================
@@ -47,7 +47,7 @@ class Walk(NamedTuple):
 
 
 @part
-def take_piece(layers: Layers, walk: Walk, c: int, length: int, have: int, words: NDArray, k: int) -> int:
+def take_piece(layers: Clusters, walk: AntPath, c: int, length: int, have: int, words: NDArray, k: int) -> int:
     """Take a piece of the path out that has cluster c in it; return how many are out then.
 
     Changes: place (only marked, the path is closed by `close_path`), out, words[k].
@@ -65,7 +65,7 @@ def take_piece(layers: Layers, walk: Walk, c: int, length: int, have: int, words
 
 
 @part
-def close_path(layers: Layers, walk: Walk) -> int:
+def close_path(layers: Clusters, walk: AntPath) -> int:
     """Close the gaps of the clusters that were taken out; return how many places are left.
 
     Changes: trial, place, dirty.
@@ -90,7 +90,9 @@ def close_path(layers: Layers, walk: Walk) -> int:
 
 
 @part
-def find_gap(layers: Layers, walk: Walk, c: int, have: int, blink: float, words: NDArray, k: int) -> tuple[int, int]:
+def find_gap(
+    layers: Clusters, walk: AntPath, c: int, have: int, blink: float, words: NDArray, k: int
+) -> tuple[int, int]:
     """Return the place among `have` where cluster c is put in most cheaply, and the node of it.
 
     Of the gaps that precedence leaves, each is overlooked with the chance `blink`. Changes: words[k].
@@ -118,7 +120,7 @@ def find_gap(layers: Layers, walk: Walk, c: int, have: int, blink: float, words:
 
 
 @part
-def put_back(layers: Layers, walk: Walk, c: int, have: int, blink: float, words: NDArray, k: int) -> None:
+def put_back(layers: Clusters, walk: AntPath, c: int, have: int, blink: float, words: NDArray, k: int) -> None:
     """Put cluster c into the path of `have` places where that is cheapest. Changes: trial, place, dirty, words[k]."""
     trial, place, dirty = walk.trial, walk.place, walk.dirty
     spot, node = find_gap(layers, walk, c, have, blink, words, k)

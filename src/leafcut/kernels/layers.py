@@ -18,7 +18,7 @@ from leafcut.kernels import kernel, part
 from leafcut.kernels.cost import CostModel, travel
 
 
-class Layers(NamedTuple):
+class Clusters(NamedTuple):
     """Clusters of nodes and what precedes what; nothing of it changes while paths are sought.
 
     The nodes of a cluster have consecutive numbers. What working a node costs is in the ways to it.
@@ -74,7 +74,7 @@ def fill_table(
 
 
 @part
-def ring_length(layers: Layers, path: NDArray) -> float:
+def ring_length(layers: Clusters, path: NDArray) -> float:
     """Return the length of a path int32[m], taken as a ring."""
     total = 0.0
     for at in range(len(path)):
@@ -83,7 +83,7 @@ def ring_length(layers: Layers, path: NDArray) -> float:
 
 
 @part
-def choose_between(layers: Layers, path: NDArray, first: int, last: int, sums: NDArray, links: NDArray) -> None:
+def choose_between(layers: Clusters, path: NDArray, first: int, last: int, sums: NDArray, links: NDArray) -> None:
     """Choose the nodes of the clusters at the places first … last again, so that the way through them is shortest.
 
     The nodes before and behind stay; places may go beyond the end of the array, where the ring begins again. By

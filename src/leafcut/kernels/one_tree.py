@@ -20,7 +20,7 @@ from leafcut.kernels import kernel, part
 #: Children of a place in the heap: four share a line of the cache, and it is half as high as with two.
 WAYS = 4
 
-#: In `Work.place`: the node is not in the heap yet, or in the tree already.
+#: In `TreeScratch.place`: the node is not in the heap yet, or in the tree already.
 OUTSIDE, DONE = -1, -2
 
 #: The least width of a set, as a part of the distance to the next node outside over the number of nodes inside: sets on
@@ -58,7 +58,7 @@ class Sets(NamedTuple):
     width: NDArray
 
 
-class Work(NamedTuple):
+class TreeScratch(NamedTuple):
     """The tree in the making, and scratch.
 
     ====== =========== =================================================================================
@@ -111,7 +111,7 @@ def _sink(heap: NDArray, place: NDArray, key: NDArray, size: int, node: int) -> 
 
 
 @part
-def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: Work) -> float:
+def sparse_tree(graph: Graph, penalty: NDArray, root: int, work: TreeScratch) -> float:
     """Find the smallest spanning tree of a connected graph under penalties, and return its penalised cost.
 
     Nodes without edges stay out. Changes: work.parent, key, heap, place.
@@ -165,7 +165,7 @@ def two_spokes(spokes: NDArray, penalty: NDArray, hub: int, tied: int) -> tuple[
 
 
 @part
-def close_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray, work: Work) -> float:
+def close_tree(spokes: NDArray, hub: int, tied: int, root: int, penalty: NDArray, work: TreeScratch) -> float:
     """Make a 1-tree of the spanning tree in `work`, count its degrees, and return what is to be added to its cost.
 
     That is the cost of two edges of the hub, less what the penalties add to every tour. The penalty of the hub is 0.
@@ -254,7 +254,7 @@ def climb(
     penalty: NDArray,
     best: NDArray,
     best_value: float,
-    work: Work,
+    work: TreeScratch,
 ) -> float:
     """Take the steps first … last - 1 of `steps` from `penalty`, keep the best penalties met, and return their value.
 

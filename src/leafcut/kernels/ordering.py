@@ -1,6 +1,6 @@
 """Orders of clusters: what an ant lays along trails, the inversions of fireflies, and the choice of nodes.
 
-An order is an array of clusters; precedence is always kept. `Layers` has what there is to know of the clusters.
+An order is an array of clusters; precedence is always kept. `Clusters` has what there is to know of the clusters.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import math
 from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
-from leafcut.kernels.layers import Layers, choose_between, ring_length
+from leafcut.kernels.layers import Clusters, choose_between, ring_length
 from leafcut.kernels.pheromone import wear
 from leafcut.kernels.random import below, uniform
 
@@ -51,7 +51,7 @@ def draw_next(weights: NDArray, missing: NDArray, last: int, greedy_probability:
 
 @kernel
 def lay_order(
-    layers: Layers,
+    layers: Clusters,
     pheromone: NDArray,
     nearness: NDArray,
     weights: NDArray,
@@ -90,7 +90,7 @@ def lay_order(
 
 
 @kernel
-def choose_all(layers: Layers, order: NDArray, path: NDArray, trial: NDArray, sums: NDArray, links: NDArray) -> float:
+def choose_all(layers: Clusters, order: NDArray, path: NDArray, trial: NDArray, sums: NDArray, links: NDArray) -> float:
     """Choose the best node of every cluster of an order int32[m]; return the length of the ring.
 
     Exact: the ring is cut at its smallest cluster, and every node of that is tried.
@@ -118,7 +118,7 @@ def choose_all(layers: Layers, order: NDArray, path: NDArray, trial: NDArray, su
 
 
 @part
-def may_invert(layers: Layers, order: NDArray, place: NDArray, first: int, last: int) -> bool:
+def may_invert(layers: Clusters, order: NDArray, place: NDArray, first: int, last: int) -> bool:
     """Return whether precedence lets the places first … last of an order be inverted: no pair of it is in there."""
     for at in range(first, last):
         c = order[at]
@@ -130,7 +130,7 @@ def may_invert(layers: Layers, order: NDArray, place: NDArray, first: int, last:
 
 @kernel
 def invert_runs(
-    layers: Layers, order: NDArray, place: NDArray, runs: int, longest: int, words: NDArray, k: int
+    layers: Clusters, order: NDArray, place: NDArray, runs: int, longest: int, words: NDArray, k: int
 ) -> None:
     """Invert `runs` runs of 2 … `longest` clusters near each other at a random place, as far as precedence lets.
 

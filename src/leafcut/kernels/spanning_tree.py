@@ -51,7 +51,7 @@ def dense_tree(
         left[low], key[low], near[low] = left[size], key[size], near[size]
 
 
-class Parts(NamedTuple):
+class ForestParts(NamedTuple):
     """The parts of a forest that grow together to a tree, round by round.
 
     ======= =========== ===============================================================================
@@ -83,7 +83,7 @@ class Parts(NamedTuple):
 
 
 @kernel
-def leave_by_graph(graph: Graph, penalty: NDArray, parts: Parts) -> None:
+def leave_by_graph(graph: Graph, penalty: NDArray, parts: ForestParts) -> None:
     """Find the cheapest edge of the graph that leaves each part. Changes: parts.best, leave, arrive."""
     part, best, near = parts.part, parts.best, graph.near
     for i in range(len(part)):
@@ -99,7 +99,7 @@ def leave_by_graph(graph: Graph, penalty: NDArray, parts: Parts) -> None:
 
 
 @kernel
-def leave_by_tree(cost: CostModel, tree: Tree, penalty: NDArray, apart: int, most: int, parts: Parts) -> int:
+def leave_by_tree(cost: CostModel, tree: Tree, penalty: NDArray, apart: int, most: int, parts: ForestParts) -> int:
     """Find the cheapest edge that leaves each part; return how much was looked at, or -1 if that was more than `most`.
 
     Every metric of places grows with |dx| and with |dy|, also after rounding, and a lift only adds to it: no edge into
@@ -160,7 +160,7 @@ def _name(up: NDArray, i: int) -> int:
 
 
 @kernel
-def join_parts(apart: int, parts: Parts, a: NDArray, b: NDArray, have: int) -> int:
+def join_parts(apart: int, parts: ForestParts, a: NDArray, b: NDArray, have: int) -> int:
     """Join the parts along the edges that leave them; return how many edges there are now.
 
     Edges that cost the same do no harm: of two that would close a ring the second is left out, and what is left out

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class Clock:
+class RunClock:
     """The time of a run by the clock since it `began`, s, without what compiling took."""
 
     began: float = field(default_factory=time.perf_counter)
@@ -46,7 +46,7 @@ class Run:
     progress: Progress | None = None
     cancelled: threading.Event = field(default_factory=threading.Event)
     observe: Observer | None = None
-    clock: Clock = field(default_factory=Clock)
+    clock: RunClock = field(default_factory=RunClock)
 
     def left(self) -> float:
         """Return what is left of the time limit for the whole run, s, below 0 when it is over; infinite without one."""

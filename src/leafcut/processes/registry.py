@@ -21,7 +21,7 @@ PLUGIN_GROUP = "leafcut.processes"
 #: In the order in which they are offered: name → module and class.
 BUILT_IN = {
     "drill": "leafcut.processes.drilling.process:Drilling",
-    "cut": "leafcut.processes.sheet.process:Sheet",
+    "cut": "leafcut.processes.sheet.process:SheetCutting",
     "nest": "leafcut.processes.nesting.process:Nesting",
     "pocket": "leafcut.processes.pocket.process:Pocketing",
     "program": "leafcut.processes.program.process:ForeignProgram",

@@ -99,7 +99,7 @@ def _shape_of(entity: Any) -> DxfStroke | None:
     return stroke_of(entity) or text_of(entity)
 
 
-class _Made(NamedTuple):
+class _StrokePath(NamedTuple):
     """A stroke as a path, mm, and whether it rises out of the plane of the sheet."""
 
     path: Polyline
@@ -123,7 +123,7 @@ class Strokes:
     _segments: int = 0
     #: Strokes of blocks as if inserted at the origin, by how the block is turned, or why there are none; copies of them
     #: are only moved.
-    _made: dict[tuple[int, Any], _Made | Exception] = field(default_factory=dict)
+    _made: dict[tuple[int, Any], _StrokePath | Exception] = field(default_factory=dict)
 
     def add(self, stroke: DxfStroke, matrix: Matrix, layer: str) -> None:
         """Take one stroke at its place; of a text all of its strokes."""
@@ -155,7 +155,7 @@ class Strokes:
         placed = _rounded(path, self.factor)
         self.found.append(Contour(placed, stroke.kind, layer, stroke.handle, z=z, name=stroke.name))
 
-    def _of_block(self, stroke: DxfStroke, turn: Any) -> _Made:
+    def _of_block(self, stroke: DxfStroke, turn: Any) -> _StrokePath:
         """Return a stroke of a block that is inserted at the origin."""
         made = self._made.get((id(stroke), turn))
         if made is None:
@@ -168,10 +168,10 @@ class Strokes:
             raise made
         return made
 
-    def _make(self, stroke: DxfStroke, matrix: Matrix) -> _Made:
+    def _make(self, stroke: DxfStroke, matrix: Matrix) -> _StrokePath:
         with np.errstate(all="ignore"):
             path = placed_stroke(stroke, matrix, self.factor, CURVE_TOLERANCE, self.points)
-            return _Made(path, slopes(stroke, matrix), height_of(stroke, matrix) * self.factor)
+            return _StrokePath(path, slopes(stroke, matrix), height_of(stroke, matrix) * self.factor)
 
     def _skip(self, stroke: DxfStroke, reason: str) -> None:
         self.absurd.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")

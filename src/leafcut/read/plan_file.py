@@ -80,7 +80,7 @@ def load_plan(path: Path) -> PlanFile:
     """
     place = str(path)
     data = load_json(path)
-    reader = _Reader(place)
+    reader = _PlanReader(place)
     reader.table(data, "the file", ("contours", "cuts"))
     if data.get("leafcut_plan") != VERSION:
         raise ReadError(place, f"is no plan file of this version of leafcut: 'leafcut_plan' must be {VERSION}")
@@ -97,7 +97,7 @@ def load_plan(path: Path) -> PlanFile:
     )
 
 
-class _Reader:
+class _PlanReader:
     """Checks what a file of a person holds, and says where it is wrong."""
 
     def __init__(self, place: str) -> None:

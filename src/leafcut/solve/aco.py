@@ -60,7 +60,7 @@ BRANCHING_SHARE = 0.05
 
 
 @dataclass(frozen=True)
-class Parameters:
+class ColonyParameters:
     """The options with every "as recommended" filled in for one instance."""
 
     algorithm: str
@@ -76,7 +76,7 @@ class Parameters:
     local_search: bool
 
     @classmethod
-    def of(cls, algorithm: str, options: AcoOptions, n: int, local_search: bool) -> Parameters:
+    def of(cls, algorithm: str, options: AcoOptions, n: int, local_search: bool) -> ColonyParameters:
         """Return the parameters of `algorithm` for n nodes."""
         known = RECOMMENDED[algorithm]
         ants = options.n_ants or (known.ants_local if local_search else known.ants) or min(n, MOST_ANTS)
@@ -99,7 +99,9 @@ class Parameters:
 class Trails:
     """Pheromone on the candidate edges, and how the five algorithms change it."""
 
-    def __init__(self, lists: NDArray[np.int32], parameters: Parameters, c_nn: float, one_way: bool = False) -> None:
+    def __init__(
+        self, lists: NDArray[np.int32], parameters: ColonyParameters, c_nn: float, one_way: bool = False
+    ) -> None:
         """Lay equal trails on `lists` int32[n, k]; `c_nn` is the cost of the nearest-neighbour tour.
 
         `one_way`: an edge costs otherwise when it is gone along from its other end, and has a trail for each way.
@@ -182,17 +184,17 @@ class Trails:
         return bool(factor <= 2.0 * CONVERGED_BRANCHING)
 
 
-class Colony(Trails):
+class ColonyTrails(Trails):
     """The trails of a colony on an instance."""
 
-    def __init__(self, instance: Instance, parameters: Parameters, c_nn: float) -> None:
+    def __init__(self, instance: Instance, parameters: ColonyParameters, c_nn: float) -> None:
         super().__init__(instance.candidates, parameters, c_nn)
         self.instance = instance
         trails.fill_nearness(instance.cost, instance.candidates, parameters.beta, self.offset, self.nearness)
         self.weigh()
 
 
-def _initial_pheromone(p: Parameters, n: int, c_nn: float) -> float:
+def _initial_pheromone(p: ColonyParameters, n: int, c_nn: float) -> float:
     """Return τ0 (the book's box 3.1)."""
     if p.algorithm == "as":
         return float(p.ants / c_nn)
@@ -205,7 +207,7 @@ def _initial_pheromone(p: Parameters, n: int, c_nn: float) -> float:
     return 1.0 / (n * c_nn)
 
 
-def _lowest_share(p: Parameters, n: int, k: int) -> float:
+def _lowest_share(p: ColonyParameters, n: int, k: int) -> float:
     """Return τ_min / τ_max: 1/2n with local search (ACOTSP), else by p_best (the book, section 3.3.4, equation 3.9)."""
     if p.local_search:
         return float(1.0 / (2.0 * n))
@@ -233,7 +235,7 @@ class Ants:
     threads.
     """
 
-    def __init__(self, colony: Colony, seed: int, stop: Stop, executor: Executor | None, workers: int) -> None:
+    def __init__(self, colony: ColonyTrails, seed: int, stop: Stop, executor: Executor | None, workers: int) -> None:
         self.colony, self.seed, self.stop = colony, seed, stop
         self.executor, self.workers = executor, workers
         self.log = WorkerLog.of(workers)

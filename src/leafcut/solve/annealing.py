@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels.annealing import BEST, anneal
-from leafcut.kernels.insertion import Walk
-from leafcut.kernels.layers import Layers, fill_table
+from leafcut.kernels.insertion import AntPath
+from leafcut.kernels.layers import Clusters, fill_table
 from leafcut.solve.directed import FEW_CLUSTERS, FEW_NODES, DirectedInstance
 from leafcut.solve.precedence import followers, rows
 
@@ -36,7 +36,7 @@ def is_small(instance: DirectedInstance) -> bool:
     return instance.n <= FEW_CLUSTERS and len(instance.rules.way) <= FEW_NODES
 
 
-def layers_of(instance: DirectedInstance) -> Layers:
+def layers_of(instance: DirectedInstance) -> Clusters:
     """Return the clusters and the costs of all ways between their nodes; the anchor is the last cluster and node."""
     rules, n = instance.rules, instance.n
     begin, enter = rules.way_begin.copy(), rules.way
@@ -49,7 +49,7 @@ def layers_of(instance: DirectedInstance) -> Layers:
     fill_table(instance.cost, leave, enter, rules.service[enter], owner, table, least)
     pairs = np.argwhere(followers(instance.pairs, n)).astype(np.int32)
     near = np.argsort(np.minimum(least, least.T), axis=1, kind="stable")[:, : min(n - 1, NEAR)]
-    return Layers(
+    return Clusters(
         begin, owner, table, np.ascontiguousarray(table.T), least, np.ascontiguousarray(least.T),
         np.ascontiguousarray(near, dtype=np.int32), *rows(pairs, n), *rows(pairs[:, ::-1], n),
         np.array([instance.anchored], dtype=np.int64),
@@ -59,13 +59,13 @@ def layers_of(instance: DirectedInstance) -> Layers:
 class Forgetting:
     """The walk of the ant: from a path to the best one of a whole cooling down."""
 
-    def __init__(self, instance: DirectedInstance, words: NDArray[np.uint64], layers: Layers | None = None) -> None:
+    def __init__(self, instance: DirectedInstance, words: NDArray[np.uint64], layers: Clusters | None = None) -> None:
         """Begin with a random word uint64[1]; `layers` are those of the instance, where they are there already."""
         self.instance, self.words, self.layers = instance, words, layers or layers_of(instance)
         self.turn = 0
         m, widest = instance.n, int(np.diff(self.layers.begin).max())
         path, trial, best, place, out = (np.zeros(m, dtype=np.int32) for _ in range(5))
-        self.walk = Walk(
+        self.walk = AntPath(
             path, trial, best, place, out, np.zeros(m, dtype=np.uint8), np.zeros(2), np.zeros((2, widest)),
             np.zeros((m, widest), dtype=np.int32),
         )  # fmt: skip

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import cost as codes
 from leafcut.kernels.cost import CostModel, tour_cost
-from leafcut.kernels.one_tree import SLACK, Graph, Sets, Work, climb, join_sets
+from leafcut.kernels.one_tree import SLACK, Graph, Sets, TreeScratch, climb, join_sets
 from leafcut.solve import spanning_tree
 from leafcut.solve.instance import Instance
 from leafcut.solve.spanning_tree import (
@@ -228,7 +228,7 @@ class _Ascent:
         self.step = 0
         self.penalty = np.zeros(n)
         parent, heap, place = (np.zeros(n, dtype=np.int32) for _ in range(3))
-        self.work = Work(parent, np.zeros(n), heap, place, np.zeros(2 * n))
+        self.work = TreeScratch(parent, np.zeros(n), heap, place, np.zeros(2 * n))
 
     def climb(self, graph: Graph, goal: int) -> Numbers:
         """Go on until `goal` steps are taken in all, and return the best penalties met since the last call."""

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from leafcut.kernels.layers import Layers
+from leafcut.kernels.layers import Clusters
 from leafcut.kernels.route import Route
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import WorkerFigures
@@ -65,7 +65,7 @@ def _search_together(instance: DirectedInstance, seed: int, best: Best, kicks: f
     """
     layers = layers_of(instance) if is_small(instance) else None
     searches = [
-        sequential.Search(instance, seed, best, number, layers, alone=threads == 1) for number in range(threads)
+        sequential.PathSearch(instance, seed, best, number, layers, alone=threads == 1) for number in range(threads)
     ]
 
     def figures() -> tuple[WorkerFigures, ...]:
@@ -94,7 +94,7 @@ def _search_together(instance: DirectedInstance, seed: int, best: Best, kicks: f
 
 
 def _send_ants(
-    instance: DirectedInstance, layers: Layers, greedy: Route, seed: int, best: Best, generations: int = GENERATIONS
+    instance: DirectedInstance, layers: Clusters, greedy: Route, seed: int, best: Best, generations: int = GENERATIONS
 ) -> None:
     """Offer the greedy path, and the best that a few generations of ants find, each of whose tours is improved."""
     stop = best.stop
@@ -131,7 +131,7 @@ def warm_up_in_order(problem: RoutingProblem, algorithm: str = "colony") -> None
         greedy = sequential.greedy_path(instance)
         if problem.n_clusters < FEW_CLUSTERS and problem.n_nodes <= FEW_NODES:
             _send_ants(instance, layers_of(instance), greedy, 1, best, generations=1)
-        sequential.Search(instance, 1, best).run(math.inf, greedy, phase=1)
+        sequential.PathSearch(instance, 1, best).run(math.inf, greedy, phase=1)
     else:
         once = SolveOptions(algorithm=algorithm, iterations=2)
         run_in_order(instance, once, AcoOptions(n_ants=1), FireflyOptions(n_fireflies=2), best)

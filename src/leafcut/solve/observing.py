@@ -31,7 +31,7 @@ Points = NDArray[np.float64]
 
 
 @dataclass
-class Places:
+class ClusterPlaces:
     """Where the clusters of a problem lie."""
 
     problem: RoutingProblem
@@ -61,7 +61,7 @@ class Places:
 
 def watched_instance(observer: Observer | None, instance: Instance) -> Watched | None:
     """Return how a search for tours of an instance is shown."""
-    places = Places(instance.problem)
+    places = ClusterPlaces(instance.problem)
     return None if observer is None else Watched(observer, lambda tour: places.along_clusters(instance.path(tour)))
 
 

@@ -16,20 +16,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kernels.layers import Layers
+from leafcut.kernels.layers import Clusters
 from leafcut.kernels.ordering import choose_all, invert_runs, lay_order, steps_apart
 from leafcut.kernels.route import Route, begin_bias
 from leafcut.kernels.sequential import improve_route
 from leafcut.model.snapshot import Pheromone
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
-from leafcut.solve.aco import Parameters, Trails
+from leafcut.solve.aco import ColonyParameters, Trails
 from leafcut.solve.annealing import layers_of
 from leafcut.solve.construction import random_words
 from leafcut.solve.directed import DirectedInstance
 from leafcut.solve.firefly import Flight, learn_nothing, share_done
 from leafcut.solve.instance import cluster_places
 from leafcut.solve.loop import Propose, Reinforce, search
-from leafcut.solve.observing import Places, brightness_of, on_lists
+from leafcut.solve.observing import ClusterPlaces, brightness_of, on_lists
 from leafcut.solve.sequential import BREADTH, LEAST, LOOKS, greedy_path, route_of
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
@@ -42,7 +42,7 @@ class Ordering:
     """What all searches for an order need: the clusters, the exact choice of nodes, and the local search."""
 
     def __init__(
-        self, instance: DirectedInstance, local_search: bool, stop: Stop, layers: Layers | None = None,
+        self, instance: DirectedInstance, local_search: bool, stop: Stop, layers: Clusters | None = None,
         greedy: Route | None = None,
     ) -> None:  # fmt: skip
         """Begin; `layers` and the `greedy` path are those of the instance, where they are there already."""
@@ -93,7 +93,7 @@ class Ordering:
 class OrderTrails(Trails):
     """Pheromone between all pairs of clusters; on both directions of a step where they cost the same."""
 
-    def __init__(self, ordering: Ordering, parameters: Parameters, c_nn: float) -> None:
+    def __init__(self, ordering: Ordering, parameters: ColonyParameters, c_nn: float) -> None:
         m = ordering.instance.n
         lists = np.tile(np.arange(m, dtype=np.int32), (m, 1))
         super().__init__(lists, parameters, c_nn, ordering.instance.twisted or len(ordering.instance.pairs) > 0)
@@ -127,7 +127,7 @@ class OrderAnts:
         return self.orders, lengths
 
 
-class Fireflies:
+class OrderFireflies:
     """A swarm of orders: every one flies towards the most attractive of the shorter ones, the shortest at random."""
 
     def __init__(self, ordering: Ordering, flight: Flight, seed: int, first: Ints) -> None:
@@ -196,13 +196,13 @@ class Swarm:
         self.reinforce: Reinforce = learn_nothing
         if options.algorithm == "firefly":
             flight = Flight.of(firefly, limited=options.time_limit is not None)
-            swarm = Fireflies(ordering, flight, options.seed, first)
+            swarm = OrderFireflies(ordering, flight, options.seed, first)
             self._show(brightness=lambda: brightness_of(swarm.lengths))
             self.propose: Propose = swarm.propose
             self.size, self.patience = flight.fireflies, flight.patience
             self.visits = m * flight.fireflies * max(1.0, flight.attractiveness)
             return
-        parameters = Parameters.of(options.algorithm, aco, m, options.local_search)
+        parameters = ColonyParameters.of(options.algorithm, aco, m, options.local_search)
         trails = OrderTrails(ordering, parameters, max(length, 1e-9))
         self._show(pheromone=lambda: self._pheromone(trails))
         self.propose, self.reinforce = OrderAnts(ordering, trails, options.seed).propose, trails.reinforce
@@ -210,7 +210,7 @@ class Swarm:
 
     def _show(self, **what: Any) -> None:
         """Let those who watch see the best path, and what else there is to see by its name in `Watched`."""
-        watched, places = self.best.watched, Places(self.ordering.instance.problem)
+        watched, places = self.best.watched, ClusterPlaces(self.ordering.instance.problem)
         if watched is None:
             return
         watched.path = lambda order: places.along_nodes(self.nodes(order))

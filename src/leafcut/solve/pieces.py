@@ -43,7 +43,7 @@ _KICKING, _CUTTING = 3, 4
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class TourPiece:
     """What one worker does in a round: a piece of a tour int32[m], a random word uint64[1], how often to kick it."""
 
     nodes: NDArray[np.int32]
@@ -94,7 +94,7 @@ def instance_of(instance: Instance, nodes: NDArray[np.int32]) -> tuple[Instance,
     return replace(instance, cost=own, candidates=candidates, lengths=lengths, first=-1, second=-1), tour, label
 
 
-def kick_piece(instance: Instance, piece: Piece, stop: Stop | None = None) -> Share:
+def kick_piece(instance: Instance, piece: TourPiece, stop: Stop | None = None) -> Share:
     """Return the piece int32[1, m] after its kicks, its first and its last node where they were, and no costs."""
     own, start, label = instance_of(instance, piece.nodes)
     tour, word = work_tour(start, queued=False, log=2 * own.n + 1000), piece.word.copy()
@@ -122,7 +122,7 @@ def kick_pieces(
     while made < most and not workers.stop.reached(iteration, iteration - best.iteration):
         pieces = cut(instance, tour, np.random.default_rng((seed, _CUTTING, iteration)))
         words = random_words(seed, _KICKING, iteration, count=len(pieces))
-        work = [Piece(p, words[k : k + 1], max(1, int(KICKS_PER_NODE * len(p)))) for k, p in enumerate(pieces)]
+        work = [TourPiece(p, words[k : k + 1], max(1, int(KICKS_PER_NODE * len(p)))) for k, p in enumerate(pieces)]
         tour = np.concatenate([nodes[0] for nodes, _ in workers.shares(kick_piece, instance, work)])
         iteration, made = iteration + 1, made + sum(piece.kicks for piece in work)
         best.offer(tour, float(tour_cost(instance.cost, tour)), iteration)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels.directed import lay_route
-from leafcut.kernels.layers import Layers
+from leafcut.kernels.layers import Clusters
 from leafcut.kernels.route import BLOCK, RING, TWISTED, Route, begin_bias
 from leafcut.kernels.sequential import improve_route, kick_route
 from leafcut.solve.annealing import Forgetting, is_small
@@ -112,14 +112,14 @@ def budget(preset: str, clusters: int) -> float:
     return min(max(per_node * clusters, fewest), most)
 
 
-class Search:
+class PathSearch:
     """The search of one path: the one that is worked on, the best one, and how far the search has got.
 
     `iteration` counts runs of up to `kicks_per_iteration` kicks, `kicks` all of them.
     """
 
     def __init__(
-        self, instance: DirectedInstance, seed: int, best: Best, number: int = 0, layers: Layers | None = None,
+        self, instance: DirectedInstance, seed: int, best: Best, number: int = 0, layers: Clusters | None = None,
         alone: bool = True,
     ) -> None:  # fmt: skip
         """Begin; of several searches that share `best` and `layers`, each has a number, and none is `alone`."""

@@ -42,7 +42,7 @@ from leafcut.solve.kicks import (
     shorten_long_edges,
     work_tour,
 )
-from leafcut.solve.observing import Places, brightness_of, on_candidates, watched_instance
+from leafcut.solve.observing import ClusterPlaces, brightness_of, on_candidates, watched_instance
 from leafcut.solve.precedence import broken_pair, checked_pairs, keeps
 from leafcut.solve.running import PRESETS, Found, set_budget, until_interrupted
 from leafcut.solve.statistics import Best, Watched, WorkerLog
@@ -185,7 +185,7 @@ def _in_order(
     from leafcut.solve.in_order import run_in_order
 
     if observe is not None:
-        best.watched = Watched(observe, Places(problem).along_nodes)
+        best.watched = Watched(observe, ClusterPlaces(problem).along_nodes)
         foresee(problem, options, best)
     instance = build_directed(problem, _candidates(options))
     found = run_in_order(instance, options, aco, firefly, best)
@@ -290,13 +290,13 @@ def _fireflies(instance: Instance, options: SolveOptions, firefly: FireflyOption
 
 def _ants(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop, best: Best) -> Found:
     """Run one of the classical five, or the local search that they use."""
-    from leafcut.solve.aco import Ants, Colony, Parameters, first_tour
+    from leafcut.solve.aco import Ants, ColonyParameters, ColonyTrails, first_tour
     from leafcut.solve.loop import search
 
     if options.algorithm == "2opt":
         first_tour(instance, True, stop, best)
         return Found(best.tour)
-    parameters = Parameters.of(options.algorithm, aco, instance.n, options.local_search)
+    parameters = ColonyParameters.of(options.algorithm, aco, instance.n, options.local_search)
     c_nn = first_tour(instance, options.local_search, stop, best)
     if c_nn <= 0.0:
         return Found(best.tour)  # all nodes on one place: nothing to gain, and trails of 1/0
@@ -304,7 +304,7 @@ def _ants(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop
     set_budget(stop, options, visits / (parameters.ants * instance.n), patience)
     threads = min(options.threads or os.cpu_count() or 1, parameters.ants)
     with _pool(threads) as executor:
-        ants = Ants(Colony(instance, parameters, c_nn), options.seed, stop, executor, threads)
+        ants = Ants(ColonyTrails(instance, parameters, c_nn), options.seed, stop, executor, threads)
         if best.watched is not None:
             best.watched.workers = ants.log.figures
             best.watched.pheromone = lambda: on_candidates(instance, ants.colony.lists, ants.colony.pheromone)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from leafcut.kernels import cost as codes
 from leafcut.kernels.cost import CostModel
 from leafcut.kernels.one_tree import Graph
-from leafcut.kernels.spanning_tree import Parts, dense_tree, join_parts, leave_by_graph, leave_by_tree
+from leafcut.kernels.spanning_tree import ForestParts, dense_tree, join_parts, leave_by_graph, leave_by_tree
 from leafcut.solve.instance import Instance, costs_of_edges
 
 #: Most pairs and boxes that are looked at, and the same per node; only lifts that outweigh distances need so many.
@@ -80,7 +80,7 @@ def smallest_tree(instance: Instance, hub: int, penalty: Numbers, graph: Graph, 
     return SpanningTree(edges, edge_lengths(cost, edges))
 
 
-def _parts(instance: Instance, hub: int, penalty: Numbers) -> Parts:
+def _parts(instance: Instance, hub: int, penalty: Numbers) -> ForestParts:
     """Return the nodes, each a part of its own."""
     n, m = instance.n, len(instance.tree.child)
     up, leave, arrive = (np.arange(n, dtype=np.int64) for _ in range(3))
@@ -88,10 +88,10 @@ def _parts(instance: Instance, hub: int, penalty: Numbers) -> Parts:
     low, high = np.zeros(m, dtype=np.int32), np.zeros(m, dtype=np.int32)
     least = _in_boxes(instance, np.minimum, penalty, hub, math.inf)
     stack = np.zeros(STACK, dtype=np.int64)
-    return Parts(up, part, low, high, least, found, np.full(n, -math.inf), np.zeros(n), leave, arrive, stack)
+    return ForestParts(up, part, low, high, least, found, np.full(n, -math.inf), np.zeros(n), leave, arrive, stack)
 
 
-def _survey(instance: Instance, hub: int, parts: Parts) -> None:
+def _survey(instance: Instance, hub: int, parts: ForestParts) -> None:
     """Find which parts have nodes in the boxes of the k-d tree. Changes: parts.low, high."""
     parts.low[:] = _in_boxes(instance, np.minimum, parts.part, hub, instance.n)
     parts.high[:] = _in_boxes(instance, np.maximum, parts.part, hub, -1)

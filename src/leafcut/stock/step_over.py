@@ -28,14 +28,14 @@ _SAME = 1e-5
 _AT_ONCE = 512
 
 
-class Gaps(NamedTuple):
+class PassGaps(NamedTuple):
     """How far neighbouring passes are from each other, mm: `step_over`, and `core` where two fronts meet."""
 
     step_over: float
     core: float
 
 
-def widest_gaps(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> Gaps:
+def widest_gaps(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> PassGaps:
     """Return the largest distances between neighbouring passes, mm; 0 where no pass has a neighbour.
 
     At every place of the way, on either side of it, the largest disc is laid that touches the pass there and holds no
@@ -71,10 +71,10 @@ def widest_gaps(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[
     """
     found = _sides(way, centres, rules, passes)
     if found is None:
-        return Gaps(0.0, 0.0)
+        return PassGaps(0.0, 0.0)
     core, lost = found.discs.widest(found.rows, found.gap, both=False), found.lost
     nearer = found.discs.widest(found.rows, found.nearer, both=True)
-    return Gaps(max(nearer, found.discs.widest(found.rows[lost], found.gap[lost], both=False)), core)
+    return PassGaps(max(nearer, found.discs.widest(found.rows[lost], found.gap[lost], both=False)), core)
 
 
 def wide_places(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bool_] | None = None) -> Floats:

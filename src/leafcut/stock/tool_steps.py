@@ -74,7 +74,7 @@ def way_of(path: PocketPath, rules: PocketRules) -> ToolWay:
         run += lifted
         parts.append(
             _steps(
-                _Line.of(piece.path, steps),
+                _Chords.of(piece.path, steps),
                 steps,
                 None if lifted or last is None else last[1],
                 run,
@@ -91,7 +91,7 @@ def way_of(path: PocketPath, rules: PocketRules) -> ToolWay:
 
 
 @dataclass(frozen=True, eq=False)
-class _Line:
+class _Chords:
     """Chords of a piece, float64[m, 2] each: where they begin, their vectors, and the tangents at both ends."""
 
     begin: Points
@@ -100,7 +100,7 @@ class _Line:
     arrives: Points
 
     @classmethod
-    def of(cls, path: Polyline, longest: float) -> _Line:
+    def of(cls, path: Polyline, longest: float) -> _Chords:
         """Return lines as they are, and arcs in steps."""
         if not path.bulges.any():
             points = path.flattened()
@@ -114,11 +114,11 @@ class _Line:
         return cls(*(np.concatenate([getattr(p, name) for p in parts]) for name in vars(parts[0])))
 
 
-def _straight(s: Segment) -> _Line:
-    return _Line.of(Polyline.of_points([s.start, s.end]), math.inf)
+def _straight(s: Segment) -> _Chords:
+    return _Chords.of(Polyline.of_points([s.start, s.end]), math.inf)
 
 
-def _arc(s: Segment, longest: float) -> _Line:
+def _arc(s: Segment, longest: float) -> _Chords:
     turn = 4.0 * math.atan(s.bulge)
     count = max(math.ceil(abs(turn) * s.radius / longest), math.ceil(abs(turn) / BEND), 1)
     angle = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0]) + turn * np.linspace(0.0, 1.0, count + 1)
@@ -126,10 +126,10 @@ def _arc(s: Segment, longest: float) -> _Line:
     points, side = np.array(s.center) + s.radius * out, math.copysign(1.0, s.bulge)
     points[0], points[-1] = s.start, s.end
     tangent = side * np.column_stack([-out[:, 1], out[:, 0]])
-    return _Line(points[:-1], np.diff(points, axis=0), tangent[:-1], tangent[1:])
+    return _Chords(points[:-1], np.diff(points, axis=0), tangent[:-1], tangent[1:])
 
 
-def _steps(line: _Line, longest: float, came: Floats | None, run: int, piece: int, start: Place) -> ToolWay:
+def _steps(line: _Chords, longest: float, came: Floats | None, run: int, piece: int, start: Place) -> ToolWay:
     """Return the steps of one piece; `came` is the direction in which the tool arrives at it, None: from above."""
     length = np.hypot(line.vector[:, 0], line.vector[:, 1])
     before = np.full((1, 2), np.nan) if came is None else came[None]

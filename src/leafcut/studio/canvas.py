@@ -4,7 +4,7 @@ The modules in ``static`` do the work in the browser and know nothing of NiceGUI
 page's connection: an element tells the browser an address, where it fetches the bytes of a scene (`studio.scene`).
 
     drawing = Canvas(on_select=lambda e: print(e.args))
-    Program(drawing)
+    ProgramText(drawing)
     drawing.show(part_scene(outcome.part), "part")
     drawing.show(outcome_scene(outcome, "after"), "after")
 
@@ -168,7 +168,7 @@ class Canvas(Element, component="static/canvas_element.js"):
             dynamic_resources.pop(name, None)
 
 
-class Program(Element, component="static/gcode_element.js"):
+class ProgramText(Element, component="static/gcode_element.js"):
     """The program of what a drawing shows, line by line; selection and playing are linked both ways."""
 
     def __init__(self, drawing: Canvas, *, words: Mapping[str, str] | None = None) -> None:

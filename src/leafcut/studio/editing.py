@@ -20,7 +20,7 @@ State = TypeVar("State")
 
 
 @dataclass(frozen=True)
-class Stop:
+class OrderStop:
     """A stop of an order that is changed.
 
     Attributes
@@ -46,7 +46,7 @@ class Stop:
 
 
 class Edited(Protocol):
-    """What the page needs of an order that is changed; stops are called as in `Stop.name`."""
+    """What the page needs of an order that is changed; stops are called as in `OrderStop.name`."""
 
     #: The option that takes the file.
     option: str
@@ -72,14 +72,14 @@ class Edited(Protocol):
     def redo(self) -> bool:
         """Make the last change again that was taken back; return whether there was one."""
 
-    def stops(self) -> list[Stop]:
+    def stops(self) -> list[OrderStop]:
         """Return all stops in the order as it is now."""
 
     def text(self) -> str:
         """Return the file."""
 
 
-class Steps(Generic[State]):
+class Undoable(Generic[State]):
     """States, with those before and those taken back."""
 
     def __init__(self, state: State) -> None:
@@ -114,7 +114,7 @@ class Steps(Generic[State]):
 Orders = tuple[tuple[tuple[int, ...], int], ...]
 
 
-class HoleOrder(Steps[Orders]):
+class HoleOrder(Undoable[Orders]):
     """The holes of every operation; `operations` is operation → holes, `xy` float64[holes, 2]."""
 
     option = "hole_order"
@@ -169,11 +169,11 @@ class HoleOrder(Steps[Orders]):
         k, hole = self._at(stop)
         self._with(k, list(self.state[k][0]), self.state[k][0].index(hole) + 1)
 
-    def stops(self) -> list[Stop]:
+    def stops(self) -> list[OrderStop]:
         """Return all holes in their order."""
         names = {stop: name for name, stop in enumerate(self._stops, 1)}
         return [
-            Stop(names[k, hole], (float(self._xy[hole, 0]), float(self._xy[hole, 1])), at < held)
+            OrderStop(names[k, hole], (float(self._xy[hole, 0]), float(self._xy[hole, 1])), at < held)
             for k, (holes, held) in enumerate(self.state)
             for at, hole in enumerate(holes)
         ]
@@ -194,7 +194,7 @@ _OTHER = {
 _SIGNS = {"clockwise": "↻", "counter-clockwise": "↺"}
 
 
-class CutOrder(Steps[tuple[str, ...]]):
+class CutOrder(Undoable[tuple[str, ...]]):
     """The cuts of a plan file; what is changed by hand is fixed in it, the rest is found around it."""
 
     option = "plan"
@@ -267,12 +267,12 @@ class CutOrder(Steps[tuple[str, ...]]):
         self._fix(rows[at], "ahead")
         self._keep(rows)
 
-    def stops(self) -> list[Stop]:
+    def stops(self) -> list[OrderStop]:
         """Return all cuts in their order, each where it begins; while no order is fixed, that found is held."""
         rows = self._rows()
         free = any("order" in row["fixed"] for row in rows)
         return [
-            Stop(
+            OrderStop(
                 row["number"],
                 (float(row["start"][0]), float(row["start"][1])),
                 not free or "order" in row["fixed"],

@@ -62,7 +62,7 @@ class Opener(Element, component="static/opener.js"):
             self.update()
 
 
-class Parts(Element, component="static/parts.js"):
+class PartsTable(Element, component="static/parts.js"):
     """The parts of a nest in rows; told are `on_change` (row, key, text), `on_remove` and `on_look` (row), from 0."""
 
     def __init__(

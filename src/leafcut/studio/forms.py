@@ -23,7 +23,7 @@ _ACO, _FIREFLY = "aco", "firefly"
 
 
 @dataclass(frozen=True)
-class Work:
+class WorkKind:
     """A kind of work: its command, its process, and the options that mean something to it.
 
     `groups` are (key of the title, names); the first two are open, the others folded.
@@ -54,9 +54,9 @@ _OTHERS = {
     "verify": (("main", ("machine", "dialect", "allow_reverse", "work_offset", "units", "cut_speed")),),
 }
 #: In the order in which they are offered: those of processes, then the others.
-WORKS: dict[str, Work] = {
-    **{one.name: Work(one.command, one.asks, one.form) for one in registry.processes()},
-    **{name: Work(name, "auto", groups) for name, groups in _OTHERS.items()},
+WORKS: dict[str, WorkKind] = {
+    **{one.name: WorkKind(one.command, one.asks, one.form) for one in registry.processes()},
+    **{name: WorkKind(name, "auto", groups) for name, groups in _OTHERS.items()},
 }
 #: What a nested sheet is cut with: asked for beside the nests, before their cuts are planned.
 CUT_OF_NEST = ("machine", "thickness", "material", "cut_process")

@@ -38,7 +38,7 @@ CREATE TABLE IF NOT EXISTS message (
 _LEVEL = 3
 
 
-class State(StrEnum):
+class JobState(StrEnum):
     """Where a job stands."""
 
     WAITING = "waiting"
@@ -52,12 +52,12 @@ class State(StrEnum):
     @property
     def over(self) -> bool:
         """Whether nothing more will happen."""
-        return self not in (State.WAITING, State.RUNNING)
+        return self not in (JobState.WAITING, JobState.RUNNING)
 
     @property
     def kept(self) -> bool:
         """Whether there is an outcome."""
-        return self in (State.DONE, State.STOPPED)
+        return self in (JobState.DONE, JobState.STOPPED)
 
 
 @dataclass(frozen=True)
@@ -75,13 +75,13 @@ class Artefact:
 
 
 @dataclass(frozen=True)
-class Record:
+class JobRecord:
     """A job as the history knows it; `figures` are the few numbers that a list shows."""
 
     id: str
     title: str
     task: Task
-    state: State
+    state: JobState
     created: float
     finished: float | None
     line: str
@@ -154,10 +154,10 @@ class History:
         with self._writing() as to:
             to.execute(
                 "INSERT INTO job (id, title, task, state, created) VALUES (?, ?, ?, ?, ?)",
-                (job, title, task.as_json(), State.WAITING.value, created),
+                (job, title, task.as_json(), JobState.WAITING.value, created),
             )
 
-    def mark(self, job: str, state: State) -> None:
+    def mark(self, job: str, state: JobState) -> None:
         """Note how a job stands."""
         with self._writing() as to:
             to.execute("UPDATE job SET state = ? WHERE id = ?", (state.value, job))
@@ -165,7 +165,7 @@ class History:
     def finish(
         self,
         job: str,
-        state: State,
+        state: JobState,
         *,
         line: str = "",
         answer: dict[str, Any] | None = None,
@@ -193,21 +193,21 @@ class History:
         with self._writing() as to:
             to.execute(
                 "UPDATE job SET state = ?, finished = ? WHERE state IN (?, ?)",
-                (State.INTERRUPTED.value, time.time(), State.WAITING.value, State.RUNNING.value),
+                (JobState.INTERRUPTED.value, time.time(), JobState.WAITING.value, JobState.RUNNING.value),
             )
 
-    def get(self, job: str) -> Record | None:
+    def get(self, job: str) -> JobRecord | None:
         """Return a job, or None."""
         found = self._read(f"SELECT {_COLUMNS} FROM job WHERE id = ?", (job,))
         return _record(found[0]) if found else None
 
-    def newest(self, most: int = 200) -> list[Record]:
+    def newest(self, most: int = 200) -> list[JobRecord]:
         """Return the last jobs, the newest first."""
         return [
             _record(row) for row in self._read(f"SELECT {_COLUMNS} FROM job ORDER BY created DESC LIMIT ?", (most,))
         ]
 
-    def of_sheets(self, job: str) -> list[Record]:
+    def of_sheets(self, job: str) -> list[JobRecord]:
         """Return the jobs that cut the sheets of a nest, the newest first."""
         # An underscore stands for any letter here, so the origin is looked at once more.
         query = f"SELECT {_COLUMNS} FROM job WHERE task LIKE ? ORDER BY created DESC, rowid DESC"
@@ -255,9 +255,9 @@ class History:
 _COLUMNS = "id, title, task, state, created, finished, line, figures"
 
 
-def _record(row: tuple[Any, ...]) -> Record:
+def _record(row: tuple[Any, ...]) -> JobRecord:
     job, title, task, state, created, finished, line, figures = row
-    return Record(job, title, Task.from_json(task), State(state), created, finished, line, json.loads(figures))
+    return JobRecord(job, title, Task.from_json(task), JobState(state), created, finished, line, json.loads(figures))
 
 
 def files_of(tasks: Iterable[Task]) -> set[str]:

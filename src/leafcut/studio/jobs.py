@@ -18,10 +18,10 @@ from leafcut.errors import LeafcutError
 from leafcut.files import OutputError
 from leafcut.studio.ending import Endable
 from leafcut.studio.folder import Folder
-from leafcut.studio.history import History, Record, State
+from leafcut.studio.history import History, JobRecord, JobState
 from leafcut.studio.run_job import Made, run
 from leafcut.studio.search_watch import Watch
-from leafcut.studio.task import Call, Task, names_of, prepare, title_of
+from leafcut.studio.task import ReadyTask, Task, names_of, prepare, title_of
 
 #: So many run at once, the others wait: a search uses all cores already.
 AT_ONCE = 2
@@ -69,9 +69,9 @@ class Live:
     """
 
     id: str
-    call: Call
+    call: ReadyTask
     names: tuple[str, ...]
-    state: State = State.WAITING
+    state: JobState = JobState.WAITING
     line: str = ""
     latest: Latest = field(default_factory=Latest)
     points: list[tuple[float, float, str]] = field(default_factory=list)
@@ -148,20 +148,20 @@ class Jobs:
         """Return a job of this server as it goes; None for older ones."""
         return self._live.get(job)
 
-    def record(self, job: str) -> Record | None:
+    def record(self, job: str) -> JobRecord | None:
         """Return a job as it stands, or None."""
         found = self._as_they_stand(lambda: [one for one in [self.history.get(job)] if one is not None])
         return found[0] if found else None
 
-    def newest(self, most: int = 200) -> list[Record]:
+    def newest(self, most: int = 200) -> list[JobRecord]:
         """Return the last jobs as they stand, the newest first."""
         return self._as_they_stand(lambda: self.history.newest(most))
 
-    def of_sheets(self, job: str) -> list[Record]:
+    def of_sheets(self, job: str) -> list[JobRecord]:
         """Return the jobs that cut the sheets of a nest, as they stand, the newest first."""
         return self._as_they_stand(lambda: self.history.of_sheets(job))
 
-    def _as_they_stand(self, read: Callable[[], list[Record]]) -> list[Record]:
+    def _as_they_stand(self, read: Callable[[], list[JobRecord]]) -> list[JobRecord]:
         """Return records; those that the history could not be told of stand as this server knows."""
         # Looked at before the history is read: what is over here by then is over there, too, if it could be written.
         known = {job: (live.state, live.line) for job, live in list(self._live.items())}
@@ -190,7 +190,7 @@ class Jobs:
             return
         live.drop()
         if live.future is not None and live.future.cancel():
-            self._end(live, State.CANCELLED)
+            self._end(live, JobState.CANCELLED)
 
     def delete(self, job: str) -> None:
         """Forget a job and the uploads that only it used."""
@@ -204,13 +204,13 @@ class Jobs:
         live = self._live.get(job)
         return list(live.messages) if live is not None else self.history.messages(job)
 
-    def wait(self, job: str, seconds: float | None = None) -> State:
+    def wait(self, job: str, seconds: float | None = None) -> JobState:
         """Return the state of a job when it is over, or after `seconds`."""
         live = self._live.get(job)
         if live is not None:
             wait([live.ended], seconds)
         record = self.record(job)
-        return record.state if record else State.CANCELLED
+        return record.state if record else JobState.CANCELLED
 
     async def over(self, job: str) -> None:
         """Wait until a job is over; no thread waits, so that any number of jobs can be waited for."""
@@ -230,30 +230,30 @@ class Jobs:
         self.history.interrupt()
         for live in list(self._live.values()):
             if not live.ended.done():  # it had no turn
-                live.state = State.INTERRUPTED
+                live.state = JobState.INTERRUPTED
                 live.ended.set_result(None)
 
     def _work(self, live: Live) -> None:
         """Do one job, in a thread of its own; nothing that happens in it reaches the server."""
-        live.state, live.began = State.RUNNING, time.perf_counter()
+        live.state, live.began = JobState.RUNNING, time.perf_counter()
         try:
-            self.history.mark(live.id, State.RUNNING)
+            self.history.mark(live.id, JobState.RUNNING)
             try:
                 made = run(live.call, live.names, live.tell, live.stop, live.watch)
             finally:
                 live.reading.leave()
         except BaseException as problem:
             if live.dropped:
-                self._end(live, State.INTERRUPTED if self.closed else State.CANCELLED)
+                self._end(live, JobState.INTERRUPTED if self.closed else JobState.CANCELLED)
             else:
-                self._end(live, State.FAILED, line=self.folder.without_paths(line_of(problem)))
+                self._end(live, JobState.FAILED, line=self.folder.without_paths(line_of(problem)))
         else:
             if live.dropped:
-                self._end(live, State.INTERRUPTED if self.closed else State.CANCELLED)
+                self._end(live, JobState.INTERRUPTED if self.closed else JobState.CANCELLED)
             else:
-                self._end(live, State.STOPPED if live.stop.is_set() else State.DONE, made=made)
+                self._end(live, JobState.STOPPED if live.stop.is_set() else JobState.DONE, made=made)
 
-    def _end(self, live: Live, state: State, *, line: str = "", made: Made | None = None) -> None:
+    def _end(self, live: Live, state: JobState, *, line: str = "", made: Made | None = None) -> None:
         """Note the end in the history, then for those who look."""
         live.line = line
         try:
@@ -265,7 +265,7 @@ class Jobs:
                     messages=live.messages,
                 )  # fmt: skip
         except BaseException as problem:
-            live.line, state = self.folder.without_paths(line_of(problem)), State.FAILED
+            live.line, state = self.folder.without_paths(line_of(problem)), JobState.FAILED
             with suppress(LeafcutError):
                 self.history.finish(live.id, state, line=live.line, messages=live.messages)
         live.state = state

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 from nicegui.elements.mixins.text_element import TextElement
 
 from leafcut.studio.canvas import Canvas
-from leafcut.studio.history import Record
+from leafcut.studio.history import JobRecord
 from leafcut.studio.page_state import View
 from leafcut.studio.preview import Seen
 from leafcut.studio.sheets import SheetOfNest
@@ -41,7 +41,7 @@ class InputPart(Protocol):
 class EditPart(Protocol):
     """Where an order is changed by hand."""
 
-    def begin(self, record: Record) -> Any:
+    def begin(self, record: JobRecord) -> Any:
         """Open the order of a job."""
 
 

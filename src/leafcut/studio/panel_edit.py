@@ -14,9 +14,9 @@ from nicegui.events import GenericEventArguments
 
 from leafcut.errors import LeafcutError
 from leafcut.studio.canvas import Canvas
-from leafcut.studio.editing import CutOrder, Edited, HoleOrder, Stop, cuts_one_by_one
+from leafcut.studio.editing import CutOrder, Edited, HoleOrder, OrderStop, cuts_one_by_one
 from leafcut.studio.elements import box, button, text
-from leafcut.studio.history import History, Record
+from leafcut.studio.history import History, JobRecord
 from leafcut.studio.page_state import View
 from leafcut.studio.scene import edited_scene
 from leafcut.units import format_length
@@ -89,7 +89,7 @@ class EditPanel:
                 button(w("edit.close"), self.end, "plain")
         self.place.set_visibility(False)
 
-    def begin(self, record: Record) -> None:
+    def begin(self, record: JobRecord) -> None:
         """Let the outcome of a job be changed."""
         edited = edited_of(self.view.studio.history, record.id)
         if edited is None:
@@ -121,7 +121,7 @@ class EditPanel:
         if self.edited is not None:
             self._tell_chosen(self.edited.stops())
 
-    def _tell_chosen(self, stops: list[Stop]) -> None:
+    def _tell_chosen(self, stops: list[OrderStop]) -> None:
         """Say which stop is chosen, by its number in the order as it is now."""
         w = self.view.words
         at = next((k for k, stop in enumerate(stops) if stop.name == self._stop), None)
@@ -219,13 +219,13 @@ class EditPanel:
         return True
 
 
-def can_be_edited(history: History, record: Record, files: dict[str, str]) -> bool:
+def can_be_edited(history: History, record: JobRecord, files: dict[str, str]) -> bool:
     """Return whether there is something to change by hand among the files of a job."""
     if record.task.options.get("chains"):
         return edited_of(history, record.id) is not None  # not where a chain was made
     return any(name in files for name in _EDITABLE)
 
 
-def _length(stops: list[Stop]) -> float:
+def _length(stops: list[OrderStop]) -> float:
     """Return how long the straight ways between stops that are held are, mm."""
     return sum(math.dist(one.place, other.place) for one, other in pairwise(stops) if one.held and other.held)

@@ -12,7 +12,7 @@ from leafcut.options import group_of
 from leafcut.studio.elements import box, button, text
 from leafcut.studio.folder import OWN, Folder
 from leafcut.studio.forms import changed
-from leafcut.studio.history import Record, State
+from leafcut.studio.history import JobRecord, JobState
 from leafcut.studio.jobs import line_of
 from leafcut.studio.page_state import View
 from leafcut.studio.panel_input import work_of
@@ -32,14 +32,14 @@ class JobsPanel:
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
         self.place = box("div", "page")
-        self._drawn: list[tuple[str, State]] = []
+        self._drawn: list[tuple[str, JobState]] = []
 
     def tick(self) -> None:
         """Show the jobs anew when one of them stands otherwise than it is shown."""
         if self._states() != self._drawn:
             self.draw()
 
-    def _states(self) -> list[tuple[str, State]]:
+    def _states(self) -> list[tuple[str, JobState]]:
         """Return every job that is not over, and how it stands."""
         jobs = self.view.studio.jobs
         return [(job, live.state) for job in jobs.running() if (live := jobs.live(job)) is not None]
@@ -65,7 +65,7 @@ class JobsPanel:
                     for record in records:
                         self._row(record)
 
-    def _row(self, record: Record) -> None:
+    def _row(self, record: JobRecord) -> None:
         w = self.view.words
         with box("tr"):
             text("td", time.strftime("%Y-%m-%d %H:%M", time.localtime(record.created)), "keep quiet")
@@ -82,7 +82,7 @@ class JobsPanel:
                 button(w("jobs.again"), lambda: self._again(record), "small")
                 button(w("jobs.delete"), lambda: self._delete(record), "small plain", data_sure=w("jobs.sure"))
 
-    def _figures(self, record: Record) -> str:
+    def _figures(self, record: JobRecord) -> str:
         found, w = record.figures, self.view.words
         if "after_s" in found and found["before_s"] is not None:
             change = change_words(found["saved_percent"] or 0.0)
@@ -96,7 +96,7 @@ class JobsPanel:
             return w("result.same" if found["same"] else "result.differs")
         return format_time(found["time_s"]) if "time_s" in found else w.plain(record.line)
 
-    async def _again(self, record: Record) -> None:
+    async def _again(self, record: JobRecord) -> None:
         try:
             job = self.view.studio.jobs.start(record.task)
         except Exception as problem:
@@ -104,7 +104,7 @@ class JobsPanel:
             return
         await self.page.open_job(job)
 
-    def _delete(self, record: Record) -> None:
+    def _delete(self, record: JobRecord) -> None:
         self.view.studio.jobs.delete(record.id)
         if self.view.job == record.id:
             self.page.run.leave()

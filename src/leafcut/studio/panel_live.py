@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from leafcut.model.snapshot import Snapshot
 from leafcut.studio.canvas import Bars, Brightness, Canvas, Convergence
 from leafcut.studio.elements import Form, box, button, text
-from leafcut.studio.history import State
+from leafcut.studio.history import JobState
 from leafcut.studio.jobs import Live
 from leafcut.studio.page_state import View
 from leafcut.studio.scene import path_scene, pheromone_scene
@@ -93,7 +93,7 @@ class LivePanel:
     def _figures(self, live: Live) -> None:
         w, latest = self.view.words, live.latest
         self.place.set_visibility(True)
-        self.what.set_text(latest.what or w("run.waiting" if live.state is State.WAITING else "run.reading"))
+        self.what.set_text(latest.what or w("run.waiting" if live.state is JobState.WAITING else "run.reading"))
         unit = live.call.unit
         self.cost.set_text("" if latest.cost is None else f"{latest.cost:,.2f} {unit}".strip())
         self.gap.set_text("" if latest.gap is None else w("run.gap", percent=f"{100 * latest.gap:.2f}"))

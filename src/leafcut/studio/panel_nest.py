@@ -6,7 +6,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from leafcut.studio.elements import Form, box, button, link, text
-from leafcut.studio.history import Record, State
+from leafcut.studio.history import JobRecord, JobState
 from leafcut.studio.jobs import line_of
 from leafcut.studio.page_state import View
 from leafcut.studio.sheets import GOING, SheetOfNest, comparison, plan_cuts, sheets_of
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 #: Seconds between two looks at cuts that are being planned.
 _PACE = 0.5
 _NO_TIME = {
-    State.FAILED.value: "nest.failed", State.CANCELLED.value: "state.cancelled",
-    State.INTERRUPTED.value: "state.interrupted",
+    JobState.FAILED.value: "nest.failed", JobState.CANCELLED.value: "state.cancelled",
+    JobState.INTERRUPTED.value: "state.interrupted",
 }  # fmt: skip
 
 
@@ -28,13 +28,13 @@ class NestPanel:
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
-        self._record: Record | None = None
+        self._record: JobRecord | None = None
         self._answer: dict[str, Any] = {}
         self._sheets: list[SheetOfNest] = []
         self._rows: list[dict[str, Any]] = []
         self._next = 0.0
 
-    def draw(self, record: Record, answer: dict[str, Any]) -> None:
+    def draw(self, record: JobRecord, answer: dict[str, Any]) -> None:
         """Show the outcome of a nest where the caller is."""
         w = self.view.words
         self._record, self._answer, self._sheets = record, answer, sheets_of(record.id, answer)

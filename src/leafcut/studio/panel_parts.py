@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from leafcut.errors import LeafcutError
-from leafcut.studio.elements import Parts, box, text
+from leafcut.studio.elements import PartsTable, box, text
 from leafcut.studio.folder import BUILT_IN
 from leafcut.studio.nest_request import WantedPart, listed_parts, quantity_of, rotations_of
 from leafcut.studio.page_state import View
@@ -26,7 +26,7 @@ class PartsPanel:
         self._one_by_one = asyncio.Lock()
         w = view.words
         with box("div", "parts") as self.place:
-            self.rows = Parts(w.section("parts"), self._change, self._remove, self._look)
+            self.rows = PartsTable(w.section("parts"), self._change, self._remove, self._look)
             self.hint = text("p", w("parts.hint"), "quiet small")
 
     def draw(self) -> None:

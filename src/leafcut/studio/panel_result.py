@@ -6,9 +6,9 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from leafcut.report.wording import clock
-from leafcut.studio.canvas import Bars, Convergence, Program
+from leafcut.studio.canvas import Bars, Convergence, ProgramText
 from leafcut.studio.elements import box, button, link, table, text
-from leafcut.studio.history import Record
+from leafcut.studio.history import JobRecord
 from leafcut.studio.page_state import View
 from leafcut.studio.panel_edit import can_be_edited
 from leafcut.studio.panel_nest import NestPanel
@@ -68,7 +68,7 @@ class ResultPanel:
         """Look how what is shown here goes on."""
         self.nest.tick()
 
-    def _nothing(self, record: Record | None) -> None:
+    def _nothing(self, record: JobRecord | None) -> None:
         """Show what a run has said so far, or why there is no outcome."""
         w = self.view.words
         live = None if record is None else self.view.studio.jobs.live(record.id)
@@ -103,7 +103,7 @@ class ResultPanel:
                     role="tab", id=f"tab-{tab}", aria_selected=chosen, aria_controls="result-panel",
                 )  # fmt: skip
 
-    def _summary(self, record: Record, answer: dict[str, Any]) -> None:
+    def _summary(self, record: JobRecord, answer: dict[str, Any]) -> None:
         command = record.task.command
         self._warned(answer)
         if command == "nest":
@@ -118,7 +118,7 @@ class ResultPanel:
         else:
             self._times(answer)
 
-    def _from_nest(self, record: Record) -> None:
+    def _from_nest(self, record: JobRecord) -> None:
         """Lead back to the nest that a sheet is of."""
         job, _, place = record.task.origin.partition("/")
         if job and self.view.studio.jobs.record(job) is not None:
@@ -272,7 +272,7 @@ class ResultPanel:
         limits = [[axis.upper(), f"{low:.3f}", f"{high:.3f}"] for axis, (low, high) in answer["extents"].items()]
         table([("mm", ""), (w("result.from"), _NUMBER), (w("result.to"), _NUMBER)], limits, w("result.extents"))
 
-    def _issues(self, record: Record, answer: dict[str, Any]) -> None:
+    def _issues(self, record: JobRecord, answer: dict[str, Any]) -> None:
         w = self.view.words
         found = _issues(answer)
         if not found:
@@ -290,10 +290,10 @@ class ResultPanel:
             if len(found) > _MOST_ISSUES:
                 text("li", w("open.more", number=len(found) - _MOST_ISSUES))
 
-    def _program(self, record: Record, answer: dict[str, Any]) -> None:
+    def _program(self, record: JobRecord, answer: dict[str, Any]) -> None:
         w = self.view.words
         if record.task.command == "optimize":
-            Program(self.page.run.canvas, words=w.section("canvas")).classes("code")
+            ProgramText(self.page.run.canvas, words=w.section("canvas")).classes("code")
             return
         made = self.view.studio.history.artefact(record.id, "tour")
         if made is None:
@@ -304,7 +304,7 @@ class ResultPanel:
         if len(lines) > _MOST_LINES:
             text("p", w("open.more", number=len(lines) - _MOST_LINES), "quiet")
 
-    def _search(self, record: Record, answer: dict[str, Any]) -> None:
+    def _search(self, record: JobRecord, answer: dict[str, Any]) -> None:
         w = self.view.words
         kept = self.view.studio.history.artefact(record.id, "search")
         for search in json.loads(kept.data) if kept is not None else []:
@@ -334,7 +334,7 @@ class ResultPanel:
             ]
         )
 
-    def _files(self, record: Record) -> None:
+    def _files(self, record: JobRecord) -> None:
         w = self.view.words
         files = self.view.studio.history.artefacts(record.id)
         with box("footer", "foot files"):

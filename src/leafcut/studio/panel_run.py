@@ -11,7 +11,7 @@ from leafcut.errors import OptionError
 from leafcut.option_spec import flag_name
 from leafcut.studio.canvas import LAYERS, Canvas
 from leafcut.studio.elements import box, button, text
-from leafcut.studio.history import State
+from leafcut.studio.history import JobState
 from leafcut.studio.jobs import line_of
 from leafcut.studio.page_state import View
 from leafcut.studio.panel_edit import EditPanel
@@ -157,11 +157,11 @@ class RunPanel:
         w = self.view.words
         if record is None:
             return False
-        if record.state is State.FAILED:
+        if record.state is JobState.FAILED:
             self.page.say(record.line, True)
-        elif record.state is State.STOPPED:
+        elif record.state is JobState.STOPPED:
             self.page.say(w("run.kept"))
-        elif record.state is State.DONE:
+        elif record.state is JobState.DONE:
             self.page.say("")
         else:
             self.page.say(w(f"state.{record.state.value}"))

@@ -22,7 +22,7 @@ from leafcut.errors import LeafcutError, OptionError
 from leafcut.option_spec import flag_name
 from leafcut.options import ALGORITHM_TITLES, GROUPS
 from leafcut.studio.folder import Folder
-from leafcut.studio.history import Record, files_of
+from leafcut.studio.history import JobRecord, files_of
 from leafcut.studio.jobs import Jobs, line_of
 from leafcut.studio.nest_request import wanted_parts
 from leafcut.studio.safety import STILL_POLICY
@@ -154,7 +154,7 @@ def _options(text: str) -> dict[str, Any]:
     return found
 
 
-async def _done(jobs: Jobs, task: Task, named: str = "") -> tuple[Record, dict[str, Any]]:
+async def _done(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecord, dict[str, Any]]:
     """Run a task as a job and wait for it; return its record and its answer.
 
     What came with a request that is refused is not kept; an input that was `named` was there before.
@@ -251,7 +251,7 @@ def _add_files(made: APIRouter, folder: Folder) -> None:
         return {"id": made_id, "name": path.name, "size": size}
 
 
-def _job_answer(jobs: Jobs, record: Record) -> dict[str, Any]:
+def _job_answer(jobs: Jobs, record: JobRecord) -> dict[str, Any]:
     live = jobs.live(record.id)
     latest = live.latest if live is not None else None
     return {
@@ -272,7 +272,7 @@ def _job_answer(jobs: Jobs, record: Record) -> dict[str, Any]:
     }
 
 
-def _found(jobs: Jobs, job: str) -> Record:
+def _found(jobs: Jobs, job: str) -> JobRecord:
     record = jobs.record(job)
     if record is None:
         raise HTTPException(404, "there is no such job")

@@ -18,7 +18,7 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.snapshot import Observer
 from leafcut.studio.history import Artefact
 from leafcut.studio.nest_request import list_text, needs_list
-from leafcut.studio.task import LIST, NEST, Call, program_name, told_apart
+from leafcut.studio.task import LIST, NEST, ReadyTask, program_name, told_apart
 
 if TYPE_CHECKING:
     from leafcut.model.nest import NestOutcome
@@ -47,7 +47,7 @@ class Made:
 
 
 def run(
-    call: Call, names: tuple[str, ...], tell: Progress, cancelled: threading.Event, observe: Observer | None = None
+    call: ReadyTask, names: tuple[str, ...], tell: Progress, cancelled: threading.Event, observe: Observer | None = None
 ) -> Made:
     """Do what is asked; `names` is what a person calls the inputs.
 
@@ -71,7 +71,7 @@ def run(
     return Made(verification_as_json(proof), {"same": proof.same}, {})
 
 
-def _optimize(call: Call, name: str, tell: Progress, cancelled: threading.Event, observe: Observer | None) -> Made:
+def _optimize(call: ReadyTask, name: str, tell: Progress, cancelled: threading.Event, observe: Observer | None) -> Made:
     from leafcut.report.json_answer import as_json
     from leafcut.report.views import operation_words
 
@@ -107,7 +107,7 @@ def _optimize(call: Call, name: str, tell: Progress, cancelled: threading.Event,
     return Made(answer, figures, artefacts)
 
 
-def _nest(call: Call, names: tuple[str, ...], tell: Progress, cancelled: threading.Event) -> Made:
+def _nest(call: ReadyTask, names: tuple[str, ...], tell: Progress, cancelled: threading.Event) -> Made:
     """Nest parts: every variant is written, sheet by sheet, and drawn."""
     from leafcut.processes.registry import command
     from leafcut.studio.scene import nest_scene
@@ -159,7 +159,7 @@ def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
     }
 
 
-def _given_file(call: Call) -> dict[str, Artefact]:
+def _given_file(call: ReadyTask) -> dict[str, Artefact]:
     """Return the order or the plan that a run was given: with it the command line does the same again."""
     for option in ("hole_order", "plan"):
         if option in call.options:
@@ -195,7 +195,7 @@ def _scene(data: bytes) -> Artefact:
     return Artefact("", "application/octet-stream", data)
 
 
-def _solve(call: Call, name: str, tell: Progress, cancelled: threading.Event, observe: Observer | None) -> Made:
+def _solve(call: ReadyTask, name: str, tell: Progress, cancelled: threading.Event, observe: Observer | None) -> Made:
     from leafcut.read.tsplib import tour_text
     from leafcut.report.json_answer import solved_as_json
 

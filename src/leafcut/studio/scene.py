@@ -78,7 +78,7 @@ from leafcut.model.process_report import Which
 from leafcut.model.toolpath import Toolpath
 from leafcut.report.playback import Playback, outcome_playback, playback
 from leafcut.report.wording import clean
-from leafcut.studio.editing import Stop
+from leafcut.studio.editing import OrderStop
 
 MAGIC = b"LCSCENE1"
 
@@ -216,7 +216,7 @@ def path_scene(points: ArrayLike) -> bytes:
     return packed({**header, "kind": "path", "name": "path"}, {"point": ("f4", point)})
 
 
-def edited_scene(stops: Sequence[Stop]) -> bytes:
+def edited_scene(stops: Sequence[OrderStop]) -> bytes:
     """Return an order that is changed by hand, as a path that knows its numbers."""
     header, point = _points([stop.place for stop in stops])
     signs = {str(k): stop.sign for k, stop in enumerate(stops) if stop.sign}

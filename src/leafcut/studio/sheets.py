@@ -8,12 +8,12 @@ from typing import Any
 
 from leafcut.errors import OptionError
 from leafcut.options import Settings
-from leafcut.studio.history import History, Record, State
+from leafcut.studio.history import History, JobRecord, JobState
 from leafcut.studio.jobs import Jobs
 from leafcut.studio.task import Task, given
 
 #: How cuts stand together that are not all planned yet.
-GOING = (State.WAITING.value, State.RUNNING.value)
+GOING = (JobState.WAITING.value, JobState.RUNNING.value)
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def _variants(sheets: list[SheetOfNest]) -> Iterator[tuple[int, list[SheetOfNest
         yield variant, [sheet for sheet in sheets if sheet.variant == variant]
 
 
-def _newest(records: list[Record]) -> dict[str, Record]:
+def _newest(records: list[JobRecord]) -> dict[str, JobRecord]:
     """Return origin → the newest job that cuts it, of those with the options of the newest of all."""
     if not records:
         return {}
@@ -133,7 +133,7 @@ def _but_quantity(options: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in options.items() if name != "quantity"}
 
 
-def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, Record | None]]) -> dict[str, Any]:
+def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, JobRecord | None]]) -> dict[str, Any]:
     """Return what the sheets of one variant come to."""
     records = [record for _, record in cuts if record is not None]
     states = [record.state for record in records]
@@ -143,7 +143,7 @@ def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, Record | None]]
         "line": next((record.line for record in records if record.line), ""),
         "jobs": [record.id if record is not None else None for _, record in cuts],
     }
-    if row["state"] not in (State.DONE.value, State.STOPPED.value):
+    if row["state"] not in (JobState.DONE.value, JobState.STOPPED.value):
         return {**row, "time_s": None, "cut_mm": None, "rapid_mm": None, "pierces": None, "cost": None}
     answers = [(sheet.count, jobs.history.answer(record.id) or {}) for sheet, record in cuts if record is not None]
     times = [(count, answer["cutting"]["sheet"]) for count, answer in answers]
@@ -154,9 +154,17 @@ def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, Record | None]]
     return {**row, "time_s": time_s, **sums, "cost": cost or None}
 
 
-def _together(states: list[State], wanted: int) -> str:
+def _together(states: list[JobState], wanted: int) -> str:
     """Return how several jobs stand as one; ``none`` where not all were begun."""
-    order = (State.FAILED, State.CANCELLED, State.INTERRUPTED, State.RUNNING, State.WAITING, State.STOPPED, State.DONE)
+    order = (
+        JobState.FAILED,
+        JobState.CANCELLED,
+        JobState.INTERRUPTED,
+        JobState.RUNNING,
+        JobState.WAITING,
+        JobState.STOPPED,
+        JobState.DONE,
+    )
     if len(states) < wanted:
         return "none"
     return next(state.value for state in order if state in states)

@@ -59,7 +59,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Call:
+class ReadyTask:
     """A task with paths in place of ids: ready to run; `parts` are those of a nest."""
 
     command: str
@@ -75,7 +75,7 @@ class Call:
         return units.get(str(self.options.get("objective") or "time"), "") if self.command == "optimize" else ""
 
 
-def prepare(task: Task, folder: Folder) -> Call:
+def prepare(task: Task, folder: Folder) -> ReadyTask:
     """Check a task as far as that is possible without reading its inputs.
 
     Raises
@@ -106,7 +106,7 @@ def prepare(task: Task, folder: Folder) -> Call:
     sources = [str(folder.input_path(one.input)) for one in parts] or [folder.source(word) for word in task.inputs]
     if parts and any(source.lower().endswith(".csv") for source in sources):
         raise OptionError("a list of parts names files where the studio does not look; open the drawings themselves")
-    return Call(task.command, tuple(sources), task.process, options, parts)
+    return ReadyTask(task.command, tuple(sources), task.process, options, parts)
 
 
 def parts_of(task: Task) -> tuple[WantedPart, ...]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from leafcut.timing.turns import Turns
 
 
-class Steps(NamedTuple):
+class MovingRows(NamedTuple):
     """The rows of a toolpath that move: row, displacement (float64[m, 3], mm), arc (-1: straight), feed (mm/s) …
 
     … whether at rapid, how it ends, P and Q of G64 (mm), and whether the machine stands still before the next one.
@@ -26,12 +26,12 @@ class Steps(NamedTuple):
     joining: NDArray[np.float64]
     flushed: NDArray[np.bool_]
 
-    def take(self, at: NDArray[np.int64]) -> Steps:
+    def take(self, at: NDArray[np.int64]) -> MovingRows:
         """Return some of them, or some several times."""
-        return Steps(*(column[at] for column in self))  # type: ignore[arg-type]  # each column keeps its type
+        return MovingRows(*(column[at] for column in self))  # type: ignore[arg-type]  # each column keeps its type
 
 
-def joined_steps(steps: Steps, turns: Turns) -> Steps:
+def joined_steps(steps: MovingRows, turns: Turns) -> MovingRows:
     """Return the same moves with straight feed moves joined, and flat arcs as chords, where G64 allows it.
 
     Source: LinuxCNC documentation, G64 ("naive CAM detector", for arcs in the XY plane too); one feed for all of a
@@ -55,7 +55,7 @@ def joined_steps(steps: Steps, turns: Turns) -> Steps:
     return steps.take(first)._replace(delta=point[last + 1] - point[first], flushed=steps.flushed[last])
 
 
-def _flat_arcs_as_chords(steps: Steps, turns: Turns) -> Steps:
+def _flat_arcs_as_chords(steps: MovingRows, turns: Turns) -> MovingRows:
     """Return the steps with arcs of less than a quarter turn, that bulge less than Q, as two chords."""
     arc, turn = steps.arc, turns.turn
     if not len(turns.row):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath
-from leafcut.timing.chords import Steps, joined_steps
+from leafcut.timing.chords import MovingRows, joined_steps
 from leafcut.timing.turns import AXES, SHORTEST, Flags, Floats, Turn, Turns
 
 #: How the moves of a row end: at rest, at rest but for tangents (G61), or rounded (G64).
@@ -117,7 +117,7 @@ def _steps(
     mode: NDArray[np.int8],
     tolerance: Floats,
     joining: Floats,
-) -> Steps:
+) -> MovingRows:
     """Return the rows that move, and whether anything stands between them."""
     arc_of = np.full(len(path), -1, dtype=np.int64)
     arc_of[turns.row[turns.length > 0]] = np.flatnonzero(turns.length > 0)
@@ -130,7 +130,7 @@ def _steps(
     halted = np.cumsum(halts)[row]
     flushed = np.append(halted[1:] != halted[:-1], True)[: len(row)]
     columns = (mode[row], tolerance[row], joining[row])
-    return Steps(row, delta[row], arc_of[row], path.value[row], rapid[row], *columns, flushed)
+    return MovingRows(row, delta[row], arc_of[row], path.value[row], rapid[row], *columns, flushed)
 
 
 def _changes_power(path: Toolpath) -> Flags:
@@ -146,7 +146,7 @@ def _changes_power(path: Toolpath) -> Flags:
     return changes
 
 
-def _straight(steps: Steps, machine: Machine) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+def _straight(steps: MovingRows, machine: Machine) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return length, limits of velocity and acceleration, and tangents of straight moves."""
     moved = np.abs(steps.delta)
     length = np.sqrt((moved * moved).sum(axis=1))

@@ -31,7 +31,7 @@ _MODES = {610: EXACT, 611: REST, 640: BLEND}
 
 
 @dataclass(frozen=True, eq=False)
-class Clock:
+class PathTimes:
     """When a toolpath is where.
 
     Attributes
@@ -107,7 +107,7 @@ def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
     return np.bincount(moves.row, weights=each, minlength=len(path)).astype(np.float64)
 
 
-def clock(path: Toolpath, machine: Machine) -> Clock:
+def clock(path: Toolpath, machine: Machine) -> PathTimes:
     """Return the time of every row, whatever takes it; together they are the time that `measure` states.
 
     Raises
@@ -117,7 +117,7 @@ def clock(path: Toolpath, machine: Machine) -> Clock:
     """
     path, source, _, _, moves, each = _timed(path, machine)
     moving = np.bincount(moves.row, weights=each, minlength=len(path))
-    return Clock(path, source, moving + _standing(path, machine))
+    return PathTimes(path, source, moving + _standing(path, machine))
 
 
 def _timed(

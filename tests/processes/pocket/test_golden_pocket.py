@@ -21,7 +21,7 @@ from leafcut.post.writer import write_program
 from leafcut.processes.pocket.plan.arcs import fitted
 from leafcut.processes.pocket.plan.region import centre_regions
 from leafcut.processes.pocket.plan.rules import milling_data
-from leafcut.processes.pocket.plan.toolpath import Clearing, Heights, lay_pockets
+from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, lay_pockets
 from leafcut.processes.pocket.plan.walls import wall_passes
 from leafcut.processes.pocket.proof.pocket import check_pockets
 from leafcut.proof.program import check_program, read_back
@@ -47,7 +47,7 @@ def path() -> Toolpath:
     clearing = Clearing(region, rough.polygon, fitted(rings, 0.01), fitted(wall_passes(region, rough.polygon), 0.01))
     options = PocketOptions(tool_diameter=10.0, milling_feed=800 / 60)
     data = milling_data(options, DrillOptions(spindle_speed=3000.0), RULES, MACHINE)[0]
-    return lay_pockets([clearing], Heights((-2.0, -4.0), 10.0, 2.0), data, MACHINE)[0]
+    return lay_pockets([clearing], PocketHeights((-2.0, -4.0), 10.0, 2.0), data, MACHINE)[0]
 
 
 def program(name: str, units: str) -> str:

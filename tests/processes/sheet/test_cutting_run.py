@@ -20,7 +20,7 @@ from leafcut.errors import OptionError, PlanError, PostError, VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.model.toolpath import Kind
-from leafcut.processes.course import Clock
+from leafcut.processes.course import RunClock
 from leafcut.read.plan_file import load_plan
 from leafcut.report.json_answer import as_json
 from rs274_moves import run_rs274
@@ -105,7 +105,7 @@ def test_a_time_limit_is_over_for_all_stages_when_the_clock_says_so(
         return inner(problem, options, *rest, **words)
 
     monkeypatch.setattr(solving, "solve", spy)
-    monkeypatch.setattr(room.Clock, "elapsed", lambda _: 3600.0)
+    monkeypatch.setattr(room.RunClock, "elapsed", lambda _: 3600.0)
     monkeypatch.setattr(
         "leafcut.processes.sheet.plan.leads.refine_starts._slid",
         lambda *_: pytest.fail("a start slid when the time was over"),
@@ -117,7 +117,7 @@ def test_a_time_limit_is_over_for_all_stages_when_the_clock_says_so(
 
 
 def test_time_spent_on_compiling_is_not_taken_from_the_limit() -> None:
-    clock = Clock()
+    clock = RunClock()
     before = clock.elapsed()
     clock.leave_out(50.0)
     assert clock.elapsed() < before - 40.0

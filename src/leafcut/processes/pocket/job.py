@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from leafcut.model.part import Part
     from leafcut.processes.pocket.plan.entries import Descent
     from leafcut.processes.pocket.plan.rules import MillingData
-    from leafcut.processes.pocket.plan.toolpath import Heights
+    from leafcut.processes.pocket.plan.toolpath import PocketHeights
 
 Point = tuple[float, float]
 
@@ -28,7 +28,7 @@ class PocketJob:
     run: Run
     part: Part
     rules: PocketRules
-    heights: Heights
+    heights: PocketHeights
     data: MillingData
     words: Dialect
     start: Point | None

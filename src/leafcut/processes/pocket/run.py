@@ -106,7 +106,7 @@ def _prepared(run: Run, source: Input) -> tuple[PocketJob, list[Issue]]:
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.placing import placed
     from leafcut.processes.pocket.plan.rules import levels_of, milling_data, rules_of
-    from leafcut.processes.pocket.plan.toolpath import Heights
+    from leafcut.processes.pocket.plan.toolpath import PocketHeights
     from leafcut.processes.zones import parse_zones
     from leafcut.read import read_pockets
 
@@ -118,7 +118,7 @@ def _prepared(run: Run, source: Input) -> tuple[PocketJob, list[Issue]]:
     data, issues = milling_data(options, settings.drill, rules, run.machine, mill, settings.cut.material)
     part = read_pockets(source, settings.read, settings.pocket, settings.sheet, run.looking("reading"))
     part = placed(part, settings.read)
-    heights = Heights(
+    heights = PocketHeights(
         levels=levels,
         clearance=settings.drill.clearance_height,
         retract=settings.drill.retract_height,

@@ -71,7 +71,7 @@ def write_proved(
     PostError, VerifyError
         Not even the program as it is can be written so, or proved to be safe.
     """
-    writer = _Writer(run, words, original, sequence, source, obstacles)
+    writer = _OrderWriter(run, words, original, sequence, source, obstacles)
     free = {number for number, order in enumerate(orders) if order is not None}
     kept: dict[int, str] = {}
     trials = 0
@@ -103,7 +103,7 @@ class _Refused(Exception):
         super().__init__(reason)
 
 
-class _Writer:
+class _OrderWriter:
     def __init__(
         self,
         run: Run,

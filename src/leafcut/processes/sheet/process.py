@@ -21,7 +21,7 @@ _MAIN = ("machine", "thickness", "material", "cut_process", "chains", "common_li
 _PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
 
 
-class Sheet(Process):
+class SheetCutting(Process):
     """Contours of a drawing, cut from sheet by plasma, laser, flame or water."""
 
     name = "cut"

@@ -83,7 +83,7 @@ def cut(run: Run, source: Input) -> Outcome[SheetDetail]:
 
 
 @dataclass(frozen=True)
-class _Laid:
+class _LaidOrder:
     """An order as motions, and what it costs."""
 
     plan: CutPlan
@@ -97,7 +97,9 @@ class _Laid:
         return self.measure.time_s if run.settings.solve.objective == "time" else self.measure.travel_mm
 
 
-def _without_meeting(job: Job, best: _Laid, solutions: list[Solution], spent: float) -> tuple[_Laid, list[Solution]]:
+def _without_meeting(
+    job: Job, best: _LaidOrder, solutions: list[Solution], spent: float
+) -> tuple[_LaidOrder, list[Solution]]:
     """Search again where leads of the order that was found met: what moved away can cost more than the order saved.
 
     Starts whose leads meet those of the best order are left out. Returns what is best in the end, and the solutions
@@ -119,7 +121,7 @@ def _without_meeting(job: Job, best: _Laid, solutions: list[Solution], spent: fl
     return best, [replace(s, seconds=s.seconds + each) for s in solutions]
 
 
-def _laid(job: Job, order: list[CutStart]) -> _Laid:
+def _laid(job: Job, order: list[CutStart]) -> _LaidOrder:
     from leafcut.processes.sheet.plan.cost_estimate import cut_norm
     from leafcut.processes.sheet.plan.cut_toolpath import TORCH_ON, lay_cuts
     from leafcut.processes.sheet.plan.freed_parts import lead_round
@@ -156,10 +158,10 @@ def _laid(job: Job, order: list[CutStart]) -> _Laid:
     seconds = _cut_seconds(path, rows, machine)
     norm = cut_norm(job.cutting.sheet, cuts, seconds, whole.time_s, settings.cut, corners)
     crossings, close = (None, 0) if led is None else (len(led.crossing), len(led.close))
-    return _Laid(CutPlan(job.cutting.sheet, job.data, cuts, norm, crossings, close), path, rows, whole, order, led)
+    return _LaidOrder(CutPlan(job.cutting.sheet, job.data, cuts, norm, crossings, close), path, rows, whole, order, led)
 
 
-def _kept_off(job: Job, laid: _Laid) -> _Laid:
+def _kept_off(job: Job, laid: _LaidOrder) -> _LaidOrder:
     """Return an order that frees parts behind the ways that cross them, if it comes out better: fewer ways over free
     parts, then fewer that come close to one, then less time."""
     from leafcut.processes.sheet.plan.freed_parts import cut_free_later
@@ -204,7 +206,7 @@ def _cut_seconds(path: Toolpath, rows: list[LaidCut], machine: Machine) -> list[
 
 
 def _outcome(
-    job: Job, issues: list[Issue], solutions: list[Solution], before: _Laid, nearest: _Laid, after: _Laid
+    job: Job, issues: list[Issue], solutions: list[Solution], before: _LaidOrder, nearest: _LaidOrder, after: _LaidOrder
 ) -> Outcome[SheetDetail]:
     run, settings = job.run, job.run.settings
     text = _write(job, before, after)
@@ -238,7 +240,7 @@ def _outcome(
     )
 
 
-def _heat_issues(job: Job, laid: _Laid) -> list[Issue]:
+def _heat_issues(job: Job, laid: _LaidOrder) -> list[Issue]:
     from leafcut.processes.sheet.plan.heat import HeatRule, too_near
 
     options = job.run.settings.cut
@@ -256,7 +258,7 @@ def _heat_issues(job: Job, laid: _Laid) -> list[Issue]:
     return [Issue("L614", words, f"the first at ({x:.4g}, {y:.4g})")]
 
 
-def _probing_issues(job: Job, laid: _Laid) -> list[Issue]:
+def _probing_issues(job: Job, laid: _LaidOrder) -> list[Issue]:
     """Warn of starts in the air under a controller that probes before each cut: it would find a slat, or nothing."""
     torch = job.words.torch
     starts = [c.path.start for c in laid.plan.cuts if c.kind == "cut" and not c.pierce]
@@ -269,7 +271,7 @@ def _probing_issues(job: Job, laid: _Laid) -> list[Issue]:
     return [Issue("L619", words, f"the first at ({starts[0][0]:.4g}, {starts[0][1]:.4g})")]
 
 
-def _freed_issues(laid: _Laid) -> list[Issue]:
+def _freed_issues(laid: _LaidOrder) -> list[Issue]:
     """Tell of the ways of a head that stays down: how many cross parts that are free, and how many go round them."""
     led = laid.round
     if led is None or not (led.crossing or led.close or led.corners):
@@ -292,7 +294,7 @@ def _freed_issues(laid: _Laid) -> list[Issue]:
     return [Issue("L623", words, f"the first on the way to ({x:.4g}, {y:.4g})")]
 
 
-def _write(job: Job, before: _Laid, after: _Laid) -> str:
+def _write(job: Job, before: _LaidOrder, after: _LaidOrder) -> str:
     from leafcut.post.header import header_lines
     from leafcut.processes.sheet.post import write_cut_program
 
@@ -312,7 +314,7 @@ def _write(job: Job, before: _Laid, after: _Laid) -> str:
     return write_cut_program(after.plan, after.path, job.words, settings.post, header)
 
 
-def _verify(job: Job, laid: _Laid, text: str) -> Toolpath:
+def _verify(job: Job, laid: _LaidOrder, text: str) -> Toolpath:
     """Return the program read back, compared with the toolpath and checked against the drawing and the machine.
 
     The one place where a cutting program is proved: nothing that fails here is written.

@@ -15,9 +15,9 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, NestPart, Placement, Stock
 from leafcut.options import NestOptions
-from leafcut.processes.nesting.plan.fill import Filling, Task, filled
+from leafcut.processes.nesting.plan.fill import Filling, NestTask, filled
 from leafcut.processes.nesting.plan.pieces import pieces_of
-from leafcut.processes.nesting.plan.rectangles import Laid
+from leafcut.processes.nesting.plan.rectangles import PlacedPiece
 from leafcut.processes.nesting.plan.sheet_choice import cheaper, cheapest, cheapest_of, same_sheets
 
 
@@ -39,17 +39,17 @@ class Shelves:
     def room(self) -> float:
         return float(self.size)
 
-    def fill(self, offered: Counter[int], last: bool) -> list[Laid]:
+    def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
         pieces = sorted(offered.elements())[: self.size]
-        return [Laid(piece, 0.0, 0.0, 0.0) for piece in pieces]
+        return [PlacedPiece(piece, 0.0, 0.0, 0.0) for piece in pieces]
 
 
-def task(count: int, *sheets: tuple[int | None, float]) -> Task:
+def task(count: int, *sheets: tuple[int | None, float]) -> NestTask:
     """Return so many plates on sheets of (how many there are, price)."""
     path = Polyline.of_points([(0, 0), (1, 0), (1, 1), (0, 1)], closed=True)
     parts = (NestPart("plate", (Contour(path),), count),)
     stocks = tuple(Stock(10.0, 10.0, number, price) for number, price in sheets)
-    return Task(parts, tuple(pieces_of(parts)), (count,), stocks, NestOptions())
+    return NestTask(parts, tuple(pieces_of(parts)), (count,), stocks, NestOptions())
 
 
 def nest_of(cost: float, unplaced: int = 0) -> Nest:

@@ -12,7 +12,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
 from leafcut.processes.nesting.plan.holes import filled_holes
-from leafcut.processes.nesting.plan.pieces import Piece, pieces_of
+from leafcut.processes.nesting.plan.pieces import NestPiece, pieces_of
 
 #: A frame of 200 with a hole of 120, and what may lie in it.
 HOLE = (40.0, 40.0, 160.0, 160.0)
@@ -30,7 +30,7 @@ def small(side: float, quantity: int, rotations: tuple[float, ...] | None = (0.0
     return NestPart("small", (Contour(box(0, 0, side, side)),), quantity, rotations)
 
 
-def made(*parts: NestPart, spacing: float = 5.0) -> tuple[list[Piece], list[int], Counter[int]]:
+def made(*parts: NestPart, spacing: float = 5.0) -> tuple[list[NestPiece], list[int], Counter[int]]:
     """Return the pieces, their counts, and how many of each part there are in all of them."""
     pieces, counts = filled_holes(parts, pieces_of(parts), spacing)
     every = Counter[int]()

@@ -14,8 +14,8 @@ from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
-from leafcut.processes.nesting.plan.pieces import Piece, pieces_of
-from leafcut.processes.nesting.plan.rectangles import RULES, Laid, RectanglePacker
+from leafcut.processes.nesting.plan.pieces import NestPiece, pieces_of
+from leafcut.processes.nesting.plan.rectangles import RULES, PlacedPiece, RectanglePacker
 
 QUARTERS = (0.0, 0.5 * math.pi)
 
@@ -24,11 +24,11 @@ def box(width: float, height: float, x: float = 0.0, y: float = 0.0) -> Polyline
     return Polyline.of_points([(x, y), (x + width, y), (x + width, y + height), (x, y + height)], closed=True)
 
 
-def some(paths: list[Polyline], angles: tuple[float, ...] = QUARTERS) -> list[Piece]:
+def some(paths: list[Polyline], angles: tuple[float, ...] = QUARTERS) -> list[NestPiece]:
     return pieces_of([NestPart(f"p{k}", (Contour(path),), 1, angles) for k, path in enumerate(paths)])
 
 
-def shapes(pieces: list[Piece], laid: list[Laid]) -> list[shapely.Polygon]:
+def shapes(pieces: list[NestPiece], laid: list[PlacedPiece]) -> list[shapely.Polygon]:
     return [shapely.Polygon(pieces[a.piece].path.turned(a.angle).moved(a.x, a.y).flattened(0.001)) for a in laid]
 
 

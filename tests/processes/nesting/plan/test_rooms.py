@@ -11,7 +11,7 @@ import shapely
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
-from leafcut.processes.nesting.plan.pieces import Piece, pieces_of
+from leafcut.processes.nesting.plan.pieces import NestPiece, pieces_of
 from leafcut.processes.nesting.plan.rooms import clear_of, place
 
 
@@ -19,7 +19,7 @@ def box(width: float, height: float, x: float = 0.0, y: float = 0.0) -> Polyline
     return Polyline.of_points([(x, y), (x + width, y), (x + width, y + height), (x, y + height)], closed=True)
 
 
-def piece(path: Polyline) -> Piece:
+def piece(path: Polyline) -> NestPiece:
     return pieces_of([NestPart("p", (Contour(path),))])[0]
 
 

@@ -22,7 +22,7 @@ from leafcut.processes.pocket.plan.adaptive import adaptive
 from leafcut.processes.pocket.plan.medial_axis import middle_axis
 from leafcut.processes.pocket.plan.region import centre_regions
 from leafcut.processes.pocket.plan.rules import milling_data
-from leafcut.processes.pocket.plan.toolpath import Clearing, Heights, lay_pockets
+from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, lay_pockets
 from leafcut.read.machine import load_machine
 
 
@@ -115,7 +115,7 @@ def test_a_path_that_begins_with_a_loop_is_entered_round_and_round_it_no_steeper
     options = PocketOptions(tool_diameter=10.0, entry="ramp", entry_angle=angle, milling_feed=10.0)
     mill = load_machine("linuxcnc-mill")
     data = milling_data(options, DrillOptions(spindle_speed=3000.0), rules, mill)[0]
-    heights = Heights((-2.0, -4.0), 10.0, 2.0)
+    heights = PocketHeights((-2.0, -4.0), 10.0, 2.0)
     toolpath, down = lay_pockets([Clearing(region, region.polygon, adaptive(region))], heights, data, mill)
     before, end = toolpath.before, toolpath.end
     dropping = np.flatnonzero((toolpath.kind == Kind.ARC_CCW) & (end[:, 2] < before[:, 2] - 1e-9))

@@ -16,7 +16,7 @@ from leafcut.geometry.polyline import Points
 from leafcut.model.pocket import Pocket
 from leafcut.processes.pocket.plan import connected as pocket_best
 from leafcut.processes.pocket.plan.connected import best
-from leafcut.processes.pocket.plan.coverage_points import Ground
+from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
 from leafcut.processes.pocket.plan.track import Track
 from leafcut.stock.too_wide import TooWide
 
@@ -54,7 +54,7 @@ def test_the_places_beside_a_way_are_all_that_it_is_near_enough_to() -> None:
     def limit(points: Points, pitch: float) -> Points:
         return 2.0 + 0.5 * np.sin(points[:, 0])
 
-    ground = Ground(polygon, 0.5, 2.5, limit)
+    ground = CoverageGrid(polygon, 0.5, 2.5, limit)
     ground.beside(way, ~looked)  # what is known already changes nothing
     places = ground.beside(way, looked)
     piece, place = places.near(way)
@@ -69,7 +69,7 @@ def test_the_places_beside_a_way_are_all_that_it_is_near_enough_to() -> None:
 
 
 def test_ground_that_would_have_too_many_places_has_them_further_apart() -> None:
-    ground = Ground(shapely.box(0, 0, 1000, 1000), 0.01, 2.0, lambda points, pitch: np.full(len(points), 2.0))
+    ground = CoverageGrid(shapely.box(0, 0, 1000, 1000), 0.01, 2.0, lambda points, pitch: np.full(len(points), 2.0))
     way = np.column_stack([np.linspace(100.0, 900.0, 1601), np.full(1601, 500.0)])
     places = ground.beside(way, np.ones(1600, dtype=bool))
     assert 20_000 < len(places.points) <= 200_000

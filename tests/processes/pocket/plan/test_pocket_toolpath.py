@@ -21,7 +21,7 @@ from leafcut.processes.pocket.plan.entries import ABOVE
 from leafcut.processes.pocket.plan.region import CentreRegion, centre_regions
 from leafcut.processes.pocket.plan.rings import contour
 from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels, levels_of, milling_data, rules_of
-from leafcut.processes.pocket.plan.toolpath import Clearing, Heights, lay_pockets
+from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, lay_pockets
 from leafcut.processes.pocket.plan.walls import wall_passes
 from leafcut.processes.pocket.proof.pocket import check_pockets
 from leafcut.read.machine import load_machine
@@ -61,7 +61,7 @@ def data_of(entry: str = "ramp", feed: float = 10.0) -> MillingData:
 
 def lay(path: PocketPath, levels: tuple[float, ...] = (-2.0,), entry: str = "ramp", **changes: object) -> Toolpath:
     region = square()[0]
-    heights = Heights(levels, clearance=10.0, retract=2.0, **changes)  # type: ignore[arg-type]
+    heights = PocketHeights(levels, clearance=10.0, retract=2.0, **changes)  # type: ignore[arg-type]
     return lay_pockets([Clearing(region, region.polygon, path)], heights, data_of(entry), MILL)[0]
 
 
@@ -163,7 +163,7 @@ def test_a_tool_that_has_no_room_for_a_ramp_or_a_helix_goes_straight_down_and_th
     pocket = Pocket(Polyline.circle(30, 30, 5.05))
     region = centre_regions(pocket, RULES)[0][0]
     dot = PocketPath("dot", (PocketPiece(Polyline.of_points([(30, 30), (30.02, 30), (30, 30)])),))
-    heights = Heights((-3.0,), clearance=10.0, retract=2.0)
+    heights = PocketHeights((-3.0,), clearance=10.0, retract=2.0)
     path, descents = lay_pockets([Clearing(region, region.polygon, dot)], heights, data_of(), MILL)
     assert [(d.kind, d.asked) for d in descents] == [("plunge", "ramp")]
     row = int(np.flatnonzero(path.end[:, 2] == -3.0)[0])
@@ -171,7 +171,7 @@ def test_a_tool_that_has_no_room_for_a_ramp_or_a_helix_goes_straight_down_and_th
 
 
 def test_into_what_is_cut_already_the_tool_comes_down_straight_into_what_is_not_by_its_entry() -> None:
-    heights = Heights((-2.0,), clearance=10.0, retract=2.0)
+    heights = PocketHeights((-2.0,), clearance=10.0, retract=2.0)
     region = square()[0]
     near = rings(13, 15, joined=False)  # 2 mm beside what is cut: half of the disc at its start is uncut
     far = rings(1, 25, joined=False)
@@ -231,7 +231,7 @@ def test_with_stock_all_levels_are_cleared_before_the_walls_are_finished_at_full
     region, roughed = square(stock=0.5)
     walls = wall_passes(region, roughed.polygon)
     clearing = Clearing(region, roughed.polygon, rings(1, 7, 13, 19, 24.49), walls)
-    heights = Heights((-2.0, -4.0), clearance=10.0, retract=2.0)
+    heights = PocketHeights((-2.0, -4.0), clearance=10.0, retract=2.0)
     path = lay_pockets([clearing], heights, data_of(), MILL)[0]
     near_wall = (path.kind == Kind.FEED) & (np.abs(path.end[:, :2] - 30).max(axis=1) > 24.9)
     assert near_wall.any() and set(path.end[near_wall, 2]) == {-4.0}
@@ -270,7 +270,7 @@ def test_a_way_too_narrow_for_tool_and_stock_is_cut_level_by_level() -> None:
     allowed = shapely.union_all([part.polygon for part in roughed])
     clearing = Clearing(region, allowed, rough, wall_passes(region, allowed))
     levels = (-3.0, -6.0, -9.0, -12.0)
-    path = lay_pockets([clearing], Heights(levels, clearance=10.0, retract=2.0), data_of(), MILL)[0]
+    path = lay_pockets([clearing], PocketHeights(levels, clearance=10.0, retract=2.0), data_of(), MILL)[0]
     ground = region.polygon.buffer(4.99, quad_segs=32)
     assert ground.difference(swept_at(path, levels[-1])).area < 1e-6
     for above, below in itertools.pairwise(levels):
@@ -282,7 +282,7 @@ def test_where_roughing_left_more_than_stock_the_tool_does_not_come_down_straigh
     region, roughed = square(stock=0.5)
     line = PocketPath("line", (PocketPiece(Polyline.of_points([(20, 30), (40, 30)])),))
     clearing = Clearing(region, roughed.polygon, line, wall_passes(region, roughed.polygon))
-    heights = Heights((-2.0, -4.0), clearance=10.0, retract=2.0)
+    heights = PocketHeights((-2.0, -4.0), clearance=10.0, retract=2.0)
     path, descents = lay_pockets([clearing], heights, data_of(), MILL)
     assert [d.kind for d in descents] == ["ramp"] * 4
     straight = {z for way, _, z in slopes(path) if way == 0.0}
@@ -298,7 +298,7 @@ def test_every_run_that_begins_with_a_loop_is_entered_along_it() -> None:
     region = square()[0]
     path, descents = lay_pockets(
         [Clearing(region, region.polygon, PocketPath("two", tuple(pieces)))],
-        Heights((-2.0,), clearance=10.0, retract=2.0),
+        PocketHeights((-2.0,), clearance=10.0, retract=2.0),
         data_of(),
         MILL,
     )

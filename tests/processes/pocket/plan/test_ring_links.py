@@ -11,7 +11,7 @@ import shapely
 from pocket_shapes import RULES, l_shape, only_region, plate
 
 from every import every
-from leafcut.processes.pocket.plan.ring_links import Layout, children_of, tree_of
+from leafcut.processes.pocket.plan.ring_links import RingLinks, children_of, tree_of
 from leafcut.processes.pocket.plan.rings import Ring, rings
 
 STEP = RULES.step_over
@@ -68,7 +68,7 @@ def test_rings_of_concentric_circles_are_joined_each_to_the_next() -> None:
 def test_one_way_goes_through_all_rings_at_depth_and_leaves_neither_the_region_nor_a_wall_out(pocket) -> None:
     region = only_region(pocket)
     cut = rings(region)
-    layout = Layout(region, cut)
+    layout = RingLinks(region, cut)
     ways = layout.ways(np.zeros((0, 2)))
     assert len(ways) == 1 + len(layout.apart) == 1
     line = shapely.LineString(ways[0])

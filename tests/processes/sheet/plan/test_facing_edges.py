@@ -12,17 +12,17 @@ from cut_sheets import PLASMA, rectangle, rules_of, sheet_of, split_rectangle, s
 from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.sheet import Sheet
-from leafcut.processes.sheet.plan.common_cuts.edges import Slot, facing_edges
+from leafcut.processes.sheet.plan.common_cuts.edges import EdgeGap, facing_edges
 from leafcut.processes.sheet.plan.cut_contours import prepare_contours
 
 KERF = PLASMA.kerf
 
 
-def found(*paths: Polyline) -> list[Slot]:
+def found(*paths: Polyline) -> list[EdgeGap]:
     return of_sheet(sheet_of(*((path, 0, -1, k) for k, path in enumerate(paths, 1))))
 
 
-def of_sheet(sheet: Sheet) -> list[Slot]:
+def of_sheet(sheet: Sheet) -> list[EdgeGap]:
     rules = rules_of()
     contours, _ = prepare_contours(sheet, rules)
     return facing_edges(contours, rules)

@@ -25,7 +25,7 @@ from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.plan.freed_parts import BESIDE, HIT, MARGIN, cut_free_later, lead_round
 from leafcut.processes.sheet.proof.cut_motion import read_back
 from leafcut.processes.sheet.proof.freed import check_freed, crossings
-from leafcut.processes.sheet.proof.laid_runs import Asked, Laid
+from leafcut.processes.sheet.proof.laid_runs import Asked, LaidRuns
 from leafcut.processes.sheet.proof.sheet_shapes import shapes_of
 from leafcut.processes.sheet.proof.torch_runs import torch_runs
 
@@ -155,11 +155,11 @@ def laser(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
     return api.optimize(file, process="cut", thickness="3", cut_process="laser_fiber_3kW", iterations=10, threads=1)
 
 
-def laid_of(outcome: Outcome, text: str) -> tuple[Laid, Toolpath]:
+def laid_of(outcome: Outcome, text: str) -> tuple[LaidRuns, Toolpath]:
     words, plan = dialect(outcome.dialect), outcome.detail.plan
     path = read_back(text, plan, words)
     half = 0.5 * plan.data.kerf
-    return Laid(torch_runs(path, None), plan, shapes_of(plan.sheet, half), words, Asked(half)), path
+    return LaidRuns(torch_runs(path, None), plan, shapes_of(plan.sheet, half), words, Asked(half)), path
 
 
 def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(laser: Outcome) -> None:

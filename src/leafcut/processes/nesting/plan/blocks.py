@@ -17,7 +17,7 @@ from shapely.affinity import affine_transform
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import Placement
-from leafcut.processes.nesting.plan.pieces import CHORD, RECTANGLE, SAME_ANGLE, Piece
+from leafcut.processes.nesting.plan.pieces import CHORD, RECTANGLE, SAME_ANGLE, NestPiece
 
 #: Parts in one block at most; more would leave little to choose where it lies, and much heat in one place.
 MOST = 12
@@ -34,8 +34,8 @@ Place = tuple[float, float, float]
 
 
 def in_blocks(
-    pieces: Sequence[Piece], counts: Sequence[int], kerf: float, kind: str, inner: tuple[float, float]
-) -> tuple[list[Piece], list[int]]:
+    pieces: Sequence[NestPiece], counts: Sequence[int], kerf: float, kind: str, inner: tuple[float, float]
+) -> tuple[list[NestPiece], list[int]]:
     """Return blocks of pieces, what is left of the pieces, and how many there are of each.
 
     Parameters
@@ -45,7 +45,7 @@ def in_blocks(
     inner
         Length and width of a sheet less its margins, mm.
     """
-    found: list[Piece] = []
+    found: list[NestPiece] = []
     numbers: list[int] = []
     for piece, count in zip(pieces, counts, strict=True):
         left = count
@@ -63,7 +63,7 @@ def in_blocks(
     return found, numbers
 
 
-def _block(piece: Piece, count: int, kerf: float, kind: str, inner: tuple[float, float]) -> Piece | None:
+def _block(piece: NestPiece, count: int, kerf: float, kind: str, inner: tuple[float, float]) -> NestPiece | None:
     """Return the largest block that `count` of a piece make; None where they make none that fits."""
     box = next((b for b in piece.boxes if piece.area >= RECTANGLE * b.width * b.height), None)
     if box is None:
@@ -104,7 +104,7 @@ def _grid(
     return best
 
 
-def _pair(piece: Piece, kerf: float) -> Piece | None:
+def _pair(piece: NestPiece, kerf: float) -> NestPiece | None:
     """Return two of a piece, a kerf apart along the longest straight edge where the turned one has room; or None."""
     path = piece.path if piece.path.area >= 0.0 else piece.path.reversed()
     edges = [s for s in path.segments() if not s.is_arc]
@@ -128,7 +128,7 @@ def _pair(piece: Piece, kerf: float) -> Piece | None:
     return None
 
 
-def _around(shapes: list[Polygon], piece: Piece) -> Polyline:
+def _around(shapes: list[Polygon], piece: NestPiece) -> Polyline:
     """Return the edge of shapes together; of chords that stand for arcs as much outside as these are inside."""
     whole: Any = shapely.union_all([shape.buffer(0.0) for shape in shapes])
     if piece.slack:
@@ -137,7 +137,7 @@ def _around(shapes: list[Polygon], piece: Piece) -> Polyline:
     return Polyline.of_points(edge.exterior.coords, closed=True)
 
 
-def _made(piece: Piece, path: Polyline, places: Sequence[Place]) -> Piece | None:
+def _made(piece: NestPiece, path: Polyline, places: Sequence[Place]) -> NestPiece | None:
     """Return a block of a piece in some places; None where it could lie in no angle that all of its parts may have."""
     members: list[Placement] = [m for angle, x, y in places for m in piece.laid(angle, x, y)]
     angles = piece.angles
@@ -147,7 +147,7 @@ def _made(piece: Piece, path: Polyline, places: Sequence[Place]) -> Piece | None
         angles = tuple(a % math.tau for a in free if all(_among(a + turn, piece.angles or ()) for turn in turns))
         if not angles:
             return None
-    return Piece(path, tuple(members), angles)
+    return NestPiece(path, tuple(members), angles)
 
 
 def _among(angle: float, allowed: Sequence[float]) -> bool:

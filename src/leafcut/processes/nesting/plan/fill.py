@@ -10,8 +10,8 @@ from typing import Protocol
 
 from leafcut.model.nest import Layout, Nest, NestPart, Stock
 from leafcut.options import NestOptions
-from leafcut.processes.nesting.plan.pieces import FORGIVEN, Piece, share_of
-from leafcut.processes.nesting.plan.rectangles import Laid
+from leafcut.processes.nesting.plan.pieces import FORGIVEN, NestPiece, share_of
+from leafcut.processes.nesting.plan.rectangles import PlacedPiece
 
 #: The least that stays between two parts, mm.
 TOUCHING = 0.1
@@ -36,19 +36,19 @@ class Packer(Protocol):
     def room(self) -> float:
         """What a sheet has, mm²."""
 
-    def fill(self, offered: Counter[int], last: bool) -> list[Laid]:
+    def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
         """Return what fits of the pieces offered; of the `last` ones, as far to the left as was found."""
 
 
 @dataclass(frozen=True)
-class Task:
+class NestTask:
     """What is to be nested: parts as pieces, how many of each, and on what.
 
     `remnants` are the packers of the kinds of sheet that are no rectangles, by their index.
     """
 
     parts: tuple[NestPart, ...]
-    pieces: tuple[Piece, ...]
+    pieces: tuple[NestPiece, ...]
     counts: tuple[int, ...]
     stocks: tuple[Stock, ...]
     options: NestOptions
@@ -78,19 +78,19 @@ class Task:
 class Filling:
     """A nest as it is made: the sheets so far, and what is left of the pieces."""
 
-    def __init__(self, task: Task, packers: Sequence[Packer]) -> None:
+    def __init__(self, task: NestTask, packers: Sequence[Packer]) -> None:
         self.task, self.packers = task, packers
         self.left = Counter(dict(enumerate(task.counts)))
         self.layouts: list[Layout] = []
         self.n_sheets = 0
 
-    def laid(self, stock: int, later: Sequence[int]) -> list[Laid]:
+    def laid(self, stock: int, later: Sequence[int]) -> list[PlacedPiece]:
         """Return what lies on the next sheet, of one kind; the others come `later`."""
         packer = self.packers[stock]
         offered = self._offered(packer, later)
         return packer.fill(offered, last=offered == self.left) or self._alone(stock)
 
-    def add(self, stock: int, laid: Sequence[Laid], most: float) -> int:
+    def add(self, stock: int, laid: Sequence[PlacedPiece], most: float) -> int:
         """Take a sheet as often as there are pieces for it, `most` at most; return how often."""
         pieces = self.task.pieces
         used = Counter(piece.piece for piece in laid)
@@ -128,7 +128,7 @@ class Filling:
         room -= sum(packer.weight(piece) * count for piece, count in offered.items())
         return offered + (share_of(left - only, packer.weight, room) if room > 0.0 else Counter())
 
-    def _alone(self, stock: int) -> list[Laid]:
+    def _alone(self, stock: int) -> list[PlacedPiece]:
         """Return the largest piece in the corner of a sheet of its own, for a packer that found no place for any."""
         if self.task.stocks[stock].edge:
             return []
@@ -137,11 +137,11 @@ class Filling:
         for piece in sorted(self.left, key=lambda p: (-pieces[p].area, p)):
             for box in pieces[piece].boxes:
                 if box.width <= length + FORGIVEN and box.height <= width + FORGIVEN:
-                    return [Laid(piece, box.angle, margin - box.x, margin - box.y)]
+                    return [PlacedPiece(piece, box.angle, margin - box.x, margin - box.y)]
         return []
 
 
-def filled(task: Task, packers: Sequence[Packer], plan: Plan, method: str, seed: int) -> Nest:
+def filled(task: NestTask, packers: Sequence[Packer], plan: Plan, method: str, seed: int) -> Nest:
     """Fill the sheets of a plan until nothing is left, or no sheets are."""
     made = Filling(task, packers)
     for step, (stock, most) in enumerate(plan):

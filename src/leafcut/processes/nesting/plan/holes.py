@@ -9,7 +9,7 @@ from shapely.geometry.base import BaseGeometry
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import NestPart, Placement
-from leafcut.processes.nesting.plan.pieces import Piece, angles_within, polygon_of
+from leafcut.processes.nesting.plan.pieces import NestPiece, angles_within, polygon_of
 from leafcut.processes.nesting.plan.rooms import FREE_ANGLES, clear_of, place
 
 #: Of a part only its largest holes are looked at, and in each so many kinds of part are tried.
@@ -17,7 +17,9 @@ MOST_HOLES = 20
 MOST_TRIED = 40
 
 
-def filled_holes(parts: Sequence[NestPart], pieces: Sequence[Piece], spacing: float) -> tuple[list[Piece], list[int]]:
+def filled_holes(
+    parts: Sequence[NestPart], pieces: Sequence[NestPiece], spacing: float
+) -> tuple[list[NestPiece], list[int]]:
     """Return the pieces with parts laid into their holes, and how many there are of each.
 
     From the smallest part with holes to the largest, so that what lies in a hole may itself hold something. `spacing`
@@ -32,7 +34,7 @@ def filled_holes(parts: Sequence[NestPart], pieces: Sequence[Piece], spacing: fl
             if not used:
                 break
             number = min([counts[root], *(counts[piece] // count for piece, count in used.items())])
-            found.append(Piece(pieces[root].path, (*pieces[root].members, *members), pieces[root].angles))
+            found.append(NestPiece(pieces[root].path, (*pieces[root].members, *members), pieces[root].angles))
             counts.append(number)
             counts[root] -= number
             for piece, count in used.items():
@@ -50,7 +52,7 @@ def _rooms(holes: Sequence[Polyline], clear: float) -> list[BaseGeometry]:
 
 
 def _fill(
-    root: int, rooms: list[BaseGeometry], pieces: list[Piece], counts: list[int], clear: float
+    root: int, rooms: list[BaseGeometry], pieces: list[NestPiece], counts: list[int], clear: float
 ) -> tuple[list[Placement], Counter[int]]:
     """Return what was laid into the holes of a part, and how many of each piece that took: the largest first."""
     members: list[Placement] = []
@@ -71,7 +73,7 @@ def _fill(
     return members, +used
 
 
-def _angles(piece: Piece, outer: Sequence[float] | None) -> list[float]:
+def _angles(piece: NestPiece, outer: Sequence[float] | None) -> list[float]:
     """Return the angles in which a piece may lie in a hole of a part that itself may lie in those of `outer`."""
     angles = piece.angles if piece.angles is not None else FREE_ANGLES
     return [angle for angle in angles if angles_within(piece.angles, outer, angle)]

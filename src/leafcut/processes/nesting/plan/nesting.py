@@ -13,14 +13,14 @@ from dataclasses import replace
 from leafcut.model.nest import Nest, NestPart, Stock
 from leafcut.options import NestOptions, SolveOptions
 from leafcut.processes.nesting.plan.blocks import in_blocks
-from leafcut.processes.nesting.plan.fill import Packer, Plan, Task, filled
+from leafcut.processes.nesting.plan.fill import NestTask, Packer, Plan, filled
 from leafcut.processes.nesting.plan.holes import filled_holes
-from leafcut.processes.nesting.plan.pieces import Piece, check_fit, pieces_of
+from leafcut.processes.nesting.plan.pieces import NestPiece, check_fit, pieces_of
 from leafcut.processes.nesting.plan.rectangles import RULES, RectanglePacker
 from leafcut.processes.nesting.plan.remnant import RemnantPacker
 from leafcut.processes.nesting.plan.shapes import ShapePacker
 from leafcut.processes.nesting.plan.sheet_choice import as_many, cheaper, cheapest, cheapest_of, same_sheets
-from leafcut.processes.nesting.plan.strip import Budget, NesterError
+from leafcut.processes.nesting.plan.strip import NesterError, StripBudget
 
 #: Steps of the irregular nester for one strip, by preset. Some 200 take a few seconds, each of the next far longer.
 STEPS = {"fast": 120, "default": 250, "thorough": 1000}
@@ -39,7 +39,7 @@ CHOOSING = 0.2
 Tell = Callable[[str, float], None]
 
 
-def prepare(parts: Sequence[NestPart], options: NestOptions, stocks: Sequence[Stock]) -> Task:
+def prepare(parts: Sequence[NestPart], options: NestOptions, stocks: Sequence[Stock]) -> NestTask:
     """Return what is to be nested, and on which kinds of sheet.
 
     Raises
@@ -48,7 +48,7 @@ def prepare(parts: Sequence[NestPart], options: NestOptions, stocks: Sequence[St
         There is nothing to nest, an outline is no outline, or a part fits no sheet.
     """
     pieces = pieces_of(parts)
-    plain = Task(tuple(parts), tuple(pieces), tuple(p.quantity for p in parts), tuple(stocks), options)
+    plain = NestTask(tuple(parts), tuple(pieces), tuple(p.quantity for p in parts), tuple(stocks), options)
     inner = [plain.inner(k) for k in range(len(stocks))]
     check_fit(parts, pieces, inner)
     counts = list(plain.counts)
@@ -60,10 +60,10 @@ def prepare(parts: Sequence[NestPart], options: NestOptions, stocks: Sequence[St
 
 
 def _blocks(
-    pieces: Sequence[Piece], counts: Sequence[int], options: NestOptions, inner: Sequence[tuple[float, float]]
-) -> tuple[list[Piece], list[int]]:
+    pieces: Sequence[NestPiece], counts: Sequence[int], options: NestOptions, inner: Sequence[tuple[float, float]]
+) -> tuple[list[NestPiece], list[int]]:
     """Return pieces in blocks for which the smallest sheet that holds the piece has room."""
-    found: list[Piece] = []
+    found: list[NestPiece] = []
     numbers: list[int] = []
     for piece, count in zip(pieces, counts, strict=True):
         smallest = min((one for one in inner if piece.fits(*one)), key=math.prod)
@@ -73,7 +73,7 @@ def _blocks(
     return found, numbers
 
 
-def variants(task: Task, search: SolveOptions, tell: Tell, cancelled: threading.Event) -> Iterator[Nest | str]:
+def variants(task: NestTask, search: SolveOptions, tell: Tell, cancelled: threading.Event) -> Iterator[Nest | str]:
     """Yield nests as they are found, unchecked; a line of text for one that could not be made.
 
     By shapes, one for each seed from the one asked for; by rectangles, one for each rule of `RULES`.
@@ -90,7 +90,7 @@ def variants(task: Task, search: SolveOptions, tell: Tell, cancelled: threading.
     yield from _rectangle_variants(task, tell, cancelled.is_set, cancelled)
 
 
-def _on_several(task: Task, search: SolveOptions, tell: Tell, cancelled: threading.Event) -> Iterator[Nest | str]:
+def _on_several(task: NestTask, search: SolveOptions, tell: Tell, cancelled: threading.Event) -> Iterator[Nest | str]:
     """Yield nests on the sheets that cost least: by rectangles, which is quick, and by shapes on those that cost less.
 
     By shapes the first variant seeks the sheets, and the others lie on the same ones; of a time limit the first has
@@ -128,24 +128,26 @@ def _on_several(task: Task, search: SolveOptions, tell: Tell, cancelled: threadi
         )  # fmt: skip
 
 
-def _rectangle_variants(task: Task, tell: Tell, late: Callable[[], bool], cancelled: threading.Event) -> Iterator[Nest]:
+def _rectangle_variants(
+    task: NestTask, tell: Tell, late: Callable[[], bool], cancelled: threading.Event
+) -> Iterator[Nest]:
     tell("nesting by rectangles", 0.99)
     for rule in range(len(RULES)):
         if not cancelled.is_set() and not (rule and late()):
             yield cheapest(task, _rectangle_packers(task, rule), "rectangles", rule, late)
 
 
-def _rectangle_packers(task: Task, rule: int) -> list[Packer]:
+def _rectangle_packers(task: NestTask, rule: int) -> list[Packer]:
     margin, spacing = task.options.margin, task.spacing
     return _packers(task, lambda k: RectanglePacker(task.pieces, *task.inner(k), margin, spacing, rule))
 
 
-def _packers(task: Task, rectangular: Callable[[int], Packer]) -> list[Packer]:
+def _packers(task: NestTask, rectangular: Callable[[int], Packer]) -> list[Packer]:
     """Return a packer for every kind of sheet; for those that are rectangles the one that is made by its index."""
     return [task.remnants[k] if k in task.remnants else rectangular(k) for k in range(len(task.stocks))]
 
 
-def _with_remnants(task: Task, search: SolveOptions) -> Task:
+def _with_remnants(task: NestTask, search: SolveOptions) -> NestTask:
     """Return the task with packers for what is no rectangle: all variants share them, as they lay the same alike.
 
     Of a time limit they may take their share for every sheet that they fill, and nothing behind its end.
@@ -164,7 +166,7 @@ def _with_remnants(task: Task, search: SolveOptions) -> Task:
 
 
 def _shape_variants(
-    task: Task, search: SolveOptions, numbers: range, make: Callable[[int, _Clock], Nest], tell: Tell,
+    task: NestTask, search: SolveOptions, numbers: range, make: Callable[[int, _Clock], Nest], tell: Tell,
     cancelled: threading.Event,
 ) -> Iterator[Nest | str]:  # fmt: skip
     """Yield a nest by shapes for each of some numbers, in their order; several are sought at a time.
@@ -198,12 +200,12 @@ def _shape_variants(
             raise
 
 
-def _by_shapes(task: Task) -> bool:
+def _by_shapes(task: NestTask) -> bool:
     wanted = task.options.nester
     return wanted == "shapes" or (wanted == "auto" and not all(piece.is_rectangle for piece in task.pieces))
 
 
-def _on_cheapest(task: Task, other: Nest, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
+def _on_cheapest(task: NestTask, other: Nest, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
     """Return a nest by shapes on sheets that cost no more than those of another nest."""
     packers = _shape_packers(task, seed, clock.budget, cancelled)
 
@@ -216,13 +218,15 @@ def _on_cheapest(task: Task, other: Nest, clock: _Clock, seed: int, cancelled: t
     return cheapest_of(plans, SHAPE_TRIES, same, attempt, lambda: cancelled.is_set() or clock.late)
 
 
-def _on(task: Task, plan: Plan, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
+def _on(task: NestTask, plan: Plan, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
     """Return a nest by shapes on the sheets of a plan."""
     clock.begin(task, plan, 1)
     return filled(task, _shape_packers(task, seed, clock.budget, cancelled), plan, "shapes", seed)
 
 
-def _shape_packers(task: Task, seed: int, budget: Callable[[], Budget], cancelled: threading.Event) -> list[Packer]:
+def _shape_packers(
+    task: NestTask, seed: int, budget: Callable[[], StripBudget], cancelled: threading.Event
+) -> list[Packer]:
     margin, spacing = task.options.margin, task.spacing
     return _packers(task, lambda k: ShapePacker(task.pieces, *task.inner(k), margin, spacing, seed, budget, cancelled))
 
@@ -240,7 +244,7 @@ class _Clock:
         self.strips = 1.0
         self.end = time.monotonic() + left
 
-    def begin(self, task: Task, plan: Plan, plans: int) -> None:
+    def begin(self, task: NestTask, plan: Plan, plans: int) -> None:
         """Share the time that is left among the strips of a plan and those of the `plans` that may come after it."""
         area = sum(piece.area * count for piece, count in zip(task.pieces, task.counts, strict=True))
         sheets = 0.0
@@ -255,8 +259,8 @@ class _Clock:
         """True when the time is over."""
         return time.monotonic() >= self.end
 
-    def budget(self) -> Budget:
+    def budget(self) -> StripBudget:
         """Return what the next strip may take."""
         share = max(self.end - time.monotonic(), 0.0) / self.strips
         self.strips = max(1.0, self.strips - 1.0)
-        return Budget(self.steps, self.failures, share)
+        return StripBudget(self.steps, self.failures, share)

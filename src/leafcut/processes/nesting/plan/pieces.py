@@ -43,7 +43,7 @@ class Box:
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class NestPiece:
     """A part, and those laid into its holes; moves as one.
 
     Attributes
@@ -117,7 +117,7 @@ def polygon_of(path: Polyline) -> Polygon:
     return Polygon(path.flattened(CHORD))
 
 
-def pieces_of(parts: Sequence[NestPart]) -> list[Piece]:
+def pieces_of(parts: Sequence[NestPart]) -> list[NestPiece]:
     """Return one piece per part, checked.
 
     Raises
@@ -134,12 +134,12 @@ def pieces_of(parts: Sequence[NestPart]) -> list[Piece]:
     return [_piece(number, part) for number, part in enumerate(parts)]
 
 
-def _piece(number: int, part: NestPart) -> Piece:
+def _piece(number: int, part: NestPart) -> NestPiece:
     if part.quantity < 1:
         raise PlanError(f"{part.name}: the quantity is {part.quantity}; it must be 1 or more")
     if not part.contours or not part.outline.closed or len(part.outline.flattened(CHORD)) < 4:
         raise PlanError(f"{part.name}: its outline is not closed; join its ends in the drawing")
-    piece = Piece(part.outline, (Placement(number, 0.0, 0.0, 0.0),), part.rotations)
+    piece = NestPiece(part.outline, (Placement(number, 0.0, 0.0, 0.0),), part.rotations)
     if not piece.polygon.is_valid or piece.area <= 0.0:
         place = explain_validity(piece.polygon).partition("[")[2].rstrip("]")
         where = f" near ({', '.join(f'{float(v):.6g}' for v in place.split())})" if place else ""
@@ -147,7 +147,7 @@ def _piece(number: int, part: NestPart) -> Piece:
     return piece
 
 
-def check_fit(parts: Sequence[NestPart], pieces: Sequence[Piece], inner: Sequence[tuple[float, float]]) -> None:
+def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Sequence[tuple[float, float]]) -> None:
     """Raise `PlanError` for the first piece that fits none of some rectangles (length, width in mm) at any angle."""
     for part, piece in zip(parts, pieces, strict=True):
         if not any(piece.fits(*one) for one in inner):

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from leafcut.processes.nesting.plan.pieces import Box, Piece
+from leafcut.processes.nesting.plan.pieces import Box, NestPiece
 from leafcut.processes.nesting.plan.strip import require
 
 #: The packers of `rectpack` and the orders in which they take rectangles that gave the fullest sheets.
@@ -29,7 +29,7 @@ MICRON = 1000.0
 
 
 @dataclass(frozen=True)
-class Laid:
+class PlacedPiece:
     """One piece on a sheet: turned by `angle` about the drawing's origin, then moved by (x, y) mm."""
 
     piece: int
@@ -66,7 +66,7 @@ class RectanglePacker:
     repeatable = True
 
     def __init__(
-        self, pieces: Sequence[Piece], length: float, width: float, margin: float, spacing: float, rule: int
+        self, pieces: Sequence[NestPiece], length: float, width: float, margin: float, spacing: float, rule: int
     ) -> None:
         require("rectpack")
         self.pieces, self.inner = pieces, (length, width)
@@ -91,7 +91,7 @@ class RectanglePacker:
         """What a sheet has, mm²."""
         return self.length * self.width / MICRON**2
 
-    def fill(self, offered: Counter[int], last: bool) -> list[Laid]:
+    def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
         """Return what fits of the pieces offered; of the `last` ones, as far to the left as was found."""
         best = self._pack(offered, self.length)
         if last and len(best) == offered.total():
@@ -102,7 +102,7 @@ class RectanglePacker:
                 low, high, best = (low, middle, found) if len(found) == len(best) else (middle, high, best)
         return best
 
-    def _pack(self, offered: Counter[int], length: int) -> list[Laid]:
+    def _pack(self, offered: Counter[int], length: int) -> list[PlacedPiece]:
         import rectpack
 
         algorithm, sort = (getattr(rectpack, name) for name in self.rule)
@@ -115,14 +115,14 @@ class RectanglePacker:
         packer.pack()
         return [self._laid(*rectangle[1:]) for rectangle in packer.rect_list()]
 
-    def _laid(self, x: int, y: int, width: int, height: int, number: int) -> Laid:
+    def _laid(self, x: int, y: int, width: int, height: int, number: int) -> PlacedPiece:
         cell = self.cells[number]
         across = (width, height) != (cell.width, cell.height)
         box = cell.turned if across and cell.turned is not None else cell.box
-        return Laid(number, box.angle, self.corner + x / MICRON - box.x, self.corner + y / MICRON - box.y)
+        return PlacedPiece(number, box.angle, self.corner + x / MICRON - box.x, self.corner + y / MICRON - box.y)
 
 
-def _cell(piece: Piece, spacing: float) -> Cell:
+def _cell(piece: NestPiece, spacing: float) -> Cell:
     box = min(piece.boxes, key=lambda b: (b.width * b.height, b.angle))
     turned = next((b for b in piece.boxes if _across(box, b)), None)
     return Cell(box, turned, _ceil(box.width + spacing), _ceil(box.height + spacing))

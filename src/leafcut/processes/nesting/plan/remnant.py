@@ -12,8 +12,8 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from leafcut.model.nest import Stock
-from leafcut.processes.nesting.plan.pieces import CHORD, Piece
-from leafcut.processes.nesting.plan.rectangles import Laid
+from leafcut.processes.nesting.plan.pieces import CHORD, NestPiece
+from leafcut.processes.nesting.plan.rectangles import PlacedPiece
 from leafcut.processes.nesting.plan.rooms import FREE_ANGLES, SLACK, clear_of, place
 
 #: Corners grow by at most this many times the spacing.
@@ -38,13 +38,13 @@ class RemnantPacker:
     offered = 1.3
 
     def __init__(
-        self, pieces: Sequence[Piece], stock: Stock, margin: float, spacing: float, *, seconds: float = math.inf,
+        self, pieces: Sequence[NestPiece], stock: Stock, margin: float, spacing: float, *, seconds: float = math.inf,
         end: float = math.inf,
     ) -> None:  # fmt: skip
 
         self.pieces, self.seconds, self.end = pieces, seconds, end
         self.repeatable = True
-        self._filled: dict[tuple[tuple[int, int], ...], list[Laid]] = {}
+        self._filled: dict[tuple[tuple[int, int], ...], list[PlacedPiece]] = {}
         self.clear = clear_of(spacing)
         outline, *holes = (path.flattened(CHORD) for path in stock.paths)
         round_edge = any(path.bulges.any() for path in stock.paths)
@@ -66,16 +66,16 @@ class RemnantPacker:
         """What a sheet has, mm²."""
         return float(self.inner.area)
 
-    def fill(self, offered: Counter[int], last: bool) -> list[Laid]:
+    def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
         """Return what fits of the pieces offered; of the same pieces it is sought once."""
         key = tuple(sorted((+offered).items()))
         if key not in self._filled:
             self._filled[key] = self._fill(offered)
         return self._filled[key]
 
-    def _fill(self, offered: Counter[int]) -> list[Laid]:
+    def _fill(self, offered: Counter[int]) -> list[PlacedPiece]:
         end = min(self.end, time.monotonic() + self.seconds)
-        laid: list[Laid] = []
+        laid: list[PlacedPiece] = []
         rest = self.inner
         for number in sorted(+offered, key=lambda p: (-self.pieces[p].area, p)):
             piece = self.pieces[number]
@@ -87,7 +87,7 @@ class RemnantPacker:
                 if found is None:
                     break
                 angle, x, y, polygon = found
-                laid.append(Laid(number, angle, x, y))
+                laid.append(PlacedPiece(number, angle, x, y))
                 rest = rest.difference(polygon.buffer(self.clear, join_style="mitre", mitre_limit=_MITRE))
                 rooms = [room for room in shapely.get_parts(rest) if room.area > _NOTHING]
                 rest = shapely.union_all(rooms) if rooms else shapely.Polygon()

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from leafcut.processes.nesting.plan.pieces import CHORD, Piece, polygon_of
+from leafcut.processes.nesting.plan.pieces import CHORD, NestPiece, polygon_of
 
 #: Of a part that may lie in any angle these are tried, rad.
 FREE_ANGLES = tuple(math.radians(k) for k in range(0, 360, 15))
@@ -38,7 +38,7 @@ def clear_of(spacing: float) -> float:
     return ROUND_CORNER * spacing + SLACK
 
 
-def place(piece: Piece, room: BaseGeometry, angles: Iterable[float], *, quick: bool = False) -> Found | None:
+def place(piece: NestPiece, room: BaseGeometry, angles: Iterable[float], *, quick: bool = False) -> Found | None:
     """Return the place furthest to the left, then lowest, in which a piece lies within a room; None where it has none.
 
     Places of a grid are tried, and those in which a corner of the piece lies in a corner of the room; `quick`: those of

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from shapely import Polygon
 
-from leafcut.processes.nesting.plan.pieces import Piece, share_of
-from leafcut.processes.nesting.plan.rectangles import Laid
-from leafcut.processes.nesting.plan.strip import Budget, Strip, StripItem, pack_strip, require
+from leafcut.processes.nesting.plan.pieces import NestPiece, share_of
+from leafcut.processes.nesting.plan.rectangles import PlacedPiece
+from leafcut.processes.nesting.plan.strip import Strip, StripBudget, StripItem, pack_strip, require
 
 #: The nester reckons in seven digits: of a sheet's length they lose this, mm, and this share of it.
 ROUNDING, ROUNDING_SHARE = 0.01, 1e-6
@@ -50,13 +50,13 @@ class ShapePacker:
 
     def __init__(
         self,
-        pieces: Sequence[Piece],
+        pieces: Sequence[NestPiece],
         length: float,
         width: float,
         margin: float,
         spacing: float,
         seed: int,
-        budget: Callable[[], Budget],
+        budget: Callable[[], StripBudget],
         cancelled: threading.Event,
     ) -> None:
         require("spyrrow")
@@ -82,7 +82,7 @@ class ShapePacker:
         """What a sheet has, mm²."""
         return self.length * self.width
 
-    def fill(self, offered: Counter[int], last: bool) -> list[Laid]:
+    def fill(self, offered: Counter[int], last: bool) -> list[PlacedPiece]:
         """Return what fits of the pieces offered; of the `last` ones, as far to the left as was found.
 
         Too many pieces for one search lie in bands across the sheet, one like the other.
@@ -102,7 +102,7 @@ class ShapePacker:
             laid += [_moved(one, bands * pitch) for one in more]
         return laid
 
-    def _fill_strip(self, offered: Counter[int], length: float, last: bool) -> tuple[list[Laid], float]:
+    def _fill_strip(self, offered: Counter[int], length: float, last: bool) -> tuple[list[PlacedPiece], float]:
         """Return what fits a length of the sheet, and the length that it takes."""
         strip = self._pack(offered, 0.0 if last else length)
         if strip.width <= length:
@@ -149,7 +149,7 @@ class ShapePacker:
         angles = self.pieces[piece].angles
         return None if angles is None else [math.degrees(a) for a in angles]
 
-    def _laid(self, strip: Strip, length: float = math.inf) -> list[Laid]:
+    def _laid(self, strip: Strip, length: float = math.inf) -> list[PlacedPiece]:
         """Return where the pieces lie whose grown outlines end before `length`."""
         found = []
         for piece, degrees, x, y in strip.items:
@@ -160,7 +160,7 @@ class ShapePacker:
                 continue
             # The nester turned the shape about its own middle.
             dx, dy = x - cos * middle[0] + sin * middle[1], y - sin * middle[0] - cos * middle[1]
-            found.append(Laid(piece, angle, self.corner + dx, self.corner + dy))
+            found.append(PlacedPiece(piece, angle, self.corner + dx, self.corner + dy))
         return found
 
     def _shape(self, number: int) -> tuple[list[tuple[float, float]], tuple[float, float], float]:
@@ -185,8 +185,8 @@ class ShapePacker:
         return points, middle, float(rough.area)
 
 
-def _moved(laid: Laid, x: float) -> Laid:
-    return Laid(laid.piece, laid.angle, laid.x + x, laid.y)
+def _moved(laid: PlacedPiece, x: float) -> PlacedPiece:
+    return PlacedPiece(laid.piece, laid.angle, laid.x + x, laid.y)
 
 
 def _at_most(some: Counter[int], number: int) -> Counter[int]:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from leafcut.model.nest import Nest
-from leafcut.processes.nesting.plan.fill import Filling, Packer, Plan, Task, filled
+from leafcut.processes.nesting.plan.fill import Filling, NestTask, Packer, Plan, filled
 
 #: So many choices of sheets are tried, by the number of pieces that are packed for it: between these two.
 TRIES, LEAST_TRIES, MOST_TRIES = 5_000, 4, 60
@@ -22,7 +22,7 @@ MOST_LOOKED = 50_000
 SAME = 1e-9
 
 
-def as_many(task: Task) -> Plan:
+def as_many(task: NestTask) -> Plan:
     """Return a plan that takes as many of the only kind of sheet as it needs."""
     return ((0, task.most),)
 
@@ -32,7 +32,7 @@ def same_sheets(nest: Nest) -> Plan:
     return tuple((layout.stock, layout.count) for layout in nest.layouts)
 
 
-def cheapest(task: Task, packers: Sequence[Packer], method: str, seed: int, late: Callable[[], bool]) -> Nest:
+def cheapest(task: NestTask, packers: Sequence[Packer], method: str, seed: int, late: Callable[[], bool]) -> Nest:
     """Return a nest on the sheets that cost least, as far as was looked until it was `late`."""
     if len(packers) == 1:
         return filled(task, packers, as_many(task), method, seed)
@@ -67,7 +67,7 @@ def _rank(nest: Nest) -> tuple[float, ...]:
     return nest.rank
 
 
-def _one_by_one(task: Task, packers: Sequence[Packer]) -> Filling:
+def _one_by_one(task: NestTask, packers: Sequence[Packer]) -> Filling:
     """Return sheets each of which gives most parts for its cost; the last is the cheapest that holds the rest."""
     made = Filling(task, packers)
     costs, at_hand = _costs(task), task.at_hand
@@ -83,7 +83,7 @@ def _one_by_one(task: Task, packers: Sequence[Packer]) -> Filling:
     return made
 
 
-def _all(task: Task, packers: Sequence[Packer]) -> Iterator[Plan]:
+def _all(task: NestTask, packers: Sequence[Packer]) -> Iterator[Plan]:
     """Return plans that take all sheets there are, the largest of them where no more may be taken."""
     left, counts = task.most, [0.0] * len(packers)
     for k in sorted(range(len(packers)), key=lambda k: (-packers[k].room, k)):
@@ -92,7 +92,7 @@ def _all(task: Task, packers: Sequence[Packer]) -> Iterator[Plan]:
     return _orders(packers, counts)
 
 
-def cheaper(task: Task, packers: Sequence[Packer], than: Nest, densest: float = 1.0) -> list[Plan]:
+def cheaper(task: NestTask, packers: Sequence[Packer], than: Nest, densest: float = 1.0) -> list[Plan]:
     """Return plans of sheets that cost less than a whole nest, the cheapest first, and have area enough.
 
     Parameters
@@ -118,7 +118,7 @@ def _orders(packers: Sequence[Packer], counts: Sequence[float]) -> Iterator[Plan
         yield plan[::-1]
 
 
-def _costs(task: Task) -> list[float]:
+def _costs(task: NestTask) -> list[float]:
     priced = any(stock.price is not None for stock in task.stocks)
     return [stock.cost(priced) for stock in task.stocks]
 
@@ -131,7 +131,7 @@ def _cost(counts: Sequence[float], costs: Sequence[float]) -> float:
 _Need = tuple[frozenset[int], float]
 
 
-def _needs(task: Task, packers: Sequence[Packer]) -> list[_Need]:
+def _needs(task: NestTask, packers: Sequence[Packer]) -> list[_Need]:
     """Return for sets of kinds of sheet what the pieces take that have room on no others."""
     areas: dict[frozenset[int], float] = {frozenset(range(len(packers))): 0.0}
     for piece, count in enumerate(task.counts):

@@ -27,7 +27,7 @@ NEVER = 1_000_000
 GIVEN_UP, OVERLAPPING = 1, 2
 
 
-class Search:
+class StripSearch:
     """The steps of a search so far, and the narrowest strip among them."""
 
     def __init__(self, task: dict[str, Any]) -> None:
@@ -82,7 +82,7 @@ def solve(task: dict[str, Any]) -> dict[str, Any]:
         seed=task["seed"],
     )
     queue = spyrrow.ProgressQueue()
-    search = Search(task)
+    search = StripSearch(task)
     worker = threading.Thread(target=instance.solve, args=(config, queue), daemon=True)
     worker.start()
     while True:

@@ -43,7 +43,7 @@ class StripItem:
 
 
 @dataclass(frozen=True)
-class Budget:
+class StripBudget:
     """When a search of one strip ends, at the latest; infinite where it must not.
 
     After so many `steps`, after giving up on a width so often (`failures`), after so many `seconds`.
@@ -68,7 +68,7 @@ def pack_strip(
     items: Sequence[StripItem],
     height: float,
     seed: int,
-    budget: Budget,
+    budget: StripBudget,
     *,
     enough: float = 0.0,
     cancelled: threading.Event | None = None,

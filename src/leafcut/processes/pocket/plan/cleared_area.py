@@ -26,7 +26,7 @@ class Opened(IntEnum):
     CLEAR = 2
 
 
-class Ground:
+class ClearedArea:
     """The ground that runs clear, one after the other."""
 
     def __init__(self, rules: PocketRules) -> None:

@@ -15,9 +15,9 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Points
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import PocketPath, PocketPiece
-from leafcut.processes.pocket.plan.coverage_points import Ground
+from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.processes.pocket.plan.ring_links import Layout
+from leafcut.processes.pocket.plan.ring_links import RingLinks
 from leafcut.processes.pocket.plan.rings import never, rings
 from leafcut.processes.pocket.plan.shorten import GROUND_PITCH, chamfer, fine, shorten
 from leafcut.processes.pocket.plan.spurs import with_spurs
@@ -70,7 +70,7 @@ def best(
             f"the connected way would have {MOST_LEVELS} rings in each other or more; use --strategy contour or "
             "zigzag, or a larger tool or step-over"
         )
-    layout = Layout(region, cut, stopped)
+    layout = RingLinks(region, cut, stopped)
     found: list[tuple[int, PocketPath]] = []
     kept = np.zeros((0, 2))
     for _ in range(CORRECTIONS):
@@ -91,7 +91,7 @@ def _shortened(region: CentreRegion, ways: list[Points], links: Points, kept: Po
     rules = region.rules
     ground, allowed = _ground(region, ways), region.polygon.buffer(1e-7)
     ways = [shorten(way, ground, region, allowed, kept, stopped) for way in ways]
-    cleared = Ground(region.polygon, GROUND_PITCH * rules.radius, rules.radius, partial(_cleared, rules.radius))
+    cleared = CoverageGrid(region.polygon, GROUND_PITCH * rules.radius, rules.radius, partial(_cleared, rules.radius))
     ways = [chamfer(way, cleared, region, allowed, np.vstack([links, kept]), stopped) for way in ways]
     ways = with_spurs(ways, region.polygon, rules)
     return PocketPath("best", tuple(piece for way in ways for piece in _pieces(region, way)))
@@ -106,7 +106,7 @@ def _pieces(region: CentreRegion, way: Points) -> list[PocketPiece]:
     return [PocketPiece(as_polyline(way[a : b + 1]), "finish" if along[a] else "rough") for a, b in pairwise(cuts)]
 
 
-def _ground(region: CentreRegion, ways: list[Points]) -> Ground:
+def _ground(region: CentreRegion, ways: list[Points]) -> CoverageGrid:
     """Return the ground; no place of it may be further from a way than half the step-over, or than from `ways`."""
     step = region.rules.step_over
     short = [fine(way, LONGEST_LOOKED * step) for way in ways]
@@ -120,7 +120,7 @@ def _ground(region: CentreRegion, ways: list[Points]) -> Ground:
         limits: Points = np.minimum(step * (np.maximum(0.5, away) + LEEWAY), LONGEST_LIMIT * step)
         return limits
 
-    return Ground(region.polygon, GROUND_PITCH * region.rules.radius, LONGEST_LIMIT * step, limit)
+    return CoverageGrid(region.polygon, GROUND_PITCH * region.rules.radius, LONGEST_LIMIT * step, limit)
 
 
 def _cleared(radius: float, points: Points, pitch: float) -> Points:

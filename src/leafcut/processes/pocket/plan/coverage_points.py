@@ -25,7 +25,7 @@ CELLS = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
+class CoveragePoints:
     """Places of the ground, float64[n, 2], and how far from each the way may be, float64[n], mm.
 
     `pieces` are the rows of the way that may be near enough to one of them.
@@ -48,7 +48,7 @@ class Places:
         return self.pieces[line[order]], place[order]
 
 
-class Ground:
+class CoverageGrid:
     """A square grid of places inside a polygon; nothing is kept but those that were looked at.
 
     Parameters
@@ -77,7 +77,7 @@ class Ground:
         self.points, self.limits = np.zeros((0, 2)), np.zeros(0)
         self.first = np.zeros(1, np.int64)
 
-    def beside(self, way: Points, looked: NDArray[np.bool_]) -> Places:
+    def beside(self, way: Points, looked: NDArray[np.bool_]) -> CoveragePoints:
         """Return the places that may be near enough to pieces of a way that are looked at, bool[n − 1].
 
         Pieces are short: no longer than half the longest limit.
@@ -91,7 +91,7 @@ class Ground:
         k = np.searchsorted(self.cells, wanted)
         rows = _spans(self.first[k], self.first[k + 1])
         near = np.isin(self.grid.of(middle), self.grid.around(wanted, CELLS + 1))
-        return Places(self.points[rows], self.limits[rows], np.flatnonzero(near))
+        return CoveragePoints(self.points[rows], self.limits[rows], np.flatnonzero(near))
 
     def _learn(self, cells: Rows) -> None:
         """Find the places in cells, and their limits."""

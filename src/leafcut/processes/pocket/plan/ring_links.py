@@ -150,7 +150,7 @@ def _kruskal(cut: list[Ring], a: Rows, b: Rows, step_over: float) -> list[tuple[
     return tree
 
 
-class Layout:
+class RingLinks:
     """Where the joints are: stretches of rings that are taken, and the way that goes through all of them.
 
     Where it is `stopped` the first joints that will do are taken.

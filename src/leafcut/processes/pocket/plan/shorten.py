@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Points
 from leafcut.model.pocket import PocketRules
-from leafcut.processes.pocket.plan.coverage_points import Ground
+from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
 from leafcut.processes.pocket.plan.region import CentreRegion
 
 Rows = NDArray[np.int64]
@@ -58,7 +58,7 @@ def fine(way: Points, longest: float) -> Points:
 
 
 def shorten(
-    way: Points, ground: Ground, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
+    way: Points, ground: CoverageGrid, region: CentreRegion, allowed: Any, kept: Points, stopped: Callable[[], bool]
 ) -> Points:
     """Return a way that is as near to all places of the ground as they ask, and no longer.
 
@@ -83,7 +83,7 @@ def shorten(
 
 
 def chamfer(
-    way: Points, ground: Ground, region: CentreRegion, allowed: Any, links: Points, stopped: Callable[[], bool]
+    way: Points, ground: CoverageGrid, region: CentreRegion, allowed: Any, links: Points, stopped: Callable[[], bool]
 ) -> Points:
     """Return a way whose sharp corners are cut off by straight lines where the ground is still near enough.
 
@@ -116,7 +116,7 @@ class _Bends:
     least = BEND
 
     def __init__(
-        self, way: Points, ground: Ground, rules: PocketRules, allowed: Any, changed: Points | None = None
+        self, way: Points, ground: CoverageGrid, rules: PocketRules, allowed: Any, changed: Points | None = None
     ) -> None:
         self.way, self.allowed = way, allowed
         self.radius, self.step = rules.radius, rules.step_over
@@ -267,7 +267,7 @@ class _Corners(_Bends):
 
     reaches, least = CHAMFERS, 2.0 * SIDE_BY_SIDE
 
-    def __init__(self, way: Points, ground: Ground, rules: PocketRules, allowed: Any) -> None:
+    def __init__(self, way: Points, ground: CoverageGrid, rules: PocketRules, allowed: Any) -> None:
         super().__init__(way, ground, rules, allowed)
         self.cells = _Cells(way, LOOKED * self.step)
         self.chords: dict[tuple[int, int], list[Points]] = {}

@@ -17,7 +17,7 @@ from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import FILM, SAME_PLACE, PocketPath, PocketPiece
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.pocket.plan.cleared_area import Ground, Opened
+from leafcut.processes.pocket.plan.cleared_area import ClearedArea, Opened
 from leafcut.processes.pocket.plan.entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
@@ -67,7 +67,7 @@ class Clearing:
 
 
 @dataclass(frozen=True, eq=False)
-class Heights:
+class PocketHeights:
     """Heights and places of a program, mm; `zones` float64[k, 4] are crossed at the clearance height only."""
 
     levels: tuple[float, ...]
@@ -80,7 +80,7 @@ class Heights:
 
 def lay_pockets(
     clearings: Sequence[Clearing],
-    heights: Heights,
+    heights: PocketHeights,
     data: MillingData,
     machine: Machine,
     *,
@@ -134,7 +134,7 @@ class _Layer:
     """Lays one clearing after the other and remembers every way down."""
 
     def __init__(
-        self, builder: ToolpathBuilder, heights: Heights, data: MillingData, machine: Machine, rounded: bool
+        self, builder: ToolpathBuilder, heights: PocketHeights, data: MillingData, machine: Machine, rounded: bool
     ) -> None:
         self.builder, self.heights, self.data, self.machine = builder, heights, data, machine
         self.rounded = rounded
@@ -145,7 +145,7 @@ class _Layer:
     def clear(self, clearing: Clearing) -> None:
         """Clear a region to its last level, and finish its walls."""
         shapely.prepare(clearing.allowed)
-        top, ground = 0.0, Ground(clearing.region.rules)
+        top, ground = 0.0, ClearedArea(clearing.region.rules)
         runs = _runs(clearing.rough)
         opened = [ground.after(run.path) for run in runs]
         for z in self.heights.levels:
@@ -156,7 +156,7 @@ class _Layer:
         if clearing.walls is not None:
             self._walls(clearing, clearing.walls, ground)
 
-    def _walls(self, clearing: Clearing, walls: PocketPath, ground: Ground) -> None:
+    def _walls(self, clearing: Clearing, walls: PocketPath, ground: ClearedArea) -> None:
         radius, top = clearing.region.rules.radius, 0.0
         left = clearing.region.polygon.buffer(radius, quad_segs=32).difference(ground.cleared())
         thin = left.buffer(-FILM * radius).is_empty
@@ -206,7 +206,7 @@ class _Layer:
 
     def _enter(
         self,
-        run: _Run,
+        run: _FeedRun,
         opened: Opened,
         top: float,
         z: float,
@@ -256,7 +256,7 @@ class _Layer:
 
 
 @dataclass(frozen=True, eq=False)
-class _Run:
+class _FeedRun:
     """What the tool follows without being lifted: pieces, and all of them as one open polyline."""
 
     pieces: tuple[PocketPiece, ...]
@@ -277,11 +277,11 @@ class _Run:
         return self.pieces[0].kind == "entry"
 
 
-def _runs(path: PocketPath) -> list[_Run]:
+def _runs(path: PocketPath) -> list[_FeedRun]:
     """Return what the tool follows without being lifted."""
     runs: list[list[PocketPiece]] = []
     for piece, gap in zip(path.pieces, (math.inf, *path.gaps), strict=True):
         if gap > 0.0:
             runs.append([])
         runs[-1].append(piece)
-    return [_Run(tuple(run), joined(*(p.path for p in run))) for run in runs]
+    return [_FeedRun(tuple(run), joined(*(p.path for p in run))) for run in runs]

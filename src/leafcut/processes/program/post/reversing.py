@@ -38,7 +38,7 @@ def reverse_stroke(
     spelled
         How the program writes a feed or a speed.
     """
-    writer = _Writer(program, reader, stroke, lines, offset, spelled)
+    writer = _BlockWriter(program, reader, stroke, lines, offset, spelled)
     new = [*writer.lead(), *writer.body(), *writer.tail()]
     # The last line of a file may have no end; it need not be the last one now.
     end = next((line[len(line.rstrip("\r\n")) :] for line in lines if line.endswith(("\n", "\r"))), "\n")
@@ -46,7 +46,7 @@ def reverse_stroke(
     return new, writer.leaves()
 
 
-class _Writer:
+class _BlockWriter:
     def __init__(
         self,
         program: Program,

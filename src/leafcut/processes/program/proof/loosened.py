@@ -31,7 +31,7 @@ _SMALLER = 0.94
 _LEAST_AREA, _SMALL_AREA = 1.5, 0.5
 
 
-class _Visits(NamedTuple):
+class _CutVisits(NamedTuple):
     """What is made between two ways across, an entry each.
 
     Attributes
@@ -100,7 +100,7 @@ def _sideways(features: Features, traces: Traces) -> Mask:
     return aside
 
 
-def _visits(features: Features, aside: Mask, visit: Ints, origin: Ints, new_of: Ints) -> _Visits:
+def _visits(features: Features, aside: Mask, visit: Ints, origin: Ints, new_of: Ints) -> _CutVisits:
     n = int(visit[-1]) + 1
     first = np.searchsorted(visit, np.arange(n))
     last = np.searchsorted(visit, np.arange(n), side="right") - 1
@@ -117,10 +117,10 @@ def _visits(features: Features, aside: Mask, visit: Ints, origin: Ints, new_of: 
         above = np.where(np.isfinite(bottom), bottom - deepest[zero], np.inf)
     start, end = features.start[first, :2], features.end[first, :2]
     drilled = ~np.isfinite(start) | (features.kind[first] >= FIRST_CYCLE)[:, None]
-    return _Visits(first, last, ends, bottom, np.where(drilled, end, start), above)
+    return _CutVisits(first, last, ends, bottom, np.where(drilled, end, start), above)
 
 
-def _parts(features: Features, traces: Traces, aside: Mask, visits: _Visits) -> tuple[Mask, Mask]:
+def _parts(features: Features, traces: Traces, aside: Mask, visits: _CutVisits) -> tuple[Mask, Mask]:
     """Return which visits surely cut a part free, and which may: they go round it, and it is no scrap of a cut-out."""
     owner: list[int] = []
     shapes = []
@@ -156,7 +156,7 @@ def _any(n: int, which: Ints) -> Mask:
     return found
 
 
-def _loops(features: Features, traces: Traces, aside: Mask, visits: _Visits, number: int) -> list[Floats]:
+def _loops(features: Features, traces: Traces, aside: Mask, visits: _CutVisits, number: int) -> list[Floats]:
     """Return what a visit goes round at its lowest level, float64[k, 2] each."""
     mine = np.arange(int(visits.first[number]), int(visits.last[number]) + 1)
     mine = mine[aside[mine]]

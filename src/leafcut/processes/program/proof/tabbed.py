@@ -62,7 +62,7 @@ class _Cuts(NamedTuple):
     middle: Floats
 
 
-class _Line(NamedTuple):
+class _TabbedLine(NamedTuple):
     """A line between two joints, and the cuts along it, one for every depth; the first begins at the first joint."""
 
     joints: tuple[int, int]
@@ -112,7 +112,7 @@ def _near(tree: Any, corners: Floats) -> Ints:
     return np.sort(tree.query(shapely.box(*low, *high)))
 
 
-def _around(traces: Traces, cuts: _Cuts, loop: Sequence[tuple[_Line, bool]]) -> Floats:
+def _around(traces: Traces, cuts: _Cuts, loop: Sequence[tuple[_TabbedLine, bool]]) -> Floats:
     """Return the corners of an outline; none of a single cut that meets itself, which is closed without a tab."""
     ways = []
     for line, forward in loop:
@@ -144,7 +144,7 @@ def _cuts(traces: Traces, chain: Ints, rank: Ints) -> _Cuts:
     )
 
 
-def _outlines(traces: Traces, cuts: _Cuts, tab: float) -> Iterator[list[tuple[_Line, bool]]]:
+def _outlines(traces: Traces, cuts: _Cuts, tab: float) -> Iterator[list[tuple[_TabbedLine, bool]]]:
     """Yield the lines around every outline in several parts, and whether each of them goes the way that it is cut."""
     gap = np.hypot(*(cuts.tips[:, 1] - cuts.tips[:, 0]).T)
     chosen = np.flatnonzero((cuts.length > _ONE_PLACE) & (gap > _CLOSED))
@@ -176,7 +176,7 @@ def _outlines(traces: Traces, cuts: _Cuts, tab: float) -> Iterator[list[tuple[_L
 
 
 def _in_a_net(
-    tree: Any, ways: NDArray[np.object_], lines: Sequence[_Line], around: dict[int, list[int]], number: int
+    tree: Any, ways: NDArray[np.object_], lines: Sequence[_TabbedLine], around: dict[int, list[int]], number: int
 ) -> bool:
     """Return whether so many lines hang together with one that they are a filling, and no outline."""
     known, new = {number}, [number]
@@ -188,7 +188,7 @@ def _in_a_net(
     return len(known) > _MOST_CUTS
 
 
-def _walk(lines: Sequence[_Line], number: int, around: dict[int, list[int]]) -> list[tuple[int, bool]]:
+def _walk(lines: Sequence[_TabbedLine], number: int, around: dict[int, list[int]]) -> list[tuple[int, bool]]:
     """Return the lines on the way around from one of them back to it; none where the way ends or parts."""
     walked: list[tuple[int, bool]] = []
     goal = joint = lines[number].joints[0]
@@ -232,9 +232,9 @@ def _joints(tips: Floats, tab: float) -> Ints:
     return both
 
 
-def _lines(cuts: _Cuts, chosen: Ints, joints: Ints) -> list[_Line]:
+def _lines(cuts: _Cuts, chosen: Ints, joints: Ints) -> list[_TabbedLine]:
     """Return the lines between joints; cuts along one line, one way or the other, are one."""
-    between: dict[tuple[int, int], list[_Line]] = {}
+    between: dict[tuple[int, int], list[_TabbedLine]] = {}
     for cut, (begin, end) in zip(chosen.tolist(), joints.tolist(), strict=True):
         known = between.setdefault((min(begin, end), max(begin, end)), [])
         for line in known:
@@ -244,5 +244,5 @@ def _lines(cuts: _Cuts, chosen: Ints, joints: Ints) -> list[_Line]:
                 line.cuts.append(cut)
                 break
         else:
-            known.append(_Line((begin, end), [cut]))
+            known.append(_TabbedLine((begin, end), [cut]))
     return [line for known in between.values() for line in known]

@@ -83,7 +83,7 @@ def lead_round(sheet: Sheet, cuts: Sequence[Cut], start: Point | None, end: Poin
 
     `start` and `end` are where it comes from and goes to, or None; `radius` is that of its nozzle, mm.
     """
-    shapes = Shapes(sheet, radius)
+    shapes = FreedShapes(sheet, radius)
     places = [
         *((start, cut.path.start) if k == 0 else (cuts[k - 1].path.end, cut.path.start) for k, cut in enumerate(cuts))
     ]
@@ -123,7 +123,7 @@ def cut_free_later(
     radius
         Of the head, mm.
     """
-    shapes = Shapes(sheet, radius)
+    shapes = FreedShapes(sheet, radius)
     frees = [frozenset(freed_by(sheet, cut)) for cut in cuts]
     before: dict[int, set[int]] = {}
     for a, b in pairs:
@@ -174,7 +174,7 @@ class Led:
     worst: float = 0.0
 
 
-class Shapes:
+class FreedShapes:
     """The parts of a sheet as the head may meet them, and its clamps, which are always there.
 
     What is named as a clamp is kept off by the middle of the head, as everywhere.

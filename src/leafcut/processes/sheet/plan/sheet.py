@@ -76,21 +76,21 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None) -> Sheet:
 
 
 @dataclass(frozen=True)
-class _Made:
+class _PlacedContour:
     """A contour and the number of its first stroke in the drawing."""
 
     contour: Contour
     order: int
 
 
-def _strokes(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> dict[str, list[_Made]]:
+def _strokes(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -> dict[str, list[_PlacedContour]]:
     """Return the strokes of every kind, cleaned; those without length are counted (L313)."""
-    found: dict[str, list[_Made]] = {}
+    found: dict[str, list[_PlacedContour]] = {}
     gone = []
     for k, (contour, kind) in enumerate(zip(contours, kinds, strict=True)):
         path = cleaned(contour.path) if kind else None
         if path is not None:
-            found.setdefault(kind, []).append(_Made(replace(contour, path=path), k))
+            found.setdefault(kind, []).append(_PlacedContour(replace(contour, path=path), k))
         elif kind:
             gone.append(contour.path.start)
     if gone:
@@ -98,7 +98,9 @@ def _strokes(contours: Sequence[Contour], kinds: list[str], issues: list[Issue])
     return found
 
 
-def _joined(strokes: list[_Made], kind: str, options: SheetOptions, issues: list[Issue]) -> list[_Made]:
+def _joined(
+    strokes: list[_PlacedContour], kind: str, options: SheetOptions, issues: list[Issue]
+) -> list[_PlacedContour]:
     """Return strokes of one kind joined; each with the layer and handle of its first one."""
     marked = kind == "mark"
     if not strokes:
@@ -128,11 +130,11 @@ def _joined(strokes: list[_Made], kind: str, options: SheetOptions, issues: list
         if good is None:
             continue
         contour = replace(first.contour, path=counter_clockwise(good), kind="mark" if marked else "cut")
-        made.append(_Made(contour, first.order))
+        made.append(_PlacedContour(contour, first.order))
     return made
 
 
-def _edge(sheets: list[_Made]) -> tuple[Polyline | None, tuple[Polyline, ...], float]:
+def _edge(sheets: list[_PlacedContour]) -> tuple[Polyline | None, tuple[Polyline, ...], float]:
     """Return the edge of the sheet, what was cut out of it before, and its price; None where no layer shows it."""
     if not sheets:
         return None, (), 0.0
@@ -161,7 +163,9 @@ def _price(name: str) -> float:
     return price if 0.0 <= price < math.inf else 0.0
 
 
-def _named_sheet(maybe: list[_Made], cuts: list[_Made], marks: list[_Made]) -> _Made | None:
+def _named_sheet(
+    maybe: list[_PlacedContour], cuts: list[_PlacedContour], marks: list[_PlacedContour]
+) -> _PlacedContour | None:
     """Return the outline on a layer with the name of a sheet that is its edge; None where it is cut like any other.
 
     The edge lies round all else; a part that crosses it lies half off the sheet. One with nothing that is cut in it is
@@ -201,7 +205,9 @@ def _named_sheet(maybe: list[_Made], cuts: list[_Made], marks: list[_Made]) -> _
     return None
 
 
-def _opened(opened: list[_Made], options: SheetOptions, issues: list[Issue]) -> tuple[list[_Made], list[_Made]]:
+def _opened(
+    opened: list[_PlacedContour], options: SheetOptions, issues: list[Issue]
+) -> tuple[list[_PlacedContour], list[_PlacedContour]]:
     """Return open paths that are cut and those that are marked, as `options.open_paths` says."""
     if not opened:
         return [], []
@@ -225,7 +231,7 @@ def _opened(opened: list[_Made], options: SheetOptions, issues: list[Issue]) -> 
     return opened, []
 
 
-def _check_simple(closed: list[_Made], shapes: NDArray[Any]) -> None:
+def _check_simple(closed: list[_PlacedContour], shapes: NDArray[Any]) -> None:
     """Raise `PlanError` for outlines that cross or touch themselves, or enclose nothing."""
     # By the hull: the two halves of an 8 cancel each other's area.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
@@ -240,7 +246,7 @@ def _check_simple(closed: list[_Made], shapes: NDArray[Any]) -> None:
         raise PlanError(f"{number} crossing or touching itself, {_at(places)}; mend the drawing")
 
 
-def _once(closed: list[_Made], shapes: NDArray[Any], issues: list[Issue]) -> list[int]:
+def _once(closed: list[_PlacedContour], shapes: NDArray[Any], issues: list[Issue]) -> list[int]:
     """Return which outlines to take, none twice; said is what is drawn twice, touches or is tiny; none overlap."""
     met = conflicts(shapes)
     gone = {c.second for c in met if c.kind == "same"}
@@ -267,7 +273,9 @@ def _once(closed: list[_Made], shapes: NDArray[Any], issues: list[Issue]) -> lis
     return kept
 
 
-def _placed(closed: list[_Made], shapes: NDArray[Any], loose: list[_Made]) -> tuple[SheetContour, ...]:
+def _placed(
+    closed: list[_PlacedContour], shapes: NDArray[Any], loose: list[_PlacedContour]
+) -> tuple[SheetContour, ...]:
     """Return all contours in the drawing's order with depth, parent and part."""
     depth, parent = nesting(shapes)
     middles: Any = shapely.points(
@@ -289,7 +297,7 @@ def _placed(closed: list[_Made], shapes: NDArray[Any], loose: list[_Made]) -> tu
     )
 
 
-def _parts(closed: list[_Made], depths: list[int], parents: list[int], order: list[int]) -> list[int]:
+def _parts(closed: list[_PlacedContour], depths: list[int], parents: list[int], order: list[int]) -> list[int]:
     """Return the part of every closed contour: as the drawing says where that agrees with the nesting, else counted."""
     said = [m.contour.part for m in closed]
     outlines = [k for k in order if k < len(closed) and depths[k] % 2 == 0]
@@ -340,13 +348,13 @@ def _look_for_frame(contours: Sequence[SheetContour], outline: Polyline | None, 
         issues.append(Issue("L422", message))
 
 
-def _named(made: _Made) -> str:
+def _named(made: _PlacedContour) -> str:
     x, y = made.contour.path.start
     layer = f" on layer {made.contour.layer}" if made.contour.layer else ""
     return f"the one that begins at ({x:g}, {y:g}){layer}"
 
 
-def _ends(made: _Made) -> str:
+def _ends(made: _PlacedContour) -> str:
     (x0, y0), (x1, y1) = made.contour.path.start, made.contour.path.end
     layer = f" on layer {made.contour.layer}" if made.contour.layer else ""
     return f"from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}), {math.hypot(x1 - x0, y1 - y0):.3g} mm apart{layer}"

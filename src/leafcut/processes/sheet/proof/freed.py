@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from leafcut.gcode.dialects import Dialect
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.sheet.proof.laid_runs import Laid
+from leafcut.processes.sheet.proof.laid_runs import LaidRuns
 from leafcut.processes.sheet.proof.sheet_shapes import Target
 from leafcut.proof.difference import place
 
@@ -21,7 +21,7 @@ _LEEWAY = 0.2
 Points = NDArray[np.float64]
 
 
-def check_freed(laid: Laid, path: Toolpath, dialect: Dialect, nozzle: float = 0.0) -> list[Difference]:
+def check_freed(laid: LaidRuns, path: Toolpath, dialect: Dialect, nozzle: float = 0.0) -> list[Difference]:
     """Return the ways over free parts that the plan does not tell; a head that rises between cuts crosses nothing.
 
     `nozzle` is how wide the head is above the sheet, mm.
@@ -45,7 +45,7 @@ def check_freed(laid: Laid, path: Toolpath, dialect: Dialect, nozzle: float = 0.
     return []
 
 
-def crossings(laid: Laid, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
+def crossings(laid: LaidRuns, path: Toolpath, radius: float = 0.0) -> list[tuple[int, tuple[float, float]]]:
     """Return the line and the end of every way that crosses a free part, once for each way from run to run.
 
     With the radius of a head, mm, also of every one on which it comes over a part, but within that radius of where the
@@ -75,7 +75,7 @@ def crossings(laid: Laid, path: Toolpath, radius: float = 0.0) -> list[tuple[int
     return found
 
 
-def _freed(laid: Laid) -> list[tuple[int, Points]]:
+def _freed(laid: LaidRuns) -> list[tuple[int, Points]]:
     """Return the runs that cut outlines all round without letting go, and the outlines, closed, float64[n, 2]."""
     return [
         (claim.run, shapely.get_coordinates(claim.target.edge))

@@ -11,7 +11,7 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.model.cutting import CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Probe
-from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Shapes, Target
+from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, SheetShapes, Target
 from leafcut.processes.sheet.proof.torch_runs import TorchRun, pieces_of
 
 #: Chords are looked at in pieces no longer than this, mm.
@@ -50,7 +50,7 @@ class Claim:
     clockwise: bool
 
 
-class Laid:
+class LaidRuns:
     """The runs of a program laid over the shapes of a sheet.
 
     Attributes
@@ -63,7 +63,9 @@ class Laid:
         Who follows what, and the same by the index of the contour.
     """
 
-    def __init__(self, runs: list[TorchRun], plan: CutPlan, shapes: Shapes, dialect: Dialect, asked: Asked) -> None:
+    def __init__(
+        self, runs: list[TorchRun], plan: CutPlan, shapes: SheetShapes, dialect: Dialect, asked: Asked
+    ) -> None:
         self.runs, self.plan, self.shapes, self.asked = runs, plan, shapes, asked
         self.marks = _marking(runs, dialect, asked.power)
         self.lines = np.array([shapely.MultiLineString(run.lines()) for run in runs], dtype=object)

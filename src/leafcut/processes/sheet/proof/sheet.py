@@ -22,7 +22,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.sheet import Sheet
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.sheet.proof.freed import check_freed
-from leafcut.processes.sheet.proof.laid_runs import MOST, PIECE, Asked, Claim, Laid, wrong
+from leafcut.processes.sheet.proof.laid_runs import MOST, PIECE, Asked, Claim, LaidRuns, wrong
 from leafcut.processes.sheet.proof.sheet_order import chained, disordered, in_the_air, misplaced, turned
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target, shapes_of
 from leafcut.processes.sheet.proof.torch import check_torch
@@ -55,14 +55,14 @@ def check_sheet(
     runs = torch_runs(path, plan.data.kerf if by_register else None)
     found = check_torch(path, runs, plan, text, dialect, asked.safe_height, asked.probe)
     shapes = shapes_of(sheet, asked.half)
-    laid = Laid(runs, plan, shapes, dialect, asked)
+    laid = LaidRuns(runs, plan, shapes, dialect, asked)
     for looks in (missing, repeated, gouges, strays, misplaced, disordered, in_the_air, turned, chained):
         found += looks(laid)
     found += check_freed(laid, path, dialect, machine.nozzle_diameter)
     return shorten([*found, *check_envelope(path, machine)])
 
 
-def missing(laid: Laid) -> list[Difference]:
+def missing(laid: LaidRuns) -> list[Difference]:
     """Return the contours that are not cut, or not all the way."""
     found = []
     for target in laid.shapes.targets:
@@ -84,7 +84,7 @@ def missing(laid: Laid) -> list[Difference]:
     return found
 
 
-def _gaps(laid: Laid, target: Target, lines: Sequence[Any]) -> list[Any]:
+def _gaps(laid: LaidRuns, target: Target, lines: Sequence[Any]) -> list[Any]:
     """Return the stretches of a target's way that no run follows, but for corners that are gone round in a loop."""
     if not lines:
         return [target.way]
@@ -95,7 +95,7 @@ def _gaps(laid: Laid, target: Target, lines: Sequence[Any]) -> list[Any]:
     return [g for g in shapely.get_parts(left) if g.length > SHORT and not _at_corner(laid, target, g, burnt)]
 
 
-def _at_corner(laid: Laid, target: Target, gap: Any, burnt: Any) -> bool:
+def _at_corner(laid: LaidRuns, target: Target, gap: Any, burnt: Any) -> bool:
     """Return whether a stretch is the arc about a corner that the kerf touches from both sides."""
     half = laid.asked.half
     if not len(target.corners):
@@ -110,7 +110,7 @@ def _at_corner(laid: Laid, target: Target, gap: Any, burnt: Any) -> bool:
     )
 
 
-def repeated(laid: Laid) -> list[Difference]:
+def repeated(laid: LaidRuns) -> list[Difference]:
     """Return the contours that are cut twice, and the runs that cut nothing of the drawing."""
     found = []
     for claims in laid.of_target.values():
@@ -129,7 +129,7 @@ def repeated(laid: Laid) -> list[Difference]:
     return found
 
 
-def gouges(laid: Laid) -> list[Difference]:
+def gouges(laid: LaidRuns) -> list[Difference]:
     """Return the parts that a kerf cuts into."""
     shapes, found = laid.shapes, []
     metal = Tiles(list(shapes.parts))
@@ -148,7 +148,7 @@ def gouges(laid: Laid) -> list[Difference]:
     return found
 
 
-def strays(laid: Laid) -> list[Difference]:
+def strays(laid: LaidRuns) -> list[Difference]:
     """Return where a kerf runs into a clamp, or off the sheet but for a start or an end in the air."""
     found = []
     half = 0.5 * laid.plan.data.kerf  # what burns, whoever compensates
@@ -171,7 +171,7 @@ def strays(laid: Laid) -> list[Difference]:
     return found
 
 
-def _outside(laid: Laid, number: int, inside: Any) -> NDArray[np.float64]:
+def _outside(laid: LaidRuns, number: int, inside: Any) -> NDArray[np.float64]:
     """Return the places off the sheet where a run may not be; a lead of an edge start may come from there."""
     middles, _, along = pieces_of(laid.runs[number], PIECE)
     out = ~shapely.contains(inside, shapely.points(middles))

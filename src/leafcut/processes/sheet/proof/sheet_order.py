@@ -10,12 +10,12 @@ import shapely
 from leafcut.model.difference import Difference
 from leafcut.processes.sheet.proof.bridged import Followed, check_bridges
 from leafcut.processes.sheet.proof.common_cuts import check_common_lines
-from leafcut.processes.sheet.proof.laid_runs import MOST, Laid, wrong
+from leafcut.processes.sheet.proof.laid_runs import MOST, LaidRuns, wrong
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, Target
 from leafcut.proof.difference import place
 
 
-def misplaced(laid: Laid) -> list[Difference]:
+def misplaced(laid: LaidRuns) -> list[Difference]:
     """Return the cuts that are not the plan's, in number or in what they cut."""
     cuts, found = laid.plan.cuts, []
     if len(cuts) != len(laid.runs):
@@ -29,7 +29,7 @@ def misplaced(laid: Laid) -> list[Difference]:
     ]
 
 
-def disordered(laid: Laid) -> list[Difference]:
+def disordered(laid: LaidRuns) -> list[Difference]:
     """Return what is cut after the contour around it has cut it loose."""
     closed = [t for t in laid.shapes.targets if t.shape is not None]
     everything = list(laid.shapes.targets)
@@ -47,7 +47,7 @@ def disordered(laid: Laid) -> list[Difference]:
     return found
 
 
-def _later(laid: Laid, inner: Target, around: Target) -> int | None:
+def _later(laid: LaidRuns, inner: Target, around: Target) -> int | None:
     """Return the run of `inner` that is not done before `around` begins."""
     one, other = laid.of_target.get(inner.index), laid.of_target.get(around.index)
     if not one or not other:
@@ -57,7 +57,7 @@ def _later(laid: Laid, inner: Target, around: Target) -> int | None:
     return last.run if (last.run, last.last) > (first.run, first.first + TOLERANCE) else None
 
 
-def in_the_air(laid: Laid) -> list[Difference]:
+def in_the_air(laid: LaidRuns) -> list[Difference]:
     """Return the pierces where there is no metal any more: in an earlier kerf, or in what was cut free."""
     found = []
     starts = shapely.points([run.start for run in laid.runs])
@@ -82,7 +82,7 @@ def in_the_air(laid: Laid) -> list[Difference]:
     return found
 
 
-def _unpierced(laid: Laid) -> list[Difference]:
+def _unpierced(laid: LaidRuns) -> list[Difference]:
     """Return the cuts that are to begin without a pierce, and do not begin beside the sheet."""
     sheet, half = laid.shapes.sheet, 0.5 * laid.plan.data.kerf
     found = []
@@ -95,7 +95,7 @@ def _unpierced(laid: Laid) -> list[Difference]:
     return found
 
 
-def turned(laid: Laid) -> list[Difference]:
+def turned(laid: LaidRuns) -> list[Difference]:
     """Return the contours that are cut the other way round than asked."""
     found = []
     for claim in laid.claims:
@@ -112,7 +112,7 @@ def turned(laid: Laid) -> list[Difference]:
     return found
 
 
-def chained(laid: Laid) -> list[Difference]:
+def chained(laid: LaidRuns) -> list[Difference]:
     """Return what is wrong with the runs that cut several contours."""
     followed: list[list[Followed]] = [[] for _ in laid.runs]
     in_group = {k for k, cut in enumerate(laid.plan.cuts) if cut.group}

@@ -71,7 +71,7 @@ class Target:
 
 
 @dataclass(frozen=True, eq=False)
-class Shapes:
+class SheetShapes:
     """All of a sheet: `targets` in its order, `left_out` contours with no room for kerf or pierce; `parts` by number.
 
     `parts` are the metal of the finished parts less `TOLERANCE`; `numbers` their numbers.
@@ -85,7 +85,7 @@ class Shapes:
     zones: tuple[Any, ...]
 
 
-def shapes_of(sheet: Sheet, half: float) -> Shapes:
+def shapes_of(sheet: Sheet, half: float) -> SheetShapes:
     """Return the shapes of a sheet for a kerf whose middle keeps `half` mm from the parts."""
     targets, narrow, closed_up = list[Target](), set[int](), set[int]()
     for index, source in enumerate(sheet.contours):
@@ -102,7 +102,7 @@ def shapes_of(sheet: Sheet, half: float) -> Shapes:
     parts, numbers = _metal(sheet)
     rings = [path.flattened(FLATNESS) for path in sheet.paths]
     outline = shapely.Polygon(rings[0], rings[1:]) if rings else None
-    return Shapes(
+    return SheetShapes(
         targets=tuple(t for t in targets if t.index not in left),
         left_out=tuple(sorted(left)),
         parts=parts,

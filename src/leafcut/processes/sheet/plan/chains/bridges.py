@@ -33,7 +33,7 @@ LEAVES_WITHIN = 3.0
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
+class ChainPlaces:
     """Where contours may be begun in a chain.
 
     Attributes
@@ -56,7 +56,7 @@ class Places:
 class Bridges:
     """Bridges between places: from and to (int64[n], positions in `places`) and their lengths, float64[n], mm."""
 
-    places: Places
+    places: ChainPlaces
     begin: Ints
     end: Ints
     length: NDArray[np.float64]
@@ -108,7 +108,7 @@ def _neighbours(contours: list[CutContour], members: Sequence[int], reach: float
 # -- places ----------------------------------------------------------------------------------------------------------
 
 
-def _places(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach: float, rules: CutRules) -> Places:
+def _places(contours: list[CutContour], pairs: Sequence[tuple[int, int]], reach: float, rules: CutRules) -> ChainPlaces:
     """Return places that are near to a neighbour, or to two of them at once, and what lies opposite of these."""
     near: dict[int, list[int]] = {}
     for one, other in pairs:
@@ -145,13 +145,13 @@ def _between(one: NDArray[np.float64], other: NDArray[np.float64], reach: float)
     return {(k, float(total[k])) for k in (best, int(np.argmin(farther)))}
 
 
-def _laid_out(contours: list[CutContour], rows: Sequence[tuple[int, float]], rules: CutRules) -> Places:
+def _laid_out(contours: list[CutContour], rows: Sequence[tuple[int, float]], rules: CutRules) -> ChainPlaces:
     arrive, leave = [], []
     for k, at in rows:
         contour = contours[k]
         arrive.append(contour.path.point_at(at))
         leave.append(contour.path.point_at(left_at(contour, at, clockwise_of(contour, rules), rules)))
-    return Places(
+    return ChainPlaces(
         np.array([k for k, _ in rows], dtype=np.int64),
         np.array([at for _, at in rows], dtype=np.float64),
         np.array(arrive, dtype=np.float64).reshape(-1, 2),
@@ -210,7 +210,7 @@ def _spread(contour: CutContour, wanted: dict[float, float], most: int, rules: C
 # -- ways ------------------------------------------------------------------------------------------------------------
 
 
-def _near(places: Places, pairs: Sequence[tuple[int, int]], reach: float) -> tuple[Ints, Ints]:
+def _near(places: ChainPlaces, pairs: Sequence[tuple[int, int]], reach: float) -> tuple[Ints, Ints]:
     """Return pairs of places of neighbouring contours that are nearer than `reach`."""
     of: dict[int, Ints] = {int(k): np.flatnonzero(places.contour == k) for k in np.unique(places.contour)}
     begin, end = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
@@ -226,7 +226,7 @@ def _near(places: Places, pairs: Sequence[tuple[int, int]], reach: float) -> tup
 
 
 def _fit(
-    contours: list[CutContour], places: Places, begin: Ints, end: Ints, lines: NDArray[np.float64], scrap: Scrap
+    contours: list[CutContour], places: ChainPlaces, begin: Ints, end: Ints, lines: NDArray[np.float64], scrap: Scrap
 ) -> Flags:
     """Return which bridges (float64[n, 2, 2]) lie in scrap, bool[n]."""
     ok = np.zeros(len(lines), dtype=bool)

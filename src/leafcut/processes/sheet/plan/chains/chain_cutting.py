@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.processes.sheet.plan.chains.bridges import Bridges, Places, clockwise_of, find_bridges, joins, left_at
+from leafcut.processes.sheet.plan.chains.bridges import Bridges, ChainPlaces, clockwise_of, find_bridges, joins, left_at
 from leafcut.processes.sheet.plan.chains.chain_starts import Chain, Link, chain_starts, starts_beside
 from leafcut.processes.sheet.plan.cut_contours import ROUNDING
 
@@ -223,7 +223,7 @@ def _best_places(of: ChainProblem, order: Sequence[int]) -> list[int]:
     return [place for place, _ in reversed(path)]
 
 
-def _meet(places: Places, before: int, place: int, after: int) -> bool:
+def _meet(places: ChainPlaces, before: int, place: int, after: int) -> bool:
     """Return whether the bridges to a place and from it are far enough apart."""
     came = _towards(_xy(places.arrive[place]), _xy(places.leave[before]))
     goes = _towards(_xy(places.leave[place]), _xy(places.arrive[after]))

@@ -21,7 +21,7 @@ LEAST_KERFS, LEAST = 4.0, 2.0
 
 
 @dataclass(frozen=True)
-class Slot:
+class EdgeGap:
     """The room between two edges.
 
     Attributes
@@ -46,7 +46,7 @@ class Slot:
         return float(np.hypot(self.end[0] - self.begin[0], self.end[1] - self.begin[1]))
 
 
-def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Slot]:
+def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGap]:
     """Return the rooms between straight edges of outlines that are as far apart as the kerf is compensated.
 
     Only between outlines that border on the same scrap: on the sheet, or in the same hole.
@@ -76,7 +76,7 @@ def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Slot]:
     return sorted(found, key=lambda s: (s.parts, s.begin))
 
 
-def _slot(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: float, least: float) -> Slot | None:
+def _slot(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: float, least: float) -> EdgeGap | None:
     """Return the room between two edges, float64[2, 2] each; None where they do not face each other so far apart.
 
     Outlines run counter-clockwise, so that the scrap is to the right of an edge and a facing one runs against it.
@@ -92,7 +92,7 @@ def _slot(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: float
         return None
     width = float(away.mean())
     begin, end = (one[0] + t * along + 0.5 * width * across for t in (low, high))
-    return Slot(
+    return EdgeGap(
         parts,
         (float(begin[0]), float(begin[1])),
         (float(end[0]), float(end[1])),

@@ -16,7 +16,7 @@ from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Lead
-from leafcut.processes.sheet.plan.common_cuts.edges import GAP, Point, Slot
+from leafcut.processes.sheet.plan.common_cuts.edges import GAP, EdgeGap, Point
 from leafcut.processes.sheet.plan.cut_contours import FLATNESS, OFFSET_TOLERANCE, ROUNDING, CutContour, flat_line
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads.leads import LEAST_KERFS, LEAST_LEAD, SMALLER, Scrap, lead_shape, placed
@@ -78,7 +78,7 @@ class Group:
 class Grouper:
     """Makes groups, or says that parts make none."""
 
-    def __init__(self, contours: list[CutContour], slots: Sequence[Slot], scrap: Scrap, rules: CutRules) -> None:
+    def __init__(self, contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap, rules: CutRules) -> None:
         self.contours, self.slots, self.scrap, self.rules = contours, slots, scrap, rules
         owners = {k for s in slots for k in s.parts}
         self.metal = {k: shapely.Polygon(contours[k].source.contour.path.flattened(FLATNESS)) for k in owners}
@@ -262,7 +262,7 @@ def _straightened(path: Polyline) -> Polyline:
     return Polyline(rows, closed=True)
 
 
-def _room(slot: Slot) -> Any:
+def _room(slot: EdgeGap) -> Any:
     """Return the room between two edges as a shapely polygon that reaches a little into both parts."""
     reach = 0.5 * slot.width + 0.5 * GAP
     side = np.array(slot.normal) * reach

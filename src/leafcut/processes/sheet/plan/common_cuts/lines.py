@@ -20,7 +20,7 @@ import shapely
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sheet import SheetContour
-from leafcut.processes.sheet.plan.common_cuts.edges import Slot, facing_edges
+from leafcut.processes.sheet.plan.common_cuts.edges import EdgeGap, facing_edges
 from leafcut.processes.sheet.plan.common_cuts.groups import Group, Grouper
 from leafcut.processes.sheet.plan.cut_contours import CutContour, corners_along, flat_line
 from leafcut.processes.sheet.plan.cut_rules import CutRules
@@ -65,7 +65,7 @@ def beside_leads(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
     return scrap.with_bridges(leads, np.full((len(leads), 2), -1, dtype=np.int64)) if leads else scrap
 
 
-def _groups(contours: list[CutContour], slots: Sequence[Slot], scrap: Scrap, rules: CutRules) -> list[Group]:
+def _groups(contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap, rules: CutRules) -> list[Group]:
     """Return the groups: all parts that hang together, or, where not all of their lines can be cut then, fewer.
 
     Those are joined pair by pair, the longest edges first, as long as all lines can be cut.
@@ -159,7 +159,7 @@ def _order(others: Sequence[CutContour], around: CutContour, group: Group, at: i
     yield from ((at + a, at + b) for a, b in group.order)
 
 
-def _issues(slots: Sequence[Slot], groups: Sequence[Group]) -> list[Issue]:
+def _issues(slots: Sequence[EdgeGap], groups: Sequence[Group]) -> list[Issue]:
     lines = [line for g in groups for line in g.lines]
     length = math.fsum(line.shared for line in lines)
     parts = sum(len(g.members) for g in groups)

@@ -27,7 +27,7 @@ ROOM = 0.05
 
 
 @dataclass(frozen=True)
-class _Laid:
+class _LaidCuts:
     """The ways of the cuts in their order, and where they pierce; those that burn nothing through are far away."""
 
     lines: list[Any]
@@ -74,16 +74,16 @@ class _Drawn:
         return self._lines[id(start)][1]
 
 
-def _lay(drawn: _Drawn, order: list[CutStart]) -> _Laid:
+def _lay(drawn: _Drawn, order: list[CutStart]) -> _LaidCuts:
     nothing = shapely.LineString()
     burns = [drawn.cutting.contours[s.contour].kind == "cut" for s in order]
     lines = [drawn.line(s) if b else nothing for s, b in zip(order, burns, strict=True)]
     places = [s.entry if b and s.pierce else (math.nan, math.nan) for s, b in zip(order, burns, strict=True)]
     points: Any = shapely.points(np.array(places, dtype=np.float64).reshape(-1, 2), handle_nan="skip")
-    return _Laid(lines, shapely.STRtree(lines), shapely.STRtree(points))
+    return _LaidCuts(lines, shapely.STRtree(lines), shapely.STRtree(points))
 
 
-def _bad(cutting: Cutting, laid: _Laid, k: int, start: CutStart, line: Any = None) -> tuple[int, int]:
+def _bad(cutting: Cutting, laid: _LaidCuts, k: int, start: CutStart, line: Any = None) -> tuple[int, int]:
     """Return how many pierces lie in a kerf, and how many at one, between the cut at `k` and all others.
 
     Given the `line` of a start that is tried, the pierces of later cuts in its kerf count, too.
@@ -104,7 +104,7 @@ def _bad(cutting: Cutting, laid: _Laid, k: int, start: CutStart, line: Any = Non
 
 def _elsewhere(
     drawn: _Drawn,
-    laid: _Laid,
+    laid: _LaidCuts,
     order: list[CutStart],
     k: int,
     travel: Travel,
