@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 import tempfile
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import settings
 
+from packages import Installer, lay
 from shared_data import DATA
 
 # Compiling and a busy machine make times noisy, and no test asserts a duration; the same cases in every run.
@@ -91,3 +94,22 @@ def data() -> Path:
 def examples() -> Path:
     """Return the folder of the drawings that leafcut ships."""
     return Path(__file__).parents[1] / "examples"
+
+
+@pytest.fixture
+def install(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Iterator[Installer]:
+    """Return what installs a package for this test alone."""
+    folders: list[str] = []
+
+    def installed(name: str, groups: Mapping[str, Mapping[str, str]], files: Mapping[str, str] | None = None) -> Path:
+        folder = tmp_path_factory.mktemp("packages")
+        lay(folder, name, groups, files or {})
+        monkeypatch.syspath_prepend(str(folder))
+        folders.append(str(folder))
+        return folder
+
+    yield installed
+    places = {name: str(getattr(one, "__file__", None)) for name, one in sys.modules.items()}
+    for name, place in places.items():
+        if place.startswith(tuple(folders)):
+            del sys.modules[name]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from importlib.metadata import EntryPoint
 
 import pytest
 from hypothesis import given, settings
@@ -15,6 +14,7 @@ from leafcut.model import Hole, Issue, Part
 from leafcut.options import ReadOptions
 from leafcut.read import Format, Match, format, formats, read, registry
 from leafcut.read.format import Source
+from packages import Installer
 
 EXCELLON = "M48\nMETRIC\nT1C1.0\n%\nT1\nX1.0Y2.0\nX3.0Y4.0\nM30\n"
 XML = '<map units="mm"><city name="A" x="1" y="2"/></map>'
@@ -114,12 +114,11 @@ CRASHING = Format("crash", (".crash",), "crashes", crash, lambda head: 1 / 0)
 
 
 @pytest.fixture
-def plugins(monkeypatch):
-    """Put a working, a crashing and three broken plug-ins into the entry points."""
+def plugins(install: Installer) -> None:
+    """Install a package with a working and a crashing reader, and with broken ones."""
     names = ("TOY", "CRASHING", "no_such_thing", "read_toy")
-    here = [EntryPoint(n.lower(), f"{__name__}:{n}", registry.PLUGIN_GROUP) for n in names]
-    here.append(EntryPoint("gone", "no_such_module:FORMAT", registry.PLUGIN_GROUP))
-    monkeypatch.setattr(registry, "entry_points", lambda group: here)
+    here = {name.lower(): f"{__name__}:{name}" for name in names}
+    install("toys", {"leafcut.readers": {**here, "gone": "no_such_module:FORMAT"}})
 
 
 def test_a_plugin_adds_a_format(plugins, text_file):

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
+from typing import Any
 
-from leafcut.errors import ReadError, parsing, shown
+from leafcut.errors import ReadError, parsing
 from leafcut.files import StandardInput
 from leafcut.model import Part
 from leafcut.model.heartbeat import Look, unseen
 from leafcut.options import ReadOptions
+from leafcut.plugins import Kind, Plugin
 from leafcut.read import csvmap, dxf, examples, excellon, gcode, gtsp, picture, sirius, svg, tsplib, wkt, xmlmap
 from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load
 
 #: What can be read: a file, the name of an example, what came through standard input, or what was read already.
 Input = str | Path | StandardInput | Source
-
-#: Packages of other people add a format by an entry point of this group that names a `Format`.
-PLUGIN_GROUP = "leafcut.readers"
 
 BUILT_IN = (
     dxf.FORMAT,
@@ -36,28 +34,36 @@ BUILT_IN = (
 )
 
 
-def formats() -> tuple[Format, ...]:
-    """Return every format, those of plug-ins last; a plug-in that does not load is there with its `error`."""
-    return BUILT_IN + tuple(_plugin(entry) for entry in entry_points(group=PLUGIN_GROUP))
+def _own_names() -> set[str]:
+    return {format_.name for format_ in BUILT_IN}
 
 
-def _plugin(entry: EntryPoint) -> Format:
-    try:
-        found = entry.load()
-        if not isinstance(found, Format):
-            raise TypeError(f"{entry.value} is no leafcut.read.Format")
-    except (Exception, SystemExit) as problem:  # whatever a stranger's module does must stop nothing else
-        return _broken(entry.name, problem)
+def _format_of(name: str, found: Any) -> Format:
+    """Return the format that an entry point names; `name` is the entry point's own."""
+    if not isinstance(found, Format):
+        raise TypeError(f"a leafcut.read.Format was expected, not {type(found).__name__}")
+    texts = (found.name, found.help, *found.extensions, *found.prefix, *found.processes)
+    if not all(isinstance(text, str) and text.isprintable() and text for text in texts):
+        raise ValueError("a format's name, help, extensions, prefixes and processes are texts of one line")
+    if found.name in _own_names():
+        raise ValueError(f"leafcut has a format '{found.name}' itself")
     return found
 
 
-def _broken(name: str, problem: BaseException) -> Format:
-    message = f"{type(problem).__name__}: {shown(str(problem), 120)}"
+#: Packages of other people add a format by an entry point that names a `Format`.
+READERS = Kind("reader", "leafcut.readers", _own_names, _format_of)
 
+
+def formats() -> tuple[Format, ...]:
+    """Return every format, those of plug-ins last; a plug-in that cannot be used is there with its `error`."""
+    return (*BUILT_IN, *(plugin.adds or _unusable(plugin) for plugin in READERS.plugins()))
+
+
+def _unusable(plugin: Plugin[Format]) -> Format:
     def refuse(source: Source, options: ReadOptions) -> Part:
-        raise ReadError(source.path, f"the plug-in '{name}' is broken ({message})")
+        raise ReadError(source.path, f"the reader '{plugin.name}' is a {plugin.told}")
 
-    return Format(name, (), f"plug-in that does not load ({message})", refuse, error=message)
+    return Format(plugin.name, (), plugin.told, refuse, error=plugin.error)
 
 
 def read_source(source: Input, look: Look = unseen) -> tuple[Format, Source]:

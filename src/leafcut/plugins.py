@@ -1,0 +1,155 @@
+"""Plug-ins: what other packages add by entry points; one loader for every kind of them.
+
+A package adds a reader, a process, an algorithm, a dialect or a machine by an entry point of its kind's group. Nothing
+of it is imported before it is listed or asked for by name, and whatever it does then stops nothing else.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from leafcut.errors import LeafcutError, OptionError, shown
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+T = TypeVar("T")
+
+#: What the groups of all kinds begin with.
+_OURS = "leafcut."
+
+
+@dataclass(frozen=True)
+class Plugin(Generic[T]):
+    """A plug-in by its name and package: what it adds, or the `error` that keeps it from being used."""
+
+    name: str
+    package: str
+    adds: T | None
+    error: str = ""
+
+    @property
+    def told(self) -> str:
+        """What a list says of one that cannot be used."""
+        return f"plug-in of {self.package} that cannot be used ({self.error})"
+
+
+@dataclass(frozen=True)
+class Kind(Generic[T]):
+    """One kind of plug-in.
+
+    Attributes
+    ----------
+    noun, group
+        What it is called, and the group of its entry points: ``machine``, ``leafcut.machines``.
+    built_in
+        Returns the names of what leafcut brings itself; no plug-in takes the place of that.
+    take
+        Returns what leafcut uses of what an entry point names, (name, object). May raise anything.
+    """
+
+    noun: str
+    group: str
+    built_in: Callable[[], Collection[str]]
+    take: Callable[[str, Any], T]
+
+    def names(self) -> tuple[str, ...]:
+        """Return the names that may be asked for, in order, without importing anything of the packages."""
+        own = self.built_in()
+        return tuple(dict.fromkeys(entry.name for entry in self._entries() if entry.name not in own))
+
+    def load(self, name: str) -> T:
+        """Return what the plug-in of that name adds; the name is one of `names`.
+
+        Raises
+        ------
+        OptionError
+            It cannot be used.
+        """
+        for plugin in self._named(name):
+            if plugin.adds is not None:
+                return plugin.adds
+            raise OptionError(f"the {self.noun} '{name}' is a {plugin.told}")
+        raise OptionError(f"there is no {self.noun} '{name}'")
+
+    def plugins(self) -> list[Plugin[T]]:
+        """Return every plug-in of this kind, in the order of the names, also those that cannot be used."""
+        return [plugin for name in dict.fromkeys(e.name for e in self._entries()) for plugin in self._named(name)]
+
+    def _entries(self) -> list[EntryPoint]:
+        return [entry for entry in _entries(tuple(sys.path)) if entry.group == self.group]
+
+    def _named(self, name: str) -> list[Plugin[T]]:
+        """Return the plug-ins of a name: one, or none of which any is used."""
+        entries = [entry for entry in self._entries() if entry.name == name]
+        packages = [_package(entry) for entry in entries]
+        if name in self.built_in():
+            return [Plugin(name, one, None, f"leafcut has a {self.noun} of this name itself") for one in packages]
+        if len(entries) > 1:
+            why = f"{' and '.join(packages)} both have a {self.noun} of this name; remove one of them"
+            return [Plugin(name, one, None, why) for one in packages]
+        return [self._loaded(entry) for entry in entries]
+
+    def _loaded(self, entry: EntryPoint) -> Plugin[T]:
+        try:
+            return Plugin(entry.name, _package(entry), self.take(entry.name, entry.load()))
+        except (Exception, SystemExit) as problem:  # whatever a stranger's module does
+            return Plugin(entry.name, _package(entry), None, reason(problem))
+
+
+def reason(problem: BaseException) -> str:
+    """Return what a stranger's code raised, in a line; of an error of leafcut's own its message."""
+    if isinstance(problem, LeafcutError):
+        return str(problem)
+    words = shown(str(problem), 120)
+    return f"{type(problem).__name__}: {words}" if words else type(problem).__name__
+
+
+def file_of(name: str, found: Any) -> Path:
+    """Return the TOML file that an entry point stands for, by what it names.
+
+    A package or a module stands for the file ``NAME.toml`` in its folder, a path for itself, and a function for the
+    path that it returns.
+
+    Raises
+    ------
+    TypeError
+        It names something else.
+    """
+    if isinstance(found, ModuleType):
+        from importlib.resources import files
+
+        return Path(str(files(found))) / f"{name}.toml"
+    path = found() if callable(found) else found
+    if isinstance(path, str) or hasattr(path, "joinpath"):  # a resource of a package is like a path
+        return Path(str(path))
+    raise TypeError(f"a path was expected, not {type(path).__name__}")
+
+
+def _package(entry: EntryPoint) -> str:
+    return entry.dist.name if entry.dist is not None else entry.module
+
+
+@cache
+def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
+    """Return the entry points of all our groups by their names, of packages that lie on a search path.
+
+    Of a package that lies there twice the first counts, as for importing it.
+    """
+    from importlib.metadata import distributions
+
+    found: dict[str, list[EntryPoint]] = {}
+    for package in distributions(path=list(path)):
+        try:
+            ours = [entry for entry in package.entry_points if entry.group.startswith(_OURS)]
+            if ours:
+                found.setdefault(package.name, ours)
+        except Exception:  # what it says of itself cannot be read: it adds nothing
+            continue
+    return tuple(sorted((one for ours in found.values() for one in ours), key=lambda one: (one.group, one.name)))
