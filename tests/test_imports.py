@@ -32,7 +32,7 @@ MAY_IMPORT = {
     "option_spec": BASE,
     "options": BASE | {"option_spec", "files"},
     "model": BASE | {"geometry"},
-    "gcode": MODEL,
+    "gcode": MODEL | {"files", "plugins"},
     "stock": MODEL | {"kernels"},
     "machines": set(),
     "read": STAGE | {"files", "plugins"},

@@ -88,15 +88,16 @@ def optimize(
     began = time.perf_counter()
     sources = _sources(source)
     settings = _collected(options, options_file, defaults_file)
-    profile = settings.machine.machine
     tables = [file for one in registry.processes() for file in one.reads_besides(settings)]
-    inputs = [*sources, options_file, defaults_file, *tables, profile if profile.endswith(".toml") else None]
+    inputs = [*sources, options_file, defaults_file, *tables, *_files(settings.machine.machine, settings.post.dialect)]
     outputs = [output, report, *(file for one in _asked(process) for file in one.writes_besides(settings))]
     for k, target in enumerate(outputs):
         check_output(target, [*inputs, *outputs[:k]])
     settings = _usual(settings, process)
     with _telling_defaults(settings):
         run = Run(settings, machine_of(settings), progress, cancelled or threading.Event(), observe)
+        for target in outputs:
+            check_output(target, _files(run.machine.controller))
         done, outcome = _work(run, sources, process)
     outcome = replace(outcome, output=str(output or ""), report=str(report or ""))
     outcome = replace(outcome, seconds=time.perf_counter() - began)
@@ -107,6 +108,11 @@ def optimize(
         texts[str(report)] = page
     write_together(texts, encodings={str(output): outcome.encoding})
     return outcome
+
+
+def _files(*names: str | None) -> list[str]:
+    """Return those names of machines and dialects that are paths of files."""
+    return [name for name in names if name and name.lower().endswith(".toml")]
 
 
 def _sources(source: Given | Sequence[str | Path]) -> list[Given]:
@@ -321,13 +327,13 @@ def default_machine(work: str) -> str:
 
 
 def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:
-    """Return the dialect in which `optimize` would write with these options."""
+    """Return the dialect in which `optimize` would write with these options: its name, or the path of its file."""
     settings = _usual(Settings.collect(options), process)
     return settings.post.dialect or machine_of(settings).controller
 
 
 def program_extension(dialect_name: str) -> str:
-    """Return what the names of a dialect's programs end in, with the dot."""
+    """Return what the names of a dialect's programs end in, with the dot; a dialect may be the path of its file."""
     from leafcut.gcode.dialects import dialect
 
     return dialect(dialect_name).extension

@@ -386,7 +386,9 @@ def _simulate(
     *programs: Annotated[
         str, Parameter(name="PROGRAM", help="a G-code program, or - for standard input; several, or with * and ?: each")
     ],
-    dialect: Annotated[str | None, Parameter(name="--dialect", help="its dialect (default: the machine's)")] = None,
+    dialect: Annotated[
+        str | None, Parameter(name="--dialect", help="its dialect, by name or TOML file (default: the machine's)")
+    ] = None,
     no_defaults: NoDefaults = False,
     as_json: Json = False,
     options: dict[str, Any],
@@ -456,7 +458,9 @@ def _verify(
     new: Annotated[str, Parameter(name="NEW", help="the program that must do the same work")],
     /,
     *more: Annotated[str, Parameter(show=False)],
-    dialect: Annotated[str | None, Parameter(name="--dialect", help="their dialect (default: the machine's)")] = None,
+    dialect: Annotated[
+        str | None, Parameter(name="--dialect", help="their dialect, by name or TOML file (default: the machine's)")
+    ] = None,
     allow_reverse: Annotated[
         bool,
         Parameter(name="--allow-reverse", negative="", help="open cuts of one depth are the same from either end"),
@@ -507,7 +511,7 @@ def _machines(
     as_json: Json = False,
 ) -> int:
     """List the machines that leafcut knows, or print the profile of one with what its keys mean."""
-    from leafcut.read.machine import load_machine, machine_names, machine_template
+    from leafcut.read.machine import load_machine, machine_list, machine_template
 
     if show is not None:
         text = machine_template(show)
@@ -516,8 +520,7 @@ def _machines(
         else:
             print(text, end="")
         return DONE
-    machines = [load_machine(name) for name in machine_names()]
-    return _list([(m.name, f"{m.description} ({m.controller})") for m in machines], as_json)
+    return _list(machine_list(), as_json)
 
 
 def _algorithms(*, as_json: Json = False) -> int:

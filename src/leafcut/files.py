@@ -119,6 +119,17 @@ def read_toml(path: Path) -> dict[str, Any]:
     OptionError
         There is no such file, it is too large, or it is not TOML.
     """
+    return parse_toml(toml_bytes(path), str(path))
+
+
+def toml_bytes(path: Path) -> bytes:
+    """Return what a TOML file holds.
+
+    Raises
+    ------
+    OptionError
+        There is no such file, or it is too large.
+    """
     if not path.is_file():
         raise OptionError(f"{path}: there is no such file")
     try:
@@ -130,7 +141,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise OptionError(
             f"{path}: larger than {LARGEST_TOML // 1000} kB, so it is no file of options, machine or tools"
         )
-    return parse_toml(content, str(path))
+    return content
 
 
 def parse_toml(content: bytes, source: str) -> dict[str, Any]:
@@ -147,6 +158,28 @@ def parse_toml(content: bytes, source: str) -> dict[str, Any]:
         raise OptionError(f"{source}: not a TOML file of ours (nested too deep)") from None
     except ValueError as problem:  # TOMLDecodeError, and numbers of thousands of digits
         raise OptionError(f"{source}: not a TOML file ({shown(str(problem), 200)})") from None
+
+
+def line_of(toml: str, section: str, name: str = "") -> int | None:
+    """Return the line of a TOML text in which a key of a table stands, or the table begins where there is no `name`.
+
+    Found by a plain look at the lines; None where it is not seen there.
+    """
+    here = ""
+    for number, line in enumerate(toml.splitlines(), 1):
+        words = line.partition("#")[0].strip()
+        if words.startswith("["):
+            here = words.strip("[] \t").strip("\"'")
+            if not name and here == section:
+                return number
+        key = ".".join(part.strip().strip("\"'") for part in words.partition("=")[0].split("."))
+        if (
+            name
+            and "=" in words
+            and ((here == section and key == name) or f"{section}.{name}" in (key, f"{here}.{key}"))
+        ):
+            return number
+    return None
 
 
 def _check_wholes(value: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +11,7 @@ from every import every
 from leafcut.errors import OptionError
 from leafcut.gcode.dialects import Dialect, dialect, dialects, parse_dialect
 from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF
+from packages import Installer
 
 MILLS = ["fagor8055", "fanuc", "grbl", "haas", "linuxcnc", "mach3", "mach4"]
 TORCHES = ["fanuc-laser", "flame", "grbl-laser", "plasma", "qtplasmac", "waterjet"]
@@ -30,7 +32,7 @@ def test_every_value_of_a_profile_states_its_source(name: str) -> None:
     changed = {
         f.name
         for f in dataclasses.fields(Dialect)
-        if f.name not in ("name", "description", "sources")
+        if f.name not in ("name", "description", "sources", "family")
         and (f.default is dataclasses.MISSING or getattr(profile, f.name) != f.default)
     }
     assert changed <= profile.sources.keys()
@@ -62,14 +64,131 @@ def test_an_unknown_dialect_names_the_nearest() -> None:
         dialect("../../etc/passwd")
 
 
+TOY = """description = "toy"
+extension = ".toy"
+g_words = "G0 G1 G20 G21 G90"
+m_words = "M3 M5 M30"
+groups = "rs274"
+preamble = ["G90"]
+cycles = []
+"""
+
+
+def toy(text: str = "", name: str = "toy") -> Dialect:
+    """Return a dialect of its own words, with more said about it."""
+    return parse_dialect((TOY + text).encode(), name)
+
+
 def test_a_controller_is_added_by_a_text_alone() -> None:
-    """A new profile needs its own words only; a wrong key or a missing one is named."""
-    toy = 'description = "toy"\nextension = ".toy"\ng_words = "G0 G1 G90"\nm_words = "M2"\ngroups = "rs274"\n'
-    rest = "preamble = []\ncycles = []\n"
-    assert parse_dialect(toy + rest, "toy").g_codes == {0, 10, 900}
-    with pytest.raises(OptionError, match="unknown key 'cicles'; did you mean 'cycles'"):
-        parse_dialect(toy + rest + "cicles = []", "toy")
+    """A new profile needs its own words only; a wrong key or a missing one is named, with its line."""
+    assert toy().g_codes == {0, 10, 200, 210, 900}
+    with pytest.raises(OptionError, match="toy:8: unknown key 'cicles'; did you mean 'cycles'"):
+        toy("cicles = []")
     with pytest.raises(OptionError, match="'preamble' is missing"):
-        parse_dialect(toy, "toy")
+        parse_dialect(TOY.replace('preamble = ["G90"]', "").encode(), "toy")
     with pytest.raises(OptionError, match="not a TOML file"):
-        parse_dialect("=", "toy")
+        parse_dialect(b"=", "toy")
+
+
+@every(
+    "text, words",
+    [
+        ('name = "haas"', "toy:8: unknown key 'name'"),
+        ('family = "linuxcnc"', "toy:8: unknown key 'family'"),
+        ("torch = 5", "toy:8: 'torch' is not a table"),
+        ("point_required = 1", "toy:8: 'point_required' is 1, but must be true or false"),
+        ("decimals_mm = 0", "toy:8: 'decimals_mm' is 0, but must be a whole number from 2 to 6"),
+        ("decimals_mm = true", "'decimals_mm' is True, but must be a whole number"),
+        ("max_line = 1000000000", "'max_line' is 1000000000, but must be a whole number from 40 to 10000"),
+        ('notes = "one"', "'notes' is one, but must be a list of texts"),
+        ('notes = ["a\\nG0 Z-99"]', "'notes' has a G0 Z-99, but must be a list of texts of one line"),
+        ('dwell_unit = "min"', "'dwell_unit' is 'min', but must be one of s, ms, point, cs"),
+        ('dwell_letter = "PP"', "'dwell_letter' is 'PP', but must be a capital letter"),
+        ('dwell_cycles = ["G99"]', "'dwell_cycles' has 'G99', but takes only G81, G82"),
+        ('end_word = "M2"', "toy:8: 'end_word' is M2, which is none of its words"),
+        ('units_mm = "G71"', "'units_mm' is G71, which is none of its words"),
+        ("[sources]\nwords = 'x'", "toy:9: 'words' in [sources] is no key of a dialect"),
+        ('[torch]\non = "M3"', "'torch.off' is missing"),
+        ('[torch]\non = "M5"\noff = "M5"', "toy:9: 'torch.on' must have the word M3 or M4"),
+        ('[torch]\non = "M3"\noff = "M4"', "toy:10: 'torch.off' must have the word M5, and no other M word"),
+        ('[torch]\non = "M3 S{power:>9999999}"\noff = "M5"', "'torch.on' has a brace"),
+        ('[torch]\non = "M3 S{power.__class__}"\noff = "M5"', "'torch.on' has a brace"),
+        ('[torch]\non = "M3"\noff = "M5"\npower = true', "'torch.on' must have {power} where power = true"),
+        ('[torch]\non = "M3"\noff = "M5"\nprobe = "G38.2"', "'torch.probe' has G38.2, which is none of its words"),
+    ],
+)
+def test_what_no_dialect_can_say_is_refused_with_its_line(text: str, words: str) -> None:
+    with pytest.raises(OptionError) as refused:
+        toy(text)
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+@every(
+    "old, new, words",
+    [
+        ('".toy"', '"/../../x"', "'extension' is '/../../x', but must be a point and up to eight letters and digits"),
+        ('"G0 G1', '"G0 G1 G999', "toy:3: 'g_words' has 'G999', which is no G word that leafcut understands"),
+        ('"M3 M5', '"M3 M5 M3.5', "toy:4: 'm_words' has 'M3.5', which is no M word that leafcut understands"),
+        ('["G90"]', '["G90 G91"]', "toy:6: 'preamble' has G91, which is none of its words"),
+        ("cycles = []", 'cycles = ["G81"]', "toy:7: 'cycles' has G81, which is none of its words"),
+        ('"rs274"', '"siemens"', "toy:5: 'groups' is 'siemens', but must be one of rs274, fanuc"),
+    ],
+)
+def test_words_that_leafcut_does_not_understand_are_refused_with_their_line(old: str, new: str, words: str) -> None:
+    with pytest.raises(OptionError) as refused:
+        parse_dialect(TOY.replace(old, new).encode(), "toy")
+    assert words in str(refused.value)
+
+
+def test_a_file_says_what_differs_from_its_base_and_is_of_that_family(tmp_path: Path) -> None:
+    file = tmp_path / "ours.toml"
+    file.write_text('base = "linuxcnc"\nextension = ".tap"\n')
+    ours, base = dialect(str(file)), dialect("linuxcnc")
+    changed = {"name": "ours.toml", "extension": ".tap"}
+    assert ours == dataclasses.replace(base, **changed)
+    assert ours.family == base.family == "linuxcnc"
+    assert toy(name="linuxcnc").family == ""
+
+
+def test_a_base_brings_its_own_base_and_its_torch_with_what_the_file_says_of_it() -> None:
+    found = parse_dialect(b'base = "flame"\n[torch]\ncuts = ["plasma"]\n', "mine")
+    flame = dialect("flame")
+    assert flame.torch is not None
+    assert found.torch == dataclasses.replace(flame.torch, cuts=("plasma",))
+    assert (found.extension, found.notes, found.family) == (flame.extension, flame.notes, "flame")
+    assert parse_dialect(b'base = "fanuc"\n', "mine").torch is None
+
+
+@every("base", ['"nothing"', '"../machines/haas-vf2"', "5", '"my.toml"'])
+def test_a_base_is_a_shipped_dialect_by_its_name(base: str) -> None:
+    with pytest.raises(OptionError, match="mine:1: 'base' is"):
+        parse_dialect(f"base = {base}\n".encode(), "mine")
+
+
+def test_a_file_that_is_not_there_or_too_large_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(OptionError, match=r"none\.toml: there is no such file"):
+        dialect(str(tmp_path / "none.toml"))
+    with (tmp_path / "large.toml").open("wb") as file:
+        file.truncate(1_000_001)
+    with pytest.raises(OptionError, match=r"large\.toml: larger than 1000 kB"):
+        dialect(str(tmp_path / "large.toml"))
+
+
+def test_a_package_adds_a_dialect_and_a_broken_one_stops_no_other(install: Installer) -> None:
+    install(
+        "controls",
+        {"leafcut.dialects": {"ours": "controls", "torn": "controls:TORN", "haas": "controls"}},
+        {
+            "controls/__init__.py": "from pathlib import Path\nTORN = Path(__file__).parent / 'torn.toml'",
+            "controls/ours.toml": 'base = "haas"\nmax_line = 60\n',
+            "controls/torn.toml": 'base = "haas"\nmax_line = "long"\n',
+        },
+    )
+    assert dialect("ours") == dataclasses.replace(dialect("haas"), name="ours", max_line=60)
+    assert dialect("haas").max_line == 80
+    assert dialects() == sorted([*NAMES, "ours"])
+    with pytest.raises(OptionError, match=r"the dialect 'torn' is a plug-in of controls .*torn\.toml:2: 'max_line' is"):
+        dialect("torn")
+    with pytest.raises(OptionError, match="unknown dialect 'our'; did you mean 'ours'"):
+        dialect("our")

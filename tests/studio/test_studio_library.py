@@ -92,3 +92,24 @@ def test_what_cannot_be_read_in_one_way_says_why_and_what_else_there_is(tmp_path
     assert len(seen.error.splitlines()) == 1
     with pytest.raises(LeafcutError, match="unknown kind of file"):
         look(str(EXAMPLES.parent / "Makefile"))
+
+
+def test_a_page_names_no_file_of_a_dialect_but_one_that_lies_beside_a_machine_of_ones_own_is_used(
+    studio: Studio,
+) -> None:
+    plate = ("example:plate-10",)
+    for path in ("ours.toml", "/etc/ours.toml"):
+        with pytest.raises(OptionError, match="--dialect: takes a file that was opened in the studio, not a path"):
+            studio.jobs.start(Task("optimize", plate, options={"dialect": path}))
+    text = library.shipped_text("machines", "haas-vf2").replace(
+        'controller = "haas"', 'controller = "controls/a.toml"', 1
+    )
+    with pytest.raises(OptionError, match=r"^controls/a\.toml: there is no such file"):
+        library.save(studio.folder, "machines", "mine", text)
+    folder = studio.folder.root / "machines"
+    (folder / "controls").mkdir()
+    (folder / "controls" / "a.toml").write_text('base = "haas"\nextension = ".eia"\n')
+    (folder / "mine.toml").write_text(text)
+    job = studio.jobs.start(Task("optimize", plate, options={"machine": "mine:mine", "preset": "fast"}))
+    assert studio.jobs.wait(job) is State.DONE
+    assert studio.history.artefacts(job)["program"] == "plate-10.eia"

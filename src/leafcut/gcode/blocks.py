@@ -77,7 +77,7 @@ def _codes(dialect: Dialect) -> frozenset[int]:
     if dialect.cycle_words == "fagor":
         return dialect.g_codes
     # Haas has bolt circles there, and G69 is the end of a rotation nearly everywhere.
-    lathe_cycles = dialect.groups == "fanuc" or dialect.name in _LINUXCNC
+    lathe_cycles = dialect.groups == "fanuc" or dialect.family in _LINUXCNC
     other = {690, 700, 710} if lathe_cycles else {690}
     return frozenset(GROUP_OF) - (other - dialect.g_codes)
 
@@ -149,7 +149,7 @@ class BlockRunner(Reader):
 
     def _run_words(self, block: Block) -> None:
         state = self.state
-        self.refused = state.dialect.name in _LINUXCNC and _is_malformed(block.words)
+        self.refused = state.dialect.family in _LINUXCNC and _is_malformed(block.words)
         macro = next((w for w in block.words if w.letter == "G" and w.value == 65.0), None)
         if macro is not None:
             # The other words are the macro's, and mean what it makes of them.
@@ -253,7 +253,7 @@ class BlockRunner(Reader):
     def _note_refused(self, words: SortedBlock) -> None:
         """Note what LinuxCNC refuses (seen with rs274), though what is meant is clear."""
         state = self.state
-        if state.dialect.name not in _LINUXCNC:
+        if state.dialect.family not in _LINUXCNC:
             return
         starts = words.g.get("radius", 400) != 400
         again = starts and state.radius != 40

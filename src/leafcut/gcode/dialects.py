@@ -1,6 +1,7 @@
 """Dialects: what each controller's G-code is like, as data.
 
-One TOML file each in the folder `dialects/`, every value with its source.
+One TOML file each in the folder `dialects/`, every value with its source; others by the path of their file, or of a
+package that is installed (`leafcut.dialects`).
 
 dialect("haas").cycles        ('G81', 'G82', 'G83', 'G73', 'G84', 'G85')
 """
@@ -8,12 +9,18 @@ dialect("haas").cycles        ('G81', 'G82', 'G83', 'G73', 'G84', 'G85')
 from __future__ import annotations
 
 import tomllib
-from dataclasses import MISSING, dataclass, field, fields
+from collections.abc import Callable
+from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cache, cached_property
 from importlib.resources import files
-from typing import Any
+from pathlib import Path
+from types import UnionType
+from typing import Any, get_args, get_origin, get_type_hints
 
-from leafcut.errors import OptionError, nearest
+from leafcut.errors import OptionError, nearest, shown
+from leafcut.files import line_of, parse_toml, toml_bytes
+from leafcut.gcode.dialect_checks import fault_of, faults_of_words
+from leafcut.plugins import Kind, file_of
 
 
 @dataclass(frozen=True)
@@ -97,7 +104,10 @@ class Dialect:
     Attributes
     ----------
     name, description, extension
-        The extension has its dot.
+        The extension has its dot. The name of one that was given as a file is that of the file, ``my.toml``.
+    family
+        The shipped dialect that it is, or is based on: what is known of that controller beyond its table holds for this
+        one, too. Empty: it stands on its own.
     g_words, m_words
         Every G and M word that the controller has and leafcut understands, in words: ``"G0 G1 …"``.
     groups
@@ -209,6 +219,7 @@ class Dialect:
     line_ends: str = ""
     torch: Torch | None = None
     sources: dict[str, str] = field(default_factory=dict, hash=False)
+    family: str = ""
 
     @property
     def moves_z(self) -> bool:
@@ -232,67 +243,141 @@ class Dialect:
 
 
 def dialects(torch: bool | None = None) -> list[str]:
-    """Return the names of all dialects, sorted; with `torch` only those that drive one, or only those that do not."""
-    names = sorted(entry.name.removesuffix(".toml") for entry in _folder().iterdir() if entry.name.endswith(".toml"))
+    """Return the names of all dialects, sorted; with `torch` only those that drive one, or only those that do not.
+
+    Those of plug-ins are among them, but for what cannot be used.
+    """
+    names = sorted([*_shipped_names(), *(one.name for one in DIALECTS.plugins() if one.adds is not None)])
     return names if torch is None else [name for name in names if (dialect(name).torch is not None) == torch]
 
 
-@cache
 def dialect(name: str) -> Dialect:
-    """Return the dialect of that name.
+    """Return the dialect of that name, or that of a ``.toml`` file by its path.
 
     Raises
     ------
     OptionError
-        There is none; the nearest name is suggested.
+        There is none (the nearest name is suggested), or its file says what no dialect can.
     """
-    known = dialects()
-    if name not in known:
-        raise OptionError(f"unknown dialect '{name}'{nearest(name, known)}")
-    return parse_dialect((_folder() / f"{name}.toml").read_text(encoding="utf-8"), name)
+    if name.lower().endswith(".toml"):
+        return _of_file(Path(name), Path(name).name)
+    if name in _shipped_names():
+        return _shipped(name)
+    if name in DIALECTS.names():
+        return DIALECTS.load(name)
+    raise OptionError(f"unknown dialect '{name}'{nearest(name, dialects())}")
 
 
-def parse_dialect(text: str, name: str) -> Dialect:
-    """Return the dialect that a TOML text describes.
+def _of_file(path: Path, name: str) -> Dialect:
+    return parse_dialect(toml_bytes(path), name, str(path))
+
+
+@cache
+def _shipped_names() -> frozenset[str]:
+    return frozenset(entry.name.removesuffix(".toml") for entry in _folder().iterdir() if entry.name.endswith(".toml"))
+
+
+#: Dialects of other packages: each is a TOML file.
+DIALECTS = Kind("dialect", "leafcut.dialects", _shipped_names, lambda name, found: _of_file(file_of(name, found), name))
+
+
+@cache
+def _shipped(name: str) -> Dialect:
+    return replace(parse_dialect(_content(name), name), family=name)
+
+
+def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
+    """Return the dialect that a TOML text describes; `place` is its file, which messages begin with.
 
     Raises
     ------
     OptionError
-        The text is not TOML, or a key is unknown or missing.
+        The text is not TOML, a key is unknown or missing, or a value is none that a dialect can have.
     """
-    try:
-        data: dict[str, Any] = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as problem:
-        raise OptionError(f"dialect {name}: not a TOML file ({problem})") from None
-    data = _with_base(data)
-    values = _checked({"name": name, **data}, Dialect, f"dialect {name}")
-    if "torch" in values:
-        if not isinstance(values["torch"], dict):
-            raise OptionError(f"dialect {name}: 'torch' is not a table; write [torch]")
-        values["torch"] = Torch(**_checked(values["torch"], Torch, f"dialect {name}, [torch]"))
-    return Dialect(**values)
+    place = place or f"dialect {name}"
+    said = parse_toml(content, place)
+
+    def refused(key: str, words: str) -> OptionError:
+        section, _, bare = key.rpartition(".")
+        line = line_of(content.decode("utf-8", errors="replace"), section, bare)
+        return OptionError(f"{place}{f':{line}' if line else ''}: {words}")
+
+    base = said.pop("base", None)
+    if base is not None and base not in _shipped_names():
+        words = nearest(str(base)[:80], sorted(_shipped_names()))
+        raise refused("base", f"'base' is '{shown(str(base))}'{words}")
+    for key in _TABLES:
+        if key in said and not isinstance(said[key], dict):
+            raise refused(key, f"'{key}' is not a table; write [{key}]")
+    table = _on_base(said, base)
+    _check_kinds(table, Dialect, "", refused)
+    if "torch" in table:
+        _check_kinds(table["torch"], Torch, "torch.", refused)
+    for key in table.get("sources", {}):
+        if key not in (*_kinds(Dialect), "torch") or not isinstance(table["sources"][key], str):
+            raise refused(f"sources.{key}", f"'{shown(key)}' in [sources] is no key of a dialect with a text behind it")
+    torch = {**_defaults(Torch), **table["torch"]} if "torch" in table else None
+    for key, words in faults_of_words({**_defaults(Dialect), **table, "torch": torch}):
+        raise refused(key, f"'{key}' {words}")
+    table["torch"] = None if torch is None else Torch(**_frozen(torch))
+    return Dialect(name=name, family=base or "", **_frozen(table))
 
 
-def _with_base(data: dict[str, Any]) -> dict[str, Any]:
-    """Return the table with all that it does not say from the shipped dialect that it names as `base`."""
-    if "base" not in data:
-        return data
-    base = tomllib.loads((_folder() / f"{data['base']}.toml").read_text(encoding="utf-8"))
-    said = {key: value for key, value in data.items() if key != "base"}
-    tables = {key: {**base.get(key, {}), **said.get(key, {})} for key in ("torch", "sources")}
-    return {**base, **said, **tables}
+#: The tables in the table of a dialect; of one that is based on another, what they do not say is that one's, too.
+_TABLES = ("torch", "sources")
 
 
-def _checked(data: dict[str, Any], kind: type[Dialect] | type[Torch], what: str) -> dict[str, Any]:
-    """Return the values of a table with its lists as tuples; refuse a key that is unknown, and one that is missing."""
-    known = {f.name: f for f in fields(kind)}
-    for key in data:
+def _on_base(said: dict[str, Any], base: str | None) -> dict[str, Any]:
+    """Return the table with all that it does not say from the shipped dialect `base`."""
+    if base is None:
+        return said
+    below = tomllib.loads(_content(base).decode("utf-8"))
+    below = _on_base(below, below.pop("base", None))
+    tables = {key: {**below.get(key, {}), **said.get(key, {})} for key in _TABLES if key in below or key in said}
+    return {**below, **said, **tables}
+
+
+def _kinds(of: type[Dialect] | type[Torch]) -> dict[str, Any]:
+    """Return the keys that a file may have, and the types of their values; those of tables are left out."""
+    return {key: kind for key, kind in get_type_hints(of).items() if key not in ("name", "family", *_TABLES)}
+
+
+def _check_kinds(
+    table: dict[str, Any], of: type[Dialect] | type[Torch], place: str, refused: Callable[[str, str], OptionError]
+) -> None:
+    """Refuse a key that is unknown or missing, and a value that is not of its kind."""
+    kinds = _kinds(of)
+    known = [*kinds, *(_TABLES if of is Dialect else ())]
+    for key, value in table.items():
         if key not in known:
-            raise OptionError(f"{what}: unknown key '{key}'{nearest(key, known)}")
-    for key, spec in known.items():
-        if key not in data and spec.default is MISSING and spec.default_factory is MISSING:
-            raise OptionError(f"{what}: '{key}' is missing")
-    return {key: tuple(v) if isinstance(v, list) else v for key, v in data.items()}
+            raise refused(place + key, f"unknown key '{shown(key)}'{nearest(key[:80], known)}")
+        fault = "" if key in _TABLES else fault_of(place + key, value, _bare(kinds[key]))
+        if fault:
+            raise refused(place + key, f"'{place + key}' {fault}")
+    for one in fields(of):
+        if one.name in kinds and one.name not in table and one.default is one.default_factory is MISSING:
+            raise refused(place.rstrip("."), f"'{place + one.name}' is missing")
+
+
+def _defaults(of: type[Dialect] | type[Torch]) -> dict[str, Any]:
+    """Return the values of the keys that need not be said."""
+    return {one.name: one.default for one in fields(of) if one.default is not MISSING}
+
+
+def _bare(kind: Any) -> Any:
+    """Return the type of what may also be None: no file says that."""
+    return (
+        next((one for one in get_args(kind) if one is not type(None)), kind) if get_origin(kind) is UnionType else kind
+    )
+
+
+def _frozen(table: dict[str, Any]) -> dict[str, Any]:
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
+
+
+def _content(name: str) -> bytes:
+    content: bytes = (_folder() / f"{name}.toml").read_bytes()
+    return content
 
 
 def _folder() -> Any:

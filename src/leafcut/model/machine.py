@@ -34,7 +34,10 @@ class Machine:
     Attributes
     ----------
     name, description, controller, process
-        `controller` is the name of a dialect; `process` is spindle, torch (plasma), laser, flame or water.
+        `controller` is the name of a dialect, or the path of its TOML file; `process` is spindle, torch (plasma),
+        laser, flame or water.
+    family
+        The shipped dialect that the controller's is based on where it is not a shipped one: timing goes by it.
     units
         ``mm`` or ``in``: what the controller takes the numbers of a program for that does not say it.
     rapid_style
@@ -105,5 +108,11 @@ class Machine:
     corner_deviation: float = 0.01
     nozzle_diameter: float = 0.0
     probe: Probe | None = None
+    family: str = ""
     sources: dict[str, str] = field(default_factory=dict)
     assumed: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def control(self) -> str:
+        """The dialect of the controller that moves as this machine's does, a shipped one where any is known."""
+        return self.family or self.controller

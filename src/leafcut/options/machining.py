@@ -21,7 +21,7 @@ class MachineOptions(OptionGroup):
     machine: str = option(
         "text",
         "linuxcnc-mill",
-        "name of a shipped machine, or the path of a TOML profile",
+        "name of a machine (see `leafcut machines`), or the path of a TOML profile",
         may_be_path=True,
         works="drill cut pocket program nest simulate verify",
     )

@@ -41,7 +41,12 @@ class PostOptions(OptionGroup):
     works: ClassVar[str] = "drill cut pocket"
 
     dialect: str | None = option(
-        "text", None, "controller's dialect", default_words="the machine's own", works="drill cut pocket program"
+        "text",
+        None,
+        "controller's dialect: its name, or the path of a TOML file",
+        default_words="the machine's own",
+        may_be_path=True,
+        works="drill cut pocket program",
     )
     output_units: str = option("text", "mm", "units of the program", choices=("mm", "inch"))
     line_numbers: bool = option("flag", False, "number the blocks N10, N20, …")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, nearest
-from leafcut.files import read_toml
+from leafcut.files import line_of, read_toml
 from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
 from leafcut.options.cutting import CutOptions
 from leafcut.options.drawings import ReadOptions, SheetOptions
@@ -151,7 +151,7 @@ def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]
     data = read_toml(file)
 
     def refused(words: str, section: str, name: str = "") -> OptionError:
-        line = _line_of(file, section, name)
+        line = line_of(file.read_text(encoding="utf-8", errors="replace"), section, name)
         return OptionError(f"{file}{f':{line}' if line else ''}: {words}")
 
     sections = {group.section: group for group in GROUPS}
@@ -184,25 +184,3 @@ def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]
             except OptionError as problem:
                 raise refused(str(problem), at, name) from None
         yield group, table
-
-
-def _line_of(file: Path, section: str, name: str) -> int | None:
-    """Return the line of a TOML file in which a key of a table stands, or the table begins where there is no `name`.
-
-    Found by a plain look at the lines; None where it is not seen there.
-    """
-    here = ""
-    for number, line in enumerate(file.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
-        words = line.partition("#")[0].strip()
-        if words.startswith("["):
-            here = words.strip("[] \t").strip("\"'")
-            if not name and here == section:
-                return number
-        key = ".".join(part.strip().strip("\"'") for part in words.partition("=")[0].split("."))
-        if (
-            name
-            and "=" in words
-            and ((here == section and key == name) or f"{section}.{name}" in (key, f"{here}.{key}"))
-        ):
-            return number
-    return None

@@ -1,4 +1,7 @@
-"""Machine profiles: TOML → `Machine`. Those shipped are found by name, others by the path of their file."""
+"""Machine profiles: TOML → `Machine`.
+
+Those shipped, and those of installed packages (`leafcut.machines`), are found by name, others by the path of a file.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, nearest
+from leafcut.errors import OptionError, nearest, shown
+from leafcut.gcode.dialects import DIALECTS, dialect
 from leafcut.model.machine import XYZ, Machine, Probe
+from leafcut.plugins import Kind, file_of
 from leafcut.read.machine_keys import (
     CORNERS,
     KEYS,
@@ -30,28 +35,52 @@ _ROOM = 1e-6
 _WIDEST_NOZZLE = 200.0
 
 
-def machine_names() -> list[str]:
-    """Return the names of the shipped machines, in order."""
+def shipped_machines() -> list[str]:
+    """Return the names of the machines that leafcut brings, in order."""
     return sorted(
         f.name.removesuffix(".toml") for f in resources.files("leafcut.machines").iterdir() if f.name.endswith(".toml")
     )
 
 
+def _path_of(name: str, found: Any) -> Path:
+    """Return the profile that an entry point stands for, after it was read."""
+    path = file_of(name, found)
+    load_machine(str(path))
+    return path
+
+
+#: Machines of other packages: each is a TOML profile.
+MACHINES = Kind("machine", "leafcut.machines", shipped_machines, _path_of)
+
+
+def machine_names() -> list[str]:
+    """Return the names of all machines, those shipped first; of plug-ins without those that cannot be used."""
+    return [*shipped_machines(), *(one.name for one in MACHINES.plugins() if one.adds is not None)]
+
+
 def machine_descriptions() -> dict[str, str]:
-    """Return name → description of the shipped machines, in order."""
+    """Return name → description of all machines, in order."""
     return {name: load_machine(name).description for name in machine_names()}
 
 
+def machine_list() -> list[tuple[str, str]]:
+    """Return the names of all machines with what they are and their controller; of a broken plug-in with its error."""
+    known = {name: load_machine(name) for name in machine_names()}
+    # A path of a dialect is told by its file alone.
+    rows = [(name, f"{one.description} ({Path(one.controller).name})") for name, one in known.items()]
+    return rows + [(one.name, one.told) for one in MACHINES.plugins() if one.adds is None]
+
+
 def load_machine(name_or_path: str, work_offset: Sequence[float] | None = None) -> Machine:
-    """Return a shipped machine by its name, or the machine of a profile by the path of a ``.toml`` file.
+    """Return a machine by its name, or by the path of its profile, a ``.toml`` file.
 
     `work_offset` (x, y, z of program zero in machine coordinates, mm) takes the place of the profile's own.
 
     Raises
     ------
     OptionError
-        No machine of that name (the nearest name is given), a file that cannot be read, or a profile in which a key
-        is unknown, missing or of a wrong kind, or says what cannot be.
+        No machine of that name (the nearest name is given), a plug-in or a file that cannot be read, or a profile in
+        which a key is unknown, missing or of a wrong kind, or says what cannot be.
     """
     machine = _machine_of(*_profile(name_or_path))
     return machine if work_offset is None else replace(machine, work_offset=_work_offset(work_offset))
@@ -74,9 +103,11 @@ def _profile(name_or_path: str) -> tuple[dict[str, Any], str]:
     """Return a profile as it stands in its file, and what its messages begin with."""
     if name_or_path.lower().endswith(".toml"):
         return read_toml(Path(name_or_path)), name_or_path
-    names = machine_names()
-    if name_or_path not in names:
-        raise OptionError(f"unknown machine '{name_or_path}'{nearest(name_or_path, names)}")
+    if name_or_path not in shipped_machines():
+        if name_or_path in MACHINES.names():
+            path = MACHINES.load(name_or_path)
+            return {**read_toml(path), "name": name_or_path}, str(path)
+        raise OptionError(f"unknown machine '{name_or_path}'{nearest(name_or_path, machine_names())}")
     file = resources.files("leafcut.machines") / f"{name_or_path}.toml"
     return parse_toml(file.read_bytes(), file.name), file.name
 
@@ -98,10 +129,12 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
     )
     velocity = _xyz(rapid.vector("velocity", "mm/s"))
     name = top.text("name", Path(place).stem)
+    controller, family = _controller(top, place)
     machine = Machine(
         name=name,
         description=top.text("description", name),
-        controller=top.text("controller"),
+        controller=controller,
+        family=family,
         process=top.text("process", choices=PROCESSES),
         units=top.text("units", choices=("mm", "in")),
         rapid_style=rapid.text("style", choices=RAPID_STYLES),
@@ -131,6 +164,21 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
     machine = replace(machine, assumed=told)
     _check(machine, place, top)
     return machine
+
+
+def _controller(top: Table, place: str) -> tuple[str, str]:
+    """Return the dialect of a machine, a path as seen from here, and the shipped one that it is based on, if any.
+
+    The file of a dialect lies beside the profile, or below it: nobody's profile makes leafcut read files elsewhere.
+    """
+    name = top.text("controller")
+    if name.lower().endswith(".toml"):
+        file = Path(name)
+        if file.is_absolute() or file.drive or ".." in file.parts:
+            raise top.problem("controller", f"is '{shown(name)}', but a dialect's file lies beside the profile")
+        name = str(Path(place).parent / file)
+        return name, dialect(name).family
+    return name, DIALECTS.load(name).family if name in DIALECTS.names() else ""
 
 
 def _probe(top: Table) -> Probe:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from importlib.resources import files
 from pathlib import Path
@@ -17,9 +18,9 @@ _MOST_CHARACTERS = 200_000
 def shipped(kind: str) -> list[str]:
     """Return the names of what leafcut brings, which can be looked at and copied but not changed."""
     if kind == "machines":
-        from leafcut.read.machine import machine_names
+        from leafcut.read.machine import shipped_machines
 
-        return machine_names()
+        return shipped_machines()
     return ["example"]
 
 
@@ -73,7 +74,7 @@ def check(kind: str, name: str, text: str) -> None:
             else:
                 load_tools(file)
         except LeafcutError as problem:
-            raise OptionError(str(problem).replace(str(file), file.name)) from None
+            raise OptionError(str(problem).replace(f"{Path(place)}{os.sep}", "")) from None
 
 
 def save(folder: Folder, kind: str, name: str, text: str) -> None:

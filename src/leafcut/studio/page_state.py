@@ -170,7 +170,7 @@ class View:
 
     def _machines(self) -> dict[str, str]:
         own = self.studio.folder.own("machines")
-        return {name: name for name in _shipped()} | {OWN + n: self.words("machines.own", name=n) for n in own}
+        return {name: name for name in _known_machines()} | {OWN + n: self.words("machines.own", name=n) for n in own}
 
     @property
     def ready(self) -> bool:
@@ -214,7 +214,7 @@ OF_READING = frozenset(
 ) | {"pocket_layers", "island_layers"}
 
 
-def _shipped() -> list[str]:
+def _known_machines() -> list[str]:
     from leafcut.read.machine import machine_names
 
     return machine_names()

@@ -347,10 +347,9 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
 def _add_lists(made: APIRouter) -> None:
     @made.get("/machines", summary="The machines that leafcut knows")
     def machines() -> list[dict[str, str]]:
-        from leafcut.read.machine import load_machine, machine_names
+        from leafcut.read.machine import machine_list
 
-        known = [load_machine(name) for name in machine_names()]
-        return [{"name": m.name, "description": f"{m.description} ({m.controller})"} for m in known]
+        return [{"name": name, "description": words} for name, words in machine_list()]
 
     @made.get("/algorithms", summary="The algorithms that order the work")
     def algorithms() -> list[dict[str, str]]:

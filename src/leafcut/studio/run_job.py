@@ -84,7 +84,11 @@ def _optimize(call: ReadyTask, name: str, tell: Progress, cancelled: threading.E
             call.sources[0], process=call.process, progress=tell, observe=observe, cancelled=cancelled, **options
         )
         text = plan.read_bytes() if plan.is_file() else b""
-    output = program_name(name, api.program_extension(outcome.dialect))
+    # The dialect may be a file, which an outcome has the name of alone.
+    asked = api.dialect_of(call.options, call.process)
+    output = program_name(
+        name, api.program_extension(asked if Path(asked).name == outcome.dialect else outcome.dialect)
+    )
     # A report is handed on: it says what the person calls the file, and not where the studio keeps it.
     source = name if outcome.part.source else ""
     outcome = replace(outcome, output=output, part=replace(outcome.part, source=source))

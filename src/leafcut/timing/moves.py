@@ -125,7 +125,7 @@ def _steps(
     straight = rapid | (path.kind == Kind.FEED)
     row = np.flatnonzero((straight & (np.abs(delta) > SHORTEST).any(axis=1)) | (arc_of >= 0))
     halts = ~(rapid | (path.kind <= Kind.ARC_CCW) | np.isin(path.kind, _FLOWING))
-    if machine.controller.startswith("grbl") and machine.process == "laser":
+    if machine.control.startswith("grbl") and machine.process == "laser":
         halts &= ~_changes_power(path)
     halted = np.cumsum(halts)[row]
     flushed = np.append(halted[1:] != halted[:-1], True)[: len(row)]

@@ -127,7 +127,7 @@ def _timed(
 
     That is how far they move, their arcs, their moves and the seconds of these.
     """
-    style = machine.corners or _STYLES.get(machine.controller, "round")
+    style = machine.corners or _STYLES.get(machine.control, "round")
     path, source, mode, tolerance, joining = _expanded(path, style)
     path, touching = _touched(path)
     delta, estimate = _displacements(path, machine, start)

@@ -31,17 +31,16 @@ def simulate(
     from leafcut.timing.toolpath import measure
 
     machine = machine_of(settings)
-    name = dialect or machine.controller
-    words = dialects.dialect(name)
+    words = dialects.dialect(dialect or machine.controller)
     look = looking_for(progress, "reading")
     read = read_foreign(read_program(program), str(program), settings, machine, words, look)
     _check_lifts(settings, read.words)
-    name = read.words.name
-    run, unknown = _as_run(read.program, name, settings.drill.clearance_height)
+    run, unknown = _as_run(read.program, read.words, settings.drill.clearance_height)
     # From where `optimize` counts, too, unless `--start-point` says otherwise.
     cost = measure(run, read.machine, start=(0.0, 0.0))
     issues = (*read.dangers, *read.issues, *unknown)
-    return Simulation(str(program), read.machine, name, read.program.path, run, cost, issues, settings.from_defaults())
+    path, told = read.program.path, settings.from_defaults()
+    return Simulation(str(program), read.machine, read.words.name, path, run, cost, issues, told)
 
 
 def _check_lifts(settings: Settings, words: Dialect) -> None:
@@ -50,14 +49,14 @@ def _check_lifts(settings: Settings, words: Dialect) -> None:
         raise OptionError(f"--clearance-height: a program for {words.name} says its heights itself; leave it out")
 
 
-def _as_run(program: Program, dialect_name: str, clearance: float) -> tuple[Toolpath, list[Issue]]:
+def _as_run(program: Program, words: Dialect, clearance: float) -> tuple[Toolpath, list[Issue]]:
     """Return what a program does with what its controller adds at every cut, and what of that is not known."""
-    from leafcut.gcode.dialects import dialect
     from leafcut.gcode.material import as_run
 
-    torch = dialect(dialect_name).torch
-    if torch is None or not torch.material_comment:
+    if words.torch is None or not words.torch.material_comment:
         return program.path, []
     path, unknown = as_run(program.path, program.lines, clearance)
-    words = f"{unknown} cuts are of a material that the program does not tell, (o=0, …): their pierces are not counted"
-    return path, [Issue("L413", words)] if unknown else []
+    message = (
+        f"{unknown} cuts are of a material that the program does not tell, (o=0, …): their pierces are not counted"
+    )
+    return path, [Issue("L413", message)] if unknown else []

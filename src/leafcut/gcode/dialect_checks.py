@@ -1,0 +1,151 @@
+"""What the table of a dialect may say, whoever wrote it: values of their kinds, and words that leafcut understands."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from leafcut.errors import shown
+from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF
+
+#: The values that a key takes, where these are few.
+_CHOICES: dict[str, tuple[str, ...]] = {
+    "groups": ("rs274", "fanuc"),
+    "percent": ("", "frame", "title"),
+    "units_mm": ("G21", "G71"),
+    "units_inch": ("G20", "G70"),
+    "cycle_words": ("rs274", "fagor"),
+    "dwell_unit": ("s", "ms", "point", "cs"),
+    "tool_change": ("M6", "pause"),
+    "length_offset": ("H", "D", ""),
+    "length_offset_off": ("G49", "G44"),
+    "machine_move": ("G53", "G28"),
+    "end_word": ("M2", "M30"),
+    "end_required": ("", "word", "percent"),
+    "line_ends": ("", "lf", "any"),
+    "torch.heights": ("program", "controller", "none"),
+    "torch.compensation": ("", "G41", "G41.1"),
+    "torch.probe": ("", "G38.2"),
+}
+#: The items of a list, where these are few.
+_ITEMS: dict[str, tuple[str, ...]] = {
+    "cycles": ("G81", "G82", "G83", "G73", "G84", "G85"),
+    "dwell_cycles": ("G81", "G82", "G83", "G73", "G84", "G85"),
+    "torch.cuts": ("plasma", "laser", "oxyfuel", "waterjet"),
+}
+#: How a text has to look, and what that is in words.
+_PATTERNS = {
+    "extension": (r"\.[A-Za-z0-9]{1,8}", "a point and up to eight letters and digits, such as .nc"),
+    "dwell_letter": (r"[A-Z]", "a capital letter"),
+    "repeat_letter": (r"[A-Z]?", "a capital letter, or empty"),
+    "description": (r".+", "a text"),
+}
+#: The smallest and the largest of a whole number. With fewer decimals a program could not be proved to do its work.
+_BOUNDS = {"max_line": (40, 10_000), "decimals_mm": (2, 6), "decimals_inch": (3, 7)}
+_ANY_BOUNDS = (0, 9999)
+
+#: Where the number of a beam's power, and of a material, stands in the words of a torch.
+POWER, NUMBER = "{power}", "{number}"
+_PLACES = {"on": POWER, "mark_on": POWER, "material": NUMBER}
+
+
+def fault_of(key: str, value: Any, kind: Any) -> str:
+    """Return what is wrong with the value of a key whose kind is a type of `Dialect` or `Torch`; "" where nothing is.
+
+    Keys of the table ``[torch]`` are ``torch.key``.
+    """
+    if kind is bool:
+        return "" if isinstance(value, bool) else f"is {_said(value)}, but must be true or false"
+    if kind is int:
+        low, high = _BOUNDS.get(key, _ANY_BOUNDS)
+        right = isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
+        return "" if right else f"is {_said(value)}, but must be a whole number from {low} to {high}"
+    if kind is str:
+        return _fault_of_text(key, value)
+    if not isinstance(value, list):
+        return f"is {_said(value)}, but must be a list of texts"
+    known = _ITEMS.get(key)
+    for item in value:
+        if not _is_text(item) or not item.strip():
+            return f"has {_said(item)}, but must be a list of texts of one line"
+        if known is not None and item not in known:
+            return f"has '{_said(item)}', but takes only {', '.join(known)}"
+    return ""
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str) and value.isprintable()
+
+
+def _fault_of_text(key: str, value: Any) -> str:
+    if key in ("g_words", "m_words"):  # over several lines, as there are many
+        return "" if isinstance(value, str) else f"is {_said(value)}, but must be a text of words"
+    if not _is_text(value):
+        return f"is {_said(value)}, but must be a text of one line"
+    known = _CHOICES.get(key)
+    if known is not None and value not in known:
+        return f"is '{_said(value)}', but must be one of {', '.join(word or 'nothing' for word in known)}"
+    pattern, words = _PATTERNS.get(key, ("", ""))
+    return f"is '{_said(value)}', but must be {words}" if pattern and not re.fullmatch(pattern, value) else ""
+
+
+def _said(value: Any) -> str:
+    try:
+        return shown(value if isinstance(value, str) else repr(value))
+    except ValueError:  # a number of more digits than Python prints
+        return "a very long number"
+
+
+def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield the keys of a whole table whose words do not fit each other, and why.
+
+    Every value is of its kind, and keys that the file does not say have their defaults. What a program is begun, worked
+    and ended with are words that the controller has, and every one of these is a word that leafcut understands: else no
+    program could be read back.
+    """
+    g_words, m_words = table["g_words"].split(), table["m_words"].split()
+    for key, words, letter, known in (
+        ("g_words", g_words, "G", {_named("G", code / 10) for code in GROUP_OF}),
+        ("m_words", m_words, "M", {_named("M", code) for code in M_GROUP_OF}),
+    ):
+        for word in words:
+            if word not in known:
+                yield key, f"has '{_said(word)}', which is no {letter} word that leafcut understands"
+    there = {*g_words, *m_words}
+    for key in ("units_mm", "units_inch", "end_word"):
+        if table[key] not in there:
+            yield key, f"is {table[key]}, which is none of its words"
+    said = {"preamble": table["preamble"], "cycles": [] if table["cycle_words"] == "fagor" else table["cycles"]}
+    torch = table["torch"]
+    if torch is not None:
+        yield from _faults_of_torch(torch)
+        said |= {f"torch.{key}": value for key, value in torch.items() if key not in ("cuts", "compensation")}
+    for key, value in said.items():
+        for word in re.findall(r"[GM]\d[\d.]*", _text_of(value)):
+            if word not in there:
+                yield key, f"has {word}, which is none of its words"
+
+
+def _text_of(value: Any) -> str:
+    return " ".join(value) if isinstance(value, list | tuple) else str(value)
+
+
+def _named(letter: str, number: float) -> str:
+    return f"{letter}{number:g}"
+
+
+def _faults_of_torch(torch: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    for key, wanted in (("on", "M3 M4"), ("off", "M5"), ("mark_on", "M3 M4"), ("mark_off", "M5")):
+        switches = [word for word in torch[key].split() if word.startswith("M")]
+        if not torch[key] and key.startswith("mark"):
+            continue
+        if len(switches) != 1 or switches[0] not in wanted.split():
+            yield f"torch.{key}", f"must have the word {' or '.join(wanted.split())}, and no other M word"
+    for key, value in torch.items():
+        text = _text_of(value)
+        rest = text.replace(_PLACES[key], "") if key in _PLACES else text
+        if "{" in rest or "}" in rest:
+            yield f"torch.{key}", f"has a brace; only {POWER} in on and mark_on and {NUMBER} in material are numbers"
+    if (POWER in torch["on"]) != torch["power"]:
+        yield "torch.on", f"must have {POWER} where power = true, and only there"
