@@ -111,5 +111,5 @@ def test_a_page_names_no_file_of_a_dialect_but_one_that_lies_beside_a_machine_of
     (folder / "controls" / "a.toml").write_text('base = "haas"\nextension = ".eia"\n')
     (folder / "mine.toml").write_text(text)
     job = studio.jobs.start(Task("optimize", plate, options={"machine": "mine:mine", "preset": "fast"}))
-    assert studio.jobs.wait(job) is State.DONE
+    assert studio.jobs.wait(job) is JobState.DONE
     assert studio.history.artefacts(job)["program"] == "plate-10.eia"
