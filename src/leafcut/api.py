@@ -26,16 +26,14 @@ from leafcut.model.solution import Solution, Solved
 from leafcut.options import Settings, flag_name, settings_for
 from leafcut.processes import registry
 from leafcut.processes.course import Run, machine_of
+from leafcut.read import Input
 
 if TYPE_CHECKING:
     from leafcut.processes.base import Process
 
-#: What a drawing or a program may be given as.
-Given = str | Path | StandardInput
-
 
 def optimize(
-    source: Given | Sequence[str | Path],
+    source: Input | Sequence[Input],
     output: str | Path | None = None,
     *,
     report: str | Path | None = None,
@@ -89,7 +87,8 @@ def optimize(
     sources = _sources(source)
     settings = _collected(options, options_file, defaults_file)
     tables = [file for one in registry.processes() for file in one.reads_besides(settings)]
-    inputs = [*sources, options_file, defaults_file, *tables, *_files(settings.machine.machine, settings.post.dialect)]
+    files = [str(one) for one in sources if not isinstance(one, StandardInput)]
+    inputs = [*files, options_file, defaults_file, *tables, *_files(settings.machine.machine, settings.post.dialect)]
     outputs = [output, report, *(file for one in _asked(process) for file in one.writes_besides(settings))]
     for k, target in enumerate(outputs):
         check_output(target, [*inputs, *outputs[:k]])
@@ -115,8 +114,8 @@ def _files(*names: str | None) -> list[str]:
     return [name for name in names if name and name.lower().endswith(".toml")]
 
 
-def _sources(source: Given | Sequence[str | Path]) -> list[Given]:
-    sources: list[Given] = [source] if isinstance(source, str | Path | StandardInput) else [*source]
+def _sources(source: Input | Sequence[Input]) -> list[Input]:
+    sources = [source] if isinstance(source, Input) else [*source]
     if not sources:
         raise OptionError("there is no input")
     return sources
@@ -140,7 +139,7 @@ def _usual(settings: Settings, word: str) -> Settings:
     return settings
 
 
-def _work(run: Run, sources: Sequence[Given], asked: str) -> tuple[Process, Outcome]:
+def _work(run: Run, sources: Sequence[Input], asked: str) -> tuple[Process, Outcome]:
     """Do what is to be done with an input of its kind, with the options that it uses; others are refused."""
     from leafcut.read.registry import read_source
 
@@ -238,7 +237,7 @@ def _solved(
 
 
 def solve_file(
-    source: Given,
+    source: Input,
     *,
     defaults_file: str | Path | None = None,
     progress: Progress | None = None,
@@ -258,7 +257,7 @@ def solve_file(
 
 
 def simulate(
-    program: Given,
+    program: Input,
     *,
     dialect: str | None = None,
     defaults_file: str | Path | None = None,
@@ -275,8 +274,8 @@ def simulate(
 
 
 def verify_programs(
-    original: Given,
-    new: Given,
+    original: Input,
+    new: Input,
     *,
     dialect: str | None = None,
     defaults_file: str | Path | None = None,

@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Protocol
 
 from leafcut.errors import LeafcutError, OptionError, ReadError, shown
 
@@ -59,15 +59,25 @@ class StandardInput:
         return cls(data)
 
 
-def read_program(source: str | Path | StandardInput) -> str:
+class Loaded(Protocol):
+    """What was read already: its bytes; as a text it is its name."""
+
+    @property
+    def data(self) -> bytes:
+        """All of them."""
+
+
+def read_program(source: str | Path | Loaded) -> str:
     """Return the text of a G-code program; bytes that are not UTF-8 are taken as Latin-1, as old controllers have it.
+
+    What was read already is not read again.
 
     Raises
     ------
     ReadError
         The file cannot be read, is empty, or is larger than any program.
     """
-    data = source.data if isinstance(source, StandardInput) else _bytes_of(Path(source))
+    data = _bytes_of(Path(source)) if isinstance(source, str | Path) else source.data
     check_is_text(str(source), data)
     return decoded(data)[0]
 
@@ -191,7 +201,7 @@ def _check_wholes(value: Any) -> None:
         raise ValueError(f"'{shown(str(value))}' is a whole number of more than 64 bits")
 
 
-def check_output(target: str | Path | None, inputs: Iterable[str | Path | StandardInput | None]) -> None:
+def check_output(target: str | Path | None, inputs: Iterable[str | Path | None]) -> None:
     """Raise `OutputError` when `target` cannot be written, or is one of `inputs`; before any work is done."""
     if target is None:
         return
@@ -205,7 +215,7 @@ def check_output(target: str | Path | None, inputs: Iterable[str | Path | Standa
     if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
         raise OutputError(f"{path}: may not be written; choose another place")
     for other in inputs:
-        if other is not None and not isinstance(other, StandardInput) and _same_file(path, Path(other)):
+        if other is not None and _same_file(path, Path(other)):
             raise OutputError(
                 f"{path}: is an input or another output of this run and is never overwritten; choose another name"
             )

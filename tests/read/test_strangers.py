@@ -19,7 +19,7 @@ from leafcut.model.issue import Issue
 from leafcut.options import PocketOptions, ReadOptions, Settings, SheetOptions
 from leafcut.read import read_contours
 from leafcut.read.csvmap import read_csv
-from leafcut.read.format import Source, load_json
+from leafcut.read.format import Source, load, load_json
 from leafcut.read.machine import load_machine
 from leafcut.read.nest_list import read_wanted
 from leafcut.read.strip_instance import read_strip_instance
@@ -245,7 +245,7 @@ def test_letters_of_a_drawing_that_no_text_can_hold_stop_no_report_and_no_answer
 def test_half_a_letter_in_json_is_told_in_one_line(tmp_path: Path) -> None:
     file = tmp_path / "a.json"
     file.write_text('{"name": "\\ud83d\\ude00 \\ud800", "items": []}')
-    for read in (lambda: read_strip_instance(str(file), 1, None, False), lambda: load_json(file)):
+    for read in (lambda: read_strip_instance(load(file), 1, None, False), lambda: load_json(file)):
         with pytest.raises(ReadError, match="half of a letter") as caught:
             read()
         assert one_line(caught.value).encode()

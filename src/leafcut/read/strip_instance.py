@@ -13,7 +13,7 @@ from leafcut.errors import ReadError, parsing, shown
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
-from leafcut.read.format import MAX_COORDINATE, load, parse_json
+from leafcut.read.format import MAX_COORDINATE, Source, parse_json
 
 #: More items than this, or points in one, are no instance.
 MAX_ITEMS, MAX_POINTS = 2_000, 100_000
@@ -25,7 +25,9 @@ def is_strip_instance(file: str) -> bool:
     return name.endswith(".json") and not name.endswith(".dbs.json")
 
 
-def read_strip_instance(file: str, quantity: int, angles: tuple[float, ...] | None, turned: bool) -> list[NestPart]:
+def read_strip_instance(
+    source: Source, quantity: int, angles: tuple[float, ...] | None, turned: bool
+) -> list[NestPart]:
     """Return the items of an instance as parts, `quantity` times their demand.
 
     With `turned` the parts may lie in `angles` (rad, None for any), else in their own.
@@ -35,7 +37,7 @@ def read_strip_instance(file: str, quantity: int, angles: tuple[float, ...] | No
     ReadError
         It is no such file, or one of its items is not whole; says which.
     """
-    text = load(file).text()
+    file, text = source.path, source.text()
     with parsing(file, "this is no JSON"):
         data = parse_json(text)
     items = data.get("items") if isinstance(data, dict) else None

@@ -10,6 +10,7 @@ from leafcut.errors import LeafcutError
 from leafcut.model.part import Part
 from leafcut.options import Settings
 from leafcut.processes import registry
+from leafcut.read.format import Source
 
 #: Of a map, the tour through it is studied; of some that is all that they are for.
 _PROGRAM = ("program", "simulate", "verify")
@@ -59,20 +60,20 @@ def look(source: str, work: str = "", options: dict[str, Any] | None = None) -> 
     settings = Settings.collect(options or {})
     format_, loaded = read_source(source)
     if format_.name == "gcode":
-        return _program(source, loaded.file_name, settings)
+        return _program(loaded, settings)
     works = _EXAMPLE if format_.name == "example" else _MAPS.get(format_.name, format_.processes)
     works = registry.offered(works)
     tried = [work] if work in works else list(works)
     error = ""
     for one in tried:
         try:
-            return replace(_drawing(source, format_.name, one, settings), works=works)
+            return replace(_drawing(loaded, format_.name, one, settings), works=works)
         except LeafcutError as problem:
             error = error or str(problem)
     return Seen(format_.name, works, error=error)
 
 
-def _drawing(source: str, name: str, work: str, settings: Settings) -> Seen:
+def _drawing(source: Source, name: str, work: str, settings: Settings) -> Seen:
     """Return a drawing or a map, read for a kind of work."""
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.scene import part_scene
@@ -109,7 +110,7 @@ def _size(width: float, height: float) -> str:
     return " × ".join(f"{side:,.0f}" if abs(side) >= 1000.0 else f"{side:.4g}" for side in (width, height))
 
 
-def _program(source: str, name: str, settings: Settings) -> Seen:
+def _program(source: Source, settings: Settings) -> Seen:
     from leafcut.files import read_program
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.scene import toolpath_scene
@@ -117,7 +118,7 @@ def _program(source: str, name: str, settings: Settings) -> Seen:
 
     try:
         found = api.simulate(source, machine=settings.machine.machine)
-        shown = {"after": toolpath_scene(found.run, found.machine, name=name, text=read_program(source))}
+        shown = {"after": toolpath_scene(found.run, found.machine, name=source.file_name, text=read_program(source))}
     except LeafcutError as problem:
         return Seen("gcode", _PROGRAM, error=str(problem))
     (left, low, _), (right, high, _) = found.path.extents

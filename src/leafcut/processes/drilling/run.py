@@ -25,10 +25,10 @@ from leafcut.processes.drilling.model import DrillingDetail
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.processes.drilling.plan.drilling import DrillPlan
-    from leafcut.read import Input
+    from leafcut.read.format import Source
 
 
-def _plan(run: Run, sources: Sequence[Input]) -> DrillPlan:
+def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
     from leafcut.processes.drilling.plan.drilling import plan_drilling
     from leafcut.processes.placing import placed
     from leafcut.read import read
@@ -46,7 +46,7 @@ def _plan(run: Run, sources: Sequence[Input]) -> DrillPlan:
     return plan
 
 
-def drill(run: Run, *sources: Input) -> Outcome[DrillingDetail]:
+def drill(run: Run, *sources: Source) -> Outcome[DrillingDetail]:
     """Return the verified drilling program of a drawing, or of several drill files, and all that was found out.
 
     Raises

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,8 @@ from leafcut.options import (
 from leafcut.processes.cutting_machines import for_cutting
 
 if TYPE_CHECKING:
+    from leafcut.model.sheet import Sheet
+    from leafcut.read.format import Source
     from leafcut.read.nest_list import Wanted
 
 #: A sheet as large as a table is so by whole steps of this, mm.
@@ -157,19 +160,7 @@ def nest_drawings(
     """
     if output and Path(output).suffix.lower() != ".dxf":
         raise OptionError(f"--output: nested sheets are written as DXF; name a .dxf, not '{Path(output).name}'")
-    from leafcut.read.strip_instance import is_strip_instance, read_strip_instance
-
-    settings, issues, stocks = _sheets_at_hand(settings, looking_for(progress, "reading"))
-    parts: list[NestPart] = []
-    for one in wanted:
-        angles = parse_angles(one.rotations, "rotations") if one.rotations else settings.nest.angles
-        if is_strip_instance(one.file):
-            turned = bool(one.rotations) or "rotations" in settings.given
-            parts += read_strip_instance(one.file, one.quantity, angles, turned)
-            continue
-        more, said = _read(one.file, one.quantity, angles, settings, looking_for(progress, "reading"))
-        parts += more
-        issues += said
+    settings, parts, stocks, issues = _read(wanted, settings, progress)
     outcome = nest(parts, settings.nest, settings.solve, stocks=stocks, progress=progress, cancelled=cancelled)
     files, texts = _drawn(outcome, Path(output), settings) if output else ((), {})
     remnants: tuple[Remnant, ...] = ()
@@ -182,7 +173,62 @@ def nest_drawings(
     return replace(outcome, files=files, remnants=remnants, issues=tuple(issues)), texts
 
 
-def _sheets_at_hand(settings: Settings, look: Look) -> tuple[Settings, list[Issue], list[Stock]]:
+def _read(
+    wanted: Sequence[Wanted], settings: Settings, progress: Progress | None
+) -> tuple[Settings, list[NestPart], list[Stock], list[Issue]]:
+    """Return the settings, the parts, the sheets, and what was noticed.
+
+    However often a file is named, it is read once, and a drawing of parts interpreted once.
+
+    Raises
+    ------
+    ReadError, PlanError, OptionError
+        A file cannot be read, or holds no part or no sheet; or one is larger than the table of the machine.
+    """
+    from leafcut.processes.nesting.plan.parts import parts_of
+    from leafcut.read.format import load
+    from leafcut.read.registry import read_source
+    from leafcut.read.strip_instance import is_strip_instance, read_strip_instance
+
+    @cache
+    def loaded(file: str) -> Source:
+        return load(file) if is_strip_instance(file) else read_source(file)[1]
+
+    @cache
+    def drawn(file: str) -> Sheet:
+        return _drawing(loaded(file), settings, looking_for(progress, "reading"))
+
+    settings, issues, stocks = _sheets_at_hand(settings, loaded, looking_for(progress, "reading"))
+    parts: list[NestPart] = []
+    for one in wanted:
+        angles = parse_angles(one.rotations, "rotations") if one.rotations else settings.nest.angles
+        if is_strip_instance(one.file):
+            turned = bool(one.rotations) or "rotations" in settings.given
+            parts += read_strip_instance(loaded(one.file), one.quantity, angles, turned)
+            continue
+        sheet = drawn(one.file)
+        more, said = parts_of(sheet, one.quantity, angles)
+        parts += more
+        issues += [*(replace(issue, message=f"{sheet.name}: {issue.message}") for issue in sheet.issues), *said]
+    return settings, parts, stocks, issues
+
+
+def _drawing(source: Source, settings: Settings, look: Look) -> Sheet:
+    """Return the contours of a drawing of parts, made ready."""
+    from leafcut.processes.sheet.plan.sheet import prepare_sheet
+    from leafcut.read import read_contours
+
+    part = read_contours(source, settings.read, look)
+    try:
+        return prepare_sheet(part, settings.sheet)
+    except PlanError as error:
+        # Of several drawings, which one; a refusal may name it already.
+        raise error if str(error).startswith(source.path) else PlanError(f"{source}: {error}") from None
+
+
+def _sheets_at_hand(
+    settings: Settings, loaded: Callable[[str], Source], look: Look
+) -> tuple[Settings, list[Issue], list[Stock]]:
     """Return the settings, notes, and the sheets: one as large as the table, as many as it takes, where none is given.
 
     Raises
@@ -202,7 +248,7 @@ def _sheets_at_hand(settings: Settings, look: Look) -> tuple[Settings, list[Issu
         settings = replace(settings, nest=replace(settings.nest, sheet=(size,)))
         return settings, [], sized_sheets(settings.nest)
     stocks = [
-        _remnant(word, settings.nest.margin, look)
+        _remnant(word, loaded(word.name), settings.nest.margin, look)
         if word.size is None
         else Stock(*word.size, word.count, word.price, (), word.name)
         for word in settings.nest.sheets
@@ -218,7 +264,7 @@ def _sheets_at_hand(settings: Settings, look: Look) -> tuple[Settings, list[Issu
     return settings, issues, stocks
 
 
-def _remnant(word: SheetWord, margin: float, look: Look) -> Stock:
+def _remnant(word: SheetWord, source: Source, margin: float, look: Look) -> Stock:
     """Return the sheet that a drawing shows: one closed outline, and in it the holes of what was cut before.
 
     All that is drawn counts, but for marks; so the drawing of a nested sheet is what remains when its parts are out.
@@ -227,7 +273,7 @@ def _remnant(word: SheetWord, margin: float, look: Look) -> Stock:
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
-    part = read_contours(word.name, ReadOptions(), look)
+    part = read_contours(source, ReadOptions(), look)
     try:
         drawn = prepare_sheet(part, SheetOptions(cut_layers=("*",), ignore_layers=MARK_NAMES))
     except PlanError as error:
@@ -276,23 +322,6 @@ def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tu
         if faults := check_remnants(best, layout, stocks, outcome.spacing):
             raise VerifyError(f"remnants of sheet {number} were not written: {faults[0]}")
     return tuple(found), texts
-
-
-def _read(
-    file: str, quantity: int, angles: tuple[float, ...] | None, settings: Settings, look: Look
-) -> tuple[list[NestPart], list[Issue]]:
-    from leafcut.processes.nesting.plan.parts import parts_of
-    from leafcut.processes.sheet.plan.sheet import prepare_sheet
-    from leafcut.read import read_contours
-
-    part = read_contours(file, settings.read, look)
-    try:
-        sheet = prepare_sheet(part, settings.sheet)
-    except PlanError as error:
-        # Of several drawings, which one; a refusal may name it already.
-        raise error if str(error).startswith(str(file)) else PlanError(f"{file}: {error}") from None
-    parts, said = parts_of(sheet, quantity, angles)
-    return parts, [*(replace(issue, message=f"{sheet.name}: {issue.message}") for issue in sheet.issues), *said]
 
 
 def _drawn(

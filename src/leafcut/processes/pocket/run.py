@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from leafcut.processes.pocket.plan.region import CentreRegion
     from leafcut.processes.pocket.plan.toolpath import Clearing
     from leafcut.processes.pocket.strategies import Way
-    from leafcut.read import Input
+    from leafcut.read.format import Source
 
 Point = tuple[float, float]
 
@@ -59,7 +59,7 @@ class _Cleared:
     ways: dict[str, list[Clearing]]
 
 
-def pocket(run: Run, source: Input) -> Outcome[PocketDetail]:
+def pocket(run: Run, source: Source) -> Outcome[PocketDetail]:
     """Return the verified milling program of the pockets in a drawing or a picture, and all that was found out.
 
     Raises
@@ -101,7 +101,7 @@ def _programs(job: PocketJob, cleared: list[_Cleared], nodes: Sequence[int]) -> 
     return tuple(programs)
 
 
-def _prepared(run: Run, source: Input) -> tuple[PocketJob, list[Issue]]:
+def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     """Read the pockets and what is said of them."""
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.placing import placed

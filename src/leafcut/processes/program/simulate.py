@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError
-from leafcut.files import StandardInput, read_program
+from leafcut.files import read_program
 from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.model.issue import Issue
 from leafcut.model.simulation import Simulation
@@ -17,11 +16,10 @@ from leafcut.processes.course import machine_of
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
+    from leafcut.read import Input
 
 
-def simulate(
-    program: str | Path | StandardInput, settings: Settings, dialect: str | None, progress: Progress | None
-) -> Simulation:
+def simulate(program: Input, settings: Settings, dialect: str | None, progress: Progress | None) -> Simulation:
     """Return what a program does on the machine of the settings, and what that costs.
 
     An exception of `progress` ends the work.

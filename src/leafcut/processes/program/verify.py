@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from leafcut.files import StandardInput, read_program
+from leafcut.files import read_program
 from leafcut.model.certificate import Certificate
 from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.options import Settings
@@ -17,13 +16,12 @@ if TYPE_CHECKING:
     from leafcut.model.heartbeat import Look
     from leafcut.model.machine import Machine
     from leafcut.processes.program.reading import ProgramRead
-
-Given = str | Path | StandardInput
+    from leafcut.read import Input
 
 
 def verify(
-    original: Given,
-    new: Given,
+    original: Input,
+    new: Input,
     settings: Settings,
     dialect: str | None,
     progress: Progress | None,
@@ -46,7 +44,7 @@ def verify(
 
 
 def _interpret(
-    program: Given, words: Dialect, settings: Settings, machine: Machine, look: Look, *, choose: bool
+    program: Input, words: Dialect, settings: Settings, machine: Machine, look: Look, *, choose: bool
 ) -> ProgramRead:
     from leafcut.processes.program.reading import read_foreign
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from leafcut.model.part import Part
     from leafcut.model.sheet import Sheet
     from leafcut.processes.sheet.plan.cutting import Cutting
-    from leafcut.read import Input
+    from leafcut.read.format import Source
 
 Point = tuple[float, float]
 
@@ -73,7 +73,7 @@ class Job:
         return lambda a, b: travel_cost(self.metric, a, b)
 
 
-def prepared(run: Run, source: Input) -> tuple[Job, list[Issue]]:
+def prepared(run: Run, source: Source) -> tuple[Job, list[Issue]]:
     """Read the sheet and its rules, and make it ready for the search."""
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.sheet.plan.apply_plan_file import follow_plan
@@ -134,7 +134,7 @@ def prepared(run: Run, source: Input) -> tuple[Job, list[Issue]]:
     return job, [*sheet.issues, *issues, *cutting.issues, *_probe_issues(probe)]
 
 
-def _refuse_missing(source: Input, issues: Iterable[Issue]) -> None:
+def _refuse_missing(source: Source, issues: Iterable[Issue]) -> None:
     """Refuse a sheet of which something is not cut."""
     missing = [issue for issue in issues if issue.severity is Severity.MISSING]
     if missing:
@@ -156,7 +156,7 @@ def switches(words: Dialect) -> bool:
     return words.torch is not None and words.torch.darkens
 
 
-def _sheet(run: Run, source: Input) -> tuple[Part, Sheet]:
+def _sheet(run: Run, source: Source) -> tuple[Part, Sheet]:
     """Return the drawing, and its contours made ready."""
     from leafcut.processes.placing import placed_sheet
     from leafcut.processes.sheet.plan.hole_sizes import with_chosen_holes

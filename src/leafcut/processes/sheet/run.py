@@ -29,13 +29,13 @@ if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.cut_toolpath import LaidCut
     from leafcut.processes.sheet.plan.freed_parts import Round
     from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
-    from leafcut.read import Input
+    from leafcut.read.format import Source
 
 #: Where leads met, an order is sought anew so often at most; of more cuts than this never.
 ROUNDS, MOST_AGAIN = 2, 1000
 
 
-def cut(run: Run, source: Input) -> Outcome[SheetDetail]:
+def cut(run: Run, source: Source) -> Outcome[SheetDetail]:
     """Return the verified cutting program of a nested sheet, and all that was found out on the way.
 
     Raises
