@@ -76,10 +76,10 @@ def _file(module: str, function: str, *, many: bool = False) -> Target:
 
 
 def _options(data: bytes, place: Path) -> None:
-    from leafcut.options import Settings
+    from leafcut.processes.settings import collect
 
     place.write_bytes(data)
-    Settings.collect({}, place)
+    collect({}, place)
 
 
 def _machine(data: bytes, place: Path) -> None:
@@ -91,12 +91,12 @@ def _machine(data: bytes, place: Path) -> None:
 
 
 def _picture(data: bytes, place: Path) -> None:
-    from leafcut.options import PocketOptions, ReadOptions, SheetOptions
+    from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
     from leafcut.read.format import Source
     from leafcut.read.picture import FORMAT
 
     assert FORMAT.pockets is not None
-    FORMAT.pockets(Source(place.name, data), ReadOptions(), PocketOptions(pixel_size=0.2), SheetOptions())
+    FORMAT.pockets(Source(place.name, data), ReadOptions(), PocketDrawingOptions(pixel_size=0.2), SheetOptions())
 
 
 def _any(data: bytes, place: Path) -> None:
@@ -196,16 +196,16 @@ TARGETS: dict[str, tuple[Target, tuple[str, ...], float]] = {
     "posts": (_posts, (".ngc", ".nc"), 2),
     "dxf": (_reader("dxf", "read_dxf"), (".dxf",), 1),
     "dxf_sheet": (_reader("dxf_contours", "read_dxf_contours"), (".dxf",), 1),
-    "dxf_pockets": (_reader("dxf_contours", "read_dxf_pockets", "PocketOptions", "SheetOptions"), (".dxf",), 1),
+    "dxf_pockets": (_reader("dxf_contours", "read_dxf_pockets", "PocketDrawingOptions", "SheetOptions"), (".dxf",), 1),
     "svg_sheet": (_reader("svg", "read_svg_contours"), (".svg",), 4),
-    "svg_pockets": (_reader("svg", "read_svg_pockets", "PocketOptions", "SheetOptions"), (".svg",), 3),
+    "svg_pockets": (_reader("svg", "read_svg_pockets", "PocketDrawingOptions", "SheetOptions"), (".svg",), 3),
     "xml": (_reader("xmlmap", "read_xml"), (".xml",), 6),
     "csv": (_reader("csvmap", "read_csv"), (".csv",), 6),
     "excellon": (_reader("excellon", "read_excellon"), (".drl",), 3),
     "tsplib": (_reader("tsplib", "read_tsp"), (".tsp",), 4),
     "gtsp": (_reader("gtsp", "read_gtsp"), (".gtsp", ".pcglns"), 4),
     "sirius": (_reader("sirius", "read_sirius_contours"), (".json",), 2),
-    "wkt": (_reader("wkt", "read_wkt_pockets", "PocketOptions", "SheetOptions"), (".wkt",), 6),
+    "wkt": (_reader("wkt", "read_wkt_pockets", "PocketDrawingOptions", "SheetOptions"), (".wkt",), 6),
     "picture": (_picture, (".png", ".bmp", ".jpg"), 1),
     "any": (_any, (".csv", ".xml", ".tsp", ".drl", ".svg"), 4),
     "nestlist": (_file("leafcut.read.nest_list", "read_wanted", many=True), (".csv",), 6),

@@ -29,7 +29,9 @@ from page import facts, table, write_section
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Nest, NestPart
-from leafcut.options import LARGEST_SHEET, NestOptions, SolveOptions
+from leafcut.options import SolveOptions
+from leafcut.options.sheet_word import LARGEST_SHEET
+from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.nesting.plan.fill import TOUCHING
 from leafcut.processes.nesting.proof import check_nest
 from leafcut.processes.nesting.run import nest

@@ -22,7 +22,8 @@ import numpy as np
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Nest, NestPart
-from leafcut.options import NestOptions, SolveOptions
+from leafcut.options import SolveOptions
+from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.nesting.post import write_layout
 from leafcut.processes.nesting.run import nest
 

@@ -22,12 +22,12 @@ from page import facts, table, write_section
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketRules
-from leafcut.options import Settings
 from leafcut.processes.course import Run, machine_of
 from leafcut.processes.pocket.measures import measure_path
 from leafcut.processes.pocket.plan.arcs import fitted
 from leafcut.processes.pocket.plan.region import centre_regions
 from leafcut.processes.pocket.strategies import WAYS
+from leafcut.processes.settings import collect
 
 #: What the lists of baselines were made for.
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
@@ -72,7 +72,7 @@ def rivals(name: str) -> list[list[str]]:
 
 def ours(name: str, only: list[str]) -> list[list[str]]:
     """Return the rows of leafcut's strategies on a pocket."""
-    pocket, settings = pocket_of(name), Settings.collect({"tool_diameter": RULES.tool_diameter})
+    pocket, settings = pocket_of(name), collect({"tool_diameter": RULES.tool_diameter})
     run = Run(settings, machine_of(settings))
     rows = []
     for way in WAYS:

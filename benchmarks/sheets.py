@@ -34,8 +34,10 @@ from leafcut import api
 from leafcut.model.cutting import CutTimes
 from leafcut.model.outcome import Outcome
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.options import Settings, SolveOptions
+from leafcut.options import SolveOptions
 from leafcut.processes.nesting.post import write_layout
+from leafcut.processes.settings import collect
+from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.cut_rules import resolve_rules
 from leafcut.processes.sheet.plan.cutting import prepare_cutting
 from leafcut.processes.sheet.plan.sheet import prepare_sheet
@@ -241,10 +243,12 @@ def nearest_neighbour(drawing: Path) -> float:
 
     From the lower left corner; the way to the first cut is not counted.
     """
-    settings = Settings.collect({"thickness": "6"})
+    settings = collect({"thickness": "6"})
     part = read_contours(drawing, settings.read)
     data, _ = find_cut_data(load_chart(None), "plasma", "mild_steel", 6.0, None)
-    cutting = prepare_cutting(prepare_sheet(part, settings.sheet), resolve_rules(data, settings.cut, switches=True))
+    cutting = prepare_cutting(
+        prepare_sheet(part, settings.sheet), resolve_rules(data, settings.of(CutOptions), switches=True)
+    )
     entry, leave = (np.array([getattr(s, end) for s in cutting.starts]) for end in ("entry", "exit"))
     contour = np.array([s.contour for s in cutting.starts])
     waits = {k: {a for a, b in cutting.pairs if b == k} for k in range(len(cutting.contours))}

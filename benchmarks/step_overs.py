@@ -20,13 +20,13 @@ from page import facts, table, write_section
 from pockets import RULES, folder, pocket_of
 
 from leafcut.errors import LeafcutError
-from leafcut.options import Settings
 from leafcut.processes.course import Run, machine_of
 from leafcut.processes.pocket.measures import measure_path
 from leafcut.processes.pocket.plan.arcs import fitted
 from leafcut.processes.pocket.plan.region import centre_regions
 from leafcut.processes.pocket.plan.rules import USUAL_POINTS
 from leafcut.processes.pocket.strategies import WAYS, Way
+from leafcut.processes.settings import collect
 
 #: Shares of the tool's diameter.
 SHARES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
@@ -48,7 +48,7 @@ def measured(name: str, way: Way, share: float) -> tuple[float, float] | None:
     if way.name == "adaptive":
         # Of a straight cut as wide as the step-over.
         rules = replace(rules, max_engagement=math.acos(1.0 - 2.0 * share))
-    pocket, settings = pocket_of(name), Settings.collect({"tool_diameter": d})
+    pocket, settings = pocket_of(name), collect({"tool_diameter": d})
     run = Run(settings, machine_of(settings))
     try:
         (region,) = centre_regions(pocket, rules)[0]

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.model.issue import CODES
-from leafcut.option_spec import WORKS, flag_name, written
-from leafcut.options import ALGORITHM_TITLES, GROUPS
+from leafcut.option_spec import flag_name, written
+from leafcut.options import ALGORITHM_TITLES
+from leafcut.processes import registry
 from leafcut.read import formats
 from leafcut.read.machine import machine_descriptions
 from leafcut.read.machine_keys import PROFILE_KEYS
@@ -20,7 +21,7 @@ OPTIONS_INTRODUCTION = (
     "cannot be anything else: `6,5` is 6.5, but not in lists, and `1,250` is asked back.",
     "",
     "An option that the work at hand does not use is an error where it is given on the command line or in a call:",
-    f"{', '.join(f'`{name}` is {words}' for name, words in WORKS.items())}.",
+    f"{', '.join(f'`{work.name}` is {work.title}' for work in registry.works())}.",
     "A file of options may serve many kinds of work: of it, what a run does not use is not applied.",
     "So may a file of your own defaults ([inputs.md](inputs.md)).",
 )
@@ -29,7 +30,7 @@ OPTIONS_INTRODUCTION = (
 def options_table() -> list[str]:
     """Return one table per group of options."""
     lines = ["## Options", "", *OPTIONS_INTRODUCTION, ""]
-    for group in GROUPS:
+    for group in registry.groups():
         lines += [f"### [{group.section}] {(group.__doc__ or '').splitlines()[0]}", ""]
         lines += ["| flag | TOML key | default | used for | what |", "| --- | --- | --- | --- | --- |"]
         for name, spec in group.specs().items():
@@ -37,7 +38,7 @@ def options_table() -> list[str]:
             words = spec.default_words or ("" if default in (None, ()) else written(spec, default))
             words = words or ("off", "on")[default is True] if spec.kind == "flag" else words
             choices = f" ({', '.join(f'`{c}`' for c in spec.choices)})" if spec.choices else ""
-            works = ", ".join(group.works_of(name))
+            works = ", ".join(work.name for work in registry.works() if name in work.used())
             lines.append(f"| `{flag_name(name)}` | `{name}` | {words} | {works} | {spec.help}{choices} |")
         lines.append("")
     return lines

@@ -14,7 +14,8 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutData
 from leafcut.model.sheet import Sheet, SheetContour
-from leafcut.options import CutOptions, SolveOptions
+from leafcut.options import SolveOptions
+from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.chains.chain_cutting import chain_blocks, chain_problem, chains_of, with_chains
 from leafcut.processes.sheet.plan.chains.chain_starts import Chain
 from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules

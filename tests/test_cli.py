@@ -13,7 +13,9 @@ import pytest
 import leafcut
 from leafcut.cli import run
 from leafcut.option_spec import flag_name
-from leafcut.options import NestOptions, Settings, SolveOptions, all_options
+from leafcut.options import SolveOptions
+from leafcut.processes.nesting.options import NestOptions
+from leafcut.processes.settings import all_options, collect
 from leafcut.progress import Reporter
 
 
@@ -311,7 +313,7 @@ def test_the_date_stands_in_the_header_only_when_asked_for() -> None:
 def test_settings_are_checked_when_they_are_made() -> None:
     with pytest.raises(leafcut.LeafcutError, match="smallest"):
         SolveOptions(iterations=-1)
-    assert Settings.collect({"depth": "0.1in"}).drill.depth == pytest.approx(2.54)
+    assert collect({"depth": "0.1in"}).job.depth == pytest.approx(2.54)
 
 
 def test_quiet_still_warns_of_lost_holes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,7 +17,7 @@ from every import every
 from leafcut.cli import run
 from leafcut.model.issue import CODES
 from leafcut.option_spec import flag_name
-from leafcut.options import all_options
+from leafcut.processes.settings import all_options
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

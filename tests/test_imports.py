@@ -30,7 +30,7 @@ MAY_IMPORT = {
     "plugins": {"errors"},
     "geometry": BASE,
     "option_spec": BASE,
-    "options": BASE | {"option_spec", "files"},
+    "options": BASE | {"option_spec"},
     "model": BASE | {"geometry"},
     "gcode": MODEL | {"files", "plugins"},
     "stock": MODEL | {"kernels"},
@@ -157,7 +157,7 @@ def test_plan_proof_post_and_report_of_a_process_share_no_code() -> None:
         if not part:
             return False
         if process_of(it) == process_of(me):
-            return part_of(it) != part and part_of(it) not in OWN[part] and it[2] != "model"
+            return part_of(it) != part and part_of(it) not in OWN[part] and it[2] not in ("model", "options")
         return it[0] not in IN_A_PROCESS[part]
 
     assert not faults(ROOT.glob("processes/**/*.py"), wrong)

@@ -14,8 +14,9 @@ from PIL import Image, ImageDraw
 from every import every
 from leafcut import api
 from leafcut.errors import OptionError
-from leafcut.option_spec import WORKS, OptionGroup, flag_name, written
-from leafcut.options import Settings, all_options, settings_for, used_by
+from leafcut.option_spec import OptionGroup, flag_name, written
+from leafcut.processes import registry
+from leafcut.processes.settings import all_options, collect, settings_for, used_by
 
 TOOLS = """
 [[tool]]
@@ -35,7 +36,8 @@ spindle_speed = "6000 rpm"
 #: Properties that stand for an option.
 _STANDS_FOR = {"sheets": "sheet", "angles": "rotations"}
 #: What only hands options on, or looks whether their files are in each other's way.
-_HANDS_ON = ("leafcut.option_spec", "dataclasses", "leafcut.options.", __name__)
+_HANDS_ON = ("leafcut.option_spec", "dataclasses", "leafcut.options.", "leafcut.processes.settings", __name__)
+WORKS = {work.name: work for work in registry.works()}
 _INPUTS = ("tools", "hole_order", "chart", "plan")
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
 LITTLE = {**FAST, "iterations": 1}
@@ -81,7 +83,11 @@ def reads(monkeypatch: pytest.MonkeyPatch) -> Iterator[set[str]]:
         asked = _STANDS_FOR.get(name, name)
         if asked in type(self).__dataclass_fields__:  # type: ignore[attr-defined]
             module = sys._getframe(1).f_globals.get("__name__", "")
-            if not module.startswith(_HANDS_ON) and not (module.endswith(".process") and asked in _INPUTS):
+            if (
+                not module.startswith(_HANDS_ON)
+                and not module.endswith(".options")
+                and not (module.endswith(".process") and asked in _INPUTS)
+            ):
                 found.add(asked)
         return object.__getattribute__(self, name)
 
@@ -141,12 +147,12 @@ def test_the_options_that_a_kind_of_work_names_are_those_that_its_runs_read(
 @every("work", WORKS)
 def test_an_option_of_another_kind_of_work_is_refused_and_its_default_too(work: str) -> None:
     """One line: which option, which work, what it is for."""
-    others = [(group, name) for group, name, _ in all_options() if work not in group.works_of(name)]
+    others = [(group, name) for group, name, _ in all_options() if name not in WORKS[work].used()]
     assert others
     for group, name in others:
-        settings = Settings.collect({name: _default_or_some(group, name)})
-        with pytest.raises(OptionError, match=f"^{flag_name(name)}: {WORKS[work]} does not use it"):
-            settings_for(settings, work)
+        settings = collect({name: _default_or_some(group, name)})
+        with pytest.raises(OptionError, match=f"^{flag_name(name)}: {WORKS[work].title} does not use it"):
+            settings_for(settings, WORKS[work])
 
 
 def _default_or_some(group: type[OptionGroup], name: str) -> Any:
@@ -164,14 +170,27 @@ def _default_or_some(group: type[OptionGroup], name: str) -> Any:
 
 def test_what_an_option_needs_is_an_option_and_one_of_its_values() -> None:
     known = {name: spec for _, name, spec in all_options()}
-    for _, name, spec in all_options():
-        for need in spec.needs.split():
-            where, _, condition = need.rpartition(":")
+    for name, needs in [pair for work in registry.works() for pair in work.used().items()]:
+        for condition in needs.split():
             other, _, values = condition.removeprefix("!").partition("=")
-            assert where in ("", *WORKS), name
             assert other in known or other == "input", name
             if values and other != "input":
                 assert set(values.split("|")) <= set(known[other].choices), name
+
+
+def test_a_table_of_a_process_holds_all_that_it_uses_and_each_option_stands_once(tmp_path: Path) -> None:
+    """Also in the tables of what it shares: a file of a shop says one thing in one place."""
+    shop = tmp_path / "shop.toml"
+    shop.write_text("[drill]\nthickness = 6\ntools = 'a.toml'\n[cut]\nmaterial = 'brass'\n[job]\nkeep_order = true\n")
+    job = collect({}, shop).job
+    assert (job.thickness, job.tools, job.material, job.keep_order) == (6.0, Path("a.toml"), "brass", True)
+    for text, words in (
+        ("[drill]\nthickness = 6\n[job]\nthickness = 8\n", r"shop.toml:4: .* twice, in \[drill\] and in \[job\]"),
+        ("[nest]\nthickness = 6\n", r"shop.toml:2: unknown option 'thickness' in \[nest\]"),
+    ):
+        shop.write_text(text)
+        with pytest.raises(OptionError, match=words):
+            collect({}, shop)
 
 
 @every(

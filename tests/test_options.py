@@ -12,24 +12,19 @@ import pytest
 from every import every
 from leafcut.errors import OptionError
 from leafcut.option_spec import flag_name, written
-from leafcut.options import (
-    GROUPS,
-    DrillOptions,
-    PocketOptions,
-    PostOptions,
-    ReadOptions,
-    Settings,
-    SolveOptions,
-    all_options,
-    group_of,
-)
+from leafcut.options import JobOptions, PostOptions, ReadOptions, SolveOptions
+from leafcut.processes import registry
+from leafcut.processes.drilling.options import DrillOptions
+from leafcut.processes.nesting.options import NestOptions
+from leafcut.processes.pocket.options import PocketOptions
+from leafcut.processes.settings import all_options, collect, group_of
 
 SOURCES = sorted((Path(__file__).parents[1] / "src" / "leafcut").rglob("*.py"))
 
 
 def test_every_option_is_read_by_the_program() -> None:
     """An option that nothing reads promises what is not done."""
-    readers = [p for p in SOURCES if p.parent.name != "options" and p.name != "cli.py"]
+    readers = [p for p in SOURCES if p.parent.name != "options" and p.name not in ("options.py", "cli.py")]
     code = "\n".join(p.read_text(encoding="utf-8") for p in readers)
     assert [name for _, name, _ in all_options() if f".{name}" not in code] == []
 
@@ -37,10 +32,10 @@ def test_every_option_is_read_by_the_program() -> None:
 def test_a_name_belongs_to_one_group_only() -> None:
     names = [name for _, name, _ in all_options()]
     assert len(set(names)) == len(names)
-    assert {group_of(n) for n in names} == set(GROUPS)
+    assert {group_of(n) for n in names} == set(registry.groups())
 
 
-@every("group", GROUPS)
+@every("group", registry.groups())
 def test_a_default_passes_its_own_check_and_has_a_help(group: type) -> None:
     made = group()
     for name, spec in group.specs().items():
@@ -59,16 +54,16 @@ def test_a_default_passes_its_own_check_and_has_a_help(group: type) -> None:
         (SolveOptions, "seed", True, "whole number"),
         (SolveOptions, "algorithm", "mmass", "did you mean 'mmas'"),
         (SolveOptions, "local_search", "yes", "true or false"),
-        (DrillOptions, "depth", "5 parsec", "unknown unit"),
-        (DrillOptions, "depth", 0, "below the smallest"),
-        (DrillOptions, "depth", math.nan, "not a finite"),
+        (JobOptions, "depth", "5 parsec", "unknown unit"),
+        (JobOptions, "depth", 0, "below the smallest"),
+        (JobOptions, "depth", math.nan, "not a finite"),
         (ReadOptions, "origin", "1e50,0", "farther away than any machine reaches"),
-        (DrillOptions, "start_point", "0,-2e6", "farther away than any machine reaches"),
-        (DrillOptions, "depth", True, "not a number"),
-        (DrillOptions, "start_point", "1", "not a point"),
-        (DrillOptions, "start_point", "1,2,3,4", "not a point"),
+        (JobOptions, "start_point", "0,-2e6", "farther away than any machine reaches"),
+        (JobOptions, "depth", True, "not a number"),
+        (JobOptions, "start_point", "1", "not a point"),
+        (JobOptions, "start_point", "1,2,3,4", "not a point"),
         (DrillOptions, "cycle", "G86", "unknown value"),
-        (DrillOptions, "tools", 5, "a path"),
+        (JobOptions, "tools", 5, "a path"),
         (ReadOptions, "units", "yard", "unknown value"),
         (PostOptions, "dialect", 5, "a text"),
         (PocketOptions, "step_over", "60 mm", "a share such as 0.6 or 60%"),
@@ -87,7 +82,7 @@ def test_what_cannot_be_used_is_refused_with_its_flag(group: Any, name: str, val
     [
         (PocketOptions, "entry_angle", "95", "95 deg is above the largest value 45.8366 deg"),
         (PocketOptions, "milling_feed", "0", "0 mm/min is below the smallest value 0.06 mm/min"),
-        (DrillOptions, "depth", "0", "0 mm is below the smallest value 0.001 mm"),
+        (JobOptions, "depth", "0", "0 mm is below the smallest value 0.001 mm"),
         (PocketOptions, "step_over", 2, "2 is above the largest value 0.95"),
     ],
 )
@@ -104,24 +99,24 @@ def test_a_bare_number_means_the_same_in_a_file_in_a_call_and_on_the_command_lin
     file = tmp_path / "o.toml"
     file.write_text("[drill]\nfeed = 300\nthickness = 6\ndwell = 0.5\n")
     made = [
-        Settings.collect({}, file),
-        Settings.collect({"feed": 300, "thickness": 6.0, "dwell": 0.5}),
-        Settings.collect({"feed": "300", "thickness": "6", "dwell": "0.5"}),
-        Settings.collect({"feed": "0.3 m/min", "thickness": "6mm", "dwell": "500ms"}),
+        collect({}, file),
+        collect({"feed": 300, "thickness": 6.0, "dwell": 0.5}),
+        collect({"feed": "300", "thickness": "6", "dwell": "0.5"}),
+        collect({"feed": "0.3 m/min", "thickness": "6mm", "dwell": "500ms"}),
     ]
-    assert [s.drill.feed for s in made] == pytest.approx([5.0] * 4)
-    assert all((s.drill.thickness, s.drill.dwell) == (6.0, 0.5) for s in made)
+    assert [s.of(DrillOptions).feed for s in made] == pytest.approx([5.0] * 4)
+    assert all((s.job.thickness, s.of(DrillOptions).dwell) == (6.0, 0.5) for s in made)
 
 
 def test_an_option_made_anew_keeps_its_inner_value() -> None:
-    options = Settings.collect({"feed": "300"}).drill
-    assert dataclasses.replace(options, thickness=3.0).feed == options.feed
+    options = collect({"feed": "300"}).of(DrillOptions)
+    assert dataclasses.replace(options, peck=3.0).feed == options.feed
 
 
 def test_what_is_given_goes_before_what_the_file_says(tmp_path: Path) -> None:
     file = tmp_path / "o.toml"
     file.write_text("[solve]\nseed = 3\npreset = 'fast'\n")
-    settings = Settings.collect({"seed": 4, "preset": None}, file)
+    settings = collect({"seed": 4, "preset": None}, file)
     assert (settings.solve.seed, settings.solve.preset) == (4, "fast")
 
 
@@ -129,8 +124,9 @@ def test_options_of_a_file_may_stand_at_its_top_without_a_table(tmp_path: Path) 
     """Also beside tables, and where an option has the name of a table."""
     file = tmp_path / "o.toml"
     file.write_text('machine = "haas-vf2"\nseed = 3\nsheet = "400x300"\n[solve]\npreset = "fast"\n[drill]\ndepth = 4\n')
-    settings = Settings.collect({}, file)
-    assert (settings.machine.machine, settings.nest.sheet, settings.drill.depth) == ("haas-vf2", ("400x300",), 4.0)
+    settings = collect({}, file)
+    assert (settings.machine.machine, settings.job.depth) == ("haas-vf2", 4.0)
+    assert settings.of(NestOptions).sheet == ("400x300",)
     assert (settings.solve.seed, settings.solve.preset) == (3, "fast")
 
 
@@ -150,17 +146,17 @@ def test_a_file_of_options_that_is_wrong_is_refused(text: str, words: str, tmp_p
     file = tmp_path / "o.toml"
     file.write_text(text)
     with pytest.raises(OptionError, match=words):
-        Settings.collect({}, file)
+        collect({}, file)
 
 
 def test_an_unknown_option_gets_the_nearest_name() -> None:
     with pytest.raises(OptionError, match="unknown option 'thicknes'; did you mean 'thickness'"):
-        Settings.collect({"thicknes": 3})
+        collect({"thicknes": 3})
 
 
 def test_only_what_changes_the_program_counts_as_changed() -> None:
     given = {"threads": 2, "feed": "300", "start_point": "free", "end_point": "1,2.5", "header": False, "seed": 1}
-    assert Settings.collect(given).changed() == {
+    assert collect(given).changed() == {
         "--feed": "300mm/min",
         "--start-point": "free",
         "--end-point": "1,2.5",
@@ -182,14 +178,14 @@ def test_a_share_is_a_number_or_percent_of_it() -> None:
 
 
 def test_a_decimal_comma_is_a_point_in_what_holds_one_number_and_parts_what_holds_several() -> None:
-    found = Settings.collect({"thickness": "6,5", "dwell": "0,5s", "start_point": "10,20", "step_over": "62,5%"})
-    assert (found.drill.thickness, found.drill.dwell) == (6.5, 0.5)
-    assert found.drill.start_point == (10.0, 20.0)
-    assert found.pocket.step_over == 0.625
+    found = collect({"thickness": "6,5", "dwell": "0,5s", "start_point": "10,20", "step_over": "62,5%"})
+    assert (found.job.thickness, found.of(DrillOptions).dwell) == (6.5, 0.5)
+    assert found.job.start_point == (10.0, 20.0)
+    assert found.of(PocketOptions).step_over == 0.625
 
 
 @every("name", ["clearance_height", "seed", "layers", "start_point"])
 def test_a_number_of_thousands_of_digits_is_refused_by_the_name_of_its_option(name: str) -> None:
     """No float holds it, and Python does not print it."""
     with pytest.raises(OptionError, match="64 bits"):
-        Settings.collect({name: 10**5000})
+        collect({name: 10**5000})

@@ -15,7 +15,7 @@ import leafcut
 from leafcut import user_files
 from leafcut.cli import run
 from leafcut.errors import OptionError
-from leafcut.options import Settings
+from leafcut.processes.settings import collect
 
 PLATE = "example:plate-10"
 FAST = ["--preset", "fast", "--threads", "1"]
@@ -94,7 +94,7 @@ def test_simulate_verify_and_nest_take_the_defaults_that_they_use(
         ("[solve]\nseed = 4\n[drill]\npeck = 2\ndeth = 3\n", r"defaults\.toml:5: unknown option 'deth' in \[drill\]"),
         ("[solve]\nseed = 4\n\n[dril]\npeck = 2\n", r"defaults\.toml:4: unknown table \[dril\]"),
         ("drill.peck = 1\ndrill.deth = 3\n", r"defaults\.toml:2: unknown option 'deth' in \[drill\]"),
-        ("[drill]\nseed = 1\npeck = -2\n", r"defaults\.toml:2: unknown option 'seed' in \[drill\]"),
+        ("[drill]\nvariants = 1\npeck = -2\n", r"defaults\.toml:2: unknown option 'variants' in \[drill\]"),
         ("seed = 1\npeck = -2 # mm\n", r"defaults\.toml:2: --peck: -2 mm is below the smallest value"),
         ("seed = = 1\n", r"defaults\.toml: not a TOML file .*line 1"),
     ],
@@ -106,18 +106,18 @@ def test_what_is_wrong_in_the_defaults_is_told_with_file_and_line(
     _, err = said(capsys, "optimize", PLATE, status=2)
     assert err.count("\n") == 1
     with pytest.raises(OptionError, match=words):
-        Settings.collect({}, None, defaults)
+        collect({}, None, defaults)
 
 
 def test_files_that_the_defaults_name_are_sought_from_where_they_lie(defaults: Path) -> None:
     """A whole path and one from the home stay what they are."""
     defaults.write_text('tools = "shop/tools.toml"\nmachine = "mill.toml"\nchart = "/data/chart.csv"\n')
-    settings = Settings.collect({}, None, defaults)
-    assert settings.drill.tools == defaults.parent / "shop" / "tools.toml"
+    settings = collect({}, None, defaults)
+    assert settings.job.tools == defaults.parent / "shop" / "tools.toml"
     assert settings.machine.machine == str(defaults.parent / "mill.toml")
-    assert settings.cut.chart == Path("/data/chart.csv")
+    assert settings.cut_data.chart == Path("/data/chart.csv")
     defaults.write_text('machine = "haas-vf2"\n')
-    assert Settings.collect({}, None, defaults).machine.machine == "haas-vf2"
+    assert collect({}, None, defaults).machine.machine == "haas-vf2"
 
 
 def test_a_refusal_tells_that_nobody_typed_the_option_that_it_names(

@@ -23,9 +23,10 @@ from leafcut.model.part import Part
 from leafcut.model.simulation import Simulation
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, Solved
-from leafcut.options import Settings, flag_name, settings_for
+from leafcut.options import Settings, flag_name
 from leafcut.processes import registry
 from leafcut.processes.course import Run, machine_of
+from leafcut.processes.settings import collect, settings_for
 from leafcut.read import Input
 
 if TYPE_CHECKING:
@@ -124,7 +125,14 @@ def _sources(source: Input | Sequence[Input]) -> list[Input]:
 def _collected(
     options: Mapping[str, Any], file: str | Path | None = None, defaults: str | Path | None = None
 ) -> Settings:
-    return Settings.collect(options, Path(file) if file else None, Path(defaults) if defaults else None)
+    return collect(options, Path(file) if file else None, Path(defaults) if defaults else None)
+
+
+def _settings(
+    work: str, options: Mapping[str, Any], file: str | Path | None = None, defaults: str | Path | None = None
+) -> Settings:
+    """Return the settings of a kind of work; an option that it does not use is refused."""
+    return settings_for(_collected(options, file, defaults), registry.work(work))
 
 
 def _asked(word: str) -> list[Process]:
@@ -146,7 +154,7 @@ def _work(run: Run, sources: Sequence[Input], asked: str) -> tuple[Process, Outc
     registry.check_asked(asked)
     inputs = [read_source(one) for one in sources]
     process = registry.process_for(inputs, asked)
-    run = replace(run, settings=process.settings(run.settings, inputs[0][0].name))
+    run = replace(run, settings=settings_for(run.settings, process, inputs[0][0].name))
     outcome = process.run(run, [loaded for _, loaded in inputs], asked)
     return process, replace(outcome, defaults=run.settings.from_defaults())
 
@@ -198,7 +206,7 @@ def nest(
     ReadError, OptionError, PlanError, VerifyError, OutputError
         One line that says what was found and what to do. Nothing has been written then.
     """
-    settings = settings_for(_collected(options, options_file, defaults_file), "nest")
+    settings = _settings("nest", options, options_file, defaults_file)
     outcome: NestOutcome = registry.command("nest")(
         parts, output, settings, beside=[options_file, defaults_file], progress=progress, cancelled=cancelled
     )
@@ -214,7 +222,7 @@ def solve_part(
     Where the map has sets of points, the tour visits one point of each, and keeps what must come before what.
     `progress`, `observe`, `cancelled` and `options` are those of `optimize`.
     """
-    return _solved(part, settings_for(_collected(options), "solve"), progress, observe, cancelled)
+    return _solved(part, _settings("solve", options), progress, observe, cancelled)
 
 
 def _solved(
@@ -251,7 +259,7 @@ def solve_file(
     """
     from leafcut.read import read
 
-    settings = settings_for(_collected(options, None, defaults_file), "solve")
+    settings = _settings("solve", options, None, defaults_file)
     part = read(source, settings.read, looking_for(progress, "reading"))
     return Solved(part, _solved(part, settings, progress, observe, cancelled), settings.from_defaults())
 
@@ -268,7 +276,7 @@ def simulate(
 
     `progress` is that of `optimize`; here and in all else an exception that it raises ends the work.
     """
-    settings = settings_for(_collected(options, None, defaults_file), "simulate")
+    settings = _settings("simulate", options, None, defaults_file)
     found: Simulation = registry.command("simulate")(program, settings, dialect, progress)
     return found
 
@@ -287,7 +295,7 @@ def verify_programs(
 
     With `allow_reverse`, open cuts of one depth are the same from either end.
     """
-    settings = settings_for(_collected(options, None, defaults_file), "verify")
+    settings = _settings("verify", options, None, defaults_file)
     proof: Certificate = registry.command("verify")(
         original, new, settings, dialect, progress, allow_reverse=allow_reverse
     )
@@ -327,7 +335,7 @@ def default_machine(work: str) -> str:
 
 def dialect_of(options: Mapping[str, Any], process: str = "auto") -> str:
     """Return the dialect in which `optimize` would write with these options: its name, or the path of its file."""
-    settings = _usual(Settings.collect(options), process)
+    settings = _usual(collect(options), process)
     return settings.post.dialect or machine_of(settings).controller
 
 

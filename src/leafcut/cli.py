@@ -20,7 +20,7 @@ from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput
 from leafcut.flags import command_of
 from leafcut.option_spec import PLACES
-from leafcut.options import used_by
+from leafcut.processes.settings import used_by
 from leafcut.progress import Reporter
 from leafcut.several import all_drill_files, expanded, targets_of
 from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, first_time

@@ -10,21 +10,6 @@ from cyclopts import Group, Parameter
 
 from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
 
-_TITLES = {
-    "read": "Reading",
-    "sheet": "Drawings of sheets",
-    "machine": "Machine",
-    "drill": "Drilling",
-    "cut": "Cutting",
-    "pocket": "Pockets",
-    "nest": "Nesting",
-    "resequence": "Programs of other CAMs",
-    "solve": "Search",
-    "aco": "Ants",
-    "firefly": "Fireflies",
-    "post": "Program",
-}
-
 
 def command_of(
     function: Callable[..., int], options: Iterable[tuple[type[OptionGroup], str, OptionSpec]]
@@ -32,7 +17,8 @@ def command_of(
     """Return `function` with a flag for every one of `options`, which it receives as a dict `options`."""
     own = [p for p in inspect.signature(function, eval_str=True).parameters.values() if p.name != "options"]
     names = list(options)
-    flags = [_flag(group, name, spec) for group, name, spec in names]
+    places = {group: k for k, group in enumerate(dict.fromkeys(group for group, _, _ in names))}
+    flags = [_flag(group, name, spec, places[group]) for group, name, spec in names]
 
     def command(*places: Any, **given: Any) -> int:
         # A list may be given by several flags.
@@ -46,7 +32,7 @@ def command_of(
     return command
 
 
-def _flag(group: type[OptionGroup], name: str, spec: OptionSpec) -> inspect.Parameter:
+def _flag(group: type[OptionGroup], name: str, spec: OptionSpec, place: int) -> inspect.Parameter:
     default = group.defaults()[name]
     words = spec.default_words or ("" if default in (None, (), False) else written(spec, default))
     help_text = spec.help
@@ -54,11 +40,10 @@ def _flag(group: type[OptionGroup], name: str, spec: OptionSpec) -> inspect.Para
         help_text += f" [{', '.join(spec.choices)}]"
     if words:
         help_text += f" (default: {words})"
-    place = list(_TITLES).index(group.section)
     parameter = Parameter(
         name=flag_name(name),
         help=help_text,
-        group=Group(_TITLES[group.section], sort_key=10 + place),
+        group=Group(group.title, sort_key=10 + place),
         show_default=False,
         allow_leading_hyphen=True,
         negative_iterable=(),

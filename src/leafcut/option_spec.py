@@ -32,11 +32,8 @@ class OptionSpec:
     may_be_path: bool = False
     #: False for what cannot change the program, such as the number of threads: it stays out of the header.
     changes_program: bool = True
-    #: The kinds of work that use it, names of `WORKS` with spaces between; empty: those of its group.
-    works: str = ""
-    #: What must hold besides for it to be used (`options.usage`): ``corner_loops`` (that option is on), ``!tools`` (it
-    #: is not given), ``algorithm=acs|mmas`` (it is one of these), ``input=picture``; with ``drill:`` before it, only
-    #: where that is the work. All of several with spaces between.
+    #: What must hold for it to be used: ``corner_loops`` (that option is on), ``!tools`` (it is not given),
+    #: ``algorithm=acs|mmas`` (it is one of these), ``input=picture``; all of several with spaces between.
     needs: str = ""
 
 
@@ -51,17 +48,6 @@ PLACES = {
 
 #: No machine reaches a coordinate beyond this, mm.
 _FARTHEST = 1e6
-#: The kinds of work, and how a message calls them.
-WORKS = {
-    "drill": "drilling",
-    "cut": "cutting a sheet",
-    "pocket": "milling pockets",
-    "program": "a G-code program",
-    "nest": "nesting",
-    "solve": "solving a map",
-    "simulate": "simulating",
-    "verify": "verifying",
-}
 
 
 def option(kind: str, default: Any, help: str, **spec: Any) -> Any:
@@ -72,10 +58,9 @@ def option(kind: str, default: Any, help: str, **spec: Any) -> Any:
 class OptionGroup:
     """Base of the option dataclasses: converts and checks every field, and knows how to describe itself."""
 
-    #: The table of a TOML file that holds these options.
+    #: The table of a TOML file that holds these options, and what they are called together.
     section: ClassVar[str] = ""
-    #: The kinds of work that use its options, where an option says nothing else.
-    works: ClassVar[str] = ""
+    title: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         for name, spec in self.specs().items():
@@ -90,11 +75,6 @@ class OptionGroup:
     def defaults(cls) -> dict[str, Any]:
         """Return the default of every field, by field name."""
         return {f.name: f.default for f in fields(cls)}  # type: ignore[arg-type]
-
-    @classmethod
-    def works_of(cls, name: str) -> tuple[str, ...]:
-        """Return the kinds of work that use an option."""
-        return tuple((cls.specs()[name].works or cls.works).split())
 
     @classmethod
     def as_typed(cls, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -194,7 +174,8 @@ def _flag(_: OptionSpec, value: Any) -> bool:
     return value
 
 
-def _names(_: OptionSpec, value: Any) -> tuple[str, ...]:
+def split_names(value: Any) -> tuple[str, ...]:
+    """Return the names of a list with commas, or of any list."""
     words = value.split(",") if isinstance(value, str) else value
     return tuple(str(word).strip() for word in words if str(word).strip())
 
@@ -241,7 +222,7 @@ _CONVERTERS: dict[str, Any] = {
     "whole": _whole,
     "flag": _flag,
     "text": _text,
-    "names": _names,
+    "names": lambda _, value: split_names(value),
     "point": _point,
     "place": _place,
     "percent": lambda spec, value: _number(spec, value.removesuffix("%") if isinstance(value, str) else value),

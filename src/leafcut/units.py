@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 
 from leafcut.errors import OptionError
 
@@ -137,3 +138,22 @@ def format_time(seconds: float) -> str:
 def format_length(mm: float) -> str:
     """Return millimetres as a person reads them: ``412.3 mm``, ``12.41 m``."""
     return f"{mm:.1f} mm" if abs(mm) < 1000 else f"{mm / 1000:.2f} m"
+
+
+def parse_angles(words: Sequence[str], where: str) -> tuple[float, ...] | None:
+    """Return angles in rad, once each, from words in degrees; None for the one word ``free``.
+
+    Raises
+    ------
+    OptionError
+        A word is no angle; `where` names what was asked for.
+    """
+    if tuple(words) == ("free",):
+        return None
+    try:
+        angles = [parse_quantity(word, "rad") % math.tau for word in words]
+    except OptionError as problem:
+        raise OptionError(f"{where}: {problem}; angles are such as 0,90,180,270, or free for any") from None
+    if not angles:
+        raise OptionError(f"{where}: names no angle; angles are such as 0,90,180,270, or free for any")
+    return tuple(dict.fromkeys(angles))

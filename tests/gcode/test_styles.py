@@ -12,9 +12,9 @@ from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.model.toolpath import Kind
-from leafcut.options import Settings
 from leafcut.processes.program.plan.sections.program_rows import known_process
 from leafcut.processes.program.reading import read_foreign
+from leafcut.processes.settings import collect
 from leafcut.read.machine import load_machine
 from rs274_moves import PRINTED, assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 
@@ -36,7 +36,7 @@ def read(path: Path) -> Program:
     """Interpret a file as its controller would."""
     machine = load_machine(machine_of(path.name))
     words = dialect(machine.controller)
-    return read_foreign(path.read_text(encoding="utf-8"), path.name, Settings.collect({}), machine, words).program
+    return read_foreign(path.read_text(encoding="utf-8"), path.name, collect({}), machine, words).program
 
 
 def test_there_are_four_of_each_style_at_least() -> None:

@@ -20,14 +20,15 @@ from leafcut.model.contour import Contour
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.model.pocket import Pocket
-from leafcut.options import PocketOptions, ReadOptions, Settings, SheetOptions
+from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.processes.placing import placed
+from leafcut.processes.settings import collect
 from leafcut.processes.sheet.plan.sheet import prepare_sheet
 from leafcut.read import read, read_contours, read_pockets
 
 
 def options(**values: Any) -> ReadOptions:
-    return Settings.collect(values).read
+    return collect(values).read
 
 
 def test_first_comes_the_mirror_then_the_turn_then_the_origin_by_hand() -> None:
@@ -122,7 +123,7 @@ def test_what_is_read_and_placed_is_what_ezdxf_makes_of_the_drawing(drawing: Pat
     ]
     assert np.allclose(*(shapes([c.contour.path for c in sheet.contours]) for sheet in cut))
     assert [c.depth for c in cut[0].contours] == [c.depth for c in cut[1].contours]
-    pockets = [placed(read_pockets(drawing, None, PocketOptions()), placing), read_pockets(transformed)]
+    pockets = [placed(read_pockets(drawing, None, PocketDrawingOptions()), placing), read_pockets(transformed)]
     assert np.allclose(*(shapes([p.outline for p in part.pockets]) for part in pockets))
 
 

@@ -10,10 +10,11 @@ import pytest
 
 from leafcut.errors import OptionError
 from leafcut.model import Outcome, Part
-from leafcut.options import Settings
+from leafcut.options import JobOptions, MachineOptions, Settings
 from leafcut.processes import registry
-from leafcut.processes.base import Process
+from leafcut.processes.base import Process, use
 from leafcut.processes.course import Run
+from leafcut.processes.settings import collect, settings_for
 from leafcut.read.format import Source
 from leafcut.read.registry import formats
 
@@ -58,9 +59,10 @@ class Engraving(Process):
     """A stranger's process."""
 
     name = "engrave"
+    title = "engraving"
     asked_as = ("engrave",)
     reads = "drawing"
-    uses = ("machine", "depth")
+    uses = use(MachineOptions) | use(JobOptions, "depth")
 
     def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[Any]:
         raise NotImplementedError
@@ -75,9 +77,9 @@ def test_a_process_from_outside_is_asked_for_by_its_own_word(monkeypatch: pytest
     registry.process.cache_clear()
     assert registry.asked_words() == ("auto", "drill", "cut", "pocket", "engrave", "mill", "laser", "plasma")
     assert chosen("engrave", "dxf") == "engrave"
-    assert Engraving().settings(Settings.collect({"depth": "0.2mm"}), "dxf").drill.depth == 0.2
-    with pytest.raises(OptionError, match="--peck: engrave does not use it, it is for drilling; leave it out"):
-        Engraving().settings(Settings.collect({"peck": 2}), "dxf")
+    assert settings_for(collect({"depth": "0.2mm"}), Engraving()).job.depth == 0.2
+    with pytest.raises(OptionError, match="--peck: engraving does not use it, it is for drilling; leave it out"):
+        settings_for(collect({"peck": 2}), Engraving())
     assert registry.look_at("engrave", "a.dxf", Settings()).name == "a.dxf"
     registry.process.cache_clear()
 

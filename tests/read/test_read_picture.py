@@ -24,7 +24,7 @@ from every import every
 from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.geometry.regions import region
 from leafcut.model import Part
-from leafcut.options import PocketOptions, ReadOptions
+from leafcut.options import PocketDrawingOptions, ReadOptions
 from leafcut.read import read, read_pockets
 from leafcut.read.picture import otsu
 
@@ -68,7 +68,7 @@ def save(tmp_path: Path) -> Save:
 
 
 def pockets(path: Path, **options: Any) -> Part:
-    return read_pockets(path, pocket_options=PocketOptions(**{"pixel_size": SIZE, **options}))
+    return read_pockets(path, pocket_options=PocketDrawingOptions(**{"pixel_size": SIZE, **options}))
 
 
 def only(part: Part) -> Any:
@@ -313,7 +313,7 @@ def test_whatever_is_in_a_file_there_are_pockets_or_one_line(name: str, seed: in
         format_ = choose(formats(), source)
         if format_.pockets is None:
             return
-        part = format_.pockets(source, ReadOptions(), PocketOptions(pixel_size=SIZE), SheetOptions())
+        part = format_.pockets(source, ReadOptions(), PocketDrawingOptions(pixel_size=SIZE), SheetOptions())
     except LeafcutError as problem:
         assert "\n" not in str(problem)
         assert " 0x" not in str(problem)
@@ -331,7 +331,7 @@ def test_a_picture_whose_light_falls_off_is_levelled_and_the_outline_is_that_und
     light = 1.0 - 0.5 * x - 0.17 * y
     shades = drawn(DISC, 4) / 255.0
     seen = np.round(255.0 * light * (0.25 + 0.7 * (1.0 - shades if invert else shades))).astype(np.uint8)
-    part = read_pockets(save(seen), ReadOptions(), PocketOptions(pixel_size=SIZE, invert=invert))
+    part = read_pockets(save(seen), ReadOptions(), PocketDrawingOptions(pixel_size=SIZE, invert=invert))
     [pocket] = part.pockets
     assert pocket.area == pytest.approx(DISC.area, rel=0.01)
     assert [i.code for i in part.issues] == ["L426"]
@@ -345,7 +345,7 @@ def test_light_is_not_made_up_where_nothing_is_bright(save: Save) -> None:
     part = read_pockets(
         save(np.clip(seen + noise, 0, 255).astype(np.uint8)),
         ReadOptions(),
-        PocketOptions(pixel_size=SIZE),
+        PocketDrawingOptions(pixel_size=SIZE),
     )
     assert "L426" not in [i.code for i in part.issues]
     [pocket] = part.pockets

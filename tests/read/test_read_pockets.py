@@ -15,7 +15,7 @@ from leafcut.errors import ReadError
 from leafcut.geometry.regions import region
 from leafcut.model import Part
 from leafcut.model.pocket import Pocket
-from leafcut.options import PocketOptions, ReadOptions, SheetOptions
+from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read import formats, read_contours, read_pockets
 
 Draw = Callable[..., Path]
@@ -43,7 +43,7 @@ def square(size: float, x: float = 0.0, y: float = 0.0) -> list[tuple[float, flo
 def refusal(path: Path, **options: Any) -> str:
     """Return the one line with which a file is refused."""
     with pytest.raises(ReadError) as caught:
-        read_pockets(path, ReadOptions(), PocketOptions(**options))
+        read_pockets(path, ReadOptions(), PocketDrawingOptions(**options))
     text = str(caught.value)
     assert "\n" not in text
     assert text.startswith(str(path))
@@ -121,11 +121,11 @@ def test_the_user_says_which_layers_are_pockets_and_islands(draw: Draw) -> None:
         space.add_lwpolyline(square(4, 2, 2), close=True, dxfattribs={"layer": "C"})
 
     path = draw(build)
-    options = PocketOptions(pocket_layers=("a",), island_layers=("b",))
+    options = PocketDrawingOptions(pocket_layers=("a",), island_layers=("b",))
     part = read_pockets(path, pocket_options=options)
     assert part.pockets[0].area == 2400.0
     assert "L421" not in codes(part)
-    only_islands = read_pockets(path, pocket_options=PocketOptions(island_layers=("B", "C")))
+    only_islands = read_pockets(path, pocket_options=PocketDrawingOptions(island_layers=("B", "C")))
     assert only_islands.pockets[0].area == 2384.0
     assert "there are lines on A, B, C" in refusal(path, pocket_layers=("X*",))
 

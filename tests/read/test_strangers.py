@@ -16,7 +16,8 @@ from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.geometry import containment, curves
 from leafcut.geometry.containment import conflicts
 from leafcut.model.issue import Issue
-from leafcut.options import PocketOptions, ReadOptions, Settings, SheetOptions
+from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
+from leafcut.processes.settings import collect
 from leafcut.read import read_contours
 from leafcut.read.csvmap import read_csv
 from leafcut.read.format import Source, load, load_json
@@ -52,7 +53,7 @@ def test_toml_that_is_nested_or_has_thousands_of_digits_is_an_option_error(text:
     """In options and in machines alike."""
     file = tmp_path / "a.toml"
     file.write_bytes(text.encode("latin-1"))
-    for read in (lambda: Settings.collect({}, file), lambda: load_machine(str(file))):
+    for read in (lambda: collect({}, file), lambda: load_machine(str(file))):
         with pytest.raises(OptionError, match="not a TOML file") as caught:
             read()
         assert str(file) in one_line(caught.value)
@@ -84,7 +85,7 @@ def test_a_byte_that_the_well_known_text_parser_cannot_say_is_told_with_its_line
     for k in range(60):
         text = ("POLYGON ((0 0, 1 0, 1 1, 0 0))\nPOLYGON ((" + "x" * k + "\xe9" * 40).encode()
         with pytest.raises(ReadError) as caught:
-            read_wkt_pockets(Source("a.wkt", text), PLAIN, PocketOptions(), SheetOptions())
+            read_wkt_pockets(Source("a.wkt", text), PLAIN, PocketDrawingOptions(), SheetOptions())
         assert one_line(caught.value).startswith("a.wkt:2: ")
 
 

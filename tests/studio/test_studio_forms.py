@@ -18,7 +18,8 @@ from leafcut.errors import OptionError, ReadError
 from leafcut.model.issue import CODES
 from leafcut.model.toolpath import Toolpath
 from leafcut.option_spec import flag_name
-from leafcut.options import ALGORITHMS, Settings, all_options, used_by
+from leafcut.options import ALGORITHMS
+from leafcut.processes.settings import all_options, collect, used_by
 from leafcut.read.machine import load_machine, machine_names
 from leafcut.studio import forms
 from leafcut.studio.ending import Endable
@@ -367,8 +368,8 @@ def test_values_of_json_mean_what_they_mean_in_a_toml_file(studio: Studio) -> No
     task = Task(
         "optimize", ("example:plate-10",), options={"thickness": 3, "layers": ["A", "B"], "start_point": [1, 2]}
     )
-    settings = Settings.collect(prepare(task, studio.folder).options)
-    assert (settings.drill.thickness, settings.read.layers, settings.drill.start_point) == (3.0, ("A", "B"), (1.0, 2.0))
+    settings = collect(prepare(task, studio.folder).options)
+    assert (settings.job.thickness, settings.read.layers, settings.job.start_point) == (3.0, ("A", "B"), (1.0, 2.0))
     assert "--layers A,B" in command_line(task, studio.folder)
 
 

@@ -1,50 +1,51 @@
-"""Options: one frozen dataclass per stage, one definition for five faces.
+"""Options that several processes use: one frozen dataclass per subject, one definition for five faces.
 
 `AcoOptions.n_ants` is the flag `--n-ants`, the key `n_ants` under `[aco]` in a TOML file, the keyword `n_ants` of
 `leafcut.optimize`, and an entry of the studio's form: all are made from the fields below. Values are checked and
-converted to inner units when an object is made, so no stage checks again.
+converted to inner units when an object is made, so no stage checks again. What only one process uses is in that
+process's package.
 """
 
 from __future__ import annotations
 
-from leafcut.option_spec import flag_name
-from leafcut.options.cutting import CutOptions
-from leafcut.options.drawings import ORIGINS, ReadOptions, SheetOptions
-from leafcut.options.machining import CYCLES, DrillOptions, MachineOptions
-from leafcut.options.nests import LARGEST_SHEET, NestOptions, SheetWord, parse_angles, parse_sheet
-from leafcut.options.pockets import PocketOptions
-from leafcut.options.programs import PostOptions, ResequenceOptions
+from leafcut.option_spec import OptionGroup, flag_name
+from leafcut.options.cut_data import CutDataOptions
+from leafcut.options.drawings import ORIGINS, PocketDrawingOptions, ReadOptions, SheetOptions
+from leafcut.options.job import CYCLES, JobOptions, MachineOptions
+from leafcut.options.post import PostOptions
 from leafcut.options.search import ALGORITHM_TITLES, ALGORITHMS, AcoOptions, FireflyOptions, SolveOptions
-from leafcut.options.settings import GROUPS, Settings, all_options, group_of, options_of_file
-from leafcut.options.usage import settings_for, used_by
+from leafcut.options.settings import Settings
+
+#: The groups that processes share, in the order in which they are told.
+SHARED: tuple[type[OptionGroup], ...] = (
+    ReadOptions,
+    SheetOptions,
+    MachineOptions,
+    JobOptions,
+    CutDataOptions,
+    PocketDrawingOptions,
+    SolveOptions,
+    AcoOptions,
+    FireflyOptions,
+    PostOptions,
+)
 
 __all__ = [
     "ALGORITHMS",
     "ALGORITHM_TITLES",
     "CYCLES",
-    "GROUPS",
-    "LARGEST_SHEET",
     "ORIGINS",
+    "SHARED",
     "AcoOptions",
-    "CutOptions",
-    "DrillOptions",
+    "CutDataOptions",
     "FireflyOptions",
+    "JobOptions",
     "MachineOptions",
-    "NestOptions",
-    "PocketOptions",
+    "PocketDrawingOptions",
     "PostOptions",
     "ReadOptions",
-    "ResequenceOptions",
     "Settings",
     "SheetOptions",
-    "SheetWord",
     "SolveOptions",
-    "all_options",
     "flag_name",
-    "group_of",
-    "options_of_file",
-    "parse_angles",
-    "parse_sheet",
-    "settings_for",
-    "used_by",
 ]

@@ -17,7 +17,7 @@ class ReadOptions(OptionGroup):
     """What to take from a file."""
 
     section: ClassVar[str] = "read"
-    works: ClassVar[str] = "drill cut pocket nest solve"
+    title: ClassVar[str] = "Reading"
 
     units: str | None = option(
         "text",
@@ -25,7 +25,6 @@ class ReadOptions(OptionGroup):
         "units of a file that does not say them",
         choices=("mm", "cm", "m", "in", "mil", "ft"),
         default_words="the file's own, else mm",
-        works="drill cut pocket nest solve program simulate verify",
     )
     layers: tuple[str, ...] = option(
         "names", (), "only these layers, with * and ? as wildcards", default_words="all that are on"
@@ -37,7 +36,6 @@ class ReadOptions(OptionGroup):
         unit="mm",
         minimum=0,
         default_words="none",
-        works="drill cut solve",
     )
     max_diameter: float | None = option(
         "quantity",
@@ -46,7 +44,6 @@ class ReadOptions(OptionGroup):
         unit="mm",
         minimum=0,
         default_words="none",
-        works="drill cut solve",
     )
     merge_tolerance: float = option(
         "quantity",
@@ -55,14 +52,12 @@ class ReadOptions(OptionGroup):
         unit="mm",
         minimum=0,
         maximum=1,
-        works="drill solve",
     )
     concentric: str = option(
         "text",
         "smallest",
         "which of several circles with one centre is drilled",
         choices=("smallest", "largest", "all"),
-        works="drill solve",
     )
     mirror: str | None = option(
         "text",
@@ -70,7 +65,6 @@ class ReadOptions(OptionGroup):
         "mirror the drawing first: x makes X to −X, as a board turned over sideways shows its back; y makes Y to −Y",
         choices=("x", "y"),
         default_words="as it is drawn",
-        works="drill cut pocket",
     )
     rotate: float = option(
         "quantity",
@@ -79,7 +73,6 @@ class ReadOptions(OptionGroup):
         unit="rad",
         minimum=-2 * math.pi,
         maximum=2 * math.pi,
-        works="drill cut pocket",
     )
     origin: str | tuple[float, ...] | None = option(
         "place",
@@ -88,13 +81,11 @@ class ReadOptions(OptionGroup):
         "by their centres; or a point x,y",
         unit="mm",
         default_words="the zero of the drawing",
-        works="drill cut pocket",
     )
     strict: bool = option(
         "flag",
         False,
         "refuse a file in which anything had to be skipped or repaired, and a program that is dangerous as it is",
-        works="drill cut pocket nest solve program simulate",
     )
 
 
@@ -103,7 +94,7 @@ class SheetOptions(OptionGroup):
     """What in a drawing of a sheet is what, and how its lines are joined."""
 
     section: ClassVar[str] = "sheet"
-    works: ClassVar[str] = "cut nest"
+    title: ClassVar[str] = "Drawings of sheets"
 
     cut_layers: tuple[str, ...] = option(
         "names", (), "layers that are cut, with * and ?; no others are then", default_words="all others"
@@ -125,12 +116,62 @@ class SheetOptions(OptionGroup):
         unit="mm",
         minimum=1e-4,
         maximum=5,
-        works="cut nest pocket",
     )
     open_paths: str = option(
         "text",
         "refuse",
         "what becomes of open paths on layers that are cut",
         choices=("refuse", "cut", "mark", "drop"),
-        works="cut nest pocket",
     )
+
+
+@dataclass(frozen=True)
+class PocketDrawingOptions(OptionGroup):
+    """What in a drawing or a picture is a pocket, and what is an island."""
+
+    section: ClassVar[str] = "pocket_drawing"
+    title: ClassVar[str] = "Drawings of pockets"
+
+    pocket_layers: tuple[str, ...] = option(
+        "names",
+        (),
+        "layers with the outlines of pockets, with * and ?",
+        default_words="POCKET* where there are such",
+        needs="!input=picture",
+    )
+    island_layers: tuple[str, ...] = option(
+        "names",
+        (),
+        "layers with the outlines of islands",
+        default_words="ISLAND* where there are such",
+        needs="!input=picture",
+    )
+    pixel_size: float | None = option(
+        "quantity",
+        None,
+        "width of a pixel of a picture",
+        unit="mm",
+        minimum=1e-4,
+        maximum=100,
+        default_words="for pictures: needed",
+        needs="input=picture",
+    )
+    threshold: float | None = option(
+        "percent",
+        None,
+        "brightness below which a pixel is to be milled",
+        minimum=0,
+        maximum=100,
+        default_words="found by Otsu's method",
+        needs="input=picture",
+    )
+    speckle: float = option(
+        "quantity",
+        1.0,
+        "spots of a picture that are narrower than this are dirt",
+        unit="mm",
+        minimum=0,
+        maximum=100,
+        needs="input=picture",
+    )
+    invert: bool = option("flag", False, "mill what is bright in a picture", needs="input=picture")

@@ -26,9 +26,9 @@ ALGORITHM_TITLES = {
 ALGORITHMS = tuple(ALGORITHM_TITLES)
 
 
-#: Only these have ants; only that has fireflies, but of a pocket all ways to clear it are tried.
+#: Only these have ants; only that has fireflies.
 _ANTS = "algorithm=as|eas|asrank|mmas|acs"
-_FIREFLIES = " ".join(f"{work}:algorithm=firefly" for work in ("drill", "cut", "program", "solve"))
+_FIREFLIES = "algorithm=firefly"
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class SolveOptions(OptionGroup):
     """How the order is sought."""
 
     section: ClassVar[str] = "solve"
-    works: ClassVar[str] = "drill cut pocket program solve"
+    title: ClassVar[str] = "Search"
 
     algorithm: str = option("text", "auto", "name of an algorithm (see `leafcut algorithms`)", choices=ALGORITHMS)
     preset: str = option(
@@ -45,14 +45,12 @@ class SolveOptions(OptionGroup):
         "budget of work, the same on every machine; the search ends sooner when the colonies agree, and but for "
         "thorough when more of it would take longer than it saves",
         choices=("fast", "default", "thorough"),
-        works="drill cut pocket program solve nest",
     )
     objective: Literal["time", "distance"] = option(
         "text",
         "time",
         "what is made small: machine seconds or millimetres of travel",
         choices=("time", "distance"),
-        works="drill cut pocket program",
     )
     time_limit: float | None = option(
         "quantity",
@@ -61,7 +59,6 @@ class SolveOptions(OptionGroup):
         unit="s",
         minimum=0.001,
         default_words="the preset's budget of work",
-        works="drill cut pocket program solve nest",
     )
     iterations: int | None = option(
         "whole",
@@ -69,7 +66,6 @@ class SolveOptions(OptionGroup):
         "stop after this many iterations",
         minimum=0,
         default_words="the preset's",
-        works="drill cut pocket program solve nest",
     )
     target_gap: float | None = option(
         "percent",
@@ -87,7 +83,6 @@ class SolveOptions(OptionGroup):
         "start of the random numbers: same seed, same answer",
         minimum=0,
         maximum=2**32 - 1,
-        works="drill cut pocket program solve nest",
     )
     threads: int = option(
         "whole",
@@ -97,7 +92,6 @@ class SolveOptions(OptionGroup):
         maximum=1024,
         default_words="one per core",
         changes_program=False,
-        works="drill cut pocket program solve nest",
     )
     candidates: int | None = option(
         "whole",
@@ -120,7 +114,7 @@ class AcoOptions(OptionGroup):
     """The parameters of the ants; each default is the one its authors recommend (`solve.aco.RECOMMENDED`)."""
 
     section: ClassVar[str] = "aco"
-    works: ClassVar[str] = "drill cut pocket program solve"
+    title: ClassVar[str] = "Ants"
 
     n_ants: int | None = option(
         "whole",
@@ -174,7 +168,7 @@ class FireflyOptions(OptionGroup):
     """The parameters of the fireflies; defaults are those published for pockets (`solve.firefly.MODES`)."""
 
     section: ClassVar[str] = "firefly"
-    works: ClassVar[str] = "drill cut pocket program solve"
+    title: ClassVar[str] = "Fireflies"
 
     firefly_mode: str = option(
         "text",

@@ -6,13 +6,21 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from leafcut.model.outcome import Outcome
-from leafcut.model.part import Part
 from leafcut.option_spec import OptionGroup
-from leafcut.options import Settings, settings_for
-from leafcut.processes.course import Run
+from leafcut.options import (
+    AcoOptions,
+    CutDataOptions,
+    FireflyOptions,
+    JobOptions,
+    PostOptions,
+    Settings,
+    SolveOptions,
+)
 
 if TYPE_CHECKING:
+    from leafcut.model.outcome import Outcome
+    from leafcut.model.part import Part
+    from leafcut.processes.course import Run
     from leafcut.read.format import Source
 
 #: Groups of a form: the key of a title, and names of options.
@@ -31,13 +39,63 @@ def all_of(group: type[OptionGroup], but: Iterable[str] = ()) -> tuple[str, ...]
     return tuple(name for name in group.specs() if name not in left_out)
 
 
-class Process(Protocol):
+def use(group: type[OptionGroup], *names: str, but: Iterable[str] = (), **needs: str) -> dict[str, str]:
+    """Return options of a group, each with what must hold for it to be used: ``{"break_through": "thickness"}``.
+
+    Parameters
+    ----------
+    names
+        Those that are used, beside those of `needs`; all of the group where none is named.
+    but
+        Those that are not.
+    needs
+        What must hold where that is not what the option says of itself (`OptionSpec.needs`); "" for nothing.
+    """
+    specs, left_out = group.specs(), set(but)
+    chosen = (*names, *needs) if names or needs else tuple(specs)
+    return {name: needs.get(name, specs[name].needs) for name in chosen if name not in left_out}
+
+
+#: Options that several processes use: of what orders the work, of a program that is made from a drawing, and of the
+#: cutting data that a program without speeds of its own is cut with.
+ORDERED = use(SolveOptions) | use(AcoOptions) | use(FireflyOptions)
+WRITTEN = use(PostOptions, *POST, "coolant")
+LOOKED_UP = use(CutDataOptions, "cut_speed", **dict.fromkeys(("cut_process", "amps", "chart"), "!cut_speed"))
+LOOKED_UP |= use(JobOptions, thickness="!cut_speed", material="!cut_speed")
+
+
+class Work(Protocol):
+    """A kind of work, as far as its options go.
+
+    Attributes
+    ----------
+    name, title
+        By which it is asked for, and as a message calls it: "drilling".
+    uses
+        The options of shared groups that it uses, each with what must hold besides (`use`).
+    otherwise
+        What to do instead of giving an option that it does not use, where that is more than to leave it out.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    uses: ClassVar[Mapping[str, str]] = {}
+    otherwise: ClassVar[Mapping[str, str]] = {}
+
+    def used(self) -> Mapping[str, str]:
+        """Return all options that it uses, each with what must hold besides (`OptionSpec.needs`)."""
+        return self.uses
+
+
+class Process(Work, Protocol):
     """One kind of work. A class that inherits from it says what is its own; the rest is as most have it.
 
     Attributes
     ----------
     name
-        By which options say that it uses them (`option_spec.WORKS`), and by which formats say what they are for.
+        By which formats say what they are for, too.
+    options
+        The groups of options that are its own; the first one's table in a file may hold all that it uses.
     asked_as
         What ``--process`` may say of its input to have it.
     reads
@@ -55,11 +113,9 @@ class Process(Protocol):
     form
         The options that a form shows, the important ones first: (key of the title, names). The first two groups are
         open, the others folded.
-    uses
-        Options that say of themselves only that other processes use them: a process from outside names all of its own.
     """
 
-    name: ClassVar[str]
+    options: ClassVar[tuple[type[OptionGroup], ...]] = ()
     asked_as: ClassVar[tuple[str, ...]] = ()
     reads: ClassVar[str] = ""
     by_itself: ClassVar[bool] = False
@@ -69,17 +125,11 @@ class Process(Protocol):
     asks: ClassVar[str] = "auto"
     offered_with: ClassVar[str] = ""
     form: ClassVar[FormGroups] = ()
-    uses: ClassVar[tuple[str, ...]] = ()
 
-    def settings(self, settings: Settings, input_kind: str) -> Settings:
-        """Return the settings with the options that this process uses, for an input of a format.
-
-        Raises
-        ------
-        OptionError
-            An option was given that it does not use.
-        """
-        return settings_for(settings, self.name, input_kind, self.uses)
+    def used(self) -> Mapping[str, str]:
+        """Return the options that it uses: its own and of shared groups, each with what must hold besides."""
+        own = {name: spec.needs for group in self.options for name, spec in group.specs().items()}
+        return own | dict(self.uses)
 
     def usual(self, settings: Settings) -> Settings:
         """Return the settings with what this process takes where nobody said anything: its usual machine."""

@@ -23,15 +23,15 @@ def for_cutting(settings: Settings) -> Settings:
     how = f"{_cuts_by(settings)}_"
     fitting = (kind for kind in sorted(CUTTING_MACHINES, key=len, reverse=True) if how.startswith(f"{kind}_"))
     machine = CUTTING_MACHINES[next(fitting, "plasma")]
-    return replace(settings, machine=replace(settings.machine, machine=machine))
+    return settings.but(replace(settings.machine, machine=machine))
 
 
 def _cuts_by(settings: Settings) -> str:
     """Return how a sheet is cut; of lasers the one that cuts the material, where the chart knows of one kind only."""
     from leafcut.read.cutchart import kinds_for, load_chart
 
-    asked = (settings.cut.cut_process or "plasma").lower()
+    asked = (settings.cut_data.cut_process or "plasma").lower()
     if asked != "laser":
         return asked
-    kinds = kinds_for(load_chart(settings.cut.chart), asked, settings.cut.material)
+    kinds = kinds_for(load_chart(settings.cut_data.chart), asked, settings.job.material)
     return "laser_co2" if kinds and all(kind.startswith("laser_co2_") for kind in kinds) else asked

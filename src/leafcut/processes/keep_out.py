@@ -36,7 +36,7 @@ def obstacles_of(run: Run, program: Program, beam: bool) -> tuple[Obstacles | No
     """
     from leafcut.processes.zones import parse_zones
 
-    settings = run.settings.drill
+    settings = run.settings.job
     zones = parse_zones(settings.keep_out)
     if not len(zones):
         return None, []
@@ -107,7 +107,7 @@ def _radii(run: Run, program: Program) -> tuple[dict[int, float], list[int]]:
     from leafcut.gcode.tool_comments import tool_width
     from leafcut.read.tools import load_tools
 
-    file = run.settings.drill.tools
+    file = run.settings.job.tools
     library = load_tools(file, run.machine.units).by_number if file else {}
     radii: dict[int, float] = {}
     unknown: list[int] = []

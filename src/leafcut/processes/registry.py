@@ -8,11 +8,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import OptionError
-from leafcut.model.part import Part
-from leafcut.options import Settings
-from leafcut.processes.base import Process
+from leafcut.option_spec import OptionGroup
+from leafcut.options import SHARED, CutDataOptions, Settings
+from leafcut.processes.base import Process, Work
+from leafcut.processes.inquiries import Simulating, Solving, Verifying
 
 if TYPE_CHECKING:
+    from leafcut.model.part import Part
     from leafcut.read.format import Format, Source
 
 #: Outsiders' processes: an entry point is a class that inherits from `base.Process`.
@@ -71,6 +73,23 @@ def processes() -> Iterator[Process]:
         except OptionError:
             if name in BUILT_IN:
                 raise
+
+
+def groups() -> tuple[type[OptionGroup], ...]:
+    """Return all groups of options in the order in which they are told: those of processes behind the job's."""
+    own = [group for one in processes() for group in one.options]
+    place = SHARED.index(CutDataOptions) + 1
+    return (*SHARED[:place], *own, *SHARED[place:])
+
+
+def works() -> tuple[Work, ...]:
+    """Return all kinds of work: the processes, and what leafcut does besides."""
+    return (*processes(), Solving(), Simulating(), Verifying())
+
+
+def work(name: str) -> Work:
+    """Return a kind of work by its name; one of the processes, where nothing else has it."""
+    return next((one for one in works() if one.name == name), None) or process(name)
 
 
 def command(name: str) -> Any:
@@ -150,6 +169,7 @@ def _joining(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
     raise OptionError("one program is made of one input")
 
 
+@cache
 def _entry_points() -> list[Any]:
     from importlib.metadata import entry_points
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from leafcut.errors import ReadError
 from leafcut.model import Part, Severity
 from leafcut.model.heartbeat import Look, unseen
-from leafcut.options import PocketOptions, ReadOptions, SheetOptions
+from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import Format, Match, Source
 from leafcut.read.registry import Input, formats, read_source, run
 
@@ -51,7 +51,7 @@ def read_contours(source: Input, options: ReadOptions | None = None, look: Look 
 def read_pockets(
     source: Input,
     options: ReadOptions | None = None,
-    pocket_options: PocketOptions | None = None,
+    pocket_options: PocketDrawingOptions | None = None,
     joining: SheetOptions | None = None,
     look: Look = unseen,
 ) -> Part:
@@ -73,7 +73,7 @@ def read_pockets(
     if format_.pockets is None:
         there_are = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.pockets)
         raise ReadError(loaded.path, f"{format_.name} holds no pockets; use {there_are}")
-    clear, given, join = format_.pockets, pocket_options or PocketOptions(), joining or SheetOptions()
+    clear, given, join = format_.pockets, pocket_options or PocketDrawingOptions(), joining or SheetOptions()
     reader = replace(format_, read=lambda file, reading: clear(file, reading, given, join))
     return _unless_strict(run(reader, loaded, options), loaded, options)
 

@@ -13,7 +13,7 @@ from leafcut.geometry.curves import Spend
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.heights import HeightCount
-from leafcut.options import PocketOptions, ReadOptions, SheetOptions
+from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.dxf_blocks import BlockWalk
 from leafcut.read.dxf_document import layers_of, open_document, units_of, walk_issues
 from leafcut.read.dxf_shapes import IDENTITY, Matrix
@@ -81,7 +81,7 @@ def _heights(contours: tuple[Contour, ...]) -> list[Issue]:
 
 
 def read_dxf_pockets(
-    source: Source, options: ReadOptions, pocket_options: PocketOptions, joining: SheetOptions
+    source: Source, options: ReadOptions, pocket_options: PocketDrawingOptions, joining: SheetOptions
 ) -> Part:
     """Return the outlines of a DXF drawing as pockets with islands, in mm.
 

@@ -16,7 +16,7 @@ from leafcut.errors import ReadError, parsing, shown
 from leafcut.files import decoded
 from leafcut.model import Issue, Part, Severity
 from leafcut.model.heartbeat import Look, unseen
-from leafcut.options import PocketOptions, ReadOptions, SheetOptions
+from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.units import MM_PER_UNIT
 
 #: Files larger than this are refused: no drawing of holes is, and reading one could exhaust the memory.
@@ -179,8 +179,8 @@ class Format:
         ``(Source, ReadOptions) -> Part`` for what is to be cut: the part's contours, as they are drawn. None for a
         format that has none.
     pockets
-        ``(Source, ReadOptions, PocketOptions, SheetOptions) -> Part`` for what is to be cleared: the part's pockets.
-        None for a format that has none.
+        ``(Source, ReadOptions, PocketDrawingOptions, SheetOptions) -> Part`` for what is to be
+        cleared: the part's pockets. None for a format that has none.
     processes
         What a file of this kind is read for, the usual first: ``drill``, ``cut``, ``pocket``.
     """
@@ -193,7 +193,7 @@ class Format:
     prefix: tuple[str, ...] = ()
     error: str = ""
     contours: Callable[[Source, ReadOptions], Part] | None = None
-    pockets: Callable[[Source, ReadOptions, PocketOptions, SheetOptions], Part] | None = None
+    pockets: Callable[[Source, ReadOptions, PocketDrawingOptions, SheetOptions], Part] | None = None
     processes: tuple[str, ...] = ("drill",)
 
 

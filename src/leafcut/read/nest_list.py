@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from leafcut.errors import OptionError, ReadError, parsing, shown
-from leafcut.options import parse_angles
 from leafcut.read.format import load
+from leafcut.units import parse_angles
 
 #: Words that a header's first field can be.
 HEADER_WORDS = ("file", "part", "drawing", "name", "path")

@@ -18,7 +18,7 @@ from leafcut.errors import OptionError, ReadError, count_of, shown
 from leafcut.geometry.polyline import Points, Polyline
 from leafcut.model import Contour, Issue, Part
 from leafcut.model.pocket import EITHER
-from leafcut.options import PocketOptions, ReadOptions, SheetOptions
+from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import MAX_COORDINATE, Format, Match, Source, places_of
 
 #: Pictures with more pixels are refused: tracing one takes some 30 bytes a pixel.
@@ -73,7 +73,7 @@ def read_picture(source: Source, options: ReadOptions) -> Part:
     raise ReadError(source.path, "a picture is read for pockets only; say --process pocket")
 
 
-def read_picture_pockets(source: Source, _: ReadOptions, options: PocketOptions, joining: SheetOptions) -> Part:
+def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingOptions, joining: SheetOptions) -> Part:
     """Return the dark regions of a picture as pockets, in mm; bright spots in them are islands.
 
     Raises
@@ -201,7 +201,7 @@ def _brightness(source: Source, image: Any, invert: bool) -> Grey:
 # -- dark and bright -------------------------------------------------------------------------------------------------
 
 
-def _level(source: Source, grey: Grey, options: PocketOptions) -> float:
+def _level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
     """Return the brightness at which the wall lies: the user's, else the middle between dark and bright."""
     low, high = float(grey.min()), float(grey.max())
     if not np.isfinite(high - low):

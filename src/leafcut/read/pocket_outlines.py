@@ -23,7 +23,7 @@ from leafcut.geometry.tidying import polygons, tidy
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.heights import HeightCount
 from leafcut.model.pocket import EITHER, ISLAND, POCKET, Pocket
-from leafcut.options import PocketOptions, SheetOptions
+from leafcut.options import PocketDrawingOptions, SheetOptions
 from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import places_of
 
@@ -46,7 +46,7 @@ class PocketOutline:
         return f"the {self.kind or 'outline'} that begins at ({x:.6g}, {y:.6g}){layer}"
 
 
-def pockets_of_drawing(part: Part, options: PocketOptions, joining: SheetOptions, path: str) -> Part:
+def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: SheetOptions, path: str) -> Part:
     """Return a part with pockets in the place of its contours; layers or depth say which contour is what.
 
     Raises
@@ -109,7 +109,9 @@ def as_pockets(part: Part, kinds: Sequence[str | None], joining: SheetOptions, p
 # -- layers ----------------------------------------------------------------------------------------------------------
 
 
-def _kinds(contours: Sequence[Contour], options: PocketOptions, issues: list[Issue], path: str) -> list[str | None]:
+def _kinds(
+    contours: Sequence[Contour], options: PocketDrawingOptions, issues: list[Issue], path: str
+) -> list[str | None]:
     """Return what every contour is by its layer, and say (L421) where only the layer's name tells it."""
     names = sorted({c.layer for c in contours})
     pocket_names = _named(names, options.pocket_layers, POCKET_NAMES)

@@ -16,7 +16,7 @@ import numpy as np
 from leafcut.errors import LeafcutError, ReadError, count_of, shown
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.heartbeat import Look
-from leafcut.options import PocketOptions, ReadOptions, SheetOptions
+from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import (
     CURVE_TOLERANCE,
@@ -109,7 +109,7 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
 
 
 def read_svg_pockets(
-    source: Source, options: ReadOptions, pocket_options: PocketOptions, joining: SheetOptions
+    source: Source, options: ReadOptions, pocket_options: PocketDrawingOptions, joining: SheetOptions
 ) -> Part:
     """Return the outlines of an SVG drawing as pockets with islands, in mm.
 

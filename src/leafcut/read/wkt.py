@@ -15,7 +15,7 @@ from leafcut.errors import ReadError, parsing, shown
 from leafcut.geometry.polyline import Points, Polyline
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.pocket import ISLAND, POCKET
-from leafcut.options import PocketOptions, ReadOptions, SheetOptions
+from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_SEGMENTS,
@@ -62,7 +62,7 @@ def read_wkt(source: Source, options: ReadOptions) -> Part:
     raise ReadError(source.path, "well-known text is read for pockets only; say --process pocket")
 
 
-def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketOptions, joining: SheetOptions) -> Part:
+def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptions, joining: SheetOptions) -> Part:
     """Return the polygons of a text as pockets, in mm; their interior rings are islands.
 
     A file may hold several geometries, one after the other.

@@ -9,8 +9,8 @@ from typing import Any
 from leafcut.api import default_machine
 from leafcut.errors import OptionError
 from leafcut.option_spec import OptionSpec, flag_name, written
-from leafcut.options import GROUPS, all_options, group_of
 from leafcut.processes import registry
+from leafcut.processes.settings import all_options, group_of
 from leafcut.studio.folder import OWN
 from leafcut.studio.wording import Words
 from leafcut.units import BARE_UNIT
@@ -36,7 +36,7 @@ class WorkKind:
 
 def _all(section: str, but: Iterable[str] = ()) -> tuple[str, ...]:
     """Return the options of a group, without some that stand elsewhere."""
-    group = next(g for g in GROUPS if g.section == section)
+    group = next(g for g in registry.groups() if g.section == section)
     return tuple(name for name in group.specs() if name not in but)
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from leafcut.errors import OptionError
-from leafcut.options import parse_angles
+from leafcut.units import parse_angles
 
 #: More of one part are a mistake.
 MOST_PIECES = 100_000

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from leafcut import api
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.option_spec import flag_name
-from leafcut.options import all_options, group_of, options_of_file
+from leafcut.processes.settings import all_options, group_of, options_of_file
 from leafcut.studio import forms
 from leafcut.studio.folder import OWN
 from leafcut.studio.nest_request import WantedPart

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.api import default_machine
 from leafcut.errors import LeafcutError
-from leafcut.options import group_of
+from leafcut.processes.settings import group_of
 from leafcut.studio.elements import box, button, text
 from leafcut.studio.folder import OWN, Folder
 from leafcut.studio.forms import changed

@@ -10,6 +10,7 @@ from leafcut.errors import LeafcutError
 from leafcut.model.part import Part
 from leafcut.options import Settings
 from leafcut.processes import registry
+from leafcut.processes.settings import collect
 from leafcut.read.format import Source
 
 #: Of a map, the tour through it is studied; of some that is all that they are for.
@@ -57,7 +58,7 @@ def look(source: str, work: str = "", options: dict[str, Any] | None = None) -> 
     """
     from leafcut.read.registry import read_source
 
-    settings = Settings.collect(options or {})
+    settings = collect(options or {})
     format_, loaded = read_source(source)
     if format_.name == "gcode":
         return _program(loaded, settings)

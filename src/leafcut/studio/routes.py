@@ -20,7 +20,8 @@ from starlette.staticfiles import StaticFiles
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.option_spec import flag_name
-from leafcut.options import ALGORITHM_TITLES, GROUPS
+from leafcut.options import ALGORITHM_TITLES
+from leafcut.processes import registry
 from leafcut.studio.folder import Folder
 from leafcut.studio.history import JobRecord, files_of
 from leafcut.studio.jobs import Jobs, line_of
@@ -376,6 +377,6 @@ def _add_lists(made: APIRouter) -> None:
                 "default": spec.default_words,
                 "help": spec.help,
             }
-            for group in GROUPS
+            for group in registry.groups()
             for name, spec in group.specs().items()
         ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from leafcut.errors import OptionError
-from leafcut.options import Settings
+from leafcut.processes.settings import collect, group_of
 from leafcut.studio.history import History, JobRecord, JobState
 from leafcut.studio.jobs import Jobs
 from leafcut.studio.task import Task, given
@@ -91,7 +91,8 @@ def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
         It is no nest, or an option cannot be meant: nothing is begun then.
     """
     begun = []
-    batch = Settings.collect({"quantity": options.get("quantity")}).cut.quantity
+    asked = {"quantity": options.get("quantity")}
+    batch = collect(asked).of(group_of("quantity")).changed().get("quantity", 1)
     for sheet in nest_of(jobs.history, job):
         counted = {"quantity": batch * sheet.count} if batch * sheet.count > 1 else {}
         task = Task("optimize", (take(jobs, sheet),), "cut", {**given(options), **counted}, sheet.origin)

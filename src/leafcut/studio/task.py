@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, nearest, shown
-from leafcut.option_spec import flag_name
-from leafcut.options import NestOptions, Settings, SheetWord, group_of
+from leafcut.option_spec import flag_name, split_names
+from leafcut.options.sheet_word import SheetWord, parse_sheet
 from leafcut.processes import registry
+from leafcut.processes.settings import collect, group_of
 from leafcut.read.format import has_half_letter
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
 from leafcut.studio.nest_request import WantedPart, needs_list
@@ -99,9 +100,9 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
     if drawn:
         options["sheet"] = tuple(
             _sheet_word(word, str(folder.input_path(drawn[word.name])) if word.size is None else word.name)
-            for word in NestOptions(sheet=options["sheet"]).sheets
+            for word in map(parse_sheet, split_names(options["sheet"]))
         )
-    Settings.collect(options)
+    collect(options)
     # Nothing built in is a drawing of a part, so a part is an upload.
     sources = [str(folder.input_path(one.input)) for one in parts] or [folder.source(word) for word in task.inputs]
     if parts and any(source.lower().endswith(".csv") for source in sources):
@@ -132,7 +133,7 @@ def _drawn_sheets(task: Task, folder: Folder) -> dict[str, str]:
     if task.command != "nest" or sheet is None:
         return {}
     open_ = {folder.input_path(one.input).name: one.input for one in parts_of(task)}
-    names = [word.name for word in NestOptions(sheet=sheet).sheets if word.size is None]
+    names = [word.name for word in map(parse_sheet, split_names(sheet)) if word.size is None]
     for name in names:
         if name not in open_:
             raise OptionError(f"--sheet: no drawing '{shown(name)}' is open here; open it, or give a size")

@@ -16,8 +16,9 @@ from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Toolpath
-from leafcut.options import DrillOptions, PocketOptions, PostOptions
+from leafcut.options import JobOptions, PostOptions
 from leafcut.post.writer import write_program
+from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.arcs import fitted
 from leafcut.processes.pocket.plan.region import centre_regions
 from leafcut.processes.pocket.plan.rules import milling_data
@@ -46,7 +47,7 @@ def path() -> Toolpath:
     rings = PocketPath("rings", (PocketPiece(Polyline.of_points(points)),))
     clearing = Clearing(region, rough.polygon, fitted(rings, 0.01), fitted(wall_passes(region, rough.polygon), 0.01))
     options = PocketOptions(tool_diameter=10.0, milling_feed=800 / 60)
-    data = milling_data(options, DrillOptions(spindle_speed=3000.0), RULES, MACHINE)[0]
+    data = milling_data(options, JobOptions(spindle_speed=3000.0), RULES, MACHINE)[0]
     return lay_pockets([clearing], PocketHeights((-2.0, -4.0), 10.0, 2.0), data, MACHINE)[0]
 
 

@@ -6,23 +6,33 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from leafcut.model.outcome import Outcome
-from leafcut.model.part import Part
-from leafcut.options import DrillOptions, Settings
-from leafcut.processes.base import PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of
-from leafcut.processes.course import Run
-from leafcut.processes.drilling.model import DrillingDetail
+from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings
+from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
+from leafcut.processes.drilling.options import DrillOptions
 
 if TYPE_CHECKING:
+    from leafcut.model.outcome import Outcome
+    from leafcut.model.part import Part
+    from leafcut.processes.course import Run
+    from leafcut.processes.drilling.model import DrillingDetail
     from leafcut.read.format import Source
 
 _MAIN = ("machine", "thickness", "depth", "tools", "retract", "peck")
+#: What the form shows of the job below its main group, around the options of drilling.
+_DEPTHS = ("depth_to", "break_through", "clearance_height", "retract_height", "tool_change_height", "keep_out")
+_REST = ("cycle", "dwell", "feed", "spindle_speed", "diameter_tolerance", "centre_drill")
+_WAY = ("start_point", "end_point", "hole_order")
 
 
 class Drilling(Process):
     """Holes and slots of a drawing, of a drill file, or of several drill files of one board."""
 
     name = "drill"
+    title = "drilling"
+    options = (DrillOptions,)
+    uses = use(ReadOptions) | use(MachineOptions) | ORDERED | WRITTEN
+    uses |= use(JobOptions, but=("material", "keep_order"))
+    otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012  # the protocol says that it is of the class
     asked_as = ("drill",)
     reads = "drawing"
     by_itself = True
@@ -30,7 +40,7 @@ class Drilling(Process):
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
-        ("drill", all_of(DrillOptions, _MAIN)),
+        ("drill", (*_DEPTHS, *_REST, *_WAY)),
         ("read", ("units", "layers", "min_diameter", "max_diameter", "merge_tolerance", "concentric", "strict")),
         ("place", (*PLACE, "work_offset")),
         ("post", (*POST, "coolant")),
@@ -45,7 +55,7 @@ class Drilling(Process):
 
     def reads_besides(self, settings: Settings) -> list[Path]:
         """Return the tool library and the order file."""
-        return [file for file in (settings.drill.tools, settings.drill.hole_order) if file is not None]
+        return [file for file in (settings.job.tools, settings.of(DrillOptions).hole_order) if file is not None]
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the holes and slots, as they are placed."""

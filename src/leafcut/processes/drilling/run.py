@@ -21,6 +21,7 @@ from leafcut.model.toolpath import Toolpath
 from leafcut.options import SolveOptions, flag_name
 from leafcut.processes.course import Run, check_words_used, machine_issues, refuse, share
 from leafcut.processes.drilling.model import DrillingDetail
+from leafcut.processes.drilling.options import DrillOptions
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -38,11 +39,12 @@ def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
     parts = [read(source, run.settings.read, run.looking("reading")) for source in sources]
     part = parts[0] if len(parts) == 1 else join_drill_files(parts, run.settings.read)
     part = placed(part, run.settings.read)
-    tools = run.settings.drill.tools
-    plan = plan_drilling(part, run.machine, load_tools(tools, run.machine.units) if tools else None, run.settings.drill)
+    job = run.settings.job
+    library = load_tools(job.tools, run.machine.units) if job.tools else None
+    plan = plan_drilling(part, run.machine, library, job, run.settings.of(DrillOptions))
     for name in ("feed", "spindle_speed"):
         if name in run.settings.asked and not any(tool.assumed for tool in plan.tools):
-            raise OptionError(f"{flag_name(name)}: every tool of {tools} has its own; leave it out")
+            raise OptionError(f"{flag_name(name)}: every tool of {job.tools} has its own; leave it out")
     return plan
 
 
@@ -82,7 +84,7 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
     measures = [measure(path, run.machine, start=plan.start) for path in paths]
     costs = [m.time_s if run.settings.solve.objective == "time" else m.travel_mm for m in measures]
     winner = int(np.argmin(costs))
-    free = run.settings.solve.algorithm not in ("nn", "none") and run.settings.drill.hole_order is None
+    free = run.settings.solve.algorithm not in ("nn", "none") and run.settings.of(DrillOptions).hole_order is None
     if free and costs[winner] < costs[2]:
         # No tool's path is longer than theirs, but where one tool ends the next begins: all together may be.
         solutions = _restated(run, plan, plans[winner], solutions, ("none", "nn")[winner])
@@ -157,7 +159,7 @@ def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions) -> list[
         used += found.seconds
         return found
 
-    wanted = {} if options.algorithm == "nn" else wanted_nodes(plan, run.settings.drill.hole_order)
+    wanted = {} if options.algorithm == "nn" else wanted_nodes(plan, run.settings.of(DrillOptions).hole_order)
     if wanted:
         return _as_wanted(run, plan, problems, wanted, partial(search, options=options))
     stages = [

@@ -10,6 +10,7 @@ from leafcut.files import check_output, write_together
 from leafcut.model.heartbeat import Progress
 from leafcut.model.nest import NestOutcome
 from leafcut.options import Settings
+from leafcut.processes.nesting.options import NestOptions
 
 
 def nest(
@@ -30,10 +31,11 @@ def nest(
     lists = [name for word in words for name in (word, word.rpartition(":")[0]) if name]
     inputs = [*beside, *lists, *(one.file for one in wanted)]
     check_output(output, inputs)
-    if settings.nest.remnants_out is not None:
-        check_output(settings.nest.remnants_out / "rest.dxf", inputs)  # before any work: the folder is there
+    options = settings.of(NestOptions)
+    if options.remnants_out is not None:
+        check_output(options.remnants_out / "rest.dxf", inputs)  # before any work: the folder is there
     outcome, texts = nest_drawings(wanted, settings, output, progress=progress, cancelled=cancelled)
-    sheets = [word.name for word in settings.nest.sheets if word.size is None]
+    sheets = [word.name for word in options.sheets if word.size is None]
     for name in texts:
         check_output(name, [*inputs, *sheets])
     write_together(texts)

@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import OptionError
-from leafcut.model.outcome import Outcome
-from leafcut.model.part import Part
-from leafcut.options import Settings, SheetOptions
-from leafcut.processes.base import Process, all_of
-from leafcut.processes.course import Run
+from leafcut.options import CutDataOptions, MachineOptions, ReadOptions, Settings, SheetOptions, SolveOptions
+from leafcut.processes.base import Process, all_of, use
 from leafcut.processes.cutting_machines import for_cutting
+from leafcut.processes.nesting.options import NestOptions
 
 if TYPE_CHECKING:
+    from leafcut.model.outcome import Outcome
+    from leafcut.model.part import Part
+    from leafcut.processes.course import Run
     from leafcut.read.format import Source
 
 
@@ -21,6 +22,11 @@ class Nesting(Process):
     """Parts and quantities, laid on sheets."""
 
     name = "nest"
+    title = "nesting"
+    options = (NestOptions,)
+    uses = use(ReadOptions, "units", "layers", "strict") | use(SheetOptions) | use(MachineOptions, "machine")
+    uses |= use(CutDataOptions, "cut_process")
+    uses |= use(SolveOptions, "preset", "time_limit", "iterations", "seed", "threads")
     command = "nest"
     offered_with = "cut"
     form = (

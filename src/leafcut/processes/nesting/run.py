@@ -17,17 +17,11 @@ from leafcut.errors import OptionError, PlanError, VerifyError, shown
 from leafcut.model.heartbeat import Look, Progress, looking_for
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Remnant, Stock
-from leafcut.options import (
-    LARGEST_SHEET,
-    NestOptions,
-    ReadOptions,
-    Settings,
-    SheetOptions,
-    SheetWord,
-    SolveOptions,
-    parse_angles,
-)
+from leafcut.options import ReadOptions, Settings, SheetOptions, SolveOptions
+from leafcut.options.sheet_word import LARGEST_SHEET, SheetWord
 from leafcut.processes.cutting_machines import for_cutting
+from leafcut.processes.nesting.options import NestOptions
+from leafcut.units import parse_angles
 
 if TYPE_CHECKING:
     from leafcut.model.sheet import Sheet
@@ -161,11 +155,12 @@ def nest_drawings(
     if output and Path(output).suffix.lower() != ".dxf":
         raise OptionError(f"--output: nested sheets are written as DXF; name a .dxf, not '{Path(output).name}'")
     settings, parts, stocks, issues = _read(wanted, settings, progress)
-    outcome = nest(parts, settings.nest, settings.solve, stocks=stocks, progress=progress, cancelled=cancelled)
+    options = settings.of(NestOptions)
+    outcome = nest(parts, options, settings.solve, stocks=stocks, progress=progress, cancelled=cancelled)
     files, texts = _drawn(outcome, Path(output), settings) if output else ((), {})
     remnants: tuple[Remnant, ...] = ()
-    if settings.nest.remnants_out is not None:
-        remnants, drawn = _remnants(outcome, Path(output or "sheet.dxf").stem, settings.nest)
+    if options.remnants_out is not None:
+        remnants, drawn = _remnants(outcome, Path(output or "sheet.dxf").stem, options)
         texts |= drawn
     every = (*dict.fromkeys(issues), *outcome.issues)
     # What is not made comes first.
@@ -201,7 +196,7 @@ def _read(
     settings, issues, stocks = _sheets_at_hand(settings, loaded, looking_for(progress, "reading"))
     parts: list[NestPart] = []
     for one in wanted:
-        angles = parse_angles(one.rotations, "rotations") if one.rotations else settings.nest.angles
+        angles = parse_angles(one.rotations, "rotations") if one.rotations else settings.of(NestOptions).angles
         if is_strip_instance(one.file):
             turned = bool(one.rotations) or "rotations" in settings.given
             parts += read_strip_instance(loaded(one.file), one.quantity, angles, turned)
@@ -240,18 +235,18 @@ def _sheets_at_hand(
     """
     from leafcut.read.machine import load_machine
 
-    machine = load_machine(for_cutting(settings).machine.machine)
+    options, machine = settings.of(NestOptions), load_machine(for_cutting(settings).machine.machine)
     reach = [high - low for low, high in zip(machine.travel_min[:2], machine.travel_max[:2], strict=True)]
     if "sheet" not in settings.given:
         sides = [SHEET_STEP * max(math.floor(side / SHEET_STEP), 1) for side in reach]
         size = "x".join(f"{side:g}" for side in sides)
-        settings = replace(settings, nest=replace(settings.nest, sheet=(size,)))
-        return settings, [], sized_sheets(settings.nest)
+        options = replace(options, sheet=(size,))
+        return settings.but(options), [], sized_sheets(options)
     stocks = [
-        _remnant(word, loaded(word.name), settings.nest.margin, look)
+        _remnant(word, loaded(word.name), options.margin, look)
         if word.size is None
         else Stock(*word.size, word.count, word.price, (), word.name)
-        for word in settings.nest.sheets
+        for word in options.sheets
     ]
     issues = []
     for stock in stocks:
@@ -331,8 +326,9 @@ def _drawn(
     from leafcut.processes.nesting.post import write_layout
 
     files, texts = [], {}
-    for number, one in enumerate(outcome.nests if settings.nest.all_variants else outcome.nests[:1], 1):
-        stem = output.stem + (f"_v{number}" if settings.nest.all_variants else "")
+    every = settings.of(NestOptions).all_variants
+    for number, one in enumerate(outcome.nests if every else outcome.nests[:1], 1):
+        stem = output.stem + (f"_v{number}" if every else "")
         ends = [f"_{k}" for k in range(1, len(one.layouts) + 1)] if len(one.layouts) > 1 else [""]
         names = [str(output.with_name(f"{stem}{end}.dxf")) for end in ends]
         for name, layout in zip(names, one.layouts, strict=True):

@@ -5,14 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from leafcut.model.outcome import Outcome
-from leafcut.model.part import Part
-from leafcut.options import PocketOptions, Settings
-from leafcut.processes.base import PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of
-from leafcut.processes.course import Run
-from leafcut.processes.pocket.model import PocketDetail
+from leafcut.options import (
+    FireflyOptions,
+    JobOptions,
+    MachineOptions,
+    PocketDrawingOptions,
+    ReadOptions,
+    Settings,
+    SheetOptions,
+)
+from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, all_of, use
+from leafcut.processes.pocket.options import PocketOptions
 
 if TYPE_CHECKING:
+    from leafcut.model.outcome import Outcome
+    from leafcut.model.part import Part
+    from leafcut.processes.course import Run
+    from leafcut.processes.pocket.model import PocketDetail
     from leafcut.read.format import Source
 
 _MAIN = ("machine", "tool_diameter", "depth", "strategy", "milling", "stock", "pixel_size")
@@ -23,6 +32,13 @@ class Pocketing(Process):
     """Pockets with islands, of a drawing or of a picture."""
 
     name = "pocket"
+    title = "milling pockets"
+    options = (PocketOptions,)
+    uses = use(ReadOptions, "units", "layers", *PLACE, "strict") | use(SheetOptions, "join_tolerance", "open_paths")
+    uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions, but=("keep_order",)) | ORDERED | WRITTEN
+    #: Whatever the algorithm is, fireflies may order the grid: every strategy is tried.
+    uses |= dict.fromkeys(use(FireflyOptions), "")
+    otherwise = {"thickness": "--depth says how deep the pocket is"}  # noqa: RUF012  # the protocol says that it is of the class
     asked_as = ("pocket",)
     reads = "drawing"
     by_itself = True
@@ -30,7 +46,7 @@ class Pocketing(Process):
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
-        ("pocket", ("tools", *all_of(PocketOptions, _MAIN), "material")),
+        ("pocket", ("tools", *all_of(PocketOptions, _MAIN), *all_of(PocketDrawingOptions, _MAIN), "material")),
         ("place", (*PLACE, *_PLACES)),
         ("read", ("units", "layers", "join_tolerance", "strict")),
         ("post", (*POST, "coolant")),
@@ -48,4 +64,4 @@ class Pocketing(Process):
         from leafcut.processes.placing import placed
         from leafcut.read import read_pockets
 
-        return placed(read_pockets(source, settings.read, settings.pocket, settings.sheet), settings.read)
+        return placed(read_pockets(source, settings.read, settings.pocket_drawing, settings.sheet), settings.read)

@@ -10,6 +10,7 @@ from leafcut.model.issue import Issue
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.course import refuse
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes
+from leafcut.processes.pocket.options import PocketOptions
 
 if TYPE_CHECKING:
     from leafcut.stock.removal import Removal
@@ -109,7 +110,7 @@ def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
     issues = []
     for number, found in removed:
         share = 100.0 * found.uncovered.area / found.reachable.area if found.reachable.area > 0.0 else 0.0
-        if share <= job.run.settings.pocket.uncovered_tolerance:
+        if share <= job.run.settings.of(PocketOptions).uncovered_tolerance:
             continue
         left = sorted(polygons(found.uncovered), key=lambda piece: -piece.area)
         points = [piece.representative_point() for piece in left[:NAMED_PLACES]]

@@ -33,6 +33,7 @@ from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.course import Run, check_words_used, machine_issues, refuse
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes
 from leafcut.processes.pocket.model import PocketDetail
+from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.proving import prove_pockets, write_pockets
 
 if TYPE_CHECKING:
@@ -112,23 +113,25 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
 
     settings = run.settings
     mill = _library_mill(run)
-    options = settings.pocket if mill is None else replace(settings.pocket, tool_diameter=mill.diameter)
+    options = settings.of(PocketOptions)
+    if mill is not None:
+        options = replace(options, tool_diameter=mill.diameter)
     rules = rules_of(options)
-    levels = levels_of(settings.drill, options)
-    data, issues = milling_data(options, settings.drill, rules, run.machine, mill, settings.cut.material)
-    part = read_pockets(source, settings.read, settings.pocket, settings.sheet, run.looking("reading"))
+    levels = levels_of(settings.job, options)
+    data, issues = milling_data(options, settings.job, rules, run.machine, mill)
+    part = read_pockets(source, settings.read, settings.pocket_drawing, settings.sheet, run.looking("reading"))
     part = placed(part, settings.read)
     heights = PocketHeights(
         levels=levels,
-        clearance=settings.drill.clearance_height,
-        retract=settings.drill.retract_height,
-        always_clearance=settings.drill.retract == "initial",
-        end=_xy(settings.drill.end_point),
-        zones=parse_zones(settings.drill.keep_out),
+        clearance=settings.job.clearance_height,
+        retract=settings.job.retract_height,
+        always_clearance=settings.job.retract == "initial",
+        end=_xy(settings.job.end_point),
+        zones=parse_zones(settings.job.keep_out),
     )
     words = dialect(settings.post.dialect or run.machine.controller)
     check_words_used(settings, run.machine, words)
-    job = PocketJob(run, part, rules, heights, data, words, _xy(settings.drill.start_point))
+    job = PocketJob(run, part, rules, heights, data, words, _xy(settings.job.start_point))
     return job, [*part.issues, *issues]
 
 
@@ -137,11 +140,14 @@ def _library_mill(run: Run) -> Tool | None:
     from leafcut.processes.pocket.plan.tool import library_mill
     from leafcut.read.tools import load_tools
 
-    drill = run.settings.drill
-    if drill.tools is None:
+    job = run.settings.job
+    if job.tools is None:
         return None
     return library_mill(
-        load_tools(drill.tools, run.machine.units), run.settings.pocket, drill.diameter_tolerance, drill.depth
+        load_tools(job.tools, run.machine.units),
+        run.settings.of(PocketOptions),
+        job.diameter_tolerance,
+        job.depth,
     )
 
 
@@ -178,7 +184,7 @@ def _cleared(job: PocketJob, one: Pocket, number: int) -> tuple[_Cleared, list[I
     ways: dict[str, list[Clearing]] = {}
     job = _with_share(job, len(regions))
     several = f"pocket {number + 1}: " if len(job.part.pockets) > 1 else ""
-    asked = job.run.settings.pocket.strategy
+    asked = job.run.settings.of(PocketOptions).strategy
     ways_tried = [way for way in WAYS if asked in ("best", way.name)]
     for place, way in enumerate(ways_tried):
         job.run.tell(f"{several}{way.name}", None, (number + place / len(ways_tried)) / len(job.part.pockets))
@@ -196,9 +202,8 @@ def _with_share(job: PocketJob, regions: int) -> PocketJob:
     if solve.time_limit is None:
         return job
     limit = max(solve.time_limit / (SEARCHES * regions * len(job.part.pockets)), 0.001)
-    return replace(
-        job, run=replace(job.run, settings=replace(job.run.settings, solve=replace(solve, time_limit=limit)))
-    )
+    settings = job.run.settings.but(replace(solve, time_limit=limit))
+    return replace(job, run=replace(job.run, settings=settings))
 
 
 def _tried(
@@ -209,7 +214,7 @@ def _tried(
     from leafcut.processes.pocket.measures import measure_path
     from leafcut.stock.removal import engaged_way
 
-    if job.run.cancelled.is_set() and way.name not in (*USUAL, job.run.settings.pocket.strategy):
+    if job.run.cancelled.is_set() and way.name not in (*USUAL, job.run.settings.of(PocketOptions).strategy):
         return PocketResult(way.name, refused="stopped before it was tried"), []
     try:
         clearings = [_clearing(job, way, region, roughed) for region in regions]
@@ -265,7 +270,7 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
     PlanError
         The strategy asked for is refused or does more than it may, or none has a path without a gouge.
     """
-    options = job.run.settings.pocket
+    options = job.run.settings.of(PocketOptions)
     name = one.label
     if options.strategy != "best":
         found = {r.strategy: (k, r) for k, r in enumerate(results)}.get(options.strategy)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.model.pocket import PocketPath
 from leafcut.processes.course import Run
+from leafcut.processes.pocket.options import PocketOptions
 
 if TYPE_CHECKING:
     from leafcut.geometry.polyline import Points
@@ -53,7 +54,7 @@ def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
 def _zigzag(region: CentreRegion, run: Run) -> PocketPath:
     from leafcut.processes.pocket.plan.zigzag import zigzag
 
-    options, wide = run.settings.pocket, _too_wide(region)
+    options, wide = run.settings.of(PocketOptions), _too_wide(region)
     return zigzag(_planned(region), options.zigzag_angle, options.finishing_pass, _clock(run), wide)
 
 
@@ -87,10 +88,10 @@ def _grid(name: str) -> Strategy:
         from leafcut.processes.pocket.plan.grid import grid_problem, lay_grid
         from leafcut.solve.solve import solve
 
-        settings = run.settings
-        problem, context = grid_problem(region, finish=settings.pocket.finishing_pass)
+        settings, asked = run.settings, run.settings.of(PocketOptions)
+        problem, context = grid_problem(region, finish=asked.finishing_pass)
         options = replace(settings.solve, bound=False, target_gap=None)
-        if settings.pocket.strategy != name:
+        if asked.strategy != name:
             # To stand beside the others a short search will do: it is within a few thousandths of a long one.
             options = replace(options, preset="fast")
         ants = options.algorithm if options.algorithm in ANTS else "auto"

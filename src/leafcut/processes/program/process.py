@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from leafcut.files import check_is_text
-from leafcut.model.outcome import Outcome
-from leafcut.model.part import Part
-from leafcut.options import Settings
-from leafcut.processes.base import SEARCH, SEARCH_MORE, Process
-from leafcut.processes.course import Run
-from leafcut.processes.program.model import ProgramDetail
+from leafcut.options import JobOptions, MachineOptions, PostOptions, ReadOptions, Settings
+from leafcut.processes.base import LOOKED_UP, ORDERED, SEARCH, SEARCH_MORE, Process, use
+from leafcut.processes.program.options import ResequenceOptions
 
 if TYPE_CHECKING:
+    from leafcut.model.outcome import Outcome
+    from leafcut.model.part import Part
+    from leafcut.processes.course import Run
+    from leafcut.processes.program.model import ProgramDetail
     from leafcut.read.format import Source
 
 
@@ -21,6 +22,21 @@ class ForeignProgram(Process):
     """A G-code program of any CAM."""
 
     name = "program"
+    title = "a G-code program"
+    options = (ResequenceOptions,)
+    uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | LOOKED_UP | ORDERED
+    uses |= use(JobOptions, "keep_out", "start_point", "keep_order", tools="keep_out", clearance_height="keep_out")
+    uses |= use(PostOptions, "dialect", "header")
+    otherwise = {  # noqa: RUF012  # the protocol says that it is of the class
+        "output_units": "a program keeps its own units",
+        "line_numbers": "--renumber gives new numbers to the blocks that have one",
+        "coolant": "a program keeps its own coolant",
+        "depth": "a program keeps its own depths",
+        "program_number": "a program keeps its own number",
+        "origin": "a program stays where it is; set the work offset on the machine",
+        "mirror": "mirror the drawing, or in the CAM, which knows leads and climb milling",
+        "rotate": "turn the drawing, or in the CAM, or by the machine's work offset",
+    }
     asked_as = ("drill", "mill", "laser", "plasma")
     reads = "program"
     by_itself = True

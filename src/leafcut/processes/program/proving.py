@@ -16,6 +16,7 @@ from leafcut.model.obstacles import Obstacles
 from leafcut.model.sequence import Section, Sequence
 from leafcut.processes.course import Run
 from leafcut.processes.keep_out import meetings, reach_of
+from leafcut.processes.program.options import ResequenceOptions
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -75,7 +76,7 @@ def write_proved(
     free = {number for number, order in enumerate(orders) if order is not None}
     kept: dict[int, str] = {}
     trials = 0
-    while obstacles is not None or not run.settings.resequence.keep_order:
+    while obstacles is not None or not run.settings.job.keep_order:
         trials += 1
         try:
             found = writer.proved(writer.in_order([order if k in free else None for k, order in enumerate(orders)]))
@@ -124,7 +125,7 @@ class _OrderWriter:
         given = zip(sections, orders, strict=True)
         own = [np.arange(len(s.chains), dtype=np.int32) if order is None else order for s, order in given]
         try:
-            options = self.run.settings.resequence
+            options = self.run.settings.of(ResequenceOptions)
             return rewrite(
                 self.original,
                 self.sequence,
@@ -149,7 +150,7 @@ class _OrderWriter:
             new = self._read(text)
         except ReadError as problem:
             raise _Refused(str(problem), set()) from None
-        either_way = settings.resequence.allow_reverse
+        either_way = settings.of(ResequenceOptions).allow_reverse
         beyond = None if self.obstacles is None else reach_of(self.obstacles)
         certificate = certify(
             self.original, new, machine=self.run.machine, allow_reverse=either_way, beyond=beyond, look=look

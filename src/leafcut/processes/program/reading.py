@@ -145,7 +145,7 @@ def _other_machine(settings: Settings, name: str) -> tuple[Machine, Dialect]:
     """Return another machine than the one that nobody has named, and its dialect."""
     from leafcut.gcode.dialects import dialect
 
-    machine = machine_of(replace(settings, machine=replace(settings.machine, machine=name)))
+    machine = machine_of(settings.but(replace(settings.machine, machine=name)))
     return machine, dialect(machine.controller)
 
 
@@ -214,7 +214,7 @@ def _with_machine_feeds(text: str, settings: Settings, words: Dialect) -> tuple[
                 )
         return text, {}, []
     issues: list[Issue] = []
-    feed = settings.cut.cut_speed
+    feed = settings.cut_data.cut_speed
     if feed is None:
         feed, whose = _chart_feed(settings)
         said = f"{word}: the feed of the controller's material is counted as {feed * SECONDS_PER_MINUTE:,.0f} mm/min"
@@ -227,7 +227,8 @@ def _chart_feed(settings: Settings) -> tuple[float, str]:
     """Return the speed of the cut chart, mm/s, and of what it is."""
     from leafcut.read.cutchart import find_cut_data, load_chart
 
-    options, thickness = settings.cut, settings.drill.thickness or _USUAL_THICKNESS
+    options, job = settings.cut_data, settings.job
+    thickness = job.thickness or _USUAL_THICKNESS
     rows = load_chart(options.chart)
-    data, _ = find_cut_data(rows, options.cut_process or "plasma", options.material, thickness, options.amps)
-    return data.feed, f"the cut chart's for {thickness:g} mm of {options.material.replace('_', ' ')}"
+    data, _ = find_cut_data(rows, options.cut_process or "plasma", job.material, thickness, options.amps)
+    return data.feed, f"the cut chart's for {thickness:g} mm of {job.material.replace('_', ' ')}"

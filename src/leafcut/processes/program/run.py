@@ -26,6 +26,7 @@ from leafcut.model.toolpath import PLACES, STILL, Kind, Toolpath, arc_sweep, pos
 from leafcut.processes.course import Run, machine_issues, share
 from leafcut.processes.keep_out import obstacles_of
 from leafcut.processes.program.model import ProgramDetail
+from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.proving import Orders, write_proved
 
 if TYPE_CHECKING:
@@ -127,7 +128,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             certificate=proved.certificate,
             barriers=sum(isinstance(item, Kept) and item.reason != "" for item in sequence.items),
             pieces=count_pieces(sequence),
-            staying=grouped(sequence, refused, run.settings.resequence.keep_order),
+            staying=grouped(sequence, refused, run.settings.job.keep_order),
         ),
         encoding=encoding,
         options=run.settings.changed(),
@@ -159,7 +160,7 @@ def _planned(run: Run, original: Program, process: str, began: float) -> Sequenc
     from leafcut.processes.program.plan.resequencing import all_stay, find_sequence
     from leafcut.processes.program.plan.sections.program_rows import known_process
 
-    options, limit = run.settings.resequence, run.settings.solve.time_limit
+    options, limit = run.settings.of(ResequenceOptions), run.settings.solve.time_limit
     tell = run.looking("finding what may change places")
 
     def look() -> None:
@@ -188,7 +189,7 @@ def _with_time_left(run: Run, used: float) -> Run:
     if limit is None:
         return run
     search = replace(run.settings.solve, time_limit=max(limit - used, 0.1 * limit, 0.001))
-    return replace(run, settings=replace(run.settings, solve=search))
+    return replace(run, settings=run.settings.but(search))
 
 
 def _solve_sections(
@@ -204,7 +205,7 @@ def _solve_sections(
     from leafcut.solve.solve import solve
 
     settings = run.settings
-    if settings.resequence.keep_order or not sequence.sections:
+    if settings.job.keep_order or not sequence.sections:
         return [None for _ in sequence.sections]
     stages: list[Stage] = []
     goes = True
@@ -242,7 +243,7 @@ def _solve_sections(
 
 def _stands(run: Run, original: Program, sequence: Sequence) -> tuple[Point | None, Point | None]:
     """Return where the tool stands before the program moves it, and the same if the first section begins there."""
-    start = run.settings.drill.start_point
+    start = run.settings.job.start_point
     if start is None or not sequence.sections:
         return None, None
     path = original.path
@@ -256,7 +257,7 @@ def _stands(run: Run, original: Program, sequence: Sequence) -> tuple[Point | No
 def _offers(run: Run, sequence: Sequence) -> list[Issue]:
     """Return what another option would save."""
     changes = sequence.mergeable
-    if not changes or run.settings.resequence.keep_order:
+    if not changes or run.settings.job.keep_order:
         return []
     seconds = changes * run.machine.tool_change_s
     said = f"--merge-tools would save {changes} change{'s'[: changes != 1]} of tool"

@@ -33,7 +33,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
     look = looking_for(progress, "reading")
     read = read_foreign(read_program(program), str(program), settings, machine, words, look)
     _check_lifts(settings, read.words)
-    run, unknown = _as_run(read.program, read.words, settings.drill.clearance_height)
+    run, unknown = _as_run(read.program, read.words, settings.job.clearance_height)
     # From where `optimize` counts, too, unless `--start-point` says otherwise.
     cost = measure(run, read.machine, start=(0.0, 0.0))
     issues = (*read.dangers, *read.issues, *unknown)

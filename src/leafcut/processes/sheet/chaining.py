@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from leafcut.processes.sheet.job import Job
+from leafcut.processes.sheet.options import CutOptions
 
 if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.chains.chain_starts import Chain
@@ -30,11 +31,11 @@ def chained(job: Job) -> tuple[Cutting, float]:
     from leafcut.processes.sheet.plan.cutting import bands
 
     run, cutting, plan, settings = job.run, job.cutting, job.plan, job.run.settings
-    keep = settings.resequence.keep_order
+    options, keep = settings.of(CutOptions), settings.job.keep_order
     planned = [] if plan is None else planned_chains(cutting, plan, everything=keep)
-    if not settings.cut.chains or settings.resequence.keep_order or settings.solve.algorithm == "none":
+    if not options.chains or keep or settings.solve.algorithm == "none":
         return with_chains(cutting, planned), 0.0
-    blocks = chain_blocks(cutting, bands(cutting, settings.cut), planned)
+    blocks = chain_blocks(cutting, bands(cutting, options), planned)
     seconds, total = 0.0, sum(map(len, blocks))
     chains = planned
     for block in blocks:
@@ -50,7 +51,8 @@ def _search(job: Job, block: list[int], before: Sequence[Chain], part: float) ->
     from leafcut.solve.solve import solve
 
     run, cutting, settings = job.run, job.cutting, job.run.settings
-    found = chain_problem(cutting, settings.cut, job.overhead, min(run.machine.rapid_velocity[:2]), block)
+    rules = settings.of(CutOptions)
+    found = chain_problem(cutting, rules, job.overhead, min(run.machine.rapid_velocity[:2]), block)
     if found is None:
         return [], 0.0
     options = replace(settings.solve, bound=False, algorithm="auto")
@@ -59,4 +61,4 @@ def _search(job: Job, block: list[int], before: Sequence[Chain], part: float) ->
         options = replace(options, time_limit=max(seconds, 0.001))
     tell = run.passing_on("joining cuts", 0.0, 1.0)
     solution = solve(found.problem, options, settings.aco, progress=tell, cancelled=run.cancelled)
-    return chains_of(cutting, found, [int(n) for n in solution.nodes], settings.cut, before), solution.seconds
+    return chains_of(cutting, found, [int(n) for n in solution.nodes], rules, before), solution.seconds

@@ -13,9 +13,9 @@ from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.options import CutOptions
 from leafcut.processes.course import Run, check_words_used, refuse
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
+from leafcut.processes.sheet.options import CutOptions
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -87,33 +87,34 @@ def prepared(run: Run, source: Source) -> tuple[Job, list[Issue]]:
     from leafcut.timing.travel import travel_metric
 
     settings = run.settings
+    options = settings.of(CutOptions)
     run.tell("reading")
     data, issues = _cut_data(run)
-    issues += _joint_issues(data, settings.cut)
+    issues += _joint_issues(data, options)
     words = dialect(settings.post.dialect or run.machine.controller)
     _check_dialect(words, data.process)
     check_words_used(settings, run.machine, words)
-    probe = probe_for(run.machine, words, settings.cut)
+    probe = probe_for(run.machine, words, options)
     if words.torch is not None and not words.torch.waits and not words.moves_z:
-        if settings.cut.pierce_delay:
+        if options.pierce_delay:
             raise OptionError(f"{words.name} has no wait for the pierce; leave out --pierce-delay")
         data = replace(data, pierce_delay=0.0)  # a beam that is dark while the machine stands pierces as it goes
-    rules = resolve_rules(data, settings.cut, switches=switches(words), max_feed=run.machine.max_feed)
+    rules = resolve_rules(data, options, switches=switches(words), max_feed=run.machine.max_feed)
     part, sheet = _sheet(run, source)
-    sheet = with_options(sheet, settings.cut, parse_zones(settings.drill.keep_out))
+    sheet = with_options(sheet, options, parse_zones(settings.job.keep_out))
     if rules.compensation == "geometry" and data.can_pierce:
         sheet, narrow = on_their_middle(sheet, data.kerf)
         issues += narrow
     refuse(check_envelope(_bounds(sheet), run.machine))
     marks = any(c.contour.kind == "mark" for c in sheet.contours)
-    check_words(words, settings.post, marks=marks, compensates=settings.cut.compensation == "controller")
-    plan = load_plan(settings.cut.plan) if settings.cut.plan else None
+    check_words(words, settings.post, marks=marks, compensates=options.compensation == "controller")
+    plan = load_plan(options.plan) if options.plan else None
     run.tell("looking for places to pierce")
     cutting = prepare_cutting(sheet, rules)
     if plan is not None:
-        cutting = follow_plan(cutting, plan, everything=settings.resequence.keep_order)
+        cutting = follow_plan(cutting, plan, everything=settings.job.keep_order)
         issues += _plan_issues(plan, data)
-    start = corner_point(sheet, settings.cut.start_corner) or _xy(settings.drill.start_point)
+    start = corner_point(sheet, options.start_corner) or _xy(settings.job.start_point)
     job = Job(
         run=run,
         part=part,
@@ -122,13 +123,13 @@ def prepared(run: Run, source: Source) -> tuple[Job, list[Issue]]:
         metric=travel_metric(run.machine, settings.solve.objective),
         overhead=_overhead(run, data, probe) if words.moves_z else 0.0,
         start=start,
-        end=_xy(settings.drill.end_point),
+        end=_xy(settings.job.end_point),
         words=words,
         plan=plan,
         probe=probe,
         reserve=min(run.clock.elapsed(), MOST_RESERVED * (settings.solve.time_limit or 0.0)),
     )
-    issues += _register_issues(words, data, settings.cut)
+    issues += _register_issues(words, data, options)
     if settings.read.strict:
         _refuse_missing(source, (*sheet.issues, *cutting.issues))
     return job, [*sheet.issues, *issues, *cutting.issues, *_probe_issues(probe)]
@@ -171,23 +172,23 @@ def _sheet(run: Run, source: Source) -> tuple[Part, Sheet]:
 def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
     from leafcut.read.cutchart import find_cut_data, load_chart
 
-    options, thickness = run.settings.cut, run.settings.drill.thickness
+    data, options, thickness = run.settings.cut_data, run.settings.of(CutOptions), run.settings.job.thickness
     machine_kind = _KINDS.get(run.machine.process)
     if machine_kind is None:
         raise OptionError(
             f"{run.machine.name} has a spindle and cannot cut a sheet by heat or water; choose --machine "
             f'{", ".join(CUTTING_MACHINES.values())} or a profile of your own with process = "torch"'
         )
-    _check_process(options.cut_process or machine_kind, machine_kind, run.machine.name)
+    _check_process(data.cut_process or machine_kind, machine_kind, run.machine.name)
     if thickness is None:
         raise OptionError("cutting needs the sheet's thickness; give --thickness")
     return find_cut_data(
-        load_chart(options.chart),
-        options.cut_process or machine_kind,
-        options.material,
+        load_chart(data.chart),
+        data.cut_process or machine_kind,
+        run.settings.job.material,
         thickness,
-        options.amps,
-        feed=options.cut_speed,
+        data.amps,
+        feed=data.cut_speed,
         kerf=options.kerf_width,
         pierce_delay=options.pierce_delay,
         pierce_height=options.pierce_height,
@@ -306,7 +307,7 @@ def _overhead(run: Run, data: CutData, probe: Probe | None) -> float:
     """Return what each cut takes to come down, to find the sheet, and to rise, s."""
     from leafcut.timing.profile import trapezoid_time
 
-    machine, clearance = run.machine, run.settings.drill.clearance_height
+    machine, clearance = run.machine, run.settings.job.clearance_height
     velocity, acceleration = machine.rapid_velocity[2], machine.acceleration[2] * machine.acceleration_factor
     ways = [clearance - data.pierce_height, clearance - data.cut_height]
     finding = 0.0

@@ -12,6 +12,7 @@ from leafcut.errors import PlanError
 from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
 from leafcut.processes.sheet.job import Job
+from leafcut.processes.sheet.options import CutOptions
 
 if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.cutting import Cutting
@@ -47,8 +48,9 @@ def ordered(job: Job, before: list[CutStart] | None) -> tuple[list[CutStart], li
     from leafcut.processes.sheet.plan.leads.refine_starts import slide_starts
 
     run, options = job.run, job.run.settings
-    before = in_bands(job.cutting, drawing_order(job.cutting), options.cut) if before is None else before
-    if options.resequence.keep_order:
+    rules = options.of(CutOptions)
+    before = in_bands(job.cutting, drawing_order(job.cutting), rules) if before is None else before
+    if options.job.keep_order:
         return before, []
     order, solutions = _solve_bands(job, options.solve, before)
     travel = job.travel()
@@ -56,9 +58,9 @@ def ordered(job: Job, before: list[CutStart] | None) -> tuple[list[CutStart], li
         return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
     run.tell("sliding the starts")
     order = slide_starts(job.cutting, order, travel, job.start, job.end, lambda: run.left() <= 0.5 * job.reserve)
-    if options.cut.heat_distance > 0.0:
-        rule = HeatRule(options.cut.heat_distance, options.cut.heat_time)
-        order = spread_starts(job.cutting, order, rule, travel, job.start, bands(job.cutting, options.cut))
+    if rules.heat_distance > 0.0:
+        rule = HeatRule(rules.heat_distance, rules.heat_time)
+        order = spread_starts(job.cutting, order, rule, travel, job.start, bands(job.cutting, rules))
     return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
 
 
@@ -79,7 +81,7 @@ def _solve_bands(
     from leafcut.solve.solve import keep_better, solve
 
     cutting, run = job.cutting, job.run
-    groups = bands(cutting, run.settings.cut)
+    groups = bands(cutting, run.settings.of(CutOptions))
     total = left = sum(map(len, groups))
     place, solutions = job.start, list[Solution]()
     order: list[CutStart] = []

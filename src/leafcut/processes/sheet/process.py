@@ -6,18 +6,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from leafcut.model.outcome import Outcome
-from leafcut.model.part import Part
-from leafcut.options import CutOptions, Settings, SheetOptions
-from leafcut.processes.base import PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of
-from leafcut.processes.course import Run
+from leafcut.options import CutDataOptions, JobOptions, MachineOptions, PostOptions, ReadOptions, Settings, SheetOptions
+from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of, use
 from leafcut.processes.cutting_machines import for_cutting
-from leafcut.processes.sheet.model import SheetDetail
+from leafcut.processes.sheet.options import CutOptions
 
 if TYPE_CHECKING:
+    from leafcut.model.outcome import Outcome
+    from leafcut.model.part import Part
+    from leafcut.processes.course import Run
+    from leafcut.processes.sheet.model import SheetDetail
     from leafcut.read.format import Source
 
 _MAIN = ("machine", "thickness", "material", "cut_process", "chains", "common_lines")
+_JOB = ("thickness", "material", "clearance_height", "keep_out", "end_point", "keep_order")
 _PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
 
 
@@ -25,13 +27,18 @@ class SheetCutting(Process):
     """Contours of a drawing, cut from sheet by plasma, laser, flame or water."""
 
     name = "cut"
+    title = "cutting a sheet"
+    options = (CutOptions,)
+    uses = use(ReadOptions, but=("merge_tolerance", "concentric")) | use(SheetOptions) | use(MachineOptions)
+    uses |= use(JobOptions, *_JOB, start_point="start_corner=free") | use(CutDataOptions)
+    uses |= ORDERED | use(PostOptions, but=("coolant",))
     asked_as = ("cut",)
     reads = "drawing"
     asks = "cut"
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
-        ("cut", all_of(CutOptions, (*_MAIN, "save_plan"))),
+        ("cut", ("amps", "chart", "cut_speed", *all_of(CutOptions, (*_MAIN, "save_plan")))),
         ("place", (*PLACE, *_PLACES, "work_offset")),
         ("sheet", all_of(SheetOptions)),
         ("read", ("units", "layers", "min_diameter", "max_diameter", "strict")),
@@ -51,20 +58,20 @@ class SheetCutting(Process):
 
     def reads_besides(self, settings: Settings) -> list[Path]:
         """Return the cut chart and the plan file."""
-        return [file for file in (settings.cut.chart, settings.cut.plan) if file is not None]
+        return [file for file in (settings.cut_data.chart, settings.of(CutOptions).plan) if file is not None]
 
     def writes_besides(self, settings: Settings) -> list[Path]:
         """Return the plan file that is asked for."""
-        return [] if settings.cut.save_plan is None else [settings.cut.save_plan]
+        file = settings.of(CutOptions).save_plan
+        return [] if file is None else [file]
 
     def files(self, outcome: Outcome[SheetDetail], settings: Settings) -> dict[str, str]:
         """Return the plan file."""
         from leafcut.processes.sheet.plan.apply_plan_file import plan_file
         from leafcut.read.plan_file import plan_text
 
-        plan = outcome.detail.plan
-        text = plan_text(plan_file(plan.sheet, plan.data, plan.cuts)) if settings.cut.save_plan else ""
-        return {str(settings.cut.save_plan): text} if text else {}
+        plan, file = outcome.detail.plan, settings.of(CutOptions).save_plan
+        return {str(file): plan_text(plan_file(plan.sheet, plan.data, plan.cuts))} if file else {}
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the contours, as they are placed."""

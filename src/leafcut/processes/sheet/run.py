@@ -22,6 +22,7 @@ from leafcut.processes.course import Run, machine_issues, refuse
 from leafcut.processes.keep_out import meetings
 from leafcut.processes.sheet.job import Job, prepared
 from leafcut.processes.sheet.model import SheetDetail
+from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.orders import as_planned, check_precedence, nearest_order, ordered
 
 if TYPE_CHECKING:
@@ -51,9 +52,10 @@ def cut(run: Run, source: Source) -> Outcome[SheetDetail]:
     from leafcut.solve.compiling import announced
 
     job, issues = prepared(run, source)
+    options = run.settings.of(CutOptions)
     with announced(run.tell, run.clock.leave_out):
         drawn = plan_order(job.cutting, job.plan) if job.plan else drawing_order(job.cutting)
-        drawn = clear_pierces(job.cutting, in_bands(job.cutting, drawn, run.settings.cut), job.travel(), None, None)
+        drawn = clear_pierces(job.cutting, in_bands(job.cutting, drawn, options), job.travel(), None, None)
         drawn_laid = _laid(job, drawn)
         # What no order changes is known before any is sought.
         refuse(check_envelope(drawn_laid.path, run.machine))
@@ -64,17 +66,17 @@ def cut(run: Run, source: Source) -> Outcome[SheetDetail]:
     planned = as_planned(job)
     first = drawn_laid if planned is None else _laid(*planned)
     second, third = _laid(job, nearest), _laid(joined, found)
-    bound = run.settings.cut.heat_distance > 0.0 or (run.settings.cut.sweep != "free" and planned is not None)
+    bound = options.heat_distance > 0.0 or (options.sweep != "free" and planned is not None)
     searched = sum(s.seconds for s in solutions)
-    if run.settings.solve.algorithm == "auto" and not run.settings.resequence.keep_order:
+    if run.settings.solve.algorithm == "auto" and not run.settings.job.keep_order:
         met = any(a is not b for a, b in zip(found, third.order, strict=True))
         if cutting is job.cutting and planned is None and not bound and second.score(run) < third.score(run):
             third, solutions = second, []
         if met and len(found) <= MOST_AGAIN:
             third, solutions = _without_meeting(joined, third, solutions, spent + searched)
-    if not (job.words.moves_z or run.settings.resequence.keep_order or planned is not None or bound):
+    if not (job.words.moves_z or run.settings.job.keep_order or planned is not None or bound):
         third = _kept_off(joined, third)
-    if run.settings.resequence.keep_order or (third.score(run) > first.score(run) and not bound):
+    if run.settings.job.keep_order or (third.score(run) > first.score(run) and not bound):
         third, solutions = first, []
     return _outcome(job, issues, solutions, first, second, third)
 
@@ -142,7 +144,7 @@ def _laid(job: Job, order: list[CutStart]) -> _LaidOrder:
         cuts,
         job.data,
         machine,
-        clearance=settings.drill.clearance_height,
+        clearance=settings.job.clearance_height,
         end=job.end,
         switches=job.switches,
         power=settings.post.beam_power if torch is not None and torch.power else TORCH_ON,
@@ -156,7 +158,7 @@ def _laid(job: Job, order: list[CutStart]) -> _LaidOrder:
     )
     whole = measure(path, machine)
     seconds = _cut_seconds(path, rows, machine)
-    norm = cut_norm(job.cutting.sheet, cuts, seconds, whole.time_s, settings.cut, corners)
+    norm = cut_norm(job.cutting.sheet, cuts, seconds, whole.time_s, settings.of(CutOptions), corners)
     crossings, close = (None, 0) if led is None else (len(led.crossing), len(led.close))
     return _LaidOrder(CutPlan(job.cutting.sheet, job.data, cuts, norm, crossings, close), path, rows, whole, order, led)
 
@@ -183,10 +185,10 @@ def _obstacles(job: Job) -> Obstacles | None:
     """Return what is named on the sheet: crossed at the clearance height, or gone round where nobody moves Z."""
     from leafcut.processes.zones import parse_zones
 
-    zones = parse_zones(job.run.settings.drill.keep_out)
+    zones = parse_zones(job.run.settings.job.keep_out)
     if not len(zones):
         return None
-    height = job.run.settings.drill.clearance_height if job.words.moves_z else math.inf
+    height = job.run.settings.job.clearance_height if job.words.moves_z else math.inf
     return Obstacles(zones, height, dogleg=job.run.machine.rapid_style == "dogleg")
 
 
@@ -243,7 +245,7 @@ def _outcome(
 def _heat_issues(job: Job, laid: _LaidOrder) -> list[Issue]:
     from leafcut.processes.sheet.plan.heat import HeatRule, too_near
 
-    options = job.run.settings.cut
+    options = job.run.settings.of(CutOptions)
     if options.heat_distance <= 0.0:
         return []
     left = too_near(job.cutting, laid.order, HeatRule(options.heat_distance, options.heat_time))
@@ -330,14 +332,15 @@ def _verify(job: Job, laid: _LaidOrder, text: str) -> Toolpath:
 
     job.run.tell("verifying")
     settings, machine = job.run.settings, job.run.machine
+    options = settings.of(CutOptions)
     written = read_back(text, laid.plan, job.words)
     refuse(check_cut_motion(laid.path, written, job.words, settings.post.output_units))
     asked = Asked(
         half=job.cutting.rules.half,
-        joints=settings.cut.micro_joints,
-        joint_width=settings.cut.joint_width,
-        joint_holes=settings.cut.joint_holes,
-        safe_height=settings.drill.clearance_height,
+        joints=options.micro_joints,
+        joint_width=options.joint_width,
+        joint_holes=options.joint_holes,
+        safe_height=settings.job.clearance_height,
         probe=job.probe,
         power=settings.post.beam_power if job.words.torch is not None and job.words.torch.power else None,
     )

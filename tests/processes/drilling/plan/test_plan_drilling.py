@@ -12,10 +12,10 @@ import pytest
 from every import every
 from leafcut.errors import OptionError, PlanError
 from leafcut.model import Hole, Kind, Machine, Metric, Part, Recipe, Severity, Slot, Tool, ToolKind, ToolLibrary
-from leafcut.options import DrillOptions
 from leafcut.processes.drilling.plan.drill_toolpath import build_problem, drawing_order, lay_toolpath
 from leafcut.processes.drilling.plan.drilling import plan_drilling
 from leafcut.processes.zones import parse_zones
+from option_groups import drilling
 
 MILL = Machine(
     name="test mill",
@@ -38,7 +38,7 @@ FOUR = Part("four holes", tuple(Hole(x, y, 5.0) for x, y in ((0, 0), (30, 0), (3
 
 def plan(part: Part = FOUR, library: ToolLibrary | None = LIBRARY, **options: object) -> object:
     """Return the plan of a part on the test mill."""
-    return plan_drilling(part, MILL, library, DrillOptions(**{"thickness": 10.0, **options}))
+    return plan_drilling(part, MILL, library, *drilling(**{"thickness": 10.0, **options}))
 
 
 def test_a_drill_goes_through_with_its_full_diameter() -> None:
@@ -358,15 +358,15 @@ def test_a_tool_without_feed_or_speed_is_refused() -> None:
 
 def test_a_machine_without_a_spindle_does_not_drill() -> None:
     with pytest.raises(PlanError, match="has a torch"):
-        plan_drilling(FOUR, replace(MILL, process="torch"), LIBRARY, DrillOptions(thickness=1.0))
+        plan_drilling(FOUR, replace(MILL, process="torch"), LIBRARY, *drilling(thickness=1.0))
 
 
 def test_a_safe_height_of_the_machine_below_the_clearance_height_is_refused() -> None:
     """Program zero at z −95 and the machine's safe height at −90: only 5 mm over the part, below 10 mm."""
     low = replace(MILL, safe_z=-90.0, work_offset=(0.0, 0.0, -95.0))
     with pytest.raises(PlanError, match="5 mm over program zero"):
-        plan_drilling(FOUR, low, LIBRARY, DrillOptions(thickness=1.0))
-    plan_drilling(FOUR, replace(low, safe_z=-85.0), LIBRARY, DrillOptions(thickness=1.0))
+        plan_drilling(FOUR, low, LIBRARY, *drilling(thickness=1.0))
+    plan_drilling(FOUR, replace(low, safe_z=-85.0), LIBRARY, *drilling(thickness=1.0))
 
 
 def test_circles_of_absurd_size_are_drilled_only_with_a_warning_or_not_at_all() -> None:

@@ -9,8 +9,8 @@ import pytest
 
 from leafcut.errors import PlanError
 from leafcut.model import Hole, Machine, Recipe, Slot, Tool, ToolKind, ToolLibrary
-from leafcut.options import DrillOptions
 from leafcut.processes.drilling.plan.tooling import ToolChooser
+from option_groups import drilling
 
 MILL = Machine(
     name="test mill",
@@ -32,7 +32,7 @@ SHOP = ToolLibrary((CENTRE, FIVE, SIX, TAP), RECIPES, "shop.toml")
 
 
 def numbers(library: ToolLibrary | None, hole: Hole, **options: object) -> list[int]:
-    chooser = ToolChooser(library, MILL, DrillOptions(**options))
+    chooser = ToolChooser(library, MILL, *drilling(**options))
     return [step.tool.number for step in chooser.steps_for_hole(hole)]
 
 
@@ -64,40 +64,40 @@ def test_a_centre_drill_that_is_asked_for_goes_first_and_only_once() -> None:
 def test_an_assumed_drill_turns_at_twenty_metres_a_minute_within_what_the_spindle_can() -> None:
     """v = π·d·n: 20 m/min on 4 mm are 1592 rpm; on 1 mm it would be 6366, on 20 mm 318."""
     for diameter, rpm in ((4.0, round(20_000 / (math.pi * 4))), (1.0, 6000), (20.0, 500)):
-        (step,) = ToolChooser(None, MILL, DrillOptions()).steps_for_hole(Hole(0, 0, diameter))
+        (step,) = ToolChooser(None, MILL, *drilling()).steps_for_hole(Hole(0, 0, diameter))
         assert step.tool.spindle_rpm == rpm
         assert step.tool.feed == pytest.approx(min(0.02 * diameter * rpm / 60, MILL.max_feed), abs=0.1 / 60)
 
 
 def test_a_speed_and_a_feed_that_are_asked_for_stay_as_they_are() -> None:
-    (step,) = ToolChooser(None, MILL, DrillOptions(spindle_speed=9000.0, feed=7.0)).steps_for_hole(Hole(0, 0, 4.0))
+    (step,) = ToolChooser(None, MILL, *drilling(spindle_speed=9000.0, feed=7.0)).steps_for_hole(Hole(0, 0, 4.0))
     assert (step.tool.spindle_rpm, step.tool.feed) == (9000.0, 7.0)
 
 
 def test_holes_of_one_diameter_share_a_drill_and_bare_points_are_as_wide_as_the_only_drill_or_a_millimetre() -> None:
-    chooser = ToolChooser(None, MILL, DrillOptions())
+    chooser = ToolChooser(None, MILL, *drilling())
     drawn = [chooser.steps_for_hole(Hole(x, 0, d)) for x, d in enumerate((3.0, 0.0, 3.0, 1.0))]
     assert [steps[0].tool.diameter for steps in drawn] == [3.0, 1.0, 3.0, 1.0]
     assert len(chooser.chains) == 2
-    assert ToolChooser(ToolLibrary((FIVE, TAP), (), ""), MILL, DrillOptions()).point_diameter == 5.0
-    assert ToolChooser(SHOP, MILL, DrillOptions()).point_diameter == 1.0
+    assert ToolChooser(ToolLibrary((FIVE, TAP), (), ""), MILL, *drilling()).point_diameter == 5.0
+    assert ToolChooser(SHOP, MILL, *drilling()).point_diameter == 1.0
     assert any("1 points have no diameter" in issue.message for issue in chooser.issues())
 
 
 def test_a_slot_is_routed_by_a_slot_mill_of_its_width_and_by_no_drill() -> None:
     slot = Slot((1.0, 2.0), (9.0, 2.0), 5.0)
     with pytest.raises(PlanError, match="no slot mill of 5 mm for the slot at 1, 2"):
-        ToolChooser(SHOP, MILL, DrillOptions()).step_for_slot(slot)
+        ToolChooser(SHOP, MILL, *drilling()).step_for_slot(slot)
     mill = Tool(9, 5.0, ToolKind.SLOT_MILL, feed=1.0, spindle_rpm=3000)
-    assert ToolChooser(ToolLibrary((FIVE, mill), (), ""), MILL, DrillOptions()).step_for_slot(slot).tool == mill
-    assumed = ToolChooser(None, MILL, DrillOptions()).step_for_slot(slot)
+    assert ToolChooser(ToolLibrary((FIVE, mill), (), ""), MILL, *drilling()).step_for_slot(slot).tool == mill
+    assumed = ToolChooser(None, MILL, *drilling()).step_for_slot(slot)
     assert (assumed.tool.kind, assumed.tool.diameter, assumed.slots) == (ToolKind.SLOT_MILL, 5.0, True)
 
 
 def test_feeds_are_assumed_for_a_library_without_any_and_never_for_a_tap() -> None:
     still = tuple(replace(tool, feed=0.0, spindle_rpm=0.0) for tool in (FIVE, TAP))
     library = ToolLibrary(still, (Recipe(6.0, (5, 16)),), "shop.toml", without_feeds=True)
-    chooser = ToolChooser(library, MILL, DrillOptions())
+    chooser = ToolChooser(library, MILL, *drilling())
     drill, tap = (step.tool for step in chooser.steps_for_hole(Hole(0, 0, 6.0)))
     assert drill.assumed and drill.feed > 0.0 and drill.spindle_rpm > 0.0
     assert (tap.assumed, tap.feed) == (False, 0.0)

@@ -14,7 +14,7 @@ from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, NestPart, Placement, Stock
-from leafcut.options import NestOptions
+from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.nesting.plan.fill import Filling, NestTask, filled
 from leafcut.processes.nesting.plan.pieces import pieces_of
 from leafcut.processes.nesting.plan.rectangles import PlacedPiece

@@ -16,8 +16,9 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import SAME_PLACE, Pocket, PocketMeasures, PocketPath, PocketRules
 from leafcut.model.toolpath import Kind
-from leafcut.options import DrillOptions, PocketOptions
+from leafcut.options import JobOptions
 from leafcut.processes.pocket.measures import measure_path
+from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.adaptive import adaptive
 from leafcut.processes.pocket.plan.medial_axis import middle_axis
 from leafcut.processes.pocket.plan.region import centre_regions
@@ -114,7 +115,7 @@ def test_a_path_that_begins_with_a_loop_is_entered_round_and_round_it_no_steeper
     angle = math.radians(3.0)
     options = PocketOptions(tool_diameter=10.0, entry="ramp", entry_angle=angle, milling_feed=10.0)
     mill = load_machine("linuxcnc-mill")
-    data = milling_data(options, DrillOptions(spindle_speed=3000.0), rules, mill)[0]
+    data = milling_data(options, JobOptions(spindle_speed=3000.0), rules, mill)[0]
     heights = PocketHeights((-2.0, -4.0), 10.0, 2.0)
     toolpath, down = lay_pockets([Clearing(region, region.polygon, adaptive(region))], heights, data, mill)
     before, end = toolpath.before, toolpath.end

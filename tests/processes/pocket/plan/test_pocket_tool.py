@@ -11,7 +11,8 @@ from leafcut.errors import LeafcutError
 from leafcut.model.issue import Severity
 from leafcut.model.pocket import PocketRules
 from leafcut.model.tool import Tool, ToolKind, ToolLibrary
-from leafcut.options import DrillOptions, PocketOptions
+from leafcut.options import JobOptions
+from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.rules import milling_data
 from leafcut.processes.pocket.plan.tool import library_mill
 from leafcut.read.machine import load_machine
@@ -59,10 +60,10 @@ def test_a_tool_that_cannot_clear_the_pocket_is_refused_by_name_in_one_line(
 
 def test_an_option_counts_before_the_library_and_the_library_before_what_is_assumed() -> None:
     rules = PocketRules(tool_diameter=6.0, step_over=3.6)
-    data, issues = milling_data(PocketOptions(), DrillOptions(), rules, MACHINE, SMALL)
+    data, issues = milling_data(PocketOptions(), JobOptions(), rules, MACHINE, SMALL)
     assert (data.tool.number, data.tool.feed, data.plunge_feed, data.tool.spindle_rpm) == (7, 10.0, 2.5, 5000)
     assert issues == [] and not data.tool.assumed
-    data, issues = milling_data(PocketOptions(milling_feed=12.0), DrillOptions(), rules, MACHINE, SMALL)
+    data, issues = milling_data(PocketOptions(milling_feed=12.0), JobOptions(), rules, MACHINE, SMALL)
     assert (data.tool.feed, data.tool.spindle_rpm, issues) == (12.0, 5000, [])
 
 
@@ -82,7 +83,7 @@ def test_what_nobody_says_is_assumed_for_the_material_and_told(
 ) -> None:
     rules = PocketRules(tool_diameter=diameter, step_over=0.6 * diameter)
     tool = None if teeth is None else Tool(2, diameter, ToolKind.END_MILL, teeth=teeth)
-    data, [told] = milling_data(PocketOptions(), DrillOptions(), rules, MACHINE, tool, material)
+    data, [told] = milling_data(PocketOptions(), JobOptions(material=material), rules, MACHINE, tool)
     assert data.tool.spindle_rpm == rpm
     assert data.tool.feed == pytest.approx(feed * rpm / 60.0)
     assert data.plunge_feed == pytest.approx(data.tool.feed / 3.0)
@@ -93,9 +94,9 @@ def test_a_spindle_that_turns_no_slower_than_too_fast_for_the_mill_is_a_warning(
     """20 m/min at 10 mm are 637 rpm; a router's spindle turns 6000 at least, and 3 mm in aluminium may turn 6366."""
     router = load_machine("mach3-router")
     rules = PocketRules(tool_diameter=10.0, step_over=6.0)
-    data, [told] = milling_data(PocketOptions(), DrillOptions(), rules, router, None, "mild steel")
+    data, [told] = milling_data(PocketOptions(), JobOptions(material="mild steel"), rules, router)
     assert data.tool.spindle_rpm == router.spindle_min_rpm == 6000
     assert told.severity is Severity.WARNING and "637 rpm would be right" in told.message
     rules = PocketRules(tool_diameter=3.0, step_over=1.8)
-    _, [told] = milling_data(PocketOptions(), DrillOptions(), rules, router, None, "aluminium")
+    _, [told] = milling_data(PocketOptions(), JobOptions(material="aluminium"), rules, router)
     assert told.severity is Severity.NOTE

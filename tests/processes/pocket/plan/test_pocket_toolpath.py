@@ -15,7 +15,8 @@ from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.options import DrillOptions, PocketOptions
+from leafcut.options import JobOptions
+from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.arcs import fitted
 from leafcut.processes.pocket.plan.entries import ABOVE
 from leafcut.processes.pocket.plan.region import CentreRegion, centre_regions
@@ -56,7 +57,7 @@ def rings(*sizes: float, joined: bool = True) -> PocketPath:
 
 def data_of(entry: str = "ramp", feed: float = 10.0) -> MillingData:
     options = PocketOptions(tool_diameter=10.0, entry=entry, milling_feed=feed)
-    return milling_data(options, DrillOptions(spindle_speed=3000.0), RULES, MILL)[0]
+    return milling_data(options, JobOptions(spindle_speed=3000.0), RULES, MILL)[0]
 
 
 def lay(path: PocketPath, levels: tuple[float, ...] = (-2.0,), entry: str = "ramp", **changes: object) -> Toolpath:
@@ -67,9 +68,9 @@ def lay(path: PocketPath, levels: tuple[float, ...] = (-2.0,), entry: str = "ram
 
 def test_levels_are_equal_and_none_is_deeper_than_the_step_down() -> None:
     options = PocketOptions(tool_diameter=10.0, step_down=2.0)
-    assert levels_of(DrillOptions(depth=5.0), options) == pytest.approx([-5 / 3, -10 / 3, -5.0])
-    assert levels_of(DrillOptions(depth=4.0), options) == pytest.approx([-2.0, -4.0])
-    assert levels_of(DrillOptions(depth=4.0), PocketOptions(tool_diameter=10.0)) == (-4.0,)
+    assert levels_of(JobOptions(depth=5.0), options) == pytest.approx([-5 / 3, -10 / 3, -5.0])
+    assert levels_of(JobOptions(depth=4.0), options) == pytest.approx([-2.0, -4.0])
+    assert levels_of(JobOptions(depth=4.0), PocketOptions(tool_diameter=10.0)) == (-4.0,)
 
 
 def test_finishing_passes_are_two_diameters_deep_at_most() -> None:
@@ -93,18 +94,18 @@ def test_rules_say_in_one_line_what_is_missing_or_wrong(options: dict[str, objec
 
 def test_depth_is_needed_and_levels_are_counted() -> None:
     with pytest.raises(OptionError, match="--depth"):
-        levels_of(DrillOptions(), PocketOptions(tool_diameter=10.0))
+        levels_of(JobOptions(), PocketOptions(tool_diameter=10.0))
     with pytest.raises(OptionError, match="levels"):
-        levels_of(DrillOptions(depth=100.0), PocketOptions(tool_diameter=10.0, step_down=0.01))
+        levels_of(JobOptions(depth=100.0), PocketOptions(tool_diameter=10.0, step_down=0.01))
 
 
 def test_a_spindle_or_a_feed_that_the_machine_does_not_have_is_refused() -> None:
     with pytest.raises(PlanError, match="rpm"):
-        milling_data(PocketOptions(tool_diameter=10.0), DrillOptions(spindle_speed=50_000.0), RULES, MILL)
+        milling_data(PocketOptions(tool_diameter=10.0), JobOptions(spindle_speed=50_000.0), RULES, MILL)
     with pytest.raises(PlanError, match="feeds at most"):
-        milling_data(PocketOptions(tool_diameter=10.0, milling_feed=1000.0), DrillOptions(), RULES, MILL)
+        milling_data(PocketOptions(tool_diameter=10.0, milling_feed=1000.0), JobOptions(), RULES, MILL)
     with pytest.raises(PlanError, match="cannot mill"):
-        milling_data(PocketOptions(tool_diameter=10.0), DrillOptions(), RULES, load_machine("plasma-table"))
+        milling_data(PocketOptions(tool_diameter=10.0), JobOptions(), RULES, load_machine("plasma-table"))
 
 
 # -- ways down -------------------------------------------------------------------------------------------------------

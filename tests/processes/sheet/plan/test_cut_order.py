@@ -31,7 +31,7 @@ from leafcut.model.contour import Contour
 from leafcut.model.cutting import Lead, PlanFile
 from leafcut.model.problem import Metric
 from leafcut.model.sheet import Sheet, SheetContour
-from leafcut.options import CutOptions
+from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.apply_plan_file import check_fit, follow_plan, plan_file, plan_order
 from leafcut.processes.sheet.plan.cutting import (
     Cutting,

@@ -15,7 +15,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import CutTimes
 from leafcut.model.toolpath import Kind, Toolpath, ToolpathBuilder
-from leafcut.options import CutOptions
+from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.cost_estimate import cut_norm, part_areas
 from leafcut.processes.sheet.plan.cut_toolpath import follow, lay_cuts
 from leafcut.processes.sheet.plan.cutting import drawing_order

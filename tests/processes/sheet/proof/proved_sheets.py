@@ -13,7 +13,8 @@ from leafcut.model.difference import Difference
 from leafcut.model.machine import Machine, Probe
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.model.toolpath import Toolpath
-from leafcut.options import CutOptions, PostOptions
+from leafcut.options import PostOptions
+from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
 from leafcut.processes.sheet.plan.cut_toolpath import lay_cuts
 from leafcut.processes.sheet.plan.cutting import drawing_order, prepare_cutting

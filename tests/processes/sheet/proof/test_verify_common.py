@@ -16,7 +16,8 @@ from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.sheet import Sheet
-from leafcut.options import CutOptions, PostOptions
+from leafcut.options import PostOptions
+from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
 from leafcut.processes.sheet.plan.cutting import drawing_order, prepare_cutting
 from leafcut.processes.sheet.plan.leads.clear_pierces import clear_pierces

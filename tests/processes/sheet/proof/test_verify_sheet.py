@@ -16,7 +16,8 @@ from leafcut.gcode.dialects import dialect, dialects
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.machine import Probe
-from leafcut.options import CutOptions, PostOptions
+from leafcut.options import PostOptions
+from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
 from leafcut.processes.sheet.proof.sheet_shapes import shapes_of
 

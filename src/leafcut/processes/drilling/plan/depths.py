@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from leafcut.errors import PlanError
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.tool import Tool, ToolKind
-from leafcut.options import DrillOptions
+from leafcut.options import JobOptions
+from leafcut.processes.drilling.options import DrillOptions
 
 #: A hole is spotted this deep when nobody said how deep holes are: it marks the place and harms nothing.
 SPOT_DEPTH = 1.0
@@ -82,7 +83,7 @@ def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:
     )
 
 
-def depth_rule(options: DrillOptions) -> DepthRule:
+def depth_rule(job: JobOptions, options: DrillOptions) -> DepthRule:
     """Return the rule that the options state.
 
     Raises
@@ -91,18 +92,18 @@ def depth_rule(options: DrillOptions) -> DepthRule:
         A depth and a thickness that contradict each other.
     """
     to_shoulder = options.depth_to == "shoulder"
-    if options.thickness is None and options.depth is None:
+    if job.thickness is None and job.depth is None:
         note = Issue(
             "L402",
             f"no depth given: holes are only spotted, {SPOT_DEPTH:g} mm deep; give --thickness or --depth",
         )
         return DepthRule(SPOT_DEPTH, False, False, 0.0, issues=(note,))
-    if options.depth is None:
-        assert options.thickness is not None
-        return DepthRule(options.thickness, True, to_shoulder, options.break_through)
-    if options.thickness is not None and options.depth > options.thickness:
+    if job.depth is None:
+        assert job.thickness is not None
+        return DepthRule(job.thickness, True, to_shoulder, job.break_through)
+    if job.thickness is not None and job.depth > job.thickness:
         raise PlanError(
-            f"--depth {options.depth:g} mm is more than --thickness {options.thickness:g} mm; "
+            f"--depth {job.depth:g} mm is more than --thickness {job.thickness:g} mm; "
             "leave --depth out for through holes"
         )
-    return DepthRule(options.depth, False, to_shoulder, 0.0, options.thickness)
+    return DepthRule(job.depth, False, to_shoulder, 0.0, job.thickness)

@@ -16,7 +16,8 @@ from leafcut.model.machine import Machine
 from leafcut.model.part import Part
 from leafcut.model.tool import Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import DrillCycle
-from leafcut.options import DrillOptions
+from leafcut.options import JobOptions
+from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.drilling.plan.depths import DepthRule, depth_rule, tap_lead_issue
 from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
 from leafcut.processes.zones import parse_zones
@@ -63,7 +64,9 @@ class DrillPlan:
         return widened(self.zones, 0.5 * tool.diameter)
 
 
-def plan_drilling(part: Part, machine: Machine, library: ToolLibrary | None, options: DrillOptions) -> DrillPlan:
+def plan_drilling(
+    part: Part, machine: Machine, library: ToolLibrary | None, job: JobOptions, options: DrillOptions
+) -> DrillPlan:
     """Return the operations that make every hole and slot of `part`.
 
     Holes that need several tools (centre drill, drill, tap) meet them in their recipe's order, every tool is taken up
@@ -76,24 +79,24 @@ def plan_drilling(part: Part, machine: Machine, library: ToolLibrary | None, opt
     """
     if not part.holes and not part.slots:
         raise PlanError(f"{part.name}: there is no hole to drill")
-    _check_machine(machine, options)
+    _check_machine(machine, job)
     heights = _heights(part)
-    rule = depth_rule(options)
-    chooser = ToolChooser(library, machine, options)
+    rule = depth_rule(job, options)
+    chooser = ToolChooser(library, machine, job, options)
     work = _collect(part, chooser)
     groups = _order_tools(list(work), chooser.chains)
-    operations = tuple(_operation(step, work[step], rule, options) for step in groups)
+    operations = tuple(_operation(step, work[step], rule, job, options) for step in groups)
     _check_speeds(operations, machine)
     plan = DrillPlan(
         part=part,
         operations=operations,
-        clearance_height=options.clearance_height,
-        retract_height=options.retract_height,
+        clearance_height=job.clearance_height,
+        retract_height=job.retract_height,
         tool_change_height=options.tool_change_height,
-        always_initial=options.retract == "initial",
-        zones=parse_zones(options.keep_out),
-        start=_xy(options.start_point, "--start-point"),
-        end=_xy(options.end_point, "--end-point"),
+        always_initial=job.retract == "initial",
+        zones=parse_zones(job.keep_out),
+        start=_xy(job.start_point, "--start-point"),
+        end=_xy(job.end_point, "--end-point"),
         issues=(*heights, *rule.issues, *chooser.issues(), *_tap_lead_issues(operations, rule)),
     )
     _check_zones(plan)
@@ -122,20 +125,20 @@ def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) ->
     return [note for o in operations if (note := tap_lead_issue(o.tool, rule)) is not None]
 
 
-def _check_machine(machine: Machine, options: DrillOptions) -> None:
+def _check_machine(machine: Machine, job: JobOptions) -> None:
     if machine.process != "spindle":
         raise PlanError(f"{machine.name} has a {machine.process}, which cannot drill; give another --machine")
-    if options.retract_height > options.clearance_height:
+    if job.retract_height > job.clearance_height:
         raise PlanError(
-            f"--retract-height {options.retract_height:g} mm is above --clearance-height "
-            f"{options.clearance_height:g} mm; the R plane must not be higher than the initial plane"
+            f"--retract-height {job.retract_height:g} mm is above --clearance-height "
+            f"{job.clearance_height:g} mm; the R plane must not be higher than the initial plane"
         )
     if machine.safe_z is not None and machine.work_offset is not None:
         height = machine.safe_z - machine.work_offset[2]
-        if height < options.clearance_height:
+        if height < job.clearance_height:
             raise PlanError(
                 f"the safe height of {machine.name}, z {machine.safe_z:g} mm in machine coordinates, is {height:g} mm "
-                f"over program zero, below --clearance-height {options.clearance_height:g} mm; "
+                f"over program zero, below --clearance-height {job.clearance_height:g} mm; "
                 "check --work-offset, or lower the clearance height"
             )
 
@@ -192,7 +195,9 @@ def _order_tools(steps: list[Step], chains: Sequence[Sequence[Step]]) -> list[St
     return order
 
 
-def _operation(step: Step, targets: list[int], rule: DepthRule, options: DrillOptions) -> DrillOperation:
+def _operation(
+    step: Step, targets: list[int], rule: DepthRule, job: JobOptions, options: DrillOptions
+) -> DrillOperation:
     tool = step.tool
     bottom = -rule.tip_depth(tool)
     if tool.flute_length is not None and -bottom > tool.flute_length + 1e-9:
@@ -202,9 +207,9 @@ def _operation(step: Step, targets: list[int], rule: DepthRule, options: DrillOp
         )
     cycle = DrillCycle(
         name=_cycle_name(tool, options),
-        r_plane=options.retract_height,
+        r_plane=job.retract_height,
         bottom=bottom,
-        to_initial=options.retract == "initial",
+        to_initial=job.retract == "initial",
         peck=_first(tool.peck, options.peck if tool.kind is ToolKind.DRILL else None),
         dwell=_first(tool.dwell, options.dwell if tool.kind is ToolKind.DRILL else None),
     )

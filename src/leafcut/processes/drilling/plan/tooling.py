@@ -13,7 +13,8 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.part import Hole, Slot
 from leafcut.model.tool import Tool, ToolKind, ToolLibrary
-from leafcut.options import DrillOptions
+from leafcut.options import JobOptions
+from leafcut.processes.drilling.options import DrillOptions
 
 #: Cutting data of assumed tools: high-speed steel in mild steel or aluminium, on the careful side (estimate).
 SURFACE_SPEED = 20_000.0 / 60.0  # mm/s
@@ -39,8 +40,8 @@ class Step(NamedTuple):
 class ToolChooser:
     """Chooses the tools of one plan, and remembers what it had to assume."""
 
-    def __init__(self, library: ToolLibrary | None, machine: Machine, options: DrillOptions) -> None:
-        self.library, self.machine, self.options = library, machine, options
+    def __init__(self, library: ToolLibrary | None, machine: Machine, job: JobOptions, options: DrillOptions) -> None:
+        self.library, self.machine, self.job, self.options = library, machine, job, options
         self._assumed: dict[tuple[ToolKind, float], Tool] = {}
         self._chosen: dict[tuple[float, str], tuple[Step, ...]] = {}
         self._bare_points = 0
@@ -135,7 +136,7 @@ class ToolChooser:
 
     def _from_library(self, diameter: float, hole: Hole) -> list[Tool]:
         assert self.library is not None
-        tolerance = self.options.diameter_tolerance
+        tolerance = self.job.diameter_tolerance
         fitting = [
             r
             for r in self.library.recipes
@@ -172,7 +173,7 @@ class ToolChooser:
         assert self.library is not None
         found = [t for t in self.library.tools if t.kind is kind]
         best = min(found, key=lambda t: abs(t.diameter - diameter), default=None)
-        if best is None or abs(best.diameter - diameter) > self.options.diameter_tolerance + 1e-9:
+        if best is None or abs(best.diameter - diameter) > self.job.diameter_tolerance + 1e-9:
             return None
         return best
 
@@ -208,6 +209,6 @@ class ToolChooser:
         rpm = 60.0 * SURFACE_SPEED / (math.pi * diameter)
         rpm = float(round(min(max(rpm, machine.spindle_min_rpm), machine.spindle_max_rpm)))
         # What a person asked for is kept as it is, and refused later if the machine cannot do it.
-        rpm = self.options.spindle_speed or rpm
+        rpm = self.job.spindle_speed or rpm
         feed = self.options.feed or min(round(FEED_PER_REVOLUTION * diameter * rpm, 1) / 60.0, machine.max_feed)
         return rpm, feed

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from leafcut.model.nest import Layout, Nest, NestPart, Stock
-from leafcut.options import NestOptions
+from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.nesting.plan.pieces import FORGIVEN, NestPiece, share_of
 from leafcut.processes.nesting.plan.rectangles import PlacedPiece
 

@@ -11,7 +11,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 from leafcut.model.nest import Nest, NestPart, Stock
-from leafcut.options import NestOptions, SolveOptions
+from leafcut.options import SolveOptions
+from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.nesting.plan.blocks import in_blocks
 from leafcut.processes.nesting.plan.fill import NestTask, Packer, Plan, filled
 from leafcut.processes.nesting.plan.holes import filled_holes

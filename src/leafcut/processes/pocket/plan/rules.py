@@ -10,8 +10,9 @@ from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import PocketRules
 from leafcut.model.tool import Tool
-from leafcut.options import DrillOptions, PocketOptions
-from leafcut.processes.pocket.plan.tool import UNKNOWN, with_data
+from leafcut.options import JobOptions
+from leafcut.processes.pocket.options import PocketOptions
+from leafcut.processes.pocket.plan.tool import with_data
 
 #: Points of a grid nearer than this share of the diameter crowd, farther ones leave the middle of four uncut: half the
 #: diagonal of a square of 0.7 D is 0.495 D, a radius but for a hundredth.
@@ -84,7 +85,7 @@ def rules_of(options: PocketOptions, tolerance: float = TOLERANCE) -> PocketRule
     )
 
 
-def levels_of(drill: DrillOptions, options: PocketOptions) -> tuple[float, ...]:
+def levels_of(job: JobOptions, options: PocketOptions) -> tuple[float, ...]:
     """Return the height of every level from the top, mm, negative: equal steps, none larger than the step-down.
 
     Raises
@@ -92,18 +93,18 @@ def levels_of(drill: DrillOptions, options: PocketOptions) -> tuple[float, ...]:
     OptionError
         The depth is missing, goes farther through the plate than a break-through, or so many levels cannot be meant.
     """
-    if drill.depth is None:
+    if job.depth is None:
         raise OptionError("a pocket needs its depth; give --depth")
-    if drill.thickness is not None and drill.depth > drill.thickness + drill.break_through + 1e-9:
+    if job.thickness is not None and job.depth > job.thickness + job.break_through + 1e-9:
         raise OptionError(
-            f"--depth {drill.depth:g} mm is below the plate of --thickness {drill.thickness:g} mm by more than "
-            f"--break-through {drill.break_through:g} mm: the tool would mill what the plate lies on"
+            f"--depth {job.depth:g} mm is below the plate of --thickness {job.thickness:g} mm by more than "
+            f"--break-through {job.break_through:g} mm: the tool would mill what the plate lies on"
         )
     step = options.step_down or 0.5 * (options.tool_diameter or math.inf)
-    count = max(math.ceil(drill.depth / step - 1e-9), 1)
+    count = max(math.ceil(job.depth / step - 1e-9), 1)
     if count > MOST_LEVELS:
         raise OptionError(f"--step-down {step:g} mm gives {count:,} levels; {MOST_LEVELS:,} are the most")
-    return tuple(-drill.depth * level / count for level in range(1, count + 1))
+    return tuple(-job.depth * level / count for level in range(1, count + 1))
 
 
 def finishing_levels(depth: float, diameter: float) -> tuple[float, ...]:
@@ -114,11 +115,10 @@ def finishing_levels(depth: float, diameter: float) -> tuple[float, ...]:
 
 def milling_data(
     options: PocketOptions,
-    drill: DrillOptions,
+    job: JobOptions,
     rules: PocketRules,
     machine: Machine,
     mill: Tool | None = None,
-    material: str = UNKNOWN,
 ) -> tuple[MillingData, list[Issue]]:
     """Return the end mill, `mill` of a library or an assumed one, with its feeds, and what was assumed of it.
 
@@ -127,8 +127,8 @@ def milling_data(
     PlanError
         The machine has no spindle, its heights contradict each other, or it cannot turn or feed as asked.
     """
-    check_machine(machine, drill)
-    tool, issues = with_data(mill, options, drill, rules, machine, material)
+    check_machine(machine, job)
+    tool, issues = with_data(mill, options, job, rules, machine)
     plunge = options.plunge_feed or tool.plunge_feed or PLUNGE_PART * tool.feed
     air = _air_feed(options, tool, machine)
     return MillingData(tool, min(plunge, machine.max_feed), options.entry, options.entry_angle, air), issues
@@ -160,7 +160,7 @@ def corner_rounding(machine: Machine, feed: float) -> float:
     return feed * feed / (4.0 * min(machine.acceleration[:2]))
 
 
-def check_machine(machine: Machine, drill: DrillOptions) -> None:
+def check_machine(machine: Machine, job: JobOptions) -> None:
     """Refuse a machine that does not mill, and heights in a wrong order.
 
     Raises
@@ -170,16 +170,16 @@ def check_machine(machine: Machine, drill: DrillOptions) -> None:
     """
     if machine.process != "spindle":
         raise PlanError(f"{machine.name} has a {machine.process}, which cannot mill a pocket; give another --machine")
-    if drill.retract_height > drill.clearance_height:
+    if job.retract_height > job.clearance_height:
         raise PlanError(
-            f"--retract-height {drill.retract_height:g} mm is above --clearance-height {drill.clearance_height:g} mm; "
+            f"--retract-height {job.retract_height:g} mm is above --clearance-height {job.clearance_height:g} mm; "
             "the R plane must not be higher than the initial plane"
         )
     if machine.safe_z is not None and machine.work_offset is not None:
         height = machine.safe_z - machine.work_offset[2]
-        if height < drill.clearance_height:
+        if height < job.clearance_height:
             raise PlanError(
                 f"the safe height of {machine.name}, z {machine.safe_z:g} mm in machine coordinates, is {height:g} mm "
-                f"over program zero, below --clearance-height {drill.clearance_height:g} mm; check --work-offset, or "
+                f"over program zero, below --clearance-height {job.clearance_height:g} mm; check --work-offset, or "
                 "lower the clearance height"
             )

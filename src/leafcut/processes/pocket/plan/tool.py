@@ -10,7 +10,8 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import PocketRules
 from leafcut.model.tool import Tool, ToolKind, ToolLibrary
-from leafcut.options import DrillOptions, PocketOptions
+from leafcut.options import JobOptions
+from leafcut.processes.pocket.options import PocketOptions
 
 #: Surface speed of end mills of high-speed steel, m/min, at the low end of what tables of workshops give for milling
 #: (mild steel 25 … 35, stainless 9 … 20, aluminium and brass 60 … 150, plastics from 20), less 40 % for cutting on the
@@ -29,7 +30,7 @@ _NAMES = {
 #: Feed per tooth: a part of the diameter, and at most so many mm. Catalogues of end mills give 0.005 to 0.01 diameters
 #: (Iscar, solid end mills, recommended cutting parameters); 0.05 mm of a mill of 10 mm.
 FEED_PER_TOOTH, MOST_PER_TOOTH = 0.01, 0.05
-#: Teeth of a mill that nobody counted: a slot drill has two.
+#: Teeth of a mill that nobody counted: a slot job has two.
 TEETH = 2
 
 
@@ -97,10 +98,9 @@ def _others(library: ToolLibrary) -> str:
 def with_data(
     mill: Tool | None,
     options: PocketOptions,
-    drill: DrillOptions,
+    job: JobOptions,
     rules: PocketRules,
     machine: Machine,
-    material: str,
 ) -> tuple[Tool, list[Issue]]:
     """Return the end mill with its feed and speed, and what was assumed of it.
 
@@ -114,13 +114,13 @@ def with_data(
     """
     number = options.tool_number or 1
     tool = mill or Tool(number, rules.tool_diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
-    asked_rpm, asked_feed = drill.spindle_speed or tool.spindle_rpm, options.milling_feed or tool.feed
-    known = _NAMES.get(_plain(material), _plain(material))
+    asked_rpm, asked_feed = job.spindle_speed or tool.spindle_rpm, options.milling_feed or tool.feed
+    known = _NAMES.get(_plain(job.material), _plain(job.material))
     known = known if known in SURFACE_SPEEDS else UNKNOWN
     careful = 1000.0 * SURFACE_SPEEDS[known] / (math.pi * tool.diameter)
     rpm = asked_rpm or float(round(min(max(careful, machine.spindle_min_rpm), machine.spindle_max_rpm)))
     if not machine.spindle_min_rpm <= rpm <= machine.spindle_max_rpm:
-        whose = "--spindle-speed" if drill.spindle_speed else f"{tool.label}, speed"
+        whose = "--spindle-speed" if job.spindle_speed else f"{tool.label}, speed"
         raise PlanError(
             f"{whose} {rpm:g}: the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to "
             f"{machine.spindle_max_rpm:g} rpm"

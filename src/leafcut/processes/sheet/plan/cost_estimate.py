@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from leafcut.model.cutting import Cut, CutMeasures, CutTimes, PartTimes
 from leafcut.model.sheet import Sheet
-from leafcut.options import CutOptions
+from leafcut.processes.sheet.options import CutOptions
 
 Point = tuple[float, float]
 

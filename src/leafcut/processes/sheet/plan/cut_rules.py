@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from leafcut.errors import OptionError
 from leafcut.model.cutting import CutData, Lead
-from leafcut.options import CutOptions
+from leafcut.processes.sheet.options import CutOptions
 
 #: Processes by the kind of torch; a laser's name in a chart has its power behind it.
 PROCESSES = ("plasma", "laser", "oxyfuel", "waterjet")

@@ -24,7 +24,7 @@ from leafcut.model.cutting import Cut
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
-from leafcut.options import CutOptions
+from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.chains.chain_path import chain_length, make_chain
 from leafcut.processes.sheet.plan.cut_contours import ROUNDING, CutContour, prepare_contours
 from leafcut.processes.sheet.plan.cut_path import make_cut

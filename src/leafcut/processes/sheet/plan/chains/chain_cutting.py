@@ -26,7 +26,7 @@ from leafcut.processes.sheet.plan.cut_contours import ROUNDING
 
 if TYPE_CHECKING:
     from leafcut.model.cutting import CutChoice, PlanFile
-    from leafcut.options import CutOptions
+    from leafcut.processes.sheet.options import CutOptions
     from leafcut.processes.sheet.plan.cutting import Cutting
     from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
     from leafcut.processes.sheet.plan.leads.leads import Scrap

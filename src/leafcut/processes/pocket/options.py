@@ -13,11 +13,11 @@ from leafcut.option_spec import OptionGroup, option
 class PocketOptions(OptionGroup):
     """How pockets are cleared.
 
-    Depth, safe height, retract height, spindle speed, and the first and last place are those of `DrillOptions`.
+    Depth, safe height, retract height, spindle speed, and the first and last place are those of `JobOptions`.
     """
 
     section: ClassVar[str] = "pocket"
-    works: ClassVar[str] = "pocket"
+    title: ClassVar[str] = "Pockets"
 
     strategy: str = option(
         "text",
@@ -126,49 +126,6 @@ class PocketOptions(OptionGroup):
         minimum=0.001,
         default_words="the largest feed of the machine",
     )
-    pocket_layers: tuple[str, ...] = option(
-        "names",
-        (),
-        "layers with the outlines of pockets, with * and ?",
-        default_words="POCKET* where there are such",
-        needs="!input=picture",
-    )
-    island_layers: tuple[str, ...] = option(
-        "names",
-        (),
-        "layers with the outlines of islands",
-        default_words="ISLAND* where there are such",
-        needs="!input=picture",
-    )
-    pixel_size: float | None = option(
-        "quantity",
-        None,
-        "width of a pixel of a picture",
-        unit="mm",
-        minimum=1e-4,
-        maximum=100,
-        default_words="for pictures: needed",
-        needs="input=picture",
-    )
-    threshold: float | None = option(
-        "percent",
-        None,
-        "brightness below which a pixel is to be milled",
-        minimum=0,
-        maximum=100,
-        default_words="found by Otsu's method",
-        needs="input=picture",
-    )
-    speckle: float = option(
-        "quantity",
-        1.0,
-        "spots of a picture that are narrower than this are dirt",
-        unit="mm",
-        minimum=0,
-        maximum=100,
-        needs="input=picture",
-    )
-    invert: bool = option("flag", False, "mill what is bright in a picture", needs="input=picture")
     uncovered_tolerance: float = option(
         "percent", 0.1, "uncut share of the reachable area above which there is a warning", minimum=0, maximum=100
     )

@@ -2,68 +2,14 @@
 
 from __future__ import annotations
 
-import math
-import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
 from leafcut.errors import OptionError, shown
 from leafcut.option_spec import OptionGroup, option
-from leafcut.units import parse_quantity
-
-#: No sheet is longer, mm: the nester reckons with seven digits.
-LARGEST_SHEET = 20_000.0
-#: A sheet as a word: its size or its drawing, how many there are, and what one costs.
-_SHEET = re.compile(r"(.+?)(?::(\d{1,9}))?(?:@(\d{1,12}(?:\.\d{1,6})?))?", re.DOTALL)
-
-
-@dataclass(frozen=True)
-class SheetWord:
-    """A kind of sheet as it was asked for: ``3000x1500:4@180`` or ``remnant.dxf``.
-
-    Attributes
-    ----------
-    name
-        Its size, or the file that it is drawn in.
-    size
-        Length and width, mm; None for a drawing.
-    count, price
-        None where they are not said. Of a drawing there is one, unless it is said.
-    """
-
-    name: str
-    size: tuple[float, float] | None
-    count: int | None = None
-    price: float | None = None
-
-
-def parse_sheet(word: str) -> SheetWord:
-    """Return what a word such as ``3000x1500:4@180`` asks for.
-
-    Raises
-    ------
-    OptionError
-        It is no size and no drawing, or a count of 0.
-    """
-    match = _SHEET.fullmatch(word.strip())
-    name, count, price = match.groups() if match else (word, None, None)
-    number, cost = None if count is None else int(count), None if price is None else float(price)
-    if number == 0:
-        raise OptionError(f"--sheet: '{shown(word)}' says that there is none; leave it out")
-    if name.lower().endswith(".dxf"):
-        return SheetWord(name, None, number or 1, cost)
-    try:
-        length, width = (parse_quantity(side, "mm") for side in name.lower().replace("×", "x").split("x"))
-    except (OptionError, ValueError):
-        raise OptionError(
-            f"--sheet: '{shown(word)}' is not a size such as 3000x1500 or 120inx60in, with count and price "
-            "3000x1500:4@180, nor a drawing such as remnant.dxf"
-        ) from None
-    if not (0.0 < length <= LARGEST_SHEET and 0.0 < width <= LARGEST_SHEET):
-        raise OptionError(f"--sheet: {shown(name)} is not between 0 and {LARGEST_SHEET / 1000:g} m a side")
-    return SheetWord(name, (length, width), number, cost)
+from leafcut.options.sheet_word import SheetWord, parse_sheet
+from leafcut.units import parse_angles
 
 
 @dataclass(frozen=True)
@@ -74,7 +20,7 @@ class NestOptions(OptionGroup):
     """
 
     section: ClassVar[str] = "nest"
-    works: ClassVar[str] = "nest"
+    title: ClassVar[str] = "Nesting"
 
     sheet: tuple[str, ...] = option(
         "names",
@@ -166,22 +112,3 @@ class NestOptions(OptionGroup):
     def angles(self) -> tuple[float, ...] | None:
         """The angles in which a part may lie, rad; None for any."""
         return parse_angles(self.rotations, "--rotations")
-
-
-def parse_angles(words: Sequence[str], where: str) -> tuple[float, ...] | None:
-    """Return angles in rad, once each, from words in degrees; None for the one word ``free``.
-
-    Raises
-    ------
-    OptionError
-        A word is no angle; `where` names what was asked for.
-    """
-    if tuple(words) == ("free",):
-        return None
-    try:
-        angles = [parse_quantity(word, "rad") % math.tau for word in words]
-    except OptionError as problem:
-        raise OptionError(f"{where}: {problem}; angles are such as 0,90,180,270, or free for any") from None
-    if not angles:
-        raise OptionError(f"{where}: names no angle; angles are such as 0,90,180,270, or free for any")
-    return tuple(dict.fromkeys(angles))

@@ -13,53 +13,13 @@ from leafcut.option_spec import OptionGroup, option
 class CutOptions(OptionGroup):
     """How a nested sheet is cut by plasma, laser, flame or water.
 
-    The sheet's thickness, the safe height, clamps and the first and last place are those of `DrillOptions`.
+    The sheet's thickness, the safe height, clamps and the first and last place are those of `JobOptions`; the figures
+    of the cut are those of `CutDataOptions`.
     """
 
     section: ClassVar[str] = "cut"
-    works: ClassVar[str] = "cut"
+    title: ClassVar[str] = "Cutting"
 
-    cut_process: str | None = option(
-        "text",
-        None,
-        "plasma, laser, oxyfuel or waterjet, or a name of the cut chart such as laser_fiber_3kW",
-        default_words="what the machine is, else plasma",
-        works="cut program simulate verify nest",
-        needs="program:!cut_speed simulate:!cut_speed verify:!cut_speed",
-    )
-    material: str = option(
-        "text",
-        "mild_steel",
-        "material, as the cut chart names it; of a pocket it says how fast an assumed mill turns",
-        works="cut pocket program simulate verify",
-        needs="program:!cut_speed simulate:!cut_speed verify:!cut_speed",
-    )
-    amps: float | None = option(
-        "number",
-        None,
-        "current, where the chart has several",
-        minimum=0,
-        default_words="the fastest of the chart that pierces the sheet",
-        works="cut program simulate verify",
-        needs="program:!cut_speed simulate:!cut_speed verify:!cut_speed",
-    )
-    chart: Path | None = option(
-        "path",
-        None,
-        "your own cut chart, a CSV file",
-        default_words="the shipped one",
-        works="cut program simulate verify",
-        needs="program:!cut_speed simulate:!cut_speed verify:!cut_speed",
-    )
-    cut_speed: float | None = option(
-        "quantity",
-        None,
-        "cutting speed",
-        unit="mm/s",
-        minimum=0.01,
-        default_words="the chart's",
-        works="cut program simulate verify",
-    )
     mark_speed: float | None = option(
         "quantity",
         None,

@@ -1,0 +1,70 @@
+"""Options of drilling."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+from leafcut.option_spec import OptionGroup, option
+from leafcut.options.job import CYCLES
+
+
+@dataclass(frozen=True)
+class DrillOptions(OptionGroup):
+    """How holes become drilling operations.
+
+    Depth, thickness, heights, clamps and the first and last place are those of `JobOptions`.
+    """
+
+    section: ClassVar[str] = "drill"
+    title: ClassVar[str] = "Drilling"
+
+    depth_to: str = option(
+        "text",
+        "shoulder",
+        "what reaches the depth: the full diameter or the point of the drill",
+        choices=("shoulder", "tip"),
+    )
+    tool_change_height: float = option(
+        "quantity",
+        25.0,
+        "height for changing tools, on a machine that has no safe height of its own",
+        unit="mm",
+        minimum=0.1,
+        maximum=1000,
+    )
+    cycle: str | None = option(
+        "text",
+        None,
+        "cycle of every drill that the tool library says nothing of",
+        choices=CYCLES,
+        default_words="G83 with --peck, G82 with --dwell, else G81",
+    )
+    peck: float | None = option(
+        "quantity",
+        None,
+        "depth of one peck (Q of G83 and G73)",
+        unit="mm",
+        minimum=0.01,
+        maximum=1000,
+        default_words="no pecking",
+    )
+    dwell: float | None = option(
+        "quantity", None, "wait at the bottom (P of G82)", unit="s", minimum=0, maximum=100, default_words="none"
+    )
+    feed: float | None = option(
+        "quantity",
+        None,
+        "feed of drills whose data are assumed",
+        unit="mm/s",
+        minimum=0.001,
+        default_words="0.02 diameters a revolution",
+    )
+    centre_drill: bool = option("flag", False, "first centre every hole with the library's centre drill", needs="tools")
+    hole_order: Path | None = option(
+        "path",
+        None,
+        "order file: holes that come first in the order of the file; the rest is found around them",
+        default_words="none",
+    )

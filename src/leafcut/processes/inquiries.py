@@ -1,0 +1,30 @@
+"""What leafcut does besides making programs: solving maps, simulating programs, and comparing two of them."""
+
+from __future__ import annotations
+
+from leafcut.options import JobOptions, MachineOptions, ReadOptions
+from leafcut.processes.base import LOOKED_UP, ORDERED, PLACE, Work, use
+
+
+class Solving(Work):
+    """A closed tour through the points of a map."""
+
+    name = "solve"
+    title = "solving a map"
+    uses = {name: need for name, need in ORDERED.items() if name != "objective"} | use(ReadOptions, but=PLACE)
+
+
+class Simulating(Work):
+    """What a program costs on a machine."""
+
+    name = "simulate"
+    title = "simulating"
+    uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | use(JobOptions, "clearance_height") | LOOKED_UP
+
+
+class Verifying(Work):
+    """Whether two programs do the same work."""
+
+    name = "verify"
+    title = "verifying"
+    uses = use(ReadOptions, "units") | use(MachineOptions) | LOOKED_UP

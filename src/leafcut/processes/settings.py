@@ -1,0 +1,196 @@
+"""All options that there are, how the settings of a run are collected, and which of them a kind of work uses.
+
+An option that is given and not used is refused, never ignored.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from leafcut.errors import OptionError, nearest
+from leafcut.files import line_of, read_toml
+from leafcut.option_spec import OptionGroup, OptionSpec, flag_name
+from leafcut.options.settings import Settings, without
+from leafcut.processes import registry
+from leafcut.processes.base import Work
+
+
+def collect(values: Mapping[str, Any], file: Path | None = None, defaults: Path | None = None) -> Settings:
+    """Return the settings of a file of defaults, if any, overridden by a `file`, if any, and these by `values`.
+
+    `values` maps option names to values; None stands for "not given". A number without a unit means the same here, in
+    the files and on the command line (`units.BARE_UNIT`). Files that the defaults name are sought from where their own
+    file lies.
+
+    Raises
+    ------
+    OptionError
+        An unknown name (the nearest known one is named), or a value out of its bounds; of a file with its line.
+    """
+    given: dict[type[OptionGroup], dict[str, Any]] = {group: {} for group in registry.groups()}
+    usual: set[str] = set()
+    if defaults:
+        for group, table in _file_tables(defaults):
+            given[group].update(_from_folder(group, table, defaults.parent))
+            usual.update(table)
+    for group, table in _file_tables(file) if file else ():
+        given[group].update(table)
+        usual.difference_update(table)
+    asked = frozenset(name for name, value in values.items() if value is not None)
+    for name in asked:
+        given[group_of(name)][name] = values[name]
+    made = {group: group(**group.as_typed(table)) for group, table in given.items()}
+    names = frozenset(name for table in given.values() for name in table)
+    return Settings(MappingProxyType(made), given=names, asked=asked, defaults=frozenset(usual) - asked)
+
+
+def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
+    """Yield every option as (group, name, specification), in the order in which they are told."""
+    for group in registry.groups():
+        for name, spec in group.specs().items():
+            yield group, name, spec
+
+
+def group_of(name: str) -> type[OptionGroup]:
+    """Return the group that holds the option `name`, or raise `OptionError` with the nearest name."""
+    names = {option: group for group, option, _ in all_options()}
+    if name not in names:
+        raise OptionError(f"unknown option '{name}'{nearest(name, names)}")
+    return names[name]
+
+
+def options_of_file(file: Path) -> dict[str, Any]:
+    """Return the options of a TOML file: name → value as it stands there.
+
+    Raises
+    ------
+    OptionError
+        The file cannot be read, or names what is none.
+    """
+    return {name: value for _, table in _file_tables(file) for name, value in table.items()}
+
+
+def used_by(*works: str) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
+    """Yield every option that one of some kinds of work uses, as `all_options` does."""
+    used = {name for work in works for name in registry.work(work).used()}
+    for group, name, spec in all_options():
+        if name in used:
+            yield group, name, spec
+
+
+def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settings:
+    """Return the settings as a kind of work uses them: what only a file gave, and it does not use, is left out.
+
+    `input_kind` is the name of the input's format.
+
+    Raises
+    ------
+    OptionError
+        An option that was given by itself, not in a file for many kinds of work, is not used.
+    """
+    unused = dict(_unused(settings, work, input_kind))
+    for name, why in unused.items():
+        if name in settings.asked:
+            raise OptionError(f"{flag_name(name)}: {why}")
+    return without(settings, unused) if unused else settings
+
+
+def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[str, str]]:
+    """Yield the options that were given and are not used, and why they are not and what to do."""
+    used = work.used()
+    for name in sorted(settings.given):
+        if name not in used:
+            titles = [one.title for one in registry.works() if name in one.used()]
+            others = " and ".join(", ".join(titles).rsplit(", ", 1))
+            yield name, f"{work.title} does not use it, it is for {others}; {work.otherwise.get(name, 'leave it out')}"
+            continue
+        for condition in used[name].split():
+            if not _holds(condition, settings, input_kind):
+                yield name, f"is not used here: it is {_said(condition)}; change that, or leave it out"
+                break
+
+
+def _holds(condition: str, settings: Settings, input_kind: str) -> bool:
+    wanted, (name, _, values) = not condition.startswith("!"), condition.removeprefix("!").partition("=")
+    value = input_kind if name == "input" else getattr(settings.of(group_of(name)), name)
+    return wanted == (value in values.split("|") if values else bool(value))
+
+
+def _said(condition: str) -> str:
+    """Return a condition in words, as the end of "it is …"."""
+    wanted, (name, _, values) = not condition.startswith("!"), condition.removeprefix("!").partition("=")
+    words = " or ".join(", ".join(values.split("|")).rsplit(", ", 1))
+    if name == "input":
+        return f"for a {words}" if wanted else f"not for a {words}"
+    return f"used {'with' if wanted else 'without'} {flag_name(name)}{f' {words}' if words else ''} only"
+
+
+def _from_folder(group: type[OptionGroup], table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Return a table of options with the files that it names sought from a folder."""
+    specs, found = group.specs(), dict(table)
+    for name, value in table.items():
+        is_file = specs[name].kind == "path" or (specs[name].may_be_path and str(value).lower().endswith(".toml"))
+        if is_file and isinstance(value, str):
+            found[name] = str(folder / os.path.expanduser(value))  # noqa: PTH111  # without a home it stays as it is
+    return found
+
+
+def _sections() -> dict[str, dict[str, type[OptionGroup]]]:
+    """Return the tables that a file of options may have, with what may stand in each: section → option → its group.
+
+    In the table of a process stands what it uses of the groups that it shares, too: ``[drill]`` has a thickness.
+    """
+    sections = {group.section: dict.fromkeys(group.specs(), group) for group in registry.groups()}
+    places = {name: group for group, name, _ in all_options()}
+    for process in registry.processes():
+        for own in process.options:
+            sections[own.section] = {name: places[name] for name in process.used()} | sections[own.section]
+    return sections
+
+
+def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]]]:
+    """Yield the groups of options of a TOML file and what it says of each, checked."""
+    data = read_toml(file)
+
+    def refused(words: str, section: str, name: str = "") -> OptionError:
+        line = line_of(file.read_text(encoding="utf-8", errors="replace"), section, name)
+        return OptionError(f"{file}{f':{line}' if line else ''}: {words}")
+
+    sections = _sections()
+    # Without a table an option stands for itself: `machine = "haas-vf2"`.
+    names = {name: group for group, name, _ in all_options()}
+    where: dict[str, str] = {}
+    found: dict[type[OptionGroup], dict[str, Any]] = {}
+
+    def take(group: type[OptionGroup], name: str, value: Any, section: str) -> None:
+        if name in where:
+            place = "at the top" if not where[name] else f"in [{where[name]}]"
+            other = f"in [{section}]" if section else "at the top"
+            raise refused(f"'{name}' stands there twice, {place} and {other}", section, name)
+        where[name] = section
+        try:
+            group.check(name, value)
+        except OptionError as problem:
+            raise refused(str(problem), section, name) from None
+        found.setdefault(group, {})[name] = value
+
+    for name in [key for key, value in data.items() if key in names and not isinstance(value, dict)]:
+        take(names[name], name, data.pop(name), "")
+    for section, table in data.items():
+        if section not in sections:
+            is_table = isinstance(table, dict)
+            what = f"table [{section}]" if is_table else f"option '{section}'"
+            place = (section, "") if is_table else ("", section)
+            raise refused(f"unknown {what}{nearest(section, [*sections, *names])}", *place)
+        if not isinstance(table, dict):
+            raise refused(f"'{section}' is not a table; write [{section}]", "", section)
+        for name, value in table.items():
+            if name not in sections[section]:
+                near = nearest(name, sections[section])
+                raise refused(f"unknown option '{name}' in [{section}]{near}", section, name)
+            take(sections[section][name], name, value, section)
+    yield from found.items()
