@@ -8,34 +8,26 @@ print(f"{outcome.before.time_s:.1f} s became {outcome.after.time_s:.1f} s")
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from leafcut._version import __version__
+from leafcut._version import __version__ as __version__
 
 if TYPE_CHECKING:
-    from leafcut.api import nest, optimize, simulate, solve_part, verify_programs
-    from leafcut.errors import LeafcutError
-    from leafcut.read import read as read_part
+    from leafcut.public import *  # noqa: F403
+else:
 
-__all__ = ["LeafcutError", "__version__", "nest", "optimize", "read_part", "simulate", "solve_part", "verify_programs"]
+    def __getattr__(name):
+        """Import the public names when one is first used: `import leafcut` itself costs next to nothing."""
+        if name.startswith("__") and name != "__all__":
+            raise AttributeError(f"module 'leafcut' has no attribute '{name}'")
+        from importlib import import_module
 
-#: Public name → (module, name there). None of them may be the name of a room: importing that would hide it.
-_HOMES = {
-    "LeafcutError": ("leafcut.errors", "LeafcutError"),
-    "nest": ("leafcut.api", "nest"),
-    "optimize": ("leafcut.api", "optimize"),
-    "read_part": ("leafcut.read", "read"),
-    "simulate": ("leafcut.api", "simulate"),
-    "solve_part": ("leafcut.api", "solve_part"),
-    "verify_programs": ("leafcut.api", "verify_programs"),
-}
+        public = import_module("leafcut.public")
+        if name == "__all__":
+            return [*public.__all__, "__version__"]
+        if name not in public.__all__:
+            raise AttributeError(f"module 'leafcut' has no attribute '{name}'")
+        return getattr(public, name)
 
-
-def __getattr__(name: str) -> Any:
-    """Import a public name when it is first used: `import leafcut` itself costs next to nothing."""
-    if name not in _HOMES:
-        raise AttributeError(f"module 'leafcut' has no attribute '{name}'")
-    from importlib import import_module
-
-    module, attribute = _HOMES[name]
-    return getattr(import_module(module), attribute)
+    def __dir__():
+        return __getattr__("__all__")

@@ -1,0 +1,126 @@
+"""Every public name of leafcut, with its home: functions, what they take and return, and errors."""
+
+from __future__ import annotations
+
+from leafcut.api import nest, optimize, simulate, solve_file, solve_part, verify_programs
+from leafcut.errors import LeafcutError, OptionError, PlanError, PostError, ReadError, SolveError, VerifyError
+from leafcut.files import OutputError, StandardInput
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.certificate import Certificate, Counts
+from leafcut.model.contour import Contour
+from leafcut.model.cutting import Cut, CutChoice, CutData, CutMeasures, CutPlan, CutTimes, Lead, PartTimes
+from leafcut.model.difference import Difference
+from leafcut.model.heartbeat import Progress
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.machine import Machine, Probe
+from leafcut.model.measure import Measure
+from leafcut.model.motion import Arc, DrillCycle, Kind
+from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Placement, Remnant, Stock
+from leafcut.model.outcome import OperationOutcome, Outcome
+from leafcut.model.part import Grouping, Hole, Part, Slot
+from leafcut.model.pocket import (
+    Pocket,
+    PocketMeasures,
+    PocketPath,
+    PocketPiece,
+    PocketPlan,
+    PocketProgram,
+    PocketResult,
+    PocketRules,
+)
+from leafcut.model.sequence import Staying
+from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.simulation import Simulation
+from leafcut.model.snapshot import Observer, Pheromone, Snapshot
+from leafcut.model.solution import Solution, Solved, WorkerFigures
+from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.toolpath import Toolpath
+from leafcut.options import ReadOptions
+from leafcut.processes.drilling.model import DrillingDetail
+from leafcut.processes.pocket.model import PocketDetail
+from leafcut.processes.program.model import ProgramDetail
+from leafcut.processes.sheet.model import SheetDetail
+from leafcut.read import Input, Source
+from leafcut.read import read as read_part
+
+__all__ = [
+    "Arc",
+    "Certificate",
+    "Contour",
+    "Counts",
+    "Cut",
+    "CutChoice",
+    "CutData",
+    "CutMeasures",
+    "CutPlan",
+    "CutTimes",
+    "Difference",
+    "DrillCycle",
+    "DrillingDetail",
+    "Grouping",
+    "Hole",
+    "Input",
+    "Issue",
+    "Kind",
+    "Layout",
+    "Lead",
+    "LeafcutError",
+    "Machine",
+    "Measure",
+    "Nest",
+    "NestOutcome",
+    "NestPart",
+    "Observer",
+    "OperationOutcome",
+    "OptionError",
+    "Outcome",
+    "OutputError",
+    "Part",
+    "PartTimes",
+    "Pheromone",
+    "Placement",
+    "PlanError",
+    "Pocket",
+    "PocketDetail",
+    "PocketMeasures",
+    "PocketPath",
+    "PocketPiece",
+    "PocketPlan",
+    "PocketProgram",
+    "PocketResult",
+    "PocketRules",
+    "Polyline",
+    "PostError",
+    "Probe",
+    "ProgramDetail",
+    "Progress",
+    "ReadError",
+    "ReadOptions",
+    "Remnant",
+    "Severity",
+    "Sheet",
+    "SheetContour",
+    "SheetDetail",
+    "Simulation",
+    "Slot",
+    "Snapshot",
+    "Solution",
+    "SolveError",
+    "Solved",
+    "Source",
+    "StandardInput",
+    "Staying",
+    "Stock",
+    "Tool",
+    "ToolKind",
+    "Toolpath",
+    "VerifyError",
+    "WorkerFigures",
+    "nest",
+    "optimize",
+    "read_part",
+    "simulate",
+    "solve_file",
+    "solve_part",
+    "verify_programs",
+]
