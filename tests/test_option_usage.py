@@ -140,7 +140,9 @@ def test_the_options_that_a_kind_of_work_names_are_those_that_its_runs_read(
     _runs(work, files, tmp_path)
     # The cuts of a sheet are ordered in one thread, which is no more than any number; of a simulation it is the command
     # line that ends with another status.
-    named = {name for _, name, _ in used_by(work)} - {"cut": {"threads"}, "simulate": {"strict"}}.get(work, set())
+    named = {name for _, name, _ in used_by(WORKS[work])} - {"cut": {"threads"}, "simulate": {"strict"}}.get(
+        work, set()
+    )
     assert (sorted(named - reads), sorted(reads - named)) == ([], [])
 
 

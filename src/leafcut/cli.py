@@ -10,17 +10,21 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, CycloptsError, Parameter, UnknownOptionError
 
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput
 from leafcut.flags import command_of
 from leafcut.option_spec import PLACES
-from leafcut.processes.settings import used_by
+from leafcut.options import Settings
+from leafcut.processes import registry
+from leafcut.processes.base import Process, Work
+from leafcut.processes.settings import all_options, used_by, why_unused
 from leafcut.progress import Reporter
 from leafcut.several import all_drill_files, expanded, targets_of
 from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, first_time
@@ -39,6 +43,11 @@ DASH, _HELD = "-", "\0"
 
 #: New objects between two looks for garbage: what is imported and compiled stays, and looking takes a tenth of a start.
 LITTER = 100_000
+
+#: What `optimize` takes.
+_EVERY_INPUT = (
+    "a drawing, a drill file, a map, a G-code program, or example:plate-70; several drill files make one program"
+)
 
 #: So many warnings are said where they are not asked for.
 MOST_WARNINGS = 10
@@ -70,8 +79,10 @@ def run(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit status; errors are one line on standard error."""
     try:
         words = [_HELD if word == DASH else word for word in arguments]
-        status = app()(words, exit_on_error=False, print_error=False)
+        status = app(arguments)(words, exit_on_error=False, print_error=False)
         return int(status or DONE)
+    except UnknownOptionError as problem:
+        return _refuse(_unknown(arguments, problem), USAGE)
     except CycloptsError as problem:
         return _refuse(" ".join(str(problem).split()) + " (see leafcut --help)", USAGE)
     except KeyboardInterrupt:
@@ -83,6 +94,18 @@ def run(arguments: Sequence[str]) -> int:
         return DONE
     except Exception as problem:  # the last net: no traceback reaches a user
         return _refuse(*_failure(problem))
+
+
+def _unknown(arguments: Sequence[str], problem: UnknownOptionError) -> str:
+    """Return what a person is told of a flag that the command does not have, though another one may."""
+    flag = (problem.token.keyword or problem.token.value if problem.token else "").partition("=")[0]
+    name = flag.removeprefix("--").removeprefix("no-").replace("-", "_")
+    command = next(iter(arguments), "")
+    works = {command: works for command, _, works, _ in _working_commands()}.get(command, [])
+    if works and any(name == option for _, option, _ in all_options()):
+        title, instead = (works[0].title, works[0].otherwise.get(name, "")) if len(works) == 1 else (command, "")
+        return f"{flag}: {why_unused(name, title, instead)}"
+    return " ".join(str(problem).split()) + " (see leafcut --help)"
 
 
 def _failure(problem: Exception) -> tuple[str, int]:
@@ -127,8 +150,11 @@ def _nothing_new_in(output: str | None) -> Iterator[None]:
         raise
 
 
-def app() -> App:
-    """Return the application with its commands; flags are made from the option groups."""
+def app(arguments: Sequence[str] = ()) -> App:
+    """Return the application with its commands; flags are made from the option groups.
+
+    Of a command line only the flags of its command are made: there are hundreds.
+    """
     made = App(
         name="leafcut",
         help="The shortest-time, verified CNC program for a drawing.",
@@ -138,11 +164,11 @@ def app() -> App:
         result_action="return_value",
         suppress_keyboard_interrupt=False,
     )
-    made.command(command_of(_optimize, used_by("drill", "cut", "pocket", "program")), name="optimize")
-    made.command(command_of(_solve, used_by("solve")), name="solve")
-    made.command(command_of(_nest, used_by("nest")), name="nest")
-    made.command(command_of(_simulate, used_by("simulate")), name="simulate")
-    made.command(command_of(_verify, used_by("verify")), name="verify")
+    asked = next((word for word in arguments if not word.startswith("-")), "")
+    all_of_them = not arguments or "--install-completion" in arguments
+    for name, function, works, special in _working_commands():
+        whole = command_of(function, used_by(*works), **special) if all_of_them or asked == name else function
+        made.command(whole, name=name, help=special.get("help"))
     made.command(_machines, name="machines")
     made.command(_algorithms, name="algorithms")
     made.command(_formats, name="formats")
@@ -151,15 +177,44 @@ def app() -> App:
     return made
 
 
+def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work], dict[str, Any]]]:
+    """Yield what does work: its name, its function, the kinds of work whose options it has, and what is its own."""
+    by_optimize = [one for one in registry.processes() if one.reads]
+    every = {"process": _process_flag("what is done", registry.asked_words()), "sources": _inputs(_EVERY_INPUT)}
+    yield "optimize", _optimize, by_optimize, {"annotations": every, "fixed": {"command": "optimize"}}
+    for one in registry.processes():
+        first = [name for _, names in one.form[:2] for name in names]
+        special: dict[str, Any] = {"first": first, "help": one.help}
+        if not one.reads:
+            yield one.command, _nest, [one], special
+            continue
+        words = [word for word in one.asked_as if word != one.command]
+        process = {"process": _process_flag("what the program does", ["auto", *words])} if words else {}
+        special["annotations"] = {"sources": _inputs(one.takes), **process}
+        special["fixed"] = {"command": one.command} | ({} if words else {"process": "auto"})
+        special["defaults"] = partial(_usual, one)
+        yield one.command, _optimize, [one], special
+    for name, function in (("solve", _solve), ("simulate", _simulate), ("verify", _verify)):
+        yield name, function, [registry.work(name)], {}
+
+
+def _usual(process: Process) -> dict[str, str]:
+    """Return the defaults that a process has instead of those of the options: its machine."""
+    return {"machine": process.usual(Settings()).machine.machine}
+
+
+def _process_flag(what: str, words: Iterable[str]) -> Any:
+    return Annotated[str, Parameter(name="--process", help=f"{what} [{', '.join(words)}]")]
+
+
+def _inputs(what: str) -> Any:
+    words = f"{what}; - for standard input; several, or with * and ?: each is done by itself"
+    return Annotated[str, Parameter(name="INPUT", help=words)]
+
+
 def _optimize(
-    *sources: Annotated[
-        str,
-        Parameter(
-            name="INPUT",
-            help="a drawing, a drill file, a map, a G-code program, example:plate-70, or - for standard input; several "
-            "drill files make one program, of several others, or with * and ?, each is done by itself",
-        ),
-    ],
+    *sources: str,
+    command: str,
     output: Annotated[
         str | None,
         Parameter(
@@ -169,9 +224,7 @@ def _optimize(
     report: Annotated[
         str | None, Parameter(name="--report", help="a page with pictures to write; of several, their folder")
     ] = None,
-    process: Annotated[
-        str, Parameter(name="--process", help="what is done [auto, drill, cut, pocket, mill, laser, plasma]")
-    ] = "auto",
+    process: str = "auto",
     options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
     no_defaults: NoDefaults = False,
     as_json: Json = False,
@@ -185,11 +238,12 @@ def _optimize(
     The search ends by itself when its colonies agree; --time-limit and --preset say what it may use at most.
     """
     output, report = _dashed(output), _dashed(report)
-    inputs, each = expanded([*map(_dashed, sources)], "optimize", folder=output, process=process)
+    asked = process if command == "optimize" or process != "auto" else command
+    inputs, each = expanded([*map(_dashed, sources)], command, folder=output, joins=asked in ("auto", "drill"))
     if output == DASH and as_json:
         raise OptionError("--json and -o -: standard output is for one of them; leave the other out")
     _check_file("--report", report)
-    given: dict[str, Any] = {"process": process, "options_file": options_file, "defaults_file": _defaults(no_defaults)}
+    given: dict[str, Any] = {"process": asked, "options_file": options_file, "defaults_file": _defaults(no_defaults)}
     if each:
         return _optimize_each(inputs, output, report, {**given, **_given(options)}, as_json=as_json, quiet=quiet)
     source = StandardInput.read() if inputs == [DASH] else inputs[0] if len(inputs) == 1 else inputs

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
@@ -12,29 +12,62 @@ from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
 
 
 def command_of(
-    function: Callable[..., int], options: Iterable[tuple[type[OptionGroup], str, OptionSpec]]
+    function: Callable[..., int],
+    options: Iterable[tuple[type[OptionGroup], str, OptionSpec]],
+    *,
+    first: Sequence[str] = (),
+    fixed: Mapping[str, Any] | None = None,
+    annotations: Mapping[str, Any] | None = None,
+    defaults: Callable[[], Mapping[str, str]] = dict,
+    help: str = "",
 ) -> Callable[..., int]:
-    """Return `function` with a flag for every one of `options`, which it receives as a dict `options`."""
-    own = [p for p in inspect.signature(function, eval_str=True).parameters.values() if p.name != "options"]
-    names = list(options)
+    """Return `function` with a flag for every one of `options`, which it receives as a dict `options`.
+
+    Parameters
+    ----------
+    first
+        Names of options that stand first in the help; the others stand behind them under "More".
+    fixed
+        What arguments of the function are: they have no flag.
+    annotations
+        Of arguments of the function, where they are not its own.
+    defaults
+        Returns defaults of options as the help tells them, where they are not those of their groups.
+    help
+        What is told in place of what the function says of itself.
+    """
+    fixed, usual = fixed or {}, defaults()
+    ours = [p for p in inspect.signature(function, eval_str=True).parameters.values() if p.name != "options"]
+    own = [p.replace(annotation=(annotations or {}).get(p.name, p.annotation)) for p in ours if p.name not in fixed]
+    names = sorted(options, key=lambda option: first.index(option[1]) if option[1] in first else len(first))
     places = {group: k for k, group in enumerate(dict.fromkeys(group for group, _, _ in names))}
-    flags = [_flag(group, name, spec, places[group]) for group, name, spec in names]
+    flags = [
+        _flag(group, name, spec, _group(group, places[group], name, first), usual.get(name, ""))
+        for group, name, spec in names
+    ]
 
     def command(*places: Any, **given: Any) -> int:
         # A list may be given by several flags.
         taken = {name: given.pop(name, None) for _, name, _ in names}
         options = {name: ",".join(value) if isinstance(value, list) else value for name, value in taken.items()}
-        return function(*places, **given, options=options)
+        return function(*places, **fixed, **given, options=options)
 
     command.__signature__ = inspect.Signature([*own, *flags])  # type: ignore[attr-defined]
     command.__annotations__ = {p.name: p.annotation for p in [*own, *flags]}
-    command.__doc__ = function.__doc__
+    command.__doc__ = help or function.__doc__
     return command
 
 
-def _flag(group: type[OptionGroup], name: str, spec: OptionSpec, place: int) -> inspect.Parameter:
+def _group(group: type[OptionGroup], place: int, name: str, first: Sequence[str]) -> Group:
+    """Return the part of the help that a flag stands in."""
+    if name in first:
+        return Group("What matters most", sort_key=9)
+    return Group(f"More: {group.title}" if first else group.title, sort_key=10 + place)
+
+
+def _flag(group: type[OptionGroup], name: str, spec: OptionSpec, where: Group, default_words: str) -> inspect.Parameter:
     default = group.defaults()[name]
-    words = spec.default_words or ("" if default in (None, (), False) else written(spec, default))
+    words = default_words or spec.default_words or ("" if default in (None, (), False) else written(spec, default))
     help_text = spec.help
     if spec.choices:
         help_text += f" [{', '.join(spec.choices)}]"
@@ -43,7 +76,7 @@ def _flag(group: type[OptionGroup], name: str, spec: OptionSpec, place: int) -> 
     parameter = Parameter(
         name=flag_name(name),
         help=help_text,
-        group=Group(group.title, sort_key=10 + place),
+        group=where,
         show_default=False,
         allow_leading_hyphen=True,
         negative_iterable=(),

@@ -14,13 +14,13 @@ _DASH = "-"
 
 
 def expanded(
-    words: Sequence[str], command: str, *, folder: str | None = None, process: str = "auto"
+    words: Sequence[str], command: str, *, folder: str | None = None, joins: bool = False
 ) -> tuple[list[str], bool]:
     """Return the inputs that are meant, and whether each is done by itself.
 
     A word with ``*``, ``?`` or ``[`` that is no file stands for the files that fit it, in the order of their names: not
-    every shell looks for them. Several inputs are done by themselves, but for drill files, of which `command` optimize
-    makes one program unless a `folder` is there for several.
+    every shell looks for them. Several inputs are done by themselves, but for drill files, of which one program is
+    made where the command `joins` them, unless a `folder` is there for several.
 
     Raises
     ------
@@ -43,8 +43,7 @@ def expanded(
         raise OptionError(f"{command} needs an INPUT (see leafcut {command} --help)")
     if len(inputs) > 1 and _DASH in inputs:
         raise OptionError("-: standard input is one input; give it without others")
-    joined = command == "optimize" and process in ("auto", "drill") and all_drill_files(inputs)
-    if joined and len(inputs) > 1 and not (folder and Path(folder).is_dir()):
+    if joins and len(inputs) > 1 and all_drill_files(inputs) and not (folder and Path(folder).is_dir()):
         return inputs, False
     return inputs, pattern or len(inputs) > 1
 

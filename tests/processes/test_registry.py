@@ -42,9 +42,13 @@ def test_what_is_made_of_a_file_is_what_is_asked_for_else_what_it_is_good_for_al
 @pytest.mark.parametrize(
     ("asked", "names", "words"),
     [
-        ("cat", ("dxf",), "'cat' is not there; use one of auto, drill, cut, pocket, mill, laser, plasma"),
-        ("mill", ("dxf",), "a drawing is drilled, cut or milled; use auto, drill, cut or pocket"),
-        ("cut", ("gcode",), "this is a program; of a program, say what it does: laser or plasma"),
+        ("cat", ("dxf",), "'cat' is not there; use one of auto, drill, cut, pocket, reorder, mill, laser, plasma"),
+        ("mill", ("dxf",), "mill: this is a drawing, and not a program; use drill, cut or pocket"),
+        (
+            "cut",
+            ("gcode",),
+            "cut: this is a program, and not a drawing; use leafcut reorder, or --process laser or plasma",
+        ),
         ("auto", ("excellon", "dxf"), "one program is made of several drill files only; a.dxf is none"),
         ("cut", ("excellon", "excellon"), "--process cut is none for them"),
     ],
@@ -60,6 +64,7 @@ class Engraving(Process):
 
     name = "engrave"
     title = "engraving"
+    command = "engrave"
     asked_as = ("engrave",)
     reads = "drawing"
     uses = use(MachineOptions) | use(JobOptions, "depth")
@@ -75,7 +80,7 @@ def test_a_process_from_outside_is_asked_for_by_its_own_word(monkeypatch: pytest
     entry = SimpleNamespace(name="engrave", value="toy:Engraving", load=lambda: Engraving)
     monkeypatch.setattr(registry, "_entry_points", lambda: [entry])
     registry.process.cache_clear()
-    assert registry.asked_words() == ("auto", "drill", "cut", "pocket", "engrave", "mill", "laser", "plasma")
+    assert registry.asked_words() == ("auto", "drill", "cut", "pocket", "engrave", "reorder", "mill", "laser", "plasma")
     assert chosen("engrave", "dxf") == "engrave"
     assert settings_for(collect({"depth": "0.2mm"}), Engraving()).job.depth == 0.2
     with pytest.raises(OptionError, match="--peck: engraving does not use it, it is for drilling; leave it out"):

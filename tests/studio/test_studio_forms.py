@@ -19,6 +19,7 @@ from leafcut.model.issue import CODES
 from leafcut.model.toolpath import Toolpath
 from leafcut.option_spec import flag_name
 from leafcut.options import ALGORITHMS
+from leafcut.processes import registry
 from leafcut.processes.settings import all_options, collect, used_by
 from leafcut.read.machine import load_machine, machine_names
 from leafcut.studio import forms
@@ -88,7 +89,7 @@ def test_a_form_has_only_what_its_work_uses(work: str) -> None:
         for group in made(work, algorithm=algorithm)
         for field in group["fields"]
     }
-    assert names - {name for _, name, _ in used_by(work)} - {"dialect", "allow_reverse"} == set()
+    assert names - {name for _, name, _ in used_by(registry.work(work))} - {"dialect", "allow_reverse"} == set()
 
 
 @pytest.mark.parametrize("work", list(forms.WORKS))

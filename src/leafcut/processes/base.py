@@ -106,8 +106,12 @@ class Process(Work, Protocol):
         The format of which it makes one program of several files; "" where it does so of none.
     instead
         What ``--process`` may be mistaken for, and what to say then.
-    command, asks
-        The command that does it, and what ``--process`` has to say where a file is good for several kinds of work.
+    command, help
+        The command that does it alone, and what that does, in a line. It is what ``--process`` says to have it.
+    takes
+        What its input is, in words.
+    asks
+        What ``--process`` has to say where a file is good for several kinds of work.
     offered_with
         The kind of work with which a page offers this one, too.
     form
@@ -121,7 +125,9 @@ class Process(Work, Protocol):
     by_itself: ClassVar[bool] = False
     joins: ClassVar[str] = ""
     instead: ClassVar[Mapping[str, str]] = {}
-    command: ClassVar[str] = "optimize"
+    command: ClassVar[str]
+    help: ClassVar[str] = ""
+    takes: ClassVar[str] = "a drawing"
     asks: ClassVar[str] = "auto"
     offered_with: ClassVar[str] = ""
     form: ClassVar[FormGroups] = ()

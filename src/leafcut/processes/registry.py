@@ -146,15 +146,15 @@ def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
     fitting = [one for one in processes() if one.reads == kind]
     for one in fitting:
         if asked in one.instead:
-            raise OptionError(f"--process {asked}: {one.instead[asked]}")
+            raise OptionError(f"{asked}: {one.instead[asked]}")
     if asked == "auto":
         alone = (one for one in fitting if one.by_itself and format_.processes == (one.name,))
         return next(alone, fitting[0])
     for one in fitting:
         if asked in one.asked_as:
             return one
-    words = " or ".join(", ".join(["auto", *(word for one in fitting for word in one.asked_as)]).rsplit(", ", 1))
-    raise OptionError(f"--process {asked}: a drawing is drilled, cut or milled; use {words}")
+    words = " or ".join(", ".join(word for one in fitting for word in one.asked_as).rsplit(", ", 1))
+    raise OptionError(f"{asked}: this is a drawing, and not a program; use {words}")
 
 
 def _joining(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:

@@ -74,9 +74,9 @@ def options_of_file(file: Path) -> dict[str, Any]:
     return {name: value for _, table in _file_tables(file) for name, value in table.items()}
 
 
-def used_by(*works: str) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
+def used_by(*works: Work) -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
     """Yield every option that one of some kinds of work uses, as `all_options` does."""
-    used = {name for work in works for name in registry.work(work).used()}
+    used = {name for work in works for name in work.used()}
     for group, name, spec in all_options():
         if name in used:
             yield group, name, spec
@@ -99,14 +99,19 @@ def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settin
     return without(settings, unused) if unused else settings
 
 
+def why_unused(name: str, title: str, instead: str = "") -> str:
+    """Return why work with a title does not take an option, which others it is for, and what to do instead."""
+    titles = [one.title for one in registry.works() if name in one.used()]
+    others = " and ".join(", ".join(titles).rsplit(", ", 1))
+    return f"{title} does not use it, it is for {others}; {instead or 'leave it out'}"
+
+
 def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[str, str]]:
     """Yield the options that were given and are not used, and why they are not and what to do."""
     used = work.used()
     for name in sorted(settings.given):
         if name not in used:
-            titles = [one.title for one in registry.works() if name in one.used()]
-            others = " and ".join(", ".join(titles).rsplit(", ", 1))
-            yield name, f"{work.title} does not use it, it is for {others}; {work.otherwise.get(name, 'leave it out')}"
+            yield name, why_unused(name, work.title, work.otherwise.get(name, ""))
             continue
         for condition in used[name].split():
             if not _holds(condition, settings, input_kind):

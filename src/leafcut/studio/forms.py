@@ -55,13 +55,18 @@ _OTHERS = {
 }
 #: In the order in which they are offered: those of processes, then the others.
 WORKS: dict[str, WorkKind] = {
-    **{one.name: WorkKind(one.command, one.asks, one.form) for one in registry.processes()},
+    **{
+        one.name: WorkKind("optimize" if one.reads else one.command, one.asks, one.form) for one in registry.processes()
+    },
     **{name: WorkKind(name, "auto", groups) for name, groups in _OTHERS.items()},
 }
 #: What a nested sheet is cut with: asked for beside the nests, before their cuts are planned.
 CUT_OF_NEST = ("machine", "thickness", "material", "cut_process")
 #: What a program may be said to do, beside leaving it to leafcut to see.
-PROGRAM_PROCESSES = ("auto", *(word for one in registry.processes() if one.reads == "program" for word in one.asked_as))
+PROGRAM_PROCESSES = (
+    "auto",
+    *(word for one in registry.processes() if one.reads == "program" for word in one.asked_as if word != one.command),
+)
 
 
 def names_of(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, ...]], ...]:

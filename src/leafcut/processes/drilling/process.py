@@ -33,6 +33,9 @@ class Drilling(Process):
     uses = use(ReadOptions) | use(MachineOptions) | ORDERED | WRITTEN
     uses |= use(JobOptions, but=("material", "keep_order"))
     otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012  # the protocol says that it is of the class
+    command = "drill"
+    help = "Drill the holes and slots of a drawing, of a drill file, or of several drill files of one board."
+    takes = "a drawing, a drill file, or a map; several drill files make one program"
     asked_as = ("drill",)
     reads = "drawing"
     by_itself = True

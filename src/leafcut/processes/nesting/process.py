@@ -28,6 +28,7 @@ class Nesting(Process):
     uses |= use(CutDataOptions, "cut_process")
     uses |= use(SolveOptions, "preset", "time_limit", "iterations", "seed", "threads")
     command = "nest"
+    help = "Lay parts on sheets, in several variants, and write the best as DXF to be cut."
     offered_with = "cut"
     form = (
         ("main", ("sheet", "kerf", "gap", "margin", "rotations", "into_holes")),

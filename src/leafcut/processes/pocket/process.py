@@ -38,7 +38,9 @@ class Pocketing(Process):
     uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions, but=("keep_order",)) | ORDERED | WRITTEN
     #: Whatever the algorithm is, fireflies may order the grid: every strategy is tried.
     uses |= dict.fromkeys(use(FireflyOptions), "")
-    otherwise = {"thickness": "--depth says how deep the pocket is"}  # noqa: RUF012  # the protocol says that it is of the class
+    command = "pocket"
+    help = "Mill the pockets of a drawing or of a picture."
+    takes = "a drawing, or a picture"
     asked_as = ("pocket",)
     reads = "drawing"
     by_itself = True

@@ -37,12 +37,15 @@ class ForeignProgram(Process):
         "mirror": "mirror the drawing, or in the CAM, which knows leads and climb milling",
         "rotate": "turn the drawing, or in the CAM, or by the machine's work offset",
     }
-    asked_as = ("drill", "mill", "laser", "plasma")
+    command = "reorder"
+    help = "Put the work of another CAM's G-code program in a shorter order, and prove that it does the same."
+    takes = "a G-code program"
+    asked_as = ("reorder", "drill", "mill", "laser", "plasma")
     reads = "program"
     by_itself = True
     instead = {  # noqa: RUF012  # the protocol says that it is of the class
-        "cut": "this is a program; of a program, say what it does: laser or plasma",
-        "pocket": "this is a program; of a program, say what it does: mill",
+        "cut": "this is a program, and not a drawing; use leafcut reorder, or --process laser or plasma",
+        "pocket": "this is a program, and not a drawing; use leafcut reorder, or --process mill",
     }
     form = (
         ("main", ("machine", "merge_tools", "mix_operations", "allow_reverse", "keep_order")),
@@ -59,7 +62,7 @@ class ForeignProgram(Process):
 
         (source,) = sources
         check_is_text(source.path, source.data)
-        return resequence(run, source.path, source.data, asked)
+        return resequence(run, source.path, source.data, "auto" if asked == self.command else asked)
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Refuse: a program has motions, and no drawing."""

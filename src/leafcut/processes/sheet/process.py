@@ -32,6 +32,8 @@ class SheetCutting(Process):
     uses = use(ReadOptions, but=("merge_tolerance", "concentric")) | use(SheetOptions) | use(MachineOptions)
     uses |= use(JobOptions, *_JOB, start_point="start_corner=free") | use(CutDataOptions)
     uses |= ORDERED | use(PostOptions, but=("coolant",))
+    command = "cut"
+    help = "Cut the contours of a drawing from sheet, by plasma, laser, flame or water."
     asked_as = ("cut",)
     reads = "drawing"
     asks = "cut"

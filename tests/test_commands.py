@@ -1,0 +1,101 @@
+"""One command for each process: it has the process's options and no others, the ones that matter first."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from every import every
+from leafcut.cli import run
+from leafcut.option_spec import flag_name
+from leafcut.processes import registry
+
+COMMANDS = {one.command: one for one in registry.processes()}
+#: Flags of every command that are no options.
+OWN = {"--output", "--report", "--options", "--no-defaults", "--json", "--quiet", "--process"}
+
+
+def helped(command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> dict[str, list[str]]:
+    """Return the flags of a command's help: the title of each part → its flags in their order."""
+    monkeypatch.setenv("COLUMNS", "250")
+    assert run([command, "--help"]) == 0
+    parts: dict[str, list[str]] = {}
+    for line in capsys.readouterr().out.splitlines():
+        if title := re.match(r"╭─ (.+?) ─+╮", line):
+            flags = parts.setdefault(title[1], [])
+        elif flag := re.match(r"│ (--[a-z0-9-]+)", line):
+            flags.append(flag[1])
+    return parts
+
+
+@every("command", COMMANDS)
+def test_a_command_has_the_options_of_its_process_and_no_others(
+    command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown = {flag for flags in helped(command, capsys, monkeypatch).values() for flag in flags} - OWN
+    assert shown == {flag_name(name) for name in COMMANDS[command].used()}
+
+
+@every("command", COMMANDS)
+def test_the_ten_options_that_matter_stand_first_and_the_rest_under_more(
+    command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those that a form of the studio shows open, in its order."""
+    parts = helped(command, capsys, monkeypatch)
+    first = [flag_name(name) for _, names in COMMANDS[command].form[:2] for name in names]
+    titles = list(parts)
+    assert parts["What matters most"] == first and len(first) <= 11
+    behind = titles[titles.index("What matters most") + 1 :]
+    assert behind and all(title.startswith("More: ") for title in behind)
+
+
+def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["--help"]) == 0
+    words = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    for command, process in COMMANDS.items():
+        assert f"{command} {process.help}" in words
+
+
+@every(
+    "command, source, options",
+    [
+        ("drill", "plate_10.dxf", "--thickness 6 --seed 3"),
+        ("cut", "bracket.dxf", "--thickness 6 --machine laser-table --preset fast"),
+        ("pocket", "pocket.dxf", "--depth 3 --tool-diameter 6 --strategy contour"),
+        ("reorder", "cam_121.nc", "--preset fast"),
+    ],
+)
+def test_a_command_writes_what_optimize_writes(
+    command: str, source: str, options: str, examples: Path, capsysbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    given = [str(examples / source), "-q", "-o", "-", *options.split()]
+    asked = [] if command == "reorder" else ["--process", command]
+    assert run([command, *given]) == 0
+    written = capsysbinary.readouterr().out
+    assert run(["optimize", *asked, *given]) == 0
+    assert written == capsysbinary.readouterr().out != b""
+
+
+@every(
+    "words, told",
+    [
+        ("drill plate_10.dxf --kerf-width 2", "--kerf-width: drilling does not use it, it is for cutting a sheet; "),
+        ("drill plate_10.dxf --keep-order", "--keep-order: drilling does not use it, .*; --algorithm none keeps"),
+        ("reorder cam_121.nc --no-chains", "--no-chains: a G-code program does not use it, it is for cutting a sheet"),
+        ("optimize plate_10.dxf --gap=3", "--gap: optimize does not use it, it is for nesting; leave it out"),
+        ("cut bracket.dxf --kerf-widt 2", "Unknown option: --kerf-widt. Did you mean --kerf-width"),
+        ("reorder plate_10.dxf", "reorder: this is a drawing, and not a program; use drill, cut or pocket"),
+        ("cut cam_121.nc", "cut: this is a program, and not a drawing; use leafcut reorder"),
+        ("pocket", "pocket needs an INPUT"),
+    ],
+)
+def test_what_a_command_is_not_for_is_refused_in_one_line(
+    words: str, told: str, examples: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(examples)
+    assert run(words.split()) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.count("\n") == 1
+    assert re.match(f"leafcut: {told}", err), err
