@@ -106,7 +106,7 @@ def test_the_commands_of_the_page_on_nesting_run(tmp_path: Path, monkeypatch: py
 
 
 def test_the_sheet_that_the_readme_cuts_is_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (command,) = re.findall(r"leafcut (optimize examples/sheet\.dxf .+)$", README, flags=re.MULTILINE)
+    (command,) = re.findall(r"leafcut (cut examples/sheet\.dxf .+)$", README, flags=re.MULTILINE)
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     monkeypatch.chdir(tmp_path)
     assert run([*shlex.split(command), "--preset", "fast", "-q"]) == 0
@@ -121,7 +121,7 @@ def test_the_commands_of_the_page_on_pockets_run(tmp_path: Path, monkeypatch: py
     few = tuple(way for way in pocket_strategies.WAYS if way.name == "contour")
     monkeypatch.setattr(pocket_strategies, "WAYS", few)
     text = (ROOT / "docs" / "pockets.md").read_text(encoding="utf-8")
-    commands = re.findall(r"^    leafcut (optimize examples/pocket\..+)$", text, flags=re.MULTILINE)
+    commands = re.findall(r"^    leafcut (pocket examples/pocket\..+)$", text, flags=re.MULTILINE)
     assert len(commands) >= 5
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     monkeypatch.chdir(tmp_path)
