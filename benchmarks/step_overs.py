@@ -25,7 +25,7 @@ from leafcut.processes.pocket.measures import measure_path
 from leafcut.processes.pocket.plan.arcs import fitted
 from leafcut.processes.pocket.plan.region import centre_regions
 from leafcut.processes.pocket.plan.rules import USUAL_POINTS
-from leafcut.processes.pocket.strategies import WAYS, Way
+from leafcut.processes.pocket.strategies import WAYS, ClearingWay
 from leafcut.processes.settings import collect
 
 #: Shares of the tool's diameter.
@@ -35,7 +35,7 @@ ROUNDING = 0.005
 REFUSED = "–"
 
 
-def measured(name: str, way: Way, share: float) -> tuple[float, float] | None:
+def measured(name: str, way: ClearingWay, share: float) -> tuple[float, float] | None:
     """Return the largest step-over, mm, and what stays uncut, percent, of a pocket; None where the way is refused.
 
     Raises

@@ -202,6 +202,22 @@ def test_a_circle_is_found() -> None:
     assert set(circle_in({"a": {"b"}, "b": {"c", "d"}, "c": {"a"}, "d": {"e"}, "e": set()})) == {"a", "b", "c"}
 
 
+def test_a_class_or_a_type_is_defined_once_under_its_name() -> None:
+    """A reader who meets a name looks it up in one place; what a module keeps to itself begins with an underscore."""
+    homes: dict[str, list[str]] = {}
+    for file in FILES:
+        for node in ast.parse(file.read_text(encoding="utf-8")).body:
+            names = [node.name] if isinstance(node, ast.ClassDef) else _assigned(node)
+            for name in names:
+                if name[0].isupper() and not name.isupper():
+                    homes.setdefault(name, []).append(file.name)
+    assert {name: files for name, files in homes.items() if len(files) > 1} == {}
+
+
+def _assigned(node: ast.stmt) -> list[str]:
+    return [t.id for t in node.targets if isinstance(t, ast.Name)] if isinstance(node, ast.Assign) else []
+
+
 def loaded_by(statement: str) -> set[str]:
     """Return the top-level modules that a fresh interpreter has loaded after `statement`."""
     code = f"{statement}\nimport sys\nprint(' '.join({{m.split('.')[0] for m in sys.modules}}))"

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from leafcut.errors import OptionError
-from leafcut.plugins import Kind, file_of
+from leafcut.plugins import PluginKind, file_of
 from packages import Installer
 
 
@@ -16,7 +16,7 @@ def lengthened(_: str, found: Any) -> int:
 
 
 #: A kind of its own: words, of which what counts is one more than their letters.
-WORDS = Kind("word", "leafcut.words", lambda: ["and"], lengthened)
+WORDS = PluginKind("word", "leafcut.words", lambda: ["and"], lengthened)
 
 
 def test_a_plugin_is_what_its_kind_makes_of_what_the_entry_point_names(install: Installer) -> None:

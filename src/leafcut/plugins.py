@@ -41,7 +41,7 @@ class Plugin(Generic[T]):
 
 
 @dataclass(frozen=True)
-class Kind(Generic[T]):
+class PluginKind(Generic[T]):
     """One kind of plug-in.
 
     Attributes

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from every import every
+from leafcut.geometry.arrays import Points
 from leafcut.geometry.best_fit import best_fit
 from leafcut.geometry.moments import moments, off_circle, off_line
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.tracing import level_lines
 
 RNG = np.random.default_rng(5)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Points
 from leafcut.model.pocket import Pocket, PocketPath, PocketRules
 from leafcut.stock.tool_steps import way_of
 

@@ -18,7 +18,7 @@ from leafcut.studio import safety
 from leafcut.studio.app import guarded, make_api
 from leafcut.studio.connections import patient_protocol
 from leafcut.studio.folder import Folder, safe_name
-from leafcut.studio.keys import COOKIE_SECONDS, Keys
+from leafcut.studio.keys import COOKIE_SECONDS, StudioKeys
 from leafcut.studio.safety import STILL_POLICY, Guard
 from leafcut.studio.studio import PORT, Studio, open_studio
 from leafcut.studio.task import Task, prepare
@@ -66,7 +66,7 @@ def test_the_token_in_the_address_becomes_a_cookie_that_scripts_and_other_sites_
 
 def test_a_cookie_ends_and_a_page_that_is_loaded_has_it_anew() -> None:
     now = [1000.0]
-    keys = Keys(b"k" * 32, lambda: now[0])
+    keys = StudioKeys(b"k" * 32, lambda: now[0])
 
     async def page(scope, receive, send) -> None:
         await send({"type": "http.response.start", "status": 200, "headers": []})
@@ -88,7 +88,7 @@ def test_a_cookie_ends_and_a_page_that_is_loaded_has_it_anew() -> None:
 
 
 def test_only_so_many_addresses_that_were_not_used_are_good() -> None:
-    keys = Keys(b"k" * 32)
+    keys = StudioKeys(b"k" * 32)
     made = [keys.new_entry() for _ in range(20)]
     assert not keys.enter(made[0])
     assert keys.enter(made[-1])
@@ -246,7 +246,7 @@ def test_scripts_and_styles_of_a_page_get_a_nonce_that_is_never_the_same() -> No
         await send({"type": "http.response.body", "body": b"<script>a</scr", "more_body": True})
         await send({"type": "http.response.body", "body": b"ipt><style>b</style><scripted>"})
 
-    keys = Keys(b"k" * 32)
+    keys = StudioKeys(b"k" * 32)
     client = TestClient(
         Guard(page, keys=keys, port=PORT), base_url=OWN, headers={"authorization": f"Bearer {keys.token}"}
     )

@@ -20,7 +20,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 from leafcut.errors import OptionError, nearest, shown
 from leafcut.files import line_of, parse_toml, toml_bytes
 from leafcut.gcode.dialect_checks import fault_of, faults_of_words
-from leafcut.plugins import Kind, file_of
+from leafcut.plugins import PluginKind, file_of
 
 
 @dataclass(frozen=True)
@@ -278,7 +278,9 @@ def _shipped_names() -> frozenset[str]:
 
 
 #: Dialects of other packages: each is a TOML file.
-DIALECTS = Kind("dialect", "leafcut.dialects", _shipped_names, lambda name, found: _of_file(file_of(name, found), name))
+DIALECTS = PluginKind(
+    "dialect", "leafcut.dialects", _shipped_names, lambda name, found: _of_file(file_of(name, found), name)
+)
 
 
 @cache

@@ -15,7 +15,7 @@ from leafcut.gcode.block_record import BlockRecord
 from leafcut.gcode.foreign_state import ForeignState
 from leafcut.gcode.motion import RADIUS_RELATIVE_TOLERANCE, RADIUS_TOLERANCE
 from leafcut.gcode.torch import say_power
-from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.toolpath import SPEED_ALONE, Arc
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -24,7 +24,7 @@ _ANY = r"([+-]?(?:[0-9]{1,8}+(?:\.[0-9]{0,20}+)?|\.[0-9]{1,20}+))"
 _POINTED = r"([+-]?(?:[0-9]{1,8}+\.[0-9]{0,20}+|\.[0-9]{1,20}+))"
 
 #: kind, x, y, z, feed, arc; the line comes behind it. Empty: a line that moves nothing.
-Row = tuple[float, ...]
+MovedRow = tuple[float, ...]
 
 
 def _pattern(number: str) -> re.Pattern[str]:
@@ -41,7 +41,9 @@ _LOOKS = 0xFFF
 class FastPath:
     """Runs plain lines of one program."""
 
-    def __init__(self, lines: Sequence[str], state: ForeignState, record: BlockRecord, look: Look = unseen) -> None:
+    def __init__(
+        self, lines: Sequence[str], state: ForeignState, record: BlockRecord, look: Heartbeat = unseen
+    ) -> None:
         self._lines = lines
         self._state = state
         self._record = record
@@ -124,7 +126,7 @@ class FastPath:
             state.path.spindle(state.spindle * speed, line, SPEED_ALONE)
         return len(state.path)
 
-    def _arc(self, motion: int, end: list[float], i: str | None, j: str | None, feed: float) -> Row | None:
+    def _arc(self, motion: int, end: list[float], i: str | None, j: str | None, feed: float) -> MovedRow | None:
         """Return the row of an arc, or None when it is for the full way."""
         state = self._state
         if (i is None and j is None) or not feed > 0.0 or state.plane != 17 or state.absolute_centres:

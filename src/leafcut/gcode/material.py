@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from leafcut.geometry.arrays import Point3
 from leafcut.model.toolpath import MOTIONS, PLACES, Kind, Motion, Toolpath
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
@@ -45,7 +46,6 @@ class Material:
 
 #: From a line of the program on: a material; None is one that only the controller knows.
 Choice = tuple[int, Material | None]
-Place = tuple[float, float, float]
 
 
 def materials_of(lines: Sequence[str]) -> list[Choice]:
@@ -161,7 +161,7 @@ def _feed_after(path: Toolpath, index: int) -> float:
     return float(path.value[first]) if path.kind[first] in _CUTTING else 0.0
 
 
-def _switching(row: Motion, material: Material, place: Place, clearance: float, feed: float) -> Iterator[Motion]:
+def _switching(row: Motion, material: Material, place: Point3, clearance: float, feed: float) -> Iterator[Motion]:
     """Yield what a controller does where the program switches the torch at a place and then cuts at a feed."""
 
     def to(kind: Kind, z: float, feed: float = 0.0) -> Motion:

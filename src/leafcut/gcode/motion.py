@@ -6,6 +6,7 @@ import math
 
 from leafcut.gcode.state import AXES, InterpreterState
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
+from leafcut.geometry.arrays import Point3
 from leafcut.model.toolpath import Arc, plane_axes
 
 #: How far the two radii of an arc may differ: always this much, mm …
@@ -16,8 +17,6 @@ RADIUS_RELATIVE_TOLERANCE = 0.001
 SHORT_RADIUS_TOLERANCE = 0.002
 #: More turns than this in one block is a slip.
 MAX_TURNS = 10_000
-
-Point = tuple[float, float, float]
 
 
 def run_straight(state: InterpreterState, letters: dict[str, Word]) -> None:
@@ -105,12 +104,12 @@ def run_arc(state: InterpreterState, letters: dict[str, Word]) -> None:
     )
 
 
-def _flat(point: list[float] | Point, axes: tuple[int, int, int]) -> tuple[float, float]:
+def _flat(point: list[float] | Point3, axes: tuple[int, int, int]) -> tuple[float, float]:
     return point[axes[0]], point[axes[1]]
 
 
 def _centre_of_offsets(
-    state: InterpreterState, letters: dict[str, Word], begin: Point, axes: tuple[int, int, int]
+    state: InterpreterState, letters: dict[str, Word], begin: Point3, axes: tuple[int, int, int]
 ) -> list[float]:
     """Return the centre given by two of I, J and K; the third coordinate is the start's."""
     names = ["IJK"[axis] for axis in axes[:2]]
@@ -126,7 +125,7 @@ def _centre_of_offsets(
     return center
 
 
-def _check_radii(begin: Point, end: list[float], center: list[float], axes: tuple[int, int, int]) -> None:
+def _check_radii(begin: Point3, end: list[float], center: list[float], axes: tuple[int, int, int]) -> None:
     inner = math.dist(_flat(begin, axes), _flat(center, axes))
     outer = math.dist(_flat(end, axes), _flat(center, axes))
     if inner == 0.0:
@@ -136,7 +135,7 @@ def _check_radii(begin: Point, end: list[float], center: list[float], axes: tupl
 
 
 def _centre_of_radius(
-    begin: Point, end: list[float], axes: tuple[int, int, int], radius: float, clockwise: bool
+    begin: Point3, end: list[float], axes: tuple[int, int, int], radius: float, clockwise: bool
 ) -> list[float]:
     """Return the centre of an arc of given radius; a negative radius takes the long way round."""
     (u0, v0), (u1, v1) = _flat(begin, axes), _flat(end, axes)
@@ -156,7 +155,7 @@ def _centre_of_radius(
 
 
 def _sweep(
-    begin: Point, end: list[float], center: list[float], axes: tuple[int, int, int], clockwise: bool, turns: int
+    begin: Point3, end: list[float], center: list[float], axes: tuple[int, int, int], clockwise: bool, turns: int
 ) -> float:
     """Return the angle of an arc, rad, always positive."""
     (u0, v0), (u1, v1), (uc, vc) = _flat(begin, axes), _flat(end, axes), _flat(center, axes)

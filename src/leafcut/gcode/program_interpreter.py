@@ -25,7 +25,7 @@ from leafcut.gcode.obeyed import obeyed_lines
 from leafcut.gcode.program import Program
 from leafcut.gcode.saying import Stretches, as_read, may_read_parameters, messages, say, text_behind
 from leafcut.gcode.words import Block, BlockError, has_nested_comment, split_line, words_of
-from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.toolpath import Kind
 from leafcut.units import MM_PER_UNIT
 
@@ -52,7 +52,7 @@ def interpret_program(
     file: str = "program",
     *,
     units: str | None = None,
-    look: Look = unseen,
+    look: Heartbeat = unseen,
 ) -> Program:
     """Return what a program of any CAM does, block by block.
 
@@ -129,7 +129,7 @@ def _readable(line: str) -> bool | None:
 class _ProgramPass:
     """One program on its way through."""
 
-    def __init__(self, text: str, state: ForeignState, file: str, look: Look) -> None:
+    def __init__(self, text: str, state: ForeignState, file: str, look: Heartbeat) -> None:
         self.file, self.look = file, look
         self.lines = lines_of(text, state.dialect, file)
         self.state = state

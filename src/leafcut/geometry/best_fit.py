@@ -13,10 +13,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats, Points
 from leafcut.geometry.moments import moments, off_circle, off_line
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.polyline import Polyline
 
 #: What a line and an arc cost beside their points: about the logarithm of the number of points for each of their 3 and
 #: 4 numbers (Schwarz, "Estimating the dimension of a model", 1978), as of some thousand points.
@@ -37,8 +37,6 @@ TRUE, LEAST_SHARE = 0.6, 0.1
 NEAR = 4.0
 _TINY = 1e-12
 
-Table = NDArray[np.float64]
-
 
 class _Piece(NamedTuple):
     """A line or an arc through points: indices from and to (excluded), its centre and radius, or a direction."""
@@ -53,7 +51,7 @@ class _Piece(NamedTuple):
     dy: float
 
 
-def best_fit(points: Points, noise: Table) -> Polyline | None:
+def best_fit(points: Points, noise: Floats) -> Polyline | None:
     """Return lines and arcs through a closed line of points, or None where they make no closed path.
 
     O(n · `WINDOW`).
@@ -86,7 +84,7 @@ def best_fit(points: Points, noise: Table) -> Polyline | None:
 # -- which points belong together ------------------------------------------------------------------------------------
 
 
-def _true_pieces(points: Points, weights: Table, first: int, beyond: int, share: float) -> list[_Piece]:
+def _true_pieces(points: Points, weights: Floats, first: int, beyond: int, share: float) -> list[_Piece]:
     """Return the line or arc through some of the points, or several, for a `share` of the fees, where it is untrue."""
     one = _piece(points, weights, first, beyond)
     own = points[first:beyond]
@@ -98,7 +96,7 @@ def _true_pieces(points: Points, weights: Table, first: int, beyond: int, share:
     return [piece for a, b in pairs for piece in _true_pieces(points, weights, a, b, share)]
 
 
-def _divided(points: Points, weights: Table, share: float = 1.0) -> list[int]:
+def _divided(points: Points, weights: Floats, share: float = 1.0) -> list[int]:
     """Return the first points of the pieces of the cheapest division of an open line, for a share of the fees."""
     n = len(points)
     window = min(WINDOW, n)
@@ -123,7 +121,7 @@ def _divided(points: Points, weights: Table, share: float = 1.0) -> list[int]:
     return cuts[::-1]
 
 
-def _merged(points: Points, weights: Table, cuts: list[int]) -> list[int]:
+def _merged(points: Points, weights: Floats, cuts: list[int]) -> list[int]:
     """Return the cuts without those between pieces that are one: longer than the window, or over the opening."""
     cuts = list(cuts)
     k = 1
@@ -136,11 +134,11 @@ def _merged(points: Points, weights: Table, cuts: list[int]) -> list[int]:
     return cuts
 
 
-def _fee(points: Points, weights: Table, first: int, beyond: int) -> float:
+def _fee(points: Points, weights: Floats, first: int, beyond: int) -> float:
     return float(_fees(points[None, first:beyond] - points[first], weights[None, first:beyond])[0, -1])
 
 
-def _fees(places: Table, weights: Table, share: float = 1.0) -> Table:
+def _fees(places: Floats, weights: Floats, share: float = 1.0) -> Floats:
     """Return what pieces of 1, 2, 3 … points cost, of every row of float64[rows, points, 2]."""
     m = moments(places, weights)
     total = np.cumsum(weights, axis=1)
@@ -151,7 +149,7 @@ def _fees(places: Table, weights: Table, share: float = 1.0) -> Table:
 # -- lines and arcs --------------------------------------------------------------------------------------------------
 
 
-def _piece(points: Points, weights: Table, first: int, beyond: int) -> _Piece:
+def _piece(points: Points, weights: Floats, first: int, beyond: int) -> _Piece:
     """Return the line or arc through some of the points that costs less."""
     origin, own = points[first], points[first:beyond]
     m = moments(own[None] - origin, weights[None, first:beyond])
@@ -179,7 +177,7 @@ def _circle(piece: _Piece) -> Polyline | None:
     return Polyline.circle(piece.x, piece.y, abs(piece.radius), clockwise=piece.radius < 0.0)
 
 
-def _filleted(points: Points, weights: Table, pieces: list[_Piece]) -> list[_Piece]:
+def _filleted(points: Points, weights: Floats, pieces: list[_Piece]) -> list[_Piece]:
     """Return the pieces with those between two lines tangent to both, where that explains the points as well."""
     found: list[_Piece] = []
     for k, piece in enumerate(pieces):
@@ -195,7 +193,7 @@ def _filleted(points: Points, weights: Table, pieces: list[_Piece]) -> list[_Pie
     return found
 
 
-def _fillet(points: Points, weights: Table, piece: _Piece, before: _Piece, after: _Piece) -> _Piece | None:
+def _fillet(points: Points, weights: Floats, piece: _Piece, before: _Piece, after: _Piece) -> _Piece | None:
     """Return the arc tangent to two lines through the points of a piece, None where they do not lie on one."""
     cross = before.dx * after.dy - before.dy * after.dx
     corner = [] if before.radius or after.radius else _meetings(before, after)
@@ -214,7 +212,7 @@ def _fillet(points: Points, weights: Table, piece: _Piece, before: _Piece, after
     along = np.where(ahead, -(own @ (before.dx, before.dy)), own @ (after.dx, after.dy))
     beside = np.where(ahead, own @ (before.dy, -before.dx), own @ (after.dy, -after.dx))
 
-    def off(radius: float) -> Table:
+    def off(radius: float) -> Floats:
         out = own - radius * reach * np.array([bx, by])
         round_off = np.hypot(out[:, 0], out[:, 1]) - radius
         return np.asarray(np.where(along > radius / math.tan(half), beside, round_off))
@@ -260,7 +258,7 @@ def _likely(cost: Callable[[float], float], low: float, high: float) -> float:
     return 0.5 * (min(as_well) + max(as_well))
 
 
-def _distances(piece: _Piece, places: Points) -> Table:
+def _distances(piece: _Piece, places: Points) -> Floats:
     out = places - (piece.x, piece.y)
     if piece.radius == 0.0:
         return np.asarray(out[:, 0] * piece.dy - out[:, 1] * piece.dx)

@@ -5,11 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from leafcut.geometry.polyline import Points
-
-Rows = NDArray[np.int64]
+from leafcut.geometry.arrays import Indices, Points
 
 
 class Cells:
@@ -29,19 +26,19 @@ class Cells:
         self.low, self.side, self.margin = np.array(bounds[:2]), side, margin
         self.wide = math.ceil((bounds[2] - bounds[0]) / side) + 2 * margin
 
-    def of(self, places: Points) -> Rows:
+    def of(self, places: Points) -> Indices:
         """Return the cells that places, float64[n, 2], are in, int64[n]."""
         column, row = (np.floor((places - self.low) / self.side).astype(np.int64) + self.margin).T
-        cells: Rows = row * self.wide + column
+        cells: Indices = row * self.wide + column
         return cells
 
-    def around(self, cells: Rows, reach: int) -> Rows:
+    def around(self, cells: Indices, reach: int) -> Indices:
         """Return the cells as near to some as `reach`, each once, sorted."""
         cells, offsets = np.unique(cells), np.arange(-reach, reach + 1)
         for step in (1, self.wide):
             cells = np.unique(cells[:, None] + step * offsets)
         return cells
 
-    def columns_and_rows(self, cells: Rows) -> tuple[Rows, Rows]:
+    def columns_and_rows(self, cells: Indices) -> tuple[Indices, Indices]:
         """Return which column and which row of cells each is in, 0 at the corner of the box."""
         return cells % self.wide - self.margin, cells // self.wide - self.margin

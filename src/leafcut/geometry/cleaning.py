@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.arrays import Points
+from leafcut.geometry.polyline import Polyline
 
 #: Vertices nearer than this are one, mm: a hundredth of what any machine resolves.
 SAME = 1e-5

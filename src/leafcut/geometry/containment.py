@@ -10,10 +10,9 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.index import query_pairs
 from leafcut.geometry.overlaps import SAME
-
-Place = tuple[float, float]
 
 #: Pairs of outlines that meet which no sheet has: these, and so many per outline more.
 MOST_MEETING, MEETING_PER_SHAPE = 20_000, 8
@@ -25,7 +24,7 @@ class Conflict(NamedTuple):
     first: int
     second: int
     kind: str
-    place: Place
+    place: Point
 
 
 def conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
@@ -85,7 +84,7 @@ def _copies(shapes: NDArray[Any]) -> tuple[list[Conflict], NDArray[np.int64]]:
     return found, np.array(sorted(first.values()), dtype=np.int64)
 
 
-def _place(a: Any, b: Any, kind: str) -> Place:
+def _place(a: Any, b: Any, kind: str) -> Point:
     if kind == "overlap":
         point = shapely.point_on_surface(shapely.intersection(a, b))
     else:

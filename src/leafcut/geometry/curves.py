@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Floats, Point, Points
 from leafcut.geometry.fitting import fit_arcs
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.polyline import Polyline
 
 #: Nobody draws with more; the work grows with the square.
 MAX_DEGREE = 25
@@ -22,10 +23,8 @@ FIRST_LOOK, MOST_CHORDS = 8, 1024
 #: Beyond this a coordinate is a mistake, mm, and following the curve to it a night's work.
 FARTHEST = 1e6
 
-Table = NDArray[np.float64]
 #: Told how many points a curve needs before they are looked at; may refuse by an exception.
 Spend = Callable[[int], None]
-Pair = tuple[float, float]
 #: Half axes of a circle may differ by this, mm, or by a millionth.
 ROUND = 1e-3
 
@@ -34,7 +33,7 @@ def free(_: int) -> None:
     """Let a curve have all the points that it needs."""
 
 
-def spline_points(control: Table, degree: int, knots: Table, weights: Table | None, tolerance: float) -> Points:
+def spline_points(control: Floats, degree: int, knots: Floats, weights: Floats | None, tolerance: float) -> Points:
     """Return points along a B-spline, rational where weights are given; chords leave it by about `tolerance`.
 
     Only the spline's own domain is walked, knots[degree] … knots[n]: knots need not be repeated at the ends.
@@ -79,18 +78,18 @@ def spline_points(control: Table, degree: int, knots: Table, weights: Table | No
     return np.concatenate([*pieces, end])
 
 
-def _chords_needed(look: Table, tolerance: float) -> Table:
+def _chords_needed(look: Floats, tolerance: float) -> Floats:
     """Return how many chords each span needs: a chord's height falls with the square of their number."""
     middles = 0.5 * (look[:, :-2] + look[:, 2:])
     # The height over two steps is four times that over one.
     height = np.hypot(*np.moveaxis(look[:, 1:-1] - middles, -1, 0)).max(axis=1) / 4.0
     counts = np.ceil(FIRST_LOOK * np.sqrt(height / tolerance))
     # Powers of two, so that few groups of spans are walked.
-    powers: Table = 2.0 ** np.ceil(np.log2(np.clip(counts, 4, MOST_CHORDS)))
+    powers: Floats = 2.0 ** np.ceil(np.log2(np.clip(counts, 4, MOST_CHORDS)))
     return powers
 
 
-def _evaluate(homogeneous: Table, degree: int, knots: Table, spans: NDArray[np.int64], count: int) -> Table:
+def _evaluate(homogeneous: Floats, degree: int, knots: Floats, spans: NDArray[np.int64], count: int) -> Floats:
     """Return float64[spans, count + 1, 2]: points at equal steps through every span (de Boor's algorithm)."""
     begin, end = knots[spans], knots[spans + 1]
     t = begin[:, None] + (end - begin)[:, None] * np.linspace(0.0, 1.0, count + 1)
@@ -100,11 +99,11 @@ def _evaluate(homogeneous: Table, degree: int, knots: Table, spans: NDArray[np.i
             low, high = knots[j + spans - degree], knots[j + 1 + spans - r]
             share = ((t - low[:, None]) / (high - low)[:, None])[:, :, None]
             d[j] = (1.0 - share) * d[j - 1] + share * d[j]
-    points: Table = d[degree][:, :, :2] / d[degree][:, :, 2:]
+    points: Floats = d[degree][:, :, :2] / d[degree][:, :, 2:]
     return points
 
 
-def bezier_points(control: Table, tolerance: float) -> Points:
+def bezier_points(control: Floats, tolerance: float) -> Points:
     """Return points along a Bézier curve of n control points, float64[n, 2]."""
     degree = len(control) - 1
     knots = np.repeat([0.0, 1.0], degree + 1)
@@ -112,7 +111,7 @@ def bezier_points(control: Table, tolerance: float) -> Points:
 
 
 def ellipse_path(
-    center: Pair, u: Pair, v: Pair, start: float, sweep: float, tolerance: float, spend: Spend = free
+    center: Point, u: Point, v: Point, start: float, sweep: float, tolerance: float, spend: Spend = free
 ) -> Polyline:
     """Return centre + u·cos(t) + v·sin(t) for t from `start` over `sweep` (radians) as arcs; closed for a full turn.
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.arrays import Points
+from leafcut.geometry.polyline import Polyline
 
 #: An arc turns at most this far, so that its bulge stays well-conditioned: a little more than a half circle.
 MAX_BULGE = 1.05

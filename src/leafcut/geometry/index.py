@@ -10,9 +10,8 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Indices, Points
 
-Indices = NDArray[np.int64]
 #: Pairs that no drawing has: these, and so many per shape more.
 MOST_PAIRS, MOST_PER_SHAPE = 500_000, 64
 #: Shapes that one question to the index is about: few where many lie together, so that it is found out early.

@@ -9,17 +9,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Indices, Point, Points
 from leafcut.geometry.cleaning import ends_of
 from leafcut.geometry.index import near_pairs
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.polyline import Polyline
 
 #: Ends this near to each other are drawn as one point, mm: drawings keep 4 to 6 digits.
 EXACT = 1e-4
 #: Two paths that leave a place at a smaller angle than this lie on each other, radians.
 DOUBLED_BACK = 1e-3
-
-Place = tuple[float, float]
-Indices = NDArray[np.int64]
 
 
 class Joined(NamedTuple):
@@ -27,7 +25,7 @@ class Joined(NamedTuple):
 
     path: Polyline
     members: list[int]
-    gaps: list[tuple[Place, float]]
+    gaps: list[tuple[Point, float]]
 
 
 @dataclass
@@ -38,7 +36,7 @@ class Joining:
     """
 
     paths: list[Joined] = field(default_factory=list)
-    branches: list[Place] = field(default_factory=list)
+    branches: list[Point] = field(default_factory=list)
 
 
 def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
@@ -68,7 +66,7 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
     mate = _mates(chosen, first, second, gaps, own)
     result.branches = _branches(ends, mate, first, second, gaps)
     for chain, loop in _chains(mate):
-        gaps_closed: list[tuple[Place, float]] = []
+        gaps_closed: list[tuple[Point, float]] = []
         path = _assembled(chosen, chain, loop, gaps_closed)
         result.paths.append(Joined(path, [members[end // 2] for end in chain], gaps_closed))
     result.paths.sort(key=lambda made: min(made.members))
@@ -107,12 +105,12 @@ def _angles(
     return angles
 
 
-def _leaving(path: Polyline, at_end: bool) -> Place:
+def _leaving(path: Polyline, at_end: bool) -> Point:
     """Return the direction from an end into a path."""
     return (path.reversed() if at_end else path).direction_at(0.0)
 
 
-def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps: NDArray[np.float64]) -> list[Place]:
+def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps: NDArray[np.float64]) -> list[Point]:
     """Return the places where three ends or more meet, or where an end found no partner that was still free."""
     partners = np.bincount(np.concatenate([first, second]), minlength=len(ends))
     close = gaps <= EXACT
@@ -143,7 +141,7 @@ def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
     return chains
 
 
-def _assembled(paths: list[Polyline], chain: list[int], loop: bool, gaps: list[tuple[Place, float]]) -> Polyline:
+def _assembled(paths: list[Polyline], chain: list[int], loop: bool, gaps: list[tuple[Point, float]]) -> Polyline:
     """Return one path of several, each entered at one of its ends; what gaps it closes is added to `gaps`."""
     pieces = [paths[end // 2].reversed() if end % 2 else paths[end // 2] for end in chain]
     tables = [piece.vertices.copy() for piece in pieces]

@@ -5,27 +5,26 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Floats
 
 _TINY = 1e-12
-
-Table = NDArray[np.float64]
 
 
 class Moments(NamedTuple):
     """Means, and central moments of x, y and z = x² + y²; each of every row and number of points."""
 
-    x: Table
-    y: Table
-    xx: Table
-    yy: Table
-    xy: Table
-    xz: Table
-    yz: Table
-    zz: Table
+    x: Floats
+    y: Floats
+    xx: Floats
+    yy: Floats
+    xy: Floats
+    xz: Floats
+    yz: Floats
+    zz: Floats
 
 
-def moments(places: Table, weights: Table) -> Moments:
+def moments(places: Floats, weights: Floats) -> Moments:
     """Return the moments of the first 1, 2, 3 … points of every row.
 
     Parameters
@@ -39,7 +38,7 @@ def moments(places: Table, weights: Table) -> Moments:
     z = x * x + y * y
     total = np.maximum(np.cumsum(weights, axis=1), _TINY)
 
-    def mean(values: Table) -> Table:
+    def mean(values: Floats) -> Floats:
         return np.asarray(np.cumsum(weights * values, axis=1) / total)
 
     a, b, xx, yy, xy, xz, yz = mean(x), mean(y), mean(x * x), mean(y * y), mean(x * y), mean(x * z), mean(y * z)
@@ -59,13 +58,13 @@ def moments(places: Table, weights: Table) -> Moments:
     )
 
 
-def off_line(m: Moments) -> Table:
+def off_line(m: Moments) -> Floats:
     """Return the mean square distance from the best line: the smaller eigenvalue of the covariance."""
     half = 0.5 * (m.xx + m.yy)
     return np.maximum(half - np.sqrt(0.25 * (m.xx - m.yy) ** 2 + m.xy**2), 0.0)
 
 
-def off_circle(m: Moments) -> tuple[Table, Table, Table, Table]:
+def off_circle(m: Moments) -> tuple[Floats, Floats, Floats, Floats]:
     """Return the mean square distance from the best circle, about, its centre from the mean, and its radius.
 
     Source: Taubin, "Estimation of planar curves …", IEEE Trans. PAMI 13 (1991); the root by Newton's method from 0 as

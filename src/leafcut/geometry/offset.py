@@ -10,9 +10,10 @@ import numpy as np
 import shapely
 
 from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Points
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.parallel import parallel
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.polyline import Polyline
 
 #: The chords that the answer is checked against leave the path by this share of the tolerance at most.
 FINE = 0.125

@@ -15,24 +15,21 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats, Indices, Point, Points
 from leafcut.geometry.cleaning import ends_of
 from leafcut.geometry.index import linked, near_pairs, query_pairs
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.polyline import Polyline
 
 #: Lines this near to each other are drawn in one place, mm.
 SAME = 0.01
 _FULL = 2.0 * np.pi
-
-Table = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Place = tuple[float, float]
 
 
 class Uncovered(NamedTuple):
     """What is left: paths, each with the index of the one it is (a piece of), and what was taken away."""
 
     paths: list[tuple[Polyline, int]]
-    removed: list[Place]
+    removed: list[Point]
 
 
 def without_overlaps(paths: Sequence[Polyline], same: float = SAME) -> Uncovered:
@@ -66,10 +63,10 @@ class _Segments(NamedTuple):
 
     a: Points
     b: Points
-    bulge: Table
-    length: Table
+    bulge: Floats
+    length: Floats
     center: Points
-    radius: Table
+    radius: Floats
     path: Indices
 
 
@@ -138,7 +135,7 @@ def _on_each_other(table: _Segments, i: Indices, j: Indices, same: float) -> NDA
     return on
 
 
-def _reach(table: _Segments, i: Indices, j: Indices) -> tuple[Table, Table]:
+def _reach(table: _Segments, i: Indices, j: Indices) -> tuple[Floats, Floats]:
     """Return where the ends of segments j lie along segments i of the same line or circle, mm from the start of i."""
     line = table.bulge[i] == 0.0
     with np.errstate(invalid="ignore"):
@@ -193,8 +190,8 @@ def _doubles(pieces: list[Polyline], same: float) -> list[int]:
     first, second, _ = near_pairs(middles, 2.0 * same)
     a, b = np.array([p.start for p in pieces]), np.array([p.end for p in pieces])
 
-    def apart(p: Points, q: Points) -> Table:
-        gap: Table = np.hypot(*(p - q).T)
+    def apart(p: Points, q: Points) -> Floats:
+        gap: Floats = np.hypot(*(p - q).T)
         return gap
 
     straight = np.maximum(apart(a[first], a[second]), apart(b[first], b[second]))

@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline, Segment
-
-Point = tuple[float, float]
 
 
 class Element(NamedTuple):

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Points
 
-Points = NDArray[np.float64]
 #: A bulge below this is a straight line: over a metre its arc rises by less than a nanometre.
 STRAIGHT = 1e-9
 

@@ -10,8 +10,9 @@ import numpy as np
 import shapely
 
 from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.index import near_pairs
-from leafcut.geometry.joining import Joined, Joining, Place, join
+from leafcut.geometry.joining import Joined, Joining, join
 from leafcut.geometry.overlaps import SAME, without_overlaps
 from leafcut.geometry.polyline import Polyline
 
@@ -25,7 +26,7 @@ MOST_CHORDS = 20_000_000
 class Tidy(Joining):
     """Paths made of strokes, branches, and the places of what was drawn twice."""
 
-    doubles: list[Place] = field(default_factory=list)
+    doubles: list[Point] = field(default_factory=list)
 
 
 def tidy(strokes: Sequence[Polyline], tolerance: float) -> Tidy:

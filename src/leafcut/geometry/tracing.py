@@ -11,9 +11,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Points
 from leafcut.geometry.best_fit import best_fit
 from leafcut.geometry.fitting import fit_arcs
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.polyline import Polyline
 
 #: A line of fewer points, round a pixel or two, is taken as it is.
 FEW_POINTS = 10

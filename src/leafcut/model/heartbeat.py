@@ -13,7 +13,7 @@ from collections.abc import Callable
 Progress = Callable[[str, float | None, float, float | None], None]
 
 #: What a stage calls that has nothing to tell but that it goes on: several times a second at least; must be quick.
-Look = Callable[[], None]
+Heartbeat = Callable[[], None]
 
 #: Who waits is told this often, at most, that a stage goes on, s.
 _TOLD_AGAIN = 0.1
@@ -23,7 +23,7 @@ def unseen() -> None:
     """Nobody waits."""
 
 
-def looking_for(progress: Progress | None, what: str) -> Look:
+def looking_for(progress: Progress | None, what: str) -> Heartbeat:
     """Tell what is begun; return what tells the same again, now and then."""
     if progress is None:
         return unseen

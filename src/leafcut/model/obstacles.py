@@ -9,9 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.zones import PASSING, touches_any_zone, way_round, widened
-
-Point = tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, VerifyError
-from leafcut.model.heartbeat import Look, Progress, looking_for, passing_on
+from leafcut.model.heartbeat import Heartbeat, Progress, looking_for, passing_on
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.problem import RoutingProblem
@@ -62,7 +62,7 @@ class Run:
         if self.progress is not None:
             self.progress(what, cost, share, gap)
 
-    def looking(self, what: str) -> Look:
+    def looking(self, what: str) -> Heartbeat:
         """Tell what is begun; return what the stage calls as it goes on.
 
         That tells the same again, now and then: who is told can end the run, as a job that is cancelled does.

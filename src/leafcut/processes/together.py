@@ -13,14 +13,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Ints, Point
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
-
-Ints = NDArray[np.int32]
-Point = tuple[float, float]
 
 #: Rounds in which paths are ordered between their neighbours, and the iterations of each search.
 _ROUNDS, _ITERATIONS = 2, 2
@@ -50,11 +47,11 @@ class Stage:
 
 
 #: Seeks the order of the stage with this number, all of it or what is left of it: (stage, problem, options).
-Search = Callable[[int, RoutingProblem, SolveOptions], Solution]
+SearchOne = Callable[[int, RoutingProblem, SolveOptions], Solution]
 
 
 def solve_together(
-    stages: Sequence[Stage], search: Search, options: SolveOptions, quick: Search, cancelled: threading.Event
+    stages: Sequence[Stage], search: SearchOne, options: SolveOptions, quick: SearchOne, cancelled: threading.Event
 ) -> list[Solution]:
     """Return a solution for every stage; that of a stage that follows another one begins where that one ends.
 
@@ -98,7 +95,7 @@ def _total(stages: Sequence[Stage], orders: Sequence[Ints]) -> float:
     return sum(path_cost(_placed(stages, number, orders), nodes) for number, nodes in enumerate(orders))
 
 
-def _outlined(stages: Sequence[Stage], quick: Search, options: SolveOptions) -> list[Ints]:
+def _outlined(stages: Sequence[Stage], quick: SearchOne, options: SolveOptions) -> list[Ints]:
     """Return quick orders of all stages, each sought between the one before and the one behind it."""
     few = _quick(options)
     orders: list[Ints] = []
@@ -125,7 +122,12 @@ def _outlined(stages: Sequence[Stage], quick: Search, options: SolveOptions) -> 
 
 
 def _between(
-    number: int, problem: RoutingProblem, known: Ints, fixed: tuple[bool, bool], search: Search, options: SolveOptions
+    number: int,
+    problem: RoutingProblem,
+    known: Ints,
+    fixed: tuple[bool, bool],
+    search: SearchOne,
+    options: SolveOptions,
 ) -> Solution:
     """Return the path of a stage that begins and ends, where that is `fixed`, as the known one does."""
     from leafcut.solve.instance import path_cost
@@ -176,7 +178,7 @@ def _without(problem: RoutingProblem, first: Ints, last: Ints) -> tuple[RoutingP
 
 
 def _stated(
-    number: int, problem: RoutingProblem, nodes: Ints, found: Solution, options: SolveOptions, quick: Search,
+    number: int, problem: RoutingProblem, nodes: Ints, found: Solution, options: SolveOptions, quick: SearchOne,
     cancelled: threading.Event,
 ) -> Solution:  # fmt: skip
     """Return the solution of a whole stage at its cost, with a bound where that is wanted."""

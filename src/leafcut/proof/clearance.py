@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Mask
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath, last_rows
 from leafcut.proof.difference import place, shorten
-
-Mask = NDArray[np.bool_]
 
 #: The least height over the surface that counts as clear of it, mm: the smallest R plane that can be asked for.
 LEAST_CLEARANCE = 0.05
@@ -50,12 +49,12 @@ def check_clearance(
     return shorten([_difference(path, before, *one) for one in sorted(wrong)], found)
 
 
-Check = tuple[str, Mask, str]
+DangerCheck = tuple[str, Mask, str]
 
 
 def height_checks(
     path: Toolpath, before: NDArray[np.float64], surface_z: float, clearance: float, safe_z: float, milled: bool
-) -> list[Check]:
+) -> list[DangerCheck]:
     """Return the first two rules of `check_clearance`: a word or two, the rows that break it, bool[n], and the rule.
 
     `path` has its cycles written out; `before` is where the tool is before every row, float64[n, 3].
@@ -79,12 +78,12 @@ def height_checks(
     ]
 
 
-def spindle_check(path: Toolpath, turning: Mask) -> Check:
+def spindle_check(path: Toolpath, turning: Mask) -> DangerCheck:
     """Return the third rule of `check_clearance`; `turning` says in which rows the spindle does."""
     return "spindle stands", _cutting(path) & ~turning, "it must turn before something is cut"
 
 
-def torch_check(path: Toolpath, before: NDArray[np.float64], burning: Mask) -> Check:
+def torch_check(path: Toolpath, before: NDArray[np.float64], burning: Mask) -> DangerCheck:
     """Return the third rule of `check_clearance` for a torch; `burning` says in which rows it is on."""
     return "torch burns", (path.kind == Kind.RAPID) & _moves_across(path, before) & burning, "it must be off in a rapid"
 

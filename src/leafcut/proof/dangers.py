@@ -11,15 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
+from leafcut.geometry.arrays import Mask
 from leafcut.model.cycles import expand
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import STILL, Kind, Toolpath, last_rows
-from leafcut.proof.clearance import LEAST_CLEARANCE, Check, height_checks, spindle_check, torch_check
+from leafcut.proof.clearance import LEAST_CLEARANCE, DangerCheck, height_checks, spindle_check, torch_check
 from leafcut.proof.difference import place
 from leafcut.proof.envelope import check_envelope
-
-Mask = NDArray[np.bool_]
 
 #: Room for the rounding of written heights, mm.
 _ROOM = 0.002
@@ -58,7 +57,7 @@ def find_dangers(program: Program, machine: Machine, process: str, heights: bool
     rows = path.line
     path = replace(path, line=program.path.line[rows])
     before = path.before
-    checks: list[Check] = []
+    checks: list[DangerCheck] = []
     if process not in ("laser", "plasma") and heights:
         checks += height_checks(path, before, 0.0, LEAST_CLEARANCE, machine.safe_z or 0.0, milled=False)
     if process in ("drill", "mill"):

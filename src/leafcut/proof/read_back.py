@@ -9,12 +9,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Mask
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import DrillCycle, Kind, Toolpath, plane_axes
 from leafcut.proof.difference import describe, shorten
-
-Mask = NDArray[np.bool_]
 
 #: Part by which a feed may differ: no controller keeps it better, and no part shows it.
 FEED_PART = 0.005

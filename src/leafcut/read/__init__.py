@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from leafcut.errors import ReadError
 from leafcut.model import Part, Severity
-from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import Format, Match, Source
 from leafcut.read.registry import Input, formats, read_source, run
@@ -14,7 +14,7 @@ from leafcut.read.registry import Input, formats, read_source, run
 __all__ = ["Format", "Input", "Match", "Source", "formats", "read", "read_contours", "read_pockets"]
 
 
-def read(source: Input, options: ReadOptions | None = None, look: Look = unseen) -> Part:
+def read(source: Input, options: ReadOptions | None = None, look: Heartbeat = unseen) -> Part:
     """Return the part that a file, or a name such as ``example:plate-70`` or ``random:200:7``, holds; in mm.
 
     `look` is called as it goes on.
@@ -29,7 +29,7 @@ def read(source: Input, options: ReadOptions | None = None, look: Look = unseen)
     return _unless_strict(run(format_, loaded, options), loaded, options)
 
 
-def read_contours(source: Input, options: ReadOptions | None = None, look: Look = unseen) -> Part:
+def read_contours(source: Input, options: ReadOptions | None = None, look: Heartbeat = unseen) -> Part:
     """Return the lines and curves of a drawing as contours, as they are drawn, in mm.
 
     `processes.sheet.plan.sheet.prepare_sheet` joins and cleans them. `look` is called as it goes on.
@@ -53,7 +53,7 @@ def read_pockets(
     options: ReadOptions | None = None,
     pocket_options: PocketDrawingOptions | None = None,
     joining: SheetOptions | None = None,
-    look: Look = unseen,
+    look: Heartbeat = unseen,
 ) -> Part:
     """Return the pockets of a drawing or a picture, in mm: walls and islands, joined, cleaned and checked.
 

@@ -60,7 +60,7 @@ LARGEST, NARROWEST, WIDEST = 1e6, 0.001, 50.0
 
 
 @dataclass(frozen=True)
-class Row:
+class ChartRow:
     """A row of a chart; None for what it does not say. Feed in mm/s."""
 
     process: str
@@ -85,7 +85,7 @@ class Row:
         return 1 if words.startswith("secondary") and "manufacturer" not in words else 0
 
 
-def load_chart(path: Path | None = None) -> list[Row]:
+def load_chart(path: Path | None = None) -> list[ChartRow]:
     """Return the rows of a chart: the shipped one, or that of a file.
 
     Raises
@@ -102,7 +102,7 @@ def load_chart(path: Path | None = None) -> list[Row]:
         names = [name.strip() for name in reader.fieldnames or ()]
         _check_columns(place, names)
         reader.fieldnames = names
-        rows: list[Row] = []
+        rows: list[ChartRow] = []
         for data in reader:
             if len(rows) >= MOST_ROWS:
                 raise ReadError(place, f"has more than {MOST_ROWS:,} rows; no cut chart has")
@@ -121,7 +121,7 @@ def _check_columns(place: str, names: list[str]) -> None:
             raise ReadError(place, f"has no column '{name}'; a cut chart has {', '.join((*NEEDED, *OPTIONAL))}", 1)
 
 
-def _row(place: str, line: int, data: dict[str, Any]) -> Row:
+def _row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
     def number(key: str, needed: bool = False) -> float | None:
         text = (data.get(key) or "").strip()
         if not text and not needed:
@@ -140,7 +140,7 @@ def _row(place: str, line: int, data: dict[str, Any]) -> Row:
 
     thickness, speed = number("thickness_mm", True), number("cut_speed_mm_min", True)
     assert thickness is not None and speed is not None
-    return Row(
+    return ChartRow(
         process=word("process").lower(),
         material=_named(word("material")),
         thickness=thickness,
@@ -161,13 +161,13 @@ def _named(material: str) -> str:
     return MATERIALS.get(word, word)
 
 
-def kinds_for(rows: Iterable[Row], process: str, material: str) -> set[str]:
+def kinds_for(rows: Iterable[ChartRow], process: str, material: str) -> set[str]:
     """Return what of a process the chart has for a material: the full names, such as ``laser_co2_60w``."""
     return {r.process for r in rows if _is_process(r.process, process) and r.material == _named(material)}
 
 
 def find_cut_data(
-    rows: Iterable[Row],
+    rows: Iterable[ChartRow],
     process: str,
     material: str,
     thickness: float,
@@ -228,12 +228,12 @@ def find_cut_data(
 
 def _own_row(
     process: str, material: str, thickness: float, amps: float | None, given: dict[str, float | None]
-) -> Row | None:
+) -> ChartRow | None:
     """Return a row of the user's own figures, or None where they are not enough."""
     if any(given.get(key) is None for key in ENOUGH) or process.lower().partition("_")[0] not in KINDS:
         return None
     said = {key: given.get(key) for key in GIVEN}
-    return Row(
+    return ChartRow(
         process.lower(), _named(material), thickness, given["feed"] or 0.0, amps, said["pierce_height"],
         said["pierce_delay"], said["cut_height"], said["kerf"], None, "the user's own", "the user's own figures",
     )  # fmt: skip
@@ -243,16 +243,18 @@ def _is_process(name: str, asked: str) -> bool:
     return name == asked.lower() or name.startswith(f"{asked.lower()}_")
 
 
-def _all(rows: Iterable[Row], field: str) -> list[str]:
+def _all(rows: Iterable[ChartRow], field: str) -> list[str]:
     return sorted({getattr(r, field) for r in rows})
 
 
-def _best(rows: list[Row], thickness: float, given: dict[str, float | None]) -> tuple[Row, list[Issue]] | None:
+def _best(
+    rows: list[ChartRow], thickness: float, given: dict[str, float | None]
+) -> tuple[ChartRow, list[Issue]] | None:
     """Return the row of a thickness: of the process that comes first, the current that fits best.
 
     A chart comes before an estimate, what pierces and is complete before what is not, and then the faster.
     """
-    groups: dict[tuple[str, float], list[Row]] = {}
+    groups: dict[tuple[str, float], list[ChartRow]] = {}
     for row in rows:
         groups.setdefault((row.process, row.amps or 0.0), []).append(row)
     found = {key: at for key in sorted(groups) if (at := _at_thickness(groups[key], thickness)) is not None}
@@ -261,7 +263,7 @@ def _best(rows: list[Row], thickness: float, given: dict[str, float | None]) -> 
     first = min(found, key=lambda key: (found[key][0].trust == _ESTIMATE, key))[0]
     ways = [at for key, at in found.items() if key[0] == first]
 
-    def rank(at: tuple[Row, list[Issue]]) -> tuple[bool, bool, float]:
+    def rank(at: tuple[ChartRow, list[Issue]]) -> tuple[bool, bool, float]:
         row = at[0]
         return bool(_missing(row, given)) or not _can_pierce(row, {}), row.trust == _ESTIMATE, -row.feed
 
@@ -271,7 +273,7 @@ def _best(rows: list[Row], thickness: float, given: dict[str, float | None]) -> 
     return best
 
 
-def _at_thickness(group: list[Row], thickness: float) -> tuple[Row, list[Issue]] | None:
+def _at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow, list[Issue]] | None:
     """Return the most trusted row of one process and current that has a thickness, or lies between two around it."""
     for trust in range(_ESTIMATE + 1):
         trusted = [r for r in group if r.trust <= trust]
@@ -287,7 +289,7 @@ def _at_thickness(group: list[Row], thickness: float) -> tuple[Row, list[Issue]]
     return None
 
 
-def _above_capacity(edge: Row, rows: list[Row], thickness: float) -> str:
+def _above_capacity(edge: ChartRow, rows: list[ChartRow], thickness: float) -> str:
     """Return what to do where the only current of which all is known does not pierce the sheet."""
     higher = [r for r in rows if r.pierce_height is not None]
     wanting = f"{thickness:g} mm is above what {_way(edge)} pierces"
@@ -299,7 +301,7 @@ def _above_capacity(edge: Row, rows: list[Row], thickness: float) -> str:
     return f"{wanting}; of {names} the cut chart does not say the {lacks}: give them, or {begin}"
 
 
-def _between(a: Row, b: Row, thickness: float) -> tuple[Row, list[Issue]]:
+def _between(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, list[Issue]]:
     share = (thickness - a.thickness) / (b.thickness - a.thickness)
     power = math.log(thickness / a.thickness) / math.log(b.thickness / a.thickness)
 
@@ -317,7 +319,7 @@ def _between(a: Row, b: Row, thickness: float) -> tuple[Row, list[Issue]]:
     return row, [Issue("L411", f"{words}, {row.feed * SECONDS_PER_MINUTE:.0f} mm/min", severity=Severity.NOTE)]
 
 
-def _no_row(rows: list[Row], process: str, material: str, thickness: float) -> str:
+def _no_row(rows: list[ChartRow], process: str, material: str, thickness: float) -> str:
     near = sorted({r.thickness for r in rows}, key=lambda t: abs(t - thickness))[:3]
     offered = ", ".join(f"{t:g}" for t in sorted(near))
     return (
@@ -326,7 +328,7 @@ def _no_row(rows: list[Row], process: str, material: str, thickness: float) -> s
     )
 
 
-def _others(rows: list[Row], chosen: Row) -> list[Issue]:
+def _others(rows: list[ChartRow], chosen: ChartRow) -> list[Issue]:
     """Return a note on other currents or lasers that the chart has for about this thickness."""
     mine = _way(chosen)
     others = {
@@ -340,22 +342,22 @@ def _others(rows: list[Row], chosen: Row) -> list[Issue]:
     return [Issue("L412", f"{text}: choose with --amps or --cut-process", severity=Severity.NOTE)]
 
 
-def _way(row: Row) -> str:
+def _way(row: ChartRow) -> str:
     return row.process if row.amps is None else f"{row.process} {row.amps:g} A"
 
 
-def _values(row: Row, given: dict[str, float | None]) -> dict[str, float | None]:
+def _values(row: ChartRow, given: dict[str, float | None]) -> dict[str, float | None]:
     return {key: getattr(row, key) if given.get(key) is None else given[key] for key in GIVEN}
 
 
-def _can_pierce(row: Row, given: dict[str, float | None]) -> bool:
+def _can_pierce(row: ChartRow, given: dict[str, float | None]) -> bool:
     """Return whether a sheet is pierced: not by a plasma current of which the chart says no pierce, nor the user."""
     if row.process.split("_")[0] != "plasma":
         return True
     return row.pierce_height is not None or _values(row, given)["pierce_delay"] is not None
 
 
-def _missing(row: Row, given: dict[str, float | None]) -> list[str]:
+def _missing(row: ChartRow, given: dict[str, float | None]) -> list[str]:
     """Return what is needed and neither the chart nor the user says."""
     values = _values(row, given)
     missing = []
@@ -367,7 +369,7 @@ def _missing(row: Row, given: dict[str, float | None]) -> list[str]:
 
 
 def _finished(
-    row: Row, thickness: float, given: dict[str, float | None], issues: list[Issue]
+    row: ChartRow, thickness: float, given: dict[str, float | None], issues: list[Issue]
 ) -> tuple[CutData, list[Issue]]:
     """Return the data with the user's own values in the place of the chart's; all that is needed must be there."""
     values = _values(row, given)

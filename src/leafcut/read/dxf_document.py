@@ -11,7 +11,7 @@ from typing import Any
 
 from leafcut.errors import ReadError, count_of, shown
 from leafcut.model import Issue, Severity
-from leafcut.model.heartbeat import Look
+from leafcut.model.heartbeat import Heartbeat
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import INVISIBLE, BlockWalk, LayerFilter
 from leafcut.read.filter_holes import layer_filter
@@ -122,7 +122,7 @@ def _load_binary(data: bytes) -> Any:
 class _Watched(io.BytesIO):
     """The bytes of a file, line by line; somebody looks at each."""
 
-    def __init__(self, data: bytes, look: Look) -> None:
+    def __init__(self, data: bytes, look: Heartbeat) -> None:
         super().__init__(data)
         self._look = look
 

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 from leafcut.read.arcs import bulge_arc
 
-Vector = tuple[float, float, float]
+Vector3 = tuple[float, float, float]
 
 #: A block's place in model space: images of x, y and z, and the origin, each a vector.
-Matrix = tuple[Vector, Vector, Vector, Vector]
+Matrix = tuple[Vector3, Vector3, Vector3, Vector3]
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
 
 #: Half axes may differ by this part of their length and still be a circle: 0.01 mm on a hole of 10 mm.
@@ -23,9 +23,9 @@ FLAT = 1e-4
 class Curve(NamedTuple):
     """centre + u·cos(t) + v·sin(t) for t from `start` over `sweep`, in units of the drawing; a point has sweep 0."""
 
-    center: Vector
-    u: Vector
-    v: Vector
+    center: Vector3
+    u: Vector3
+    v: Vector3
     start: float = 0.0
     sweep: float = math.tau
 
@@ -69,7 +69,7 @@ def _point(entity: Any) -> tuple[Curve, ...]:
     return (Curve(entity.dxf.location.xyz, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0),)
 
 
-def axes_of(entity: Any) -> tuple[Vector, Vector, Any]:
+def axes_of(entity: Any) -> tuple[Vector3, Vector3, Any]:
     """Return the x and y axes of an entity's own plane (OCS) in its layout's coordinates, and the OCS."""
     ocs = entity.ocs()
     if not ocs.transform:
@@ -77,7 +77,7 @@ def axes_of(entity: Any) -> tuple[Vector, Vector, Any]:
     return ocs.ux.xyz, ocs.uy.xyz, ocs
 
 
-def in_layout(ocs: Any, point: Vector) -> Vector:
+def in_layout(ocs: Any, point: Vector3) -> Vector3:
     """Return a point of an entity's own plane in its layout's coordinates."""
     if not ocs.transform:
         return point
@@ -85,7 +85,7 @@ def in_layout(ocs: Any, point: Vector) -> Vector:
     return (x, y, z)
 
 
-def _scaled(vector: Vector, factor: float) -> Vector:
+def _scaled(vector: Vector3, factor: float) -> Vector3:
     return (vector[0] * factor, vector[1] * factor, vector[2] * factor)
 
 
@@ -185,14 +185,14 @@ _MAKERS = {
 }
 
 
-def turned(matrix: Matrix, vector: Vector) -> Vector:
+def turned(matrix: Matrix, vector: Vector3) -> Vector3:
     """Return a direction of a block in the coordinates around it."""
     (ax, ay, az), (bx, by, bz), (cx, cy, cz), _ = matrix
     x, y, z = vector
     return (x * ax + y * bx + z * cx, x * ay + y * by + z * cy, x * az + y * bz + z * cz)
 
 
-def placed(matrix: Matrix, point: Vector) -> Vector:
+def placed(matrix: Matrix, point: Vector3) -> Vector3:
     """Return a point of a block in the coordinates around it."""
     x, y, z = turned(matrix, point)
     ox, oy, oz = matrix[3]

@@ -6,14 +6,14 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats
 from leafcut.geometry.curves import MAX_DEGREE, Spend, ellipse_path, fitted, free, spline_points
 from leafcut.geometry.polyline import Polyline
 from leafcut.read.dxf_shapes import (
     Curve,
     Matrix,
-    Vector,
+    Vector3,
     arc_of,
     axes_of,
     circle_of,
@@ -27,7 +27,6 @@ from leafcut.read.dxf_shapes import (
     vertices_of,
 )
 
-Table = NDArray[np.float64]
 #: The extended data (XDATA) of this name hold what a part is called.
 APPLICATION = "LEAFCUT"
 #: The axes of a plane that a block scales alike differ by this part of their length at most.
@@ -39,20 +38,20 @@ SLOPE = 1e-3
 class DxfPolyline(NamedTuple):
     """A line or polyline: vertices float64[n, 3], bulges float64[n], and the axes of the plane of its arcs."""
 
-    vertices: Table
-    bulges: Table
+    vertices: Floats
+    bulges: Floats
     closed: bool
-    ux: Vector
-    uy: Vector
+    ux: Vector3
+    uy: Vector3
 
 
 class Freeform(NamedTuple):
     """A B-spline: control points float64[n, 3]."""
 
-    control: Table
+    control: Floats
     degree: int
-    knots: Table
-    weights: Table | None
+    knots: Floats
+    weights: Floats | None
 
 
 class Letters(NamedTuple):
@@ -104,7 +103,7 @@ def _line(entity: Any) -> DxfPolyline:
     return straight(np.array([entity.dxf.start.xyz, entity.dxf.end.xyz]), closed=False)
 
 
-def straight(vertices: Table, closed: bool) -> DxfPolyline:
+def straight(vertices: Floats, closed: bool) -> DxfPolyline:
     """Return lines through places float64[n, 3]."""
     return DxfPolyline(vertices, np.zeros(len(vertices)), closed, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
@@ -185,9 +184,9 @@ def height_of(stroke: DxfStroke, matrix: Matrix) -> float:
     return float(_placed((form.vertices if isinstance(form, DxfPolyline) else form.control)[:1], matrix)[0, 2])
 
 
-def _placed(vertices: Table, matrix: Matrix) -> Table:
+def _placed(vertices: Floats, matrix: Matrix) -> Floats:
     table = np.array(matrix)
-    places: Table = vertices @ table[:3] + table[3]
+    places: Floats = vertices @ table[:3] + table[3]
     return places
 
 
@@ -210,7 +209,7 @@ def _placed_chain(chain: DxfPolyline, matrix: Matrix, factor: float, tolerance: 
 
 
 def _squashed(
-    flat: Polyline, xy: Table, axes: tuple[tuple[float, float], ...], tolerance: float, spend: Spend
+    flat: Polyline, xy: Floats, axes: tuple[tuple[float, float], ...], tolerance: float, spend: Spend
 ) -> Polyline:
     """Return a polyline whose arcs a block has scaled to arcs of ellipses: `flat` in its own plane, `xy` in place."""
     (ux, uy), (vx, vy) = axes

@@ -6,13 +6,12 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from leafcut.errors import shown
+from leafcut.geometry.arrays import Floats
 from leafcut.read.dxf_strokes import DxfStroke, Letters, straight
 from leafcut.read.lettering import letters
 
-Table = NDArray[np.float64]
 #: No engraving says more, letters.
 MOST_LETTERS = 2_000
 #: What hangs below the base line, by the height of a capital.
@@ -40,7 +39,7 @@ def text_of(entity: Any) -> DxfStroke | None:
     return DxfStroke(kind, Letters(strokes), layer, handle, problem, "text")
 
 
-def _written(text: str) -> tuple[list[Table], float]:
+def _written(text: str) -> tuple[list[Floats], float]:
     if len(text) > MOST_LETTERS:
         raise ValueError(f"a text of {len(text):,} letters")
     try:
@@ -49,7 +48,7 @@ def _written(text: str) -> tuple[list[Table], float]:
         raise ValueError(f"'{shown(text)}': {problem}") from None
 
 
-def _text(entity: Any) -> list[Table]:
+def _text(entity: Any) -> list[Floats]:
     dxf = entity.dxf
     lines, width = _written(entity.plain_text())
     height, stretch = float(dxf.get("height", 1.0)), float(dxf.get("width", 1.0))
@@ -76,7 +75,7 @@ def _text(entity: Any) -> list[Table]:
     return [np.array([ocs.to_wcs((x + place[0], y + place[1], place[2])) for x, y in line]) for line in found]
 
 
-def _mtext(entity: Any) -> list[Table]:
+def _mtext(entity: Any) -> list[Floats]:
     dxf = entity.dxf
     height, wide = float(dxf.get("char_height", 1.0)), float(dxf.get("width", 0.0))
     rows = [row for line in entity.plain_text(split=True) for row in _wrapped(line, wide / height if height else 0.0)]
@@ -110,7 +109,7 @@ def _wrapped(line: str, wide: float) -> list[str]:
     return rows
 
 
-def _turned(points: Table, angle: float) -> Table:
+def _turned(points: Floats, angle: float) -> Floats:
     cos, sin = math.cos(angle), math.sin(angle)
-    turned: Table = points @ np.array([[cos, sin], [-sin, cos]])
+    turned: Floats = points @ np.array([[cos, sin], [-sin, cos]])
     return turned

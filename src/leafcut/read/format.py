@@ -15,7 +15,7 @@ from typing import Any
 from leafcut.errors import ReadError, parsing, shown
 from leafcut.files import decoded
 from leafcut.model import Issue, Part, Severity
-from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.units import MM_PER_UNIT
 
@@ -56,7 +56,7 @@ class Source:
 
     path: str
     data: bytes = b""
-    look: Look = field(default=unseen, compare=False)
+    look: Heartbeat = field(default=unseen, compare=False)
 
     def __str__(self) -> str:
         return self.path

@@ -19,16 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import ReadError, shown
+from leafcut.geometry.arrays import Ints
 from leafcut.model import Hole, Issue, Part
 from leafcut.model.part import Grouping
 from leafcut.options import ReadOptions
 from leafcut.read import tsplib
 from leafcut.read.format import Format, Match, Source
-from leafcut.read.tsplib import Section, Sections
+from leafcut.read.tsplib import DataSection, Sections
 
 KINDS = ("GTSP", "AGTSP", "PCGTSP", "PCGLNS")
-
-Ints = NDArray[np.int32]
 
 
 def sniff(head: bytes) -> Match:
@@ -70,7 +69,7 @@ def read_gtsp(source: Source, options: ReadOptions) -> Part:
     )
 
 
-def _check_costs(path: str, section: Section, matrix: NDArray[np.float64]) -> None:
+def _check_costs(path: str, section: DataSection, matrix: NDArray[np.float64]) -> None:
     """Raise if a cost is negative and not the -1 of a way that is not allowed."""
     wrong = np.argwhere((matrix < 0) & (matrix != -1))
     if len(wrong):
@@ -81,7 +80,7 @@ def _check_costs(path: str, section: Section, matrix: NDArray[np.float64]) -> No
         )  # fmt: skip
 
 
-def _grouping(path: str, keys: tsplib.Keys, sections: Sections, n: int) -> Grouping:
+def _grouping(path: str, keys: tsplib.SpecificationKeys, sections: Sections, n: int) -> Grouping:
     if "GTSP_SET_SECTION" not in sections:
         raise ReadError(path, "there is no GTSP_SET_SECTION")
     number: dict[int, int] = {}
@@ -135,7 +134,7 @@ def _known(path: str, line: int, number: dict[int, int], name: int) -> int:
     return number[name]
 
 
-def _runs(path: str, section: Section) -> list[tuple[int, list[int]]]:
+def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
     """Return the runs of whole numbers that end with -1, each with its line."""
     values = tsplib.numbers(path, section)
     if not len(values):

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Lines = list[NDArray[np.float64]]
+LetterLines = list[NDArray[np.float64]]
 
 #: In the font's units: a capital's foot and head, and how high it is; y runs down.
 _FOOT, _CAPITAL = 9.0, 21.0
@@ -36,7 +36,7 @@ _TOGETHER = {"Ø": "O/", "ø": "o/", "±": "+_", "⌀": "O/", "∅": "O/"}
 _ALIKE = {"–": "-", "—": "-", "−": "-", "’": "'", "‘": "'", "“": '"', "”": '"', "\u00a0": " ", "\t": " ", "ı": "i"}
 
 
-def letters(text: str) -> tuple[Lines, float]:
+def letters(text: str) -> tuple[LetterLines, float]:
     """Return a line of text as strokes float64[n, 2] from its base line's beginning, and its width.
 
     A capital is 1 high.
@@ -46,7 +46,7 @@ def letters(text: str) -> tuple[Lines, float]:
     ValueError
         There are no strokes for a letter; names it.
     """
-    found: Lines = []
+    found: LetterLines = []
     x = 0.0
     for letter in unicodedata.normalize("NFC", text):
         lines, width = _letter(_ALIKE.get(letter, letter))
@@ -56,7 +56,7 @@ def letters(text: str) -> tuple[Lines, float]:
 
 
 @cache
-def _letter(letter: str) -> tuple[Lines, float]:
+def _letter(letter: str) -> tuple[LetterLines, float]:
     if letter == "°":
         ring, width = _letter("o")
         return [_moved(0.5 * line, 0.0, 0.5) for line in ring], 0.6 * width

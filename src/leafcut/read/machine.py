@@ -15,7 +15,7 @@ from typing import Any
 from leafcut.errors import OptionError, nearest, shown
 from leafcut.gcode.dialects import DIALECTS, dialect
 from leafcut.model.machine import XYZ, Machine, Probe
-from leafcut.plugins import Kind, file_of
+from leafcut.plugins import PluginKind, file_of
 from leafcut.read.machine_keys import (
     CORNERS,
     KEYS,
@@ -26,7 +26,7 @@ from leafcut.read.machine_keys import (
     profile_template,
     with_defaults,
 )
-from leafcut.read.toml_table import Table, parse_toml, read_toml
+from leafcut.read.toml_table import TomlTable, parse_toml, read_toml
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: LinuxCNC and others check the limits of an axis to about this, mm.
@@ -50,7 +50,7 @@ def _path_of(name: str, found: Any) -> Path:
 
 
 #: Machines of other packages: each is a TOML profile.
-MACHINES = Kind("machine", "leafcut.machines", shipped_machines, _path_of)
+MACHINES = PluginKind("machine", "leafcut.machines", shipped_machines, _path_of)
 
 
 def machine_names() -> list[str]:
@@ -121,9 +121,9 @@ def _work_offset(value: Sequence[float]) -> XYZ:
 
 
 def _machine_of(data: dict[str, Any], place: str) -> Machine:
-    said = Table(data, place, TOP_KEYS)
+    said = TomlTable(data, place, TOP_KEYS)
     filled, told = with_defaults(data)
-    top = Table(filled, place, TOP_KEYS)
+    top = TomlTable(filled, place, TOP_KEYS)
     rapid, corners, travel, spindle, change = (
         top.table(name, KEYS[name]) for name in ("rapid", "corners", "travel", "spindle", "tool_change")
     )
@@ -166,7 +166,7 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
     return machine
 
 
-def _controller(top: Table, place: str) -> tuple[str, str]:
+def _controller(top: TomlTable, place: str) -> tuple[str, str]:
     """Return the dialect of a machine, a path as seen from here, and the shipped one that it is based on, if any.
 
     The file of a dialect lies beside the profile, or below it: nobody's profile makes leafcut read files elsewhere.
@@ -181,7 +181,7 @@ def _controller(top: Table, place: str) -> tuple[str, str]:
     return name, DIALECTS.load(name).family if name in DIALECTS.names() else ""
 
 
-def _probe(top: Table) -> Probe:
+def _probe(top: TomlTable) -> Probe:
     table = top.table("probe", KEYS["probe"])
     return Probe(table.quantity("feed", "mm/s"), table.quantity("depth", "mm"), table.quantity("switch_offset", "mm"))
 
@@ -194,13 +194,13 @@ def _xy(v: tuple[float, ...]) -> tuple[float, float]:
     return (v[0], v[1])
 
 
-def _sources(top: Table) -> dict[str, str]:
+def _sources(top: TomlTable) -> dict[str, str]:
     """Return where each value comes from, by ``key`` or ``table.key``."""
     table = top.table("sources", SOURCE_KEYS)
     return {key: table.text(key) for key in table.values}
 
 
-def _check(machine: Machine, place: str, top: Table) -> None:
+def _check(machine: Machine, place: str, top: TomlTable) -> None:
     """Refuse numbers that no machine has, before anything divides by them; they are told as they stand in the file."""
 
     def refuse(key: str, reason: str) -> OptionError:
@@ -242,7 +242,7 @@ def _check_probe(probe: Probe, max_feed: float, refuse: Callable[[str, str], Opt
         raise refuse("probe.switch_offset", "must not be negative, and below probe.depth")
 
 
-def _check_positive(machine: Machine, top: Table, refuse: Callable[[str, str], OptionError]) -> None:
+def _check_positive(machine: Machine, top: TomlTable, refuse: Callable[[str, str], OptionError]) -> None:
     if not machine.corner_deviation > 0:
         shown = top.table("corners", KEYS["corners"]).typed("deviation")
         raise refuse("corners.deviation", f"is {shown}, but must be above 0")

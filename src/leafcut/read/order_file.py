@@ -32,7 +32,7 @@ _BEGIN = 0.381966
 #: Digits of a print: of a million orders no two are mixed up.
 _DIGITS = 12
 
-Places = Iterable[tuple[float, float]]
+PlacesInOrder = Iterable[tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Order:
     drawing: Drawing | None
 
 
-def drawing_of(places: Places) -> Drawing:
+def drawing_of(places: PlacesInOrder) -> Drawing:
     """Return what tells a drawing from others; `places` of its holes in the drawing's order, mm.
 
     A drawing that is moved as a whole is the same one.

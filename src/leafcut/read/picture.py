@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, ReadError, count_of, shown
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.arrays import Points
+from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Issue, Part
 from leafcut.model.pocket import EITHER
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions

@@ -9,9 +9,9 @@ from typing import Any
 from leafcut.errors import ReadError, parsing
 from leafcut.files import StandardInput
 from leafcut.model import Part
-from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.options import ReadOptions
-from leafcut.plugins import Kind, Plugin
+from leafcut.plugins import Plugin, PluginKind
 from leafcut.read import csvmap, dxf, examples, excellon, gcode, gtsp, picture, sirius, svg, tsplib, wkt, xmlmap
 from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load
 
@@ -51,7 +51,7 @@ def _format_of(name: str, found: Any) -> Format:
 
 
 #: Packages of other people add a format by an entry point that names a `Format`.
-READERS = Kind("reader", "leafcut.readers", _own_names, _format_of)
+READERS = PluginKind("reader", "leafcut.readers", _own_names, _format_of)
 
 
 def formats() -> tuple[Format, ...]:
@@ -66,7 +66,7 @@ def _unusable(plugin: Plugin[Format]) -> Format:
     return Format(plugin.name, (), plugin.told, refuse, error=plugin.error)
 
 
-def read_source(source: Input, look: Look = unseen) -> tuple[Format, Source]:
+def read_source(source: Input, look: Heartbeat = unseen) -> tuple[Format, Source]:
     """Return the format that takes an input, and the input's bytes; who waits looks at its reader by `look`.
 
     What was read already (a `Source`) is not read again.

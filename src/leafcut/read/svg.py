@@ -15,7 +15,7 @@ import numpy as np
 
 from leafcut.errors import LeafcutError, ReadError, count_of, shown
 from leafcut.model import Contour, Issue, Part, Severity
-from leafcut.model.heartbeat import Look
+from leafcut.model.heartbeat import Heartbeat
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import (
@@ -187,7 +187,7 @@ class _Walk:
     chosen: Any
     points: ReadBudget
     copies: ReadBudget
-    look: Look
+    look: Heartbeat
     found: list[Contour] = field(default_factory=list)
     others: Counter[str] = field(default_factory=Counter)
     hidden: Counter[str] = field(default_factory=Counter)

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.curves import Spend, bezier_points, ellipse_path, fitted, free
 from leafcut.geometry.polyline import Polyline
 from leafcut.read.svg_transform import Affine, length, numbers
 
-Pair = tuple[float, float]
 #: What path data is made of; svgelements reads over what it does not understand.
 _PATH_DATA = re.compile(r"[MmZzLlHhVvCcSsQqTtAa0-9eE+\-.,\s]*")
 _FULL = 2.0 * math.pi
@@ -22,9 +22,9 @@ _FULL = 2.0 * math.pi
 class Bend(NamedTuple):
     """centre + u·cos(t) + v·sin(t) for t from `start` over `sweep`."""
 
-    center: Pair
-    u: Pair
-    v: Pair
+    center: Point
+    u: Point
+    v: Point
     start: float
     sweep: float
 
@@ -32,7 +32,7 @@ class Bend(NamedTuple):
 class SvgSubpath(NamedTuple):
     """A subpath in user units: lines and Bézier curves as control points, bends; whether it is closed."""
 
-    pieces: list[list[Pair] | Bend]
+    pieces: list[list[Point] | Bend]
     closed: bool
 
 
@@ -73,7 +73,7 @@ def _corners(closed: bool) -> Callable[[Mapping[str, str], ViewSize], Iterator[S
     return read
 
 
-def _sides(points: list[Pair], closed: bool) -> list[list[Pair] | Bend]:
+def _sides(points: list[Point], closed: bool) -> list[list[Point] | Bend]:
     after = [*points[1:], points[0]] if closed else points[1:]
     return [[p, q] for p, q in zip(points, after, strict=False)]
 
@@ -89,7 +89,7 @@ def _rectangle(a: Mapping[str, str], frame: ViewSize) -> Iterator[SvgSubpath]:
     if not (rx > 0.0 and ry > 0.0):
         yield SvgSubpath(_sides([(x, y), (x + w, y), (x + w, y + h), (x, y + h)], closed=True), closed=True)
         return
-    pieces: list[list[Pair] | Bend] = []
+    pieces: list[list[Point] | Bend] = []
     quarter = 0.5 * math.pi
     for k, (cx, cy) in enumerate(
         [(x + w - rx, y + ry), (x + w - rx, y + h - ry), (x + rx, y + h - ry), (x + rx, y + ry)]
@@ -128,7 +128,7 @@ def _path(a: Mapping[str, str], _: ViewSize) -> Iterator[SvgSubpath]:
 def _subpaths(text: str) -> Iterator[SvgSubpath]:
     from svgelements import Close, Move, Path
 
-    pieces: list[list[Pair] | Bend] = []
+    pieces: list[list[Point] | Bend] = []
     for segment in Path(text):
         if isinstance(segment, Move):
             if pieces:
@@ -145,7 +145,7 @@ def _subpaths(text: str) -> Iterator[SvgSubpath]:
         yield SvgSubpath(pieces, closed=False)
 
 
-def _piece(segment: Any) -> list[Pair] | Bend:
+def _piece(segment: Any) -> list[Point] | Bend:
     from svgelements import Arc, CubicBezier, QuadraticBezier
 
     if isinstance(segment, Arc):
@@ -162,7 +162,7 @@ def _piece(segment: Any) -> list[Pair] | Bend:
     return [_pair(segment.start), _pair(segment.end)]
 
 
-def _pair(point: Any) -> Pair:
+def _pair(point: Any) -> Point:
     if point is None:
         raise ValueError("path data without a point to begin from")
     x, y = float(point.x), float(point.y)
@@ -199,7 +199,7 @@ def placed_outline(outline: SvgSubpath, matrix: Affine, tolerance: float, spend:
             rows.append(fitted(points, tolerance, closed=False, spend=spend).vertices[:-1])
         curve[:] = [np.zeros((0, 2))]
 
-    last: Pair = (0.0, 0.0)
+    last: Point = (0.0, 0.0)
     for piece in outline.pieces:
         if isinstance(piece, Bend):
             end_curve()

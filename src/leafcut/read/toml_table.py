@@ -12,10 +12,10 @@ from leafcut.units import BARE_UNIT, parse_quantity
 
 T = TypeVar("T")
 
-__all__ = ["Table", "parse_toml", "read_toml"]
+__all__ = ["TomlTable", "parse_toml", "read_toml"]
 
 
-class Table:
+class TomlTable:
     """One table of a TOML file: takes values out by kind, and knows how to say what is wrong with them.
 
     `place` is what messages begin with: the file, and the table in it.
@@ -38,9 +38,9 @@ class Table:
         """Return the error that says what is wrong with the value of `key`."""
         return OptionError(f"{self.place}: '{key}' {reason}")
 
-    def table(self, key: str, keys: Iterable[str]) -> Table:
+    def table(self, key: str, keys: Iterable[str]) -> TomlTable:
         """Return the table `key`; an absent one is empty."""
-        return Table(self.values.get(key, {}), f"{self.place}: [{key}]", keys)
+        return TomlTable(self.values.get(key, {}), f"{self.place}: [{key}]", keys)
 
     def text(self, key: str, default: str | None = None, choices: Iterable[str] = ()) -> str:
         """Return a text of one line; without `default` the key must be there."""

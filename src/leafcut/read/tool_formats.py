@@ -23,7 +23,7 @@ from leafcut.read.format import parse_json
 MAX_BYTES = 16 * 1024 * 1024
 
 #: A tool as the values of a ``[[tool]]``, or why it is left out: what it is called, and values or a reason.
-Row = tuple[str, dict[str, Any] | str]
+ToolRow = tuple[str, dict[str, Any] | str]
 
 #: What `zipfile` and what it unpacks with raise of a file that is none, or is torn.
 _TORN = (zipfile.BadZipFile, zlib.error, LZMAError, EOFError, OSError, ValueError, NotImplementedError, RuntimeError)
@@ -47,7 +47,7 @@ _FUSION_KINDS = {
 _FREECAD_KINDS = {"drill": "drill", "endmill": "end-mill", "reamer": "reamer", "tap": "tap", "slotmill": "slot-mill"}
 
 
-def rows_of(path: Path, units: str) -> tuple[list[Row], bool] | None:
+def rows_of(path: Path, units: str) -> tuple[list[ToolRow], bool] | None:
     """Return the tools of a library of another program, and whether it says no feeds; None where it is none.
 
     Parameters
@@ -72,7 +72,7 @@ def rows_of(path: Path, units: str) -> tuple[list[Row], bool] | None:
         raise OptionError(f"{path}: cannot be read ({problem.strerror})") from None
 
 
-def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[Row]:
+def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[ToolRow]:
     for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
         words, _, comment = line.partition(";")
         if not words.strip():
@@ -98,7 +98,7 @@ def _kind_in(comment: str) -> str | None:
     return next((kind for kind, words in _IN_WORDS if re.search(words, comment, re.IGNORECASE)), None)
 
 
-def _fusion(path: Path, data: bytes, _: str) -> Iterator[Row]:
+def _fusion(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
     library = _json(path, _unzipped(path, data) if path.suffix.lower() == ".tools" else data)
     tools = library.get("data") if isinstance(library, dict) else None
     if not isinstance(tools, list):
@@ -141,7 +141,7 @@ def _fusion_row(tool: dict[str, Any], kind: str, unit: str, number: object) -> d
     return {key: value for key, value in given.items() if value is not None}
 
 
-def _freecad(path: Path, data: bytes, _: str) -> Iterator[Row]:
+def _freecad(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
     library = _json(path, data)
     if path.suffix.lower() == ".fctb":
         yield "T1", _freecad_row(path, library, 1)

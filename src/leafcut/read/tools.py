@@ -10,8 +10,8 @@ from typing import Any
 from leafcut.errors import OptionError
 from leafcut.model.tool import Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import CYCLES
-from leafcut.read.toml_table import Table, read_toml
-from leafcut.read.tool_formats import Row, rows_of
+from leafcut.read.toml_table import TomlTable, read_toml
+from leafcut.read.tool_formats import ToolRow, rows_of
 
 _TOOL_KEYS = (
     "number", "kind", "diameter", "name", "point_angle", "feed", "spindle_speed", "cycle", "peck", "dwell", "pitch",
@@ -51,10 +51,10 @@ def load_tools(path: str | Path, units: str = "mm") -> ToolLibrary:
     foreign = rows_of(Path(path), units)
     if foreign is not None:
         return _foreign_library(*foreign, place)
-    top = Table(read_toml(Path(path)), place, ("tool", "hole"))
+    top = TomlTable(read_toml(Path(path)), place, ("tool", "hole"))
     tools: dict[int, Tool] = {}
     for count, values in enumerate(_tables(top, "tool"), start=1):
-        table = Table(values, f"{place}: [[tool]] {count}", _TOOL_KEYS)
+        table = TomlTable(values, f"{place}: [[tool]] {count}", _TOOL_KEYS)
         tool = _tool(table)
         if tool.number in tools:
             raise table.problem("number", f"{tool.number} is used twice; every tool needs its own")
@@ -63,7 +63,7 @@ def load_tools(path: str | Path, units: str = "mm") -> ToolLibrary:
         raise OptionError(f"{place}: there is no [[tool]] in this library")
     recipes: dict[tuple[float, str], Recipe] = {}
     for count, values in enumerate(_tables(top, "hole"), start=1):
-        table = Table(values, f"{place}: [[hole]] {count}", _HOLE_KEYS)
+        table = TomlTable(values, f"{place}: [[hole]] {count}", _HOLE_KEYS)
         recipe = _recipe(table, tools)
         if (recipe.diameter, recipe.layer) in recipes:
             raise table.problem("diameter", f"{recipe.diameter:g} mm on layer '{recipe.layer}' has a recipe already")
@@ -71,7 +71,7 @@ def load_tools(path: str | Path, units: str = "mm") -> ToolLibrary:
     return ToolLibrary(tuple(tools.values()), tuple(recipes.values()), place)
 
 
-def _foreign_library(rows: list[Row], without_feeds: bool, place: str) -> ToolLibrary:
+def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> ToolLibrary:
     """Return the tools of another program's library that can be used; the others are told, and why."""
     tools: dict[int, Tool] = {}
     left_out: list[str] = []
@@ -79,7 +79,7 @@ def _foreign_library(rows: list[Row], without_feeds: bool, place: str) -> ToolLi
         try:
             if isinstance(values, str):
                 raise OptionError(values)
-            tool = _tool(Table(values, "", _TOOL_KEYS))
+            tool = _tool(TomlTable(values, "", _TOOL_KEYS))
             if tool.number in tools:
                 raise OptionError("another tool has its number")
         except OptionError as problem:
@@ -92,14 +92,14 @@ def _foreign_library(rows: list[Row], without_feeds: bool, place: str) -> ToolLi
     return ToolLibrary(tuple(tools.values()), (), place, tuple(left_out), without_feeds)
 
 
-def _tables(top: Table, key: str) -> list[Any]:
+def _tables(top: TomlTable, key: str) -> list[Any]:
     found = top.values.get(key, [])
     if not isinstance(found, list):
         raise OptionError(f"{top.place}: '{key}' must be written as [[{key}]], once for each")
     return found
 
 
-def _tool(table: Table) -> Tool:
+def _tool(table: TomlTable) -> Tool:
     kind = ToolKind(table.text("kind", ToolKind.DRILL, [k.value for k in ToolKind if k not in _OTHERS]))
     angle = table.quantity("point_angle", "rad", _POINT_ANGLE.get(kind, math.pi))
     if not 0 < angle <= math.pi + 1e-9:
@@ -126,7 +126,7 @@ def _tool(table: Table) -> Tool:
     return _tapping(tool, table) if kind is ToolKind.TAP else tool
 
 
-def _positive(table: Table, key: str, unit: str) -> float:
+def _positive(table: TomlTable, key: str, unit: str) -> float:
     value = table.quantity(key, unit)
     if not value > 0 or (unit == "mm" and value > _LARGEST):
         most = f" and at most {_LARGEST:g} mm" if unit == "mm" else ""
@@ -134,14 +134,14 @@ def _positive(table: Table, key: str, unit: str) -> float:
     return value
 
 
-def _seconds(table: Table, key: str) -> float:
+def _seconds(table: TomlTable, key: str) -> float:
     value = table.quantity(key, "s")
     if not 0 <= value <= 100:
         raise table.problem(key, f"is {table.typed(key)}, but must be from 0 to 100 s")
     return value
 
 
-def _check_mill(tool: Tool, table: Table) -> None:
+def _check_mill(tool: Tool, table: TomlTable) -> None:
     mill = tool.kind is ToolKind.END_MILL
     wrong = next((key for key in (_NO_MILL_KEYS if mill else _MILL_KEYS) if key in table), None)
     if wrong is not None:
@@ -149,7 +149,7 @@ def _check_mill(tool: Tool, table: Table) -> None:
         raise table.problem(wrong, words)
 
 
-def _check_cycle(tool: Tool, table: Table) -> None:
+def _check_cycle(tool: Tool, table: TomlTable) -> None:
     """A cycle that does not fit its tool breaks it."""
     if tool.cycle in ("G83", "G73") and tool.peck is None:
         raise table.problem("cycle", f"is {tool.cycle}, which needs 'peck', the depth of one peck")
@@ -161,7 +161,7 @@ def _check_cycle(tool: Tool, table: Table) -> None:
         raise table.problem("depth", "is of centre drills only; how deep a hole is, --depth or --thickness say")
 
 
-def _tapping(tool: Tool, table: Table) -> Tool:
+def _tapping(tool: Tool, table: TomlTable) -> Tool:
     """Return a tap with its cycle, and with the feed that its thread needs: pitch × revolutions."""
     if tool.pitch is None:
         raise OptionError(f"{table.place}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6")
@@ -174,7 +174,7 @@ def _tapping(tool: Tool, table: Table) -> Tool:
     return replace(tool, cycle="G84", feed=feed or tool.feed)
 
 
-def _recipe(table: Table, tools: dict[int, Tool]) -> Recipe:
+def _recipe(table: TomlTable, tools: dict[int, Tool]) -> Recipe:
     steps = table.wholes("steps", 1, _HIGHEST_NUMBER)
     for number in steps:
         if number not in tools:

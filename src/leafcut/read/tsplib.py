@@ -84,14 +84,14 @@ def read_tsp(source: Source, options: ReadOptions) -> Part:
 
 
 #: The line of a section's first text, and its texts; sections by their names; keys with their values and lines.
-Section = tuple[int, list[str]]
-Sections = dict[str, Section]
-Keys = dict[str, tuple[str, int]]
+DataSection = tuple[int, list[str]]
+Sections = dict[str, DataSection]
+SpecificationKeys = dict[str, tuple[str, int]]
 
 
-def split(source: Source) -> tuple[Keys, Sections]:
+def split(source: Source) -> tuple[SpecificationKeys, Sections]:
     """Return the keys and the sections of a file."""
-    keys: Keys = {}
+    keys: SpecificationKeys = {}
     sections: Sections = {}
     current: list[str] | None = None
     for number, line in enumerate(source.text().splitlines(), 1):
@@ -115,7 +115,7 @@ def split(source: Source) -> tuple[Keys, Sections]:
     return keys, sections
 
 
-def check_kind(path: str, keys: Keys, weight: str, kinds: Sequence[str]) -> None:
+def check_kind(path: str, keys: SpecificationKeys, weight: str, kinds: Sequence[str]) -> None:
     """Raise if the problem is of none of these kinds, or its rule of distance is not known."""
     kind, line = keys.get("TYPE", (kinds[0], 0))
     if (kind.upper().split() or [""])[0] not in kinds:
@@ -126,7 +126,7 @@ def check_kind(path: str, keys: Keys, weight: str, kinds: Sequence[str]) -> None
         raise ReadError(path, f"EDGE_WEIGHT_TYPE '{shown(weight)}' is not known{nearest(weight, WEIGHT_TYPES)}", line)
 
 
-def dimension(path: str, keys: Keys) -> int:
+def dimension(path: str, keys: SpecificationKeys) -> int:
     """Return the number of nodes."""
     if "DIMENSION" not in keys:
         raise ReadError(path, "there is no DIMENSION")
@@ -138,7 +138,7 @@ def dimension(path: str, keys: Keys) -> int:
     return int(text)
 
 
-def numbers(path: str, section: Section) -> NDArray[np.float64]:
+def numbers(path: str, section: DataSection) -> NDArray[np.float64]:
     """Return all numbers of a section, float64, or raise at the first line that has something else."""
     first, lines = section
     try:
@@ -169,7 +169,7 @@ def places(path: str, sections: Sections, n: int, explicit: bool, issues: list[I
     return _on_circle(n)
 
 
-def _coordinates(path: str, section: Section, n: int, issues: list[Issue]) -> NDArray[np.float64]:
+def _coordinates(path: str, section: DataSection, n: int, issues: list[Issue]) -> NDArray[np.float64]:
     """Return the coordinates in the order of the node numbers, float64[n, 2]."""
     values = numbers(path, section)
     last = section[0] + len(section[1]) - 1
@@ -188,7 +188,9 @@ def _coordinates(path: str, section: Section, n: int, issues: list[Issue]) -> ND
     return np.ascontiguousarray(table[:, 1:])
 
 
-def matrix(path: str, keys: Keys, sections: Sections, n: int, symmetric: bool = True) -> NDArray[np.float64]:
+def matrix(
+    path: str, keys: SpecificationKeys, sections: Sections, n: int, symmetric: bool = True
+) -> NDArray[np.float64]:
     """Return the distances of an EXPLICIT problem, float64[n, n]; only a full matrix may be not symmetric."""
     form, line = keys.get("EDGE_WEIGHT_FORMAT", ("", 0))
     form = SAME_FORMAT.get(form.upper(), form.upper())

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leafcut.errors import ReadError, parsing, shown
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.arrays import Points
+from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.pocket import ISLAND, POCKET
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions

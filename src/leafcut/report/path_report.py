@@ -149,7 +149,7 @@ class PathReport(Generic[D]):
             "sections": any(o.lines for o in outcome.operations),
         }
 
-    def saved(self) -> views.Row:
+    def saved(self) -> views.PageRow:
         """Return the large figure and the words around it."""
         return views.saved(self.outcome)
 

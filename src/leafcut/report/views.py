@@ -30,7 +30,7 @@ from leafcut.report.wording import (
     was_spared,
 )
 
-Row = dict[str, Any]
+PageRow = dict[str, Any]
 
 #: What the order that was found is called.
 OURS = "leafcut"
@@ -48,7 +48,7 @@ _TIMES_OF_BEAMS = {"feed": "feed moves", "spindle": "beam on, off"}
 _KIND_WORDS = {"centre-drill": "centre drill", "slot-mill": "slot mill", "end-mill": "end mill"}
 
 
-def orders(outcome: Outcome) -> list[Row]:
+def orders(outcome: Outcome) -> list[PageRow]:
     """Return the three orders: name, time, lengths, saved percent, and a bar of the time."""
     longest = max(m.time_s for _, m in _measures(outcome))
     rows = []
@@ -74,7 +74,7 @@ def _measures(outcome: Outcome) -> tuple[tuple[str, Measure], ...]:
     return tuple((name, measure) for name, measure in orders if measure is not None)
 
 
-def saved(outcome: Outcome) -> Row:
+def saved(outcome: Outcome) -> PageRow:
     """Return the large figure and the words around it."""
     seconds = outcome.before.time_s - outcome.after.time_s
     worse = seconds < 0
@@ -90,7 +90,7 @@ def saved(outcome: Outcome) -> Row:
     }
 
 
-def times(outcome: Outcome) -> Row:
+def times(outcome: Outcome) -> PageRow:
     """Return the seconds by kind of the three orders, with stacked bars; kinds that never occur are left out."""
     measures = _measures(outcome)
     kinds = [k for k in chart.TIME_KINDS if any(m.by_kind.get(k, 0.0) > 0 for _, m in measures)]
@@ -110,13 +110,13 @@ def times(outcome: Outcome) -> Row:
     }
 
 
-def tools_say(outcome: Outcome) -> Row:
+def tools_say(outcome: Outcome) -> PageRow:
     """Return what is known of any tool: columns that say nothing are left out."""
     rows = outcome.operations[:MOST_TOOL_ROWS]
     return {"diameter": any(o.tool.diameter > 0 for o in rows), "cycle": any(o.cycle for o in rows)}
 
 
-def tools(outcome: Outcome, scene: Scene) -> list[Row]:
+def tools(outcome: Outcome, scene: Scene) -> list[PageRow]:
     """Return one row per operation."""
     return [
         {
@@ -160,7 +160,7 @@ def work_words(operation: OperationOutcome) -> str:
     return ", ".join(words)
 
 
-def searches(outcome: Outcome) -> list[Row]:
+def searches(outcome: Outcome) -> list[PageRow]:
     """Return how each operation's order was found: words, and the chart where there is a history."""
     rows = []
     by_size = sorted(range(len(outcome.operations)), key=lambda k: -len(outcome.operations[k].solution.nodes))
@@ -188,7 +188,7 @@ def searches(outcome: Outcome) -> list[Row]:
     return rows
 
 
-def workers(outcome: Outcome) -> Row:
+def workers(outcome: Outcome) -> PageRow:
     """Return one row per worker and operation, with bars of ants and seconds, and how many rows were left out.
 
     A worker without an ant has none: where the best order of all was found at once, there was nothing left to search.
@@ -215,7 +215,7 @@ def workers(outcome: Outcome) -> Row:
     return {"rows": rows, "several": several, "left_out": len(every) - len(rows)}
 
 
-def issues(outcome: Outcome) -> Row:
+def issues(outcome: Outcome) -> PageRow:
     """Return the groups of issues, and the issues themselves up to `MOST_ISSUE_ROWS`, the worst first."""
     ordered = sorted(outcome.issues, key=lambda i: (SEVERITIES.index(i.severity), i.code))
     rows = [
@@ -233,7 +233,7 @@ def issues(outcome: Outcome) -> Row:
     return {"rows": rows, "dangers": dangers, "groups": groups, "left_out": left_out, "number": number}
 
 
-def program(outcome: Outcome) -> Row:
+def program(outcome: Outcome) -> PageRow:
     """Return the program's text, whole or its head, and what it is called."""
     lines = clean_lines(outcome.text)
     whole = len(lines) < WHOLE_PROGRAM_LINES

@@ -13,6 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Ints
 from leafcut.kernels.annealing import BEST, anneal
 from leafcut.kernels.insertion import AntPath
 from leafcut.kernels.layers import Clusters, fill_table
@@ -27,8 +28,6 @@ NEAR = 40
 
 #: Steps between two looks at the clock.
 STEPS = 200
-
-Ints = NDArray[np.int32]
 
 
 def is_small(instance: DirectedInstance) -> bool:

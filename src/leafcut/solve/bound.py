@@ -13,20 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats
 from leafcut.kernels import cost as codes
 from leafcut.kernels.cost import CostModel, tour_cost
 from leafcut.kernels.one_tree import SLACK, Graph, Sets, TreeScratch, climb, join_sets
 from leafcut.solve import spanning_tree
 from leafcut.solve.instance import Instance
-from leafcut.solve.spanning_tree import (
-    Asked,
-    Numbers,
-    SpanningTree,
-    all_pairs,
-    edge_lengths,
-    in_the_plane,
-    smallest_tree,
-)
+from leafcut.solve.spanning_tree import SpanningTree, StopAsked, all_pairs, edge_lengths, in_the_plane, smallest_tree
 
 #: Steps of the ascent: with more of them nothing was gained on a few hundred nodes; the clustered boards of one or two
 #: thousand want many; above that there is no time for them. A step takes about 0.2 µs per node.
@@ -64,10 +57,10 @@ class Hub(NamedTuple):
 
     node: int
     tied: int
-    spokes: Numbers
+    spokes: Floats
 
 
-def lower_bound(instance: Instance, upper: float, *, stop: Asked | None = None) -> float | None:
+def lower_bound(instance: Instance, upper: float, *, stop: StopAsked | None = None) -> float | None:
     """Return a cost that no tour of `instance` is below, or None where none can be proved in reasonable time.
 
     Parameters
@@ -101,7 +94,7 @@ def lower_bound(instance: Instance, upper: float, *, stop: Asked | None = None) 
     return value if value is not None and math.isfinite(value) else None
 
 
-def _best_proved(instance: Instance, upper: float, stop: Asked) -> float | None:
+def _best_proved(instance: Instance, upper: float, stop: StopAsked) -> float | None:
     """Return the best bound that is proved on the way up; None if there was no time for the first."""
     cost, n = instance.cost, instance.n
     hub = _hub(cost, n)
@@ -131,7 +124,7 @@ def _steps(n: int) -> int:
     return int(max(FEWEST_STEPS, min(STEPS + STEPS_PER_NODE * n, NODE_STEPS / n)))
 
 
-def _best_of_few(instance: Instance, upper: float, stop: Asked) -> float | None:
+def _best_of_few(instance: Instance, upper: float, stop: StopAsked) -> float | None:
     """Return the best bound on the way up, of which every step proves one; None if there was no time for the first.
 
     The steps are those of `kernels.one_tree.climb`, in arrays that grow with n²: less to compile.
@@ -158,7 +151,7 @@ def _best_of_few(instance: Instance, upper: float, stop: Asked) -> float | None:
     return proved
 
 
-def _sets_of_few(tree: SpanningTree, n: int) -> Numbers:
+def _sets_of_few(tree: SpanningTree, n: int) -> Floats:
     """Return what `_sets` returns as float64[2n, n]: in row s the root of the set's width for each of its nodes."""
     inside, formed, width = np.zeros((2 * n, n)), np.zeros(2 * n), np.zeros(2 * n)
     inside[:n] = np.eye(n)
@@ -222,7 +215,7 @@ def _sets(tree: SpanningTree, n: int) -> Sets:
 class _Ascent:
     """The way to penalties that make the smallest 1-tree heavy, on graphs that grow."""
 
-    def __init__(self, n: int, sets: Sets, hub: Hub, upper: float, stop: Asked) -> None:
+    def __init__(self, n: int, sets: Sets, hub: Hub, upper: float, stop: StopAsked) -> None:
         self.n, self.sets, self.hub, self.upper, self.stop = n, sets, hub, upper, stop
         self.steps = _steps(n)
         self.step = 0
@@ -230,7 +223,7 @@ class _Ascent:
         parent, heap, place = (np.zeros(n, dtype=np.int32) for _ in range(3))
         self.work = TreeScratch(parent, np.zeros(n), heap, place, np.zeros(2 * n))
 
-    def climb(self, graph: Graph, goal: int) -> Numbers:
+    def climb(self, graph: Graph, goal: int) -> Floats:
         """Go on until `goal` steps are taken in all, and return the best penalties met since the last call."""
         hub, best, value = self.hub, self.penalty.copy(), -math.inf
         at_once = max(1, int(NODE_STEPS_PER_LOOK / self.n))
@@ -244,7 +237,7 @@ class _Ascent:
         return best
 
 
-def _two_spokes(hub: Hub, penalty: Numbers) -> NDArray[np.int64]:
+def _two_spokes(hub: Hub, penalty: Floats) -> NDArray[np.int64]:
     """Return the other ends of the hub's two cheapest edges, the tied one among them if there is one."""
     costs = hub.spokes + penalty
     costs[hub.node] = math.inf
@@ -254,7 +247,7 @@ def _two_spokes(hub: Hub, penalty: Numbers) -> NDArray[np.int64]:
     return ends
 
 
-def _weight(cost: CostModel, hub: Hub, tree: SpanningTree, penalty: Numbers) -> float:
+def _weight(cost: CostModel, hub: Hub, tree: SpanningTree, penalty: Floats) -> float:
     """Return what no tour is below, by the smallest spanning tree under penalties and two edges of the hub."""
     a, b = tree.edges
     spokes = _two_spokes(hub, penalty)

@@ -11,14 +11,12 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats, Ints
 from leafcut.model.problem import RoutingProblem
 from leafcut.solve.instance import cost_model, costs_of_edges
 
-Nodes = NDArray[np.int32]
-Costs = NDArray[np.float64]
 
-
-def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> Nodes:
+def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> Ints:
     """Return int32[clusters]: for the given order of clusters, the nodes that make the path cheapest."""
     way = np.argsort(problem.cluster, kind="stable").astype(np.int32)
     if problem.n_nodes == problem.n_clusters:
@@ -36,7 +34,7 @@ def choose_nodes(problem: RoutingProblem, order: NDArray[np.int32]) -> Nodes:
 class _Layers:
     """The network of an order: a layer of nodes per cluster, and what the ways between neighbouring layers cost."""
 
-    def __init__(self, problem: RoutingProblem, layers: list[Nodes]) -> None:
+    def __init__(self, problem: RoutingProblem, layers: list[Ints]) -> None:
         n = problem.n_nodes
         self.problem, self.layers = problem, layers
         ends = [p if p is not None else (0.0, 0.0) for p in (problem.start, problem.end)]
@@ -45,7 +43,7 @@ class _Layers:
         self.cost = cost_model(problem.metric, np.concatenate([problem.entry, problem.exit, np.array(ends)]))
         self.start, self.end = np.array([2 * n], dtype=np.int32), np.array([2 * n + 1], dtype=np.int32)
 
-    def cheapest(self) -> Nodes:
+    def cheapest(self) -> Ints:
         """Return the nodes of the cheapest path through all layers, int32[layers]."""
         first, last, problem = self.layers[0], self.layers[-1], self.problem
         arrival = problem.service[first].astype(np.float64)
@@ -61,7 +59,7 @@ class _Layers:
         )
         return self._through(arrival, home)[1]
 
-    def _through(self, arrival: Costs, home: Costs) -> tuple[float, Nodes]:
+    def _through(self, arrival: Floats, home: Floats) -> tuple[float, Ints]:
         """Return the cheapest path and its cost, from what it costs to have worked each node of the first layer."""
         came_from = []
         for before, layer in itertools.pairwise(self.layers):
@@ -75,9 +73,9 @@ class _Layers:
         nodes = [layer[i] for layer, i in zip(self.layers, reversed(at), strict=True)]
         return float(total.min()), np.array(nodes, dtype=np.int32)
 
-    def _legs(self, before: Nodes, layer: Nodes) -> Costs:
+    def _legs(self, before: Ints, layer: Ints) -> Floats:
         return self._ways(before + np.int32(self.exits), layer)
 
-    def _ways(self, leave: Nodes, arrive: Nodes) -> Costs:
+    def _ways(self, leave: Ints, arrive: Ints) -> Floats:
         costs = costs_of_edges(self.cost, np.repeat(leave, len(arrive)), np.tile(arrive, len(leave)))
         return costs.reshape(len(leave), len(arrive))

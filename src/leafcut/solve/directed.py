@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import SolveError
+from leafcut.geometry.arrays import Ints
 from leafcut.kernels.cost import CostModel
 from leafcut.kernels.directed import fill_directed_candidates
 from leafcut.kernels.route import Lists, Rules
@@ -34,7 +35,6 @@ DENSE_LIMIT = 3000
 #: keep the costs of all ways, which is n² memory.
 FEW_CLUSTERS, FEW_NODES = 500, 2500
 
-Ints = NDArray[np.int32]
 #: Nodes int32[n, k], cheapest first, and what they cost float64[n, k].
 Listed = tuple[Ints, NDArray[np.float64]]
 

@@ -7,20 +7,16 @@ node that was worked last, so that clusters of several nodes, directions and pre
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats, Ints
 from leafcut.model.problem import RoutingProblem
 from leafcut.solve.instance import cost_model, costs_of_edges
-from leafcut.solve.precedence import Pairs
 
 #: Most states (sets of clusters by nodes), 8 bytes each; more clusters have too many sets whatever their nodes.
 MOST_STATES, MOST_CLUSTERS = 5_000_000, 18
 
 #: Most sums of a state and a way that are looked at, over all nodes that a closed path may begin with: about a second.
 MOST_SUMS = 2e8
-
-Nodes = NDArray[np.int32]
-Costs = NDArray[np.float64]
 
 
 def within_reach(problem: RoutingProblem) -> bool:
@@ -32,7 +28,7 @@ def within_reach(problem: RoutingProblem) -> bool:
     return n << m <= MOST_STATES and firsts * n * n << m <= MOST_SUMS
 
 
-def best_nodes(problem: RoutingProblem, pairs: Pairs) -> Nodes:
+def best_nodes(problem: RoutingProblem, pairs: Ints) -> Ints:
     """Return int32[clusters]: the nodes of the cheapest path, in their order, that keeps pairs int32[k, 2].
 
     The problem has to be `within_reach`, and its precedence one that can be kept.
@@ -63,13 +59,13 @@ class _Table:
         int64[clusters]: a bit for every cluster that must come before.
     """
 
-    def __init__(self, problem: RoutingProblem, pairs: Pairs) -> None:
+    def __init__(self, problem: RoutingProblem, pairs: Ints) -> None:
         self.problem, n, m = problem, problem.n_nodes, problem.n_clusters
         ends = [p if p is not None else (0.0, 0.0) for p in (problem.start, problem.end)]
         cost = cost_model(problem.metric, np.concatenate([problem.entry, problem.exit, np.array(ends)]))
         node = np.arange(n, dtype=np.int32)
         leave = node if problem.metric.name == "EXPLICIT" else node + np.int32(n)
-        self.ways: Costs = costs_of_edges(cost, np.repeat(leave, n), np.tile(node, n)).reshape(n, n)
+        self.ways: Floats = costs_of_edges(cost, np.repeat(leave, n), np.tile(node, n)).reshape(n, n)
         self.begun, self.home = problem.service.astype(np.float64), np.zeros(n)
         if not problem.closed and problem.start is not None:
             self.begun = self.begun + costs_of_edges(cost, np.full(n, 2 * n, dtype=np.int32), node)
@@ -82,7 +78,7 @@ class _Table:
         self.levels = [sets[size == k] for k in range(m)]
         self.members = [np.flatnonzero(problem.cluster == c) for c in range(m)]
 
-    def cheapest(self, begun: Costs, home: Costs) -> tuple[float, Nodes]:
+    def cheapest(self, begun: Floats, home: Floats) -> tuple[float, Ints]:
         """Return the cheapest path and its cost; `begun`: what it costs to have worked each node first."""
         problem, m = self.problem, self.problem.n_clusters
         spent = np.full((1 << m, problem.n_nodes), np.inf)
@@ -97,7 +93,7 @@ class _Table:
                     spent[done | 1 << c, node] = least + problem.service[node]
         return self._followed_back(spent, home)
 
-    def _followed_back(self, spent: Costs, home: Costs) -> tuple[float, Nodes]:
+    def _followed_back(self, spent: Floats, home: Floats) -> tuple[float, Ints]:
         """Return the cheapest path that the table float64[sets, nodes] holds, and its cost."""
         cluster, done = self.problem.cluster, (1 << self.problem.n_clusters) - 1
         total = spent[done] + home

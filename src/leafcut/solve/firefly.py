@@ -34,6 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import SolveError
+from leafcut.geometry.arrays import Ints
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.firefly import edges_apart, fly, fly_and_mend
 from leafcut.kernels.lin_kernighan import Tour
@@ -43,8 +44,6 @@ from leafcut.solve.instance import Instance, costs_of_edges
 from leafcut.solve.kicks import BREADTH, LONGEST_REWRITE, choices, descend, work_tour
 from leafcut.solve.statistics import Best, WorkerLog
 from leafcut.solve.stop import Stop
-
-Ints = NDArray[np.int32]
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from leafcut.solve import ordering, sequential
 from leafcut.solve.annealing import is_small, layers_of
 from leafcut.solve.directed import FEW_CLUSTERS, FEW_NODES, DirectedInstance, build_directed, is_directed
 from leafcut.solve.instance import path_cost
-from leafcut.solve.running import PRESETS, Found, set_budget, until_interrupted
+from leafcut.solve.running import PRESETS, SearchResult, set_budget, until_interrupted
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
 
@@ -33,7 +33,7 @@ ANTS_SHARE = 0.15
 
 def run_in_order(
     instance: DirectedInstance, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions, best: Best
-) -> Found:
+) -> SearchResult:
     """Run the algorithm of `options` on a path with a direction; the tour found is an order of clusters."""
     stop = best.stop
     if options.algorithm == "colony":
@@ -47,7 +47,7 @@ def run_in_order(
     if options.algorithm == "nn":
         path = sequential.greedy_path(instance)
         best.offer(path.node, instance.length(path.node, path.enter, path.leave), 0)
-        return Found(instance.problem.cluster[instance.nodes(path.node, path.enter)].astype(np.int32))
+        return SearchResult(instance.problem.cluster[instance.nodes(path.node, path.enter)].astype(np.int32))
     swarm = ordering.Swarm(ordering.Ordering(instance, options.local_search, stop), options, aco, firefly, best)
     visits, patience = PRESETS[options.preset]
     set_budget(stop, options, visits / swarm.visits, patience)
@@ -55,10 +55,10 @@ def run_in_order(
         stop.patience = swarm.patience
     iterations = until_interrupted(swarm.run, best)
     figures = WorkerFigures(0, iterations * swarm.size, stop.elapsed(), best.cost)
-    return Found(swarm.clusters(best.tour), iterations, (figures,))
+    return SearchResult(swarm.clusters(best.tour), iterations, (figures,))
 
 
-def _search_together(instance: DirectedInstance, seed: int, best: Best, kicks: float, threads: int) -> Found:
+def _search_together(instance: DirectedInstance, seed: int, best: Best, kicks: float, threads: int) -> SearchResult:
     """Run as many searches as threads; each goes back to the best path of all now and then.
 
     With a budget there is one, as what several find depends on who is first.
@@ -90,7 +90,7 @@ def _search_together(instance: DirectedInstance, seed: int, best: Best, kicks: f
                 raise
 
     iterations = until_interrupted(run, best)
-    return Found(instance.problem.cluster[best.tour].astype(np.int32), iterations, figures())
+    return SearchResult(instance.problem.cluster[best.tour].astype(np.int32), iterations, figures())
 
 
 def _send_ants(

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Ints, Points
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer, Pheromone
 from leafcut.solve.instance import Instance, cluster_places
@@ -25,9 +26,6 @@ MOST_ANTS, MOST_STEPS = 32, 4_000_000
 
 #: Up to this many clusters a lower bound is sought before an observed search, to tell its gap from the beginning.
 MOST_BOUNDED = 20_000
-
-Ints = NDArray[np.int32]
-Points = NDArray[np.float64]
 
 
 @dataclass

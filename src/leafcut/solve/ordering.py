@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Ints
 from leafcut.kernels.layers import Clusters
 from leafcut.kernels.ordering import choose_all, invert_runs, lay_order, steps_apart
 from leafcut.kernels.route import Route, begin_bias
@@ -34,8 +35,7 @@ from leafcut.solve.sequential import BREADTH, LEAST, LOOKS, greedy_path, route_o
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
 
-Ints = NDArray[np.int32]
-Orders = tuple[Ints, NDArray[np.float64]]
+OrdersAndCosts = tuple[Ints, NDArray[np.float64]]
 
 
 class Ordering:
@@ -110,7 +110,7 @@ class OrderAnts:
         self.ordering, self.trails, self.seed = ordering, trails, seed
         self.orders = np.zeros((trails.parameters.ants, ordering.instance.n), dtype=np.int32)
 
-    def propose(self, iteration: int) -> Orders:
+    def propose(self, iteration: int) -> OrdersAndCosts:
         """Return the orders int32[ants, m] and their lengths (inf: there was no time)."""
         trails, ordering, p = self.trails, self.ordering, self.trails.parameters
         words = random_words(self.seed, iteration, count=p.ants)
@@ -140,7 +140,7 @@ class OrderFireflies:
             lay_order(ordering.layers, even, even, even, 1.0, 0.0, 0.0, 1.0, words, f, ordering.missing, self.orders[f])
         self.orders[0] = first
 
-    def propose(self, iteration: int) -> Orders:
+    def propose(self, iteration: int) -> OrdersAndCosts:
         """Return the swarm after every firefly has flown once."""
         words = random_words(self.seed, iteration + 1, count=len(self.orders))
         if iteration == 0:

@@ -8,15 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import SolveError
+from leafcut.geometry.arrays import Ints
 from leafcut.model.problem import RoutingProblem
 
 #: Up to this many clusters all pairs that follow from the given ones are worked out, in n² bits; above, those given.
 CLOSURE_LIMIT = 3000
 
-Pairs = NDArray[np.int32]
 
-
-def checked_pairs(problem: RoutingProblem) -> Pairs:
+def checked_pairs(problem: RoutingProblem) -> Ints:
     """Return the pairs (before, after) int32[k, 2] of the problem, each once.
 
     Raises
@@ -30,34 +29,34 @@ def checked_pairs(problem: RoutingProblem) -> Pairs:
         raise SolveError(
             f"precedence pair {tuple(wrong)}: clusters are numbered 0 to {problem.n_clusters - 1}; correct the pair"
         )
-    pairs: Pairs = np.unique(given, axis=0).astype(np.int32)
+    pairs: Ints = np.unique(given, axis=0).astype(np.int32)
     order = _sorted(pairs, problem.n_clusters)
     if len(order) < problem.n_clusters:
         raise SolveError(_ring_words(pairs, set(range(problem.n_clusters)).difference(order)))
     return pairs
 
 
-def keeps(pairs: Pairs, order: NDArray[np.int32]) -> bool:
+def keeps(pairs: Ints, order: NDArray[np.int32]) -> bool:
     """Return whether an order int32[clusters] keeps all pairs."""
     place = np.argsort(order)
     return bool((place[pairs[:, 0]] < place[pairs[:, 1]]).all())
 
 
-def broken_pair(pairs: Pairs, order: NDArray[np.int32]) -> tuple[int, int] | None:
+def broken_pair(pairs: Ints, order: NDArray[np.int32]) -> tuple[int, int] | None:
     """Return the first pair that an order does not keep, or None."""
     place = np.argsort(order)
     wrong = np.flatnonzero(place[pairs[:, 0]] >= place[pairs[:, 1]])
     return None if not len(wrong) else (int(pairs[wrong[0], 0]), int(pairs[wrong[0], 1]))
 
 
-def rows(pairs: Pairs, n: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+def rows(pairs: Ints, n: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Return begin int32[n + 1] and other int32[k]: what v is paired with is other[begin[v] … begin[v + 1] - 1]."""
     ordered = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     begin = np.searchsorted(ordered[:, 0], np.arange(n + 1)).astype(np.int32)
     return begin, np.ascontiguousarray(ordered[:, 1])
 
 
-def followers(pairs: Pairs, n: int) -> NDArray[np.bool_]:
+def followers(pairs: Ints, n: int) -> NDArray[np.bool_]:
     """Return bool[n, n]: whether i must come before j, also by way of others."""
     later = np.zeros((n, n), dtype=np.bool_)
     begin, after = rows(pairs, n)
@@ -68,7 +67,7 @@ def followers(pairs: Pairs, n: int) -> NDArray[np.bool_]:
     return later
 
 
-def consequences(pairs: Pairs, n: int) -> tuple[NDArray[np.bool_], Pairs]:
+def consequences(pairs: Ints, n: int) -> tuple[NDArray[np.bool_], Ints]:
     """Return what no path can do, bool[n, n], and the pairs that say all the others.
 
     No path goes straight from i to j when j must come before i, or something between them.
@@ -80,7 +79,7 @@ def consequences(pairs: Pairs, n: int) -> tuple[NDArray[np.bool_], Pairs]:
     return later.T | between, pairs[~between[pairs[:, 0], pairs[:, 1]]]
 
 
-def _sorted(pairs: Pairs, n: int) -> list[int]:
+def _sorted(pairs: Ints, n: int) -> list[int]:
     """Return the clusters in an order that keeps the pairs; those on a ring and behind one are left out."""
     begin, after = rows(pairs, n)
     missing = np.bincount(pairs[:, 1], minlength=n)
@@ -93,7 +92,7 @@ def _sorted(pairs: Pairs, n: int) -> list[int]:
     return order
 
 
-def _ring_words(pairs: Pairs, left: set[int]) -> str:
+def _ring_words(pairs: Ints, left: set[int]) -> str:
     before = {int(b): int(a) for a, b in pairs if int(a) in left and int(b) in left}
     way: list[int] = [min(before)]
     while way[-1] not in way[:-1]:

@@ -19,7 +19,7 @@ PRESETS = {"fast": (2e5, 30), "default": (4e6, 40), "thorough": (1e8, 2000)}
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchResult:
     """What an algorithm returns to `solve`."""
 
     tour: NDArray[np.int32]

@@ -12,8 +12,8 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Ints
 from leafcut.kernels.directed import lay_route
 from leafcut.kernels.layers import Clusters
 from leafcut.kernels.route import BLOCK, RING, TWISTED, Route, begin_bias
@@ -59,8 +59,6 @@ LOOKS = 5000
 #: What a kick takes for each square root of the nodes, s: about as much as it took on one core of 2024, from 30
 #: nodes to 3000. A counted cost and not the clock, so that answers stay the same.
 SECONDS_PER_KICK = 5e-6
-
-Ints = NDArray[np.int32]
 
 
 def route_of(instance: DirectedInstance, node: Ints, enter: Ints, log: int = 0) -> Route:

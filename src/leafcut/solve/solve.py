@@ -44,7 +44,7 @@ from leafcut.solve.kicks import (
 )
 from leafcut.solve.observing import ClusterPlaces, brightness_of, on_candidates, watched_instance
 from leafcut.solve.precedence import broken_pair, checked_pairs, keeps
-from leafcut.solve.running import PRESETS, Found, set_budget, until_interrupted
+from leafcut.solve.running import PRESETS, SearchResult, set_budget, until_interrupted
 from leafcut.solve.statistics import Best, Watched, WorkerLog
 from leafcut.solve.stop import Stop
 from leafcut.solve.thrift import Thrift
@@ -140,7 +140,7 @@ def _exactly(
     refuse_places_of_a_table(problem)
     best = Best(Stop(cancelled=cancelled or threading.Event()), progress, 0.0)
     order = problem.cluster[best_nodes(problem, pairs)].astype(np.int32)
-    solution = _solution(problem, order, options, Found(order), best)
+    solution = _solution(problem, order, options, SearchResult(order), best)
     return replace(solution, algorithm="exact", lower_bound=solution.cost if options.bound else None)
 
 
@@ -209,7 +209,7 @@ def _without_search(problem: RoutingProblem, pairs: NDArray[np.int32], options: 
             f"the order as drawn has cluster {broken[1]} before cluster {broken[0]}, which must come first; "
             "use --algorithm auto"
         )
-    solution = _solution(problem, order, options, Found(order), best)
+    solution = _solution(problem, order, options, SearchResult(order), best)
     if not options.bound:
         return solution
     bound = None
@@ -246,13 +246,13 @@ def warm_up(options: SolveOptions, aco: AcoOptions, n: int = 0) -> None:
 
 def _run(
     instance: Instance, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions, stop: Stop, best: Best
-) -> Found:
+) -> SearchResult:
     """Run the algorithm of `options`, which is not `auto` any more."""
     algorithm = options.algorithm
     if algorithm == "nn":
         tour = nearest_neighbour(instance)
         best.offer(tour, float(tour_cost(instance.cost, tour)), 0)
-        return Found(tour)
+        return SearchResult(tour)
     if algorithm == "colony":
         return _colony(instance, options, stop, best)
     if algorithm == "kicks":
@@ -260,13 +260,15 @@ def _run(
         set_budget(stop, options, min(per_node * instance.n, most) / kicks_per_iteration(instance.n))
         iterations = until_interrupted(lambda: improve_by_kicks(instance, options.seed, stop, best), best)
         kicks = iterations * kicks_per_iteration(instance.n)
-        return Found(best.tour, iterations, (WorkerFigures(0, kicks, stop.elapsed(), best.cost),))
+        return SearchResult(best.tour, iterations, (WorkerFigures(0, kicks, stop.elapsed(), best.cost),))
     if algorithm == "firefly":
         return _fireflies(instance, options, firefly, stop, best)
     return _ants(instance, options, aco, stop, best)
 
 
-def _fireflies(instance: Instance, options: SolveOptions, firefly: FireflyOptions, stop: Stop, best: Best) -> Found:
+def _fireflies(
+    instance: Instance, options: SolveOptions, firefly: FireflyOptions, stop: Stop, best: Best
+) -> SearchResult:
     """Run the swarm."""
     from leafcut.solve import firefly as room
     from leafcut.solve.loop import search
@@ -283,23 +285,23 @@ def _fireflies(instance: Instance, options: SolveOptions, firefly: FireflyOption
             best.watched.workers = swarm.log.figures
             best.watched.brightness = lambda: brightness_of(swarm.lengths)
         if best.cost <= 0.0:
-            return Found(best.tour)  # all nodes on one place: nothing to gain
+            return SearchResult(best.tour)  # all nodes on one place: nothing to gain
         iterations = until_interrupted(lambda: search(swarm.propose, room.learn_nothing, stop, best), best)
-    return Found(best.tour, iterations, swarm.log.figures())
+    return SearchResult(best.tour, iterations, swarm.log.figures())
 
 
-def _ants(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop, best: Best) -> Found:
+def _ants(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop, best: Best) -> SearchResult:
     """Run one of the classical five, or the local search that they use."""
     from leafcut.solve.aco import Ants, ColonyParameters, ColonyTrails, first_tour
     from leafcut.solve.loop import search
 
     if options.algorithm == "2opt":
         first_tour(instance, True, stop, best)
-        return Found(best.tour)
+        return SearchResult(best.tour)
     parameters = ColonyParameters.of(options.algorithm, aco, instance.n, options.local_search)
     c_nn = first_tour(instance, options.local_search, stop, best)
     if c_nn <= 0.0:
-        return Found(best.tour)  # all nodes on one place: nothing to gain, and trails of 1/0
+        return SearchResult(best.tour)  # all nodes on one place: nothing to gain, and trails of 1/0
     visits, patience = PRESETS[options.preset]
     set_budget(stop, options, visits / (parameters.ants * instance.n), patience)
     threads = min(options.threads or os.cpu_count() or 1, parameters.ants)
@@ -309,10 +311,10 @@ def _ants(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop
             best.watched.workers = ants.log.figures
             best.watched.pheromone = lambda: on_candidates(instance, ants.colony.lists, ants.colony.pheromone)
         iterations = until_interrupted(lambda: search(ants.propose, ants.colony.reinforce, stop, best), best)
-    return Found(best.tour, iterations, ants.log.figures())
+    return SearchResult(best.tour, iterations, ants.log.figures())
 
 
-def _colony(instance: Instance, options: SolveOptions, stop: Stop, best: Best) -> Found:
+def _colony(instance: Instance, options: SolveOptions, stop: Stop, best: Best) -> SearchResult:
     """Run the colony: without a clock and without a number of generations, on the preset's budget."""
     counted = options.iterations is not None or options.time_limit is not None
     visits = math.inf if counted else COLONY_PRESETS[options.preset]
@@ -326,7 +328,7 @@ def _colony(instance: Instance, options: SolveOptions, stop: Stop, best: Best) -
         iterations = until_interrupted(
             lambda: improve_by_colony(instance, options.seed, stop, best, workers, visits), best
         )
-    return Found(best.tour, iterations, workers.log.figures())
+    return SearchResult(best.tour, iterations, workers.log.figures())
 
 
 @contextmanager
@@ -346,7 +348,7 @@ def _try_all(problem: RoutingProblem, pairs: NDArray[np.int32]) -> NDArray[np.in
 
 
 def _solution(
-    problem: RoutingProblem, order: NDArray[np.int32], options: SolveOptions, found: Found, best: Best,
+    problem: RoutingProblem, order: NDArray[np.int32], options: SolveOptions, found: SearchResult, best: Best,
     known: bool = False,
 ) -> Solution:  # fmt: skip
     """Return the solution; `known`: the search knew what its paths cost."""

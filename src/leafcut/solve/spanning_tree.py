@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats
 from leafcut.kernels import cost as codes
 from leafcut.kernels.cost import CostModel
 from leafcut.kernels.one_tree import Graph
@@ -24,15 +25,14 @@ ALL_PAIRS = 150
 #: Room for boxes to be looked into: one more than the k-d tree is high, which is at most about 60 for a million points.
 STACK = 128
 
-Asked = Callable[[], bool]
-Numbers = NDArray[np.float64]
+StopAsked = Callable[[], bool]
 
 
 class SpanningTree(NamedTuple):
     """The edges of a spanning tree of all nodes but one, int32[2, n - 2], and what they cost."""
 
     edges: NDArray[np.int32]
-    length: Numbers
+    length: Floats
 
 
 def in_the_plane(cost: CostModel) -> bool:
@@ -40,13 +40,13 @@ def in_the_plane(cost: CostModel) -> bool:
     return cost.code not in (codes.GEO, codes.EXPLICIT) and cost.lift >= 0.0 and cost.per_mm >= 0.0
 
 
-def edge_lengths(cost: CostModel, edges: NDArray[np.int32]) -> Numbers:
+def edge_lengths(cost: CostModel, edges: NDArray[np.int32]) -> Floats:
     """Return what the edges int32[2, e] cost; a tied edge costs nothing."""
     length = costs_of_edges(cost, edges[0], edges[1])
     return np.where(length == codes.TIED, 0.0, length)
 
 
-def all_pairs(cost: CostModel, hub: int, penalty: Numbers) -> SpanningTree:
+def all_pairs(cost: CostModel, hub: int, penalty: Floats) -> SpanningTree:
     """Return the smallest spanning tree under finite penalties of all nodes but the hub, by looking at all pairs."""
     n = len(penalty)
     edges, left, near = np.zeros((2, n - 2), dtype=np.int32), np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
@@ -54,7 +54,7 @@ def all_pairs(cost: CostModel, hub: int, penalty: Numbers) -> SpanningTree:
     return SpanningTree(edges, edge_lengths(cost, edges))
 
 
-def smallest_tree(instance: Instance, hub: int, penalty: Numbers, graph: Graph, stop: Asked) -> SpanningTree | None:
+def smallest_tree(instance: Instance, hub: int, penalty: Floats, graph: Graph, stop: StopAsked) -> SpanningTree | None:
     """Return the smallest spanning tree under penalties of all nodes but the hub, over all pairs of them.
 
     By rounds over the k-d tree in the plane; elsewhere by looking at all pairs. The graph may be any; the more of its
@@ -80,7 +80,7 @@ def smallest_tree(instance: Instance, hub: int, penalty: Numbers, graph: Graph, 
     return SpanningTree(edges, edge_lengths(cost, edges))
 
 
-def _parts(instance: Instance, hub: int, penalty: Numbers) -> ForestParts:
+def _parts(instance: Instance, hub: int, penalty: Floats) -> ForestParts:
     """Return the nodes, each a part of its own."""
     n, m = instance.n, len(instance.tree.child)
     up, leave, arrive = (np.arange(n, dtype=np.int64) for _ in range(3))

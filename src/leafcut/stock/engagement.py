@@ -19,8 +19,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats
 from leafcut.model.pocket import PocketRules
-from leafcut.stock.tool_steps import Floats, ToolWay
+from leafcut.stock.tool_steps import ToolWay
 
 #: Pairs of places that are looked at together: few, so that what is reckoned stays in the cache.
 _PAIRS = 120_000

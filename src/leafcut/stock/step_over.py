@@ -10,11 +10,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats, Indices
 from leafcut.model.pocket import PocketRules
 from leafcut.stock.engagement import near_pairs
-from leafcut.stock.tool_steps import STRAIGHT_ON, Floats, ToolWay
-
-Rows = NDArray[np.int64]
+from leafcut.stock.tool_steps import STRAIGHT_ON, ToolWay
 
 #: Passes further from each other than this, in diameters, are no neighbours: uncut ground is between them, and told.
 FARTHEST = 1.5
@@ -95,7 +94,7 @@ class _Sides(NamedTuple):
     """
 
     discs: _Discs
-    rows: Rows
+    rows: Indices
     gap: Floats
     nearer: Floats
     lost: NDArray[np.bool_]
@@ -128,7 +127,7 @@ class _Discs:
         self.room = shapely.buffer(centres, 2.0 * rules.tolerance)
         shapely.prepare(self.room)
 
-    def widest(self, rows: Rows, sizes: Floats, both: bool) -> float:
+    def widest(self, rows: Indices, sizes: Floats, both: bool) -> float:
         """Return the largest size whose disc lies in the room; with `both`, also the one on the other side of it."""
         order = np.argsort(-sizes)
         rows, sizes = rows[order], sizes[order]
@@ -141,17 +140,17 @@ class _Discs:
                 return float(sizes[first + int(np.argmax(fits))])
         return 0.0
 
-    def other(self, rows: Rows) -> Rows:
+    def other(self, rows: Indices) -> Indices:
         """Return the rows of the discs on the other side of the same steps."""
         return (rows + len(self.corners) // 2) % len(self.corners)
 
-    def fits(self, rows: Rows) -> NDArray[np.bool_]:
+    def fits(self, rows: Indices) -> NDArray[np.bool_]:
         """Return whether discs, and the ways to their middles, lie in the room."""
         fits: NDArray[np.bool_] = shapely.covers(self.room, shapely.linestrings(self.corners[rows]))
         return fits
 
 
-def _from_sides(way: ToolWay, at: Rows, height: Floats, touch: Rows, start: Floats, normal: Floats) -> Floats:
+def _from_sides(way: ToolWay, at: Indices, height: Floats, touch: Indices, start: Floats, normal: Floats) -> Floats:
     """Return the heights with those of neighbours that are corners measured from the sides of the corner, if less.
 
     `at` are the rows of the steps; the other arrays hold the left sides of all steps, then the right sides. A height of
@@ -178,7 +177,7 @@ def _from_sides(way: ToolWay, at: Rows, height: Floats, touch: Rows, start: Floa
     return gap
 
 
-def _turned(ahead: Floats, corner: Rows) -> NDArray[np.bool_]:
+def _turned(ahead: Floats, corner: Indices) -> NDArray[np.bool_]:
     """Return whether the steps at the place of each one go in different directions; those of a place are together."""
     new = np.append(True, corner[1:] != corner[:-1])
     group = np.cumsum(new) - 1
@@ -187,7 +186,7 @@ def _turned(ahead: Floats, corner: Rows) -> NDArray[np.bool_]:
     return turned
 
 
-def _neighbours(xy: Floats, normal: Floats, others: Floats, rules: PocketRules) -> tuple[Floats, Rows, Floats]:
+def _neighbours(xy: Floats, normal: Floats, others: Floats, rules: PocketRules) -> tuple[Floats, Indices, Floats]:
     """Return the height of the neighbour over the tangent (0: none), its row, and the disc's radius.
 
     For every place on the side of its normal, then on the other side: twice as many rows as places.
@@ -218,7 +217,9 @@ def _neighbours(xy: Floats, normal: Floats, others: Floats, rules: PocketRules) 
     return height, row, radius
 
 
-def _touching(p: Floats, normal: Floats, others: Floats, reach: float) -> Iterator[tuple[Rows, Rows, Floats, Floats]]:
+def _touching(
+    p: Floats, normal: Floats, others: Floats, reach: float
+) -> Iterator[tuple[Indices, Indices, Floats, Floats]]:
     """Yield pairs (row of p, row of q in `others`) whose disc through q that touches the tangent at p is small.
 
     Its radius, no larger than half the reach, and q's height over the tangent come along; the disc is on the side of q,

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from leafcut.geometry.arrays import Floats
 from leafcut.geometry.cells import Cells
 from leafcut.model.pocket import PocketPath, PocketRules
 from leafcut.stock.step_over import FARTHEST, wide_places
-from leafcut.stock.tool_steps import Floats, way_of
+from leafcut.stock.tool_steps import way_of
 
 #: Places this near to each other are the same, mm.
 _SAME = 1e-4

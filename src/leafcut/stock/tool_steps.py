@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.geometry.polyline import Points, Polyline, Segment
+from leafcut.geometry.arrays import Floats, Point, Points
+from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketRules
-
-Floats = NDArray[np.float64]
-Place = tuple[float, float]
 
 #: A step is at most this share of the tool's diameter.
 STEP = 0.05
@@ -129,7 +127,7 @@ def _arc(s: Segment, longest: float) -> _Chords:
     return _Chords(points[:-1], np.diff(points, axis=0), tangent[:-1], tangent[1:])
 
 
-def _steps(line: _Chords, longest: float, came: Floats | None, run: int, piece: int, start: Place) -> ToolWay:
+def _steps(line: _Chords, longest: float, came: Floats | None, run: int, piece: int, start: Point) -> ToolWay:
     """Return the steps of one piece; `came` is the direction in which the tool arrives at it, None: from above."""
     length = np.hypot(line.vector[:, 0], line.vector[:, 1])
     before = np.full((1, 2), np.nan) if came is None else came[None]

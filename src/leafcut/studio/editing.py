@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
+from leafcut.geometry.arrays import Point
 from leafcut.read.order_file import drawing_of, order_text
 
-Place = tuple[float, float]
 State = TypeVar("State")
 
 
@@ -39,7 +39,7 @@ class OrderStop:
     """
 
     name: int
-    place: Place
+    place: Point
     held: bool = True
     sign: str = ""
     moved: bool = False
@@ -60,7 +60,7 @@ class Edited(Protocol):
     def reverse(self, stop: int) -> None:
         """Turn the order of a stop's operation round, or the direction of a cut."""
 
-    def place(self, stop: int, to: Place) -> None:
+    def place(self, stop: int, to: Point) -> None:
         """Begin a cut elsewhere."""
 
     def free_after(self, stop: int) -> None:
@@ -111,10 +111,10 @@ class Undoable(Generic[State]):
 
 
 #: Of every operation the holes in their order, and how many of them are held: the rest is left to the search.
-Orders = tuple[tuple[tuple[int, ...], int], ...]
+HoleOrders = tuple[tuple[tuple[int, ...], int], ...]
 
 
-class HoleOrder(Undoable[Orders]):
+class HoleOrder(Undoable[HoleOrders]):
     """The holes of every operation; `operations` is operation → holes, `xy` float64[holes, 2]."""
 
     option = "hole_order"
@@ -160,7 +160,7 @@ class HoleOrder(Undoable[Orders]):
         k, _ = self._at(stop)
         self._with(k, list(reversed(self.state[k][0])), len(self.state[k][0]))
 
-    def place(self, stop: int, to: Place) -> None:
+    def place(self, stop: int, to: Point) -> None:
         """Holes stay where they are drawn."""
         raise OptionError("holes stay where they are drawn; drop one onto another to take its place in the order")
 
@@ -248,7 +248,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         self._fix(row, "direction")
         self._keep(rows)
 
-    def place(self, stop: int, to: Place) -> None:
+    def place(self, stop: int, to: Point) -> None:
         """Begin a cut elsewhere; as near to there on its contour as can be."""
         rows = self._rows()
         row = self._find(rows, stop)

@@ -25,7 +25,7 @@ COOKIE_SECONDS = 12 * 3600
 _MOST_UNUSED = 8
 
 
-class Keys:
+class StudioKeys:
     """The keys of one studio.
 
     Parameters

@@ -23,7 +23,7 @@ from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import parse_qs
 
-from leafcut.studio.keys import COOKIE_SECONDS, Keys
+from leafcut.studio.keys import COOKIE_SECONDS, StudioKeys
 
 Scope = MutableMapping[str, Any]
 Message = MutableMapping[str, Any]
@@ -92,7 +92,7 @@ class Guard:
         self,
         app: App,
         *,
-        keys: Keys,
+        keys: StudioKeys,
         port: int,
         largest: int = LARGEST_UPLOAD,
         on_entry: Callable[[str], None] = lambda _: None,

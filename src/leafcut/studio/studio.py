@@ -8,7 +8,7 @@ from pathlib import Path
 from leafcut.studio.folder import Folder
 from leafcut.studio.history import History
 from leafcut.studio.jobs import Jobs
-from leafcut.studio.keys import Keys, kept_secret
+from leafcut.studio.keys import StudioKeys, kept_secret
 
 HOST, PORT = "127.0.0.1", 8173
 
@@ -20,11 +20,11 @@ class Studio:
     folder: Folder
     history: History
     jobs: Jobs
-    keys: Keys
+    keys: StudioKeys
     port: int
 
     def address(self, key: str) -> str:
-        """Return the address that opens the page with a key of `Keys.new_entry`."""
+        """Return the address that opens the page with a key of `StudioKeys.new_entry`."""
         return f"http://{HOST}:{self.port}/?token={key}"
 
     @property
@@ -50,4 +50,4 @@ def open_studio(root: Path, port: int = PORT) -> Studio:
     history = History(root / "history.sqlite")
     history.interrupt()
     folder.drop_unused(history.inputs_in_use())
-    return Studio(folder, history, Jobs(folder, history), Keys(kept_secret(root)), port)
+    return Studio(folder, history, Jobs(folder, history), StudioKeys(kept_secret(root)), port)

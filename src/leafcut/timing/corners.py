@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from leafcut.geometry.arrays import Floats, Mask
 from leafcut.model.machine import Machine
 from leafcut.timing.moves import BLEND, Moves
-from leafcut.timing.turns import Flags, Floats
 
 #: Tolerance of the chords that GRBL cuts arcs into, mm ($12). Source: gnea/grbl 1.1, defaults.h.
 GRBL_ARC_TOLERANCE = 0.002
@@ -46,7 +46,7 @@ class Corners(NamedTuple):
     arc_acceleration: Floats
     trim: Floats
     held_back: Floats
-    overlapped: Flags
+    overlapped: Mask
 
 
 def plain_corners(speed: Floats) -> Corners:

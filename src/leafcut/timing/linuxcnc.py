@@ -17,10 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from leafcut.geometry.arrays import Floats, Mask
 from leafcut.model.machine import Machine
 from leafcut.timing.corners import Corners
 from leafcut.timing.moves import BLEND, REST, Moves
-from leafcut.timing.turns import Flags, Floats
 
 #: [EMCMOT]SERVO_PERIOD, s, as in nearly all configurations.
 CYCLE = 0.001
@@ -128,7 +128,7 @@ def _reach(before: Moves, after: Moves, half_angle: Floats) -> tuple[Floats, Flo
     return angle, reach
 
 
-def _coplanar(before: Moves, after: Moves) -> Flags:
+def _coplanar(before: Moves, after: Moves) -> Mask:
     """Return whether the corner lies in the planes of its arcs; otherwise no arc is fitted."""
     across = np.cross(before.end, after.start)
     size = np.sqrt((across * across).sum(axis=1))

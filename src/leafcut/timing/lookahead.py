@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats
 from leafcut.model.machine import Machine
 from leafcut.timing.corners import GRBL_BLOCKS, Corners, chorded_arcs, deviation_corners
 from leafcut.timing.linuxcnc import (
@@ -28,7 +29,6 @@ from leafcut.timing.linuxcnc import (
     round_limits,
 )
 from leafcut.timing.moves import Moves
-from leafcut.timing.turns import Floats
 
 #: How far a control looks ahead that says nothing about it: so far that it does not matter.
 _FAR = 500

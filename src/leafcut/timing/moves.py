@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats, Mask
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath
 from leafcut.timing.chords import MovingRows, joined_steps
-from leafcut.timing.turns import AXES, SHORTEST, Flags, Floats, Turn, Turns
+from leafcut.timing.turns import AXES, SHORTEST, Turn, Turns
 
 #: How the moves of a row end: at rest, at rest but for tangents (G61), or rounded (G64).
 REST, EXACT, BLEND = 0, 1, 2
@@ -53,10 +54,10 @@ class Moves:
     start: Floats
     end: Floats
     turn: Turn
-    rapid: Flags
+    rapid: Mask
     mode: NDArray[np.int8]
     tolerance: Floats
-    flushed: Flags
+    flushed: Mask
 
     def __len__(self) -> int:
         return len(self.row)
@@ -133,7 +134,7 @@ def _steps(
     return MovingRows(row, delta[row], arc_of[row], path.value[row], rapid[row], *columns, flushed)
 
 
-def _changes_power(path: Toolpath) -> Flags:
+def _changes_power(path: Toolpath) -> Mask:
     """Return which rows only change the power of a beam in the block of a move: no reason to stop in laser mode.
 
     M3, M4 and M5 wait for the machine to stand, and so does an S without a move. Source: GRBL 1.1, laser mode ($32=1),
@@ -142,7 +143,7 @@ def _changes_power(path: Toolpath) -> Flags:
     power = (path.kind == Kind.SPINDLE) & (path.ref == SPEED_ALONE)
     moves = np.append(path.kind[1:] <= Kind.ARC_CCW, False)
     same_block = np.append(path.line[1:] == path.line[:-1], False)
-    changes: Flags = (power & moves & same_block)[: len(path)]
+    changes: Mask = (power & moves & same_block)[: len(path)]
     return changes
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats
 from leafcut.model.cycles import expand
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
@@ -15,7 +16,7 @@ from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.lookahead import move_seconds
 from leafcut.timing.moves import BLEND, EXACT, REST, Moves, moves_of
 from leafcut.timing.profile import move_time
-from leafcut.timing.turns import Floats, Turns, turns_of
+from leafcut.timing.turns import Turns, turns_of
 
 #: How controllers take corners whose machine does not say it.
 _STYLES = {"linuxcnc": "linuxcnc", "grbl": "grbl"}

@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.zones import touches_any_zone
 from leafcut.model.machine import Machine
 from leafcut.model.problem import Metric
 from leafcut.timing.profile import trapezoid_time
 
-Point = tuple[float, float]
+#: What it costs to go from one place to another: s or mm, as the search counts.
+Travel = Callable[[Point, Point], float]
 
 #: Many orders of a grid take equally long, since an axis that waits for the other costs nothing: with a millionth of a
 #: second per mm the shortest of them is taken, and no measured time changes.

@@ -8,10 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats
 from leafcut.model.toolpath import Kind, Toolpath
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 #: Axes of the planes 17, 18, 19: first, second, normal, so that a counter-clockwise arc turns from first to second.
 AXES = np.array([[0, 1, 2], [2, 0, 1], [1, 2, 0]])

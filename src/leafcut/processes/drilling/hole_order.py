@@ -8,16 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Ints
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 
 if TYPE_CHECKING:
     from leafcut.processes.drilling.plan.drilling import DrillPlan
-
-Ints = NDArray[np.int32]
 
 
 def wanted_nodes(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from shapely import Polygon
 
 from leafcut.errors import OptionError, PlanError, VerifyError, shown
-from leafcut.model.heartbeat import Look, Progress, looking_for
+from leafcut.model.heartbeat import Heartbeat, Progress, looking_for
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Remnant, Stock
 from leafcut.options import ReadOptions, Settings, SheetOptions, SolveOptions
@@ -208,7 +208,7 @@ def _read(
     return settings, parts, stocks, issues
 
 
-def _drawing(source: Source, settings: Settings, look: Look) -> Sheet:
+def _drawing(source: Source, settings: Settings, look: Heartbeat) -> Sheet:
     """Return the contours of a drawing of parts, made ready."""
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
@@ -222,7 +222,7 @@ def _drawing(source: Source, settings: Settings, look: Look) -> Sheet:
 
 
 def _sheets_at_hand(
-    settings: Settings, loaded: Callable[[str], Source], look: Look
+    settings: Settings, loaded: Callable[[str], Source], look: Heartbeat
 ) -> tuple[Settings, list[Issue], list[Stock]]:
     """Return the settings, notes, and the sheets: one as large as the table, as many as it takes, where none is given.
 
@@ -259,7 +259,7 @@ def _sheets_at_hand(
     return settings, issues, stocks
 
 
-def _remnant(word: SheetWord, source: Source, margin: float, look: Look) -> Stock:
+def _remnant(word: SheetWord, source: Source, margin: float, look: Heartbeat) -> Stock:
     """Return the sheet that a drawing shows: one closed outline, and in it the holes of what was cut before.
 
     All that is drawn counts, but for marks; so the drawing of a nested sheet is what remains when its parts are out.

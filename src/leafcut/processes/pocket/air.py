@@ -6,15 +6,14 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats
 from leafcut.model.pocket import PocketPiece, PocketRules
 
 if TYPE_CHECKING:
     from leafcut.stock.engagement import Engaged
     from leafcut.stock.tool_steps import ToolWay
 
-Floats = NDArray[np.float64]
 
 #: Shorter stretches keep their feed: the machine would hardly be faster, tool diameters.
 SHORTEST = 0.5

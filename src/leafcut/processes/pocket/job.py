@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from leafcut.geometry.arrays import Point
 from leafcut.model.measure import Measure
 from leafcut.model.pocket import PocketRules
 from leafcut.model.toolpath import Toolpath
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
     from leafcut.processes.pocket.plan.entries import Descent
     from leafcut.processes.pocket.plan.rules import MillingData
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
-
-Point = tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ import shapely
 
 from leafcut._version import __version__
 from leafcut.errors import OptionError, PlanError, SolveError
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Point, Points
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import OperationOutcome, Outcome
@@ -40,10 +40,9 @@ if TYPE_CHECKING:
     from leafcut.processes.pocket.plan.entries import Descent
     from leafcut.processes.pocket.plan.region import CentreRegion
     from leafcut.processes.pocket.plan.toolpath import Clearing
-    from leafcut.processes.pocket.strategies import Way
+    from leafcut.processes.pocket.strategies import ClearingWay
     from leafcut.read.format import Source
 
-Point = tuple[float, float]
 
 #: So many strategies go on as long as a time limit lets them: fireflies, ants, and the shortening of a connected way.
 SEARCHES = 3
@@ -207,7 +206,7 @@ def _with_share(job: PocketJob, regions: int) -> PocketJob:
 
 
 def _tried(
-    job: PocketJob, one: Pocket, way: Way, regions: list[CentreRegion], roughed: list[CentreRegion]
+    job: PocketJob, one: Pocket, way: ClearingWay, regions: list[CentreRegion], roughed: list[CentreRegion]
 ) -> tuple[PocketResult, list[Clearing]]:
     """Return what a strategy does to a pocket, and its regions; none where it is refused."""
     from leafcut.processes.pocket.air import with_air
@@ -242,7 +241,7 @@ def _aired(clearing: Clearing, divided: Iterator[list[PocketPiece]]) -> Clearing
     return replace(clearing, rough=rough or clearing.rough, walls=walls)
 
 
-def _clearing(job: PocketJob, way: Way, region: CentreRegion, roughed: list[CentreRegion]) -> Clearing:
+def _clearing(job: PocketJob, way: ClearingWay, region: CentreRegion, roughed: list[CentreRegion]) -> Clearing:
     """Return one region cleared by a strategy: all of it, or less the stock and then along its walls."""
     from leafcut.processes.pocket.plan.arcs import fitted
     from leafcut.processes.pocket.plan.toolpath import Clearing

@@ -12,7 +12,7 @@ from leafcut.processes.course import Run
 from leafcut.processes.pocket.options import PocketOptions
 
 if TYPE_CHECKING:
-    from leafcut.geometry.polyline import Points
+    from leafcut.geometry.arrays import Points
     from leafcut.processes.pocket.plan.region import CentreRegion
 
 #: Ants that may be asked for by --algorithm; all else is left to leafcut's own.
@@ -110,7 +110,7 @@ def _grid(name: str) -> Strategy:
 
 
 @dataclass(frozen=True)
-class Way:
+class ClearingWay:
     """A strategy and what it is called in words."""
 
     name: str
@@ -120,10 +120,10 @@ class Way:
 
 #: Every strategy, in the order in which they are told.
 WAYS = (
-    Way("zigzag", _zigzag, "lines to and fro, then along the walls"),
-    Way("contour", _contour, "rings, linked from the inside out"),
-    Way("connected", _connected, "one connected way, never lifted"),
-    Way("firefly", _grid("firefly"), "a grid of points ordered by fireflies, then along the walls"),
-    Way("ants", _grid("ants"), "a grid of points ordered by ants, then along the walls"),
-    Way("adaptive", _adaptive, "arcs that keep the engagement below a limit, then along the walls"),
+    ClearingWay("zigzag", _zigzag, "lines to and fro, then along the walls"),
+    ClearingWay("contour", _contour, "rings, linked from the inside out"),
+    ClearingWay("connected", _connected, "one connected way, never lifted"),
+    ClearingWay("firefly", _grid("firefly"), "a grid of points ordered by fireflies, then along the walls"),
+    ClearingWay("ants", _grid("ants"), "a grid of points ordered by ants, then along the walls"),
+    ClearingWay("adaptive", _adaptive, "arcs that keep the engagement below a limit, then along the walls"),
 )

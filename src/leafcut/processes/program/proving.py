@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from leafcut.model.certificate import Certificate
 
 #: The order of the chains of every section; None: as it is.
-Orders = list[NDArray[np.int32] | None]
+SectionOrders = list[NDArray[np.int32] | None]
 
 #: After so many trials all sections keep their order: each takes as long as a proof.
 _MOST_TRIALS = 4
@@ -58,7 +58,7 @@ def write_proved(
     words: Dialect,
     original: Program,
     sequence: Sequence,
-    orders: Orders,
+    orders: SectionOrders,
     source: str,
     obstacles: Obstacles | None = None,
 ) -> Proved:
@@ -117,7 +117,7 @@ class _OrderWriter:
         self.run, self.words, self.original = run, words, original
         self.sequence, self.source, self.obstacles = sequence, source, obstacles
 
-    def in_order(self, orders: Orders) -> str:
+    def in_order(self, orders: SectionOrders) -> str:
         """Return the text with the sections in their orders."""
         from leafcut.processes.program.post.rewriter import rewrite
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, ReadError
-from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.issue import Issue, Severity
 from leafcut.options import MachineOptions, Settings, flag_name
 from leafcut.processes.course import machine_of
@@ -63,7 +63,7 @@ def read_foreign(
     settings: Settings,
     machine: Machine,
     words: Dialect,
-    look: Look = unseen,
+    look: Heartbeat = unseen,
     *,
     process: str = "auto",
     choose: bool = True,
@@ -120,7 +120,7 @@ _OF_QTPLASMAC = re.compile(r"^[^(;\n]*M0*(?:[35]\s*\$[0-2]|190\s*P)", re.IGNOREC
 _LASERS = ("grbl-laser-5w", "grbl-laser-20w", "grbl-laser-co2")
 
 
-def _reads(text: str, source: str, settings: Settings, machine: str, look: Look) -> bool:
+def _reads(text: str, source: str, settings: Settings, machine: str, look: Heartbeat) -> bool:
     """Return whether another machine understands a program."""
     try:
         _read(text, source, settings, *_other_machine(settings, machine), look)
@@ -129,7 +129,7 @@ def _reads(text: str, source: str, settings: Settings, machine: str, look: Look)
     return True
 
 
-def _of_plasma_table(text: str, source: str, settings: Settings, look: Look, process: str) -> ProgramRead:
+def _of_plasma_table(text: str, source: str, settings: Settings, look: Heartbeat, process: str) -> ProgramRead:
     read = _read(text, source, settings, *_other_machine(settings, CUTTING_MACHINES["plasma"]), look)
     done = "plasma" if process == "auto" else process
     return replace(read, process=done, issues=(_chosen(read.machine, "plasma"), *read.issues))
@@ -174,7 +174,7 @@ def _laser_for(program: Program) -> str:
     return _LASERS[-1]
 
 
-def _read(text: str, source: str, settings: Settings, machine: Machine, words: Dialect, look: Look) -> ProgramRead:
+def _read(text: str, source: str, settings: Settings, machine: Machine, words: Dialect, look: Heartbeat) -> ProgramRead:
     """Return a program as it is read for a machine, in its units and with its feeds."""
     from leafcut.gcode.lines import Lines
     from leafcut.gcode.program_interpreter import interpret_program, lines_of

@@ -62,7 +62,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         at = next((k for k, fact in enumerate(facts) if fact.name == "method"), len(facts))
         return [*facts[:at], *stays, *facts[at:]]
 
-    def saved(self) -> views.Row:
+    def saved(self) -> views.PageRow:
         """Return the large figure, and that the order stays where it does."""
         outcome, row = self.outcome, super().saved()
         same = outcome.before == outcome.after and outcome.before.time_s > 0

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from leafcut._version import __version__
 from leafcut.errors import VerifyError
 from leafcut.files import decoded
+from leafcut.geometry.arrays import Point
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.outcome import OperationOutcome, Outcome
@@ -27,14 +28,13 @@ from leafcut.processes.course import Run, machine_issues, share
 from leafcut.processes.keep_out import obstacles_of
 from leafcut.processes.program.model import ProgramDetail
 from leafcut.processes.program.options import ResequenceOptions
-from leafcut.processes.program.proving import Orders, write_proved
+from leafcut.processes.program.proving import SectionOrders, write_proved
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.options import SolveOptions
     from leafcut.processes.program.reading import ProgramRead
 
-Point = tuple[float, float]
 
 #: Planning may take so long whatever the time limit, s: most of it is spent on looking at large programs.
 _LEAST_PLANNING = 5.0
@@ -316,7 +316,7 @@ def _with_few_speeds(program: Program, section: Section, solution: Solution) -> 
     return replace(solution, nodes=np.array(nodes, dtype=np.int32), lower_bound=None)
 
 
-def _orders(sequence: Sequence, solutions: list[Solution | None]) -> Orders:
+def _orders(sequence: Sequence, solutions: list[Solution | None]) -> SectionOrders:
     from leafcut.processes.program.plan.resequencing import chain_order
 
     given = zip(sequence.sections, solutions, strict=True)

@@ -13,7 +13,7 @@ from leafcut.processes.course import machine_of
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
-    from leafcut.model.heartbeat import Look
+    from leafcut.model.heartbeat import Heartbeat
     from leafcut.model.machine import Machine
     from leafcut.processes.program.reading import ProgramRead
     from leafcut.read import Input
@@ -44,7 +44,7 @@ def verify(
 
 
 def _interpret(
-    program: Input, words: Dialect, settings: Settings, machine: Machine, look: Look, *, choose: bool
+    program: Input, words: Dialect, settings: Settings, machine: Machine, look: Heartbeat, *, choose: bool
 ) -> ProgramRead:
     from leafcut.processes.program.reading import read_foreign
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from leafcut.processes.sheet.job import Job
+from leafcut.processes.sheet.job import SheetJob
 from leafcut.processes.sheet.options import CutOptions
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 SHARE = 0.4
 
 
-def chained(job: Job) -> tuple[Cutting, float]:
+def chained(job: SheetJob) -> tuple[Cutting, float]:
     """Return the cutting with chains where they save time, and the seconds that it took to search for them.
 
     The bridges that a plan file fixes are kept; with ``keep_order`` all that it has.
@@ -45,7 +45,7 @@ def chained(job: Job) -> tuple[Cutting, float]:
     return with_chains(cutting, chains), seconds
 
 
-def _search(job: Job, block: list[int], before: Sequence[Chain], part: float) -> tuple[list[Chain], float]:
+def _search(job: SheetJob, block: list[int], before: Sequence[Chain], part: float) -> tuple[list[Chain], float]:
     """Return the chains of one block, and the seconds that it took; `part` of the time is for it."""
     from leafcut.processes.sheet.plan.chains.chain_cutting import chain_problem, chains_of
     from leafcut.solve.solve import solve

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.geometry.arrays import Point
 from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.cutting import Cutting
     from leafcut.read.format import Source
 
-Point = tuple[float, float]
 
 #: How machines cut, by the process of their profile.
 _KINDS = {"torch": "plasma", "laser": "laser", "flame": "oxyfuel", "water": "waterjet"}
@@ -40,7 +40,7 @@ _RELIT = 3.0
 
 
 @dataclass(frozen=True)
-class Job:
+class SheetJob:
     """What is the same for every order of one sheet."""
 
     run: Run
@@ -73,7 +73,7 @@ class Job:
         return lambda a, b: travel_cost(self.metric, a, b)
 
 
-def prepared(run: Run, source: Source) -> tuple[Job, list[Issue]]:
+def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
     """Read the sheet and its rules, and make it ready for the search."""
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.sheet.plan.apply_plan_file import follow_plan
@@ -115,7 +115,7 @@ def prepared(run: Run, source: Source) -> tuple[Job, list[Issue]]:
         cutting = follow_plan(cutting, plan, everything=settings.job.keep_order)
         issues += _plan_issues(plan, data)
     start = corner_point(sheet, options.start_corner) or _xy(settings.job.start_point)
-    job = Job(
+    job = SheetJob(
         run=run,
         part=part,
         cutting=cutting,

@@ -11,7 +11,7 @@ import numpy as np
 from leafcut.errors import PlanError
 from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
-from leafcut.processes.sheet.job import Job
+from leafcut.processes.sheet.job import SheetJob
 from leafcut.processes.sheet.options import CutOptions
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 LEAST_SEARCHED = 0.1
 
 
-def as_planned(job: Job) -> tuple[Job, list[CutStart]] | None:
+def as_planned(job: SheetJob) -> tuple[SheetJob, list[CutStart]] | None:
     """Return the plan file's own order with all its choices; None without a plan, or where they do not fit any more."""
     from leafcut.processes.sheet.plan.apply_plan_file import follow_plan, plan_order
     from leafcut.processes.sheet.plan.chains.chain_cutting import planned_chains, with_chains
@@ -37,7 +37,7 @@ def as_planned(job: Job) -> tuple[Job, list[CutStart]] | None:
         return None
 
 
-def ordered(job: Job, before: list[CutStart] | None) -> tuple[list[CutStart], list[Solution]]:
+def ordered(job: SheetJob, before: list[CutStart] | None) -> tuple[list[CutStart], list[Solution]]:
     """Return the best order found, its starts slid to where they are best, and the solutions it came from.
 
     `before` is a known order, None for the drawing's.
@@ -64,7 +64,7 @@ def ordered(job: Job, before: list[CutStart] | None) -> tuple[list[CutStart], li
     return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
 
 
-def nearest_order(job: Job) -> list[CutStart]:
+def nearest_order(job: SheetJob) -> list[CutStart]:
     """Return the nearest-neighbour order."""
     from leafcut.processes.sheet.plan.leads.clear_pierces import clear_pierces
 
@@ -74,7 +74,7 @@ def nearest_order(job: Job) -> list[CutStart]:
 
 
 def _solve_bands(
-    job: Job, options: SolveOptions, before: list[CutStart] | None
+    job: SheetJob, options: SolveOptions, before: list[CutStart] | None
 ) -> tuple[list[CutStart], list[Solution]]:
     """Order band after band, each beginning where the one before ended."""
     from leafcut.processes.sheet.plan.cutting import bands, build_problem
@@ -109,7 +109,7 @@ def _solve_bands(
     return order, solutions
 
 
-def _budget(job: Job, options: SolveOptions, part: float) -> SolveOptions:
+def _budget(job: SheetJob, options: SolveOptions, part: float) -> SolveOptions:
     """Return the options with a part of the time that is left for searching; some of the limit there always is."""
     if options.time_limit is None:
         return options

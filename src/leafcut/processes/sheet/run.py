@@ -20,7 +20,7 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.course import Run, machine_issues, refuse
 from leafcut.processes.keep_out import meetings
-from leafcut.processes.sheet.job import Job, prepared
+from leafcut.processes.sheet.job import SheetJob, prepared
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.orders import as_planned, check_precedence, nearest_order, ordered
@@ -100,7 +100,7 @@ class _LaidOrder:
 
 
 def _without_meeting(
-    job: Job, best: _LaidOrder, solutions: list[Solution], spent: float
+    job: SheetJob, best: _LaidOrder, solutions: list[Solution], spent: float
 ) -> tuple[_LaidOrder, list[Solution]]:
     """Search again where leads of the order that was found met: what moved away can cost more than the order saved.
 
@@ -123,7 +123,7 @@ def _without_meeting(
     return best, [replace(s, seconds=s.seconds + each) for s in solutions]
 
 
-def _laid(job: Job, order: list[CutStart]) -> _LaidOrder:
+def _laid(job: SheetJob, order: list[CutStart]) -> _LaidOrder:
     from leafcut.processes.sheet.plan.cost_estimate import cut_norm
     from leafcut.processes.sheet.plan.cut_toolpath import TORCH_ON, lay_cuts
     from leafcut.processes.sheet.plan.freed_parts import lead_round
@@ -163,7 +163,7 @@ def _laid(job: Job, order: list[CutStart]) -> _LaidOrder:
     return _LaidOrder(CutPlan(job.cutting.sheet, job.data, cuts, norm, crossings, close), path, rows, whole, order, led)
 
 
-def _kept_off(job: Job, laid: _LaidOrder) -> _LaidOrder:
+def _kept_off(job: SheetJob, laid: _LaidOrder) -> _LaidOrder:
     """Return an order that frees parts behind the ways that cross them, if it comes out better: fewer ways over free
     parts, then fewer that come close to one, then less time."""
     from leafcut.processes.sheet.plan.freed_parts import cut_free_later
@@ -181,7 +181,7 @@ def _kept_off(job: Job, laid: _LaidOrder) -> _LaidOrder:
     return other if ranks[0] < ranks[1] else laid
 
 
-def _obstacles(job: Job) -> Obstacles | None:
+def _obstacles(job: SheetJob) -> Obstacles | None:
     """Return what is named on the sheet: crossed at the clearance height, or gone round where nobody moves Z."""
     from leafcut.processes.zones import parse_zones
 
@@ -208,7 +208,12 @@ def _cut_seconds(path: Toolpath, rows: list[LaidCut], machine: Machine) -> list[
 
 
 def _outcome(
-    job: Job, issues: list[Issue], solutions: list[Solution], before: _LaidOrder, nearest: _LaidOrder, after: _LaidOrder
+    job: SheetJob,
+    issues: list[Issue],
+    solutions: list[Solution],
+    before: _LaidOrder,
+    nearest: _LaidOrder,
+    after: _LaidOrder,
 ) -> Outcome[SheetDetail]:
     run, settings = job.run, job.run.settings
     text = _write(job, before, after)
@@ -242,7 +247,7 @@ def _outcome(
     )
 
 
-def _heat_issues(job: Job, laid: _LaidOrder) -> list[Issue]:
+def _heat_issues(job: SheetJob, laid: _LaidOrder) -> list[Issue]:
     from leafcut.processes.sheet.plan.heat import HeatRule, too_near
 
     options = job.run.settings.of(CutOptions)
@@ -260,7 +265,7 @@ def _heat_issues(job: Job, laid: _LaidOrder) -> list[Issue]:
     return [Issue("L614", words, f"the first at ({x:.4g}, {y:.4g})")]
 
 
-def _probing_issues(job: Job, laid: _LaidOrder) -> list[Issue]:
+def _probing_issues(job: SheetJob, laid: _LaidOrder) -> list[Issue]:
     """Warn of starts in the air under a controller that probes before each cut: it would find a slat, or nothing."""
     torch = job.words.torch
     starts = [c.path.start for c in laid.plan.cuts if c.kind == "cut" and not c.pierce]
@@ -296,7 +301,7 @@ def _freed_issues(laid: _LaidOrder) -> list[Issue]:
     return [Issue("L623", words, f"the first on the way to ({x:.4g}, {y:.4g})")]
 
 
-def _write(job: Job, before: _LaidOrder, after: _LaidOrder) -> str:
+def _write(job: SheetJob, before: _LaidOrder, after: _LaidOrder) -> str:
     from leafcut.post.header import header_lines
     from leafcut.processes.sheet.post import write_cut_program
 
@@ -316,7 +321,7 @@ def _write(job: Job, before: _LaidOrder, after: _LaidOrder) -> str:
     return write_cut_program(after.plan, after.path, job.words, settings.post, header)
 
 
-def _verify(job: Job, laid: _LaidOrder, text: str) -> Toolpath:
+def _verify(job: SheetJob, laid: _LaidOrder, text: str) -> Toolpath:
     """Return the program read back, compared with the toolpath and checked against the drawing and the machine.
 
     The one place where a cutting program is proved: nothing that fails here is written.

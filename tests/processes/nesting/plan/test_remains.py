@@ -9,7 +9,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, NestPart, Placement, Stock
 from leafcut.processes.nesting.plan.pieces import polygon_of
-from leafcut.processes.nesting.plan.remains import Kept, remains
+from leafcut.processes.nesting.plan.remains import KeptRemnant, remains
 
 
 def box(width: float, height: float) -> Polyline:
@@ -22,7 +22,7 @@ def cut_out(*laid: tuple[Polyline, float, float], stock: Stock) -> tuple[Nest, L
     return Nest(parts, (stock,), (layout,), (0,) * len(parts), "rectangles", 0), layout
 
 
-def polygon(kept: Kept) -> shapely.Polygon:
+def polygon(kept: KeptRemnant) -> shapely.Polygon:
     """Return what was kept where it lay on the sheet."""
     stock, at = kept
     outline, *holes = (polygon_of(path.moved(*at)) for path in stock.paths)

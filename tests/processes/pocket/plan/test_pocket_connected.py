@@ -12,7 +12,7 @@ from pocket_shapes import RULES, box, l_shape, leaves, only_region, plate, uncov
 
 from every import every
 from leafcut.errors import PlanError
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Points
 from leafcut.model.pocket import Pocket
 from leafcut.processes.pocket.plan import connected as pocket_best
 from leafcut.processes.pocket.plan.connected import best

@@ -30,7 +30,7 @@ SHORTEST, SHORTEST_KERFS = 5.0, 8.0
 ROUNDING = 1e-4
 
 #: A part in a block: turned by an angle about the drawing's origin, then moved, rad and mm.
-Place = tuple[float, float, float]
+PartPlace = tuple[float, float, float]
 
 
 def in_blocks(
@@ -137,7 +137,7 @@ def _around(shapes: list[Polygon], piece: NestPiece) -> Polyline:
     return Polyline.of_points(edge.exterior.coords, closed=True)
 
 
-def _made(piece: NestPiece, path: Polyline, places: Sequence[Place]) -> NestPiece | None:
+def _made(piece: NestPiece, path: Polyline, places: Sequence[PartPlace]) -> NestPiece | None:
     """Return a block of a piece in some places; None where it could lie in no angle that all of its parts may have."""
     members: list[Placement] = [m for angle, x, y in places for m in piece.laid(angle, x, y)]
     angles = piece.angles

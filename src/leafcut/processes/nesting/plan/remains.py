@@ -18,10 +18,10 @@ _MITRE = 2.0
 
 
 #: A remnant, and where its lower left corner was on the sheet, mm.
-Kept = tuple[Stock, tuple[float, float]]
+KeptRemnant = tuple[Stock, tuple[float, float]]
 
 
-def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str) -> list[Kept]:
+def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str) -> list[KeptRemnant]:
     """Return what remains of a sheet, the largest piece first, each from (0, 0) on.
 
     Between it and the parts stays `spacing` (mm). Strips narrower than `least` are cut off, and what is then too small
@@ -44,7 +44,7 @@ def _without_strips(region: Any, least: float) -> Any:
     return inner.buffer(0.5 * least, join_style="mitre", mitre_limit=_MITRE).intersection(region)
 
 
-def _as_stock(piece: Any, name: str) -> Kept:
+def _as_stock(piece: Any, name: str) -> KeptRemnant:
     x0, y0, x1, y1 = piece.bounds
     rings = [piece.exterior, *piece.interiors]
     paths = [Polyline.of_points([(x - x0, y - y0) for x, y in ring.coords[:-1]], closed=True) for ring in rings]

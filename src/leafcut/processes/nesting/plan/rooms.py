@@ -30,7 +30,7 @@ _CHUNK = 128
 _ROUNDING = 1e-6
 
 #: An angle (rad), what a turned piece is moved by (mm), and where it then lies.
-Found = tuple[float, float, float, "Polygon"]
+FoundRoom = tuple[float, float, float, "Polygon"]
 
 
 def clear_of(spacing: float) -> float:
@@ -38,7 +38,7 @@ def clear_of(spacing: float) -> float:
     return ROUND_CORNER * spacing + SLACK
 
 
-def place(piece: NestPiece, room: BaseGeometry, angles: Iterable[float], *, quick: bool = False) -> Found | None:
+def place(piece: NestPiece, room: BaseGeometry, angles: Iterable[float], *, quick: bool = False) -> FoundRoom | None:
     """Return the place furthest to the left, then lowest, in which a piece lies within a room; None where it has none.
 
     Places of a grid are tried, and those in which a corner of the piece lies in a corner of the room; `quick`: those of
@@ -49,7 +49,7 @@ def place(piece: NestPiece, room: BaseGeometry, angles: Iterable[float], *, quic
     corners = np.zeros((0, 2)) if quick else _thinned(shapely.get_coordinates(room), ROOM_CORNERS)
     within = room.buffer(_ROUNDING, join_style="mitre")
     shapely.prepare(within)
-    best: Found | None = None
+    best: FoundRoom | None = None
     for angle in angles:
         ring = np.asarray(polygon_of(piece.path.turned(angle)).exterior.coords)
         for x, y, polygon in _places(ring, corners, room, within):

@@ -20,17 +20,15 @@ from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.arrays import Floats, Points
+from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.plan.fronts import Fronts
 from leafcut.processes.pocket.plan.medial_axis import Axis, middle_axis
 from leafcut.processes.pocket.plan.region import CentreRegion
-
-Floats = NDArray[np.float64]
 
 #: What is kept from the limit for the steps between which the engagement is looked at, rad.
 MARGIN = math.radians(0.4)

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from leafcut.geometry.arrays import Points
 from leafcut.geometry.fitting import fit_arcs
-from leafcut.geometry.polyline import Points, Polyline, joined
+from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.pocket import PocketPath
 
 #: Part of the tolerance that fitting may take: the rest is for the chords of walls and for rounded numbers.

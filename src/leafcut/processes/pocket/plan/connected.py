@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 
 from leafcut.errors import PlanError
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Points
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import PocketPath, PocketPiece
 from leafcut.processes.pocket.plan.coverage_points import CoverageGrid

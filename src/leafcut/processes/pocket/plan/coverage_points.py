@@ -12,8 +12,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.cells import Cells, Rows
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Indices, Points
+from leafcut.geometry.cells import Cells
 
 #: How far a way may be from places, float64[n, 2], that are so many mm apart: float64[n], mm.
 Limit = Callable[[Points, float], Points]
@@ -33,14 +33,14 @@ class CoveragePoints:
 
     points: Points
     limits: Points
-    pieces: Rows
+    pieces: Indices
 
     @cached_property
     def geoms(self) -> Any:
         """The places as shapely Points."""
         return shapely.points(self.points)
 
-    def near(self, way: Points) -> tuple[Rows, Rows]:
+    def near(self, way: Points) -> tuple[Indices, Indices]:
         """Return the pairs (piece of the way, place) where one is near enough to the other, sorted by piece."""
         lines: Any = shapely.linestrings(np.stack([way[self.pieces], way[self.pieces + 1]], axis=1))
         place, line = shapely.STRtree(lines).query(self.geoms, predicate="dwithin", distance=self.limits)
@@ -93,7 +93,7 @@ class CoverageGrid:
         near = np.isin(self.grid.of(middle), self.grid.around(wanted, CELLS + 1))
         return CoveragePoints(self.points[rows], self.limits[rows], np.flatnonzero(near))
 
-    def _learn(self, cells: Rows) -> None:
+    def _learn(self, cells: Indices) -> None:
         """Find the places in cells, and their limits."""
         inside = np.arange(self.side**2)
         column, row = self.grid.columns_and_rows(cells)
@@ -113,7 +113,7 @@ class CoverageGrid:
         self.cells, self.first = every[order], np.concatenate([[0], np.cumsum(counts[order])])
 
 
-def _spans(first: Rows, end: Rows) -> Rows:
+def _spans(first: Indices, end: Indices) -> Indices:
     """Return all rows from each `first` up to its `end`."""
     many = end - first
     return np.repeat(first - np.cumsum(many) + many, many) + np.arange(many.sum())

@@ -8,11 +8,10 @@ from typing import Any
 
 import shapely
 
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.toolpath import Arc, ToolpathBuilder
 from leafcut.processes.pocket.plan.rules import MillingData
-
-Point = tuple[float, float]
 
 #: A ramp or a helix begins so far over what is to be cut, mm.
 ABOVE = 0.5

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from leafcut.geometry.arrays import Floats
+
 #: Discs that are looked at beside one place at most: the nearest. To know fewer makes the engagement seem larger.
 _NEAREST = 96
 #: Places on an arc whose engagements are looked at: so far apart, in radii of the tool, and so many at most.

@@ -21,7 +21,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Points
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
 from leafcut.model.problem import Metric, RoutingProblem

@@ -11,9 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.polyline import Points
-
-Floats = NDArray[np.float64]
+from leafcut.geometry.arrays import Floats, Points
 
 #: A branch that ends nearer to the edge than this many samples leads into a corner.
 _IN_CORNER = 4.0

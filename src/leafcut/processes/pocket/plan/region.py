@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from leafcut.errors import PlanError
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Points
 from leafcut.geometry.regions import polygons, region, swept, tool_centres
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.pocket import Pocket, PocketRules

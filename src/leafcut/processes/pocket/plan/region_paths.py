@@ -17,7 +17,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Points
 
 #: A move may leave the region by this much, mm: what rounding makes of a move along its boundary.
 ROUNDING = 1e-6

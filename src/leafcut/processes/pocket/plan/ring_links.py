@@ -9,13 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Indices, Points
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rings import NEAR, Ring, never
-
-Rows = NDArray[np.int64]
 
 #: Places tried for a joint are so many step-overs apart.
 STATION_STEP = 0.25
@@ -123,7 +120,7 @@ def tree_of(cut: list[Ring], step_over: float) -> list[tuple[int, int]]:
     return tree if len(tree) == len(cut) - 1 else _kruskal(cut, *np.triu_indices(len(cut), 1), step_over)
 
 
-def _kruskal(cut: list[Ring], a: Rows, b: Rows, step_over: float) -> list[tuple[int, int]]:
+def _kruskal(cut: list[Ring], a: Indices, b: Indices, step_over: float) -> list[tuple[int, int]]:
     """Return the shortest joints out of pairs that leave no ring apart, nor make a circle."""
     lines = np.array([ring.line for ring in cut])
     levels = np.array([ring.level for ring in cut])

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Points
 from leafcut.geometry.regions import as_polyline, polygons, shrunk
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.plan.region import CentreRegion

@@ -11,12 +11,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Indices, Points
 from leafcut.model.pocket import PocketRules
 from leafcut.processes.pocket.plan.coverage_points import CoverageGrid
 from leafcut.processes.pocket.plan.region import CentreRegion
 
-Rows = NDArray[np.int64]
 #: A stretch, from a point of the way to another, and what replaces it.
 Edit = tuple[int, int, Points]
 
@@ -216,7 +215,7 @@ class _Bends:
     def _inside(self, curve: Points) -> bool:
         return bool(self.allowed.covers(shapely.LineString(curve)))
 
-    def _points_of(self, a: int, b: int) -> Rows:
+    def _points_of(self, a: int, b: int) -> Indices:
         return self.point[self.first[a] : self.first[b]]
 
     def _covered(self, a: int, b: int, curve: Points | None) -> bool:
@@ -346,7 +345,7 @@ class _Cells:
         """Return the column and the row of the cell that a place is in."""
         return math.floor((place[0] - self.low[0]) / self.side), math.floor((place[1] - self.low[1]) / self.side)
 
-    def near(self, place: Points) -> Rows:
+    def near(self, place: Points) -> Indices:
         """Return the rows of the points in the cell of a place, one among them, and in those around it, sorted."""
         column, row = self.cell(place)
         middle = (row + 1 + np.arange(-1, 2)) * self.wide + column + 1

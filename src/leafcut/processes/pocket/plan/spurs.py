@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Points
 from leafcut.geometry.regions import polygons, quarter, swept
 from leafcut.model.pocket import PocketRules
 from leafcut.processes.pocket.plan.track import Track

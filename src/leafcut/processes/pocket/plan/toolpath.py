@@ -12,6 +12,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.machine import Machine
@@ -21,8 +22,6 @@ from leafcut.processes.pocket.plan.cleared_area import ClearedArea, Opened
 from leafcut.processes.pocket.plan.entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
-
-Point = tuple[float, float]
 
 #: A program of more moves cannot be meant.
 MOST_MOVES = 3_000_000

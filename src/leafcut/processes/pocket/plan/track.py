@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Points
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import shapely
 
-from leafcut.geometry.polyline import Points, Polyline, joined
+from leafcut.geometry.arrays import Points
+from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.pocket import PocketPath, PocketPiece
 from leafcut.processes.pocket.plan.region import CentreRegion
 

@@ -10,7 +10,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.arrays import Points
+from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import FINE, quarter, region
 from leafcut.model.difference import Difference
 from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules

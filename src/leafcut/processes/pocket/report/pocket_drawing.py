@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import shapely
 
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.arrays import Points
+from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import polygons, region, shrunk, swept
 from leafcut.model.pocket import Pocket, PocketPath, PocketPlan, PocketRules
 from leafcut.report.frame import Frame

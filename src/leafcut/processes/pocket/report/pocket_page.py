@@ -22,6 +22,7 @@ from leafcut.processes.pocket.report.pocket_words import (
     written,
 )
 from leafcut.report import chart, views
+from leafcut.report.views import PageRow
 from leafcut.report.wording import (
     NO_VALUE,
     clean,
@@ -33,8 +34,6 @@ from leafcut.report.wording import (
     saved_percent,
     time_words,
 )
-
-Row = dict[str, Any]
 
 #: So many pieces of a drawing at most are checked for what stays uncut: it is swept anew for the picture.
 MOST_PIECES = 200_000
@@ -49,7 +48,7 @@ def pocket_size(outcome: Outcome[PocketDetail]) -> str:
     return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
 
 
-def pocket_content(outcome: Outcome[PocketDetail]) -> Row:
+def pocket_content(outcome: Outcome[PocketDetail]) -> PageRow:
     """Return all that the template of pockets needs."""
     plans = outcome.detail.plans
     scene = build_pocket_scene(plans)
@@ -88,7 +87,7 @@ def pocket_svg(outcome: Outcome[PocketDetail], which: str) -> str:
     return pocket_drawing(build_pocket_scene(plans), paths, which, words, tool_diameter=diameter, size=True)
 
 
-def cards(outcome: Outcome[PocketDetail]) -> list[Row]:
+def cards(outcome: Outcome[PocketDetail]) -> list[PageRow]:
     """Return the usual way and leafcut's as the cards at the head show them."""
     longest = max(outcome.before.time_s, outcome.after.time_s)
     ours = (views.OURS, outcome.after)
@@ -109,7 +108,7 @@ def cards(outcome: Outcome[PocketDetail]) -> list[Row]:
     ]
 
 
-def saved(outcome: Outcome[PocketDetail]) -> Row:
+def saved(outcome: Outcome[PocketDetail]) -> PageRow:
     """Return the large figure and the words around it: the time that is saved, or of the program where it is alone."""
     if not compared(outcome):
         alone = all(len(plan.results) == 1 for plan in outcome.detail.plans)
@@ -173,7 +172,7 @@ def _facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str, str]]:
     ]
 
 
-def _strategies(outcome: Outcome[PocketDetail]) -> list[Row]:
+def _strategies(outcome: Outcome[PocketDetail]) -> list[PageRow]:
     rows = figures(outcome.detail.plans, outcome.detail.programs)
     longest = max((r.program_s for r in rows), default=0.0)
     return [
@@ -207,7 +206,7 @@ def _cells(row: StrategyFigures) -> tuple[str, ...]:
     )
 
 
-def _small(outcome: Outcome[PocketDetail], scene: Any) -> list[Row]:
+def _small(outcome: Outcome[PocketDetail], scene: Any) -> list[PageRow]:
     """Return a small drawing of every strategy that has a path in all pockets."""
     rows = []
     for row in figures(outcome.detail.plans, outcome.detail.programs):

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from leafcut.errors import PlanError, nearest
 from leafcut.gcode.program import Program
-from leafcut.model.heartbeat import Look, unseen
+from leafcut.geometry.arrays import Point
+from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sequence import Kept, Section, Sequence, Stay
@@ -28,8 +29,6 @@ from leafcut.processes.program.plan.sections.merging import changes_saved, merge
 from leafcut.processes.program.plan.sections.operations import keep_apart
 from leafcut.processes.program.plan.sections.program_rows import PROCESSES, known_process, read_rows
 
-Point = tuple[float, float]
-
 
 def find_sequence(
     program: Program,
@@ -38,7 +37,7 @@ def find_sequence(
     merge_tools: bool = False,
     allow_reverse: bool = False,
     mix_operations: bool = False,
-    look: Look = unseen,
+    look: Heartbeat = unseen,
 ) -> Sequence:
     """Return the program in pieces: sections whose chains may change places, and all that stays.
 

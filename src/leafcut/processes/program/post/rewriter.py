@@ -24,7 +24,7 @@ from leafcut.errors import PostError
 from leafcut.gcode.modal_dependencies import HERE, BlockReader, Reliance, height_matters, next_place
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reversible_cut import find_stroke
-from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.sequence import BlockRun, Kept, Section, Sequence
 from leafcut.model.toolpath import MOTIONS, Kind
@@ -56,7 +56,7 @@ _FIELDS: dict[str, tuple[str, ...]] = {
 
 def rewrite(
     program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False, longest: int = 255,
-    look: Look = unseen, obstacles: Obstacles | None = None,
+    look: Heartbeat = unseen, obstacles: Obstacles | None = None,
 ) -> str:  # fmt: skip
     """Return the text of the program with the chains of every section in their order.
 
@@ -104,7 +104,7 @@ class _Rewriter:
     """Writes piece after piece, and remembers what the machine then has active, and where the tool is."""
 
     def __init__(
-        self, program: Program, sequence: Sequence, longest: int, look: Look, obstacles: Obstacles | None = None
+        self, program: Program, sequence: Sequence, longest: int, look: Heartbeat, obstacles: Obstacles | None = None
     ) -> None:
         self.program, self.sequence, self.longest, self.look = program, sequence, longest, look
         self.obstacles = obstacles

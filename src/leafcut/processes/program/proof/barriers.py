@@ -13,9 +13,10 @@ import numpy as np
 
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.saying import in_words, plain, reads_differently
+from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Features, Floats, Ints, Mask, Refs, States
+from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Features, States
 from leafcut.proof.clearance import at_machine_height
 from leafcut.proof.difference import describe, place
 
@@ -86,7 +87,7 @@ class Wall:
         return Kind.TOOL in kinds and kinds <= set(_PART_OF_CHANGE)
 
 
-def barriers_of(program: Program, path: Toolpath, source: Ints, states: States, before: Floats) -> list[Mark]:
+def barriers_of(program: Program, path: Toolpath, source: Indices, states: States, before: Floats) -> list[Mark]:
     """Return the barriers of a program in order.
 
     `path` may have its cycles written out; `source` says of which row of the program each of its rows is part.
@@ -141,7 +142,7 @@ _PLAIN = frozenset("MPQTELR$")
 _READ = tuple(field.name for field in fields(Modal) if field.name != "shift")
 
 
-def _placeless(program: Program, source: Ints) -> Iterator[Mark]:
+def _placeless(program: Program, source: Indices) -> Iterator[Mark]:
     """Yield the blocks that begin with a slash, and messages beside the motions of their blocks."""
     nowhere = (np.nan, np.nan, np.nan)
     kinds = program.path.kind
@@ -163,7 +164,7 @@ def _shown(text: str, said: str) -> str:
     return f"{text} = {said}" if said and text and computed else text
 
 
-def _obeyed(program: Program, source: Ints) -> Iterator[Mark]:
+def _obeyed(program: Program, source: Indices) -> Iterator[Mark]:
     """Yield the comments and settings that the controller obeys, where they stand in what is run."""
     said = {one.line: one for one in program.obeyed}
     nowhere = (np.nan, np.nan, np.nan)
@@ -193,7 +194,7 @@ def _plain(program: Program, line: int) -> str:
 
 
 def with_dwells(
-    marks: list[Mark], features: Features, travel: Ints, across: Ints, states: States
+    marks: list[Mark], features: Features, travel: Indices, across: Indices, states: States
 ) -> tuple[list[Mark], Mask]:
     """Return the marks with the dwells that belong to them, and which features these dwells are.
 
@@ -233,12 +234,12 @@ def with_dwells(
     return sorted([*marks, *added], key=lambda mark: mark.key), moved
 
 
-def _last_before(among: Ints, rows: Ints | Floats) -> Floats:
+def _last_before(among: Indices, rows: Indices | Floats) -> Floats:
     """Return for every row the last one before it of those in `among`, -1 where there is none."""
     return np.concatenate([[-1.0], among])[np.searchsorted(among, rows)]
 
 
-def walls_of(marks: list[Mark], work: Refs) -> list[Wall]:
+def walls_of(marks: list[Mark], work: Ints) -> list[Wall]:
     """Return the marks in walls; `work` are the rows of the features, int32[n], in order."""
     walls: list[Wall] = []
     ranks = np.searchsorted(work, [mark.key for mark in marks]).tolist()

@@ -9,13 +9,16 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from leafcut.model.heartbeat import Look, unseen
-from leafcut.processes.program.proof.features import Features, Floats, Ints
+from leafcut.geometry.arrays import Floats, Indices
+from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.inner_first import loops_in, outline_of
 from leafcut.processes.program.proof.traces import Traces
 
 
-def came_free(features: Features, traces: Traces, chain: Ints, new_of: Ints, look: Look = unseen) -> list[str]:
+def came_free(
+    features: Features, traces: Traces, chain: Indices, new_of: Indices, look: Heartbeat = unseen
+) -> list[str]:
     """Return in one sentence that outlines of parts are cut in another order, or nothing.
 
     `chain` numbers the runs of cuts without a way across in between, int64[n], rising; `new_of` is the place of every
@@ -46,7 +49,7 @@ def _end(features: Features, feature: int) -> tuple[float, float]:
     return float(features.end[feature, 0]), float(features.end[feature, 1])
 
 
-def _outlines(traces: Traces, chain: Ints, look: Look) -> Ints:
+def _outlines(traces: Traces, chain: Indices, look: Heartbeat) -> Indices:
     """Return the runs that go round a part: closed, and inside none of the others, or inside a hole of one."""
     number, begin = np.unique(chain[traces.feature], return_index=True)
     of: list[int] = []
@@ -65,7 +68,7 @@ def _outlines(traces: Traces, chain: Ints, look: Look) -> Ints:
     spots = np.array([shapely.points(loop[0]) for loop in loops], dtype=object)
     inner, outer = shapely.STRtree(shapes).query(spots, predicate="within")
     depth = np.bincount(inner[inner != outer], minlength=len(loops))
-    parts: Ints = np.array(of, dtype=np.int64)[depth % 2 == 0]
+    parts: Indices = np.array(of, dtype=np.int64)[depth % 2 == 0]
     return parts
 
 

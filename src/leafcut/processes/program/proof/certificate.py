@@ -14,14 +14,15 @@ from dataclasses import replace
 import numpy as np
 
 from leafcut.gcode.program import Program
+from leafcut.geometry.arrays import Indices
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.difference import Difference
-from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.barriers import ComparisonGroups, compare_unrun, compare_walls, misplaced
 from leafcut.processes.program.proof.came_free import came_free
-from leafcut.processes.program.proof.features import FIRST_CYCLE, Ints
+from leafcut.processes.program.proof.features import FIRST_CYCLE
 from leafcut.processes.program.proof.inner_first import exchanged
 from leafcut.processes.program.proof.loosened import loosened
 from leafcut.processes.program.proof.matching import Room, pair
@@ -53,7 +54,7 @@ COMPARED = (
 _EITHER_WAY = "open cuts at one level without a way in or out of their own, in whichever direction"
 
 #: Lowest and highest x, y, z, mm.
-Box = tuple[tuple[float, ...], tuple[float, ...]]
+Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 
 #: A rewritten program keeps the words of the original: only noise, and a change of units, may be between the two.
 _FEED_PART, _FEED, _DWELL, _SPEED_PART, _SPEED = 5e-5, 1e-4, 1e-4, 1e-6, 1e-3
@@ -71,8 +72,8 @@ def certify(
     machine: Machine | None = None,
     tolerance_mm: float = 0.002,
     allow_reverse: bool = False,
-    beyond: Box | None = None,
-    look: Look = unseen,
+    beyond: Bounds | None = None,
+    look: Heartbeat = unseen,
     notes: bool = False,
 ) -> Certificate:
     """Return the proof that two programs do the same work, or in what they differ.
@@ -149,7 +150,7 @@ def _digest(program: Program) -> str:
 class _Found:
     """Differences as they come: the first of each sort, and how many there are in all; and notes where asked for."""
 
-    def __init__(self, look: Look, noting: bool) -> None:
+    def __init__(self, look: Heartbeat, noting: bool) -> None:
         self.look, self.noting = look, noting
         self.notes: list[str] = []
         self.differences: list[Difference] = []
@@ -204,7 +205,7 @@ def _is_flat(path: Toolpath) -> bool:
 
 
 def _disordered(
-    before: ProgramWork, after: ProgramWork, new_of: Ints, tolerance: float, flat: bool, look: Look
+    before: ProgramWork, after: ProgramWork, new_of: Indices, tolerance: float, flat: bool, look: Heartbeat
 ) -> Iterator[Difference]:
     """Yield the cuts whose order has meaning, and has changed."""
     features = before.features
@@ -237,13 +238,13 @@ def _disordered(
         yield _both(before, after, new_of, inner, outer, f"inner {now} outer", text)
 
 
-def _chains(work: ProgramWork) -> Ints:
+def _chains(work: ProgramWork) -> Indices:
     """Return numbers of the runs of cuts without a way across in between, int64[n], from 0."""
-    chain: Ints = np.cumsum(heights_of(work, gaps_of(work)).follows == 0)
+    chain: Indices = np.cumsum(heights_of(work, gaps_of(work)).follows == 0)
     return np.subtract(chain, chain[:1], dtype=np.int64)
 
 
-def _passes(before: ProgramWork, after: ProgramWork, new_of: Ints, width: float) -> Iterator[Difference]:
+def _passes(before: ProgramWork, after: ProgramWork, new_of: Indices, width: float) -> Iterator[Difference]:
     """Yield the passes of a mill, of tools so wide, that touch nowhere, but have an order, and have left it."""
     features, gaps = before.features, gaps_of(before)
     if (np.diff(new_of[new_of >= 0]) > 0).all():
@@ -260,7 +261,7 @@ def _passes(before: ProgramWork, after: ProgramWork, new_of: Ints, width: float)
         yield _both(before, after, new_of, other, outline, "part free too early", text)
 
 
-def _overtaken(rank: Ints, which: Ints) -> list[int]:
+def _overtaken(rank: Indices, which: Indices) -> list[int]:
     """Return those of `which` that have not the same features before them as they had."""
     highest = np.maximum.accumulate(np.concatenate([[-1], rank]))[:-1]
     lowest = np.minimum.accumulate(np.where(rank >= 0, rank, len(rank) + rank.max(initial=0))[::-1])[::-1]
@@ -270,7 +271,7 @@ def _overtaken(rank: Ints, which: Ints) -> list[int]:
 
 
 def _both(
-    before: ProgramWork, after: ProgramWork, new_of: Ints, one: int, other: int, what: str, text: str
+    before: ProgramWork, after: ProgramWork, new_of: Indices, one: int, other: int, what: str, text: str
 ) -> Difference:
     """Return a difference of two features: the first one's line in the original and in the new program."""
     said = [place(*before.features.end[k]) + f" (line {before.features.line[k]})" for k in (one, other)]
@@ -278,7 +279,7 @@ def _both(
     return Difference(what, *lines, text.format(*said))
 
 
-def _larger(before: Toolpath, after: Toolpath, tolerance: float, beyond: Box | None) -> Iterator[Difference]:
+def _larger(before: Toolpath, after: Toolpath, tolerance: float, beyond: Bounds | None) -> Iterator[Difference]:
     """Yield the axes on which the new program goes farther. Cuts are the same: what is looked at are ends of moves."""
     lowest, highest = beyond or ((math.inf,) * 3, (-math.inf,) * 3)
     for axis, name in enumerate("XYZ"):

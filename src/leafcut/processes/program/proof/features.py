@@ -15,14 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Modal, Program
+from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, last_rows
 
-Mask = NDArray[np.bool_]
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Rows = Ints | Mask | slice | int
-#: Numbers of rows of a table.
-Refs = NDArray[np.int32]
+Selection = Indices | Mask | slice | int
 
 #: What must be equal or not; all but the first three are `States`, and the plane is, too, where no arc has one.
 EXACT = (
@@ -59,7 +55,7 @@ class States:
         compensation: 0 where there is none.
     """
 
-    def __init__(self, number: Refs, table: dict[str, NDArray]) -> None:
+    def __init__(self, number: Ints, table: dict[str, NDArray]) -> None:
         self.number = number
         self.table = table
 
@@ -79,17 +75,17 @@ class States:
             table[name] = values
         return cls(number.astype(np.int32), table)
 
-    def of(self, name: str, rows: Rows = _ALL) -> NDArray:
+    def of(self, name: str, rows: Selection = _ALL) -> NDArray:
         """Return a column, or some rows of it."""
         column: NDArray = self.table[name][self.number[rows]]
         return column
 
-    def take(self, rows: Ints) -> States:
+    def take(self, rows: Indices) -> States:
         """Return the states at some rows."""
         return States(self.number[rows], self.table)
 
 
-def _numbered(column: NDArray) -> tuple[NDArray, Ints]:
+def _numbered(column: NDArray) -> tuple[NDArray, Indices]:
     """Return the different values of a column, and the number of each row's; few rows differ from the one before."""
     if not len(column):
         return np.zeros(1, dtype=column.dtype), np.zeros(0, dtype=np.int64)
@@ -110,8 +106,8 @@ class Tables(NamedTuple):
     """
 
     center: Floats
-    plane: Ints
-    turns: Ints
+    plane: Indices
+    turns: Indices
     r_plane: Floats
     peck: Floats
 
@@ -138,24 +134,24 @@ class Features:
         int64[n]: features of different groups are never equal.
     """
 
-    row: Refs
-    line: Refs
-    kind: Ints
+    row: Ints
+    line: Ints
+    kind: Indices
     end: Floats
     start: Floats
     feed: Floats
     dwell: Floats
-    state: Refs
-    arc: Refs
-    cycle: Refs
-    group: Ints
+    state: Ints
+    arc: Ints
+    cycle: Ints
+    group: Indices
     states: dict[str, NDArray]
     tables: Tables
 
     def __len__(self) -> int:
         return len(self.row)
 
-    def of(self, name: str, rows: Rows = _ALL) -> NDArray:
+    def of(self, name: str, rows: Selection = _ALL) -> NDArray:
         """Return what has this name, of all features or of some."""
         column: NDArray
         match name:
@@ -182,11 +178,11 @@ class Features:
                 column = self.states[name][self.state[rows]]
         return column
 
-    def several(self, names: Iterable[str], rows: Rows = _ALL) -> NDArray:
+    def several(self, names: Iterable[str], rows: Selection = _ALL) -> NDArray:
         """Return several of these side by side, [n, names]."""
         return np.column_stack([self.of(name, rows) for name in names])
 
-    def pick(self, which: Mask | Ints) -> Features:
+    def pick(self, which: Mask | Indices) -> Features:
         """Return some of the features."""
         return replace(self, **{name: getattr(self, name)[which] for name in _BY_FEATURE})
 
@@ -287,20 +283,20 @@ def direction_of(program: Program) -> Floats:
 TAKEN = 1 << 20
 
 
-def _table_of(path: Toolpath) -> Ints:
+def _table_of(path: Toolpath) -> Indices:
     """Return for every row how many blocks that are not understood came before its length offset was taken."""
     count = np.cumsum(path.kind == Kind.FOREIGN)
     return path.latest(Kind.OFFSET, count)
 
 
-def _started(path: Toolpath, direction: Floats) -> Ints:
+def _started(path: Toolpath, direction: Floats) -> Indices:
     """Return for every row 1, or 0 where the spindle turns and was not started since the last tool change.
 
     M6 stops it in LinuxCNC and Haas; elsewhere that differs.
     """
     starts = (path.kind == Kind.SPINDLE) & (path.ref != SPEED_ALONE)
     last = [last_rows(which) for which in (starts, path.kind == Kind.TOOL)]
-    started: Ints = ((last[0] >= last[1]) | (direction == 0)).astype(np.int64)
+    started: Indices = ((last[0] >= last[1]) | (direction == 0)).astype(np.int64)
     return started
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from leafcut.processes.program.proof.features import Floats, Ints, Mask
+from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.processes.program.proof.traces import Traces, distances
 from leafcut.proof.difference import MOST_LISTED
 
@@ -25,7 +25,7 @@ _AT_ONCE = 1_000_000
 
 
 def exchanged(
-    traces: Traces, places: Floats, chain: Ints, rank: Ints, *, inner_may_come_first: bool = False
+    traces: Traces, places: Floats, chain: Indices, rank: Indices, *, inner_may_come_first: bool = False
 ) -> list[tuple[int, int]]:
     """Return (inner, outer) features that have changed places: outer closes a chain around inner.
 
@@ -84,7 +84,7 @@ def outline_of(traces: Traces) -> Floats:
     return np.concatenate([traces.begin[:1], traces.end])
 
 
-def _needed(traces: Traces) -> Ints:
+def _needed(traces: Traces) -> Indices:
     """Return which halves count: both of an arc, one of a straight piece, which is not halved."""
     both = np.repeat(traces.arc >= 0, 2)
     return np.flatnonzero(both | (np.arange(len(both)) % 2 == 0))

@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import shapely
 
+from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.proof.features import FIRST_CYCLE, Features, Floats, Ints, Mask
+from leafcut.processes.program.proof.features import FIRST_CYCLE, Features
 from leafcut.processes.program.proof.inner_first import loops_in, outline_of
 from leafcut.processes.program.proof.traces import Traces
 from leafcut.proof.difference import MOST_LISTED
@@ -48,15 +49,17 @@ class _CutVisits(NamedTuple):
         float64[n]: how far it stays above the deepest cut, mm; infinite where it does not cut sideways.
     """
 
-    first: Ints
-    last: Ints
-    ends: Ints
+    first: Indices
+    last: Indices
+    ends: Indices
     bottom: Floats
     spot: Floats
     above: Floats
 
 
-def loosened(features: Features, traces: Traces, visit: Ints, origin: Ints, new_of: Ints) -> list[tuple[int, int]]:
+def loosened(
+    features: Features, traces: Traces, visit: Indices, origin: Indices, new_of: Indices
+) -> list[tuple[int, int]]:
     """Return (other, outline): features of work that was made before a part came free, and is now made after it.
 
     `outline` is the last feature of the cut that frees the part. Two parts may come free in either order.
@@ -100,7 +103,7 @@ def _sideways(features: Features, traces: Traces) -> Mask:
     return aside
 
 
-def _visits(features: Features, aside: Mask, visit: Ints, origin: Ints, new_of: Ints) -> _CutVisits:
+def _visits(features: Features, aside: Mask, visit: Indices, origin: Indices, new_of: Indices) -> _CutVisits:
     n = int(visit[-1]) + 1
     first = np.searchsorted(visit, np.arange(n))
     last = np.searchsorted(visit, np.arange(n), side="right") - 1
@@ -150,7 +153,7 @@ def _parts(features: Features, traces: Traces, aside: Mask, visits: _CutVisits) 
     return surely, perhaps
 
 
-def _any(n: int, which: Ints) -> Mask:
+def _any(n: int, which: Indices) -> Mask:
     found = np.zeros(n, dtype=bool)
     found[which] = True
     return found

@@ -11,18 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Indices
 from leafcut.model.difference import Difference
-from leafcut.processes.program.proof.features import (
-    AMOUNT,
-    EXACT,
-    FIRST_CYCLE,
-    HEIGHT,
-    PLACE,
-    TAKEN,
-    Features,
-    Ints,
-    name_of,
-)
+from leafcut.processes.program.proof.features import AMOUNT, EXACT, FIRST_CYCLE, HEIGHT, PLACE, TAKEN, Features, name_of
 from leafcut.proof.difference import place
 from leafcut.proof.read_back import DWELL_ROUNDING, FEED_PART, FEED_ROUNDING, SPEED_ROUNDING
 from leafcut.units import SECONDS_PER_MINUTE
@@ -73,7 +64,7 @@ class Pairing(NamedTuple):
         The features of either side that have no equal on the other.
     """
 
-    new_of: Ints
+    new_of: Indices
     missing: list[Feature]
     extra: list[Feature]
 
@@ -92,7 +83,7 @@ def pair(before: Features, after: Features, room: Room) -> Pairing:
     return Pairing(new_of, missing, extra)
 
 
-def _paired_at_once(before: Features, after: Features, tolerance: float) -> tuple[Ints, Ints]:
+def _paired_at_once(before: Features, after: Features, tolerance: float) -> tuple[Indices, Indices]:
     """Return rows of either side that agree in everything, but for noise far below what can be written."""
     hashed = np.concatenate([_hashed(side) for side in (before, after)])
     _, number = np.unique(hashed, return_inverse=True)
@@ -108,7 +99,7 @@ def _paired_at_once(before: Features, after: Features, tolerance: float) -> tupl
     return old[same], new[same]
 
 
-def _rounded(features: Features) -> Iterator[Ints]:
+def _rounded(features: Features) -> Iterator[Indices]:
     """Yield all that a feature is as whole numbers, a column at a time: of a million, all at once fill the memory."""
     yield features.group
     yield from (features.of(name) for name in EXACT)
@@ -127,7 +118,7 @@ def _hashed(features: Features) -> NDArray[np.uint64]:
     return mixed
 
 
-def _counted(number: Ints) -> Ints:
+def _counted(number: Indices) -> Indices:
     """Return a key for every row: its number, and how many with this number came before it."""
     order = np.argsort(number, kind="stable")
     ordered = number[order]
@@ -138,7 +129,7 @@ def _counted(number: Ints) -> Ints:
     return key
 
 
-def _listed(features: Features, which: Ints) -> list[Feature]:
+def _listed(features: Features, which: Indices) -> list[Feature]:
     parts: list[list[Any]] = [features.line[which].tolist(), features.group[which].tolist()]
     parts += [features.several(names, which).tolist() for names in (EXACT, PLACE, AMOUNT, HEIGHT)]
     return [
@@ -147,7 +138,7 @@ def _listed(features: Features, which: Ints) -> list[Feature]:
     ]
 
 
-Cell = tuple[int, ...]
+CellKey = tuple[int, ...]
 Pairs = list[tuple[Feature, Feature]]
 
 
@@ -177,14 +168,14 @@ def _equal(a: Feature, b: Feature, room: Room) -> bool:
     return a.group == b.group and a.exact == b.exact and not changes(a, b, room)
 
 
-def _sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> dict[Cell, list[Feature]]:
-    cells: dict[Cell, list[Feature]] = defaultdict(list)
+def _sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> dict[CellKey, list[Feature]]:
+    cells: dict[CellKey, list[Feature]] = defaultdict(list)
     for feature in features:
         cells[next(_cells_around(feature, tolerance, axes))].append(feature)
     return cells
 
 
-def _cells_around(feature: Feature, tolerance: float, axes: int) -> Iterator[Cell]:
+def _cells_around(feature: Feature, tolerance: float, axes: int) -> Iterator[CellKey]:
     """Yield the cells of a grid over x, y (and depth) within `tolerance` of a feature, the one that it lies in first.
 
     What is not known lies in a row of cells far away.

@@ -19,8 +19,9 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
+from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.proof.features import FIRST_CYCLE, Features, Floats, Ints, Mask
+from leafcut.processes.program.proof.features import FIRST_CYCLE, Features
 from leafcut.processes.program.proof.traces import Traces
 from leafcut.proof.difference import MOST_LISTED
 from leafcut.units import MM_PER_INCH
@@ -95,8 +96,8 @@ class _Visits:
         float64[n]: of the way, seen from above.
     """
 
-    first: Ints
-    begins: Ints
+    first: Indices
+    begins: Indices
     bottom: Floats
     cuts: Mask
     level: Mask
@@ -137,7 +138,7 @@ def _is_other(text: str, match: re.Match[str]) -> bool:
 
 
 def misordered(
-    features: Features, traces: Traces, visit: Ints, cross: Floats, new_of: Ints, width: float
+    features: Features, traces: Traces, visit: Indices, cross: Floats, new_of: Indices, width: float
 ) -> Iterator[Misordered]:
     """Yield passes that have changed places.
 
@@ -168,7 +169,7 @@ def _said(visits: _Visits, one: int, other: int, text: str) -> Misordered:
     return Misordered(int(visits.first[one]), int(visits.first[other]), text)
 
 
-def _moved(begins: Ints) -> Mask:
+def _moved(begins: Indices) -> Mask:
     """Return which visits have another one before or after them than they had."""
     here = begins >= 0
     most = np.maximum.accumulate(begins) > begins
@@ -176,7 +177,7 @@ def _moved(begins: Ints) -> Mask:
     return here & (most | least)
 
 
-def _visits(features: Features, traces: Traces, visit: Ints, new_of: Ints) -> _Visits:
+def _visits(features: Features, traces: Traces, visit: Indices, new_of: Indices) -> _Visits:
     n = int(visit[-1]) + 1
     kind, z, start = features.kind, features.end[:, 2], features.of("start z")
     bottom = np.full(n, np.inf)
@@ -200,7 +201,7 @@ def _visits(features: Features, traces: Traces, visit: Ints, new_of: Ints) -> _V
     return _Visits(first, new_of[first], bottom, length > 0, flat >= _FLAT_PART * length, gap <= _ROUND, ends, length)
 
 
-def _near(visits: _Visits, traces: Traces, visit: Ints, width: float) -> Iterator[Misordered]:
+def _near(visits: _Visits, traces: Traces, visit: Indices, width: float) -> Iterator[Misordered]:
     """Yield the passes near each other that have changed places: at two levels, or side by side at one."""
     beside = min(_BESIDE, width)
     owner = visit[traces.feature]
@@ -233,7 +234,7 @@ def _near(visits: _Visits, traces: Traces, visit: Ints, width: float) -> Iterato
         yield _said(visits, one_, other_, text)
 
 
-def ways_of(traces: Traces, owner: Ints, most: int) -> tuple[NDArray[np.object_], Ints]:
+def ways_of(traces: Traces, owner: Indices, most: int) -> tuple[NDArray[np.object_], Indices]:
     """Return the ways of visits as lines of at most so many parts, and the visit that each is of."""
     begins = np.flatnonzero(np.diff(owner, prepend=-1))
     at = begins[
@@ -249,7 +250,7 @@ def ways_of(traces: Traces, owner: Ints, most: int) -> tuple[NDArray[np.object_]
     return np.concatenate([lines for lines, _ in parts]), np.concatenate([of for _, of in parts])
 
 
-def _ways_of(traces: Traces, owner: Ints, most: int) -> tuple[NDArray[np.object_], Ints]:
+def _ways_of(traces: Traces, owner: Indices, most: int) -> tuple[NDArray[np.object_], Indices]:
     for _ in range(_HALVINGS if (traces.arc >= 0).any() else 0):
         twice = np.repeat(traces.arc >= 0, 2)
         keep = np.flatnonzero(twice | (np.arange(len(twice)) % 2 == 0))

@@ -7,19 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leafcut.gcode.program import Program
+from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.barriers import Mark, Wall, barriers_of, walls_of, with_dwells
-from leafcut.processes.program.proof.features import (
-    Features,
-    Floats,
-    Ints,
-    Mask,
-    States,
-    direction_of,
-    features_of,
-    states_of_program,
-)
+from leafcut.processes.program.proof.features import Features, States, direction_of, features_of, states_of_program
 
 #: Moves shorter than this are none, mm.
 STILL = 1e-6
@@ -49,7 +41,7 @@ class ProgramWork:
     path: Toolpath
     states: States
     features: Features
-    travel: Ints
+    travel: Indices
     travel_from: Floats
     drill_from: Floats
     marks: list[Mark]

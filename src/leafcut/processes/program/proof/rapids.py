@@ -9,11 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.model.cycles import approach_of
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.barriers import PLACELESS, Mark
-from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Floats, Ints, Mask, Refs
+from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN
 from leafcut.processes.program.proof.program_work import ProgramWork, goes_across
 from leafcut.proof.clearance import at_machine_height
 from leafcut.proof.difference import MOST_LISTED, place
@@ -53,11 +54,11 @@ class RapidGaps:
         bool[n + 1]: the spindle (beam) is on in a rapid across, in the first one, in the last one.
     """
 
-    feature: Refs
-    gap_of: Refs
+    feature: Ints
+    gap_of: Ints
     rows: Mask
     across: Mask
-    line: Ints
+    line: Indices
     leave: Floats
     arrive: Floats
     cross: Floats
@@ -140,13 +141,13 @@ def gaps_of(work: ProgramWork) -> RapidGaps:
     )
 
 
-def _least(n: int, gap: Ints, value: Floats) -> Floats:
+def _least(n: int, gap: Indices, value: Floats) -> Floats:
     least = np.full(n, np.inf)
     np.minimum.at(least, gap, value)
     return least
 
 
-def _moves(work: ProgramWork) -> tuple[Floats, Ints, Floats, Floats]:
+def _moves(work: ProgramWork) -> tuple[Floats, Indices, Floats, Floats]:
     """Return all rapids in order: where they stand, their rows, begin and end; those of a drilling cycle included.
 
     A cycle goes to its place as its approach says, then to the R plane.
@@ -233,7 +234,7 @@ def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
     )
 
 
-def _of_both_ends(heights: AllowedHeights, turned: Ints) -> AllowedHeights:
+def _of_both_ends(heights: AllowedHeights, turned: Indices) -> AllowedHeights:
     """Return the heights with those of the two ends of a run that is turned made the higher of the two.
 
     What the tool comes down at is now where it left, and where it left is the place that it came to.
@@ -251,8 +252,8 @@ def _of_both_ends(heights: AllowedHeights, turned: Ints) -> AllowedHeights:
 def compare_rapids(
     original: ProgramWork,
     new: ProgramWork,
-    new_of: Ints,
-    turned: Ints,
+    new_of: Indices,
+    turned: Indices,
     mark_of: dict[float, Mark],
     tolerance: float,
     beam: bool,
@@ -276,11 +277,11 @@ def compare_rapids(
     return found, count
 
 
-Check = tuple[str, Callable[[int], str], NDArray, NDArray, Mask]
+RapidCheck = tuple[str, Callable[[int], str], NDArray, NDArray, Mask]
 Both = tuple[ProgramWork, RapidGaps, ProgramWork, RapidGaps]
 
 
-def _by_feature(both: Both, new_of: Ints, turned: Ints, room: float, beam: bool) -> Iterator[Check]:
+def _by_feature(both: Both, new_of: Indices, turned: Indices, room: float, beam: bool) -> Iterator[RapidCheck]:
     original, old_gaps, _, _ = both
     allowed = _of_both_ends(heights_of(original, old_gaps), turned)
     lowest = _lowest_crossing(original, old_gaps)
@@ -294,8 +295,15 @@ def _by_feature(both: Both, new_of: Ints, turned: Ints, room: float, beam: bool)
 
 
 def _of_some(
-    both: Both, allowed: AllowedHeights, lowest: Floats, old: Ints, new_of: Ints, old_of: Ints, room: float, beam: bool
-) -> Iterator[Check]:
+    both: Both,
+    allowed: AllowedHeights,
+    lowest: Floats,
+    old: Indices,
+    new_of: Indices,
+    old_of: Indices,
+    room: float,
+    beam: bool,
+) -> Iterator[RapidCheck]:
     original, old_gaps, new, gaps = both
     now = new_of[old]
     previous = old_of[now - 1]
@@ -322,7 +330,9 @@ def _of_some(
             yield "beam on", lambda row: f"a rapid next to {at(row)} is made with the beam on, it was off", *lines, lit
 
 
-def _lit(old_gaps: RapidGaps, gaps: RapidGaps, old: Ints, now: Ints, previous: Ints, first: Mask) -> Iterator[Mask]:
+def _lit(
+    old_gaps: RapidGaps, gaps: RapidGaps, old: Indices, now: Indices, previous: Indices, first: Mask
+) -> Iterator[Mask]:
     """Yield for rapids to features, from them, and between them, which are made with the beam on and were not."""
     before, was = gaps.gap_of[now], old_gaps.gap_of[old]
     yield gaps.lit_last[before] & old_gaps.across[was] & ~old_gaps.lit_last[was] & ~first[old]
@@ -332,8 +342,8 @@ def _lit(old_gaps: RapidGaps, gaps: RapidGaps, old: Ints, now: Ints, previous: I
 
 
 def _heights_by_feature(
-    both: Both, allowed: AllowedHeights, lowest: Floats, old: Ints, now: Ints, previous: Ints, room: float
-) -> Iterator[Check]:
+    both: Both, allowed: AllowedHeights, lowest: Floats, old: Indices, now: Indices, previous: Indices, room: float
+) -> Iterator[RapidCheck]:
     original, old_gaps, new, gaps = both
     before, old_before = gaps.gap_of[now], old_gaps.gap_of[old]
     after, old_after = before + 1, old_before + 1
@@ -374,7 +384,7 @@ def _heights_by_feature(
     yield "lower retract", told("a rapid goes across to", limit, cross), *approach, cross < limit - room
 
 
-def _own_unknown(gaps: RapidGaps, gap: Ints | Refs, first: bool) -> NDArray[np.int8]:
+def _own_unknown(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray[np.int8]:
     """Return what is not known of the ways across that are a feature's own: beside a barrier the one next to it."""
     nearest, inside = gaps.unknown_last, gaps.opened_by_feature
     if first:
@@ -404,7 +414,7 @@ def _said(height: float) -> str:
     return f"Z{height:.3f}" if np.isfinite(height) else "an unknown height"
 
 
-def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator[Check]:
+def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator[RapidCheck]:
     """Yield the checks of rapids to a barrier, and from it: a place to which the tool was parked is kept."""
     original, old_gaps, new, gaps = both
     begins = _less_known(gaps.unknown_first[:1], old_gaps.unknown[:1]) & old_gaps.across[:1]

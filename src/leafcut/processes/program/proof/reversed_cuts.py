@@ -16,8 +16,9 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
+from leafcut.geometry.arrays import Indices, Mask
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.proof.features import AMOUNT, EXACT, Features, Ints, Mask
+from leafcut.processes.program.proof.features import AMOUNT, EXACT, Features
 from leafcut.processes.program.proof.inner_first import outline_of
 from leafcut.processes.program.proof.program_work import STILL, ProgramWork
 from leafcut.processes.program.proof.rapids import RapidGaps, gaps_of
@@ -45,7 +46,7 @@ class Turned(NamedTuple):
     """
 
     work: ProgramWork
-    run: Ints
+    run: Indices
     turned: Mask
 
 
@@ -79,14 +80,14 @@ def one_way(work: ProgramWork) -> Turned:
     return Turned(replace(work, features=new), run, turned)
 
 
-def _body(features: Features, gaps: RapidGaps, first: int, end: int) -> Ints | None:
+def _body(features: Features, gaps: RapidGaps, first: int, end: int) -> Indices | None:
     """Return the cuts of a run without those that go down to it and up from it, or None where it cannot be turned."""
     rows = np.arange(first, end)
     upright = _upright(features, rows)
     level = rows[~upright]
     if not len(level) or not upright[: level[0] - first].all() or not upright[level[-1] + 1 - first :].all():
         return None
-    body: Ints = np.arange(level[0], level[-1] + 1)
+    body: Indices = np.arange(level[0], level[-1] + 1)
     after = gaps.gap_of[end - 1] + 1
     reached = gaps.rows[gaps.gap_of[first]] and (gaps.rows[after] or not gaps.closed_by_feature[after])
     if len(body) != len(level) or not reached or not _steady(features, rows, body):
@@ -97,14 +98,14 @@ def _body(features: Features, gaps: RapidGaps, first: int, end: int) -> Ints | N
     return body if _alike(features, body) and _is_simple(features.pick(body)) else None
 
 
-def _upright(features: Features, rows: Ints) -> Mask:
+def _upright(features: Features, rows: Indices) -> Mask:
     """Return which cuts go straight up or down, or nowhere, and where the tool waits."""
     moved = np.abs(features.end[rows, :2] - features.start[rows, :2]) > STILL
     upright: Mask = ((features.kind[rows] == Kind.FEED) & ~moved.any(axis=1)) | (features.kind[rows] == Kind.DWELL)
     return upright
 
 
-def _steady(features: Features, rows: Ints, body: Ints) -> bool:
+def _steady(features: Features, rows: Indices, body: Indices) -> bool:
     """Return whether all of a run is one kind of work, and its body lies at one level."""
     steady = features.several(_STEADY, rows)
     kinds = np.isin(features.kind[rows], [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW, Kind.DWELL)])
@@ -118,7 +119,7 @@ def _steady(features: Features, rows: Ints, body: Ints) -> bool:
     )
 
 
-def _alike(features: Features, body: Ints) -> bool:
+def _alike(features: Features, body: Indices) -> bool:
     """Return whether a cut begins and ends with the kind of move and the feed that it is made of."""
     if len(body) == 1:
         return True
@@ -140,7 +141,7 @@ def _is_simple(cuts: Features) -> bool:
     return bool(shapely.is_simple(shapely.linestrings(outline)))
 
 
-def _turn(new: Features, old: Features, first: int, end: int, body: Ints) -> None:
+def _turn(new: Features, old: Features, first: int, end: int, body: Indices) -> None:
     """Write the cuts of a run the other way round, each where it is: from end to start, plunge and rise exchanged.
 
     Changes: kind, start and end of `new`.
@@ -154,7 +155,7 @@ def _turn(new: Features, old: Features, first: int, end: int, body: Ints) -> Non
         new.end[part, :2], new.start[part, :2] = place, place
 
 
-def runs_turned(one: Turned, other: Turned, new_of: Ints) -> Ints:
+def runs_turned(one: Turned, other: Turned, new_of: Indices) -> Indices:
     """Return of every feature of one program its run, if that is made the other way round in the other, else -1."""
     paired = np.flatnonzero((new_of >= 0) & (one.run >= 0))
     differs = paired[one.turned[paired] != other.turned[new_of[paired]]]

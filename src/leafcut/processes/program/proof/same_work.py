@@ -8,10 +8,11 @@ from itertools import islice
 
 import numpy as np
 
+from leafcut.geometry.arrays import Floats, Mask
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.program.proof.features import Features, Floats, Mask, features_of, states_of_path
+from leafcut.processes.program.proof.features import Features, features_of, states_of_path
 from leafcut.processes.program.proof.matching import Pairing, Room, explain, pair
 from leafcut.proof.difference import MOST_LISTED, shorten
 from leafcut.proof.read_back import compare_motion

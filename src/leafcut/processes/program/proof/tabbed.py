@@ -9,8 +9,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.model.heartbeat import Look, unseen
-from leafcut.processes.program.proof.features import Floats, Ints
+from leafcut.geometry.arrays import Floats, Indices
+from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.processes.program.proof.inner_first import loops_in, outline_of, within_loop
 from leafcut.processes.program.proof.passes import ways_of
 from leafcut.processes.program.proof.traces import Traces
@@ -51,12 +51,12 @@ class _Cuts(NamedTuple):
         float64[n], float64[n, 2]: how long it is, and its centre of gravity.
     """
 
-    first: Ints
-    last: Ints
-    begins: Ints
-    ends: Ints
-    at: Ints
-    stop: Ints
+    first: Indices
+    last: Indices
+    begins: Indices
+    ends: Indices
+    at: Indices
+    stop: Indices
     tips: Floats
     length: Floats
     middle: Floats
@@ -70,7 +70,7 @@ class _TabbedLine(NamedTuple):
 
 
 def freed(
-    traces: Traces, chain: Ints, rank: Ints, tab: float, look: Look = unseen, *, inner_may_come_first: bool
+    traces: Traces, chain: Indices, rank: Indices, tab: float, look: Heartbeat = unseen, *, inner_may_come_first: bool
 ) -> list[tuple[int, int]]:
     """Return (inner, outer) features that have changed places: outer ends the last cut of an outline around inner.
 
@@ -106,7 +106,7 @@ def freed(
     return found
 
 
-def _near(tree: Any, corners: Floats) -> Ints:
+def _near(tree: Any, corners: Floats) -> Indices:
     """Return which points of an index are in the box around some corners, or a hair outside, rising."""
     low, high = corners.min(axis=0) - _ONE_PLACE, corners.max(axis=0) + _ONE_PLACE
     return np.sort(tree.query(shapely.box(*low, *high)))
@@ -123,7 +123,7 @@ def _around(traces: Traces, cuts: _Cuts, loop: Sequence[tuple[_TabbedLine, bool]
     return np.concatenate(ways)
 
 
-def _cuts(traces: Traces, chain: Ints, rank: Ints) -> _Cuts:
+def _cuts(traces: Traces, chain: Indices, rank: Indices) -> _Cuts:
     owner = chain[traces.feature]
     numbers, at = np.unique(owner, return_index=True)
     stop = np.append(at[1:], len(owner))
@@ -206,7 +206,7 @@ def _walk(lines: Sequence[_TabbedLine], number: int, around: dict[int, list[int]
     return []
 
 
-def _joints(tips: Floats, tab: float) -> Ints:
+def _joints(tips: Floats, tab: float) -> Indices:
     """Return int64[k, 2]: numbers of the places where cuts begin and end; those on both sides of a tab are one."""
     places = tips.reshape(-1, 2)
     points: Any = shapely.points(places)
@@ -228,11 +228,11 @@ def _joints(tips: Floats, tab: float) -> Ints:
     mutual = spots[(near[spots] > spots) & (near[near[spots]] == spots)]
     joined = np.arange(len(places))
     joined[near[mutual]] = mutual
-    both: Ints = joined[joint].reshape(-1, 2)
+    both: Indices = joined[joint].reshape(-1, 2)
     return both
 
 
-def _lines(cuts: _Cuts, chosen: Ints, joints: Ints) -> list[_TabbedLine]:
+def _lines(cuts: _Cuts, chosen: Indices, joints: Indices) -> list[_TabbedLine]:
     """Return the lines between joints; cuts along one line, one way or the other, are one."""
     between: dict[tuple[int, int], list[_TabbedLine]] = {}
     for cut, (begin, end) in zip(chosen.tolist(), joints.tolist(), strict=True):

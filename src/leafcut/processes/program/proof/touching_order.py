@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.processes.program.proof.features import Ints, Mask
+from leafcut.geometry.arrays import Indices, Mask
 from leafcut.processes.program.proof.traces import Traces, touching
 from leafcut.proof.difference import MOST_LISTED
 
@@ -35,11 +35,11 @@ class Inversions(NamedTuple):
         False: there is so much on top of each other that not all could be compared.
     """
 
-    pairs: Ints
+    pairs: Indices
     proved: bool
 
 
-def inverted(traces: Traces, rank: Ints, tolerance: float) -> Inversions:
+def inverted(traces: Traces, rank: Indices, tolerance: float) -> Inversions:
     """Return which pieces come within `tolerance` of each other and are in another order than before.
 
     `rank` is the place of every feature in the new program, by its place in the original, int64[n], -1 for those that
@@ -52,7 +52,7 @@ def inverted(traces: Traces, rank: Ints, tolerance: float) -> Inversions:
     place = rank[traces.feature]
     low, high = _extents(traces, tolerance)
     entry, cell = np.arange(len(place)), np.zeros(len(place), dtype=np.int64)
-    found: list[Ints] = []
+    found: list[Indices] = []
     looked = count = 0
     for _ in range(_MOST_LEVELS):
         entry, cell = _with_inversions(entry, cell, place)
@@ -73,7 +73,7 @@ def inverted(traces: Traces, rank: Ints, tolerance: float) -> Inversions:
     return Inversions(_unique(found), False)
 
 
-def _unique(found: list[Ints]) -> Ints:
+def _unique(found: list[Indices]) -> Indices:
     return np.unique(np.concatenate(found), axis=0) if found else np.zeros((0, 2), dtype=np.int64)
 
 
@@ -102,7 +102,7 @@ def _extents(traces: Traces, tolerance: float) -> tuple[Reach, Reach]:
     return np.nextafter(low, np.float32(-np.inf), out=low), np.nextafter(high, np.float32(np.inf), out=high)
 
 
-def _with_inversions(entry: Ints, cell: Ints, place: Ints) -> tuple[Ints, Ints]:
+def _with_inversions(entry: Indices, cell: Indices, place: Indices) -> tuple[Indices, Indices]:
     """Return the entries of the cells in which something comes later that came before; cells are numbered anew."""
     order = np.argsort(cell, kind="stable")
     entry, cell = entry[order], cell[order]
@@ -115,7 +115,7 @@ def _with_inversions(entry: Ints, cell: Ints, place: Ints) -> tuple[Ints, Ints]:
     return entry[stays], (np.cumsum(bad) - 1)[number[stays]]
 
 
-def _split(entry: Ints, cell: Ints, low: Reach, high: Reach) -> tuple[Mask, Mask, tuple[Ints, Ints]]:
+def _split(entry: Indices, cell: Indices, low: Reach, high: Reach) -> tuple[Mask, Mask, tuple[Indices, Indices]]:
     """Return which entries are in cells of few, which in cells that cannot be split, and the others in halves.
 
     Every cell is split along the direction that puts the fewest on both sides.
@@ -141,17 +141,17 @@ def _split(entry: Ints, cell: Ints, low: Reach, high: Reach) -> tuple[Mask, Mask
     return few[cell], many[cell], halves
 
 
-Pair = tuple[Ints, Ints]
+IndexPair = tuple[Indices, Indices]
 
 
-def _near_pairs(entry: Ints, cell: Ints, place: Ints) -> Iterator[Pair]:
+def _near_pairs(entry: Indices, cell: Indices, place: Indices) -> Iterator[IndexPair]:
     """Yield the inverted pairs within cells of few."""
     for apart in range(1, _FEW):
         rows = np.flatnonzero(cell[apart:] == cell[:-apart]) if len(cell) > apart else np.zeros(0, dtype=np.int64)
         yield from _inverted(entry[rows], entry[rows + apart], place)
 
 
-def _all_pairs(entry: Ints, cell: Ints, place: Ints) -> Iterator[Pair]:
+def _all_pairs(entry: Indices, cell: Indices, place: Indices) -> Iterator[IndexPair]:
     """Yield the inverted pairs within cells of many."""
     if not len(entry):
         return
@@ -166,7 +166,7 @@ def _all_pairs(entry: Ints, cell: Ints, place: Ints) -> Iterator[Pair]:
             yield from _inverted(one.ravel()[later], other.ravel()[later], place)
 
 
-def _inverted(one: Ints, other: Ints, place: Ints) -> Iterator[Pair]:
+def _inverted(one: Indices, other: Indices, place: Indices) -> Iterator[IndexPair]:
     rows = np.flatnonzero(place[one] > place[other])
     for begin in range(0, len(rows), _CHUNK):
         chunk = rows[begin : begin + _CHUNK]

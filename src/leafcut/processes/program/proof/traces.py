@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.model.toolpath import Kind, plane_axes
-from leafcut.processes.program.proof.features import Features, Floats, Ints, Mask
+from leafcut.processes.program.proof.features import Features
 
 _PIECE = math.pi / 4
 #: Pieces of one arc, if it has many turns; they are then longer.
@@ -40,7 +41,7 @@ class Arcs:
     """
 
     center: Floats
-    axes: Ints
+    axes: Indices
     start: Floats
     sweep: Floats
     radius: Floats
@@ -48,7 +49,7 @@ class Arcs:
     level: Floats
     rises: Floats
 
-    def at(self, which: Ints, s: Floats) -> Floats:
+    def at(self, which: Indices, s: Floats) -> Floats:
         """Return the places seen from above, float64[k, 2], of arcs `which` at `s`."""
         angle = self.start[which] + s * self.sweep[which]
         radius = self.radius[which] + s * self.grows[which]
@@ -60,7 +61,7 @@ class Arcs:
         places[rows, normal] = self.level[which] + s * self.rises[which]
         return places[:, :2]
 
-    def bow(self, which: Ints, length: Floats) -> Floats:
+    def bow(self, which: Indices, length: Floats) -> Floats:
         """Return how far a piece of `length` (in s) may be from its chord: the error of linear interpolation."""
         radius = self.radius[which] + np.abs(self.grows[which])
         angle = np.abs(self.sweep[which]) * length
@@ -86,16 +87,16 @@ class Traces:
         All arcs.
     """
 
-    feature: Ints
+    feature: Indices
     begin: Floats
     end: Floats
     bow: Floats
-    arc: Ints
+    arc: Indices
     low: Floats
     high: Floats
     arcs: Arcs
 
-    def pick(self, which: Ints | Mask) -> Traces:
+    def pick(self, which: Indices | Mask) -> Traces:
         """Return some of the pieces."""
         return replace(self, **{name: getattr(self, name)[which] for name in _COLUMNS})
 

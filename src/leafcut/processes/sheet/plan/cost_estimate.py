@@ -8,11 +8,10 @@ from dataclasses import replace
 from itertools import pairwise
 from types import MappingProxyType
 
+from leafcut.geometry.arrays import Point
 from leafcut.model.cutting import Cut, CutMeasures, CutTimes, PartTimes
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
-
-Point = tuple[float, float]
 
 _HOUR = 3600.0
 

@@ -10,8 +10,9 @@ import numpy as np
 import shapely
 
 from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Points
 from leafcut.geometry.offset import offset
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Lead
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sheet import Sheet, SheetContour

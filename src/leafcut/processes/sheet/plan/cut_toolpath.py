@@ -11,13 +11,12 @@ from types import MappingProxyType
 import numpy as np
 
 from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.cutting import Cut, CutData
 from leafcut.model.machine import Machine, Probe
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.toolpath import UNKNOWN, Arc, Kind, Toolpath, ToolpathBuilder
-
-Point = tuple[float, float]
 
 #: What is shorter is rounding, mm.
 SHORTEST = 1e-6

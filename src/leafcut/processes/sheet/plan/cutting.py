@@ -19,6 +19,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Cut
 from leafcut.model.issue import Issue, Severity
@@ -33,8 +34,6 @@ from leafcut.processes.sheet.plan.cutter_compensation import by_path_where_neede
 from leafcut.processes.sheet.plan.leads.cut_starts import CutStart, lead_out_of, overcut_of
 from leafcut.processes.sheet.plan.leads.find_starts import find_starts
 from leafcut.processes.sheet.plan.leads.leads import Scrap
-
-Point = tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,10 +23,9 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry.polygon import orient
 
+from leafcut.geometry.arrays import Point
 from leafcut.model.cutting import Cut
 from leafcut.model.sheet import Sheet
-
-Point = tuple[float, float]
 
 #: A way that comes no deeper over a part crosses nothing, mm: what begins a kerf beside one leaves along it.
 DEPTH = 0.1

@@ -28,7 +28,6 @@ from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.options import SheetOptions
 from leafcut.processes.layers import kinds_of
 
-Place = tuple[float, float]
 #: A closed outline smaller than this in both directions is likely a drawing error, mm.
 TINY = 0.5
 #: The widest --join-tolerance, mm.

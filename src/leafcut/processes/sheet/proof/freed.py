@@ -7,6 +7,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.dialects import Dialect
+from leafcut.geometry.arrays import Points
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.sheet.proof.laid_runs import LaidRuns
@@ -17,8 +18,6 @@ from leafcut.proof.difference import place
 _STEP, _DEPTH = 0.5, 0.3
 #: A head comes over a part where it does by more than this, mm: edges are chords, and ways were laid beside others.
 _LEEWAY = 0.2
-
-Points = NDArray[np.float64]
 
 
 def check_freed(laid: LaidRuns, path: Toolpath, dialect: Dialect, nozzle: float = 0.0) -> list[Difference]:

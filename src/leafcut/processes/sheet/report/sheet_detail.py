@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.sheet import Sheet
@@ -16,8 +16,7 @@ from leafcut.report.marks import head
 from leafcut.report.svg import STEPS, element, in_steps, lines_data, nice_step, text, tick_words, title
 from leafcut.report.wording import length_words
 
-Points = NDArray[np.float64]
-Box = tuple[float, float, float, float]
+BoundingBox = tuple[float, float, float, float]
 
 #: Size of the window, user units.
 _WIDTH, _HEIGHT = 300.0, 190.0
@@ -31,14 +30,14 @@ _SMALLEST_DOT = 2.4
 
 
 @dataclass(frozen=True)
-class Look:
+class DetailView:
     """A window on a place of the sheet: its middle in mm, and user units per mm."""
 
     middle: tuple[float, float]
     scale: float
 
     @property
-    def box(self) -> Box:
+    def box(self) -> BoundingBox:
         """What is shown: smallest x and y, largest x and y, mm."""
         (x, y), half = self.middle, (0.5 * _WIDTH / self.scale, 0.5 * _HEIGHT / self.scale)
         return (x - half[0], y - half[1], x + half[0], y + half[1])
@@ -52,7 +51,7 @@ class Look:
         )
         return placed
 
-    def shows(self, box: Box) -> bool:
+    def shows(self, box: BoundingBox) -> bool:
         """Whether any of a box of mm may be seen."""
         own = self.box
         return box[0] <= own[2] and box[2] >= own[0] and box[1] <= own[3] and box[3] >= own[1]
@@ -86,7 +85,7 @@ def detail(plan: CutPlan, number: int) -> dict[str, str]:
     """Return the drawing of how one cut begins and ends, and its caption."""
     cut = plan.cuts[number]
     half = max(_LEADS * cut.lead_in, _KERFS * plan.data.kerf, _LEAST)
-    look = Look(cut.path.point_at(cut.lead_in), 0.5 * _HEIGHT / half)
+    look = DetailView(cut.path.point_at(cut.lead_in), 0.5 * _HEIGHT / half)
     window = f"window-look-{number}"
     edge = element("rect", x=0.0, y=0.0, width=_WIDTH, height=_HEIGHT)
     near = [c for c in plan.cuts if c is not cut and look.shows(c.path.extents)]
@@ -120,7 +119,7 @@ def _lead_words(cut: Cut) -> str:
     return ", ".join(words)
 
 
-def _areas(look: Look, sheet: Sheet) -> str:
+def _areas(look: DetailView, sheet: Sheet) -> str:
     """Return the parts around, each as an area without its holes."""
     areas: dict[int, str] = {}
     for c in sheet.contours:
@@ -130,7 +129,7 @@ def _areas(look: Look, sheet: Sheet) -> str:
     return in_steps(*(element("path", d=data, class_="part rim") for part, data in areas.items() if part in seen))
 
 
-def _kerf(look: Look, cut: Cut, kerf: float) -> str:
+def _kerf(look: DetailView, cut: Cut, kerf: float) -> str:
     """Return a cut as a band of its true width with its middle, stretch by stretch."""
     lines = []
     for kind, low, high in stretches(cut):
@@ -141,7 +140,7 @@ def _kerf(look: Look, cut: Cut, kerf: float) -> str:
     return in_steps(*lines)
 
 
-def _begin(look: Look, plan: CutPlan, cut: Cut) -> str:
+def _begin(look: DetailView, plan: CutPlan, cut: Cut) -> str:
     """Return where the cut begins, and the heads of arrows on its lead-in and just behind it."""
     x, y = look.place(np.array(cut.path.start)).tolist()
     heads = []
@@ -152,7 +151,7 @@ def _begin(look: Look, plan: CutPlan, cut: Cut) -> str:
     return "".join(heads) + element("circle", cx=x, cy=y, r=radius, class_=dot_class(cut))
 
 
-def _bar(look: Look) -> str:
+def _bar(look: DetailView) -> str:
     """Return a bar of a round number of mm, with its length."""
     step = nice_step(_WIDTH / look.scale, 6)
     length = step * look.scale

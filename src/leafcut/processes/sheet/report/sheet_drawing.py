@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.sheet import Sheet
@@ -19,8 +19,6 @@ from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, place_labels
 from leafcut.report.marks import arrow_heads, end_marks, head, word_side
 from leafcut.report.svg import STEPS, element, in_steps, lines_data, short, text, title
-
-Points = NDArray[np.float64]
 
 #: How far chords leave arcs, user units.
 _CHORDS = 0.06

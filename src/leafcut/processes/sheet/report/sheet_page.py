@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from typing import Any
 
 from leafcut.model.cutting import CutPlan, CutTimes
 from leafcut.model.outcome import Outcome
@@ -20,6 +19,7 @@ from leafcut.processes.sheet.report.sheet_drawing import (
 )
 from leafcut.report import chart, views
 from leafcut.report.drawing import RAMP
+from leafcut.report.views import PageRow
 from leafcut.report.wording import (
     NO_VALUE,
     clean,
@@ -32,8 +32,6 @@ from leafcut.report.wording import (
     time_words,
 )
 
-Row = dict[str, Any]
-
 MOST_PART_ROWS = 500
 #: A table of more parts is scrolled on a screen.
 _LONG_TABLE = 24
@@ -45,7 +43,7 @@ def order_names(outcome: Outcome[SheetDetail]) -> tuple[str, str, str]:
     return (f"{outcome.shown.came_in.capitalize()} order", "Nearest neighbour", views.OURS)
 
 
-def sheet_content(outcome: Outcome[SheetDetail], plan: CutPlan) -> Row:
+def sheet_content(outcome: Outcome[SheetDetail], plan: CutPlan) -> PageRow:
     """Return all that the template of a sheet needs."""
     scene = build_sheet_scene([p for p in outcome.detail.plans if p is not None])
     return {
@@ -71,7 +69,7 @@ def sheet_size(plan: CutPlan) -> str:
     return f"{'sheet' if sheet.outline is not None else 'cuts on'} {x1 - x0:.4g} × {y1 - y0:.4g} mm"
 
 
-def cards(outcome: Outcome[SheetDetail]) -> list[Row]:
+def cards(outcome: Outcome[SheetDetail]) -> list[PageRow]:
     """Return the three orders as the cards at the head show them: what the page of drilling shows of its own."""
     rows = zip(order_names(outcome), outcome.shown.stated(), strict=True)
     known = [(name, measure) for name, measure in rows if measure is not None]
@@ -92,7 +90,7 @@ def cards(outcome: Outcome[SheetDetail]) -> list[Row]:
     ]
 
 
-def saved(outcome: Outcome[SheetDetail], plan: CutPlan) -> Row:
+def saved(outcome: Outcome[SheetDetail], plan: CutPlan) -> PageRow:
     """Return the large figure and the words around it."""
     row = views.saved(outcome)
     seconds, quantity = outcome.before.time_s - outcome.after.time_s, plan.measures.quantity
@@ -120,9 +118,9 @@ def plan_words(outcome: Outcome[SheetDetail], which: int) -> str:
     return f"Cuts of {clean(outcome.part.name)} in {orders[which]}"
 
 
-def _drawings(outcome: Outcome[SheetDetail], scene: SheetScene) -> list[Row]:
+def _drawings(outcome: Outcome[SheetDetail], scene: SheetScene) -> list[PageRow]:
     captions = (f"Before: the {outcome.shown.came_in}’s order", "Nearest neighbour", "After: leafcut")
-    rows: list[Row] = []
+    rows: list[PageRow] = []
     # The page reads from left to right and on: before and after stand side by side, the third order under them.
     for which in (0, 2, 1):
         plan = outcome.detail.plans[which]
@@ -136,7 +134,7 @@ def _drawings(outcome: Outcome[SheetDetail], scene: SheetScene) -> list[Row]:
     return rows
 
 
-def _legend(scene: SheetScene, plans: list[CutPlan]) -> Row:
+def _legend(scene: SheetScene, plans: list[CutPlan]) -> PageRow:
     """Return what the drawings show; only what is there is explained."""
     cuts = [cut for plan in plans for cut in plan.cuts]
     kinds = {kind for cut in cuts for kind, _, _ in stretches(cut)}
@@ -157,7 +155,7 @@ def _legend(scene: SheetScene, plans: list[CutPlan]) -> Row:
 # -- time norm and cost ----------------------------------------------------------------------------------------------
 
 
-def _norm_rows(outcome: Outcome[SheetDetail]) -> list[Row]:
+def _norm_rows(outcome: Outcome[SheetDetail]) -> list[PageRow]:
     known = [(n, m.sheet) for n, m in zip(order_names(outcome), outcome.detail.norms, strict=True) if m is not None]
     longest = max(times.total_s for _, times in known)
     return [
@@ -215,7 +213,7 @@ def _cost_before(outcome: Outcome[SheetDetail]) -> str:
 # -- parts -----------------------------------------------------------------------------------------------------------
 
 
-def _parts(scene: SheetScene, plan: CutPlan) -> Row:
+def _parts(scene: SheetScene, plan: CutPlan) -> PageRow:
     """Return one row per part, and the sums under them."""
     norm = plan.measures
     with_cost = norm.cost > 0.0
@@ -269,7 +267,7 @@ def _contours_words(plan: CutPlan, part: int) -> str:
 # -- cutting data ----------------------------------------------------------------------------------------------------
 
 
-def _data(plan: CutPlan) -> Row:
+def _data(plan: CutPlan) -> PageRow:
     """Return the row of the cut chart that was used."""
     data = plan.data
     amps = f", {data.amps:g} A" if data.amps is not None else ""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from leafcut.gcode.program import Program
 from leafcut.gcode.tool_comments import tool_width
 from leafcut.geometry.index import NearLines, linked, unique_pairs
-from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.sequence import BlockRun
 from leafcut.model.toolpath import Kind, arc_extremes, arc_sweep
 from leafcut.processes.program.plan.precedence.freeing import (
@@ -55,7 +55,7 @@ class Precedence(NamedTuple):
 
 
 def with_precedence(
-    program: Program, rows: Rows, chains: Sequence[BlockRun], process: str, look: Look = unseen
+    program: Program, rows: Rows, chains: Sequence[BlockRun], process: str, look: Heartbeat = unseen
 ) -> Precedence:
     """Return the chains, those that free a part marked, and the pairs in which the order of the program is kept.
 
@@ -109,7 +109,7 @@ def divided_at(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
 
 
 def _freeing(
-    program: Program, rows: Rows, chains: Sequence[BlockRun], process: str, look: Look
+    program: Program, rows: Rows, chains: Sequence[BlockRun], process: str, look: Heartbeat
 ) -> tuple[BlockRun, ...]:
     """Return the chains, those that free a part marked."""
     found, deepest = through_cuts(program, rows, chains, process)
@@ -147,7 +147,7 @@ def related(
     ones: Sequence[BlockRun],
     others: Sequence[BlockRun],
     process: str,
-    look: Look = unseen,
+    look: Heartbeat = unseen,
 ) -> dict[str, NDArray[np.int64]]:
     """Return int64[k, 2], pairs of a chain of `ones` and one of `others` whose order has meaning, by cause."""
     widths = tool_width(program, ones[0].begin), tool_width(program, others[0].begin)
@@ -181,7 +181,7 @@ def _each_once(pairs: list[NDArray[np.int64]]) -> NDArray[np.int64]:
     return unique_pairs(every[:, 0], every[:, 1])
 
 
-def _paths(program: Program, rows: Rows, chains: Sequence[BlockRun], look: Look) -> list[_Path]:
+def _paths(program: Program, rows: Rows, chains: Sequence[BlockRun], look: Heartbeat) -> list[_Path]:
     """Return the lines that the cuts of chains go along, in order."""
     low = min(int(program.first[c.begin]) for c in chains)
     steps = _steps(program, rows, low, max(int(program.first[c.end]) for c in chains))
@@ -300,7 +300,7 @@ def _pieces(paths: list[_Path]) -> tuple[NearLines, NDArray[np.int64]]:
     return NearLines(lines), np.array(owner, dtype=np.int64)
 
 
-def _inside(inner: list[_Path], outer: list[_Path], tab: float, look: Look) -> NDArray[np.int64]:
+def _inside(inner: list[_Path], outer: list[_Path], tab: float, look: Heartbeat) -> NDArray[np.int64]:
     """Return int64[k, 2], pairs of a chain of `inner` that begins inside an outline of `outer`, and one that cuts it.
 
     An outline that several chains cut together is closed by the last of them, whichever that will be: what is inside
@@ -362,7 +362,7 @@ def _area(path: NDArray[np.float64]) -> Any:
     return area if area.area > 0 else None
 
 
-def _without_implied(pairs: NDArray[np.int64], n: int, look: Look = unseen) -> NDArray[np.int32]:
+def _without_implied(pairs: NDArray[np.int64], n: int, look: Heartbeat = unseen) -> NDArray[np.int32]:
     """Return the pairs (before, after), all from a lower to a higher number, without those that others imply.
 
     What hangs together is looked at by itself, and of that so many chains at a time: memory grows with n alone.

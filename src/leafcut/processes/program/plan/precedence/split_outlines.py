@@ -10,7 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.index import linked
-from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.heartbeat import Heartbeat, unseen
 
 #: Cuts closer than this are at the same place, mm.
 TOUCHING = 0.05
@@ -22,7 +22,7 @@ _MOST_TOGETHER = 64
 
 
 def closed_together(
-    paths: Sequence[tuple[int, NDArray[np.float64]]], tab: float, look: Look = unseen
+    paths: Sequence[tuple[int, NDArray[np.float64]]], tab: float, look: Heartbeat = unseen
 ) -> Iterator[tuple[Any, list[int]]]:
     """Yield (area, chains): what open lines enclose that touch each other, and the chains that they belong to.
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from leafcut.gcode.modal_dependencies import HERE, BlockReader, next_place
 from leafcut.gcode.program import Modal, Program
-from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.sequence import BlockRun, Kept, Section, Stay
 from leafcut.model.toolpath import MOTIONS, PLACES, SPEED_ALONE, Kind
 from leafcut.processes.program.plan.precedence.precedence import with_precedence
@@ -45,7 +45,7 @@ class _Start:
 class Finder:
     """Finds the sections of a program."""
 
-    def __init__(self, program: Program, process: str, look: Look = unseen) -> None:
+    def __init__(self, program: Program, process: str, look: Heartbeat = unseen) -> None:
         self.program, self.process, self.look = program, process, look
         self.rows: Rows = read_rows(program, process)
         self.barriers = find_barriers(program, self.rows)

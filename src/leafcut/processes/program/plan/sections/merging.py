@@ -8,7 +8,7 @@ import numpy as np
 
 from leafcut.gcode.modal_dependencies import BlockReader
 from leafcut.gcode.program import Program
-from leafcut.model.heartbeat import Look, unseen
+from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.toolpath import Kind
@@ -33,7 +33,7 @@ _STATED_BY = {
 }
 
 
-def merge_sections(program: Program, sequence: Sequence, rows: Rows, look: Look = unseen) -> Sequence:
+def merge_sections(program: Program, sequence: Sequence, rows: Rows, look: Heartbeat = unseen) -> Sequence:
     """Return the sequence with later sections joined to earlier ones of the same tool, where nothing forbids it.
 
     Forbidden is to pass a stop, a change of offset, anything that is not understood, work that stays, and work of
@@ -53,7 +53,7 @@ def merge_sections(program: Program, sequence: Sequence, rows: Rows, look: Look 
     )
 
 
-def changes_saved(program: Program, sequence: Sequence, rows: Rows, look: Look = unseen) -> int:
+def changes_saved(program: Program, sequence: Sequence, rows: Rows, look: Heartbeat = unseen) -> int:
     """Return how many changes of tool `merge_sections` would save."""
     tools = program.path.ref[program.path.kind == Kind.TOOL]
     if len(np.unique(tools)) == len(tools):
@@ -64,7 +64,9 @@ def changes_saved(program: Program, sequence: Sequence, rows: Rows, look: Look =
 
 
 class _Merger:
-    def __init__(self, program: Program, sequence: Sequence, rows: Rows, look: Look, only_counts: bool = False) -> None:
+    def __init__(
+        self, program: Program, sequence: Sequence, rows: Rows, look: Heartbeat, only_counts: bool = False
+    ) -> None:
         self.program, self.rows, self.process = program, rows, sequence.process
         self.look, self.only_counts = look, only_counts
         self.items = list(sequence.items)

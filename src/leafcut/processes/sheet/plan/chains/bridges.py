@@ -16,13 +16,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Indices, Mask, Points
 from leafcut.processes.sheet.plan.cut_contours import ROUNDING, CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads.cut_starts import closing_joint, directions_of, in_loop
-from leafcut.processes.sheet.plan.leads.leads import Flags, Scrap, as_lines
-
-Ints = NDArray[np.int64]
+from leafcut.processes.sheet.plan.leads.leads import Scrap, as_lines
 
 #: A contour is looked at in so many places; so many neighbours of it are looked at, the nearest.
 SAMPLES, NEIGHBOURS = 160, 8
@@ -46,7 +44,7 @@ class ChainPlaces:
         Where a bridge ends, and where the next begins, float64[n, 2], mm.
     """
 
-    contour: Ints
+    contour: Indices
     at: NDArray[np.float64]
     arrive: Points
     leave: Points
@@ -57,8 +55,8 @@ class Bridges:
     """Bridges between places: from and to (int64[n], positions in `places`) and their lengths, float64[n], mm."""
 
     places: ChainPlaces
-    begin: Ints
-    end: Ints
+    begin: Indices
+    end: Indices
     length: NDArray[np.float64]
 
 
@@ -210,9 +208,9 @@ def _spread(contour: CutContour, wanted: dict[float, float], most: int, rules: C
 # -- ways ------------------------------------------------------------------------------------------------------------
 
 
-def _near(places: ChainPlaces, pairs: Sequence[tuple[int, int]], reach: float) -> tuple[Ints, Ints]:
+def _near(places: ChainPlaces, pairs: Sequence[tuple[int, int]], reach: float) -> tuple[Indices, Indices]:
     """Return pairs of places of neighbouring contours that are nearer than `reach`."""
-    of: dict[int, Ints] = {int(k): np.flatnonzero(places.contour == k) for k in np.unique(places.contour)}
+    of: dict[int, Indices] = {int(k): np.flatnonzero(places.contour == k) for k in np.unique(places.contour)}
     begin, end = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     for one, other in pairs:
         a, b = of.get(one), of.get(other)
@@ -226,8 +224,13 @@ def _near(places: ChainPlaces, pairs: Sequence[tuple[int, int]], reach: float) -
 
 
 def _fit(
-    contours: list[CutContour], places: ChainPlaces, begin: Ints, end: Ints, lines: NDArray[np.float64], scrap: Scrap
-) -> Flags:
+    contours: list[CutContour],
+    places: ChainPlaces,
+    begin: Indices,
+    end: Indices,
+    lines: NDArray[np.float64],
+    scrap: Scrap,
+) -> Mask:
     """Return which bridges (float64[n, 2, 2]) lie in scrap, bool[n]."""
     ok = np.zeros(len(lines), dtype=bool)
     if not len(lines):
@@ -246,7 +249,7 @@ def _fit(
     return ok
 
 
-def leaves_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> Flags:
+def leaves_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> Mask:
     """Return which straight lines (float64[n, 2, 2]) that begin on a kerf leave it at once and stay away, bool[n].
 
     `kerf_line` is what the middle of that kerf follows, a shapely line.
@@ -259,5 +262,5 @@ def leaves_at_once(lines: NDArray[np.float64], kerf_line: Any, kerf: float) -> F
     # A rest without length is no line to GEOS, and near to nothing.
     short = share >= 1.0
     away[short] = shapely.distance(shapely.points(lines[short, 1]), kerf_line)
-    stays: Flags = away >= kerf - ROUNDING
+    stays: Mask = away >= kerf - ROUNDING
     return stays

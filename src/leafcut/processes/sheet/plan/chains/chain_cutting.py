@@ -252,10 +252,10 @@ def _short_enough(run: list[int], most: int) -> Iterable[list[int]]:
         yield run[len(run) * k // parts : len(run) * (k + 1) // parts]
 
 
-Way = tuple[tuple[float, float], tuple[float, float]]
+Crossing = tuple[tuple[float, float], tuple[float, float]]
 
 
-def _go_together(one: Way, other: Way, kerf: float) -> bool:
+def _go_together(one: Crossing, other: Crossing, kerf: float) -> bool:
     """Return whether two bridges keep their kerfs apart, or only meet where one contour is left and come to."""
     if one[0] == other[1] or one[1] == other[0]:
         meet, p, q = (one[0], one[1], other[0]) if one[0] == other[1] else (one[1], one[0], other[1])

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import shapely
 
-from leafcut.geometry.polyline import Points
+from leafcut.geometry.arrays import Points
 from leafcut.model.cutting import Lead
 from leafcut.processes.sheet.plan.cut_contours import NO_LEAD, ROUNDING, CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import shapely
 
+from leafcut.geometry.arrays import Point
 from leafcut.processes.sheet.plan.cut_contours import CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
-
-Point = tuple[float, float]
 
 #: Edges are a kerf apart when their distance differs from it by no more, mm: half of it is what either part is off.
 GAP = 0.02

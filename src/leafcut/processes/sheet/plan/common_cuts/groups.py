@@ -12,11 +12,12 @@ import numpy as np
 import shapely
 
 from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Lead
-from leafcut.processes.sheet.plan.common_cuts.edges import GAP, EdgeGap, Point
+from leafcut.processes.sheet.plan.common_cuts.edges import GAP, EdgeGap
 from leafcut.processes.sheet.plan.cut_contours import FLATNESS, OFFSET_TOLERANCE, ROUNDING, CutContour, flat_line
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads.leads import LEAST_KERFS, LEAST_LEAD, SMALLER, Scrap, lead_shape, placed
@@ -52,7 +53,7 @@ class CommonLine:
 
 
 @dataclass(frozen=True, eq=False)
-class Group:
+class CommonCutGroup:
     """Parts with common lines.
 
     Attributes
@@ -87,7 +88,7 @@ class Grouper:
         self.middles = np.array([shapely.LineString([s.begin, s.end]) for s in slots], dtype=object)
         self.follows = list(self._in_line())
 
-    def group(self, members: frozenset[int]) -> Group | None:
+    def group(self, members: frozenset[int]) -> CommonCutGroup | None:
         """Return the group of some parts; None where not all of it could be cut."""
         inside = [n for n, s in enumerate(self.slots) if set(s.parts) <= members]
         shape = self._shape(members, inside)
@@ -108,7 +109,7 @@ class Grouper:
         if not self._covers(every, members):
             return None
         numbers = frozenset(self.contours[k].source.part for k in members)
-        return Group(members, numbers, shape, path, tuple(lines), tuple(_ends_at(lines)))
+        return CommonCutGroup(members, numbers, shape, path, tuple(lines), tuple(_ends_at(lines)))
 
     # -- the path around ---------------------------------------------------------------------------------------------
 

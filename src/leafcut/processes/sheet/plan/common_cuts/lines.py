@@ -21,7 +21,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sheet import SheetContour
 from leafcut.processes.sheet.plan.common_cuts.edges import EdgeGap, facing_edges
-from leafcut.processes.sheet.plan.common_cuts.groups import Group, Grouper
+from leafcut.processes.sheet.plan.common_cuts.groups import CommonCutGroup, Grouper
 from leafcut.processes.sheet.plan.cut_contours import CutContour, corners_along, flat_line
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads.cut_starts import travel_at
@@ -65,7 +65,9 @@ def beside_leads(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
     return scrap.with_bridges(leads, np.full((len(leads), 2), -1, dtype=np.int64)) if leads else scrap
 
 
-def _groups(contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap, rules: CutRules) -> list[Group]:
+def _groups(
+    contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap, rules: CutRules
+) -> list[CommonCutGroup]:
     """Return the groups: all parts that hang together, or, where not all of their lines can be cut then, fewer.
 
     Those are joined pair by pair, the longest edges first, as long as all lines can be cut.
@@ -75,7 +77,7 @@ def _groups(contours: list[CutContour], slots: Sequence[EdgeGap], scrap: Scrap, 
     for slot in slots:
         shared[slot.parts] = shared.get(slot.parts, 0.0) + slot.length
     of: dict[int, frozenset[int]] = {k: frozenset([k]) for pair in shared for k in pair}
-    found: dict[frozenset[int], Group] = {}
+    found: dict[frozenset[int], CommonCutGroup] = {}
     for members in _connected(shared):
         group = grouper.group(members)
         if group is not None:
@@ -109,7 +111,7 @@ def _connected(pairs: Iterable[tuple[int, int]]) -> list[frozenset[int]]:
     return list(dict.fromkeys(frozenset(x) for x in of.values()))
 
 
-def _around(contours: list[CutContour], group: Group, number: int) -> CutContour:
+def _around(contours: list[CutContour], group: CommonCutGroup, number: int) -> CutContour:
     """Return the contour around a group."""
     first = contours[min(group.members)]
     source = replace(first.source, contour=replace(first.source.contour, path=group.shape))
@@ -127,7 +129,7 @@ def _around(contours: list[CutContour], group: Group, number: int) -> CutContour
     )
 
 
-def _line(contours: list[CutContour], group: Group, number: int, n: int, index: int) -> CutContour:
+def _line(contours: list[CutContour], group: CommonCutGroup, number: int, n: int, index: int) -> CutContour:
     """Return one common line as an open contour."""
     line = group.lines[n]
     first = contours[min(line.parts)].source
@@ -148,7 +150,9 @@ def _line(contours: list[CutContour], group: Group, number: int, n: int, index: 
     )
 
 
-def _order(others: Sequence[CutContour], around: CutContour, group: Group, at: int) -> Iterable[tuple[int, int]]:
+def _order(
+    others: Sequence[CutContour], around: CutContour, group: CommonCutGroup, at: int
+) -> Iterable[tuple[int, int]]:
     """Yield what comes before what: all inside the parts before the lines; of the lines those that others end at."""
     count = len(group.lines)
     inside, numbers = set(around.covers), group.parts
@@ -159,7 +163,7 @@ def _order(others: Sequence[CutContour], around: CutContour, group: Group, at: i
     yield from ((at + a, at + b) for a, b in group.order)
 
 
-def _issues(slots: Sequence[EdgeGap], groups: Sequence[Group]) -> list[Issue]:
+def _issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup]) -> list[Issue]:
     lines = [line for g in groups for line in g.lines]
     length = math.fsum(line.shared for line in lines)
     parts = sum(len(g.members) for g in groups)

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import shapely
 
+from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline
 from leafcut.processes.sheet.plan.cut_contours import FLATNESS
 from leafcut.processes.sheet.plan.cutting import Cutting
 from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
-
-Point = tuple[float, float]
-Travel = Callable[[Point, Point], float]
+from leafcut.timing.travel import Travel
 
 #: Passes over all pierces: one that moves away may come near another.
 PASSES = 8

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import shapely
 
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.arrays import Points
+from leafcut.geometry.polyline import Polyline
 from leafcut.processes.sheet.plan.cut_contours import CutContour, corner_turns, corners_along, flat_line
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads.leads import Scrap

@@ -9,13 +9,12 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.arrays import Point, Points
+from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Lead
 from leafcut.processes.sheet.plan.cut_contours import NO_LEAD, CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads.leads import Scrap, as_lines, lead_shape, placed, ways_to_lead
-
-Point = tuple[float, float]
 
 #: When a contour has so many starts, or this share of its places, no lesser lead is tried.
 ENOUGH, ENOUGH_SHARE = 8, 0.25

@@ -16,15 +16,13 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.geometry.polyline import Points, Polyline
+from leafcut.geometry.arrays import Mask, Point, Points
+from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.tiles import Tiles
 from leafcut.model.cutting import Lead
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.cut_contours import FLATNESS, ROUNDING, CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
-
-Flags = NDArray[np.bool_]
-Point = tuple[float, float]
 
 #: The least lead is so many kerfs long, and so many mm: the pierce's hole must not reach the part.
 LEAST_KERFS, LEAST_LEAD = 1.0, 0.2
@@ -144,7 +142,7 @@ class Scrap:
         """Half a kerf: what a lead sweeps to each side, whoever compensates."""
         return 0.5 * self.rules.kerf
 
-    def free(self, lines: Any, *owners: CutContour, leaves_sheet: bool = False) -> Flags:
+    def free(self, lines: Any, *owners: CutContour, leaves_sheet: bool = False) -> Mask:
         """Return which lines (shapely, n of them) the torch may follow on behalf of a contour, or of two, bool[n].
 
         The kerf of a line touches no part, no clamp, no kerf of other contours and no bridge between those, and stays
@@ -174,14 +172,14 @@ class Scrap:
         """Return pairs of a line and a forbidden zone that the kerf along it touches, int64[2, k]."""
         return np.asarray(self._zone_tree.query(lines, predicate="dwithin", distance=self._half))
 
-    def clear(self, places: Points, radius: float) -> Flags:
+    def clear(self, places: Points, radius: float) -> Mask:
         """Return round which places (float64[n, 2]) there is no part within `radius`, bool[n]."""
         ok = np.ones(len(places), dtype=bool)
         if radius > 0.0:
             ok[self._metal.near(shapely.points(places), radius - ROUNDING)[0]] = False
         return ok
 
-    def leaves_once(self, leads: NDArray[np.float64], owner: CutContour) -> Flags:
+    def leaves_once(self, leads: NDArray[np.float64], owner: CutContour) -> Mask:
         """Return which lead-ins (float64[n, k, 2], the last point on the contour) keep away from their contour's kerf.
 
         Going outwards, the way from a lead to its own contour may only grow until the two kerfs are apart; from there
@@ -192,7 +190,7 @@ class Scrap:
         apart = away >= self.rules.kerf - ROUNDING
         left = np.maximum.accumulate(apart, axis=1)
         # The pierce itself is half a kerf away at least: its hole would reach the part else.
-        ok: Flags = (apart | ~left).all(axis=1) & (away[:, -1] >= self._half - ROUNDING)
+        ok: Mask = (apart | ~left).all(axis=1) & (away[:, -1] >= self._half - ROUNDING)
         return ok
 
 

@@ -7,20 +7,19 @@ lead has no metal under it, and an arc that comes into a kerf goes out.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import shapely
 
+from leafcut.geometry.arrays import Point
 from leafcut.processes.sheet.plan.chains.chain_starts import lead_lines
 from leafcut.processes.sheet.plan.cut_contours import ROUNDING
 from leafcut.processes.sheet.plan.cutting import Cutting
 from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
-
-Point = tuple[float, float]
-Travel = Callable[[Point, Point], float]
+from leafcut.timing.travel import Travel
 
 #: Passes over all cuts whose leads are too near.
 PASSES = 4

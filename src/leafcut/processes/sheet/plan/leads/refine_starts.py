@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from leafcut.geometry.arrays import Point
 from leafcut.processes.sheet.plan.cut_contours import CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.cutting import Cutting, route_length
@@ -27,9 +28,7 @@ from leafcut.processes.sheet.plan.leads.cut_starts import (
     travel_at,
 )
 from leafcut.processes.sheet.plan.leads.leads import lead_shape, placed
-
-Point = tuple[float, float]
-Travel = Callable[[Point, Point], float]
+from leafcut.timing.travel import Travel
 
 #: A start moves by this at least, mm, and at first by this part of its contour.
 FINEST, FIRST_PART = 0.25, 1.0 / 16.0
