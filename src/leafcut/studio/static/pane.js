@@ -2,7 +2,7 @@
 
 import { Buffer, Frame, budget } from "./buffer.js";
 import { drawGrid, drawRulers, drawScaleBar, drawTool } from "./marks.js";
-import { distanceToMove, gridOfHoles, gridOfMoves, nearest } from "./near.js";
+import { distanceToMove, gridOfHoles, gridOfMoves, nearest } from "./hit_test.js";
 import { paintDone, paintGround, paintMarks, paintMore, paintPaths } from "./painters.js";
 import { PartPaths, ToolpathPaths, pathsOfRows } from "./paths.js";
 import { DARK, RAPID, STAND, numberOrder } from "./scene.js";
