@@ -42,13 +42,14 @@ MAY_IMPORT = {
     "proof": STAGE | {"stock", "timing"},
     "report": STAGE | {"timing"},
     "progress": set(),
+    "keywords": set(),
     "flags": BASE | {"option_spec"},
 }
 #: Above the processes: what joins them and what people see.
-MAY_IMPORT["api"] = STAGE | STAGES | {"files", "processes"}
+MAY_IMPORT["api"] = STAGE | STAGES | {"keywords", "files", "processes"}
 MAY_IMPORT["studio"] = MODEL | {"api", "option_spec", "options", "files", "progress", "read", "report", "user_files"}
 MAY_IMPORT["studio"] |= {"processes", "_version"}
-MAY_IMPORT["public"] = MODEL | {"api", "options", "files", "processes", "read"}
+MAY_IMPORT["public"] = MODEL | {"api", "keywords", "options", "files", "processes", "read"}
 MAY_IMPORT["user_files"] = MAY_IMPORT["files"] | {"files"}
 MAY_IMPORT["several"] = BASE | {"files", "read"}
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}

@@ -11,10 +11,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput, check_output, write_together
+from leafcut.keywords import NestKeywords, OptimizeKeywords, SimulateKeywords, SolveKeywords, VerifyKeywords
 from leafcut.model.certificate import Certificate
 from leafcut.model.heartbeat import Progress, looking_for, passing_on
 from leafcut.model.nest import NestOutcome
@@ -44,7 +45,7 @@ def optimize(
     progress: Progress | None = None,
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
-    **options: Any,
+    **options: Unpack[OptimizeKeywords],
 ) -> Outcome:
     """Turn a drawing into a verified program that drills, cuts or mills it, or a program into a quicker one.
 
@@ -186,7 +187,7 @@ def nest(
     defaults_file: str | Path | None = None,
     progress: Progress | None = None,
     cancelled: threading.Event | None = None,
-    **options: Any,
+    **options: Unpack[NestKeywords],
 ) -> NestOutcome:
     """Lay parts on sheets, in several variants, and write the sheets of the best one as DXF drawings.
 
@@ -215,7 +216,7 @@ def nest(
 
 def solve_part(
     part: Part, *, progress: Progress | None = None, observe: Observer | None = None,
-    cancelled: threading.Event | None = None, **options: Any,
+    cancelled: threading.Event | None = None, **options: Unpack[SolveKeywords],
 ) -> Solution:  # fmt: skip
     """Return a closed tour through the points of a map, by TSPLIB's rule of distance where the file has one.
 
@@ -251,7 +252,7 @@ def solve_file(
     progress: Progress | None = None,
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
-    **options: Any,
+    **options: Unpack[SolveKeywords],
 ) -> Solved:
     """Read a map, and return it with a closed tour through its points, as `solve_part` does.
 
@@ -270,7 +271,7 @@ def simulate(
     dialect: str | None = None,
     defaults_file: str | Path | None = None,
     progress: Progress | None = None,
-    **options: Any,
+    **options: Unpack[SimulateKeywords],
 ) -> Simulation:
     """Return what a program does on a machine, what that costs by kind of motion, and what is dangerous in it.
 
@@ -289,7 +290,7 @@ def verify_programs(
     defaults_file: str | Path | None = None,
     allow_reverse: bool = False,
     progress: Progress | None = None,
-    **options: Any,
+    **options: Unpack[VerifyKeywords],
 ) -> Certificate:
     """Return the proof that two programs do the same work, with what was counted, or in what they differ.
 

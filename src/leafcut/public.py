@@ -6,6 +6,7 @@ from leafcut.api import nest, optimize, simulate, solve_file, solve_part, verify
 from leafcut.errors import LeafcutError, OptionError, PlanError, PostError, ReadError, SolveError, VerifyError
 from leafcut.files import OutputError, StandardInput
 from leafcut.geometry.polyline import Polyline
+from leafcut.keywords import NestKeywords, OptimizeKeywords, SimulateKeywords, SolveKeywords, VerifyKeywords
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutChoice, CutData, CutMeasures, CutPlan, CutTimes, Lead, PartTimes
@@ -68,10 +69,12 @@ __all__ = [
     "Machine",
     "Measure",
     "Nest",
+    "NestKeywords",
     "NestOutcome",
     "NestPart",
     "Observer",
     "OperationOutcome",
+    "OptimizeKeywords",
     "OptionError",
     "Outcome",
     "OutputError",
@@ -101,11 +104,13 @@ __all__ = [
     "Sheet",
     "SheetContour",
     "SheetDetail",
+    "SimulateKeywords",
     "Simulation",
     "Slot",
     "Snapshot",
     "Solution",
     "SolveError",
+    "SolveKeywords",
     "Solved",
     "Source",
     "StandardInput",
@@ -115,6 +120,7 @@ __all__ = [
     "ToolKind",
     "Toolpath",
     "VerifyError",
+    "VerifyKeywords",
     "WorkerFigures",
     "nest",
     "optimize",
