@@ -329,6 +329,13 @@ def output_name(
     return Path(str(source).replace("example:", "").replace(":", "-")).stem + extension
 
 
+def algorithms() -> dict[str, str]:
+    """Return the algorithms that order the work, each with what it is; of a broken plug-in with its error."""
+    from leafcut.solve.algorithms import algorithm_titles
+
+    return algorithm_titles()
+
+
 def default_machine(work: str) -> str:
     """Return the machine that a kind of work, by the name of its process, takes where none is named."""
     return (registry.process(work).usual(Settings()) if work in registry.names() else Settings()).machine.machine

@@ -579,9 +579,9 @@ def _machines(
 
 def _algorithms(*, as_json: Json = False) -> int:
     """List the algorithms that order the work."""
-    from leafcut.options import ALGORITHM_TITLES
+    from leafcut import api
 
-    return _list(list(ALGORITHM_TITLES.items()), as_json)
+    return _list(list(api.algorithms().items()), as_json)
 
 
 def _formats(*, as_json: Json = False) -> int:

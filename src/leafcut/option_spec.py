@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from leafcut.errors import OptionError, nearest
+from leafcut.plugins import entry_names
 from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity, with_point
 
 
@@ -26,6 +27,8 @@ class OptionSpec:
     minimum: float | None = None
     maximum: float | None = None
     choices: tuple[str, ...] = ()
+    #: The group of entry points by which installed packages add choices.
+    group_of_plugins: str = ""
     #: The default in words, where the default value None stands for "as the algorithm recommends" and the like.
     default_words: str = ""
     #: A text that may be the path of a file: a program's header tells its name alone.
@@ -35,6 +38,11 @@ class OptionSpec:
     #: What must hold for it to be used: ``corner_loops`` (that option is on), ``!tools`` (it is not given),
     #: ``algorithm=acs|mmas`` (it is one of these), ``input=picture``; all of several with spaces between.
     needs: str = ""
+
+    @property
+    def all_choices(self) -> tuple[str, ...]:
+        """The choices with those that installed packages add; empty where anything may be said."""
+        return tuple(dict.fromkeys((*self.choices, *entry_names(self.group_of_plugins))))
 
 
 #: Places of what lies in a box, and how far they are across it and up it, 0 to 1.
@@ -120,8 +128,8 @@ def _convert(name: str, spec: OptionSpec, value: Any) -> Any:
     if spec.choices:
         given = converted if isinstance(converted, tuple) else (converted,)
         for word in given:
-            if word not in spec.choices:
-                raise OptionError(f"{flag}: unknown value '{word}'{nearest(str(word), spec.choices)}")
+            if word not in spec.choices and word not in spec.all_choices:
+                raise OptionError(f"{flag}: unknown value '{word}'{nearest(str(word), spec.all_choices)}")
     _check_bounds(flag, spec, converted)
     return converted
 

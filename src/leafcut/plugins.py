@@ -62,7 +62,7 @@ class PluginKind(Generic[T]):
     def names(self) -> tuple[str, ...]:
         """Return the names that may be asked for, in order, without importing anything of the packages."""
         own = self.built_in()
-        return tuple(dict.fromkeys(entry.name for entry in self._entries() if entry.name not in own))
+        return tuple(name for name in entry_names(self.group) if name not in own)
 
     def load(self, name: str) -> T:
         """Return what the plug-in of that name adds; the name is one of `names`.
@@ -80,27 +80,36 @@ class PluginKind(Generic[T]):
 
     def plugins(self) -> list[Plugin[T]]:
         """Return every plug-in of this kind, in the order of the names, also those that cannot be used."""
-        return [plugin for name in dict.fromkeys(e.name for e in self._entries()) for plugin in self._named(name)]
+        return [plugin for name in entry_names(self.group) for plugin in self._named(name)]
 
-    def _entries(self) -> list[EntryPoint]:
-        return [entry for entry in _entries(tuple(sys.path)) if entry.group == self.group]
+    def _named(self, name: str) -> tuple[Plugin[T], ...]:
+        return _plugins(self, name, tuple(sys.path))
 
-    def _named(self, name: str) -> list[Plugin[T]]:
-        """Return the plug-ins of a name: one, or none of which any is used."""
-        entries = [entry for entry in self._entries() if entry.name == name]
-        packages = [_package(entry) for entry in entries]
-        if name in self.built_in():
-            return [Plugin(name, one, None, f"leafcut has a {self.noun} of this name itself") for one in packages]
-        if len(entries) > 1:
-            why = f"{' and '.join(packages)} both have a {self.noun} of this name; remove one of them"
-            return [Plugin(name, one, None, why) for one in packages]
-        return [self._loaded(entry) for entry in entries]
 
-    def _loaded(self, entry: EntryPoint) -> Plugin[T]:
-        try:
-            return Plugin(entry.name, _package(entry), self.take(entry.name, entry.load()))
-        except (Exception, SystemExit) as problem:  # whatever a stranger's module does
-            return Plugin(entry.name, _package(entry), None, reason(problem))
+@cache
+def _plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
+    """Return the plug-ins of a name: one, or none of which any is used. Nothing of a package is imported twice."""
+    entries = [one for one in _entries(path) if one.group == kind.group and one.name == name]
+    packages = [_package(entry) for entry in entries]
+    if name in kind.built_in():
+        return tuple(Plugin(name, one, None, f"leafcut has a {kind.noun} of this name itself") for one in packages)
+    if len(entries) > 1:
+        why = f"{' and '.join(packages)} both have a {kind.noun} of this name; remove one of them"
+        return tuple(Plugin(name, one, None, why) for one in packages)
+    return tuple(_loaded(kind, entry) for entry in entries)
+
+
+def _loaded(kind: PluginKind[T], entry: EntryPoint) -> Plugin[T]:
+    try:
+        return Plugin(entry.name, _package(entry), kind.take(entry.name, entry.load()))
+    except (Exception, SystemExit) as problem:  # whatever a stranger's module does
+        return Plugin(entry.name, _package(entry), None, reason(problem))
+
+
+def entry_names(group: str) -> tuple[str, ...]:
+    """Return the names of the entry points of a group, in order; none where the group is empty."""
+    found = _entries(tuple(sys.path)) if group else ()
+    return tuple(dict.fromkeys(entry.name for entry in found if entry.group == group))
 
 
 def reason(problem: BaseException) -> str:

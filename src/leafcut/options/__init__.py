@@ -13,7 +13,14 @@ from leafcut.options.cut_data import CutDataOptions
 from leafcut.options.drawings import ORIGINS, PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.options.job import CYCLES, JobOptions, MachineOptions
 from leafcut.options.post import PostOptions
-from leafcut.options.search import ALGORITHM_TITLES, ALGORITHMS, AcoOptions, FireflyOptions, SolveOptions
+from leafcut.options.search import (
+    ALGORITHM_GROUP,
+    ALGORITHM_TITLES,
+    ALGORITHMS,
+    AcoOptions,
+    FireflyOptions,
+    SolveOptions,
+)
 from leafcut.options.settings import Settings
 
 #: The groups that processes share, in the order in which they are told.
@@ -32,6 +39,7 @@ SHARED: tuple[type[OptionGroup], ...] = (
 
 __all__ = [
     "ALGORITHMS",
+    "ALGORITHM_GROUP",
     "ALGORITHM_TITLES",
     "CYCLES",
     "ORIGINS",

@@ -24,7 +24,8 @@ ALGORITHM_TITLES = {
     "none": "the order of the drawing",
 }
 ALGORITHMS = tuple(ALGORITHM_TITLES)
-
+#: Where the packages of other people name theirs.
+ALGORITHM_GROUP = "leafcut.algorithms"
 
 #: Only these have ants; only that has fireflies.
 _ANTS = "algorithm=as|eas|asrank|mmas|acs"
@@ -38,7 +39,13 @@ class SolveOptions(OptionGroup):
     section: ClassVar[str] = "solve"
     title: ClassVar[str] = "Search"
 
-    algorithm: str = option("text", "auto", "name of an algorithm (see `leafcut algorithms`)", choices=ALGORITHMS)
+    algorithm: str = option(
+        "text",
+        "auto",
+        "name of an algorithm (see `leafcut algorithms`)",
+        choices=ALGORITHMS,
+        group_of_plugins=ALGORITHM_GROUP,
+    )
     preset: str = option(
         "text",
         "default",

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from leafcut.errors import SolveError
-from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
@@ -40,7 +39,7 @@ def aim(options: SolveOptions, instance: Instance, best: Best) -> None:
         return
     stop = best.stop
     with stop.paused():
-        upper = float(tour_cost(instance.cost, nearest_neighbour(instance)))
+        upper = instance.length(nearest_neighbour(instance))
         best.bound = bound_of(instance, upper, stop.cancelled)
     if best.bound is not None:
         stop.target = best.bound * (1.0 + options.target_gap / 100.0) - best.service
@@ -60,7 +59,7 @@ def foresee(problem: RoutingProblem, options: SolveOptions, best: Best, instance
     with best.stop.paused():
         if instance is None or relaxed is not problem:
             instance = build_instance(relaxed, CANDIDATES)
-        upper = float(tour_cost(instance.cost, nearest_neighbour(instance)))
+        upper = instance.length(nearest_neighbour(instance))
         best.shown_bound = bound_of(instance, upper, best.stop.cancelled)
 
 

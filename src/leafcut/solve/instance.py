@@ -12,11 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from leafcut.kernels import candidates as candidate_kernels
 from leafcut.kernels import cost as codes
-from leafcut.kernels.cost import CostModel, edge_costs
+from leafcut.kernels.cost import CostModel, edge_costs, tour_cost
 from leafcut.kernels.neighbours import MOST_TWINS, Nearby, Tree, grow_tree
 from leafcut.model.problem import Metric, RoutingProblem
 
@@ -168,6 +168,15 @@ class Instance:
     def home(self) -> int:
         """The node that a tour begins with when nothing else is said: the given start, or the first cluster."""
         return self.first if self.first >= 0 else int(np.flatnonzero(self.label == 0)[0])
+
+    def length(self, tour: NDArray[np.int32]) -> float:
+        """Return what a tour int32[n] costs."""
+        return float(tour_cost(self.cost, tour))
+
+    def costs(self, leave: ArrayLike, arrive: ArrayLike) -> NDArray[np.float64]:
+        """Return what it costs to go from nodes to nodes, one by one or each from the same; `TIED` for a tied edge."""
+        pairs = np.broadcast_arrays(np.atleast_1d(leave), np.atleast_1d(arrive))
+        return costs_of_edges(self.cost, *(np.ascontiguousarray(nodes, dtype=np.int32) for nodes in pairs))
 
     def path(self, tour: NDArray[np.int32]) -> NDArray[np.int32]:
         """Return the clusters in the order in which the tour int32[n] visits them, from start to end."""

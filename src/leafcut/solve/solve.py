@@ -6,21 +6,21 @@ import itertools
 import math
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import SolveError
-from leafcut.kernels.cost import tour_cost
 from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, WorkerFigures
-from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
+from leafcut.options import ALGORITHM_TITLES, AcoOptions, FireflyOptions, SolveOptions
+from leafcut.solve.algorithms import PACKAGED, Algorithm, AlgorithmRun, run_packaged
 from leafcut.solve.certificate import aim, aim_without_order, certify, foresee, stands_for_its_tour
 from leafcut.solve.clusters import choose_nodes
 from leafcut.solve.colony import improve_by_colony
@@ -94,6 +94,8 @@ def solve(
 
     Raises
     ------
+    OptionError
+        The algorithm is of a package, and cannot be used.
     SolveError
         The precedence cannot be kept, or not by the algorithm asked for; full candidate lists are asked for on too many
         nodes, or a gap where no lower bound can be had.
@@ -102,6 +104,8 @@ def solve(
     pairs = checked_pairs(problem)
     tiny = problem.n_clusters <= TRY_ALL
     auto, options = options.algorithm == "auto", _decided(options)
+    if options.algorithm not in ALGORITHM_TITLES:
+        PACKAGED.load(options.algorithm)  # one that cannot be used is told of, however few clusters there are
     ordered = not tiny and _goes_in_order(problem, options)
     if ordered and auto and within_reach(problem):
         return _exactly(problem, pairs, options, progress, cancelled)
@@ -127,7 +131,7 @@ def solve(
     aim(options, instance, best)
     best.watched = watched_instance(observe, instance)
     foresee(problem, options, best, instance)
-    found = _run(instance, options, aco, firefly or FireflyOptions(), stop, best)
+    found = _run(instance, AlgorithmRun(options, aco, firefly or FireflyOptions(), best))
     solution = _solution(problem, instance.path(found.tour), options, found, best)
     return certify(problem, solution, best.bound_at_hand(), stop.cancelled, instance) if options.bound else solution
 
@@ -230,50 +234,35 @@ def warm_up(options: SolveOptions, aco: AcoOptions, n: int = 0) -> None:
     build_instance(small, 0)
     instance = build_instance(small, CANDIDATES)
     for name in ["colony", "kicks"] if options.algorithm == "colony" else [options.algorithm]:
-        stop = Stop()
-        found = _run(
-            instance,
-            replace(once, algorithm=name),
-            replace(aco, n_ants=1),
-            FireflyOptions(n_fireflies=2),
-            stop,
-            Best(stop),
-        )
+        few = replace(aco, n_ants=1), FireflyOptions(n_fireflies=2)
+        found = _run(instance, AlgorithmRun(replace(once, algorithm=name), *few, Best(Stop())))
     if n >= MANY and options.algorithm in ("colony", "kicks"):
         shorten_long_edges(instance, work_tour(found.tour))
     path_cost(small, instance.path(found.tour))
 
 
-def _run(
-    instance: Instance, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions, stop: Stop, best: Best
-) -> SearchResult:
-    """Run the algorithm of `options`, which is not `auto` any more."""
-    algorithm = options.algorithm
-    if algorithm == "nn":
-        tour = nearest_neighbour(instance)
-        best.offer(tour, float(tour_cost(instance.cost, tour)), 0)
-        return SearchResult(tour)
-    if algorithm == "colony":
-        return _colony(instance, options, stop, best)
-    if algorithm == "kicks":
-        per_node, most = KICK_PRESETS[options.preset]
-        set_budget(stop, options, min(per_node * instance.n, most) / kicks_per_iteration(instance.n))
-        iterations = until_interrupted(lambda: improve_by_kicks(instance, options.seed, stop, best), best)
-        kicks = iterations * kicks_per_iteration(instance.n)
-        return SearchResult(best.tour, iterations, (WorkerFigures(0, kicks, stop.elapsed(), best.cost),))
-    if algorithm == "firefly":
-        return _fireflies(instance, options, firefly, stop, best)
-    return _ants(instance, options, aco, stop, best)
+def _nearest(instance: Instance, run: AlgorithmRun) -> SearchResult:
+    tour = nearest_neighbour(instance)
+    run.best.offer(tour, instance.length(tour), 0)
+    return SearchResult(tour)
 
 
-def _fireflies(
-    instance: Instance, options: SolveOptions, firefly: FireflyOptions, stop: Stop, best: Best
-) -> SearchResult:
+def _kicks(instance: Instance, run: AlgorithmRun) -> SearchResult:
+    options, stop, best = run.options, run.stop, run.best
+    per_node, most = KICK_PRESETS[options.preset]
+    set_budget(stop, options, min(per_node * instance.n, most) / kicks_per_iteration(instance.n))
+    iterations = until_interrupted(lambda: improve_by_kicks(instance, options.seed, stop, best), best)
+    kicks = iterations * kicks_per_iteration(instance.n)
+    return SearchResult(best.tour, iterations, (WorkerFigures(0, kicks, stop.elapsed(), best.cost),))
+
+
+def _fireflies(instance: Instance, run: AlgorithmRun) -> SearchResult:
     """Run the swarm."""
     from leafcut.solve import firefly as room
     from leafcut.solve.loop import search
 
-    flight = room.Flight.of(firefly, limited=options.time_limit is not None)
+    options, stop, best = run.options, run.stop, run.best
+    flight = room.Flight.of(run.firefly, limited=options.time_limit is not None)
     threads = min(options.threads or os.cpu_count() or 1, flight.fireflies)
     with _pool(threads) as executor:
         swarm = room.Fireflies(instance, flight, options.local_search, options.seed, stop, executor, threads)
@@ -290,15 +279,21 @@ def _fireflies(
     return SearchResult(best.tour, iterations, swarm.log.figures())
 
 
-def _ants(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop, best: Best) -> SearchResult:
-    """Run one of the classical five, or the local search that they use."""
+def _local_search(instance: Instance, run: AlgorithmRun) -> SearchResult:
+    """Run the local search that ants use."""
+    from leafcut.solve.aco import first_tour
+
+    first_tour(instance, True, run.stop, run.best)
+    return SearchResult(run.best.tour)
+
+
+def _ants(instance: Instance, run: AlgorithmRun) -> SearchResult:
+    """Run one of the classical five."""
     from leafcut.solve.aco import Ants, ColonyParameters, ColonyTrails, first_tour
     from leafcut.solve.loop import search
 
-    if options.algorithm == "2opt":
-        first_tour(instance, True, stop, best)
-        return SearchResult(best.tour)
-    parameters = ColonyParameters.of(options.algorithm, aco, instance.n, options.local_search)
+    options, stop, best = run.options, run.stop, run.best
+    parameters = ColonyParameters.of(options.algorithm, run.aco, instance.n, options.local_search)
     c_nn = first_tour(instance, options.local_search, stop, best)
     if c_nn <= 0.0:
         return SearchResult(best.tour)  # all nodes on one place: nothing to gain, and trails of 1/0
@@ -314,8 +309,9 @@ def _ants(instance: Instance, options: SolveOptions, aco: AcoOptions, stop: Stop
     return SearchResult(best.tour, iterations, ants.log.figures())
 
 
-def _colony(instance: Instance, options: SolveOptions, stop: Stop, best: Best) -> SearchResult:
+def _colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
     """Run the colony: without a clock and without a number of generations, on the preset's budget."""
+    options, stop, best = run.options, run.stop, run.best
     counted = options.iterations is not None or options.time_limit is not None
     visits = math.inf if counted else COLONY_PRESETS[options.preset]
     if options.iterations is not None:
@@ -329,6 +325,34 @@ def _colony(instance: Instance, options: SolveOptions, stop: Stop, best: Best) -
             lambda: improve_by_colony(instance, options.seed, stop, best, workers, visits), best
         )
     return SearchResult(best.tour, iterations, workers.log.figures())
+
+
+@dataclass(frozen=True)
+class _OwnAlgorithm:
+    """One that leafcut brings."""
+
+    title: str
+    solve: Callable[[Instance, AlgorithmRun], SearchResult]
+
+
+#: What seeks a closed tour: name → algorithm; `auto` stands for one of them, and `none` seeks nothing.
+_OWN: dict[str, Algorithm] = {
+    name: _OwnAlgorithm(ALGORITHM_TITLES[name], search)
+    for name, search in {
+        "colony": _colony,
+        **dict.fromkeys(("as", "eas", "asrank", "mmas", "acs"), _ants),
+        "firefly": _fireflies,
+        "kicks": _kicks,
+        "2opt": _local_search,
+        "nn": _nearest,
+    }.items()
+}
+
+
+def _run(instance: Instance, run: AlgorithmRun) -> SearchResult:
+    """Run the algorithm of the options, which is not `auto` any more."""
+    name = run.options.algorithm
+    return _OWN[name].solve(instance, run) if name in _OWN else run_packaged(name, instance, run)
 
 
 @contextmanager

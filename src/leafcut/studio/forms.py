@@ -135,7 +135,7 @@ def default_of(name: str, work: str = "") -> Any:
 
 def _field(name: str, words: Words, default: Any, own: list[tuple[str, str]] | None) -> dict[str, Any]:
     spec = group_of(name).specs()[name]
-    choices: list[tuple[str, str]] = [(word, word) for word in spec.choices]
+    choices: list[tuple[str, str]] = [(word, word) for word in spec.all_choices]
     if own is not None:
         choices = own
     holds, unit = _default(name, spec, default, words), _unit(spec)

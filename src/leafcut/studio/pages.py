@@ -213,11 +213,11 @@ class Page:
 
     def _lists(self) -> None:
         """List what `leafcut formats` and `leafcut algorithms` list."""
-        from leafcut.options import ALGORITHM_TITLES
+        from leafcut import api
         from leafcut.read import formats
 
         kinds = {f"{f.name} {' '.join(f.extensions)}".strip(): f.help for f in formats()}
-        for key, rows in (("formats", kinds), ("algorithms", ALGORITHM_TITLES)):
+        for key, rows in (("formats", kinds), ("algorithms", api.algorithms())):
             with box("details", "listed", name="listed"):
                 text("summary", self.words(f"help.{key}"))
                 with box("dl", "known", lang="en"):

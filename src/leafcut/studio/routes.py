@@ -20,7 +20,6 @@ from starlette.staticfiles import StaticFiles
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.option_spec import flag_name
-from leafcut.options import ALGORITHM_TITLES
 from leafcut.processes import registry
 from leafcut.studio.folder import Folder
 from leafcut.studio.history import JobRecord, files_of
@@ -354,7 +353,9 @@ def _add_lists(made: APIRouter) -> None:
 
     @made.get("/algorithms", summary="The algorithms that order the work")
     def algorithms() -> list[dict[str, str]]:
-        return [{"name": name, "description": words} for name, words in ALGORITHM_TITLES.items()]
+        from leafcut import api
+
+        return [{"name": name, "description": words} for name, words in api.algorithms().items()]
 
     @made.get("/formats", summary="The kinds of file that leafcut reads")
     def formats() -> list[dict[str, str]]:
@@ -373,7 +374,7 @@ def _add_lists(made: APIRouter) -> None:
                 "unit": spec.unit,
                 "minimum": spec.minimum,
                 "maximum": spec.maximum,
-                "choices": list(spec.choices),
+                "choices": list(spec.all_choices),
                 "default": spec.default_words,
                 "help": spec.help,
             }
