@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol
@@ -32,3 +34,17 @@ def lay(folder: Path, name: str, groups: Mapping[str, Mapping[str, str]], files:
         line for group, points in groups.items() for line in (f"[{group}]", *(f"{k} = {v}" for k, v in points.items()))
     ]
     (told / "entry_points.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+#: The page whose examples are a package of every kind of plug-in.
+PAGE = Path(__file__).parents[1] / "docs" / "plugins.md"
+
+
+def shop() -> tuple[str, dict[str, dict[str, str]], dict[str, str]]:
+    """Return the package of the page on plug-ins: its name, its entry points by group, and its files."""
+    page = PAGE.read_text(encoding="utf-8")
+    found = re.findall(r'^```\w+ title="([^"]+)"\n(.*?)^```', page, flags=re.MULTILINE | re.DOTALL)
+    files: dict[str, str] = dict(found)
+    assert len(files) == len(found) == page.count("\n```") / 2
+    project = tomllib.loads(files.pop("pyproject.toml"))["project"]
+    return project["name"], project["entry-points"], files

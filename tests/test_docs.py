@@ -66,7 +66,7 @@ def test_the_flags_that_the_readme_shows_exist(capsys: pytest.CaptureFixture[str
     assert all(flag in known for flag in set(re.findall(r"--[a-z][a-z-]+", README)) - {"--help"})
 
 
-@every("page", ["walk.md", "machine_time.md", "colony.md", "sheets.md", "pockets.md"])
+@every("page", ["walk.md", "machine_time.md", "colony.md", "sheets.md", "pockets.md", "plugins.md"])
 def test_the_names_in_a_page_exist(page: str) -> None:
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")
     rooms = {p.name.removesuffix(".py") for p in (ROOT / "src" / "leafcut").iterdir()}

@@ -56,7 +56,7 @@ MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", 
 MAY_IMPORT["cli"] |= {"user_files", "several", "model", "processes", "_version"}
 
 #: What all processes share, and what stands between them and the rest of the program.
-COURSE = STAGE | STAGES | {"files", "option_spec", "stock", "processes", "_version"}
+COURSE = STAGE | STAGES | {"files", "plugins", "option_spec", "stock", "processes", "_version"}
 #: Part of a process → what it may import, beside other parts of its own process (`OWN`).
 IN_A_PROCESS = {
     "plan": STAGE | {"stock", "timing", "processes"},
@@ -233,6 +233,12 @@ HEAVY = {"numba", "ezdxf", "gerbonara", "jinja2", "numpy", "rich", "shapely"}
 def test_the_version_and_the_help_are_told_without_loading_anything_heavy(flag: str) -> None:
     loaded = loaded_by(f"from leafcut.cli import run\nrun([{flag!r}])")
     assert not loaded & (HEAVY - {"rich"})
+
+
+def test_what_reads_entry_points_is_not_loaded_where_no_package_has_any_of_ours() -> None:
+    code = "from leafcut.cli import run\nrun(['--version'])\nimport sys\nprint('importlib.metadata' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "False"
 
 
 def test_timing_a_program_loads_no_library_that_it_does_not_need() -> None:

@@ -336,6 +336,17 @@ def algorithms() -> dict[str, str]:
     return algorithm_titles()
 
 
+def plugins() -> list[tuple[str, str]]:
+    """Return what installed packages add, by kind and name, each with what it is or why it cannot be used."""
+    from leafcut.gcode.dialects import DIALECTS
+    from leafcut.read.machine import MACHINES
+    from leafcut.read.registry import READERS
+    from leafcut.solve.algorithms import PACKAGED as ALGORITHMS
+
+    kinds = (READERS, registry.PACKAGED, ALGORITHMS, DIALECTS, MACHINES)
+    return [(f"{kind.noun} {name}", words) for kind in kinds for name, words in kind.listed()]
+
+
 def default_machine(work: str) -> str:
     """Return the machine that a kind of work, by the name of its process, takes where none is named."""
     return (registry.process(work).usual(Settings()) if work in registry.names() else Settings()).machine.machine

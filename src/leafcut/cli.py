@@ -172,6 +172,7 @@ def app(arguments: Sequence[str] = ()) -> App:
     made.command(_machines, name="machines")
     made.command(_algorithms, name="algorithms")
     made.command(_formats, name="formats")
+    made.command(_plugins, name="plugins")
     made.command(_studio, name="studio")
     made.register_install_completion_command(help="write a completion script for your shell, and have it read there")
     return made
@@ -422,15 +423,11 @@ def _nest(
             **_given(options),
         )
     if as_json:
-        from leafcut.processes import registry
-
         _print_json(registry.command("nest_answer")(outcome))
     elif quiet:
         _warn(outcome.issues)
     else:
         from rich.console import Console
-
-        from leafcut.processes import registry
 
         registry.command("nest_summary")(outcome, Console())
     return INCOMPLETE if any(issue.severity == "missing" for issue in outcome.issues) else DONE
@@ -589,6 +586,17 @@ def _formats(*, as_json: Json = False) -> int:
     from leafcut.read import formats
 
     return _list([(f.name, f"{' '.join(f.extensions)}  {f.help}".strip()) for f in formats()], as_json)
+
+
+def _plugins(*, as_json: Json = False) -> int:
+    """List what installed packages add to leafcut, and why it cannot be used where it cannot."""
+    from leafcut import api
+
+    rows = api.plugins()
+    if not rows and not as_json:
+        print("no installed package adds anything to leafcut")
+        return DONE
+    return _list(rows, as_json)
 
 
 def _studio(

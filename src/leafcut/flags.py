@@ -69,8 +69,8 @@ def _flag(group: type[OptionGroup], name: str, spec: OptionSpec, where: Group, d
     default = group.defaults()[name]
     words = default_words or spec.default_words or ("" if default in (None, (), False) else written(spec, default))
     help_text = spec.help
-    if spec.choices:
-        help_text += f" [{', '.join(spec.choices)}]"
+    if spec.all_choices:
+        help_text += f" [{', '.join(spec.all_choices)}]"
     if words:
         help_text += f" (default: {words})"
     parameter = Parameter(

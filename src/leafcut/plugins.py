@@ -52,12 +52,15 @@ class PluginKind(Generic[T]):
         Returns the names of what leafcut brings itself; no plug-in takes the place of that.
     take
         Returns what leafcut uses of what an entry point names, (name, object). May raise anything.
+    line
+        Returns what a list says of it.
     """
 
     noun: str
     group: str
     built_in: Callable[[], Collection[str]]
     take: Callable[[str, Any], T]
+    line: Callable[[T], str]
 
     def names(self) -> tuple[str, ...]:
         """Return the names that may be asked for, in order, without importing anything of the packages."""
@@ -81,6 +84,13 @@ class PluginKind(Generic[T]):
     def plugins(self) -> list[Plugin[T]]:
         """Return every plug-in of this kind, in the order of the names, also those that cannot be used."""
         return [plugin for name in entry_names(self.group) for plugin in self._named(name)]
+
+    def listed(self) -> list[tuple[str, str]]:
+        """Return the name of every plug-in with what it is, or why it cannot be used, and the package that it is of."""
+        return [
+            (one.name, one.told if one.adds is None else f"{self.line(one.adds)} (of {one.package})")
+            for one in self.plugins()
+        ]
 
     def _named(self, name: str) -> tuple[Plugin[T], ...]:
         return _plugins(self, name, tuple(sys.path))
@@ -151,6 +161,8 @@ def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
 
     Of a package that lies there twice the first counts, as for importing it.
     """
+    if not any(_names_ours(folder) for folder in path):
+        return ()  # what reads them takes longer to import than all that most commands do
     from importlib.metadata import distributions
 
     found: dict[str, list[EntryPoint]] = {}
@@ -162,3 +174,15 @@ def _entries(path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
         except Exception:  # what it says of itself cannot be read: it adds nothing
             continue
     return tuple(sorted((one for ours in found.values() for one in ours), key=lambda one: (one.group, one.name)))
+
+
+def _names_ours(folder: str) -> bool:
+    """Return whether a package in a folder of the search path may have an entry point of one of our groups."""
+    return any(f"[{_OURS}".encode() in _content(told) for told in Path(folder).glob("*-info/entry_points.txt"))
+
+
+def _content(file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except OSError:
+        return b""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from types import SimpleNamespace
+from dataclasses import dataclass
 from typing import Any
 
 import pytest
 
 from leafcut.errors import OptionError
 from leafcut.model import Outcome, Part
+from leafcut.option_spec import OptionGroup, option
 from leafcut.options import JobOptions, MachineOptions, Settings
 from leafcut.processes import registry
 from leafcut.processes.base import Process, use
@@ -17,6 +18,7 @@ from leafcut.processes.course import Run
 from leafcut.processes.settings import collect, settings_for
 from leafcut.read.format import Source
 from leafcut.read.registry import formats
+from packages import Installer
 
 BY_NAME = {one.name: one for one in formats()}
 
@@ -76,24 +78,77 @@ class Engraving(Process):
         return Part(str(source))
 
 
-def test_a_process_from_outside_is_asked_for_by_its_own_word(monkeypatch: pytest.MonkeyPatch) -> None:
-    entry = SimpleNamespace(name="engrave", value="toy:Engraving", load=lambda: Engraving)
-    monkeypatch.setattr(registry, "_entry_points", lambda: [entry])
-    registry.process.cache_clear()
+def test_a_process_from_outside_is_asked_for_by_its_own_word(install: Installer) -> None:
+    install("toy", {"leafcut.processes": {"engrave": f"{__name__}:Engraving"}})
     assert registry.asked_words() == ("auto", "drill", "cut", "pocket", "engrave", "reorder", "mill", "laser", "plasma")
     assert chosen("engrave", "dxf") == "engrave"
     assert settings_for(collect({"depth": "0.2mm"}), Engraving()).job.depth == 0.2
     with pytest.raises(OptionError, match="--peck: engraving does not use it, it is for drilling; leave it out"):
         settings_for(collect({"peck": 2}), Engraving())
     assert registry.look_at("engrave", "a.dxf", Settings()).name == "a.dxf"
-    registry.process.cache_clear()
 
 
-def test_a_broken_process_from_outside_is_told_by_name_and_stops_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    def load() -> type:
-        raise ImportError("no module named spindle")
+class Misnamed(Engraving):
+    """Another name than that of its entry point."""
 
-    monkeypatch.setattr(registry, "_entry_points", lambda: [SimpleNamespace(name="bad", value="bad:Bad", load=load)])
-    with pytest.raises(OptionError, match="bad:Bad cannot be loaded: no module named spindle"):
-        registry.process("bad")
+    name = "other"
+
+
+class Mistaken(Engraving):
+    """Asked for by a word that is leafcut's own."""
+
+    name = "mistaken"
+    command = "mistaken"
+    asked_as = ("mistaken", "laser")
+
+
+@dataclass(frozen=True)
+class Taken(OptionGroup):
+    """An option that leafcut has itself."""
+
+    section = "engrave"
+    machine: str = option("text", "mine", "a machine")
+
+
+class Taking(Engraving):
+    """Options of a name that is taken."""
+
+    name = "taking"
+    command = "taking"
+    options = (Taken,)
+
+
+class Unknown(Engraving):
+    """An option that there is nowhere."""
+
+    name = "unknown"
+    command = "unknown"
+    form = (("main", ("machine", "loudness")),)
+
+
+def test_a_broken_process_from_outside_is_told_by_name_and_stops_no_other(install: Installer) -> None:
+    here = {
+        "misnamed": "Misnamed",
+        "mistaken": "Mistaken",
+        "taking": "Taking",
+        "unknown": "Unknown",
+        "function": "chosen",
+        "gone": "Gone",
+    }
+    install("toys", {"leafcut.processes": {name: f"{__name__}:{thing}" for name, thing in here.items()}})
+    why = {
+        "misnamed": "it is 'other' with the command 'engrave', and its entry point is 'misnamed'",
+        "mistaken": "leafcut has a process 'laser' itself",
+        "taking": "leafcut has --machine itself",
+        "unknown": "there is no option 'loudness'",
+        "function": "a class that inherits from leafcut.processes.base.Process was expected",
+        "gone": "has no attribute 'Gone'",
+    }
+    for name, words in why.items():
+        with pytest.raises(
+            OptionError, match=f"the process '{name}' is a plug-in of toys that cannot be used .*{words}"
+        ):
+            registry.check_asked(name)
+    assert registry.asked_words() == ("auto", "drill", "cut", "pocket", "reorder", "mill", "laser", "plasma")
     assert chosen("auto", "dxf") == "drill"
+    assert collect({"machine": "haas-vf2"}).machine.machine == "haas-vf2"

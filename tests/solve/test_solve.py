@@ -20,10 +20,20 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import ALGORITHMS, AcoOptions, SolveOptions
 from leafcut.solve.solve import keep_better, solve
 from leafcut.timing.travel import travel_cost
+from packages import Installer, shop
 
 ANTS = ("as", "eas", "asrank", "mmas", "acs")
+#: That of the package in `docs/plugins.md`, which is installed for these tests: it is held to what leafcut's own are.
+PACKAGED = "random-insertion"
+ALL = (*ALGORITHMS, PACKAGED)
 ENDS = [(None, None), ((1.0, 2.0), None), (None, (30.0, 5.0)), ((1.0, 2.0), (30.0, 5.0)), "closed"]
 METRICS = [Metric(), Metric("linear", (40.0, 20.0), (90.0, 70.0)), Metric("dogleg", (40.0, 20.0), (90.0, 70.0))]
+
+
+@pytest.fixture(autouse=True)
+def installed(install: Installer) -> None:
+    """Install the package that brings `PACKAGED`."""
+    install(*shop())
 
 
 def problem_of(xy: np.ndarray, metric: Metric, ends: object) -> RoutingProblem:
@@ -69,7 +79,7 @@ def test_the_ants_find_the_optimum_of_seven_nodes(metric: Metric, ends: object) 
         assert found.cost == pytest.approx(least), algorithm
 
 
-@every("algorithm", ALGORITHMS)
+@every("algorithm", ALL)
 @every("ends", ENDS)
 def test_every_algorithm_visits_each_node_once_and_states_the_true_cost(algorithm: str, ends: object) -> None:
     problem = problem_of(np.random.default_rng(2).integers(0, 20, (40, 2)).astype(float), METRICS[1], ends)
@@ -95,7 +105,7 @@ def test_the_answer_does_not_depend_on_the_number_of_threads(algorithm: str) -> 
 WITHOUT_DICE = ("none", "nn", "2opt")
 
 
-@every("algorithm", [a for a in ALGORITHMS if a not in WITHOUT_DICE])
+@every("algorithm", [a for a in ALL if a not in WITHOUT_DICE])
 def test_another_seed_gives_another_search_and_the_same_seed_the_same(algorithm: str) -> None:
     """Of 200 nodes and so short a search that what its workers found tells it from another, if not its tour."""
     problem = problem_of(np.random.default_rng(4).uniform(0, 40, (200, 2)), METRICS[0], "closed")
@@ -109,7 +119,7 @@ def test_another_seed_gives_another_search_and_the_same_seed_the_same(algorithm:
     assert two.cost <= nearest.cost
 
 
-@every("algorithm", ALGORITHMS)
+@every("algorithm", ALL)
 @every("n", [0, 1, 2, 3, 4, 5])
 @every("ends", ENDS)
 def test_tiny_and_degenerate_problems_are_solved(algorithm: str, n: int, ends: object) -> None:
@@ -185,7 +195,7 @@ def test_full_candidate_lists_are_refused_where_they_take_too_much_memory() -> N
         solve(problem, SolveOptions(candidates=0))
 
 
-@every("algorithm", ["kicks", "2opt"])
+@every("algorithm", ["kicks", "2opt", PACKAGED])
 def test_an_algorithm_that_cannot_keep_precedence_refuses_it(algorithm: str) -> None:
     pairs = np.array([[0, 1]], dtype=np.int32)
     problem = RoutingProblem.of_points(np.arange(12.0).reshape(6, 2), precedence=pairs)
@@ -239,7 +249,7 @@ def test_the_warm_up_makes_ready_every_kernel_that_a_search_uses(name: str, n: i
     assert done.stdout.strip() == "nothing compiled"
 
 
-@every("algorithm", ["auto", "kicks", "mmas", "2opt", "nn"])
+@every("algorithm", ["auto", "kicks", "mmas", "2opt", "nn", PACKAGED])
 def test_no_iterations_give_a_start_tour(algorithm: str) -> None:
     """Told about or not."""
     problem = RoutingProblem.of_points(np.random.default_rng(4).uniform(0, 50, (30, 2)), closed=True)

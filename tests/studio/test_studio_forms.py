@@ -32,6 +32,7 @@ from leafcut.studio.studio import Studio
 from leafcut.studio.task import Task, command_line, prepare, program_name
 from leafcut.studio.wording import words
 from leafcut.timing.toolpath import measure
+from packages import Installer, shop
 
 ROOT = Path(__file__).parents[2]
 EN = words("en")
@@ -422,3 +423,11 @@ def test_the_drawing_before_a_run_lies_as_the_run_will_place_it() -> None:
     assert plain.facts == mirrored.facts
     assert plain.scenes["part"] != mirrored.scenes["part"]
     assert look("example:plate-10", "solve", {"mirror": "x"}).scenes["part"] == plain.scenes["part"]
+
+
+def test_what_packages_add_is_offered_beside_what_leafcut_brings(install: Installer) -> None:
+    install(*shop())
+    fields = {field["name"]: field for group in made("drill") for field in group["fields"]}
+    assert [name for name, _ in fields["algorithm"]["choices"]] == [*ALGORITHMS, "random-insertion"]
+    assert forms.problem_with("algorithm", "random-insertion") == ""
+    assert "shop-mill" in machine_names()

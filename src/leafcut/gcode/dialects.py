@@ -279,7 +279,11 @@ def _shipped_names() -> frozenset[str]:
 
 #: Dialects of other packages: each is a TOML file.
 DIALECTS = PluginKind(
-    "dialect", "leafcut.dialects", _shipped_names, lambda name, found: _of_file(file_of(name, found), name)
+    "dialect",
+    "leafcut.dialects",
+    _shipped_names,
+    lambda name, found: _of_file(file_of(name, found), name),
+    lambda one: one.description,
 )
 
 

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import OptionError
-from leafcut.option_spec import OptionGroup
+from leafcut.option_spec import OptionGroup, flag_name
 from leafcut.options import SHARED, CutDataOptions, Settings
+from leafcut.plugins import PluginKind
 from leafcut.processes.base import Process, Work
 from leafcut.processes.inquiries import Simulating, Solving, Verifying
 
 if TYPE_CHECKING:
     from leafcut.model.part import Part
     from leafcut.read.format import Format, Source
-
-#: Outsiders' processes: an entry point is a class that inherits from `base.Process`.
-PLUGIN_GROUP = "leafcut.processes"
 
 #: In the order in which they are offered: name → module and class.
 BUILT_IN = {
@@ -28,6 +27,19 @@ BUILT_IN = {
     "pocket": "leafcut.processes.pocket.process:Pocketing",
     "program": "leafcut.processes.program.process:ForeignProgram",
 }
+#: What stands where the name of a process does, on the command line and behind ``--process``, and is none.
+OTHER_COMMANDS = (
+    "auto",
+    "optimize",
+    "solve",
+    "simulate",
+    "verify",
+    "machines",
+    "algorithms",
+    "formats",
+    "plugins",
+    "studio",
+)
 #: What other commands than `optimize` do, each in the package of the process that it belongs to.
 COMMANDS = {
     "nest_answer": "leafcut.processes.nesting.report:nest_as_json",
@@ -38,31 +50,63 @@ COMMANDS = {
 }
 
 
+def _process_of(name: str, found: Any) -> Process:
+    """Return the process that an entry point names, after a look at what all commands ask of it."""
+    if not isinstance(found, type) or Process not in found.__mro__:
+        raise TypeError("a class that inherits from leafcut.processes.base.Process was expected")
+    made: Process = found()
+    if not made.title.isprintable():
+        raise ValueError("its title is no text of one line")
+    if not made.name == made.command == name:
+        raise ValueError(f"it is '{made.name}' with the command '{made.command}', and its entry point is '{name}'")
+    if not re.fullmatch(r"[a-z][a-z0-9-]*", name):
+        raise ValueError("the name of a process is that of a command: small letters, digits and -")
+    if words := sorted(_taken_words() & set(made.asked_as)):
+        raise ValueError(f"leafcut has a process '{words[0]}' itself")
+    shared = [*SHARED, *(group for one in BUILT_IN for group in process(one).options)]
+    for group in made.options:
+        taken = [f"[{group.section}]" for other in shared if other.section == group.section]
+        taken += [flag_name(option) for other in shared for option in group.specs() if option in other.specs()]
+        if taken:
+            raise ValueError(f"leafcut has {taken[0]} itself")
+    known = {option for group in (*shared, *made.options) for option in group.specs()}
+    for option in (*made.used(), *(option for _, names in made.form for option in names)):
+        if option not in known:
+            raise ValueError(f"there is no option '{option}'")
+    return made
+
+
 @cache
+def _taken_words() -> frozenset[str]:
+    """Return what asks for a process of leafcut's own, and the names of its commands."""
+    own = [process(name) for name in BUILT_IN]
+    return frozenset({*OTHER_COMMANDS, *BUILT_IN, *(word for one in own for word in (one.command, *one.asked_as))})
+
+
+#: Outsiders' processes: an entry point is a class that inherits from `base.Process`.
+PACKAGED = PluginKind("process", "leafcut.processes", _taken_words, _process_of, lambda one: one.title)
+
+
 def process(name: str) -> Process:
     """Return a process by its name.
 
     Raises
     ------
     OptionError
-        There is none of that name, or a plug-in cannot be loaded.
+        There is none of that name, or a plug-in cannot be used.
     """
-    if name in BUILT_IN:
-        made: Process = _load(BUILT_IN[name])()
-        return made
-    for entry in _entry_points():
-        if entry.name == name:
-            try:
-                plugin: Process = entry.load()()
-            except Exception as problem:  # whatever it is: a stranger's module
-                raise OptionError(f"the plug-in {entry.value} cannot be loaded: {problem}") from None
-            return plugin
-    raise OptionError(f"there is no process '{name}'")
+    return _built_in(name) if name in BUILT_IN else PACKAGED.load(name)
+
+
+@cache
+def _built_in(name: str) -> Process:
+    made: Process = _load(BUILT_IN[name])()
+    return made
 
 
 def names() -> tuple[str, ...]:
     """Return the names of all processes, those built in first."""
-    return (*BUILT_IN, *(entry.name for entry in _entry_points() if entry.name not in BUILT_IN))
+    return (*BUILT_IN, *PACKAGED.names())
 
 
 def processes() -> Iterator[Process]:
@@ -127,6 +171,8 @@ def check_asked(word: str) -> None:
         Names what there is.
     """
     if word not in asked_words():
+        if word in PACKAGED.names():
+            process(word)  # one that cannot be used says why
         raise OptionError(f"--process: '{word}' is not there; use one of {', '.join(asked_words())}")
 
 
@@ -167,13 +213,6 @@ def _joining(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
             what = f"{others[0].path} is none" if others else f"--process {asked} is none for them"
             raise OptionError(f"one program is made of several drill files only; {what}")
     raise OptionError("one program is made of one input")
-
-
-@cache
-def _entry_points() -> list[Any]:
-    from importlib.metadata import entry_points
-
-    return list(entry_points(group=PLUGIN_GROUP))
 
 
 def _load(place: str) -> Any:

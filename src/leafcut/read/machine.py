@@ -50,7 +50,9 @@ def _path_of(name: str, found: Any) -> Path:
 
 
 #: Machines of other packages: each is a TOML profile.
-MACHINES = PluginKind("machine", "leafcut.machines", shipped_machines, _path_of)
+MACHINES = PluginKind(
+    "machine", "leafcut.machines", shipped_machines, _path_of, lambda path: load_machine(str(path)).description
+)
 
 
 def machine_names() -> list[str]:

@@ -51,7 +51,7 @@ def _format_of(name: str, found: Any) -> Format:
 
 
 #: Packages of other people add a format by an entry point that names a `Format`.
-READERS = PluginKind("reader", "leafcut.readers", _own_names, _format_of)
+READERS = PluginKind("reader", "leafcut.readers", _own_names, _format_of, lambda format_: format_.help)
 
 
 def formats() -> tuple[Format, ...]:

@@ -61,7 +61,7 @@ def _algorithm_of(_: str, found: Any) -> Algorithm:
 
 
 #: Algorithms of other packages.
-PACKAGED = PluginKind("algorithm", ALGORITHM_GROUP, lambda: ALGORITHM_TITLES, _algorithm_of)
+PACKAGED = PluginKind("algorithm", ALGORITHM_GROUP, lambda: ALGORITHM_TITLES, _algorithm_of, lambda one: one.title)
 
 
 def algorithm_titles() -> dict[str, str]:
