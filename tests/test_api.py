@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,11 @@ from leafcut import api, cli
 from leafcut.model.difference import Difference
 from leafcut.model.issue import Issue
 from leafcut.report.json_answer import simulation_as_json, solved_as_json, verification_as_json
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+#: Few sheets, quickly.
+NEST: dict[str, Any] = {"sheet": "500x300", "nester": "rectangles", "variants": 2}
 
 HOLES = "G21 G90 G17\nT1 M6\nS1000 M3\nG0 Z5\n{}G80\nG0 Z5\nM30\n"
 #: Three holes; the second of them deeper; and a rapid below the surface.
@@ -106,3 +112,27 @@ def test_answers_cannot_be_changed(programs: dict[str, str]) -> None:
     for answer in (api.simulate(programs["right"]), api.verify_programs(programs["right"], programs["right"])):
         with pytest.raises(dataclasses.FrozenInstanceError):
             answer.defaults = ("else",)  # type: ignore[misc]
+
+
+@pytest.mark.parametrize("all_variants", [False, True])
+def test_a_nest_holds_its_drawings_whether_they_are_written_or_not(tmp_path: Path, all_variants: bool) -> None:
+    words, output = [f"{EXAMPLES / 'bracket.dxf'}:9"], tmp_path / "sheet.dxf"
+    found = leafcut.nest(words, all_variants=all_variants, **NEST)
+    assert found.files == () and not list(tmp_path.iterdir())
+    written = leafcut.nest(words, output, all_variants=all_variants, **NEST)
+    assert written.drawings == found.drawings
+    assert written.files == found.names(output, all_variants=all_variants)
+    assert len(found.drawings) == (len(found.nests) if all_variants else 1)
+    for files, texts in zip(written.files, found.drawings, strict=True):
+        assert [Path(file).read_text(encoding="utf-8") for file in files] == list(texts)
+
+
+def test_parts_of_a_nest_can_be_said_in_words_or_as_drawings() -> None:
+    bracket, gusset = str(EXAMPLES / "bracket.dxf"), str(EXAMPLES / "gusset.svg")
+    said = leafcut.nest([f"{bracket}:3", gusset], **NEST)
+    typed = leafcut.nest([leafcut.WantedDrawing(bracket, 3), leafcut.WantedDrawing(gusset)], **NEST)
+    assert typed.drawings == said.drawings
+    turned = leafcut.nest([leafcut.WantedDrawing(bracket, 1, ("90",))], **NEST)
+    assert [p.angle for p in turned.nests[0].layouts[0].placements] == [pytest.approx(math.pi / 2)]
+    with pytest.raises(leafcut.OptionError, match="must be 1 or more"):
+        leafcut.WantedDrawing(bracket, 0)

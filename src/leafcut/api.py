@@ -29,6 +29,7 @@ from leafcut.processes import registry
 from leafcut.processes.course import Run, machine_of
 from leafcut.processes.settings import collect, settings_for
 from leafcut.read import Input
+from leafcut.read.nest_list import WantedDrawing
 
 if TYPE_CHECKING:
     from leafcut.processes.base import Process
@@ -180,7 +181,7 @@ def _page(outcome: Outcome) -> str:
 
 
 def nest(
-    parts: Sequence[str | Path],
+    parts: Sequence[str | Path | WantedDrawing],
     output: str | Path | None = None,
     *,
     options_file: str | Path | None = None,
@@ -194,9 +195,10 @@ def nest(
     Parameters
     ----------
     parts
-        Drawings with quantities, ``"bracket.dxf:10"``, or lists of them, ``"parts.csv"``.
+        Drawings with quantities, ``"bracket.dxf:10"`` or a `leafcut.WantedDrawing`, or lists, ``"parts.csv"``.
     output
-        The drawing to write; with several different sheets, ``sheet_1.dxf`` and so on. Nothing is written without it.
+        The drawing to write; with several different sheets, ``sheet_1.dxf`` and so on. Nothing is written without it:
+        the drawings are in the answer all the same.
     options
         Any option of `leafcut.options` by its name: ``sheet="3000x1500", kerf=1.5, gap="5mm", variants=5``.
 

@@ -43,6 +43,7 @@ from leafcut.processes.program.model import ProgramDetail
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.read import Input, Source
 from leafcut.read import read as read_part
+from leafcut.read.nest_list import WantedDrawing
 
 __all__ = [
     "Arc",
@@ -121,6 +122,7 @@ __all__ = [
     "Toolpath",
     "VerifyError",
     "VerifyKeywords",
+    "WantedDrawing",
     "WorkerFigures",
     "nest",
     "optimize",

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.model.sheet import Sheet
+from leafcut.model.sheet import Sheet, SheetContour
 
 #: Which way round a closed contour is cut; an open one runs ``forward``, as it is drawn, or ``backward``.
 DIRECTIONS = ("clockwise", "counter-clockwise", "forward", "backward")
@@ -130,6 +130,12 @@ class ContourPrint:
     start: tuple[float, float]
     layer: str = ""
     handle: str = ""
+
+    @classmethod
+    def of(cls, contour: SheetContour) -> ContourPrint:
+        """Return what a contour of a sheet is known by again."""
+        c = contour.contour
+        return cls(c.kind, c.path.length, abs(c.path.area), c.path.start, c.layer, c.handle)
 
 
 @dataclass(frozen=True)
@@ -322,3 +328,15 @@ class CutPlan:
     measures: CutMeasures = field(default_factory=CutMeasures)
     crossings: int | None = None
     close: int = 0
+
+    @property
+    def file(self) -> PlanFile:
+        """What its plan file holds."""
+        return PlanFile(
+            sheet=self.sheet.name,
+            contours=tuple(ContourPrint.of(c) for c in self.sheet.contours),
+            cuts=tuple(choice for c in self.cuts for choice in c.choices),
+            process=self.data.process,
+            material=self.data.material,
+            thickness=self.data.thickness,
+        )

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
@@ -229,7 +230,7 @@ class Remnant:
 
 @dataclass(frozen=True)
 class NestOutcome:
-    """What nesting found: the variants, the best first, and where they were written.
+    """What nesting found: the variants, the best first, their drawings, and where these were written.
 
     Attributes
     ----------
@@ -237,8 +238,10 @@ class NestOutcome:
         What the nests were checked for: between two parts, and to the edge of the sheet, mm.
     dropped
         One line for every variant that failed its check.
+    drawings
+        For every variant that is drawn, the best one or all, the text of each of its sheets, DXF, one per layout.
     files
-        For every variant the files written, one per layout; empty where nothing was.
+        The files that they were written to; empty where nothing was.
     remnants
         What remains of the sheets of the best one, where that was asked for.
     defaults
@@ -254,3 +257,16 @@ class NestOutcome:
     issues: tuple[Issue, ...] = ()
     seconds: float = 0.0
     defaults: tuple[str, ...] = ()
+    drawings: tuple[tuple[str, ...], ...] = ()
+
+    def names(self, output: str | Path, *, all_variants: bool) -> tuple[tuple[str, ...], ...]:
+        """Return the names of the files of the drawings of the best variant, or of all, where `output` is asked for.
+
+        Several sheets are numbered, ``sheet_1.dxf``, and so are variants where all are drawn: ``sheet_v1_1.dxf``.
+        """
+        output, found = Path(output), []
+        for number, one in enumerate(self.nests if all_variants else self.nests[:1], 1):
+            stem = output.stem + (f"_v{number}" if all_variants else "")
+            ends = [f"_{k}" for k in range(1, len(one.layouts) + 1)] if len(one.layouts) > 1 else [""]
+            found.append(tuple(str(output.with_name(f"{stem}{end}.dxf")) for end in ends))
+        return tuple(found)

@@ -25,16 +25,22 @@ _NUMBERED = re.compile(r"(.+):([+-]?[0-9]{1,9})", re.DOTALL)
 
 
 @dataclass(frozen=True)
-class Wanted:
+class WantedDrawing:
     """One drawing, how often its parts are wanted, and at which angles, as words; empty: those of the options."""
 
     file: str
     quantity: int = 1
     rotations: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        if self.quantity < 1:
+            raise OptionError(f"{shown(self.file)}: the quantity must be 1 or more")
 
-def read_wanted(words: Sequence[str]) -> list[Wanted]:
+
+def read_wanted(words: Sequence[str | WantedDrawing]) -> list[WantedDrawing]:
     """Return the drawings that words name, those of lists in their place; the number behind a list multiplies it.
+
+    What stands among them already as a drawing stays as it is.
 
     Raises
     ------
@@ -43,7 +49,7 @@ def read_wanted(words: Sequence[str]) -> list[Wanted]:
     OptionError
         There are no words, or a quantity is below 1.
     """
-    found = [wanted for word in words for wanted in _named(str(word))]
+    found = [one for word in words for one in ([word] if isinstance(word, WantedDrawing) else _named(word))]
     if not found:
         raise OptionError("no parts are given; name drawings with quantities, such as bracket.dxf:10, or a list.csv")
     if len(found) > MAX_DRAWINGS:
@@ -51,19 +57,19 @@ def read_wanted(words: Sequence[str]) -> list[Wanted]:
     return found
 
 
-def _named(word: str) -> Iterator[Wanted]:
+def _named(word: str) -> Iterator[WantedDrawing]:
     match = _NUMBERED.fullmatch(word)
     file, quantity = (match[1], int(match[2])) if match else (word, 1)
     if quantity < 1:
         raise OptionError(f"{shown(word)}: the quantity must be 1 or more")
     if not file.lower().endswith(".csv"):
-        yield Wanted(file, quantity)
+        yield WantedDrawing(file, quantity)
         return
     for wanted in _listed(file):
-        yield Wanted(wanted.file, quantity * wanted.quantity, wanted.rotations)
+        yield WantedDrawing(wanted.file, quantity * wanted.quantity, wanted.rotations)
 
 
-def _listed(file: str) -> Iterator[Wanted]:
+def _listed(file: str) -> Iterator[WantedDrawing]:
     """Yield the drawings of a list."""
     source = load(file)
     lines = source.text().splitlines()
@@ -84,7 +90,7 @@ def _listed(file: str) -> Iterator[Wanted]:
         raise ReadError(file, "names no drawing; a line is: file, quantity, rotations")
 
 
-def _line(file: str, number: int, fields: list[str]) -> Wanted:
+def _line(file: str, number: int, fields: list[str]) -> WantedDrawing:
     name, quantity, rotations = [*fields, "", "", ""][:3]
     if not name:
         raise ReadError(file, "names no drawing; a line is: file, quantity, rotations", number)
@@ -101,4 +107,4 @@ def _line(file: str, number: int, fields: list[str]) -> Wanted:
         raise ReadError(file, str(problem), number) from None
     path = Path(name)
     place = name if path.is_absolute() else str(Path(file).parent / path)
-    return Wanted(place, pieces, angles)
+    return WantedDrawing(place, pieces, angles)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tempfile
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -72,18 +71,13 @@ def run(
 
 
 def _optimize(call: ReadyTask, name: str, tell: Progress, cancelled: threading.Event, observe: Observer | None) -> Made:
+    from leafcut.read.plan_file import plan_text
     from leafcut.report.json_answer import as_json
     from leafcut.report.views import operation_words
 
-    with tempfile.TemporaryDirectory(prefix="leafcut-") as place:
-        plan = Path(place) / "plan.json"
-        # Common lines have no plan file.
-        planned = call.process == "cut" and not call.options.get("common_lines")
-        options = {**call.options, "save_plan": str(plan)} if planned else call.options
-        outcome = api.optimize(
-            call.sources[0], process=call.process, progress=tell, observe=observe, cancelled=cancelled, **options
-        )
-        text = plan.read_bytes() if plan.is_file() else b""
+    outcome = api.optimize(
+        call.sources[0], process=call.process, progress=tell, observe=observe, cancelled=cancelled, **call.options
+    )
     # The dialect may be a file, which an outcome has the name of alone.
     asked = api.dialect_of(call.options, call.process)
     output = program_name(
@@ -106,31 +100,31 @@ def _optimize(call: ReadyTask, name: str, tell: Progress, cancelled: threading.E
     ]
     artefacts["search"] = _searches(searches)
     artefacts |= _order_files(outcome, output) | _given_file(call)
-    if text:
+    plan = outcome.shown.plan("after")
+    # Common lines have no plan file.
+    if plan is not None and not call.options.get("common_lines"):
+        text = plan_text(plan.file).encode()
         artefacts["plan"] = Artefact(f"{Path(output).stem}_plan.json", "application/json", text)
     return Made(answer, figures, artefacts)
 
 
 def _nest(call: ReadyTask, names: tuple[str, ...], tell: Progress, cancelled: threading.Event) -> Made:
-    """Nest parts: every variant is written, sheet by sheet, and drawn."""
+    """Nest parts: every variant is drawn, sheet by sheet."""
     from leafcut.processes.registry import command
+    from leafcut.read.nest_list import WantedDrawing
     from leafcut.studio.scene import nest_scene
 
-    with tempfile.TemporaryDirectory(prefix="leafcut-") as place:
-        words = [f"{file}:{one.quantity}" for file, one in zip(call.sources, call.parts, strict=True)]
-        if needs_list(call.parts):
-            (Path(place) / LIST).write_text(list_text(call.parts, call.sources), encoding="utf-8")
-            words = [str(Path(place) / LIST)]
-        outcome = api.nest(
-            words, Path(place) / NEST, progress=tell, cancelled=cancelled, all_variants=True, **call.options
-        )
-        written = [[Path(file) for file in files] for files in outcome.files]
-        artefacts = {
-            f"sheet-{v}-{k}": Artefact(file.name, _DXF, file.read_bytes())
-            for v, files in enumerate(written, 1)
-            for k, file in enumerate(files, 1)
-        }
-    outcome = replace(outcome, files=tuple(tuple(file.name for file in files) for files in written))
+    wanted = [
+        WantedDrawing(file, one.quantity, tuple(one.rotations.split()))
+        for file, one in zip(call.sources, call.parts, strict=True)
+    ]
+    outcome = api.nest(wanted, progress=tell, cancelled=cancelled, all_variants=True, **call.options)
+    outcome = replace(outcome, files=outcome.names(NEST, all_variants=True))
+    artefacts = {
+        f"sheet-{v}-{k}": Artefact(file, _DXF, text.encode())
+        for v, (files, texts) in enumerate(zip(outcome.files, outcome.drawings, strict=True), 1)
+        for k, (file, text) in enumerate(zip(files, texts, strict=True), 1)
+    }
     for v, one in enumerate(outcome.nests, 1):
         for k, layout in enumerate(one.layouts, 1):
             artefacts[f"scene-{v}-{k}"] = _scene(nest_scene(one, layout))

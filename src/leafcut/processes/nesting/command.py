@@ -11,10 +11,11 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.nest import NestOutcome
 from leafcut.options import Settings
 from leafcut.processes.nesting.options import NestOptions
+from leafcut.read.nest_list import WantedDrawing, read_wanted
 
 
 def nest(
-    parts: Sequence[str | Path],
+    parts: Sequence[str | Path | WantedDrawing],
     output: str | Path | None,
     settings: Settings,
     *,
@@ -24,10 +25,9 @@ def nest(
 ) -> NestOutcome:
     """Nest parts and write the sheets; `beside` are files that were read, which nothing may be written over."""
     from leafcut.processes.nesting.run import nest_drawings
-    from leafcut.read.nest_list import read_wanted
 
-    words = [str(part) for part in parts]
-    wanted = read_wanted(words)
+    wanted = read_wanted([part if isinstance(part, WantedDrawing) else str(part) for part in parts])
+    words = [str(part) for part in parts if not isinstance(part, WantedDrawing)]
     lists = [name for word in words for name in (word, word.rpartition(":")[0]) if name]
     inputs = [*beside, *lists, *(one.file for one in wanted)]
     check_output(output, inputs)

@@ -26,7 +26,7 @@ from leafcut.units import parse_angles
 if TYPE_CHECKING:
     from leafcut.model.sheet import Sheet
     from leafcut.read.format import Source
-    from leafcut.read.nest_list import Wanted
+    from leafcut.read.nest_list import WantedDrawing
 
 #: A sheet as large as a table is so by whole steps of this, mm.
 SHEET_STEP = 50.0
@@ -136,16 +136,16 @@ def _issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple[Issue,
 
 
 def nest_drawings(
-    wanted: Sequence[Wanted],
+    wanted: Sequence[WantedDrawing],
     settings: Settings,
     output: str | Path | None = None,
     *,
     progress: Progress | None = None,
     cancelled: threading.Event | None = None,
 ) -> tuple[NestOutcome, dict[str, str]]:
-    """Nest the parts of drawings; return the nests, and with `output` the drawings of their sheets by file.
+    """Nest the parts of drawings; return the nests, and the text of each file that is to be written.
 
-    One file for every different sheet; each is read back and holds what was planned.
+    There is a drawing for every different sheet, read back: it holds what was planned. With `output` it is written.
 
     Raises
     ------
@@ -157,7 +157,10 @@ def nest_drawings(
     settings, parts, stocks, issues = _read(wanted, settings, progress)
     options = settings.of(NestOptions)
     outcome = nest(parts, options, settings.solve, stocks=stocks, progress=progress, cancelled=cancelled)
-    files, texts = _drawn(outcome, Path(output), settings) if output else ((), {})
+    names = outcome.names(output or "sheet.dxf", all_variants=options.all_variants)
+    drawings = tuple(_drawn(one, files) for one, files in zip(outcome.nests, names, strict=False))
+    files = names if output else ()
+    texts = {file: text for pair in zip(files, drawings, strict=False) for file, text in zip(*pair, strict=True)}
     remnants: tuple[Remnant, ...] = ()
     if options.remnants_out is not None:
         remnants, drawn = _remnants(outcome, Path(output or "sheet.dxf").stem, options)
@@ -165,11 +168,11 @@ def nest_drawings(
     every = (*dict.fromkeys(issues), *outcome.issues)
     # What is not made comes first.
     issues = sorted(every, key=lambda issue: issue.severity is not Severity.MISSING)
-    return replace(outcome, files=files, remnants=remnants, issues=tuple(issues)), texts
+    return replace(outcome, files=files, drawings=drawings, remnants=remnants, issues=tuple(issues)), texts
 
 
 def _read(
-    wanted: Sequence[Wanted], settings: Settings, progress: Progress | None
+    wanted: Sequence[WantedDrawing], settings: Settings, progress: Progress | None
 ) -> tuple[Settings, list[NestPart], list[Stock], list[Issue]]:
     """Return the settings, the parts, the sheets, and what was noticed.
 
@@ -319,23 +322,14 @@ def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tu
     return tuple(found), texts
 
 
-def _drawn(
-    outcome: NestOutcome, output: Path, settings: Settings
-) -> tuple[tuple[tuple[str, ...], ...], dict[str, str]]:
-    """Return the names of the files of every nest that is written, and the text of each file."""
+def _drawn(one: Nest, names: Sequence[str]) -> tuple[str, ...]:
+    """Return the drawings of the sheets of a nest, whose files have these names."""
     from leafcut.processes.nesting.post import write_layout
 
-    files, texts = [], {}
-    every = settings.of(NestOptions).all_variants
-    for number, one in enumerate(outcome.nests if every else outcome.nests[:1], 1):
-        stem = output.stem + (f"_v{number}" if every else "")
-        ends = [f"_{k}" for k in range(1, len(one.layouts) + 1)] if len(one.layouts) > 1 else [""]
-        names = [str(output.with_name(f"{stem}{end}.dxf")) for end in ends]
-        for name, layout in zip(names, one.layouts, strict=True):
-            texts[name] = write_layout(one, layout)
-            _read_back(one, layout, name, texts[name])
-        files.append(tuple(names))
-    return tuple(files), texts
+    texts = tuple(write_layout(one, layout) for layout in one.layouts)
+    for layout, name, text in zip(one.layouts, names, texts, strict=True):
+        _read_back(one, layout, name, text)
+    return texts
 
 
 def _read_back(one: Nest, layout: Layout, name: str, text: str) -> None:

@@ -69,11 +69,10 @@ class SheetCutting(Process):
 
     def files(self, outcome: Outcome[SheetDetail], settings: Settings) -> dict[str, str]:
         """Return the plan file."""
-        from leafcut.processes.sheet.plan.apply_plan_file import plan_file
         from leafcut.read.plan_file import plan_text
 
-        plan, file = outcome.detail.plan, settings.of(CutOptions).save_plan
-        return {str(file): plan_text(plan_file(plan.sheet, plan.data, plan.cuts))} if file else {}
+        file = settings.of(CutOptions).save_plan
+        return {str(file): plan_text(outcome.detail.plan.file)} if file else {}
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the contours, as they are placed."""

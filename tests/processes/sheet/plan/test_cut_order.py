@@ -28,11 +28,11 @@ from every import every
 from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
-from leafcut.model.cutting import Lead, PlanFile
+from leafcut.model.cutting import CutPlan, Lead, PlanFile
 from leafcut.model.problem import Metric
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.processes.sheet.plan.apply_plan_file import check_fit, follow_plan, plan_file, plan_order
+from leafcut.processes.sheet.plan.apply_plan_file import check_fit, follow_plan, plan_order
 from leafcut.processes.sheet.plan.cutting import (
     Cutting,
     bands,
@@ -234,7 +234,7 @@ def test_a_part_outside_the_sheet_of_the_given_size_is_named() -> None:
 def saved(cutting: Cutting, order, tmp_path, edit=lambda text: text):
     cuts = tuple(cutting.cut(s) for s in order)
     file = tmp_path / "plan.json"
-    file.write_text(edit(plan_text(plan_file(cutting.sheet, cutting.rules.data, cuts))), encoding="utf-8")
+    file.write_text(edit(plan_text(CutPlan(cutting.sheet, cutting.rules.data, cuts).file)), encoding="utf-8")
     return load_plan(file)
 
 
@@ -342,7 +342,8 @@ def test_a_fixed_lead_that_does_not_fit_is_refused_with_its_contour(tmp_path) ->
 
 def fixed_plan(cutting: Cutting, *words: str, **changes: Any) -> PlanFile:
     """The plan of a cutting in the order of the drawing, with what `words` name fixed for its first cut."""
-    plan = plan_file(cutting.sheet, cutting.rules.data, tuple(cutting.cut(s) for s in drawing_order(cutting)))
+    cuts = tuple(cutting.cut(s) for s in drawing_order(cutting))
+    plan = CutPlan(cutting.sheet, cutting.rules.data, cuts).file
     return replace(plan, cuts=(replace(plan.cuts[0], fixed=words, **changes), *plan.cuts[1:]))
 
 

@@ -9,8 +9,8 @@ from graphlib import CycleError, TopologicalSorter
 import shapely
 
 from leafcut.errors import PlanError
-from leafcut.model.cutting import ContourPrint, Cut, CutChoice, CutData, PlanFile
-from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.cutting import ContourPrint, CutChoice, PlanFile
+from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.cut_contours import NO_LEAD, CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.cutting import Cutting, process_pairs
@@ -32,24 +32,6 @@ SAME = 0.01
 NEAR = 2.0
 
 
-def print_of(contour: SheetContour) -> ContourPrint:
-    """Return what a contour is known by again."""
-    c = contour.contour
-    return ContourPrint(c.kind, c.path.length, abs(c.path.area), c.path.start, c.layer, c.handle)
-
-
-def plan_file(sheet: Sheet, data: CutData, cuts: tuple[Cut, ...]) -> PlanFile:
-    """Return the plan file of cuts in their order."""
-    return PlanFile(
-        sheet=sheet.name,
-        contours=tuple(print_of(c) for c in sheet.contours),
-        cuts=tuple(choice for c in cuts for choice in c.choices),
-        process=data.process,
-        material=data.material,
-        thickness=data.thickness,
-    )
-
-
 def check_fit(sheet: Sheet, plan: PlanFile) -> None:
     """Refuse a plan that was made for another drawing.
 
@@ -63,7 +45,7 @@ def check_fit(sheet: Sheet, plan: PlanFile) -> None:
         return PlanError(f"{plan.source}: the plan does not fit the drawing any more: {reason}; make a new one")
 
     for number, (there, was) in enumerate(zip(sheet.contours, plan.contours, strict=False), 1):
-        now = print_of(there)
+        now = ContourPrint.of(there)
         x, y = now.start
         place = f"contour {number} at ({x:.6g}, {y:.6g})"
         if now.kind != was.kind:

@@ -1,0 +1,75 @@
+"""A run of the studio takes plans, sheets and tours from the library's answers: what the command line would write."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from every import every
+from leafcut import cli
+from leafcut.studio.nest_request import WantedPart
+from leafcut.studio.run_job import Made, run
+from leafcut.studio.task import ReadyTask
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+LITTLE = {"iterations": 1, "threads": 1}
+
+
+def made(command: str, *names: str, process: str = "auto", parts: tuple[WantedPart, ...] = (), **options: Any) -> Made:
+    """Do what a job does with examples."""
+    sources = tuple(name if ":" in name else str(EXAMPLES / name) for name in names)
+    call = ReadyTask(command, sources, process, options, parts)
+    return run(call, names, lambda *_: None, threading.Event())
+
+
+@every(
+    "command, names, more",
+    [
+        ("optimize", ["plate_10.dxf"], {"thickness": "6", **LITTLE}),
+        ("optimize", ["bracket.dxf"], {"process": "cut", "thickness": "6", **LITTLE}),
+        ("optimize", ["cam_121.nc"], LITTLE),
+        ("solve", ["random:30:1"], LITTLE),
+        ("simulate", ["cam_121.nc"], {}),
+        ("verify", ["cam_121.nc", "cam_121.nc"], {}),
+        (
+            "nest",
+            ["bracket.dxf", "gusset.svg"],
+            {
+                "parts": (WantedPart("a" * 16, 2, "0 90"), WantedPart("b" * 16, 1)),
+                "sheet": "600x400",
+                "nester": "rectangles",
+            },
+        ),
+    ],
+)
+def test_a_run_needs_no_place_for_temporary_files(
+    command: str, names: list[str], more: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", "/there/is/no/such/folder")
+    assert made(command, *names, **more).answer
+
+
+def test_the_plan_of_a_sheet_is_the_file_that_the_command_line_saves(tmp_path: Path) -> None:
+    shutil.copy(EXAMPLES / "bracket.dxf", tmp_path / "bracket.dxf")
+    file, words = tmp_path / "plan.json", ["--thickness", "6", "--iterations", "1", "--threads", "1", "-q"]
+    assert cli.run(["cut", str(tmp_path / "bracket.dxf"), "--save-plan", str(file), *words]) == 0
+    ours = made("optimize", "bracket.dxf", process="cut", thickness="6", **LITTLE).artefacts["plan"]
+    assert ours.data == file.read_bytes()
+    assert ours.file_name == "bracket_plan.json"
+
+
+def test_common_lines_and_other_work_have_no_plan() -> None:
+    assert "plan" not in made("optimize", "plate_10.dxf", thickness="6", **LITTLE).artefacts
+    common = made("optimize", "bracket.dxf", process="cut", thickness="6", common_lines=True, **LITTLE)
+    assert "plan" not in common.artefacts
+
+
+def test_the_tour_of_a_map_is_the_file_that_the_command_line_writes(tmp_path: Path) -> None:
+    file = tmp_path / "a.tour"
+    assert cli.run(["solve", "random:30:1", "--tour", str(file), "--iterations", "1", "--threads", "1"]) == 0
+    assert made("solve", "random:30:1", **LITTLE).artefacts["tour"].data == file.read_bytes()
