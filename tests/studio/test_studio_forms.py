@@ -49,7 +49,7 @@ def made(work: str, **values: Any) -> list[dict[str, Any]]:
 def test_every_option_is_in_a_form() -> None:
     shown = {
         field["name"]
-        for work in forms.WORKS
+        for work in forms.works()
         for algorithm in ALGORITHMS
         for group in made(work, algorithm=algorithm)
         for field in group["fields"]
@@ -70,7 +70,7 @@ def test_what_a_command_takes_is_in_the_forms_of_its_work(command: str, capsys: 
     taken = flags & {name for _, name, _ in all_options()}
     shown = {
         field["name"]
-        for work, about in forms.WORKS.items()
+        for work, about in forms.works().items()
         if about.command == command
         for algorithm in ALGORITHMS
         for group in made(work, algorithm=algorithm)
@@ -81,7 +81,7 @@ def test_what_a_command_takes_is_in_the_forms_of_its_work(command: str, capsys: 
     assert {f.removeprefix("no_") for f in flags} - {name for _, name, _ in all_options()} - BESIDE <= {"allow_reverse"}
 
 
-@pytest.mark.parametrize("work", list(forms.WORKS))
+@pytest.mark.parametrize("work", list(forms.works()))
 def test_a_form_has_only_what_its_work_uses(work: str) -> None:
     """What else a page sent would be refused."""
     names = {
@@ -93,7 +93,7 @@ def test_a_form_has_only_what_its_work_uses(work: str) -> None:
     assert names - {name for _, name, _ in used_by(registry.work(work))} - {"dialect", "allow_reverse"} == set()
 
 
-@pytest.mark.parametrize("work", list(forms.WORKS))
+@pytest.mark.parametrize("work", list(forms.works()))
 def test_no_option_is_twice_in_a_form_and_the_important_ones_are_open(work: str) -> None:
     groups = made(work)
     names = [field["name"] for group in groups for field in group["fields"]]
@@ -120,7 +120,7 @@ def test_a_field_says_what_the_option_says() -> None:
 
 def test_what_holds_otherwise_has_room_in_its_field_and_is_said_whole_beside_the_help() -> None:
     for language in ("en", "es"):
-        for work in forms.WORKS:
+        for work in forms.works():
             groups = forms.form(work, {"algorithm": "acs"}, words(language), machines={}, tools=[])
             for field in [field for group in groups for field in group["fields"] if field["name"] != "machine"]:
                 assert len(field["default"]) + len(field["unit"]) <= 19, field
@@ -154,7 +154,7 @@ def test_the_machine_that_is_shown_is_the_one_that_is_taken(work: str) -> None:
     groups = forms.form(work, {}, EN, machines=machines, tools=[])
     field = next(field for group in groups for field in group["fields"] if field["name"] == "machine")
     taken = load_machine(field["default"])
-    assert taken.controller == api.dialect_of({}, forms.WORKS[work].process)
+    assert taken.controller == api.dialect_of({}, forms.works()[work].process)
     assert [field["default"]] * 2 in field["choices"]
     assert ["linuxcnc-mill"] * 2 not in field["choices"] or work != "cut"  # it would not be taken, but another one
 
@@ -385,7 +385,7 @@ def test_both_languages_have_the_same_words_and_none_is_unused() -> None:
     code = "".join(p.read_text(encoding="utf-8") for p in (ROOT / "src" / "leafcut" / "studio").glob("*.py"))
     written = set(re.findall(r'"([a-z]+\.[a-z_-]+)"', code))
     stems = set(re.findall(r'f"([a-z]+\.)\{', code))
-    sections = {f"{name}." for name in re.findall(r'\bsection\("([a-z]+)"\)', code)}
+    sections = {f"{name}." for name in re.findall(r'\b(?:section|named)\("([a-z]+)"', code)}
     unused = [k for k in keys if k not in written and not k.startswith((*stems, *sections, "option."))]
     assert unused == []
     for kind, english in (("help", "help"), ("default", "default_words")):
@@ -394,17 +394,17 @@ def test_both_languages_have_the_same_words_and_none_is_unused() -> None:
         assert translated == said.keys()
         assert all(words("es").help(n, "") != text for n, text in said.items())
     assert {key.removeprefix("issue.") for key in words("es").translated if key.startswith("issue.")} == CODES.keys()
-    groups = {f"group.{key}" for work in forms.WORKS.values() for key, _ in work.groups} | {
+    groups = {f"group.{key}" for work in forms.works().values() for key, _ in work.groups} | {
         "group.aco",
         "group.firefly",
         "group.cuts",
     }
     for stem, wanted in (
         ("group.", groups),
-        ("work.", {f"work.{work}" for work in forms.WORKS}),
+        ("work.", {f"work.{work}" for work in forms.works()}),
         ("state.", {f"state.{state.value}" for state in JobState}),
         ("kind.", {f"kind.{kind}" for kind in measure(Toolpath.of_motions([]), load_machine("haas-vf2")).by_kind}),
-        ("process.", {f"process.{process}" for process in forms.PROGRAM_PROCESSES}),
+        ("process.", {f"process.{process}" for process in forms.program_processes()}),
         ("pace.", {f"pace.{pace}" for pace in PACES}),
     ):
         assert {k for k in keys if k.startswith(stem)} == wanted

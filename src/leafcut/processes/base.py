@@ -100,6 +100,8 @@ class Process(Work, Protocol):
         What ``--process`` may say of its input to have it.
     reads
         ``drawing`` or ``program``: what its input is. "" for what is not asked for through `api.optimize`.
+    formats
+        The formats that it is offered for, of a process that they do not know: one from outside.
     by_itself
         Whether a file that is good for this alone is given to it without being asked.
     joins
@@ -122,6 +124,7 @@ class Process(Work, Protocol):
     options: ClassVar[tuple[type[OptionGroup], ...]] = ()
     asked_as: ClassVar[tuple[str, ...]] = ()
     reads: ClassVar[str] = ""
+    formats: ClassVar[tuple[str, ...]] = ()
     by_itself: ClassVar[bool] = False
     joins: ClassVar[str] = ""
     instead: ClassVar[Mapping[str, str]] = {}

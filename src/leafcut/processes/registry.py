@@ -149,10 +149,11 @@ def asked_words() -> tuple[str, ...]:
     return ("auto", *dict.fromkeys(found))
 
 
-def offered(works: Sequence[str]) -> tuple[str, ...]:
-    """Return kinds of work with those that are offered wherever one of them is, each behind that one."""
+def offered(works: Sequence[str], format_name: str) -> tuple[str, ...]:
+    """Return what is offered for an input: kinds of work that its format is for, those behind them, and outsiders'."""
     behind = {one.offered_with: one.name for one in processes() if one.offered_with}
-    return tuple(name for work in works for name in (work, behind.get(work, "")) if name)
+    besides = (one.name for one in processes() if format_name in one.formats)
+    return (*(name for work in works for name in (work, behind.get(work, "")) if name), *besides)
 
 
 def look_at(work: str, source: Source | str, settings: Settings) -> Part:

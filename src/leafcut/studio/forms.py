@@ -53,25 +53,32 @@ _OTHERS = {
     "simulate": (("main", ("machine", "dialect", "work_offset", "clearance_height", "units", "cut_speed", "strict")),),
     "verify": (("main", ("machine", "dialect", "allow_reverse", "work_offset", "units", "cut_speed")),),
 }
-#: In the order in which they are offered: those of processes, then the others.
-WORKS: dict[str, WorkKind] = {
-    **{
-        one.name: WorkKind("optimize" if one.reads else one.command, one.asks, one.form) for one in registry.processes()
-    },
-    **{name: WorkKind(name, "auto", groups) for name, groups in _OTHERS.items()},
-}
 #: What a nested sheet is cut with: asked for beside the nests, before their cuts are planned.
 CUT_OF_NEST = ("machine", "thickness", "material", "cut_process")
-#: What a program may be said to do, beside leaving it to leafcut to see.
-PROGRAM_PROCESSES = (
-    "auto",
-    *(word for one in registry.processes() if one.reads == "program" for word in one.asked_as if word != one.command),
-)
+
+
+def works() -> dict[str, WorkKind]:
+    """Return what a person may choose, in the order in which it is offered: processes, then the other kinds of work."""
+    return {
+        **{
+            one.name: WorkKind("optimize" if one.reads else one.command, one.asks, one.form)
+            for one in registry.processes()
+        },
+        **{name: WorkKind(name, "auto", groups) for name, groups in _OTHERS.items()},
+    }
+
+
+def program_processes() -> tuple[str, ...]:
+    """Return what a program may be said to do, beside leaving it to leafcut to see."""
+    said = (
+        word for one in registry.processes() if one.reads == "program" for word in one.asked_as if word != one.command
+    )
+    return ("auto", *said)
 
 
 def names_of(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Return the groups of a kind of work; the parameters of ants and fireflies come with their algorithms."""
-    groups = WORKS[work].groups
+    groups = works()[work].groups
     if any("algorithm" in names for _, names in groups):
         if algorithm in _ANTS:
             groups = (*groups, (_ACO, _all(_ACO)))
@@ -119,7 +126,7 @@ def _group(
 ) -> dict[str, Any]:
     return {
         "key": key,
-        "title": words(f"group.{key}"),
+        "title": words.named("group", key),
         "folded": key not in ("main", "search", "cuts"),
         "changed": sum(1 for name in names if values.get(name) not in (None, "")),
         "fields": [_field(name, words, default_of(name, work), own.get(name)) for name in names],

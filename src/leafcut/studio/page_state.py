@@ -82,7 +82,7 @@ class View:
 
     def works(self) -> tuple[str, ...]:
         """Return the kinds of work that the input is good for; all of them before there is one."""
-        known = self.seen.works if self.seen is not None else tuple(forms.WORKS)
+        known = self.seen.works if self.seen is not None else tuple(forms.works())
         return (*known, "nest") if self.parts and "nest" not in known else known
 
     @property
@@ -181,7 +181,7 @@ class View:
 
     def task(self) -> Task:
         """Return what is asked for."""
-        work = forms.WORKS[self.work]
+        work = forms.works()[self.work]
         inputs: tuple[str, ...] = (self.source, self.second) if self.work == "verify" else (self.source,)
         if self.work == "nest":
             inputs = tuple(one.word for one in self.parts)

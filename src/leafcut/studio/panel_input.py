@@ -299,12 +299,12 @@ class InputPanel:
     def draw(self) -> None:
         """Show the input and the choices."""
         view, w = self.view, self.view.words
-        works = [[work, w(f"work.{work}")] for work in view.works()]
+        works = [[work, w.named("work", work)] for work in view.works()]
         if view.work not in [work for work, _ in works]:
-            works.append([view.work, w(f"work.{view.work}")])
+            works.append([view.work, w.named("work", view.work)])
         fields = [_field("work", w("choose.work"), works)]
         if view.work == "program":
-            kinds = [[process, w(f"process.{process}")] for process in forms.PROGRAM_PROCESSES]
+            kinds = [[process, w(f"process.{process}")] for process in forms.program_processes()]
             fields.append(_field("process", w("choose.process"), kinds))
         self.work.show({"work": view.work, "process": view.process}, groups=[_group(fields)])
         self.opener.set_several(view.work == "nest")

@@ -73,7 +73,7 @@ class JobsPanel:
                 text("span", record.title, "", dir="auto")
                 chosen = choices_of(record.task, self.view.studio.folder, w)
                 text("small", " · ".join(chosen), "chosen quiet", title=" · ".join(chosen), dir="auto")
-            text("td", w(f"work.{work_of(record.task, record.title)}"), "quiet")
+            text("td", w.named("work", work_of(record.task, record.title)), "quiet")
             with box("td"):
                 text("span", w(f"state.{record.state.value}"), f"tag {record.state.value}", title=w.plain(record.line))
             text("td", self._figures(record), "n")

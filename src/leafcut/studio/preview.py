@@ -26,7 +26,7 @@ class Seen:
     Attributes
     ----------
     works
-        Kinds of work (`forms.WORKS`) that it is good for.
+        Kinds of work (`forms.works`) that it is good for.
     facts
         (key of its words, value) in the order in which they are told.
     issues
@@ -63,7 +63,7 @@ def look(source: str, work: str = "", options: dict[str, Any] | None = None) -> 
     if format_.name == "gcode":
         return _program(loaded, settings)
     works = _EXAMPLE if format_.name == "example" else _MAPS.get(format_.name, format_.processes)
-    works = registry.offered(works)
+    works = registry.offered(works, format_.name)
     tried = [work] if work in works else list(works)
     error = ""
     for one in tried:

@@ -34,9 +34,13 @@ class Words:
         stem = f"{name}."
         return {key.removeprefix(stem): words for key, words in self.table.items() if key.startswith(stem)}
 
+    def named(self, kind: str, name: str, english: str = "") -> str:
+        """Return what something is called that a package from outside may have added: by its own words then."""
+        return self.table.get(f"{kind}.{name}") or english or name.replace("_", " ").capitalize()
+
     def option(self, name: str) -> str:
         """Return what an option is called beside its field."""
-        return self.table[f"option.{name}"]
+        return self.named("option", name)
 
     def help(self, name: str, english: str) -> str:
         """Return what an option is for."""

@@ -1,0 +1,1 @@
+"""A process from outside: the lines of a drawing, engraved at one depth."""

@@ -1,0 +1,20 @@
+"""Options of engraving."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from leafcut.option_spec import OptionGroup, option
+
+
+@dataclass(frozen=True)
+class EngraveOptions(OptionGroup):
+    """How lines are engraved; depth, heights and the first and last place are those of `JobOptions`."""
+
+    section: ClassVar[str] = "engrave"
+    title: ClassVar[str] = "Engraving"
+
+    engraver: int = option("whole", 1, "number of the engraving tool", minimum=1, maximum=9999)
+    engraving_feed: float = option("quantity", 5.0, "feed along the lines", unit="mm/s", minimum=0.01)
+    engraving_speed: float = option("quantity", 3000.0, "spindle speed", unit="rpm", minimum=1)

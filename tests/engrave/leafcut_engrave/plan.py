@@ -1,0 +1,57 @@
+"""From lines to a routing problem, and from its solution to a toolpath."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.machine import Machine
+from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.options import JobOptions
+from leafcut_engrave.options import EngraveOptions
+
+Lines = Sequence[NDArray[np.float64]]
+
+
+def problem_of(lines: Lines, metric: Metric, job: JobOptions) -> RoutingProblem:
+    """Return a cluster of two nodes for every line, float64[k, 2]: node 2k engraves line k as drawn, 2k + 1 back."""
+    ends = np.array([[line[0], line[-1]] for line in lines])
+    entry = ends.reshape(-1, 2)
+    leave = ends[:, ::-1].reshape(-1, 2)
+    cluster = np.repeat(np.arange(len(lines), dtype=np.int32), 2)
+    start, end = (None if point is None else (point[0], point[1]) for point in (job.start_point, job.end_point))
+    return RoutingProblem(entry, leave, cluster, np.zeros(len(entry)), metric, start=start, end=end, name="lines")
+
+
+def lay(
+    lines: Lines, nodes: Sequence[int], machine: Machine, job: JobOptions, options: EngraveOptions, depth: float,
+    *, coolant: bool,
+) -> Toolpath:  # fmt: skip
+    """Return the motions: over to a line, down, along it, and up again."""
+    builder = ToolpathBuilder()
+    if machine.safe_z is not None:
+        builder.machine(z=machine.safe_z)
+    builder.tool(options.engraver)
+    if machine.safe_z is None:
+        builder.rapid(z=job.clearance_height)
+    builder.spindle(options.engraving_speed)
+    if coolant:
+        builder.coolant(2)
+    for node in nodes:
+        line = lines[node // 2][:: -1 if node % 2 else 1]
+        builder.rapid(*line[0].tolist())
+        builder.rapid(z=job.clearance_height)
+        builder.feed(z=-depth, feed=options.engraving_feed)
+        for x, y in line[1:].tolist():
+            builder.feed(x, y, feed=options.engraving_feed)
+        builder.rapid(z=job.clearance_height)
+    if job.end_point is not None:
+        builder.rapid(job.end_point[0], job.end_point[1])
+    builder.spindle(0.0)
+    if coolant:
+        builder.coolant(0)
+    builder.end()
+    return builder.build()
