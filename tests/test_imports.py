@@ -16,7 +16,7 @@ from leafcut.processes import registry
 
 ROOT = Path(__file__).parents[1] / "src" / "leafcut"
 
-BASE = {"errors", "units"}
+BASE = {"errors", "kinds", "units"}
 MODEL = BASE | {"geometry", "model"}
 STAGE = MODEL | {"options", "gcode"}
 STAGES = {"read", "timing", "solve", "post", "proof", "report"}
@@ -24,6 +24,7 @@ STAGES = {"read", "timing", "solve", "post", "proof", "report"}
 MAY_IMPORT = {
     "_version": set(),
     "errors": set(),
+    "kinds": set(),
     "units": {"errors"},
     "kernels": set(),
     "files": {"errors"},

@@ -7,6 +7,7 @@ import pytest
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.material import Material, as_run, materials_of, with_feeds
 from leafcut.gcode.program_interpreter import interpret_program
+from leafcut.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind
 from leafcut.timing.profile import trapezoid_time
@@ -16,7 +17,7 @@ TABLE = Machine(
     name="table",
     description="",
     controller="qtplasmac",
-    process="torch",
+    head=Head.TORCH,
     rapid_velocity=(100.0, 100.0, 50.0),
     acceleration=(1000.0, 1000.0, 1000.0),
     max_feed=100.0,

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import ezdxf
@@ -18,7 +17,6 @@ import pytest
 import leafcut
 from leafcut.cli import run
 from leafcut.errors import OptionError
-from leafcut.processes import registry
 from leafcut.studio import forms, preview
 from leafcut.studio.history import JobState
 from leafcut.studio.studio import Studio
@@ -29,12 +27,10 @@ PACKAGE = Path(__file__).parents[1] / "engrave"
 
 
 @pytest.fixture(autouse=True)
-def engrave(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def engrave(monkeypatch: pytest.MonkeyPatch) -> None:
     """Install the package for one test, for what it starts as well."""
     monkeypatch.syspath_prepend(str(PACKAGE))
     monkeypatch.setenv("PYTHONPATH", str(PACKAGE), prepend=":")
-    yield
-    registry.process.cache_clear()
 
 
 @pytest.fixture

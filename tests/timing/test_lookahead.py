@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from every import every
+from leafcut.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import SPEED_ALONE, Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
 from leafcut.timing.linuxcnc import CYCLE
@@ -269,7 +270,7 @@ def test_in_laser_mode_a_power_in_the_block_of_a_move_does_not_stop_the_machine(
         builder.feed(40.0, 0.0, feed=50.0, line=3)
         return seconds(builder.build(), machine)
 
-    laser = replace(GRBL, process="laser")
+    laser = replace(GRBL, head=Head.LASER)
     one, stop = trapezoid_time(40.0, 50.0, 500.0), 2 * trapezoid_time(20.0, 50.0, 500.0)
     found = [seconds_with(line, machine) for line, machine in ((3, laser), (2, laser), (3, GRBL))]
     assert found == pytest.approx([one, stop, stop])

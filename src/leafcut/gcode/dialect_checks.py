@@ -8,6 +8,7 @@ from typing import Any
 
 from leafcut.errors import shown
 from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF
+from leafcut.kinds import CutMethod
 
 #: The values that a key takes, where these are few.
 _CHOICES: dict[str, tuple[str, ...]] = {
@@ -32,7 +33,7 @@ _CHOICES: dict[str, tuple[str, ...]] = {
 _ITEMS: dict[str, tuple[str, ...]] = {
     "cycles": ("G81", "G82", "G83", "G73", "G84", "G85"),
     "dwell_cycles": ("G81", "G82", "G83", "G73", "G84", "G85"),
-    "torch.cuts": ("plasma", "laser", "oxyfuel", "waterjet"),
+    "torch.cuts": tuple(CutMethod),
 }
 #: How a text has to look, and what that is in words.
 _PATTERNS = {

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from leafcut.kinds import Head
+
 XYZ = tuple[float, float, float]
 
 
@@ -33,8 +35,8 @@ class Machine:
 
     Attributes
     ----------
-    name, description, controller, process
-        `controller` is the name of a dialect, or the path of its TOML file; `process` is spindle, torch (plasma),
+    name, description, controller, head
+        `controller` is the name of a dialect, or the path of its TOML file; `head` is spindle, torch (plasma),
         laser, flame or water.
     family
         The shipped dialect that the controller's is based on where it is not a shipped one: timing goes by it.
@@ -91,7 +93,7 @@ class Machine:
     max_feed: float
     travel_min: XYZ
     travel_max: XYZ
-    process: str = "spindle"
+    head: Head = Head.SPINDLE
     units: str = "mm"
     rapid_style: str = "linear"
     acceleration_factor: float = 1.0

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Mask
+from leafcut.kinds import BEAMS, ProgramKind
 from leafcut.model.cycles import expand
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
@@ -58,11 +59,11 @@ def find_dangers(program: Program, machine: Machine, process: str, heights: bool
     path = replace(path, line=program.path.line[rows])
     before = path.before
     checks: list[DangerCheck] = []
-    if process not in ("laser", "plasma") and heights:
+    if process not in BEAMS and heights:
         checks += height_checks(path, before, 0.0, LEAST_CLEARANCE, machine.safe_z or 0.0, milled=False)
-    if process in ("drill", "mill"):
+    if process not in BEAMS:
         checks.append(spindle_check(path, _turning(program, rows, True)))
-    elif process == "plasma":
+    elif process == ProgramKind.PLASMA:
         checks.append(torch_check(path, before, _turning(program, rows, False)))
     checks = [(what, mask & ~_cut_before(path, before, mask), text) for what, mask, text in checks]
     found = [_issue(path, before, what, mask) for what, mask, _ in checks if mask.any()]

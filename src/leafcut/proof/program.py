@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.interpreter import interpret
+from leafcut.kinds import Head
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Machine
@@ -69,7 +70,7 @@ def check_program(
         *check_clearance(
             written,
             safe_z=machine.safe_z or 0.0,
-            torch=machine.process != "spindle",
+            torch=machine.head is not Head.SPINDLE,
             milled=milled,
         ),
         *check_obstacles(

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, PlanError, ReadError, nearest, shown
+from leafcut.kinds import CutMethod, method_of
 from leafcut.model.cutting import CutData
 from leafcut.model.issue import Issue, Severity
 from leafcut.read.format import load
@@ -45,11 +46,10 @@ MATERIALS = {
 
 #: Heights of a torch or a cutting head where a chart says none, mm. Estimates: a laser's head follows the sheet at
 #: about a millimetre, a jet and an oxy flame at what their heads have by habit.
-HEIGHTS = {"laser": 1.0, "waterjet": 3.0, "oxyfuel": 6.0}
+HEIGHTS: dict[str, float] = {CutMethod.LASER: 1.0, CutMethod.WATERJET: 3.0, CutMethod.OXYFUEL: 6.0}
 
 #: What a user may say in the place of a chart, and how much of it makes a row of a chart needless.
 GIVEN = ("feed", "kerf", "pierce_delay", "pierce_height", "cut_height")
-KINDS = ("plasma", "laser", "oxyfuel", "waterjet")
 ENOUGH = ("feed", "kerf", "pierce_delay")
 _OWN = "--cut-speed, --kerf-width and --pierce-delay"
 
@@ -230,7 +230,7 @@ def _own_row(
     process: str, material: str, thickness: float, amps: float | None, given: dict[str, float | None]
 ) -> ChartRow | None:
     """Return a row of the user's own figures, or None where they are not enough."""
-    if any(given.get(key) is None for key in ENOUGH) or process.lower().partition("_")[0] not in KINDS:
+    if any(given.get(key) is None for key in ENOUGH) or method_of(process) not in tuple(CutMethod):
         return None
     said = {key: given.get(key) for key in GIVEN}
     return ChartRow(
@@ -352,7 +352,7 @@ def _values(row: ChartRow, given: dict[str, float | None]) -> dict[str, float | 
 
 def _can_pierce(row: ChartRow, given: dict[str, float | None]) -> bool:
     """Return whether a sheet is pierced: not by a plasma current of which the chart says no pierce, nor the user."""
-    if row.process.split("_")[0] != "plasma":
+    if method_of(row.process) != CutMethod.PLASMA:
         return True
     return row.pierce_height is not None or _values(row, given)["pierce_delay"] is not None
 
@@ -373,7 +373,7 @@ def _finished(
 ) -> tuple[CutData, list[Issue]]:
     """Return the data with the user's own values in the place of the chart's; all that is needed must be there."""
     values = _values(row, given)
-    kind = row.process.split("_")[0]
+    kind = method_of(row.process)
     can_pierce, missing = _can_pierce(row, given), _missing(row, given)
     if missing:
         raise OptionError(
@@ -388,7 +388,7 @@ def _finished(
         cut_height = assumed
         issues.append(Issue("L414", f"the cut chart says no cut height; {assumed:g} mm was taken (--cut-height)"))
     pierce_height = values.get("pierce_height")
-    if pierce_height is None and can_pierce and kind == "plasma":
+    if pierce_height is None and can_pierce and kind == CutMethod.PLASMA:
         words = f"the cut chart says no pierce height; the cut height, {cut_height:g} mm, was taken (--pierce-height)"
         issues.append(Issue("L414", words))
     return CutData(

@@ -14,12 +14,12 @@ from typing import Any
 
 from leafcut.errors import OptionError, nearest, shown
 from leafcut.gcode.dialects import DIALECTS, dialect
+from leafcut.kinds import Head
 from leafcut.model.machine import XYZ, Machine, Probe
 from leafcut.plugins import PluginKind, file_of
 from leafcut.read.machine_keys import (
     CORNERS,
     KEYS,
-    PROCESSES,
     RAPID_STYLES,
     SOURCE_KEYS,
     TOP_KEYS,
@@ -137,7 +137,7 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         description=top.text("description", name),
         controller=controller,
         family=family,
-        process=top.text("process", choices=PROCESSES),
+        head=Head(top.text("process", choices=tuple(Head))),
         units=top.text("units", choices=("mm", "in")),
         rapid_style=rapid.text("style", choices=RAPID_STYLES),
         rapid_velocity=velocity,

@@ -10,8 +10,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from leafcut.kinds import Head
+
 RAPID_STYLES = ("linear", "dogleg")
-PROCESSES = ("spindle", "torch", "laser", "flame", "water")
 CORNERS = ("linuxcnc", "grbl", "round")
 
 
@@ -71,7 +72,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         "controller", "dialect of its programs: linuxcnc, haas, fanuc, grbl … as --dialect has them", required=True
     ),
     ProfileKey(
-        "process", f"what it works with: {', '.join(PROCESSES)}", "spindle", "most machines have one", told=True
+        "process", f"what it works with: {', '.join(Head)}", Head.SPINDLE.value, "most machines have one", told=True
     ),
     ProfileKey("units", "units of a program that does not say them: mm, in", "mm", "the controllers' own default"),
     ProfileKey("max_feed", "highest programmed feed", why="the slower of the rapids of x and y", told=True),

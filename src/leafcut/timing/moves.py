@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Mask
+from leafcut.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath
 from leafcut.timing.chords import MovingRows, joined_steps
@@ -126,7 +127,7 @@ def _steps(
     straight = rapid | (path.kind == Kind.FEED)
     row = np.flatnonzero((straight & (np.abs(delta) > SHORTEST).any(axis=1)) | (arc_of >= 0))
     halts = ~(rapid | (path.kind <= Kind.ARC_CCW) | np.isin(path.kind, _FLOWING))
-    if machine.control.startswith("grbl") and machine.process == "laser":
+    if machine.control.startswith("grbl") and machine.head is Head.LASER:
         halts &= ~_changes_power(path)
     halted = np.cumsum(halts)[row]
     flushed = np.append(halted[1:] != halted[:-1], True)[: len(row)]

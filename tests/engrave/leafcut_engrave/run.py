@@ -8,6 +8,7 @@ from pathlib import Path
 from leafcut import __version__
 from leafcut.errors import PlanError
 from leafcut.gcode.dialects import dialect
+from leafcut.kinds import Head
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import SolveOptions
@@ -35,8 +36,8 @@ DEPTH, TOLERANCE = 0.2, 0.005
 def engrave(run: Run, source: Source) -> Outcome[EngravingDetail]:
     """Return the verified program that engraves the lines of a drawing."""
     settings, machine = run.settings, run.machine
-    if machine.process != "spindle":
-        raise PlanError(f"{machine.name} has a {machine.process}, which cannot engrave; give another --machine")
+    if machine.head is not Head.SPINDLE:
+        raise PlanError(f"{machine.name} has a {machine.head}, which cannot engrave; give another --machine")
     options, job, depth = settings.of(EngraveOptions), settings.job, settings.job.depth or DEPTH
     part = placed(read_contours(source, settings.read, run.looking("reading")), settings.read)
     lines = [contour.path.flattened(TOLERANCE) for contour in part.contours]

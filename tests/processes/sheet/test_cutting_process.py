@@ -42,7 +42,7 @@ def test_a_process_without_a_machine_is_cut_on_a_table_that_can(
     """The table, its dialect and its kind of process by name; LinuxCNC takes what is for it, without a probe."""
     machine, words, kind = TABLES[how]
     outcome = api.optimize(plate, cut_process=how, **FAST)
-    assert (outcome.machine.name, outcome.dialect, outcome.machine.process) == (machine, words, kind)
+    assert (outcome.machine.name, outcome.dialect, outcome.machine.head) == (machine, words, kind)
     assert outcome.detail.plan.data.process.startswith(how)
     assert outcome.verified
     if how in ("oxyfuel", "waterjet"):

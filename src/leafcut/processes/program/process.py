@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from leafcut.files import check_is_text
+from leafcut.kinds import ProgramKind
 from leafcut.options import JobOptions, MachineOptions, PostOptions, ReadOptions, Settings
 from leafcut.processes.base import LOOKED_UP, ORDERED, SEARCH, SEARCH_MORE, Process, use
 from leafcut.processes.program.options import ResequenceOptions
@@ -40,7 +41,7 @@ class ForeignProgram(Process):
     command = "reorder"
     help = "Put the work of another CAM's G-code program in a shorter order, and prove that it does the same."
     takes = "a G-code program"
-    asked_as = ("reorder", "drill", "mill", "laser", "plasma")
+    asked_as = ("reorder", *ProgramKind)
     reads = "program"
     by_itself = True
     instead = {  # noqa: RUF012  # the protocol says that it is of the class

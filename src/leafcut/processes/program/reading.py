@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, ReadError
+from leafcut.kinds import Head, ProgramKind
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.issue import Issue, Severity
 from leafcut.options import MachineOptions, Settings, flag_name
@@ -96,21 +97,24 @@ def read_foreign(
     if free and read.process in _BEAMS and (read.program.obeyed or _OF_QTPLASMAC.search(text)):
         # Any other reader would take its materials for remarks, and carry cuts past them.
         return _of_plasma_table(text, source, settings, look, process)
-    if free and read.process == "laser" and machine.process == "spindle":
+    if free and read.process == ProgramKind.LASER and machine.head is Head.SPINDLE:
         chosen = _other_machine(settings, _laser_for(read.program))
         again = _read(text, source, settings, *chosen, look)
         return replace(again, process="laser", issues=(_chosen(again.machine, "laser"), *again.issues))
-    if machine.process == "spindle" and read.process in _BEAMS:
-        kind, what = _BEAMS[read.process]
+    if machine.head is Head.SPINDLE and read.process in _BEAMS:
+        head, what = _BEAMS[read.process]
         message = f"the program drives {what}: S is its power, and {machine.name} is timed without a spindle's start"
         note = Issue("L807", message, severity=Severity.NOTE)
-        machine = replace(machine, process=kind, spindle_start_s=0.0)
+        machine = replace(machine, head=head, spindle_start_s=0.0)
         return replace(read, machine=machine, issues=(note, *read.issues) if choose else read.issues)
     return read
 
 
-#: What the program does: the process of its machine, and what it drives.
-_BEAMS = {"laser": ("laser", "a laser"), "plasma": ("torch", "a torch")}
+#: What the program does: the head of its machine, and what it drives.
+_BEAMS: dict[str, tuple[Head, str]] = {
+    ProgramKind.LASER: (Head.LASER, "a laser"),
+    ProgramKind.PLASMA: (Head.TORCH, "a torch"),
+}
 #: The machine whose words most machining centres share, where the default one does not understand a program.
 _HAAS = "haas-vf2"
 _QTPLASMAC = "#<_hal[plasmac."

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
+from leafcut.kinds import BEAMS
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import Fact
 from leafcut.processes.program.model import ProgramDetail
@@ -17,7 +18,6 @@ from leafcut.report.wording import clean, count
 #: So many reasons why pieces of a program stay are told in the summary.
 MOST_REASONS = 6
 #: What programs do whose tool is a beam that is on or off.
-BEAMS = ("laser", "plasma")
 
 
 class ProgramReport(PathReport[ProgramDetail]):

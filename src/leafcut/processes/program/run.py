@@ -15,6 +15,7 @@ from leafcut._version import __version__
 from leafcut.errors import VerifyError
 from leafcut.files import decoded
 from leafcut.geometry.arrays import Point
+from leafcut.kinds import BEAMS
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.outcome import OperationOutcome, Outcome
@@ -77,7 +78,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
     began = time.monotonic()
     sequence = _planned(run, original, read.process, began)
     searching = _with_time_left(run, time.monotonic() - began)
-    obstacles, noticed = obstacles_of(run, original, sequence.process in ("laser", "plasma"))
+    obstacles, noticed = obstacles_of(run, original, sequence.process in BEAMS)
     with announced(run.tell):
         stands, begins = _stands(run, original, sequence)
         solutions = _solve_sections(searching, sequence, obstacles, begins)

@@ -10,6 +10,7 @@ import numpy as np
 
 from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.arrays import Point
+from leafcut.kinds import CutMethod, Head, method_of
 from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
 
 #: How machines cut, by the process of their profile.
-_KINDS = {"torch": "plasma", "laser": "laser", "flame": "oxyfuel", "water": "waterjet"}
 #: To lay, write and prove the program takes about as long as what comes before the search; that, and no more than this
 #: part of a time limit, is kept for it.
 MOST_RESERVED = 0.25
@@ -173,7 +173,7 @@ def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
     from leafcut.read.cutchart import find_cut_data, load_chart
 
     data, options, thickness = run.settings.cut_data, run.settings.of(CutOptions), run.settings.job.thickness
-    machine_kind = _KINDS.get(run.machine.process)
+    machine_kind = run.machine.head.method
     if machine_kind is None:
         raise OptionError(
             f"{run.machine.name} has a spindle and cannot cut a sheet by heat or water; choose --machine "
@@ -198,13 +198,12 @@ def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
 
 def _check_process(asked: str, kind: str, machine: str) -> None:
     """Refuse a machine that cuts in another way than is asked for."""
-    how = asked.lower().partition("_")[0]
-    if how == kind or how not in CUTTING_MACHINES:
+    how = method_of(asked)
+    if how == kind or how not in tuple(CutMethod):
         return
-    key = next(key for key, value in _KINDS.items() if value == how)
     raise OptionError(
         f"{machine} cuts by {kind}, not by {how}; choose --machine {CUTTING_MACHINES[how]}, or a profile of your own "
-        f'with process = "{key}"'
+        f'with process = "{Head.that_cuts(CutMethod(how))}"'
     )
 
 
@@ -212,8 +211,8 @@ def _check_dialect(words: Dialect, process: str) -> None:
     """Refuse a dialect whose words are for another kind of torch."""
     from leafcut.gcode.dialects import dialect, dialects
 
-    how = process.partition("_")[0]
-    if words.torch is not None and how in CUTTING_MACHINES and how not in words.torch.cuts:
+    how = method_of(process)
+    if words.torch is not None and how in tuple(CutMethod) and how not in words.torch.cuts:
         able = [name for name in dialects(torch=True) if how in (dialect(name).torch or words.torch).cuts]
         raise OptionError(
             f"programs for {words.name} cut by {' or '.join(words.torch.cuts)}, not by {how}; choose --dialect "
@@ -252,7 +251,7 @@ def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | 
 
 def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
     """Warn of micro-joints in a sheet so thick that a beam does not go through it at once when it is lit again."""
-    if not data.process.startswith("laser") or not options.micro_joints or data.thickness <= _RELIT:
+    if method_of(data.process) != CutMethod.LASER or not options.micro_joints or data.thickness <= _RELIT:
         return []
     wait = f"the {data.pierce_delay:.2g} s" if data.pierce_delay > 0.0 else "the time"
     words = (

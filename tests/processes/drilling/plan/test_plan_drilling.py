@@ -11,6 +11,7 @@ import pytest
 
 from every import every
 from leafcut.errors import OptionError, PlanError
+from leafcut.kinds import Head
 from leafcut.model import Hole, Kind, Machine, Metric, Part, Recipe, Severity, Slot, Tool, ToolKind, ToolLibrary
 from leafcut.processes.drilling.plan.drill_toolpath import build_problem, drawing_order, lay_toolpath
 from leafcut.processes.drilling.plan.drilling import plan_drilling
@@ -358,7 +359,7 @@ def test_a_tool_without_feed_or_speed_is_refused() -> None:
 
 def test_a_machine_without_a_spindle_does_not_drill() -> None:
     with pytest.raises(PlanError, match="has a torch"):
-        plan_drilling(FOUR, replace(MILL, process="torch"), LIBRARY, *drilling(thickness=1.0))
+        plan_drilling(FOUR, replace(MILL, head=Head.TORCH), LIBRARY, *drilling(thickness=1.0))
 
 
 def test_a_safe_height_of_the_machine_below_the_clearance_height_is_refused() -> None:

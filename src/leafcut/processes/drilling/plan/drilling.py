@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.zones import touches_any_zone, widened
+from leafcut.kinds import Head
 from leafcut.model.heights import HeightCount
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
@@ -126,8 +127,8 @@ def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) ->
 
 
 def _check_machine(machine: Machine, job: JobOptions) -> None:
-    if machine.process != "spindle":
-        raise PlanError(f"{machine.name} has a {machine.process}, which cannot drill; give another --machine")
+    if machine.head is not Head.SPINDLE:
+        raise PlanError(f"{machine.name} has a {machine.head}, which cannot drill; give another --machine")
     if job.retract_height > job.clearance_height:
         raise PlanError(
             f"--retract-height {job.retract_height:g} mm is above --clearance-height "

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.kinds import Head
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import PocketRules
@@ -168,8 +169,8 @@ def check_machine(machine: Machine, job: JobOptions) -> None:
     PlanError
         Says which.
     """
-    if machine.process != "spindle":
-        raise PlanError(f"{machine.name} has a {machine.process}, which cannot mill a pocket; give another --machine")
+    if machine.head is not Head.SPINDLE:
+        raise PlanError(f"{machine.name} has a {machine.head}, which cannot mill a pocket; give another --machine")
     if job.retract_height > job.clearance_height:
         raise PlanError(
             f"--retract-height {job.retract_height:g} mm is above --clearance-height {job.clearance_height:g} mm; "

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError, nearest
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Point
+from leafcut.kinds import ProgramKind
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric, RoutingProblem
@@ -27,7 +28,7 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.sections.find_sections import STAYING, Finder
 from leafcut.processes.program.plan.sections.merging import changes_saved, merge_sections
 from leafcut.processes.program.plan.sections.operations import keep_apart
-from leafcut.processes.program.plan.sections.program_rows import PROCESSES, known_process, read_rows
+from leafcut.processes.program.plan.sections.program_rows import known_process, read_rows
 
 
 def find_sequence(
@@ -59,8 +60,8 @@ def find_sequence(
     PlanError
         There is no such process.
     """
-    if process != "auto" and process not in PROCESSES:
-        raise PlanError(f"unknown process '{process}'{nearest(process, ['auto', *PROCESSES])}")
+    if process != "auto" and process not in tuple(ProgramKind):
+        raise PlanError(f"unknown process '{process}'{nearest(process, ['auto', *ProgramKind])}")
     found = known_process(program) if process == "auto" else process
     finder = Finder(program, found, look)
     items = finder.items()

@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.gcode.reversible_cut import ReversibleCut, find_stroke
+from leafcut.kinds import BEAMS
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sequence import BlockRun, Section, Sequence
 from leafcut.model.toolpath import Kind, arc_sweep
 from leafcut.processes.program.plan.precedence.split_outlines import TOUCHING
-from leafcut.processes.program.plan.sections.program_rows import BEAMS, TOLERANCE, Rows
+from leafcut.processes.program.plan.sections.program_rows import TOLERANCE, Rows
 
 #: Ends nearer to each other than this part of the cut, or than `TOUCHING`, are those of a closed one.
 _CLOSED_PART = 0.1

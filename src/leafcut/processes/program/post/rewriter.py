@@ -24,6 +24,7 @@ from leafcut.errors import PostError
 from leafcut.gcode.modal_dependencies import HERE, BlockReader, Reliance, height_matters, next_place
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reversible_cut import find_stroke
+from leafcut.kinds import BEAMS, ProgramKind
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.sequence import BlockRun, Kept, Section, Sequence
@@ -108,8 +109,8 @@ class _Rewriter:
     ) -> None:
         self.program, self.sequence, self.longest, self.look = program, sequence, longest, look
         self.obstacles = obstacles
-        self.reader = BlockReader(program, beam=sequence.process == "laser")
-        self.beam = sequence.process in ("laser", "plasma")
+        self.reader = BlockReader(program, beam=sequence.process == ProgramKind.LASER)
+        self.beam = sequence.process in BEAMS
         self.territory = Territory(program, sequence)
         self.original = Original(program)
         self.out: list[tuple[str, bool]] = []

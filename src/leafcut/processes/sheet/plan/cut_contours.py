@@ -13,6 +13,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
+from leafcut.kinds import CutMethod
 from leafcut.model.cutting import Lead
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sheet import Sheet, SheetContour
@@ -265,7 +266,7 @@ def _remarks(contour: CutContour, rules: CutRules) -> list[_Remark]:
             several = "{n} contours have a place narrower than the kerf, which stays uncut"
             found.append(_Remark("L612", words, several, _place(contour.index, source, *points[worst])))
     narrowest = NARROWEST_HOLE * rules.data.thickness
-    if rules.kind == "plasma" and contour.hole and contour.diameter < narrowest:
+    if rules.kind == CutMethod.PLASMA and contour.hole and contour.diameter < narrowest:
         words = f"a hole of {contour.diameter:.3g} mm, below {NARROWEST_HOLE:g} thicknesses, will be conical"
         several = f"{{n}} holes below {narrowest:g} mm, {NARROWEST_HOLE:g} thicknesses, will be conical"
         found.append(_Remark("L615", words, several, _place(contour.index, source, *source.contour.path.start)))

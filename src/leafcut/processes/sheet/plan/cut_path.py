@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from leafcut.geometry.polyline import Polyline, joined
+from leafcut.kinds import CutMethod
 from leafcut.model.cutting import Cut, CutChoice
 from leafcut.processes.sheet.plan.cut_contours import CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
@@ -143,7 +144,7 @@ def joints_of(contour: CutContour, start: CutStart, rules: CutRules, begin: floa
 
     A joint in a corner is hard to break and to grind off, and one where the cut begins and ends is no joint.
     """
-    wanted = joints_wanted(contour, rules) if rules.kind == "laser" else 0
+    wanted = joints_wanted(contour, rules) if rules.kind == CutMethod.LASER else 0
     length, off = contour.path.length, rules.joint_width + rules.kerf
     count = min(wanted, int(length / (4.0 * off)))
     room = 0.5 * off + rules.kerf

@@ -6,18 +6,21 @@ import math
 from dataclasses import dataclass, replace
 
 from leafcut.errors import OptionError
+from leafcut.kinds import CutMethod, method_of
 from leafcut.model.cutting import CutData, Lead
 from leafcut.processes.sheet.options import CutOptions
 
-#: Processes by the kind of torch; a laser's name in a chart has its power behind it.
-PROCESSES = ("plasma", "laser", "oxyfuel", "waterjet")
-
 #: Lead-in at least so long, mm. Plasma and oxyfuel: lapas.io, table of lead-ins; the others: an estimate, so that the
 #: pierce's mark stays off the part.
-SHORTEST_LEAD_IN = {"plasma": 6.0, "oxyfuel": 15.0, "laser": 2.0, "waterjet": 2.0}
+SHORTEST_LEAD_IN: dict[str, float] = {
+    CutMethod.PLASMA: 6.0,
+    CutMethod.OXYFUEL: 15.0,
+    CutMethod.LASER: 2.0,
+    CutMethod.WATERJET: 2.0,
+}
 #: And so many kerfs (LightBurn forum: 1.5 to 3 for a laser), or as long as the sheet is thick (Hypertherm's note).
 KERFS_OF_LEAD_IN = 3.0
-THICK_LEAD_IN = ("plasma", "oxyfuel")
+THICK_LEAD_IN = (CutMethod.PLASMA, CutMethod.OXYFUEL)
 #: Lead-out: 6 to 12 mm outside (MultiCAM).
 SHORTEST_LEAD_OUT = 6.0
 #: LinuxCNC QtPlasmaC's defaults for holes: overcut, and the diameter below which a hole is cut slower, mm.
@@ -37,7 +40,7 @@ class CutRules:
     Attributes
     ----------
     kind
-        Of torch, one of `PROCESSES`.
+        How it is cut, a `CutMethod`.
     data
         The row of the chart.
     half
@@ -117,7 +120,7 @@ def resolve_rules(
     OptionError
         Two rules that do not go together.
     """
-    kind = data.process.split("_")[0]
+    kind = method_of(data.process)
     hot = kind in THICK_LEAD_IN
     _check(kind, options, data)
     length = options.lead_in_length
@@ -130,7 +133,7 @@ def resolve_rules(
     style = "arc" if by_controller else style
     out = options.lead_out if options.lead_out != "auto" else (style if hot else "none")
     out = "none" if by_controller else out
-    overcut = options.overcut if kind != "plasma" or (switches and not by_controller) else 0.0
+    overcut = options.overcut if kind != CutMethod.PLASMA or (switches and not by_controller) else 0.0
     direction = options.direction if options.direction != "auto" else ("clockwise" if hot else "free")
     return CutRules(
         kind=kind,
@@ -142,10 +145,12 @@ def resolve_rules(
         ),
         lead_out=_lead_out(out, options, length),
         hole_lead_out=options.lead_out not in ("auto", "none"),
-        hole_overcut=overcut if overcut is not None else (HOLE_OVERCUT if kind == "plasma" else 0.0),
+        hole_overcut=overcut if overcut is not None else (HOLE_OVERCUT if kind == CutMethod.PLASMA else 0.0),
         overcut=overcut or 0.0,
-        torch_off_in_overcut=kind == "plasma",
-        small_hole=options.small_hole if options.small_hole is not None else (SMALL_HOLE if kind == "plasma" else 0.0),
+        torch_off_in_overcut=kind == CutMethod.PLASMA,
+        small_hole=options.small_hole
+        if options.small_hole is not None
+        else (SMALL_HOLE if kind == CutMethod.PLASMA else 0.0),
         small_hole_feed=data.feed * options.small_hole_speed / 100.0,
         mark_feed=options.mark_speed if options.mark_speed is not None else min(MARK_FEED, max_feed),
         loops=options.corner_loops,
@@ -171,7 +176,7 @@ def _lead_out(style: str, options: CutOptions, length: float) -> Lead:
 
 
 def _check(kind: str, options: CutOptions, data: CutData) -> None:
-    if options.micro_joints > 1 and kind != "laser":
+    if options.micro_joints > 1 and kind != CutMethod.LASER:
         raise OptionError(
             f"--micro-joints {options.micro_joints}: only a laser goes off and on while it moves; a {kind} cut can "
             "have one joint, at its end: --micro-joints 1"

@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from leafcut.kinds import CutMethod, method_of
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.difference import Difference
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
@@ -17,7 +18,7 @@ from leafcut.processes.sheet.proof.torch_runs import TorchRun
 from leafcut.proof.difference import place
 
 #: Processes whose arc or flame goes out where there is no metal.
-NEED_METAL = ("plasma", "oxyfuel")
+NEED_METAL = (CutMethod.PLASMA, CutMethod.OXYFUEL)
 #: Two kerfs lie on each other along less than this where they only cross, in kerfs and in mm.
 CROSSING_KERFS, CROSSING = 1.0, 0.2
 #: A line ends at another within this, mm.
@@ -51,7 +52,7 @@ def check_common_lines(runs: Sequence[TorchRun], plan: CutPlan, lines: NDArray[A
                 found.append(_wrong("cut twice", later, f"an edge of two parts is cut twice at {place(x, y)}"))
     for group in sorted({cuts[k].group for k in common}):
         found += _in_group(runs, cuts, lines, [k for k in common if cuts[k].group == group], kerf)
-    if plan.data.process.split("_")[0] in NEED_METAL:
+    if method_of(plan.data.process) in NEED_METAL:
         found += _crossed(runs, lines, common)
     return found
 

@@ -21,9 +21,10 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
+from leafcut.kinds import BEAMS
 from leafcut.model.sequence import BlockRun
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.plan.sections.program_rows import BEAMS, Rows, works_with_beam
+from leafcut.processes.program.plan.sections.program_rows import Rows, works_with_beam
 
 #: What is so near the deepest cut is through the material, mm: bores go a little deeper than outlines. An outline in
 #: which a cut-out may lie is as deep as this at least.

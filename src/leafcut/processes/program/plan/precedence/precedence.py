@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from leafcut.gcode.program import Program
 from leafcut.gcode.tool_comments import tool_width
 from leafcut.geometry.index import NearLines, linked, unique_pairs
+from leafcut.kinds import BEAMS
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.sequence import BlockRun
 from leafcut.model.toolpath import Kind, arc_extremes, arc_sweep
@@ -29,7 +30,7 @@ from leafcut.processes.program.plan.precedence.freeing import (
 )
 from leafcut.processes.program.plan.precedence.passes import passes_in_order, rows_in_order
 from leafcut.processes.program.plan.precedence.split_outlines import BEAM_TAB, MILL_TAB, TOUCHING, closed_together
-from leafcut.processes.program.plan.sections.program_rows import BEAMS, TOLERANCE, Rows, works_with_beam
+from leafcut.processes.program.plan.sections.program_rows import TOLERANCE, Rows, works_with_beam
 
 #: How far a chord may lie from its arc, mm.
 _SAGITTA = 0.02

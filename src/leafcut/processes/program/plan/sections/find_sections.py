@@ -11,6 +11,7 @@ import numpy as np
 
 from leafcut.gcode.modal_dependencies import HERE, BlockReader, next_place
 from leafcut.gcode.program import Modal, Program
+from leafcut.kinds import BEAMS
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.sequence import BlockRun, Kept, Section, Stay
 from leafcut.model.toolpath import MOTIONS, PLACES, SPEED_ALONE, Kind
@@ -19,7 +20,6 @@ from leafcut.processes.program.plan.precedence.staying import word_at
 from leafcut.processes.program.plan.sections.clearance_groups import group_by_height
 from leafcut.processes.program.plan.sections.fixed_last import follows_compensation, stays_last, stops_before_work
 from leafcut.processes.program.plan.sections.program_rows import (
-    BEAMS,
     TOLERANCE,
     Rows,
     find_barriers,

@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.gcode.words import BlockError, tokenise
+from leafcut.kinds import BEAMS
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.toolpath import last_rows
 from leafcut.processes.program.plan.precedence.freeing import freeing_stages
 from leafcut.processes.program.plan.precedence.staying import why_chains_stay
-from leafcut.processes.program.plan.sections.program_rows import BEAMS, Rows
+from leafcut.processes.program.plan.sections.program_rows import Rows
 
 #: A text that comes so often, with so many pieces at most (the median), names pieces.
 _OFTEN, _FEW = 3, 2

@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.program_interpreter import CALLED
 from leafcut.gcode.words import BlockError, tokenise
+from leafcut.kinds import BEAMS, ProgramKind
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, last_rows
-
-BEAMS = ("laser", "plasma")
-PROCESSES = ("drill", "mill", *BEAMS)
 
 #: Why a block stays, by the kind of its row.
 _BARRIERS = {
@@ -104,7 +102,7 @@ def read_rows(program: Program, process: str) -> Rows:
     cut = (feed & beam) | drill | ((path.kind == Kind.DWELL) & beam)
     # An arc is said from where it begins, so it stays with what brings the tool there.
     off &= path.kind == Kind.FEED
-    across = (rapid & ~beam) | off if process == "plasma" else rapid | off
+    across = (rapid & ~beam) | off if process == ProgramKind.PLASMA else rapid | off
     return Rows(before, block, cut, across & sideways, sideways, beam, np.full(len(program.modals), np.nan))
 
 
@@ -182,7 +180,7 @@ def known_process(program: Program) -> str:
     # Cuts are told apart by the rapids between them.
     cuts = len(np.unique(np.cumsum(ways)[sideways]))
     if level or (len(on) >= 2 and on_place.mean() >= _MOSTLY and 2 * len(on) >= cuts):
-        return "plasma" if _is_torch(program, spindle) else "laser"
+        return ProgramKind.PLASMA if _is_torch(program, spindle) else ProgramKind.LASER
     return "mill"
 
 

@@ -16,6 +16,7 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
+from leafcut.kinds import CutMethod
 from leafcut.model.cutting import Lead
 from leafcut.processes.sheet.plan.common_cuts.edges import GAP, EdgeGap
 from leafcut.processes.sheet.plan.cut_contours import FLATNESS, OFFSET_TOLERANCE, ROUNDING, CutContour, flat_line
@@ -27,7 +28,7 @@ MEET = 0.01
 #: A common line is made longer by so many half kerfs at most to come to another kerf: about a corner of 20 degrees.
 REACH = 6.0
 #: A cut whose kerf others cross keeps its arc: light and water need no metal to burn on.
-CROSSABLE = ("laser", "waterjet")
+CROSSABLE = (CutMethod.LASER, CutMethod.WATERJET)
 #: Lines are on one line when they turn by less than this, rad.
 STRAIGHT = 1e-3
 #: A fitted arc of a larger radius is a line, mm.

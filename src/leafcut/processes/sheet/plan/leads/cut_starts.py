@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Point, Points
 from leafcut.geometry.polyline import Polyline
+from leafcut.kinds import CutMethod
 from leafcut.model.cutting import Lead
 from leafcut.processes.sheet.plan.cut_contours import NO_LEAD, CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
@@ -62,7 +63,7 @@ class CutStart:
 
 def overcut_of(contour: CutContour, rules: CutRules) -> float:
     """Return how far a contour is cut past its beginning, mm."""
-    if not contour.has_leads or (joints_wanted(contour, rules) and rules.kind != "laser"):
+    if not contour.has_leads or (joints_wanted(contour, rules) and rules.kind != CutMethod.LASER):
         return 0.0
     return rules.hole_overcut if contour.hole else rules.overcut
 
@@ -77,7 +78,7 @@ def joints_wanted(contour: CutContour, rules: CutRules) -> int:
 def lead_out_of(contour: CutContour, rules: CutRules) -> Lead:
     """Return the lead-out that a contour should have."""
     ends_on_contour = rules.torch_off_in_overcut and overcut_of(contour, rules) > 0.0
-    ends_at_joint = joints_wanted(contour, rules) and rules.kind != "laser"
+    ends_at_joint = joints_wanted(contour, rules) and rules.kind != CutMethod.LASER
     if ends_on_contour or ends_at_joint or contour.is_small(rules) or (contour.hole and not rules.hole_lead_out):
         return NO_LEAD
     return rules.lead_out
@@ -132,7 +133,7 @@ def end_of(contour: CutContour, at: float, clockwise: bool, rules: CutRules) -> 
 
 def closing_joint(contour: CutContour, rules: CutRules) -> float:
     """Return how much of the path stays uncut at the end of a cut, mm; the kerf's round ends take half a kerf each."""
-    if not joints_wanted(contour, rules) or rules.kind == "laser":
+    if not joints_wanted(contour, rules) or rules.kind == CutMethod.LASER:
         return 0.0
     return min(rules.joint_width + rules.kerf, 0.25 * contour.path.length)
 
