@@ -26,7 +26,7 @@ from leafcut.studio import forms
 from leafcut.studio.ending import Endable
 from leafcut.studio.history import JobState
 from leafcut.studio.page_state import View
-from leafcut.studio.panel_input import InputPanel
+from leafcut.studio.panel_input import InputPanel, work_of
 from leafcut.studio.panel_live import PACES
 from leafcut.studio.studio import Studio
 from leafcut.studio.task import Task, command_line, prepare, program_name
@@ -423,6 +423,24 @@ def test_the_drawing_before_a_run_lies_as_the_run_will_place_it() -> None:
     assert plain.facts == mirrored.facts
     assert plain.scenes["part"] != mirrored.scenes["part"]
     assert look("example:plate-10", "solve", {"mirror": "x"}).scenes["part"] == plain.scenes["part"]
+
+
+def test_a_process_of_a_package_has_its_form_is_run_and_is_told_by_its_own_name(
+    install: Installer, studio: Studio
+) -> None:
+    install(*shop())
+    for language in ("en", "es"):
+        groups = forms.form("spot", {}, words(language), machines={}, tools=[])
+        assert [f["name"] for f in groups[0]["fields"]] == ["machine", "spot_depth", "tools"]
+    task = Task(
+        "optimize", ("example:plate-10",), forms.works()["spot"].process, {"spot_depth": "0.7", "preset": "fast"}
+    )
+    job = studio.jobs.start(task)
+    assert studio.jobs.wait(job) is JobState.DONE
+    program = studio.history.artefact(job, "program")
+    assert program is not None
+    assert b"--spot-depth 0.7" in program.data
+    assert work_of(task, "plate-10") == "spot"
 
 
 def test_what_packages_add_is_offered_beside_what_leafcut_brings(install: Installer) -> None:

@@ -304,7 +304,7 @@ class InputPanel:
             works.append([view.work, w.named("work", view.work)])
         fields = [_field("work", w("choose.work"), works)]
         if view.work == "program":
-            kinds = [[process, w(f"process.{process}")] for process in forms.program_processes()]
+            kinds = [[process, w.named("process", process)] for process in forms.program_processes()]
             fields.append(_field("process", w("choose.process"), kinds))
         self.work.show({"work": view.work, "process": view.process}, groups=[_group(fields)])
         self.opener.set_several(view.work == "nest")
@@ -411,7 +411,7 @@ def work_of(task: Task, name: str) -> str:
     """Return the kind of work that a task is."""
     if task.command != "optimize":
         return task.command
-    if task.process in ("cut", "pocket"):
+    if task.process in forms.works() and task.process != "drill":
         return task.process
     from leafcut.read.registry import BUILT_IN as FORMATS
 
