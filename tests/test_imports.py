@@ -54,7 +54,7 @@ MAY_IMPORT["public"] = MODEL | {"api", "keywords", "options", "files", "processe
 MAY_IMPORT["user_files"] = MAY_IMPORT["files"] | {"files"}
 MAY_IMPORT["several"] = BASE | {"files", "read"}
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
-MAY_IMPORT["cli"] |= {"user_files", "several", "model", "processes", "_version"}
+MAY_IMPORT["cli"] |= {"gcode", "user_files", "several", "model", "processes", "_version"}
 
 #: What all processes share, and what stands between them and the rest of the program.
 COURSE = STAGE | STAGES | {"files", "plugins", "option_spec", "stock", "processes", "_version"}

@@ -58,7 +58,12 @@ def test_all_that_packages_add_is_listed_with_what_is_broken(capsys: pytest.Capt
     rows = listed(capsys, "plugins")
     told = "plug-in of torn that cannot be used (ModuleNotFoundError: No module named 'no_such_module')"
     assert rows == KINDS | {f"{kind.split()[0]} torn": told for kind in KINDS}
-    for command, name in (("formats", "polar"), ("algorithms", "random-insertion"), ("machines", "shop-mill")):
+    for command, name in (
+        ("formats", "polar"),
+        ("dialects", "shop-fanuc"),
+        ("algorithms", "random-insertion"),
+        ("machines", "shop-mill"),
+    ):
         rows = listed(capsys, command)
         assert rows["torn"] == told, command
         assert name in rows
@@ -160,3 +165,13 @@ def test_no_package_takes_the_name_of_a_command() -> None:
     commands = {name for name in app() if not name.startswith("-")}
     assert commands - set(registry.PACKAGED.names()) <= set(registry.PACKAGED.built_in())
     assert {"spot", "drill", "plugins", "machines"} <= commands
+
+
+def test_a_shipped_dialect_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["dialects", "--show", "haas"]) == 0
+    text = capsys.readouterr().out
+    assert 'base = "haas"\n' in text
+    assert run(["dialects", "--show", "haas", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"name": "haas", "dialect": text}
+    assert run(["dialects", "--show", "hass"]) == 2
+    assert "no dialect 'hass' is shipped; did you mean 'haas'?" in capsys.readouterr().err

@@ -170,6 +170,7 @@ def app(arguments: Sequence[str] = ()) -> App:
         whole = command_of(function, used_by(*works), **special) if all_of_them or asked == name else function
         made.command(whole, name=name, help=special.get("help"))
     made.command(_machines, name="machines")
+    made.command(_dialects, name="dialects")
     made.command(_algorithms, name="algorithms")
     made.command(_formats, name="formats")
     made.command(_plugins, name="plugins")
@@ -572,6 +573,27 @@ def _machines(
             print(text, end="")
         return DONE
     return _list(machine_list(), as_json)
+
+
+def _dialects(
+    *,
+    show: Annotated[
+        str | None,
+        Parameter(name="--show", help="print the file of this shipped dialect, to be saved and changed: > my.toml"),
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """List the dialects that programs are written in, or print the file of one."""
+    from leafcut.gcode.dialects import dialect_list, dialect_template
+
+    if show is None:
+        return _list(dialect_list(), as_json)
+    text = dialect_template(show)
+    if as_json:
+        _print_json({"name": show, "dialect": text})
+    else:
+        print(text, end="")
+    return DONE
 
 
 def _algorithms(*, as_json: Json = False) -> int:

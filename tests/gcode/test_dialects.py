@@ -9,7 +9,7 @@ import pytest
 
 from every import every
 from leafcut.errors import OptionError
-from leafcut.gcode.dialects import Dialect, dialect, dialects, parse_dialect
+from leafcut.gcode.dialects import Dialect, dialect, dialect_template, dialects, parse_dialect
 from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF
 from packages import Installer
 
@@ -149,6 +149,15 @@ def test_a_file_says_what_differs_from_its_base_and_is_of_that_family(tmp_path: 
     assert ours == dataclasses.replace(base, **changed)
     assert ours.family == base.family == "linuxcnc"
     assert toy(name="linuxcnc").family == ""
+
+
+@every("name", NAMES)
+def test_a_dialect_that_is_printed_to_be_changed_is_the_same_until_it_is(name: str, tmp_path: Path) -> None:
+    file = tmp_path / "my.toml"
+    file.write_text(dialect_template(name), encoding="utf-8")
+    assert dialect(str(file)) == dataclasses.replace(dialect(name), name="my.toml")
+    with pytest.raises(OptionError, match="no dialect 'my' is shipped"):
+        dialect_template("my")
 
 
 def test_a_base_brings_its_own_base_and_its_torch_with_what_the_file_says_of_it() -> None:

@@ -8,6 +8,7 @@ dialect("haas").cycles        ('G81', 'G82', 'G83', 'G73', 'G84', 'G85')
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field, fields, replace
@@ -249,6 +250,27 @@ def dialects(torch: bool | None = None) -> list[str]:
     """
     names = sorted([*_shipped_names(), *(one.name for one in DIALECTS.plugins() if one.adds is not None)])
     return names if torch is None else [name for name in names if (dialect(name).torch is not None) == torch]
+
+
+def dialect_list() -> list[tuple[str, str]]:
+    """Return the names of all dialects with what they are; of a broken plug-in with its error."""
+    known = [(name, dialect(name).description) for name in dialects()]
+    return known + [(one.name, one.told) for one in DIALECTS.plugins() if one.adds is None]
+
+
+def dialect_template(name: str) -> str:
+    """Return the file of a shipped dialect as one that is based on it, to be saved and changed.
+
+    Raises
+    ------
+    OptionError
+        No dialect of that name is shipped.
+    """
+    if name not in _shipped_names():
+        raise OptionError(f"no dialect '{name}' is shipped{nearest(name, sorted(_shipped_names()))}")
+    text = re.sub(r"^base = .*\n", "", _content(name).decode("utf-8"), flags=re.MULTILINE)
+    about = f"# Save it as my.toml, change it, and run with --dialect my.toml. What it does not say is as in {name}."
+    return f'{about}\nbase = "{name}"\n{text}'
 
 
 def dialect(name: str) -> Dialect:

@@ -18,7 +18,7 @@ class PostOptions(OptionGroup):
     dialect: str | None = option(
         "text",
         None,
-        "controller's dialect: its name, or the path of a TOML file",
+        "name of the controller's dialect (see `leafcut dialects`), or the path of a TOML file",
         default_words="the machine's own",
         may_be_path=True,
     )

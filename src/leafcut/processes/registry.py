@@ -35,6 +35,7 @@ OTHER_COMMANDS = (
     "simulate",
     "verify",
     "machines",
+    "dialects",
     "algorithms",
     "formats",
     "plugins",
