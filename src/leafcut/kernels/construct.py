@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
@@ -12,11 +15,50 @@ from leafcut.kernels.pheromone import wear
 from leafcut.kernels.random import below, uniform
 
 
+class Unvisited(NamedTuple):
+    """Which nodes a tour in the making has not visited, and scratch to look for the nearest of them.
+
+    ======= ========= ================================================
+    visited uint8[n]  1 for a node that the tour has
+    alive   int32[m]  how many unvisited points a tree node has
+    stack   int32[64] tree nodes that are still to be looked at
+    ======= ========= ================================================
+    """
+
+    visited: NDArray[np.uint8]
+    alive: NDArray[np.int32]
+    stack: NDArray[np.int32]
+
+
+class WeightedEdges(NamedTuple):
+    """The candidate edges and what makes an ant take them.
+
+    ========== ============= ================================
+    candidates int32[n, k]   neighbours of every node, -1 for none
+    pheromone  float64[n, k] τ
+    nearness   float64[n, k] η^β
+    weights    float64[n, k] τ^α · η^β
+    ========== ============= ================================
+    """
+
+    candidates: NDArray[np.int32]
+    pheromone: NDArray[np.float64]
+    nearness: NDArray[np.float64]
+    weights: NDArray[np.float64]
+
+
+class Decay(NamedTuple):
+    """How an edge wears off that an ant takes: τ ← (1 − ξ)τ + ξτ0, and its weight with α."""
+
+    pheromone_weight: float
+    rate: float
+    initial: float
+
+
 @part
-def _begin(
-    tree: Tree, first: int, second: int, words: NDArray, ant: int, tour: NDArray, visited: NDArray, alive: NDArray
-) -> int:
+def _begin(tree: Tree, first: int, second: int, words: NDArray, ant: int, tour: NDArray, unvisited: Unvisited) -> int:
     """Lay the one or two first nodes of a tour and return how many; -1 stands for "any node". Changes: the arrays."""
+    visited, alive = unvisited.visited, unvisited.alive
     visited[:] = 0
     for node in range(len(tree.parent)):
         alive[node] = tree.stop[node] - tree.begin[node]
@@ -38,11 +80,11 @@ def _begin(
 
 
 @part
-def _nearest(cost: CostModel, tree: Tree, alive: NDArray, visited: NDArray, i: int, stack: NDArray) -> int:
+def _nearest(cost: CostModel, tree: Tree, unvisited: Unvisited, i: int) -> int:
     """Return the nearest unvisited node: by the tree where places mean something, else by looking at all."""
     if len(tree.x) == 0:
-        return cheapest_unvisited(cost, visited, i)
-    return nearest_unvisited(tree, alive, visited, i, stack)
+        return cheapest_unvisited(cost, unvisited.visited, i)
+    return nearest_unvisited(tree, unvisited.alive, unvisited.visited, i, unvisited.stack)
 
 
 @kernel
@@ -53,27 +95,21 @@ def nearest_neighbour_tour(
     second: int,
     words: NDArray,
     tour: NDArray,
-    visited: NDArray,
-    alive: NDArray,
-    stack: NDArray,
+    unvisited: Unvisited,
 ) -> None:
     """Build the tour that always goes to the nearest unvisited node.
 
-    Changes: tour int32[n], visited uint8[n], alive int32[m], stack int32[64], words[0].
+    Changes: tour int32[n], unvisited, words[0].
     """
-    n = len(tour)
-    for step in range(_begin(tree, first, second, words, 0, tour, visited, alive), n):
+    n, visited = len(tour), unvisited.visited
+    for step in range(_begin(tree, first, second, words, 0, tour, unvisited), n):
         last = tour[step - 1]
         # The free node has no place of its own: any node is as near as another, so take the first.
-        node = (
-            cheapest_unvisited(cost, visited, last)
-            if last == cost.free
-            else _nearest(cost, tree, alive, visited, last, stack)
-        )
+        node = cheapest_unvisited(cost, visited, last) if last == cost.free else _nearest(cost, tree, unvisited, last)
         tour[step] = node
         visited[node] = 1
         if node < len(tree.x):
-            remove(tree, alive, node)
+            remove(tree, unvisited.alive, node)
 
 
 @part
@@ -134,39 +170,30 @@ def _next_node(
     greedy_probability: float,
     words: NDArray,
     ant: int,
-    visited: NDArray,
-    alive: NDArray,
-    stack: NDArray,
+    unvisited: Unvisited,
     last: int,
 ) -> int:
-    """Return the node that an ant at `last` goes to, and count it as visited. Changes: words, visited, alive, stack."""
+    """Return the node that an ant at `last` goes to, and count it as visited. Changes: words, unvisited."""
+    visited = unvisited.visited
     if last == cost.free:
         node = random_unvisited(visited, words, ant)
     else:
         c = choose_next(candidates, weights, visited, last, greedy_probability, words, ant)
-        node = candidates[last, c] if c >= 0 else _nearest(cost, tree, alive, visited, last, stack)
+        node = candidates[last, c] if c >= 0 else _nearest(cost, tree, unvisited, last)
     visited[node] = 1
     if node < len(tree.x):
-        remove(tree, alive, node)
+        remove(tree, unvisited.alive, node)
     return node
 
 
 @part
-def _wear(
-    candidates: NDArray,
-    pheromone: NDArray,
-    nearness: NDArray,
-    weights: NDArray,
-    pheromone_weight: float,
-    rate: float,
-    initial: float,
-    a: int,
-    b: int,
-) -> None:
+def _wear(edges: WeightedEdges, decay: Decay, a: int, b: int) -> None:
     """Wear off the trail from a to b, if it is a candidate edge. Changes: pheromone, weights."""
-    for c in range(candidates.shape[1]):
-        if candidates[a, c] == b:
-            wear(pheromone, nearness, weights, pheromone_weight, rate, initial, a, c)
+    for c in range(edges.candidates.shape[1]):
+        if edges.candidates[a, c] == b:
+            wear(
+                edges.pheromone, edges.nearness, edges.weights, decay.pheromone_weight, decay.rate, decay.initial, a, c,
+            )  # fmt: skip
 
 
 @kernel
@@ -181,9 +208,7 @@ def construct_tour(
     words: NDArray,
     ant: int,
     tour: NDArray,
-    visited: NDArray,
-    alive: NDArray,
-    stack: NDArray,
+    unvisited: Unvisited,
 ) -> None:
     """Let one ant build a tour by pheromone and nearness.
 
@@ -194,53 +219,43 @@ def construct_tour(
     words      uint64[ants]    random state, `ant` is this one's row
     ========== =============== ==========================================================
 
-    Changes: tour int32[n], words[ant], visited uint8[n], alive int32[m], stack int32[64].
+    Changes: tour int32[n], words[ant], unvisited.
     Source: Dorigo and Stützle 2004, section 3.8.2 (candidate lists).
     Differs: when every candidate is visited the ant goes to the nearest unvisited node, since pheromone is kept on
     candidate edges only and so is equal elsewhere.
     """
     n = len(tour)
-    for step in range(_begin(tree, first, second, words, ant, tour, visited, alive), n):
-        tour[step] = _next_node(
-            cost, tree, candidates, weights, greedy_probability, words, ant, visited, alive, stack, tour[step - 1]
-        )
+    for step in range(_begin(tree, first, second, words, ant, tour, unvisited), n):
+        last = tour[step - 1]
+        tour[step] = _next_node(cost, tree, candidates, weights, greedy_probability, words, ant, unvisited, last)
 
 
 @kernel
 def construct_tour_with_decay(
     cost: CostModel,
     tree: Tree,
-    candidates: NDArray,
-    pheromone: NDArray,
-    nearness: NDArray,
-    weights: NDArray,
-    pheromone_weight: float,
-    local_evaporation_rate: float,
-    initial_pheromone: float,
+    edges: WeightedEdges,
+    decay: Decay,
     greedy_probability: float,
     first: int,
     second: int,
     words: NDArray,
     ant: int,
     tour: NDArray,
-    visited: NDArray,
-    alive: NDArray,
-    stack: NDArray,
+    unvisited: Unvisited,
 ) -> None:
     """Let one ant of Ant Colony System build a tour, wearing off the pheromone of each edge that it takes.
 
-    As `construct_tour`; `pheromone`, `nearness` (η^β) and `weights` are float64[n, k] and worn edges get
-    τ ← (1 − ξ)τ + ξτ0 at once, so that the next ant meets them lighter.
+    As `construct_tour`; worn edges get τ ← (1 − ξ)τ + ξτ0 at once, so that the next ant meets them lighter.
 
-    Changes: pheromone, weights, tour, words[ant], visited, alive, stack.
+    Changes: edges.pheromone, edges.weights, tour, words[ant], unvisited.
     Source: Dorigo and Stützle 2004, section 3.4.1, equations 3.10 and 3.12.
     Differs: the ants of an iteration go one after another, not step by step.
     """
-    n = len(tour)
-    for step in range(_begin(tree, first, second, words, ant, tour, visited, alive), n):
+    n, candidates, weights = len(tour), edges.candidates, edges.weights
+    for step in range(_begin(tree, first, second, words, ant, tour, unvisited), n):
         last = tour[step - 1]
-        node = _next_node(cost, tree, candidates, weights, greedy_probability, words, ant, visited, alive, stack, last)
-        rate, initial = local_evaporation_rate, initial_pheromone
-        _wear(candidates, pheromone, nearness, weights, pheromone_weight, rate, initial, last, node)
-        _wear(candidates, pheromone, nearness, weights, pheromone_weight, rate, initial, node, last)
+        node = _next_node(cost, tree, candidates, weights, greedy_probability, words, ant, unvisited, last)
+        _wear(edges, decay, last, node)
+        _wear(edges, decay, node, last)
         tour[step] = node

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels import pheromone as trails
-from leafcut.kernels.construct import construct_tour, construct_tour_with_decay
+from leafcut.kernels.construct import Decay, WeightedEdges, construct_tour, construct_tour_with_decay
 from leafcut.kernels.cost import tour_cost
 from leafcut.options import AcoOptions
-from leafcut.solve.construction import Scratch, nearest_neighbour, random_words
+from leafcut.solve.construction import nearest_neighbour, none_visited, random_words
 from leafcut.solve.instance import Instance
 from leafcut.solve.local_search import LocalSearch
 from leafcut.solve.statistics import Best, WorkerLog
@@ -242,7 +242,7 @@ class Ants:
         m, n = colony.parameters.ants, colony.instance.n
         self.tours = np.zeros((m, n), dtype=np.int32)
         self.costs = np.full(m, math.inf)
-        self._scratch = [Scratch.of(colony.instance) for _ in range(workers)]
+        self._unvisited = [none_visited(colony.instance) for _ in range(workers)]
         self._search = [LocalSearch.of(colony.instance) for _ in range(workers)]
 
     def propose(self, iteration: int) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
@@ -260,15 +260,15 @@ class Ants:
 
     def _build_with_decay(self, words: NDArray[np.uint64]) -> int:
         """Let the ants of Ant Colony System build one after another; return how many had time to."""
-        colony, i, s = self.colony, self.colony.instance, self._scratch[0]
-        p = colony.parameters
+        colony, i, p = self.colony, self.colony.instance, self.colony.parameters
+        edges = WeightedEdges(i.candidates, colony.pheromone, colony.nearness, colony.weights)
+        decay = Decay(p.alpha, p.local_rate, colony.initial)
         for ant in range(p.ants):
             if ant and self.stop.now():
                 return ant
             construct_tour_with_decay(
-                i.cost, i.tree, i.candidates, colony.pheromone, colony.nearness, colony.weights,
-                p.alpha, p.local_rate, colony.initial, p.greedy_probability,
-                i.first, i.second, words, ant, self.tours[ant], s.visited, s.alive, s.stack,
+                i.cost, i.tree, edges, decay, p.greedy_probability, i.first, i.second, words, ant, self.tours[ant],
+                self._unvisited[0],
             )  # fmt: skip
         return p.ants
 
@@ -288,10 +288,10 @@ class Ants:
         self.log.add(worker, ants, time.perf_counter() - began, float(mine.min(initial=math.inf)))
 
     def _build(self, worker: int, ant: int, words: NDArray[np.uint64]) -> None:
-        colony, i, s = self.colony, self.colony.instance, self._scratch[worker]
+        colony, i = self.colony, self.colony.instance
         construct_tour(
             i.cost, i.tree, i.candidates, colony.weights, colony.parameters.greedy_probability,
-            i.first, i.second, words, ant, self.tours[ant], s.visited, s.alive, s.stack,
+            i.first, i.second, words, ant, self.tours[ant], self._unvisited[worker],
         )  # fmt: skip
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -17,14 +16,10 @@ EVERY_RUN = "compiling (again in every run: no folder for compiled code can be w
 
 
 class _Listener(event.Listener):  # type: ignore[misc]  # numba has no types
-    """Calls back when the first compilation begins, and lets no garbage be collected while one is under way.
-
-    A compiler makes millions of small objects and throws few away: looking for them again and again takes a tenth of
-    its time.
-    """
+    """Calls back when the first compilation begins, and with what each one took."""
 
     def __init__(self, tell: Callable[[str], None], spent: Callable[[float], None]) -> None:
-        self.tell, self.told, self.depth, self.collects = tell, False, 0, False
+        self.tell, self.told, self.depth = tell, False, 0
         self.spent, self.began = spent, 0.0
 
     def on_start(self, event: Any) -> None:
@@ -32,18 +27,13 @@ class _Listener(event.Listener):  # type: ignore[misc]  # numba has no types
             self.told = True
             self.tell(EVERY_RUN if not_kept() else FIRST_RUN)
         if self.depth == 0:
-            self.collects = gc.isenabled()
-            gc.disable()
             self.began = time.perf_counter()
         self.depth += 1
 
     def on_end(self, event: Any) -> None:
         self.depth -= 1
-        if self.depth:
-            return
-        self.spent(time.perf_counter() - self.began)
-        if self.collects:
-            gc.enable()
+        if not self.depth:
+            self.spent(time.perf_counter() - self.began)
 
 
 @contextmanager

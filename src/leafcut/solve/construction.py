@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from leafcut.kernels import greedy as greedy_kernels
 from leafcut.kernels.cost import CostModel
 from leafcut.solve.instance import Instance, candidate_lists, plant_tree
+
+if TYPE_CHECKING:
+    from leafcut.kernels.construct import Unvisited
 
 #: Neighbours that the end of a fragment is given in each round. One of them may be its own other end.
 END_NEIGHBOURS = 5
@@ -27,22 +30,15 @@ MOST_NOISE = 0.1
 FEW = 500
 
 
-@dataclass(frozen=True, eq=False)
-class Scratch:
-    """What one worker needs to build a tour: visited uint8[n], alive int32[tree nodes], stack int32[64]."""
+def none_visited(instance: Instance) -> Unvisited:
+    """Return fresh buffers for one worker, in which no node is visited."""
+    from leafcut.kernels.construct import Unvisited
 
-    visited: NDArray[np.uint8]
-    alive: NDArray[np.int32]
-    stack: NDArray[np.int32]
-
-    @classmethod
-    def of(cls, instance: Instance) -> Scratch:
-        """Return fresh buffers for one worker."""
-        return cls(
-            np.zeros(instance.n, dtype=np.uint8),
-            np.zeros(len(instance.tree.parent), dtype=np.int32),
-            np.zeros(64, dtype=np.int32),
-        )
+    return Unvisited(
+        np.zeros(instance.n, dtype=np.uint8),
+        np.zeros(len(instance.tree.parent), dtype=np.int32),
+        np.zeros(64, dtype=np.int32),
+    )
 
 
 def nearest_neighbour(instance: Instance) -> NDArray[np.int32]:
@@ -55,12 +51,8 @@ def nearest_neighbour(instance: Instance) -> NDArray[np.int32]:
     from leafcut.kernels.construct import nearest_neighbour_tour
 
     tour = np.zeros(instance.n, dtype=np.int32)
-    scratch = Scratch.of(instance)
-    words = np.ones(1, dtype=np.uint64)
-    nearest_neighbour_tour(
-        instance.cost, instance.tree, instance.home, instance.second, words, tour,
-        scratch.visited, scratch.alive, scratch.stack,
-    )  # fmt: skip
+    words, unvisited = np.ones(1, dtype=np.uint64), none_visited(instance)
+    nearest_neighbour_tour(instance.cost, instance.tree, instance.home, instance.second, words, tour, unvisited)
     return tour
 
 
