@@ -266,7 +266,7 @@ def test_bad_programs_get_one_clear_line_and_write_nothing(
 def test_a_process_is_what_was_said() -> None:
     with pytest.raises(LeafcutError, match="--process"):
         leafcut.optimize("example:plate-10", process="knitting")
-    with pytest.raises(LeafcutError, match="--process laser"):
+    with pytest.raises(LeafcutError, match="laser: this is a drawing, and not a program"):
         leafcut.optimize("example:plate-10", process="laser")
 
 
