@@ -41,7 +41,8 @@ def keywords_of(function: Callable[..., Any]) -> dict[str, Any]:
 
 def test_the_module_is_what_the_options_say() -> None:
     made = runpy.run_path(str(ROOT / ".ci" / "make_keywords.py"))["keywords"]()
-    assert (ROOT / "src" / "leafcut" / "keywords.py").read_text(encoding="utf-8") == made
+    there = (ROOT / "src" / "leafcut" / "keywords.py").read_text(encoding="utf-8")
+    assert there == made, "options have changed: run .ci/make_keywords.py"
 
 
 @every("function, works", list(FUNCTIONS.items()))

@@ -522,7 +522,9 @@ class OptimizeKeywords(TypedDict, total=False):
     greedy).
     """
     dialect: str | None
-    """Controller's dialect: its name, or the path of a TOML file (default: the machine's own)."""
+    """Name of the controller's dialect (see `leafcut dialects`), or the path of a TOML file (default: the
+    machine's own).
+    """
     output_units: Literal[
         "mm",
         "inch",

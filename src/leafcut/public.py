@@ -7,6 +7,7 @@ from leafcut.errors import LeafcutError, OptionError, PlanError, PostError, Read
 from leafcut.files import OutputError, StandardInput
 from leafcut.geometry.polyline import Polyline
 from leafcut.keywords import NestKeywords, OptimizeKeywords, SimulateKeywords, SolveKeywords, VerifyKeywords
+from leafcut.kinds import Head
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutChoice, CutData, CutMeasures, CutPlan, CutTimes, Lead, PartTimes
@@ -60,6 +61,7 @@ __all__ = [
     "DrillCycle",
     "DrillingDetail",
     "Grouping",
+    "Head",
     "Hole",
     "Input",
     "Issue",
