@@ -81,15 +81,14 @@ def test_pieces_put_together_are_the_whole(
         assert whole.point_at(share * path.length) == pytest.approx(path.point_at(share * path.length), abs=1e-5)
 
 
-@given(polylines, st.floats(0, 1), st.floats(0, 2))
-def test_a_closed_path_begun_elsewhere_or_reversed_is_the_same_place_for_place(
+@given(polylines, st.floats(0, 1), st.floats(0, 1))
+def test_a_whole_round_from_anywhere_or_the_path_reversed_is_the_same_place_for_place(
     rows: list[tuple[float, float, float]], share: float, at: float
 ) -> None:
     path = Polyline(np.array(rows), closed=True)
     d = share * path.length
-    again = path.started_at(d)
+    again = path.piece(d, d + path.length)
     assert again.length == pytest.approx(path.length)
-    assert again.area == pytest.approx(path.area, abs=1e-6)
     assert again.point_at(at * path.length) == pytest.approx(path.point_at(d + at * path.length), abs=1e-5)
     back = path.reversed()
     assert back.area == pytest.approx(-path.area, abs=1e-6)

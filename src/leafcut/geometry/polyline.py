@@ -269,13 +269,6 @@ class Polyline:
                 break
         return Polyline(np.array([*rows, (*last, 0.0)]), closed=False)
 
-    def started_at(self, distance: float) -> Polyline:
-        """Return a closed polyline that begins at a distance along this one; the segment there is divided."""
-        if not self.closed:
-            raise PlanError("only a closed polyline can begin elsewhere")
-        whole = self.piece(distance, distance + self.length)
-        return Polyline(whole.vertices[:-1], closed=True) if whole.n_segments > 1 else self
-
 
 def joined(*pieces: Polyline) -> Polyline:
     """Return the open polyline of open ones, each beginning where the one before ends."""

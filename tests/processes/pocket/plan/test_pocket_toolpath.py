@@ -295,7 +295,7 @@ def test_where_roughing_left_more_than_stock_the_tool_does_not_come_down_straigh
 def test_every_run_that_begins_with_a_loop_is_entered_along_it() -> None:
     """The loops are made for limited engagement: coming down anywhere else, their first round would be a full cut."""
     loops = [Polyline.circle(x, 30, 4.5) for x in (20.0, 40.0)]
-    pieces = [PocketPiece(loop.started_at(0.0).piece(0.0, loop.length), "entry") for loop in loops]
+    pieces = [PocketPiece(loop.piece(0.0, loop.length), "entry") for loop in loops]
     region = square()[0]
     path, descents = lay_pockets(
         [Clearing(region, region.polygon, PocketPath("two", tuple(pieces)))],

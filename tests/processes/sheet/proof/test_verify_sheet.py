@@ -135,7 +135,7 @@ def pierced_in_a_part(cuts: Cuts) -> Cuts:
 def wrong_side(cuts: Cuts) -> Cuts:
     """A hole's kerf is outside the hole."""
     k = of_contour(cuts, 5)
-    path = Polyline.circle(190, 50, 10 + KERF / 2).started_at(0.0).piece(0.0, math.tau * (10 + KERF / 2))
+    path = Polyline.circle(190, 50, 10 + KERF / 2).piece(0.0, math.tau * (10 + KERF / 2))
     return with_cut(cuts, k, path=path, lead_in=0.0, lead_out=path.length, torch_off_at=path.length)
 
 

@@ -251,7 +251,7 @@ def test_pointing_at_a_cut_says_part_contour_length_and_seconds(sheet_outcome):
 
 @every("cuts, every", [(40, 1), (100, 2), (130, 5)])
 def test_of_many_cuts_every_so_manieth_has_its_number(cuts, every):
-    squares = [cut_of([3], box(9.0 * (k % 15), 9.0 * (k // 15), 4, 4).started_at(0.0), 0.0) for k in range(cuts)]
+    squares = [cut_of([3], box(9.0 * (k % 15), 9.0 * (k // 15), 4, 4), 0.0) for k in range(cuts)]
     plan = plan_of(squares, 1.0)
     svg = sheet_drawing(build_sheet_scene([plan]), plan, "after", "")
     (group,) = re.findall(r'<g class="number".*?</g>', svg, re.S)
