@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -25,11 +24,12 @@ os.environ["LEAFCUT_DEFAULTS"] = ""
 os.environ["XDG_STATE_HOME"] = os.environ["LOCALAPPDATA"] = os.devnull
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """Have one worker compile a kernel and the others wait for its file: to compile twice takes twice as long."""
-    run = os.environ.get("PYTEST_XDIST_TESTRUNUID")
-    if run:
-        _compile_once(Path(tempfile.gettempdir()) / f"leafcut-tests-{run}")
+    own = config.getoption("basetemp")
+    if own and "PYTEST_XDIST_WORKER" in os.environ:
+        # Beside the temporary folders of all workers of this run: pytest removes them with those of earlier runs.
+        _compile_once(Path(own).parent / "compile-locks")
 
 
 def _compile_once(locks: Path) -> None:
