@@ -68,6 +68,14 @@ def test_a_straight_way_is_clear_where_the_discs_together_cover_it(seed: int) ->
     assert said >= whole.buffer(-0.01).covers(line)
 
 
+def test_discs_beyond_the_ends_of_a_way_do_not_matter() -> None:
+    """From 0 to 10 one disc covers it; others lie 20 mm behind its end and before its begin."""
+    ground = fronts((5, 0, 6), (30, 0, 2), (-30, 0, 2))
+    assert ground.clear((0.0, 0.0), (10.0, 0.0), [0, 1, 2])
+    assert not ground.clear((0.0, 0.0), (12.0, 0.0), [0, 1, 2])
+    assert not ground.clear((-2.0, 0.0), (10.0, 0.0), [0, 1, 2])
+
+
 def test_a_way_of_no_length_is_clear() -> None:
     assert fronts((0, 0, 1)).clear((9.0, 9.0), (9.0, 9.0), [0])
 

@@ -163,6 +163,6 @@ class Fronts:
         reach = 0.0
         for start, end in zip(low[order].tolist(), high[order].tolist(), strict=True):
             if start > reach:
-                return False
+                break
             reach = max(reach, end)
         return reach >= length - _SLACK
