@@ -76,3 +76,30 @@ def test_a_sheet_has_room_for_as_much_as_its_pieces_weigh() -> None:
     assert packer.weight(0) == pytest.approx(50 * 30)
     assert packer.room / packer.weight(0) == pytest.approx(9)
     assert len(packer.fill(Counter({0: 20}), last=False)) == 9
+
+
+def test_round_pieces_stay_apart_by_the_spacing_and_what_their_chords_lose() -> None:
+    """Chords leave an arc by 0.01 mm: between two of them, and at the sheet's edge on either side, 0.02 mm more."""
+    disc = some([Polyline.circle(0, 0, 25)], (0.0,))
+    laid = RectanglePacker(disc, 102.03, 50.0, 0.0, 2.0, 0).fill(Counter({0: 2}), last=False)
+    assert abs(laid[0].x - laid[1].x) == pytest.approx(50.0 + 2.0 + 0.02, abs=0.002)
+    assert len(RectanglePacker(disc, 102.01, 50.0, 0.0, 2.0, 0).fill(Counter({0: 2}), last=False)) == 1
+    straight = some([box(50, 50)], (0.0,))
+    laid = RectanglePacker(straight, 102.0, 50.0, 0.0, 2.0, 0).fill(Counter({0: 2}), last=False)
+    assert abs(laid[0].x - laid[1].x) == pytest.approx(52.0, abs=0.002)
+
+
+@every("rule", range(len(RULES)))
+def test_by_every_rule_the_last_pieces_stand_in_no_more_columns_than_they_need(rule: int) -> None:
+    """Two of 40 × 40 fit beside each other across a sheet of 82: all four take 82 mm, in two columns."""
+    pieces = some([box(40, 40)], (0.0,))
+    packer = RectanglePacker(pieces, 1000.0, 82.0, 0.0, 2.0, rule)
+    last = shapes(pieces, packer.fill(Counter({0: 4}), last=True))
+    assert len(last) == 4
+    assert max(shape.bounds[2] for shape in last) <= 83.0
+
+
+def test_where_not_all_of_the_pieces_fit_the_whole_sheet_is_filled() -> None:
+    pieces = some([box(40, 40)], (0.0,))
+    packer = RectanglePacker(pieces, 124.0, 82.0, 0.0, 2.0, 0)
+    assert len(packer.fill(Counter({0: 9}), last=True)) == 6

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
+from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
@@ -72,3 +73,51 @@ def test_beyond_what_a_polygon_is_grown_by_every_point_is_the_spacing_away_from_
     ring = np.asarray(shapely.Polygon(Polyline.circle(0, 0, 50).flattened(0.01)).buffer(clear_of(5.0)).exterior.coords)
     middles = 0.5 * (ring[1:] + ring[:-1])
     assert np.hypot(*middles.T).min() - 50.0 >= 5.0
+
+
+def corner(angle: float) -> Polyline:
+    """Return a right-angled triangle with legs of 30 and 20 mm, its right angle at the origin, turned."""
+    return Polyline.of_points([(0, 0), (30, 0), (0, 20)], closed=True).turned(angle)
+
+
+@every("turn", [0.3, 1.1, 2.0, 4.4])
+def test_in_a_room_that_is_its_own_shape_a_piece_lies_upon_it(turn: float) -> None:
+    """Two crumbs make the box around the room larger, so that no place of a grid is that one: only its corners are."""
+    path = corner(turn).moved(13.0, 7.0)
+    crumbs = shapely.box(-61.3, -53.7, -61, -53), shapely.box(200, 300, 201, 301)
+    room = shapely.union_all([shapely.Polygon(path.flattened(0.001)), *crumbs])
+    found = place(piece(path), room, [0.0])
+    assert found is not None
+    assert found[1:3] == (pytest.approx(0.0, abs=1e-5), pytest.approx(0.0, abs=1e-5))
+    assert place(piece(path), room, [0.0], quick=True) is None
+
+
+@every("turn", [0.3, 1.1, 2.0, 4.4])
+def test_any_corner_of_a_piece_may_be_the_one_that_lies_in_a_corner(turn: float) -> None:
+    """The room is larger at the corner with which the outline of the square begins: the other three hold it."""
+    whole = Polyline.of_points([(-3, -3), (20, 0), (20, 20), (0, 20)], closed=True).turned(turn)
+    crumbs = shapely.box(-61.3, -53.7, -61, -53), shapely.box(200, 300, 201, 301)
+    room = shapely.union_all([shapely.Polygon(whole.flattened(0.001)), *crumbs])
+    found = place(piece(box(20, 20).turned(turn)), room, [0.0])
+    assert found is not None
+    assert found[1:3] == (pytest.approx(0.0, abs=1e-5), pytest.approx(0.0, abs=1e-5))
+
+
+def test_a_round_piece_lies_in_an_alcove_by_the_corners_of_the_box_around_it() -> None:
+    """Only in the alcove, 20 mm wide and high, a disc of that diameter has room."""
+    room = shapely.Polygon([(0, 0), (100, 0), (100, 5), (53.3, 5), (53.3, 20), (33.3, 20), (33.3, 5), (0, 5)])
+    found = place(piece(Polyline.circle(0, 0, 10)), room, [0.0])
+    assert found is not None
+    assert found[1:3] == (pytest.approx(43.3, abs=1e-5), pytest.approx(10.0, abs=1e-5))
+
+
+def test_among_more_corners_than_are_looked_at_some_are_taken_evenly() -> None:
+    """A comb of 400 teeth 3 mm wide, the right ones 20 mm high: a bar 15 mm high stands in one of those at a corner."""
+    points = [(-1.7, -1.0)]
+    for k in range(400):
+        high = 20.0 if k >= 200 else 10.0
+        points += [(5.0 * k, 0.0), (5.0 * k, high), (5.0 * k + 3.0, high), (5.0 * k + 3.0, 0.0)]
+    room = shapely.Polygon([*points, (1999.3, -1.0)])
+    found = place(piece(box(3, 20)), room, [0.0])
+    assert found is not None
+    assert found[3].bounds[0] >= 1000.0 - 1e-5
