@@ -140,7 +140,7 @@ REFUSED = [
     (2, ["optimize", PLATE, "--depth", "deep"], "--depth"),
     (2, ["optimize", PLATE, "--depth", "-3"], "--depth"),
     (2, ["optimize", PLATE, "--depth", "nan"], "--depth"),
-    (2, ["optimize", PLATE, "--depth", "1e9"], "largest"),
+    (2, ["optimize", PLATE, "--depth", "1e9"], "maximum"),
     (2, ["optimize", PLATE, "--time-limit", "2 lightyears"], "lightyears"),
     (2, ["optimize", PLATE, "--options", "wrong.toml"], "n_antz"),
     (2, ["optimize", PLATE, "--target-gap", "2%", "--no-bound"], "--no-bound"),
@@ -218,7 +218,7 @@ def test_a_refusal_tells_that_the_program_of_an_earlier_run_is_still_there(
     program.write_text("G0 X1\n")
     assert run([*words, "--seed", "x"]) == 2
     lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == 1 and lines[0].endswith(f"; {program} is as it was before this run")
+    assert len(lines) == 1 and lines[0].endswith(f"; {program} was not changed")
     assert program.read_text() == "G0 X1\n"
 
 
@@ -311,7 +311,7 @@ def test_the_date_stands_in_the_header_only_when_asked_for() -> None:
 
 
 def test_settings_are_checked_when_they_are_made() -> None:
-    with pytest.raises(leafcut.LeafcutError, match="smallest"):
+    with pytest.raises(leafcut.LeafcutError, match="minimum"):
         SolveOptions(iterations=-1)
     assert collect({"depth": "0.1in"}).job.depth == pytest.approx(2.54)
 

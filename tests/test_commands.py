@@ -46,8 +46,8 @@ def test_the_ten_options_that_matter_stand_first_and_the_rest_under_more(
     parts = helped(command, capsys, monkeypatch)
     first = [flag_name(name) for _, names in COMMANDS[command].form[:2] for name in names]
     titles = list(parts)
-    assert parts["What matters most"] == first and len(first) <= 11
-    behind = titles[titles.index("What matters most") + 1 :]
+    assert parts["Main options"] == first and len(first) <= 11
+    behind = titles[titles.index("Main options") + 1 :]
     assert behind and all(title.startswith("More: ") for title in behind)
 
 
@@ -81,13 +81,16 @@ def test_a_command_writes_what_optimize_writes(
 @every(
     "words, told",
     [
-        ("drill plate_10.dxf --kerf-width 2", "--kerf-width: drilling does not use it, it is for cutting a sheet; "),
-        ("drill plate_10.dxf --keep-order", "--keep-order: drilling does not use it, .*; --algorithm none keeps"),
-        ("reorder cam_121.nc --no-chains", "--no-chains: a G-code program does not use it, it is for cutting a sheet"),
-        ("optimize plate_10.dxf --gap=3", "--gap: optimize does not use it, it is for nesting; leave it out"),
+        ("drill plate_10.dxf --kerf-width 2", "--kerf-width: not used for drilling; it applies to cutting a sheet; "),
+        ("drill plate_10.dxf --keep-order", "--keep-order: not used for drilling; .*; --algorithm none keeps"),
+        (
+            "reorder cam_121.nc --no-chains",
+            "--no-chains: not used for reordering a program; it applies to cutting a sheet",
+        ),
+        ("optimize plate_10.dxf --gap=3", "--gap: not used for optimize; it applies to nesting; leave it out"),
         ("cut bracket.dxf --kerf-widt 2", "Unknown option: --kerf-widt. Did you mean --kerf-width"),
-        ("reorder plate_10.dxf", "reorder: this is a drawing, and not a program; use drill, cut or pocket"),
-        ("cut cam_121.nc", "cut: this is a program, and not a drawing; use leafcut reorder"),
+        ("reorder plate_10.dxf", "reorder: the input is a drawing, not a program; use drill, cut or pocket"),
+        ("cut cam_121.nc", "cut: the input is a program, not a drawing; use leafcut reorder"),
         ("pocket", "pocket needs an INPUT"),
     ],
 )

@@ -153,7 +153,7 @@ def test_an_option_of_another_kind_of_work_is_refused_and_its_default_too(work: 
     assert others
     for group, name in others:
         settings = collect({name: _default_or_some(group, name)})
-        with pytest.raises(OptionError, match=f"^{flag_name(name)}: {WORKS[work].title} does not use it"):
+        with pytest.raises(OptionError, match=f"^{flag_name(name)}: not used for {WORKS[work].title};"):
             settings_for(settings, WORKS[work])
 
 
@@ -198,20 +198,24 @@ def test_a_table_of_a_process_holds_all_that_it_uses_and_each_option_stands_once
 @every(
     "source, options, words",
     [
-        ("holes.csv", {"quantity": 1}, "--quantity: drilling does not use it, it is for cutting a sheet; leave it out"),
+        (
+            "holes.csv",
+            {"quantity": 1},
+            "--quantity: not used for drilling; it applies to cutting a sheet; leave it out",
+        ),
         ("holes.csv", {"keep_order": True}, "--keep-order: .*--algorithm none keeps the order of the drawing"),
-        ("holes.csv", {"strategy": "zigzag"}, "--strategy: drilling does not use it, it is for milling pockets"),
-        ("holes.csv", {"corner_loops": True}, "--corner-loops: drilling does not use it"),
-        ("cam.nc", {"output_units": "mm"}, "--output-units: a G-code program does not use it, .* keeps its own units"),
+        ("holes.csv", {"strategy": "zigzag"}, "--strategy: not used for drilling; it applies to milling pockets"),
+        ("holes.csv", {"corner_loops": True}, "--corner-loops: not used for drilling"),
+        ("cam.nc", {"output_units": "mm"}, "--output-units: not used for reordering a program; .* keeps its own units"),
         ("cam.nc", {"line_numbers": True}, "--line-numbers: .*--renumber"),
         ("cam.nc", {"coolant": True}, "--coolant: "),
         ("cam.nc", {"depth": 3}, "--depth: "),
-        ("cam.nc", {"clearance_height": 9}, "--clearance-height: is not used here: it is used with --keep-out only"),
-        ("holes.csv", {"n_ants": 7}, "--n-ants: is not used here: .* with --algorithm as, eas, asrank, mmas or acs"),
+        ("cam.nc", {"clearance_height": 9}, "--clearance-height: only used with --keep-out"),
+        ("holes.csv", {"n_ants": 7}, "--n-ants: only used with --algorithm as, eas, asrank, mmas or acs"),
         ("holes.csv", {"tools": "tools.toml", "feed": 9}, "--feed: every tool of .* has its own; leave it out"),
-        ("holes.csv", {"program_number": 7}, "--program-number: programs for linuxcnc have no number; leave it out"),
-        ("pocket.dxf", {"process": "pocket", "pixel_size": 1}, "--pixel-size: is not used here: it is for a picture"),
-        ("sheet.dxf", {"process": "cut", "joint_width": 1}, "--joint-width: .*used with --micro-joints only"),
+        ("holes.csv", {"program_number": 7}, "--program-number: linuxcnc programs have no number; leave it out"),
+        ("pocket.dxf", {"process": "pocket", "pixel_size": 1}, "--pixel-size: only used for a picture"),
+        ("sheet.dxf", {"process": "cut", "joint_width": 1}, "--joint-width: .*only used with --micro-joints"),
     ],
 )
 def test_what_would_be_ignored_is_refused(source: str, options: Any, words: str, files: dict[str, Path]) -> None:

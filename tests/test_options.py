@@ -48,17 +48,17 @@ def test_a_default_passes_its_own_check_and_has_a_help(group: type) -> None:
     [
         (SolveOptions, "iterations", 1.5, "whole number"),
         (SolveOptions, "iterations", "many", "whole number"),
-        (SolveOptions, "iterations", -1, "below the smallest"),
+        (SolveOptions, "iterations", -1, "below the minimum"),
         (SolveOptions, "seed", math.inf, "whole number"),
-        (SolveOptions, "seed", 2**32, "above the largest"),
+        (SolveOptions, "seed", 2**32, "above the maximum"),
         (SolveOptions, "seed", True, "whole number"),
         (SolveOptions, "algorithm", "mmass", "did you mean 'mmas'"),
         (SolveOptions, "local_search", "yes", "true or false"),
         (JobOptions, "depth", "5 parsec", "unknown unit"),
-        (JobOptions, "depth", 0, "below the smallest"),
+        (JobOptions, "depth", 0, "below the minimum"),
         (JobOptions, "depth", math.nan, "not a finite"),
-        (ReadOptions, "origin", "1e50,0", "farther away than any machine reaches"),
-        (JobOptions, "start_point", "0,-2e6", "farther away than any machine reaches"),
+        (ReadOptions, "origin", "1e50,0", "out of range of any machine"),
+        (JobOptions, "start_point", "0,-2e6", "out of range of any machine"),
         (JobOptions, "depth", True, "not a number"),
         (JobOptions, "start_point", "1", "not a point"),
         (JobOptions, "start_point", "1,2,3,4", "not a point"),
@@ -66,10 +66,10 @@ def test_a_default_passes_its_own_check_and_has_a_help(group: type) -> None:
         (JobOptions, "tools", 5, "a path"),
         (ReadOptions, "units", "yard", "unknown value"),
         (PostOptions, "dialect", 5, "a text"),
-        (PocketOptions, "step_over", "60 mm", "a share such as 0.6 or 60%"),
-        (PocketOptions, "step_over", "60", "above the largest value 0.95"),
-        (PocketOptions, "zigzag_angle", "361", "361 deg is above the largest value 360 deg"),
-        (PocketOptions, "zigzag_angle", "-400", "-400 deg is below the smallest value -360 deg"),
+        (PocketOptions, "step_over", "60 mm", "a fraction such as 0.6 or 60%"),
+        (PocketOptions, "step_over", "60", "above the maximum of 0.95"),
+        (PocketOptions, "zigzag_angle", "361", "361 deg is above the maximum of 360 deg"),
+        (PocketOptions, "zigzag_angle", "-400", "-400 deg is below the minimum of -360 deg"),
     ],
 )
 def test_what_cannot_be_used_is_refused_with_its_flag(group: Any, name: str, value: Any, words: str) -> None:
@@ -80,10 +80,10 @@ def test_what_cannot_be_used_is_refused_with_its_flag(group: Any, name: str, val
 @every(
     "group, name, value, words",
     [
-        (PocketOptions, "entry_angle", "95", "95 deg is above the largest value 45.8366 deg"),
-        (PocketOptions, "milling_feed", "0", "0 mm/min is below the smallest value 0.06 mm/min"),
-        (JobOptions, "depth", "0", "0 mm is below the smallest value 0.001 mm"),
-        (PocketOptions, "step_over", 2, "2 is above the largest value 0.95"),
+        (PocketOptions, "entry_angle", "95", "95 deg is above the maximum of 45.8366 deg"),
+        (PocketOptions, "milling_feed", "0", "0 mm/min is below the minimum of 0.06 mm/min"),
+        (JobOptions, "depth", "0", "0 mm is below the minimum of 0.001 mm"),
+        (PocketOptions, "step_over", 2, "2 is above the maximum of 0.95"),
     ],
 )
 def test_a_value_out_of_bounds_is_told_in_the_units_a_person_types(
@@ -133,7 +133,7 @@ def test_options_of_a_file_may_stand_at_its_top_without_a_table(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("seed = 3\n[solve]\nseed = 3\n", r"'seed' stands there twice, at the top and in \[solve\]"),
+        ("seed = 3\n[solve]\nseed = 3\n", r"'seed' is given twice, at the top and in \[solve\]"),
         ("dept = 3\n", "unknown option 'dept'; did you mean 'depth'"),
         ("[drll]\n", r"unknown table \[drll\]; did you mean 'drill'"),
         ("[drill]\ndeth = 3\n", r"unknown option 'deth' in \[drill\]; did you mean 'depth'"),

@@ -64,10 +64,10 @@ def test_none_takes_the_name_of_what_is_built_in_nor_one_that_two_packages_give(
     for package in ("one", "two"):
         install(package, {"leafcut.words": {"and": "json:dumps", "hello": "json:__name__"}})
     assert WORDS.names() == ("hello",)
-    with pytest.raises(OptionError, match="two and one both have a word of this name; remove one of them"):
+    with pytest.raises(OptionError, match="two and one both have a word of this name; uninstall one of them"):
         WORDS.load("hello")
     built_in = [one.error for one in WORDS.plugins() if one.name == "and"]
-    assert built_in == ["leafcut has a word of this name itself"] * 2
+    assert built_in == ["leafcut already has a word of this name"] * 2
 
 
 def test_of_a_package_that_lies_there_twice_the_first_counts(install: Installer) -> None:

@@ -77,7 +77,7 @@ def test_without_packages_nothing_is_listed(
 
     monkeypatch.setattr(sys, "path", [folder for folder in sys.path if "packages" not in folder])
     assert run(["plugins"]) == 0
-    assert capsys.readouterr().out == "no installed package adds anything to leafcut\n"
+    assert capsys.readouterr().out == "no plug-ins installed\n"
     assert listed(capsys, "formats").keys().isdisjoint({"polar", "torn"})
 
 
@@ -124,7 +124,7 @@ def test_the_process_makes_a_program_with_its_own_option(circle: str, capsys: py
     assert run(["optimize", circle, "--process", "spot", "--depth", "3"]) == 2
     assert "--spot-depth says how deep" in capsys.readouterr().err
     assert run(["optimize", circle, "--spot-depth", "0.8"]) == 2
-    assert "it is for spotting" in capsys.readouterr().err
+    assert "it applies to spotting" in capsys.readouterr().err
     assert run(["optimize", "--help"]) == 0
     told = capsys.readouterr().out
     assert "--spot-depth" in told

@@ -54,7 +54,7 @@ def test_the_bar_tells_the_gap_and_how_long_the_rest_takes(monkeypatch: pytest.M
             now[0] = seconds
             reporter("ordering T1", 10.0, share, 0.0123)
         task = reporter.bar.tasks[0]
-        assert task.description == "ordering T1: 10.00, at most 1.23 % too long"
+        assert task.description == "ordering T1: 10.00, gap at most 1.23 %"
         assert task.fields["left"] == "20 s left"
         now[0] = 1100.0
         reporter("ordering T1", 10.0, 0.5, None)

@@ -83,18 +83,30 @@ def test_without_a_folder_the_table_tells_that_nothing_was_written(
 @pytest.mark.parametrize(
     ("status", "words", "said"),
     [
-        (1, ["a.nc", "b.nc", "-o", "new.nc"], "new.nc: is no folder; several inputs need one for -o"),
+        (1, ["a.nc", "b.nc", "-o", "new.nc"], "new.nc: not a folder; with several inputs -o names a folder"),
         (1, ["a.nc", "b.nc", "-o", "."], "a.nc: is an input or another output of this run and is never overwritten"),
-        (2, ["a.nc", "other/A.NC", "-o", "out"], "a.nc and other/A.NC would both be written as A.NC; run them apart"),
+        (
+            2,
+            ["a.nc", "other/A.NC", "-o", "out"],
+            "a.nc and other/A.NC would both be written as A.NC; run them separately",
+        ),
         (2, ["a.nc", "a.nc"], "a.nc and a.nc would both be written as a.nc"),
-        (2, ["a.nc", "b.nc", "-o", "-"], "-o -: 2 programs do not go to standard output; name a folder for them"),
-        (2, ["a.nc", "-"], "-: standard input is one input; give it without others"),
-        (1, ["a.nc", "b.nc", "--report", "page.html"], "page.html: is no folder; several inputs need one for --report"),
+        (
+            2,
+            ["a.nc", "b.nc", "-o", "-"],
+            "-o -: only one program can go to standard output; for 2 inputs name a folder",
+        ),
+        (2, ["a.nc", "-"], "-: standard input cannot be combined with other inputs"),
+        (
+            1,
+            ["a.nc", "b.nc", "--report", "page.html"],
+            "page.html: not a folder; with several inputs --report names a folder",
+        ),
         (2, ["a.nc", "b.nc", "--save-plan", "p.toml"], "--save-plan: names one file"),
         (2, ["a.nc", "b.nc", "--machine", "haas-vf3"], "did you mean 'haas-vf2'"),
-        (1, ["z*.nc", "a.nc"], "z*.nc: no file fits it"),
-        (2, ["a.nc", "-o", "-", "--json"], "--json and -o -: standard output is for one of them"),
-        (2, ["a.nc", "--report", "-"], "--report -: only a program goes to standard output"),
+        (1, ["z*.nc", "a.nc"], "z*.nc: no file matches"),
+        (2, ["a.nc", "-o", "-", "--json"], "--json and -o - both write to standard output"),
+        (2, ["a.nc", "--report", "-"], "--report -: only a program can go to standard output"),
     ],
     ids=str,
 )
@@ -140,7 +152,7 @@ def test_what_is_dangerous_in_one_of_several_programs_is_told_before_the_table(
 
 
 def test_verify_compares_two_programs_and_no_more(shop: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "two programs, and here are 3" in answered(capsys, "verify", "a.nc", "b.nc", "c.nc", status=2)[1]
+    assert "two programs, but 3 were given" in answered(capsys, "verify", "a.nc", "b.nc", "c.nc", status=2)[1]
 
 
 def given(monkeypatch: pytest.MonkeyPatch, data: bytes) -> None:
@@ -265,7 +277,7 @@ def test_drill_files_of_a_board_have_one_zero(board: Path, capsys: pytest.Captur
     _, told = answered(
         capsys, "optimize", "board*.drl", "-o", "out", "--depth", "2", "--origin", "lower-left", status=2
     )
-    assert "a zero of its own" in told and not list((board / "out").iterdir())
+    assert "its own zero" in told and not list((board / "out").iterdir())
     answered(capsys, "optimize", "board*.drl", "-o", "out", "--depth", "2", "--origin", "1,2", "-q")
     answered(capsys, "optimize", "board*.drl", "-o", "all.ngc", "--depth", "2", "--origin", "lower-left", "-q")
 
@@ -279,5 +291,5 @@ def test_drill_files_that_lie_far_apart_are_warned_of(board: Path) -> None:
 
 
 def test_one_program_is_made_of_drill_files_only(board: Path, examples: Path) -> None:
-    with pytest.raises(leafcut.LeafcutError, match=r"several drill files only; .*plate_10\.dxf is none"):
+    with pytest.raises(leafcut.LeafcutError, match=r"only drill files can be combined .*plate_10\.dxf is not one"):
         leafcut.optimize(["board-PTH.drl", examples / "plate_10.dxf"], depth=2)

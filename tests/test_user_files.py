@@ -78,7 +78,7 @@ def test_simulate_verify_and_nest_take_the_defaults_that_they_use(
 ) -> None:
     program = str(examples / "cam_121.nc")
     defaults.write_text('machine = "haas-vf2"\nkerf = 1.5\nsheet = "300x200"\npeck = 2\n')
-    assert "of your defaults: --machine haas-vf2\n" in said(capsys, "simulate", program)[0]
+    assert "from your defaults file: --machine haas-vf2\n" in said(capsys, "simulate", program)[0]
     found = json.loads(said(capsys, "verify", program, program, "--json")[0])
     assert found["defaults"] == ["--machine haas-vf2"]
     words = ["nest", str(examples / "bracket.dxf"), "--nester", "rectangles", *FAST]
@@ -95,7 +95,7 @@ def test_simulate_verify_and_nest_take_the_defaults_that_they_use(
         ("[solve]\nseed = 4\n\n[dril]\npeck = 2\n", r"defaults\.toml:4: unknown table \[dril\]"),
         ("drill.peck = 1\ndrill.deth = 3\n", r"defaults\.toml:2: unknown option 'deth' in \[drill\]"),
         ("[drill]\nvariants = 1\npeck = -2\n", r"defaults\.toml:2: unknown option 'variants' in \[drill\]"),
-        ("seed = 1\npeck = -2 # mm\n", r"defaults\.toml:2: --peck: -2 mm is below the smallest value"),
+        ("seed = 1\npeck = -2 # mm\n", r"defaults\.toml:2: --peck: -2 mm is below the minimum of"),
         ("seed = = 1\n", r"defaults\.toml: not a TOML file .*line 1"),
     ],
 )  # fmt: skip
@@ -127,7 +127,7 @@ def test_a_refusal_tells_that_nobody_typed_the_option_that_it_names(
     defaults.write_text('machine = "haas-vf2"\n')
     words = ["optimize", str(examples / "sheet.dxf"), "--process", "cut", "--thickness", "6"]
     _, err = said(capsys, *words, status=2)
-    assert err.endswith("; --machine may be of your own defaults, which --no-defaults leaves out\n")
+    assert err.endswith("; --machine may come from your defaults file; --no-defaults ignores it\n")
     assert "defaults" not in said(capsys, *words, "--machine", "haas-vf2", status=2)[1]
 
 
@@ -139,7 +139,9 @@ def test_the_variable_names_another_file_or_none(
     monkeypatch.setenv("LEAFCUT_DEFAULTS", "")
     assert user_files.defaults_file() is None
     monkeypatch.setenv("LEAFCUT_DEFAULTS", str(tmp_path / "mine.toml"))
-    with pytest.raises(OptionError, match=r"mine\.toml: there is no such file; LEAFCUT_DEFAULTS names it"):
+    with pytest.raises(
+        OptionError, match=r"mine\.toml: there is no such file; LEAFCUT_DEFAULTS names it as your defaults"
+    ):
         user_files.defaults_file()
     (tmp_path / "mine.toml").write_text("seed = 5\n")
     assert user_files.defaults_file() == tmp_path / "mine.toml"

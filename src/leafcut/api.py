@@ -120,7 +120,7 @@ def _files(*names: str | None) -> list[str]:
 def _sources(source: Input | Sequence[Input]) -> list[Input]:
     sources = [source] if isinstance(source, Input) else [*source]
     if not sources:
-        raise OptionError("there is no input")
+        raise OptionError("no input given")
     return sources
 
 
@@ -170,7 +170,7 @@ def _telling_defaults(settings: Settings) -> Iterator[None]:
         flags = {word.rstrip(".,:;") for word in str(problem).split()}
         own = [flag_name(name) for name in sorted(settings.defaults) if flag_name(name) in flags]
         if own:
-            problem.add_note(f"{' and '.join(own)} may be of your own defaults, which --no-defaults leaves out")
+            problem.add_note(f"{' and '.join(own)} may come from your defaults file; --no-defaults ignores it")
         raise
 
 

@@ -46,14 +46,14 @@ LITTER = 100_000
 
 #: What `optimize` takes.
 _EVERY_INPUT = (
-    "a drawing, a drill file, a map, a G-code program, or example:plate-70; several drill files make one program"
+    "a drawing, a drill file, a point map, a G-code program, or example:plate-70; several drill files make one program"
 )
 
 #: So many warnings are said where they are not asked for.
 MOST_WARNINGS = 10
 
 #: The switch that every command which answers has.
-Json = Annotated[bool, Parameter(name="--json", negative="", help="answer in JSON")]
+Json = Annotated[bool, Parameter(name="--json", negative="", help="print the result as JSON")]
 
 #: Whether the person's own defaults are left out of account.
 NoDefaults = Annotated[
@@ -61,7 +61,7 @@ NoDefaults = Annotated[
     Parameter(
         name="--no-defaults",
         negative="",
-        help=f"leave your own defaults out (leafcut/defaults.toml in your folder of settings, or ${DEFAULTS_VARIABLE})",
+        help=f"ignore your defaults file (leafcut/defaults.toml in your settings folder, or ${DEFAULTS_VARIABLE})",
     ),
 ]
 
@@ -118,7 +118,7 @@ def _failure(problem: Exception) -> tuple[str, int]:
     if os.environ.get("LEAFCUT_TRACEBACK"):
         raise problem
     text = " ".join(f"{type(problem).__name__}: {problem}".split())
-    return f"a fault in leafcut itself ({text}); set LEAFCUT_TRACEBACK=1 to see where", REFUSED
+    return f"internal error in leafcut ({text}); set LEAFCUT_TRACEBACK=1 for details", REFUSED
 
 
 def _warn(issues: Iterable[Any], place: str = "") -> None:
@@ -128,7 +128,7 @@ def _warn(issues: Iterable[Any], place: str = "") -> None:
     for line in lines[:MOST_WARNINGS]:
         _refuse(line, DONE)
     if len(lines) > MOST_WARNINGS:
-        _refuse(f"warning: and {len(lines) - MOST_WARNINGS} more", DONE)
+        _refuse(f"warning: {len(lines) - MOST_WARNINGS} more", DONE)
 
 
 def _refuse(line: str, status: int) -> int:
@@ -146,7 +146,7 @@ def _nothing_new_in(output: str | None) -> Iterator[None]:
         from leafcut.files import OutputError
 
         if output and Path(output).is_file() and not isinstance(problem, OutputError):
-            problem.add_note(f"{output} is as it was before this run")
+            problem.add_note(f"{output} was not changed")
         raise
 
 
@@ -175,14 +175,14 @@ def app(arguments: Sequence[str] = ()) -> App:
     made.command(_formats, name="formats")
     made.command(_plugins, name="plugins")
     made.command(_studio, name="studio")
-    made.register_install_completion_command(help="write a completion script for your shell, and have it read there")
+    made.register_install_completion_command(help="install command completion for your shell")
     return made
 
 
 def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work], dict[str, Any]]]:
     """Yield what does work: its name, its function, the kinds of work whose options it has, and what is its own."""
     by_optimize = [one for one in registry.processes() if one.reads]
-    every = {"process": _process_flag("what is done", registry.asked_words()), "sources": _inputs(_EVERY_INPUT)}
+    every = {"process": _process_flag("process", registry.asked_words()), "sources": _inputs(_EVERY_INPUT)}
     yield "optimize", _optimize, by_optimize, {"annotations": every, "fixed": {"command": "optimize"}}
     for one in registry.processes():
         first = [name for _, names in one.form[:2] for name in names]
@@ -191,7 +191,7 @@ def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work
             yield one.command, _nest, [one], special
             continue
         words = [word for word in one.asked_as if word != one.command]
-        process = {"process": _process_flag("what the program does", ["auto", *words])} if words else {}
+        process = {"process": _process_flag("kind of program", ["auto", *words])} if words else {}
         special["annotations"] = {"sources": _inputs(one.takes), **process}
         special["fixed"] = {"command": one.command} | ({} if words else {"process": "auto"})
         special["defaults"] = partial(_usual, one)
@@ -210,7 +210,7 @@ def _process_flag(what: str, words: Iterable[str]) -> Any:
 
 
 def _inputs(what: str) -> Any:
-    words = f"{what}; - for standard input; several, or with * and ?: each is done by itself"
+    words = f"{what}; - for standard input; several inputs, or a pattern with * and ?, are done one by one"
     return Annotated[str, Parameter(name="INPUT", help=words)]
 
 
@@ -220,11 +220,11 @@ def _optimize(
     output: Annotated[
         str | None,
         Parameter(
-            name=["--output", "-o"], help="the program to write, - for standard output; of several, their folder"
+            name=["--output", "-o"], help="program to write, - for standard output; for several inputs, a folder"
         ),
     ] = None,
     report: Annotated[
-        str | None, Parameter(name="--report", help="a page with pictures to write; of several, their folder")
+        str | None, Parameter(name="--report", help="report page to write (HTML); for several inputs, a folder")
     ] = None,
     process: str = "auto",
     options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
@@ -235,15 +235,15 @@ def _optimize(
     ] = False,
     options: dict[str, Any],
 ) -> int:
-    """Make a verified program with the shortest machine time from a drawing, or from another CAM's program.
+    """Make a verified program with the least machine time from a drawing, or from another CAM's program.
 
-    The search ends by itself when its colonies agree; --time-limit and --preset say what it may use at most.
+    The search ends when its colonies agree; --time-limit and --preset limit it.
     """
     output, report = _dashed(output), _dashed(report)
     asked = process if command == "optimize" or process != "auto" else command
     inputs, each = expanded([*map(_dashed, sources)], command, folder=output, joins=asked in ("auto", "drill"))
     if output == DASH and as_json:
-        raise OptionError("--json and -o -: standard output is for one of them; leave the other out")
+        raise OptionError("--json and -o - both write to standard output; leave one out")
     _check_file("--report", report)
     given: dict[str, Any] = {"process": asked, "options_file": options_file, "defaults_file": _defaults(no_defaults)}
     if each:
@@ -292,11 +292,11 @@ def _optimize_each(
     from leafcut.report.json_answer import as_json as answer
 
     if given.get("save_plan"):
-        raise OptionError("--save-plan: names one file, and there are several inputs; run them one by one")
+        raise OptionError("--save-plan: names one file but there are several inputs; run them one by one")
     if given.get("origin") in PLACES and len(inputs) > 1 and all_drill_files(inputs):
         raise OptionError(
-            f"--origin {given['origin']}: every drill file would have a zero of its own, and the holes of one "
-            "board would not match; name one program for all with -o, or a point, --origin x,y"
+            f"--origin {given['origin']}: each drill file would get its own zero, so the holes of the board would not "
+            "match; name one program for all with -o, or a point, --origin x,y"
         )
     names = [api.output_name(source, **given) for source in inputs]
     programs = targets_of(inputs, names, output, "-o")
@@ -346,23 +346,23 @@ def _each(
 
 
 def _solve(
-    instance: Annotated[str, Parameter(name="INSTANCE", help="a TSPLIB file, a map, or random:200")],
+    instance: Annotated[str, Parameter(name="INSTANCE", help="a TSPLIB file, a point map, or random:200")],
     /,
     *,
-    tour: Annotated[str | None, Parameter(name="--tour", help="the tour to write, as TSPLIB has it")] = None,
+    tour: Annotated[str | None, Parameter(name="--tour", help="tour file to write, in TSPLIB format")] = None,
     as_json: Annotated[
         bool,
         Parameter(
             name="--json",
             negative="",
-            help="answer in JSON; gap_percent is against the best known length where the map has one (optimum), else "
-            "against lower_bound",
+            help="print the result as JSON; gap_percent is to the best known length (optimum) if the map has one, else "
+            "to lower_bound",
         ),
     ] = False,
     no_defaults: NoDefaults = False,
     options: dict[str, Any],
 ) -> int:
-    """Find a short closed tour through the points of a map, or through sets of them, to study the algorithms."""
+    """Find a short closed tour through the points of a map, or one point of each set, to study the algorithms."""
     from leafcut import api
     from leafcut.files import check_output, write_whole
     from leafcut.read.tsplib import tour_text
@@ -390,7 +390,7 @@ def _solve(
     print(f"{part.name}: {count(len(part.holes), 'point')}{sets}, {found.algorithm}, seed {found.seed}")
     print(f"length {found.cost:,.10g}, {count(found.iterations, 'iteration')} in {found.seconds:.2f} s")
     if found.stopped_early and options["time_limit"] is None:
-        print("stopped before its end; this is the best so far")
+        print("stopped early; this is the best tour so far")
     for line in gap_lines(found.cost, part.optimum, found.lower_bound):
         print(line)
     _print_defaults(solved.defaults)
@@ -400,8 +400,10 @@ def _solve(
 
 
 def _nest(
-    *parts: Annotated[str, Parameter(name="PARTS", help="drawings with quantities, bracket.dxf:10, or a list.csv")],
-    output: Annotated[str | None, Parameter(name=["--output", "-o"], help="the nested sheet to write, DXF")] = None,
+    *parts: Annotated[
+        str, Parameter(name="PARTS", help="drawings with quantities, such as bracket.dxf:10, or a parts list (CSV)")
+    ],
+    output: Annotated[str | None, Parameter(name=["--output", "-o"], help="nested sheet to write (DXF)")] = None,
     options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
     no_defaults: NoDefaults = False,
     as_json: Json = False,
@@ -410,7 +412,7 @@ def _nest(
     ] = False,
     options: dict[str, Any],
 ) -> int:
-    """Lay parts on sheets, in several variants, and write the best as DXF to be cut."""
+    """Nest parts on sheets, in several variants, and write the best nest as DXF for cutting."""
     from leafcut import api
 
     _check_file("-o", output)
@@ -436,16 +438,18 @@ def _nest(
 
 def _simulate(
     *programs: Annotated[
-        str, Parameter(name="PROGRAM", help="a G-code program, or - for standard input; several, or with * and ?: each")
+        str,
+        Parameter(name="PROGRAM", help="a G-code program; - for standard input; several, or a pattern with * and ?"),
     ],
     dialect: Annotated[
-        str | None, Parameter(name="--dialect", help="its dialect, by name or TOML file (default: the machine's)")
+        str | None,
+        Parameter(name="--dialect", help="dialect of the program, by name or TOML file (default: the machine's)"),
     ] = None,
     no_defaults: NoDefaults = False,
     as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
-    """Tell how long a program runs on a machine, how far it moves, and what is dangerous in it."""
+    """Show the machine time and travel of a program, and any dangerous moves."""
     from leafcut import api
     from leafcut.report.json_answer import simulation_as_json
 
@@ -502,34 +506,37 @@ def _print_simulated(found: Simulation) -> None:
 
 def _print_defaults(told: Sequence[str]) -> None:
     if told:
-        print(f"of your defaults: {', '.join(told)}")
+        print(f"from your defaults file: {', '.join(told)}")
 
 
 def _verify(
-    original: Annotated[str, Parameter(name="ORIGINAL", help="the program that is right")],
-    new: Annotated[str, Parameter(name="NEW", help="the program that must do the same work")],
+    original: Annotated[str, Parameter(name="ORIGINAL", help="the reference program")],
+    new: Annotated[str, Parameter(name="NEW", help="the program to check against it")],
     /,
     *more: Annotated[str, Parameter(show=False)],
     dialect: Annotated[
-        str | None, Parameter(name="--dialect", help="their dialect, by name or TOML file (default: the machine's)")
+        str | None,
+        Parameter(name="--dialect", help="dialect of both programs, by name or TOML file (default: the machine's)"),
     ] = None,
     allow_reverse: Annotated[
         bool,
-        Parameter(name="--allow-reverse", negative="", help="open cuts of one depth are the same from either end"),
+        Parameter(
+            name="--allow-reverse", negative="", help="accept open cuts of constant depth that run from the other end"
+        ),
     ] = False,
     no_defaults: NoDefaults = False,
     as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
-    """Tell whether two programs do the same work, or where they differ."""
+    """Check that two programs do the same work, or show where they differ."""
     from leafcut import api
 
     if more:
         raise OptionError(
-            f"verify compares two programs, and here are {len(more) + 2}; give the original and the new one"
+            f"verify compares two programs, but {len(more) + 2} were given; give the original and the new one"
         )
     if _dashed(original) == _dashed(new) == DASH:
-        raise OptionError("verify: one of the two programs may come through standard input, not both")
+        raise OptionError("verify: only one of the two programs can come from standard input")
     first, other = (StandardInput.read() if _dashed(word) == DASH else word for word in (original, new))
     proof = api.verify_programs(
         first,
@@ -546,7 +553,7 @@ def _verify(
     else:
         turned = proof.reversed_cuts
         if proof.same:
-            print("the same work" + (f", {turned} of the cuts from their other end" if turned else ""))
+            print("the same work" + (f", {turned} cuts reversed" if turned else ""))
         for difference in proof.differences:
             print(difference)
         for note in proof.notes:
@@ -558,11 +565,11 @@ def _machines(
     *,
     show: Annotated[
         str | None,
-        Parameter(name="--show", help="print the profile of this machine, to be saved and changed: > my.toml"),
+        Parameter(name="--show", help="print the profile of this machine, to save and edit: > my.toml"),
     ] = None,
     as_json: Json = False,
 ) -> int:
-    """List the machines that leafcut knows, or print the profile of one with what its keys mean."""
+    """List the known machines, or print the profile of one with its keys explained."""
     from leafcut.read.machine import load_machine, machine_list, machine_template
 
     if show is not None:
@@ -597,36 +604,40 @@ def _dialects(
 
 
 def _algorithms(*, as_json: Json = False) -> int:
-    """List the algorithms that order the work."""
+    """List the search algorithms."""
     from leafcut import api
 
     return _list(list(api.algorithms().items()), as_json)
 
 
 def _formats(*, as_json: Json = False) -> int:
-    """List the kinds of file that leafcut reads."""
+    """List the file formats that leafcut reads."""
     from leafcut.read import formats
 
     return _list([(f.name, f"{' '.join(f.extensions)}  {f.help}".strip()) for f in formats()], as_json)
 
 
 def _plugins(*, as_json: Json = False) -> int:
-    """List what installed packages add to leafcut, and why it cannot be used where it cannot."""
+    """List the plug-ins of installed packages, and why any of them cannot be used."""
     from leafcut import api
 
     rows = api.plugins()
     if not rows and not as_json:
-        print("no installed package adds anything to leafcut")
+        print("no plug-ins installed")
         return DONE
     return _list(rows, as_json)
 
 
 def _studio(
     *,
-    port: Annotated[str | None, Parameter(name="--port", help="where it listens (default: 8173 or the next)")] = None,
-    no_open: Annotated[bool, Parameter(name="--no-open", negative="", help="print the address only")] = False,
+    port: Annotated[
+        str | None, Parameter(name="--port", help="port to listen on (default: 8173, or the next free one)")
+    ] = None,
+    no_open: Annotated[
+        bool, Parameter(name="--no-open", negative="", help="print the address, do not open a browser")
+    ] = False,
 ) -> int:
-    """Open the studio, a page in your browser: open, see, run, compare, download. For this machine alone."""
+    """Open the studio in your browser: open, see, run, compare, download. For use on this computer only."""
     from leafcut.studio import app as studio
 
     studio.serve(None if port is None else studio.parse_port(port), open_page=not no_open)
@@ -650,7 +661,7 @@ def _given(options: dict[str, Any]) -> dict[str, Any]:
 def _check_file(flag: str, name: str | None) -> None:
     """Refuse standard output where no program is written."""
     if _dashed(name) == DASH:
-        raise OptionError(f"{flag} -: only a program goes to standard output, with optimize; name a file")
+        raise OptionError(f"{flag} -: only a program can go to standard output; name a file")
 
 
 def _dashed(word: Any) -> Any:

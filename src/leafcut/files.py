@@ -149,7 +149,7 @@ def toml_bytes(path: Path) -> bytes:
         raise OptionError(f"{path}: cannot be read ({problem.strerror})") from None
     if len(content) > LARGEST_TOML:
         raise OptionError(
-            f"{path}: larger than {LARGEST_TOML // 1000} kB, so it is no file of options, machine or tools"
+            f"{path}: larger than {LARGEST_TOML // 1000} kB; expected a TOML file of options, a machine or tools"
         )
     return content
 
@@ -165,7 +165,7 @@ def parse_toml(content: bytes, source: str) -> dict[str, Any]:
     except UnicodeDecodeError:
         raise OptionError(f"{source}: not a TOML file (not UTF-8 text)") from None
     except RecursionError:
-        raise OptionError(f"{source}: not a TOML file of ours (nested too deep)") from None
+        raise OptionError(f"{source}: not a leafcut TOML file (nested too deep)") from None
     except ValueError as problem:  # TOMLDecodeError, and numbers of thousands of digits
         raise OptionError(f"{source}: not a TOML file ({shown(str(problem), 200)})") from None
 

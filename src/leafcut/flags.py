@@ -61,7 +61,7 @@ def command_of(
 def _group(group: type[OptionGroup], place: int, name: str, first: Sequence[str]) -> Group:
     """Return the part of the help that a flag stands in."""
     if name in first:
-        return Group("What matters most", sort_key=9)
+        return Group("Main options", sort_key=9)
     return Group(f"More: {group.title}" if first else group.title, sort_key=10 + place)
 
 

@@ -119,7 +119,7 @@ def _convert(name: str, spec: OptionSpec, value: Any) -> Any:
         return None
     flag = flag_name(name)
     if _is_too_long(value):
-        raise OptionError(f"{flag}: a whole number of more than 64 bits is out of range")
+        raise OptionError(f"{flag}: the number is out of range (more than 64 bits)")
     try:
         converted = _CONVERTERS[spec.kind](spec, value)
     except (OptionError, TypeError, ValueError, OverflowError) as problem:
@@ -138,15 +138,15 @@ def _check_bounds(flag: str, spec: OptionSpec, value: Any) -> None:
     if isinstance(value, str | tuple | bool | Path):
         return
     if spec.minimum is not None and value < spec.minimum:
-        raise OptionError(f"{flag}: {_said(spec, value)} is below the smallest value {_said(spec, spec.minimum)}")
+        raise OptionError(f"{flag}: {_said(spec, value)} is below the minimum of {_said(spec, spec.minimum)}")
     if spec.maximum is not None and value > spec.maximum:
-        raise OptionError(f"{flag}: {_said(spec, value)} is above the largest value {_said(spec, spec.maximum)}")
+        raise OptionError(f"{flag}: {_said(spec, value)} is above the maximum of {_said(spec, spec.maximum)}")
 
 
 def _said(spec: OptionSpec, value: float) -> str:
     """Return a number in the unit a person types it in, which radians and mm/s are not."""
     if not spec.unit:
-        return f"{value:g}"
+        return str(value) if isinstance(value, int) else f"{value:g}"
     unit = BARE_UNIT[spec.unit]
     return f"{value / FACTORS[spec.unit][unit]:g} {unit}"
 
@@ -192,7 +192,7 @@ def _coordinates(value: Any) -> tuple[float, ...]:
     numbers = parse_point(value)
     far = next((number for number in numbers if abs(number) > _FARTHEST), None)
     if far is not None:
-        raise OptionError(f"{far:g} mm is farther away than any machine reaches")
+        raise OptionError(f"{far:g} mm is out of range of any machine")
     return numbers
 
 
@@ -239,14 +239,14 @@ _CONVERTERS: dict[str, Any] = {
 _KIND_WORDS = {
     "quantity": "a number with a unit",
     "number": "a number",
-    "share": "a share such as 0.6 or 60%",
+    "share": "a fraction such as 0.6 or 60%",
     "whole": "a whole number",
     "flag": "true or false",
     "text": "a text",
     "names": "a list of names",
     "point": "a point",
     "place": "a place such as lower-left, or a point",
-    "percent": "a number of percent",
+    "percent": "a percentage",
     "path": "a path",
 }
 

@@ -79,7 +79,7 @@ class PluginKind(Generic[T]):
             if plugin.adds is not None:
                 return plugin.adds
             raise OptionError(f"the {self.noun} '{name}' is a {plugin.told}")
-        raise OptionError(f"there is no {self.noun} '{name}'")
+        raise OptionError(f"unknown {self.noun} '{name}'")
 
     def plugins(self) -> list[Plugin[T]]:
         """Return every plug-in of this kind, in the order of the names, also those that cannot be used."""
@@ -102,9 +102,9 @@ def _plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plu
     entries = [one for one in _entries(path) if one.group == kind.group and one.name == name]
     packages = [_package(entry) for entry in entries]
     if name in kind.built_in():
-        return tuple(Plugin(name, one, None, f"leafcut has a {kind.noun} of this name itself") for one in packages)
+        return tuple(Plugin(name, one, None, f"leafcut already has a {kind.noun} of this name") for one in packages)
     if len(entries) > 1:
-        why = f"{' and '.join(packages)} both have a {kind.noun} of this name; remove one of them"
+        why = f"{' and '.join(packages)} both have a {kind.noun} of this name; uninstall one of them"
         return tuple(Plugin(name, one, None, why) for one in packages)
     return tuple(_loaded(kind, entry) for entry in entries)
 

@@ -35,7 +35,7 @@ class Reporter:
             self._open()
         words = what if cost is None else f"{what}: {cost:,.2f}"
         if gap is not None:
-            words += f", at most {100.0 * gap:.2f} % too long"
+            words += f", gap at most {100.0 * gap:.2f} %"
         self.bar.update(self.task, completed=100.0 * share, description=words, left=self._left(share))
 
     def _left(self, share: float) -> str:

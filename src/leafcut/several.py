@@ -37,12 +37,12 @@ def expanded(
             continue
         found = sorted(name for name in glob.glob(word) if Path(name).is_file())  # noqa: PTH207  # as it is typed
         if not found:
-            raise ReadError(word, "no file fits it")
+            raise ReadError(word, "no file matches")
         inputs, pattern = [*inputs, *found], True
     if not inputs:
         raise OptionError(f"{command} needs an INPUT (see leafcut {command} --help)")
     if len(inputs) > 1 and _DASH in inputs:
-        raise OptionError("-: standard input is one input; give it without others")
+        raise OptionError("-: standard input cannot be combined with other inputs")
     if joins and len(inputs) > 1 and all_drill_files(inputs) and not (folder and Path(folder).is_dir()):
         return inputs, False
     return inputs, pattern or len(inputs) > 1
@@ -68,14 +68,18 @@ def targets_of(inputs: Sequence[str], names: Sequence[str], folder: str | None, 
     first: dict[str, str] = {}
     for source, name in zip(inputs, names, strict=True):
         if name.casefold() in first:
-            raise OptionError(f"{first[name.casefold()]} and {source} would both be written as {name}; run them apart")
+            raise OptionError(
+                f"{first[name.casefold()]} and {source} would both be written as {name}; run them separately"
+            )
         first[name.casefold()] = source
     if folder is None:
         return [None for _ in inputs]
     if folder == _DASH:
-        raise OptionError(f"{flag} -: {len(inputs)} programs do not go to standard output; name a folder for them")
+        raise OptionError(
+            f"{flag} -: only one program can go to standard output; for {len(inputs)} inputs name a folder"
+        )
     if not Path(folder).is_dir():
-        raise OutputError(f"{folder}: is no folder; several inputs need one for {flag}, make it first")
+        raise OutputError(f"{folder}: not a folder; with several inputs {flag} names a folder, create it first")
     targets = [str(Path(folder) / name) for name in names]
     for target in targets:
         check_output(target, inputs)

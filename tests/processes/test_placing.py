@@ -196,7 +196,7 @@ def test_the_holes_of_a_board_are_drilled_from_the_back(tmp_path: Path) -> None:
 @every("given", [{"mirror": "x"}, {"rotate": "90"}, {"origin": "centre"}])
 def test_a_program_is_neither_mirrored_nor_turned_nor_moved(given: dict[str, str], examples: Path) -> None:
     (name,) = given
-    with pytest.raises(OptionError, match=f"^--{name}: a G-code program does not use it, .*(CAM|work offset)"):
+    with pytest.raises(OptionError, match=f"^--{name}: not used for reordering a program; .*(CAM|work offset)"):
         leafcut.optimize(examples / "cam_121.nc", **given)
 
 
@@ -206,7 +206,7 @@ def test_a_program_is_neither_mirrored_nor_turned_nor_moved(given: dict[str, str
         ({"origin": "lower left"}, "--origin: unknown place 'lower left'; did you mean 'lower-left'"),
         ({"origin": "1,2,3"}, "--origin: '1,2,3' is not a point"),
         ({"mirror": "z"}, "--mirror: unknown value 'z'"),
-        ({"rotate": "400"}, "--rotate: 400 deg is above the largest value 360 deg"),
+        ({"rotate": "400"}, "--rotate: 400 deg is above the maximum of 360 deg"),
     ],
 )
 def test_a_wrong_place_is_refused(given: dict[str, str], words: str) -> None:

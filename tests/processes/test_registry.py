@@ -44,15 +44,19 @@ def test_what_is_made_of_a_file_is_what_is_asked_for_else_what_it_is_good_for_al
 @pytest.mark.parametrize(
     ("asked", "names", "words"),
     [
-        ("cat", ("dxf",), "'cat' is not there; use one of auto, drill, cut, pocket, reorder, mill, laser, plasma"),
-        ("mill", ("dxf",), "mill: this is a drawing, and not a program; use drill, cut or pocket"),
+        (
+            "cat",
+            ("dxf",),
+            "unknown process 'cat'; choose one of auto, drill, cut, pocket, reorder, mill, laser, plasma",
+        ),
+        ("mill", ("dxf",), "mill: the input is a drawing, not a program; use drill, cut or pocket"),
         (
             "cut",
             ("gcode",),
-            "cut: this is a program, and not a drawing; use leafcut reorder, or --process laser or plasma",
+            "cut: the input is a program, not a drawing; use leafcut reorder, or --process laser or plasma",
         ),
-        ("auto", ("excellon", "dxf"), "one program is made of several drill files only; a.dxf is none"),
-        ("cut", ("excellon", "excellon"), "--process cut is none for them"),
+        ("auto", ("excellon", "dxf"), "only drill files can be combined into one program; a.dxf is not one"),
+        ("cut", ("excellon", "excellon"), "--process cut cannot combine them"),
     ],
 )
 def test_what_nothing_does_is_refused_in_one_line(asked: str, names: tuple[str, ...], words: str) -> None:
@@ -83,7 +87,7 @@ def test_a_process_from_outside_is_asked_for_by_its_own_word(install: Installer)
     assert registry.asked_words() == ("auto", "drill", "cut", "pocket", "engrave", "reorder", "mill", "laser", "plasma")
     assert chosen("engrave", "dxf") == "engrave"
     assert settings_for(collect({"depth": "0.2mm"}), Engraving()).job.depth == 0.2
-    with pytest.raises(OptionError, match="--peck: engraving does not use it, it is for drilling; leave it out"):
+    with pytest.raises(OptionError, match="--peck: not used for engraving; it applies to drilling; leave it out"):
         settings_for(collect({"peck": 2}), Engraving())
     assert registry.look_at("engrave", "a.dxf", Settings()).name == "a.dxf"
 
@@ -137,10 +141,10 @@ def test_a_broken_process_from_outside_is_told_by_name_and_stops_no_other(instal
     }
     install("toys", {"leafcut.processes": {name: f"{__name__}:{thing}" for name, thing in here.items()}})
     why = {
-        "misnamed": "it is 'other' with the command 'engrave', and its entry point is 'misnamed'",
-        "mistaken": "leafcut has a process 'laser' itself",
-        "taking": "leafcut has --machine itself",
-        "unknown": "there is no option 'loudness'",
+        "misnamed": "its name 'other', command 'engrave' and entry point 'misnamed' must be equal",
+        "mistaken": "leafcut already has a process 'laser'",
+        "taking": "leafcut already has --machine",
+        "unknown": "unknown option 'loudness'",
         "function": "a class that inherits from leafcut.processes.base.Process was expected",
         "gone": "has no attribute 'Gone'",
     }

@@ -106,7 +106,7 @@ def test_a_target_gap_and_no_bound_exclude_each_other() -> None:
 @every("given, value", [("2.5", 2.5), ("2.5%", 2.5), ("2.5 %", 2.5), (2.5, 2.5), (0, 0.0)])
 def test_a_target_gap_may_be_written_with_its_percent_sign(given: object, value: float) -> None:
     assert SolveOptions(target_gap=given).target_gap == value  # type: ignore[arg-type]
-    with pytest.raises(OptionError, match="--target-gap: 'x%' is not a number of percent"):
+    with pytest.raises(OptionError, match="--target-gap: 'x%' is not a percentage"):
         SolveOptions(target_gap="x%")  # type: ignore[arg-type]
 
 

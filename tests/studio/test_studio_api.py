@@ -108,14 +108,14 @@ def test_what_comes_with_a_request_that_is_refused_is_not_kept(studio: Studio, c
 @pytest.mark.parametrize(
     ("data", "status", "line"),
     [
-        ({}, 400, "there is no file"),
+        ({}, 400, "no file given"),
         ({"source": "example:plat-70"}, 422, "did you mean 'plate-70'"),
-        ({"source": "example:plate-10", "options": "[]"}, 400, "not a JSON object"),
-        ({"source": "example:plate-10", "options": "[" * 50_000}, 400, "not a JSON object"),
+        ({"source": "example:plate-10", "options": "[]"}, 400, "must be a JSON object"),
+        ({"source": "example:plate-10", "options": "[" * 50_000}, 400, "must be a JSON object"),
         ({"source": "example:plate-10", "options": '{"thicknes": 1}'}, 400, "did you mean 'thickness'"),
         ({"source": "example:plate-10", "options": '{"thickness": -1}'}, 400, "--thickness: -1 mm is below"),
         ({"source": "example:plate-10", "options": '{"machine": "haas"}'}, 422, "unknown machine 'haas'"),
-        ({"source": "/etc/passwd"}, 400, "not in the studio"),
+        ({"source": "/etc/passwd"}, 400, "no longer in the studio"),
     ],
 )
 def test_what_is_refused_says_so_in_one_line(client: TestClient, data: dict[str, str], status: int, line: str) -> None:

@@ -75,7 +75,9 @@ def test_a_hole_put_among_those_that_are_held_is_held_and_one_put_among_the_othe
     assert order_of(edited, tmp_path) == {0: (4, 0, 2, 3, 1)}
 
 
-@pytest.mark.parametrize(("stop", "onto", "line"), [(1, 4, "different tools"), (9, 1, "no hole"), (0, 1, "no hole")])
+@pytest.mark.parametrize(
+    ("stop", "onto", "line"), [(1, 4, "different tools"), (9, 1, "not in the order"), (0, 1, "not in the order")]
+)
 def test_what_cannot_be_meant_changes_nothing(stop: int, onto: int, line: str) -> None:
     edited = HoleOrder({0: (0, 1, 2), 1: (3, 4)}, XY)
     before = edited.text()

@@ -171,7 +171,7 @@ def test_parameters_of_an_algorithm_come_with_it() -> None:
         ("thickness", "6mm", ""),
         ("thickness", "0.25in", ""),
         ("thickness", "six", "'six' is not"),
-        ("thickness", "-1", "below the smallest value"),
+        ("thickness", "-1", "below the minimum of"),
         ("seed", "1.5", "not a whole number"),
         ("seed", "", ""),
         ("algorithm", "ants", "unknown value 'ants'"),
@@ -349,8 +349,8 @@ def test_an_options_file_fills_in_the_form_and_names_no_files(studio: Studio) ->
     for text, line in (
         ("[drill]\nthicknes = 3\n", "^shop.toml:2: unknown option 'thicknes' in"),
         ("x", "^shop.toml: not a TOML file"),
-        ('[drill]\ntools = "/etc/passwd"\n', "--tools: takes a file that was opened in the studio"),
-        ('[machine]\nmachine = "/home/me/mill.toml"\n', "--machine: takes a file that was opened"),
+        ('[drill]\ntools = "/etc/passwd"\n', "--tools: choose a file opened in the studio"),
+        ('[machine]\nmachine = "/home/me/mill.toml"\n', "--machine: choose a file opened"),
     ):
         with pytest.raises(OptionError, match=line):
             take(text)

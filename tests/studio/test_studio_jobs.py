@@ -98,10 +98,10 @@ def test_a_job_whose_outcome_cannot_be_kept_is_over_and_says_so(
     assert studio.jobs.wait(job, 30) is JobState.FAILED
     kept = studio.history.get(job)
     assert kept is not None
-    assert (kept.state, "fault in leafcut itself (TypeError" in kept.line) == (JobState.FAILED, True)
+    assert (kept.state, "internal error in leafcut (TypeError" in kept.line) == (JobState.FAILED, True)
 
     def full(*_: object, **__: object) -> None:
-        raise OutputError("the history cannot be written (disk full)")
+        raise OutputError("cannot write the history (disk full)")
 
     monkeypatch.setattr(studio.history, "finish", full)
     job = studio.jobs.start(SHORT)
@@ -111,7 +111,7 @@ def test_a_job_whose_outcome_cannot_be_kept_is_over_and_says_so(
         assert (record.id, record.state, record.line) == (
             job,
             JobState.FAILED,
-            "the history cannot be written (disk full)",
+            "cannot write the history (disk full)",
         )
 
 
@@ -150,7 +150,7 @@ def test_a_fault_of_leafcut_is_one_line_too(
     assert record is not None
     assert len(record.line.splitlines()) == 1
     assert (
-        "memory" if isinstance(problem, MemoryError) else f"fault in leafcut itself ({type(problem).__name__}"
+        "memory" if isinstance(problem, MemoryError) else f"internal error in leafcut ({type(problem).__name__}"
     ) in record.line
 
 

@@ -40,9 +40,9 @@ def test_what_leafcut_would_not_read_is_not_saved(studio: Studio) -> None:
         ("my-mill", "x" * 300_000, "longer than"),
         ("my-mill", "= 1", "my-mill.toml: not a TOML file"),
         ("haas-vf2", good, "give yours another name"),
-        ("../mill", good, "is not a name"),
-        ("", good, "is not a name"),
-        ("Mill", good, "is not a name"),
+        ("../mill", good, "is not a valid name"),
+        ("", good, "is not a valid name"),
+        ("Mill", good, "is not a valid name"),
     ):
         with pytest.raises(OptionError, match=line):
             library.save(studio.folder, "machines", name, text)
@@ -99,7 +99,7 @@ def test_a_page_names_no_file_of_a_dialect_but_one_that_lies_beside_a_machine_of
 ) -> None:
     plate = ("example:plate-10",)
     for path in ("ours.toml", "/etc/ours.toml"):
-        with pytest.raises(OptionError, match="--dialect: takes a file that was opened in the studio, not a path"):
+        with pytest.raises(OptionError, match="--dialect: choose a file opened in the studio, not a path"):
             studio.jobs.start(Task("optimize", plate, options={"dialect": path}))
     text = library.shipped_text("machines", "haas-vf2").replace(
         'controller = "haas"', 'controller = "controls/a.toml"', 1

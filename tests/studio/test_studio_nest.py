@@ -150,14 +150,14 @@ def test_a_drawing_that_is_named_as_a_sheet_is_one_and_no_part(client: TestClien
 @pytest.mark.parametrize(
     ("files", "data", "line"),
     [
-        (["plate.svg"], {"parts": "x"}, "'parts' is not a JSON list"),
-        (["plate.svg"], {"parts": "[{}, {}]"}, "'parts' is not a JSON list"),
+        (["plate.svg"], {"parts": "x"}, "'parts' must be a JSON list"),
+        (["plate.svg"], {"parts": "[{}, {}]"}, "'parts' must be a JSON list"),
         (["plate.svg"], {"parts": '[{"quantity": 0}]'}, "quantity: '0' is not a whole number"),
         (["plate.svg"], {"parts": '[{"quantity": 1e9}]'}, "quantity: '1000000000.0' is not"),
         (["plate.svg"], {"parts": '[{"rotations": "up"}]'}, "rotations: "),
-        (["plate.svg"], {"options": '{"sheet": "5x5"}'}, "--margin: 10 mm on both sides leaves nothing"),
-        (["plate.svg"], {"options": '{"sheet": "300x200,/etc/secret.dxf"}'}, "is open here; open it"),
-        (["plate.svg"], {"options": '{"all_variants": true}'}, "the studio hands the file over itself"),
+        (["plate.svg"], {"options": '{"sheet": "5x5"}'}, "--margin: 10 mm on each side leaves no room"),
+        (["plate.svg"], {"options": '{"sheet": "300x200,/etc/secret.dxf"}'}, "is not open; open it"),
+        (["plate.svg"], {"options": '{"all_variants": true}'}, "the studio sets this file itself"),
         (["parts.csv"], {}, "open the drawings themselves"),
     ],
 )

@@ -181,7 +181,7 @@ def test_what_lies_damaged_in_the_folder_ends_in_one_line_or_is_made_anew(tmp_pa
     assert started.end()[0] == 0
     (root / "key").unlink()
     (root / "key").mkdir()
-    with pytest.raises(OutputError, match="key cannot be kept"):
+    with pytest.raises(OutputError, match="cannot save the studio's key"):
         open_studio(root)
 
 
@@ -208,7 +208,7 @@ def test_a_second_studio_on_the_same_folder_is_refused_in_one_line_and_the_first
         first = open_studio(root)
         first.history.add("j", "plate", Task("optimize", ("example:plate-10",)), 0.0)
         with pytest.raises(
-            OutputError, match=r"a studio runs already at http://127\.0\.0\.1:1234; use that one, or end it"
+            OutputError, match=r"a studio is already running at http://127\.0\.0\.1:1234; use that one, or stop it"
         ):
             serve(port=None, open_page=False, root=root)
         waiting = first.history.get("j")

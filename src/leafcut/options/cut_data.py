@@ -11,7 +11,7 @@ from leafcut.option_spec import OptionGroup, option
 
 @dataclass(frozen=True)
 class CutDataOptions(OptionGroup):
-    """What cuts the sheet, and how fast: of a cut chart, or of one's own.
+    """What cuts the sheet, and how fast: from a cut chart, or given one by one.
 
     The material and its thickness are those of `JobOptions`.
     """
@@ -22,21 +22,21 @@ class CutDataOptions(OptionGroup):
     cut_process: str | None = option(
         "text",
         None,
-        "plasma, laser, oxyfuel or waterjet, or a name of the cut chart such as laser_fiber_3kW",
-        default_words="what the machine is, else plasma",
+        "cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW",
+        default_words="the machine's, else plasma",
     )
     amps: float | None = option(
         "number",
         None,
-        "current, where the chart has several",
+        "cutting current, if the chart has several",
         minimum=0,
-        default_words="the fastest of the chart that pierces the sheet",
+        default_words="the fastest in the chart that can pierce the sheet",
     )
     chart: Path | None = option(
         "path",
         None,
-        "your own cut chart, a CSV file",
-        default_words="the shipped one",
+        "cut chart of your own, a CSV file",
+        default_words="leafcut's chart",
     )
     cut_speed: float | None = option(
         "quantity",

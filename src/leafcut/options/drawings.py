@@ -17,22 +17,22 @@ class ReadOptions(OptionGroup):
     """What to take from a file."""
 
     section: ClassVar[str] = "read"
-    title: ClassVar[str] = "Reading"
+    title: ClassVar[str] = "Input"
 
     units: str | None = option(
         "text",
         None,
-        "units of a file that does not say them",
+        "units of a file that does not state them",
         choices=("mm", "cm", "m", "in", "mil", "ft"),
-        default_words="the file's own, else mm",
+        default_words="the file's, else mm",
     )
     layers: tuple[str, ...] = option(
-        "names", (), "only these layers, with * and ? as wildcards", default_words="all that are on"
+        "names", (), "read only these layers; * and ? are wildcards", default_words="all visible layers"
     )
     min_diameter: float | None = option(
         "quantity",
         None,
-        "leave out round holes smaller than this",
+        "skip round holes smaller than this",
         unit="mm",
         minimum=0,
         default_words="none",
@@ -40,7 +40,7 @@ class ReadOptions(OptionGroup):
     max_diameter: float | None = option(
         "quantity",
         None,
-        "leave out round holes larger than this",
+        "skip round holes larger than this",
         unit="mm",
         minimum=0,
         default_words="none",
@@ -48,7 +48,7 @@ class ReadOptions(OptionGroup):
     merge_tolerance: float = option(
         "quantity",
         0.01,
-        "holes of one diameter closer than this are one hole",
+        "merge holes of equal diameter closer than this",
         unit="mm",
         minimum=0,
         maximum=1,
@@ -56,20 +56,20 @@ class ReadOptions(OptionGroup):
     concentric: str = option(
         "text",
         "smallest",
-        "which of several circles with one centre is drilled",
+        "which of several concentric circles to drill",
         choices=("smallest", "largest", "all"),
     )
     mirror: str | None = option(
         "text",
         None,
-        "mirror the drawing first: x makes X to −X, as a board turned over sideways shows its back; y makes Y to −Y",
+        "mirror the drawing: x reverses X (a board flipped sideways), y reverses Y",
         choices=("x", "y"),
-        default_words="as it is drawn",
+        default_words="as drawn",
     )
     rotate: float = option(
         "quantity",
         0.0,
-        "then turn it about its zero, counter-clockwise",
+        "rotate the drawing about its zero, counter-clockwise, after mirroring",
         unit="rad",
         minimum=-2 * math.pi,
         maximum=2 * math.pi,
@@ -77,15 +77,15 @@ class ReadOptions(OptionGroup):
     origin: str | tuple[float, ...] | None = option(
         "place",
         None,
-        "then make this its zero: lower-left, lower-right, upper-left, upper-right or centre of what is worked, holes "
-        "by their centres; or a point x,y",
+        "program zero, set after rotating: lower-left, lower-right, upper-left, upper-right or centre of the geometry "
+        "(hole centres), or a point x,y",
         unit="mm",
-        default_words="the zero of the drawing",
+        default_words="the drawing's zero",
     )
     strict: bool = option(
         "flag",
         False,
-        "refuse a file in which anything had to be skipped or repaired, and a program that is dangerous as it is",
+        "refuse input with skipped or repaired entities, and programs with dangerous moves",
     )
 
 
@@ -94,25 +94,25 @@ class SheetOptions(OptionGroup):
     """What in a drawing of a sheet is what, and how its lines are joined."""
 
     section: ClassVar[str] = "sheet"
-    title: ClassVar[str] = "Drawings of sheets"
+    title: ClassVar[str] = "Sheet drawings"
 
     cut_layers: tuple[str, ...] = option(
-        "names", (), "layers that are cut, with * and ?; no others are then", default_words="all others"
+        "names", (), "layers to cut; * and ? are wildcards", default_words="all others"
     )
     mark_layers: tuple[str, ...] = option(
-        "names", (), "layers that are marked, not cut through", default_words="MARK*, SCRIBE*, ENGRAV*, ETCH*"
+        "names", (), "layers to mark, not cut through", default_words="MARK*, SCRIBE*, ENGRAV*, ETCH*"
     )
     sheet_layers: tuple[str, ...] = option(
         "names",
         (),
-        "layers that show the edge of the sheet",
-        default_words="SHEET*, PLATE*, STOCK* where they hold one outline round all else",
+        "layers with the sheet outline",
+        default_words="SHEET*, PLATE*, STOCK* if they hold one outline around everything else",
     )
-    ignore_layers: tuple[str, ...] = option("names", (), "layers that are left out", default_words="none")
+    ignore_layers: tuple[str, ...] = option("names", (), "layers to ignore", default_words="none")
     join_tolerance: float = option(
         "quantity",
         0.05,
-        "ends closer than this are one point",
+        "join line ends closer than this",
         unit="mm",
         minimum=1e-4,
         maximum=5,
@@ -120,7 +120,7 @@ class SheetOptions(OptionGroup):
     open_paths: str = option(
         "text",
         "refuse",
-        "what becomes of open paths on layers that are cut",
+        "what to do with open paths on cut layers",
         choices=("refuse", "cut", "mark", "drop"),
     )
 
@@ -130,48 +130,48 @@ class PocketDrawingOptions(OptionGroup):
     """What in a drawing or a picture is a pocket, and what is an island."""
 
     section: ClassVar[str] = "pocket_drawing"
-    title: ClassVar[str] = "Drawings of pockets"
+    title: ClassVar[str] = "Pocket drawings"
 
     pocket_layers: tuple[str, ...] = option(
         "names",
         (),
-        "layers with the outlines of pockets, with * and ?",
-        default_words="POCKET* where there are such",
+        "layers with pocket outlines; * and ? are wildcards",
+        default_words="POCKET* if present",
         needs="!input=picture",
     )
     island_layers: tuple[str, ...] = option(
         "names",
         (),
-        "layers with the outlines of islands",
-        default_words="ISLAND* where there are such",
+        "layers with island outlines; * and ? are wildcards",
+        default_words="ISLAND* if present",
         needs="!input=picture",
     )
     pixel_size: float | None = option(
         "quantity",
         None,
-        "width of a pixel of a picture",
+        "pixel size of the picture",
         unit="mm",
         minimum=1e-4,
         maximum=100,
-        default_words="for pictures: needed",
+        default_words="required for pictures",
         needs="input=picture",
     )
     threshold: float | None = option(
         "percent",
         None,
-        "brightness below which a pixel is to be milled",
+        "brightness threshold: mill pixels darker than this",
         minimum=0,
         maximum=100,
-        default_words="found by Otsu's method",
+        default_words="Otsu's method",
         needs="input=picture",
     )
     speckle: float = option(
         "quantity",
         1.0,
-        "spots of a picture that are narrower than this are dirt",
+        "ignore spots in a picture narrower than this",
         unit="mm",
         minimum=0,
         maximum=100,
         needs="input=picture",
     )
-    invert: bool = option("flag", False, "mill what is bright in a picture", needs="input=picture")
+    invert: bool = option("flag", False, "mill the bright areas of a picture", needs="input=picture")

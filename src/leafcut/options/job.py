@@ -22,15 +22,15 @@ class MachineOptions(OptionGroup):
     machine: str = option(
         "text",
         "linuxcnc-mill",
-        "name of a machine (see `leafcut machines`), or the path of a TOML profile",
+        "machine name (see `leafcut machines`), or path of a TOML profile",
         may_be_path=True,
     )
     work_offset: tuple[float, ...] | None = option(
         "point",
         None,
-        "program zero in machine coordinates, x,y,z",
+        "work offset: program zero in machine coordinates, x,y,z",
         unit="mm",
-        default_words="the machine's own, else unknown",
+        default_words="the machine's, else unknown",
     )
 
 
@@ -44,13 +44,13 @@ class JobOptions(OptionGroup):
     tools: Path | None = option(
         "path",
         None,
-        "tool library: TOML, or LinuxCNC's .tbl, Fusion's .json or .tools, FreeCAD's .fctl",
-        default_words="a drill per diameter is assumed",
+        "tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl",
+        default_words="one assumed drill per diameter",
     )
     depth: float | None = option(
         "quantity",
         None,
-        "depth of a blind hole below Z0",
+        "depth of blind holes or pockets below Z0",
         unit="mm",
         minimum=0.001,
         maximum=1000,
@@ -59,16 +59,16 @@ class JobOptions(OptionGroup):
     thickness: float | None = option(
         "quantity",
         None,
-        "thickness of the plate, through which holes go, or of the sheet that is cut",
+        "thickness of the plate (holes go through), or of the sheet to cut",
         unit="mm",
         minimum=0.001,
         maximum=1000,
-        default_words="holes are not through",
+        default_words="unknown: holes are blind",
     )
     break_through: float = option(
         "quantity",
         0.5,
-        "how far below the plate a through hole goes",
+        "break-through: how far through holes go below the plate",
         unit="mm",
         minimum=0,
         maximum=100,
@@ -77,7 +77,7 @@ class JobOptions(OptionGroup):
     clearance_height: float = option(
         "quantity",
         10.0,
-        "initial plane: safe height over the part and its clamps",
+        "clearance height (initial plane): safe above part and clamps",
         unit="mm",
         minimum=0.1,
         maximum=1000,
@@ -85,7 +85,7 @@ class JobOptions(OptionGroup):
     retract_height: float = option(
         "quantity",
         2.0,
-        "R plane: where rapid becomes feed",
+        "retract height (R plane): where rapid changes to feed",
         unit="mm",
         minimum=0.05,
         maximum=1000,
@@ -93,28 +93,28 @@ class JobOptions(OptionGroup):
     retract: str = option(
         "text",
         "r",
-        "after a hole: up to the R plane (G99) or to the initial plane (G98)",
+        "retract after a hole to the R plane (G99) or the initial plane (G98)",
         choices=("r", "initial"),
     )
     keep_out: tuple[str, ...] = option(
         "names",
         (),
-        "rectangles 'x0 y0 x1 y1' in mm, such as clamps: nothing is cut there, rapids cross them at --clearance-height "
-        "or above, or go round, and the tool's radius is kept away; several with commas",
+        "keep-out zones such as clamps: rectangles 'x0 y0 x1 y1' in mm, separated by commas; no cuts inside, rapids "
+        "cross at --clearance-height or go around, with the tool radius as margin",
         default_words="none",
     )
     spindle_speed: float | None = option(
         "quantity",
         None,
-        "spindle speed of assumed drills, or of a pocket's end mill",
+        "spindle speed of assumed drills, or of the end mill",
         unit="rpm",
         minimum=1,
-        default_words="20 m/min at the tool's edge; of an end mill as its library or --material has it",
+        default_words="20 m/min surface speed; for end mills from the tool library or --material",
     )
     diameter_tolerance: float = option(
         "quantity",
         0.05,
-        "how far a tool may differ from the hole drawn",
+        "largest difference between tool and hole diameter",
         unit="mm",
         minimum=0,
         maximum=5,
@@ -123,19 +123,19 @@ class JobOptions(OptionGroup):
     material: str = option(
         "text",
         "mild_steel",
-        "material, as the cut chart names it; of a pocket it says how fast an assumed mill turns",
+        "material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill",
     )
     start_point: tuple[float, ...] | None = option(
         "point",
         (0.0, 0.0),
-        "where the tool starts, x,y, or free; of a program, where it stands before the first rapid",
+        "start point of the tool, x,y, or free; for a program, its position before the first rapid",
         unit="mm",
     )
     end_point: tuple[float, ...] | None = option(
         "point",
         None,
-        "where the tool ends, x,y, or free",
+        "end point of the tool, x,y, or free",
         unit="mm",
         default_words="at the last hole",
     )
-    keep_order: bool = option("flag", False, "leave the order as it is; of a program, only measure it")
+    keep_order: bool = option("flag", False, "keep the given order; a program is only timed")

@@ -10,18 +10,18 @@ from leafcut.option_spec import OptionGroup, option
 
 #: What `--algorithm` takes, in words.
 ALGORITHM_TITLES = {
-    "auto": "leafcut's choice: the colony",
-    "colony": "ants that improve tours of their own (Lin–Kernighan), then follow each other's trails (edge assembly)",
+    "auto": "the best for most work: colony",
+    "colony": "ants improve tours by Lin–Kernighan, then combine them along their trails (edge assembly)",
     "as": "Ant System",
     "eas": "Elitist Ant System",
     "asrank": "rank-based Ant System",
     "mmas": "MAX–MIN Ant System",
     "acs": "Ant Colony System",
-    "firefly": "discrete firefly algorithm: tours fly towards shorter ones by inversions",
-    "kicks": "one tour, kicked at one place at a time and mended by exchanges of up to five edges (Lin–Kernighan)",
-    "2opt": "nearest neighbour, improved by 2-opt and Or-opt",
+    "firefly": "discrete firefly algorithm: tours move towards shorter ones by inversions",
+    "kicks": "iterated local search: local kicks, repaired by Lin–Kernighan exchanges of up to five edges",
+    "2opt": "nearest neighbour improved by 2-opt and Or-opt",
     "nn": "nearest neighbour",
-    "none": "the order of the drawing",
+    "none": "the order in the drawing",
 }
 ALGORITHMS = tuple(ALGORITHM_TITLES)
 #: Where the packages of other people name theirs.
@@ -42,59 +42,58 @@ class SolveOptions(OptionGroup):
     algorithm: str = option(
         "text",
         "auto",
-        "name of an algorithm (see `leafcut algorithms`)",
+        "algorithm (see `leafcut algorithms`)",
         choices=ALGORITHMS,
         group_of_plugins=ALGORITHM_GROUP,
     )
     preset: str = option(
         "text",
         "default",
-        "budget of work, the same on every machine; the search ends sooner when the colonies agree, and but for "
-        "thorough when more of it would take longer than it saves",
+        "search effort; the result is the same on every machine",
         choices=("fast", "default", "thorough"),
     )
     objective: Literal["time", "distance"] = option(
         "text",
         "time",
-        "what is made small: machine seconds or millimetres of travel",
+        "quantity to minimise: machine time or travel distance",
         choices=("time", "distance"),
     )
     time_limit: float | None = option(
         "quantity",
         None,
-        "stop after this time by the clock, or sooner, when five colonies in a row find nothing better",
+        "stop after this time, or sooner when five colonies in a row find no improvement",
         unit="s",
         minimum=0.001,
-        default_words="the preset's budget of work",
+        default_words="the preset decides",
     )
     iterations: int | None = option(
         "whole",
         None,
         "stop after this many iterations",
         minimum=0,
-        default_words="the preset's",
+        default_words="the preset decides",
     )
     target_gap: float | None = option(
         "percent",
         None,
-        "stop at this gap to the lower bound, in percent; it is found first",
+        "stop at this gap to the lower bound, in percent; the bound is computed first",
         minimum=0,
         default_words="none",
     )
     bound: bool = option(
-        "flag", True, "find a lower bound and tell the gap to it, outside the time limit", changes_program=False
+        "flag", True, "compute a lower bound and report the gap; takes time beyond --time-limit", changes_program=False
     )
     seed: int = option(
         "whole",
         1,
-        "start of the random numbers: same seed, same answer",
+        "random seed: same seed, same result",
         minimum=0,
         maximum=2**32 - 1,
     )
     threads: int = option(
         "whole",
         0,
-        "threads that ants run in; the answer does not depend on it",
+        "number of threads; does not change the result",
         minimum=0,
         maximum=1024,
         default_words="one per core",
@@ -103,17 +102,17 @@ class SolveOptions(OptionGroup):
     candidates: int | None = option(
         "whole",
         None,
-        "length of each node's candidate list; 0 for all nodes, as in the first papers",
+        "candidate list length per node; 0 for all nodes, as in the original papers",
         minimum=0,
         maximum=1000,
         default_words="8 for colony and kicks, else 16",
     )
-    local_search: bool = option("flag", True, "improve the tour of every ant or firefly by exchanges of edges")
+    local_search: bool = option("flag", True, "improve the tour of every ant or firefly by local search")
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.target_gap is not None and not self.bound:
-            raise OptionError("--target-gap needs the lower bound; leave out --no-bound")
+            raise OptionError("--target-gap: needs the lower bound; leave out --no-bound")
 
 
 @dataclass(frozen=True)
@@ -121,7 +120,7 @@ class AcoOptions(OptionGroup):
     """The parameters of the ants; each default is the one its authors recommend (`solve.aco.RECOMMENDED`)."""
 
     section: ClassVar[str] = "aco"
-    title: ClassVar[str] = "Ants"
+    title: ClassVar[str] = "Ant algorithms"
 
     n_ants: int | None = option(
         "whole",
@@ -132,12 +131,14 @@ class AcoOptions(OptionGroup):
         default_words="one per node; 25 with local search; 10 for acs",
         needs=_ANTS,
     )
-    pheromone_weight: float = option("number", 1.0, "weight of the pheromone (α)", minimum=0, maximum=20, needs=_ANTS)
-    heuristic_weight: float = option("number", 2.0, "weight of nearness (β)", minimum=0, maximum=20, needs=_ANTS)
+    pheromone_weight: float = option("number", 1.0, "pheromone weight (α)", minimum=0, maximum=20, needs=_ANTS)
+    heuristic_weight: float = option(
+        "number", 2.0, "heuristic weight: how much short edges are preferred (β)", minimum=0, maximum=20, needs=_ANTS
+    )
     evaporation_rate: float | None = option(
         "number",
         None,
-        "part of the pheromone lost per iteration (ρ)",
+        "evaporation rate: share of pheromone lost per iteration (ρ)",
         minimum=1e-6,
         maximum=1,
         default_words="0.5 as, eas · 0.1 asrank, acs · 0.02 mmas, 0.2 with local search",
@@ -146,24 +147,24 @@ class AcoOptions(OptionGroup):
     elitist_weight: float | None = option(
         "number",
         None,
-        "deposits of the best tour so far (e of eas)",
+        "weight of the best tour's deposit (e of eas)",
         minimum=0,
         default_words="the number of ants",
         needs="algorithm=eas",
     )
     n_ranks: int = option(
-        "whole", 6, "ranks that deposit (w of asrank)", minimum=1, maximum=1000, needs="algorithm=asrank"
+        "whole", 6, "number of ranks that deposit (w of asrank)", minimum=1, maximum=1000, needs="algorithm=asrank"
     )
     greedy_probability: float = option(
-        "number", 0.9, "chance to take the best edge (q0 of acs)", minimum=0, maximum=1, needs="algorithm=acs"
+        "number", 0.9, "probability of taking the best edge (q0 of acs)", minimum=0, maximum=1, needs="algorithm=acs"
     )
     local_evaporation_rate: float = option(
-        "number", 0.1, "pheromone lost by an edge just used (ξ of acs)", minimum=0, maximum=1, needs="algorithm=acs"
+        "number", 0.1, "local evaporation on each edge used (ξ of acs)", minimum=0, maximum=1, needs="algorithm=acs"
     )
     best_probability: float = option(
         "number",
         0.05,
-        "chance to rebuild the best tour at convergence; sets the trail limits (p_best of mmas)",
+        "probability of rebuilding the best tour at convergence; sets the trail limits (p_best of mmas)",
         minimum=1e-6,
         maximum=0.999,
         needs="algorithm=mmas",
@@ -175,19 +176,19 @@ class FireflyOptions(OptionGroup):
     """The parameters of the fireflies; defaults are those published for pockets (`solve.firefly.MODES`)."""
 
     section: ClassVar[str] = "firefly"
-    title: ClassVar[str] = "Fireflies"
+    title: ClassVar[str] = "Firefly algorithm"
 
     firefly_mode: str = option(
         "text",
         "simple",
-        "which of the published settings stand for what is not given: those for simple or for complex pockets",
+        "published settings to start from: for simple or for complex pockets",
         choices=("simple", "complex"),
         needs=_FIREFLIES,
     )
     n_fireflies: int | None = option(
         "whole",
         None,
-        "fireflies in the swarm (n)",
+        "number of fireflies (n)",
         minimum=1,
         maximum=10_000,
         default_words="11 in simple mode, 10 in complex",
@@ -196,7 +197,7 @@ class FireflyOptions(OptionGroup):
     attractiveness: float | None = option(
         "number",
         None,
-        "inversions of one flight towards a tour close by (β0)",
+        "attractiveness: inversions per move towards a near tour (β0)",
         minimum=0,
         maximum=1000,
         default_words="20 in simple mode, 15 in complex",
@@ -205,7 +206,7 @@ class FireflyOptions(OptionGroup):
     absorption: float = option(
         "number",
         0.015,
-        "how fast they become fewer with the distance of two tours (γ): 10 when no edge is the same",
+        "absorption: how fast attractiveness falls with tour distance (γ)",
         minimum=0,
         maximum=100,
         needs=_FIREFLIES,
@@ -213,7 +214,7 @@ class FireflyOptions(OptionGroup):
     switch_at: float | None = option(
         "percent",
         None,
-        "share of the iterations, or of the time limit, after which inversions are short",
+        "switch to short inversions after this share of the iterations or time limit",
         minimum=0,
         maximum=100,
         default_words="27 in simple mode, 37 in complex",
@@ -222,23 +223,23 @@ class FireflyOptions(OptionGroup):
     short_inversion: int | None = option(
         "whole",
         None,
-        "nodes of the longest of the short inversions; long ones have as many as two tours have different edges",
+        "longest short inversion, in nodes",
         minimum=2,
-        default_words="a quarter of all; 50 with local search",
+        default_words="a quarter of the nodes; 50 with local search",
         needs=_FIREFLIES,
     )
     firefly_patience: int | None = option(
         "whole",
         None,
-        "iterations without a shorter tour after which the search ends",
+        "stop after this many iterations without improvement",
         minimum=1,
-        default_words="20; with --time-limit none",
+        default_words="20; unlimited with --time-limit",
         needs=_FIREFLIES,
     )
     firefly_start: str = option(
         "text",
         "greedy",
-        "what fireflies begin with: greedy tours, each with edges changed a little, or tours at random",
+        "initial tours: greedy with small changes, or random",
         choices=("greedy", "random"),
         needs=_FIREFLIES,
     )

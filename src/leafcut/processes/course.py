@@ -80,7 +80,7 @@ def machine_of(settings: Settings) -> Machine:
 
     offset = settings.machine.work_offset
     if offset is not None and len(offset) != 3:
-        raise OptionError("--work-offset: needs three numbers, x,y,z")
+        raise OptionError("--work-offset: expected three numbers, x,y,z")
     return load_machine(settings.machine.machine, offset)
 
 
@@ -94,9 +94,9 @@ def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> No
     """
     torch = words.torch
     powered = torch is not None and bool(torch.power)
-    no_power = f"programs for {words.name} say no power of a beam"
+    no_power = f"{words.name} programs have no laser power"
     for name, used, why in (
-        ("program_number", words.program_number, f"programs for {words.name} have no number"),
+        ("program_number", words.program_number, f"{words.name} programs have no number"),
         ("beam_power", powered, no_power),
         ("mark_power", powered, no_power),
         ("path_tolerance", torch is not None and "G64" in words.g_words, f"{words.name} has no G64"),

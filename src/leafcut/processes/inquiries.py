@@ -18,7 +18,7 @@ class Simulating(Work):
     """What a program costs on a machine."""
 
     name = "simulate"
-    title = "simulating"
+    title = "simulating a program"
     uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | use(JobOptions, "clearance_height") | LOOKED_UP
 
 
@@ -26,5 +26,5 @@ class Verifying(Work):
     """Whether two programs do the same work."""
 
     name = "verify"
-    title = "verifying"
+    title = "comparing programs"
     uses = use(ReadOptions, "units") | use(MachineOptions) | LOOKED_UP

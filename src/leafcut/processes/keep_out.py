@@ -44,15 +44,17 @@ def obstacles_of(run: Run, program: Program, beam: bool) -> tuple[Obstacles | No
     lifts = _lifts(program.path)
     height = settings.clearance_height if lifts else math.inf
     if not lifts and "clearance_height" in run.settings.asked:
-        raise OptionError("--clearance-height: this program never moves Z, its tool goes round; leave it out")
+        raise OptionError(
+            "--clearance-height: this program never moves Z, so rapids go around keep-out zones; leave it out"
+        )
     obstacles = Obstacles(zones, height, radii, run.machine.rapid_style == "dogleg")
     met = meetings(run, obstacles, program.path)
     cut = next((d for d in met if d.what.startswith("cuts")), None)
     if cut is not None:
-        raise PlanError(f"{cut}; move what stands there, or the program's origin")
+        raise PlanError(f"{cut}; move the obstacle, or the program's origin")
     unseen = next((d for d in met if d.what.startswith("may")), None)
     if unseen is not None:
-        raise PlanError(f"{unseen}; raise the tool before it, or leave --keep-out out")
+        raise PlanError(f"{unseen}; raise the tool before this move, or leave out --keep-out")
     issues = []
     if met:
         often = "once" if len(met) == 2 else f"{len(met) - 1} times"

@@ -57,23 +57,23 @@ def _process_of(name: str, found: Any) -> Process:
         raise TypeError("a class that inherits from leafcut.processes.base.Process was expected")
     made: Process = found()
     if not made.title.isprintable():
-        raise ValueError("its title is no text of one line")
+        raise ValueError("its title must be one line of text")
     if not made.name == made.command == name:
-        raise ValueError(f"it is '{made.name}' with the command '{made.command}', and its entry point is '{name}'")
+        raise ValueError(f"its name '{made.name}', command '{made.command}' and entry point '{name}' must be equal")
     if not re.fullmatch(r"[a-z][a-z0-9-]*", name):
-        raise ValueError("the name of a process is that of a command: small letters, digits and -")
+        raise ValueError("its name must be lower-case letters, digits and -")
     if words := sorted(_taken_words() & set(made.asked_as)):
-        raise ValueError(f"leafcut has a process '{words[0]}' itself")
+        raise ValueError(f"leafcut already has a process '{words[0]}'")
     shared = [*SHARED, *(group for one in BUILT_IN for group in process(one).options)]
     for group in made.options:
         taken = [f"[{group.section}]" for other in shared if other.section == group.section]
         taken += [flag_name(option) for other in shared for option in group.specs() if option in other.specs()]
         if taken:
-            raise ValueError(f"leafcut has {taken[0]} itself")
+            raise ValueError(f"leafcut already has {taken[0]}")
     known = {option for group in (*shared, *made.options) for option in group.specs()}
     for option in (*made.used(), *(option for _, names in made.form for option in names)):
         if option not in known:
-            raise ValueError(f"there is no option '{option}'")
+            raise ValueError(f"unknown option '{option}'")
     return made
 
 
@@ -175,7 +175,7 @@ def check_asked(word: str) -> None:
     if word not in asked_words():
         if word in PACKAGED.names():
             process(word)  # one that cannot be used says why
-        raise OptionError(f"--process: '{word}' is not there; use one of {', '.join(asked_words())}")
+        raise OptionError(f"--process: unknown process '{word}'; choose one of {', '.join(asked_words())}")
 
 
 def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
@@ -202,7 +202,7 @@ def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
         if asked in one.asked_as:
             return one
     words = " or ".join(", ".join(word for one in fitting for word in one.asked_as).rsplit(", ", 1))
-    raise OptionError(f"{asked}: this is a drawing, and not a program; use {words}")
+    raise OptionError(f"{asked}: the input is a drawing, not a program; use {words}")
 
 
 def _joining(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
@@ -212,9 +212,9 @@ def _joining(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
         if one.joins and not others and asked in ("auto", *one.asked_as):
             return one
         if one.joins:
-            what = f"{others[0].path} is none" if others else f"--process {asked} is none for them"
-            raise OptionError(f"one program is made of several drill files only; {what}")
-    raise OptionError("one program is made of one input")
+            what = f"{others[0].path} is not one" if others else f"--process {asked} cannot combine them"
+            raise OptionError(f"only drill files can be combined into one program; {what}")
+    raise OptionError("several inputs cannot be combined into one program")
 
 
 def _load(place: str) -> Any:

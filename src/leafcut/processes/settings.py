@@ -103,7 +103,7 @@ def why_unused(name: str, title: str, instead: str = "") -> str:
     """Return why work with a title does not take an option, which others it is for, and what to do instead."""
     titles = [one.title for one in registry.works() if name in one.used()]
     others = " and ".join(", ".join(titles).rsplit(", ", 1))
-    return f"{title} does not use it, it is for {others}; {instead or 'leave it out'}"
+    return f"not used for {title}; it applies to {others}; {instead or 'leave it out'}"
 
 
 def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[str, str]]:
@@ -115,7 +115,7 @@ def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[s
             continue
         for condition in used[name].split():
             if not _holds(condition, settings, input_kind):
-                yield name, f"is not used here: it is {_said(condition)}; change that, or leave it out"
+                yield name, f"{_said(condition)}; change that, or leave it out"
                 break
 
 
@@ -126,12 +126,12 @@ def _holds(condition: str, settings: Settings, input_kind: str) -> bool:
 
 
 def _said(condition: str) -> str:
-    """Return a condition in words, as the end of "it is …"."""
+    """Return a condition in words, such as "only used with --keep-out"."""
     wanted, (name, _, values) = not condition.startswith("!"), condition.removeprefix("!").partition("=")
     words = " or ".join(", ".join(values.split("|")).rsplit(", ", 1))
     if name == "input":
-        return f"for a {words}" if wanted else f"not for a {words}"
-    return f"used {'with' if wanted else 'without'} {flag_name(name)}{f' {words}' if words else ''} only"
+        return f"only used for a {words}" if wanted else f"not used for a {words}"
+    return f"only used {'with' if wanted else 'without'} {flag_name(name)}{f' {words}' if words else ''}"
 
 
 def _from_folder(group: type[OptionGroup], table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
@@ -175,7 +175,7 @@ def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]
         if name in where:
             place = "at the top" if not where[name] else f"in [{where[name]}]"
             other = f"in [{section}]" if section else "at the top"
-            raise refused(f"'{name}' stands there twice, {place} and {other}", section, name)
+            raise refused(f"'{name}' is given twice, {place} and {other}", section, name)
         where[name] = section
         try:
             group.check(name, value)

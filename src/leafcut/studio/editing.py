@@ -127,7 +127,7 @@ class HoleOrder(Undoable[HoleOrders]):
     def _at(self, stop: int) -> tuple[int, int]:
         """Return the operation of a stop, and its hole."""
         if not 1 <= stop <= len(self._stops):
-            raise OptionError("this is no hole of the order")
+            raise OptionError("this hole is not in the order")
         return self._stops[stop - 1]
 
     def _with(self, k: int, holes: list[int], held: int) -> None:
@@ -137,7 +137,7 @@ class HoleOrder(Undoable[HoleOrders]):
         """Put a hole where another one of its operation is."""
         (k, hole), (other, target) = self._at(stop), self._at(onto)
         if k != other:
-            raise OptionError("these two holes are drilled by different tools; an order is changed within one tool")
+            raise OptionError("these holes use different tools; the order can be changed only within one tool")
         holes, held = list(self.state[k][0]), self.state[k][1]
         at, to = holes.index(hole), holes.index(target)
         holes.remove(hole)
@@ -162,7 +162,7 @@ class HoleOrder(Undoable[HoleOrders]):
 
     def place(self, stop: int, to: Point) -> None:
         """Holes stay where they are drawn."""
-        raise OptionError("holes stay where they are drawn; drop one onto another to take its place in the order")
+        raise OptionError("holes cannot be moved; drop one onto another to take its place in the order")
 
     def free_after(self, stop: int) -> None:
         """Hold the holes of an operation up to this one."""
@@ -216,7 +216,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         for row in rows:
             if row["number"] == stop:
                 return row
-        raise OptionError("this is no cut of the plan")
+        raise OptionError("this cut is not in the plan")
 
     @staticmethod
     def _fix(row: dict[str, Any], word: str) -> None:
@@ -243,7 +243,7 @@ class CutOrder(Undoable[tuple[str, ...]]):
         rows = self._rows()
         row = self._find(rows, stop)
         if row.get("direction") not in _OTHER:
-            raise OptionError("the plan does not say in which direction this is cut")
+            raise OptionError("the plan has no direction for this cut")
         row["direction"] = _OTHER[row["direction"]]
         self._fix(row, "direction")
         self._keep(rows)

@@ -67,7 +67,7 @@ class Folder:
             for folder in (root, self.inputs, *(root / kind for kind in ("machines", "tools"))):
                 folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as problem:
-            raise OutputError(f"{root}: the studio's folder cannot be made ({problem.strerror})") from None
+            raise OutputError(f"{root}: cannot create the studio's folder ({problem.strerror})") from None
 
     def new_input(self, name: str) -> tuple[str, Path]:
         """Return the id and the path of a file that is about to be written."""
@@ -92,7 +92,7 @@ class Folder:
         """
         found = sorted((self.inputs / made).iterdir()) if _ID.fullmatch(made) and (self.inputs / made).is_dir() else []
         if len(found) != 1:
-            raise OptionError("this file is not in the studio any more; open it again")
+            raise OptionError("this file is no longer in the studio; open it again")
         return found[0]
 
     def source(self, word: str) -> str:
@@ -124,7 +124,7 @@ class Folder:
             The name is none.
         """
         if not _OWN.fullmatch(name):
-            raise OptionError(f"'{safe_name(name)}' is not a name; use small letters, digits, - and _")
+            raise OptionError(f"'{safe_name(name)}' is not a valid name; use lower-case letters, digits, - and _")
         return self.root / kind / f"{name}.toml"
 
     def save_own(self, kind: str, name: str, text: str) -> None:

@@ -104,7 +104,7 @@ class History:
             self._connection = self._open()
         except sqlite3.DatabaseError as problem:
             if isinstance(problem, sqlite3.OperationalError):
-                raise OutputError(f"{path}: the history cannot be opened ({problem})") from None
+                raise OutputError(f"{path}: cannot open the history ({problem})") from None
             self._set_aside()
             self._connection = self._open()
 
@@ -142,7 +142,7 @@ class History:
                 if self._connection.in_transaction:
                     self._connection.execute("ROLLBACK")
                 if isinstance(problem, sqlite3.Error):
-                    raise OutputError(f"the history cannot be written ({problem})") from None
+                    raise OutputError(f"cannot write the history ({problem})") from None
                 raise
 
     def _read(self, query: str, values: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:

@@ -136,7 +136,7 @@ class Jobs:
         """
         call = prepare(task, self.folder)
         if self.closed:
-            raise OutputError("the studio is ending; nothing new is begun")
+            raise OutputError("the studio is closing; no new jobs are started")
         live = Live(secrets.token_urlsafe(9), call, names_of(task, self.folder), watch=watch or Watch())
         self.history.add(live.id, title_of(task, self.folder), task, time.time())
         with self._lock:
@@ -285,5 +285,5 @@ def line_of(problem: BaseException) -> str:
     else:
         if os.environ.get("LEAFCUT_TRACEBACK"):
             traceback.print_exception(problem, file=sys.stderr)
-        line = f"a fault in leafcut itself ({type(problem).__name__}: {problem}); set LEAFCUT_TRACEBACK=1 to see where"
+        line = f"internal error in leafcut ({type(problem).__name__}: {problem}); set LEAFCUT_TRACEBACK=1 for details"
     return "".join(c if c.isprintable() else "?" for c in " ".join(line.split()))

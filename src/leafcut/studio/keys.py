@@ -93,7 +93,7 @@ def kept_secret(root: Path) -> bytes:
             write_private(file, secrets.token_bytes(32))
         return file.read_bytes()
     except OSError as problem:
-        raise OutputError(f"{file}: the studio's key cannot be kept ({problem.strerror})") from None
+        raise OutputError(f"{file}: cannot save the studio's key ({problem.strerror})") from None
 
 
 def write_private(file: Path, data: bytes) -> None:

@@ -33,7 +33,7 @@ def shipped_text(kind: str, name: str) -> str:
         There is none of that name.
     """
     if name not in shipped(kind):
-        raise OptionError(f"there is no '{name}' among the {kind}")
+        raise OptionError(f"unknown name '{name}' in {kind}")
     file = files("leafcut.machines") / f"{name}.toml" if kind == "machines" else files("leafcut.studio") / "tools.toml"
     return file.read_text(encoding="utf-8")
 
@@ -49,7 +49,7 @@ def own_text(folder: Folder, kind: str, name: str) -> str:
     try:
         return folder.own_path(kind, name).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
-        raise OptionError(f"'{name}' is not among your own {kind} any more") from None
+        raise OptionError(f"'{name}' is no longer in your {kind}") from None
 
 
 def check(kind: str, name: str, text: str) -> None:
@@ -61,7 +61,7 @@ def check(kind: str, name: str, text: str) -> None:
         It is no such file; the line says what is wrong.
     """
     if len(text) > _MOST_CHARACTERS:
-        raise OptionError(f"{name}.toml: longer than {_MOST_CHARACTERS:,} characters, so it is no profile")
+        raise OptionError(f"{name}.toml: longer than {_MOST_CHARACTERS:,} characters; no profile is")
     from leafcut.read.machine import load_machine
     from leafcut.read.tools import load_tools
 
@@ -87,7 +87,7 @@ def save(folder: Folder, kind: str, name: str, text: str) -> None:
     """
     folder.own_path(kind, name)
     if kind == "machines" and name in shipped(kind):
-        raise OptionError(f"'{name}' is a machine that leafcut brings; give yours another name")
+        raise OptionError(f"'{name}' is a built-in machine; give yours another name")
     check(kind, name, text)
     folder.save_own(kind, name, text)
 

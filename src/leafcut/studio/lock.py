@@ -34,13 +34,13 @@ def held(root: Path, address: str) -> Iterator[None]:
         root.mkdir(mode=0o700, parents=True, exist_ok=True)
         number = os.open(file, os.O_RDWR | os.O_CREAT, 0o600)
     except OSError as problem:
-        raise OutputError(f"{root}: the studio's folder cannot be written ({problem.strerror})") from None
+        raise OutputError(f"{root}: cannot write to the studio's folder ({problem.strerror})") from None
     try:
         if not _locked(number):
             told = os.read(number, 200).decode("ascii", "ignore")
             where = f" at {told}" if told.isprintable() and told else ""
             raise OutputError(
-                f"a studio runs already{where}; use that one, or end it first: both would write to {root}"
+                f"a studio is already running{where}; use that one, or stop it first: both would write to {root}"
             )
         os.ftruncate(number, 0)
         os.write(number, address.encode("ascii"))

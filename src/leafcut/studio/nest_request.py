@@ -94,7 +94,7 @@ def wanted_parts(inputs: Sequence[str], text: str) -> list[WantedPart]:
     except (ValueError, RecursionError):
         rows = None
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows) or len(rows) > len(inputs):
-        raise OptionError("'parts' is not a JSON list with an object for each drawing, in their order")
+        raise OptionError("'parts' must be a JSON list with one object per drawing, in the same order")
     rows += [{}] * (len(inputs) - len(rows))
     return [
         WantedPart(made, quantity_of(str(row.get("quantity", 1))), rotations_of(str(row.get("rotations", ""))))

@@ -141,7 +141,7 @@ class View:
             spec = group_of(name).specs()[name]
             path = isinstance(value, str) and spec.may_be_path and value.lower().endswith(".toml")
             if spec.kind == "path" or path:
-                raise OptionError(f"{flag_name(name)}: takes a file that was opened in the studio, not a path")
+                raise OptionError(f"{flag_name(name)}: choose a file opened in the studio, not a path")
         for name, value in found.items():
             words = ",".join(map(str, value)) if isinstance(value, list) else value
             self.put(name, words if isinstance(words, bool) else str(words))

@@ -83,7 +83,7 @@ _REFUSED: dict[int | str, dict[str, Any]] = {
         "model": Refusal,
         "description": "an input that cannot be done, or a field that is missing or of a wrong kind",
     },
-    500: {"model": Refusal, "description": "a fault of leafcut"},
+    500: {"model": Refusal, "description": "an internal error in leafcut"},
 }
 _BINARY = {"type": "string", "format": "binary"}
 _BODY = {"required": True, "content": {"application/octet-stream": {"schema": _BINARY}}}
@@ -140,7 +140,7 @@ async def _input(folder: Folder, file: UploadFile | None, named: str) -> str:
     if file is not None:
         return await _keep(folder, file)
     if not named:
-        raise OptionError("there is no file; send one as 'file', or name a built-in part as 'source'")
+        raise OptionError("no file given; send one as 'file', or name a built-in part as 'source'")
     return named
 
 
@@ -150,7 +150,7 @@ def _options(text: str) -> dict[str, Any]:
     except (ValueError, RecursionError):
         found = None
     if not isinstance(found, dict):
-        raise OptionError("'options' is not a JSON object")
+        raise OptionError("'options' must be a JSON object")
     return found
 
 

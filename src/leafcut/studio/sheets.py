@@ -78,7 +78,7 @@ def take(jobs: Jobs, sheet: SheetOfNest) -> str:
             return record.task.inputs[0]
     made = jobs.history.artefact(sheet.job, sheet.drawing)
     if made is None:
-        raise OptionError("this nest is not in the history any more")
+        raise OptionError("this nest is no longer in the history")
     return jobs.folder.add_input(made.file_name, made.data)
 
 

@@ -87,11 +87,11 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
     if task.command not in COMMANDS:
         raise OptionError(f"unknown command '{task.command}'{nearest(task.command, COMMANDS)}")
     if has_half_letter([task.inputs, task.options]):
-        raise OptionError("a text with half of a letter, \\ud800 to \\udfff; no file or page can say it")
+        raise OptionError("the text contains an invalid character (\\ud800 to \\udfff)")
     parts, drawn = parts_of(task), _drawn_sheets(task, folder)
     parts = tuple(one for one in parts if one.input not in drawn.values())
     if task.command == "nest" and not parts:
-        raise OptionError("there are no parts; open drawings to be nested")
+        raise OptionError("no parts to nest; open their drawings")
     if task.command != "nest" and len(task.inputs) != COMMANDS[task.command]:
         files = "one file" if COMMANDS[task.command] == 1 else f"{COMMANDS[task.command]} files"
         raise OptionError(f"{task.command} needs {files}")
@@ -106,7 +106,7 @@ def prepare(task: Task, folder: Folder) -> ReadyTask:
     # Nothing built in is a drawing of a part, so a part is an upload.
     sources = [str(folder.input_path(one.input)) for one in parts] or [folder.source(word) for word in task.inputs]
     if parts and any(source.lower().endswith(".csv") for source in sources):
-        raise OptionError("a list of parts names files where the studio does not look; open the drawings themselves")
+        raise OptionError("the studio cannot read the files of a parts list; open the drawings themselves")
     return ReadyTask(task.command, tuple(sources), task.process, options, parts)
 
 
@@ -136,7 +136,7 @@ def _drawn_sheets(task: Task, folder: Folder) -> dict[str, str]:
     names = [word.name for word in map(parse_sheet, split_names(sheet)) if word.size is None]
     for name in names:
         if name not in open_:
-            raise OptionError(f"--sheet: no drawing '{shown(name)}' is open here; open it, or give a size")
+            raise OptionError(f"--sheet: drawing '{shown(name)}' is not open; open it, or give a size")
     return {name: open_[name] for name in names}
 
 
@@ -155,22 +155,22 @@ def _resolved(name: str, value: Any, folder: Folder) -> Any:
     spec = group_of(name).specs()[name]
     flag = flag_name(name)
     if name in _OUTPUTS:
-        raise OptionError(f"{flag}: the studio hands the file over itself; leave it out")
+        raise OptionError(f"{flag}: the studio sets this file itself; leave it out")
     if spec.kind != "path" and not spec.may_be_path:
         return value
     if not isinstance(value, str):
-        raise OptionError(f"{flag}: '{value}' is not the id of a file")
+        raise OptionError(f"{flag}: unknown file id '{value}'")
     if value.startswith(OWN) and name in _OWN_KINDS:
         path = folder.own_path(_OWN_KINDS[name], value.removeprefix(OWN))
         if not path.is_file():
-            raise OptionError(f"{flag}: '{value.removeprefix(OWN)}' is not among your own any more")
+            raise OptionError(f"{flag}: '{value.removeprefix(OWN)}' is no longer in your library")
         return str(path)
     if spec.may_be_path and not value.lower().endswith(".toml") and "/" not in value and "\\" not in value:
         return value  # the name of a shipped one, checked where it is loaded
     try:
         return str(folder.input_path(value))
     except OptionError:
-        raise OptionError(f"{flag}: takes a file that was opened in the studio, not a path") from None
+        raise OptionError(f"{flag}: choose a file opened in the studio, not a path") from None
 
 
 def names_of(task: Task, folder: Folder) -> tuple[str, ...]:

@@ -23,13 +23,13 @@ class DrillOptions(OptionGroup):
     depth_to: str = option(
         "text",
         "shoulder",
-        "what reaches the depth: the full diameter or the point of the drill",
+        "depth reference: full diameter (shoulder) or drill point (tip)",
         choices=("shoulder", "tip"),
     )
     tool_change_height: float = option(
         "quantity",
         25.0,
-        "height for changing tools, on a machine that has no safe height of its own",
+        "tool change height, for machines without one of their own",
         unit="mm",
         minimum=0.1,
         maximum=1000,
@@ -37,34 +37,36 @@ class DrillOptions(OptionGroup):
     cycle: str | None = option(
         "text",
         None,
-        "cycle of every drill that the tool library says nothing of",
+        "drilling cycle for tools without one in the library",
         choices=CYCLES,
         default_words="G83 with --peck, G82 with --dwell, else G81",
     )
     peck: float | None = option(
         "quantity",
         None,
-        "depth of one peck (Q of G83 and G73)",
+        "peck depth (Q of G83 and G73)",
         unit="mm",
         minimum=0.01,
         maximum=1000,
         default_words="no pecking",
     )
     dwell: float | None = option(
-        "quantity", None, "wait at the bottom (P of G82)", unit="s", minimum=0, maximum=100, default_words="none"
+        "quantity", None, "dwell at the bottom (P of G82)", unit="s", minimum=0, maximum=100, default_words="none"
     )
     feed: float | None = option(
         "quantity",
         None,
-        "feed of drills whose data are assumed",
+        "feed rate of assumed drills",
         unit="mm/s",
         minimum=0.001,
-        default_words="0.02 diameters a revolution",
+        default_words="0.02 diameters per revolution",
     )
-    centre_drill: bool = option("flag", False, "first centre every hole with the library's centre drill", needs="tools")
+    centre_drill: bool = option(
+        "flag", False, "centre-drill every hole first, with the library's centre drill", needs="tools"
+    )
     hole_order: Path | None = option(
         "path",
         None,
-        "order file: holes that come first in the order of the file; the rest is found around them",
+        "order file: drill these holes first, in this order; the search orders the rest",
         default_words="none",
     )

@@ -34,8 +34,8 @@ class Drilling(Process):
     uses |= use(JobOptions, but=("material", "keep_order"))
     otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012  # the protocol says that it is of the class
     command = "drill"
-    help = "Drill the holes and slots of a drawing, of a drill file, or of several drill files of one board."
-    takes = "a drawing, a drill file, or a map; several drill files make one program"
+    help = "Drill the holes and slots of a drawing, a drill file, or several drill files of one board."
+    takes = "a drawing, a drill file or a point map; several drill files make one program"
     asked_as = ("drill",)
     reads = "drawing"
     by_itself = True

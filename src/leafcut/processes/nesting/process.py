@@ -28,7 +28,7 @@ class Nesting(Process):
     uses |= use(CutDataOptions, "cut_process")
     uses |= use(SolveOptions, "preset", "time_limit", "iterations", "seed", "threads")
     command = "nest"
-    help = "Lay parts on sheets, in several variants, and write the best as DXF to be cut."
+    help = "Nest parts on sheets, in several variants, and write the best nest as DXF for cutting."
     offered_with = "cut"
     form = (
         ("main", ("sheet", "kerf", "gap", "margin", "rotations", "into_holes")),
@@ -45,7 +45,7 @@ class Nesting(Process):
 
     def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[Any]:
         """Refuse: parts are nested by the command `nest`."""
-        raise OptionError("parts are nested by leafcut nest")
+        raise OptionError("to nest parts, use leafcut nest")
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the contours as they are drawn: what is nested is placed by that."""

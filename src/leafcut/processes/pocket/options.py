@@ -22,7 +22,7 @@ class PocketOptions(OptionGroup):
     strategy: str = option(
         "text",
         "best",
-        "how the pocket is cleared; with best every strategy is tried, and the quickest one written",
+        "clearing strategy; best tries all and writes the fastest",
         choices=("best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive"),
     )
     tool_diameter: float | None = option(
@@ -32,24 +32,23 @@ class PocketOptions(OptionGroup):
         unit="mm",
         minimum=0.01,
         maximum=200,
-        default_words="needed without a tool library",
+        default_words="required without a tool library",
     )
     tool_number: int | None = option(
         "whole",
         None,
-        "number of the end mill, in the tool library where one is given",
+        "tool number of the end mill, also in the tool library",
         minimum=1,
         maximum=99_999_999,
-        default_words="1; of a library the end mill of the diameter, or its only one",
+        default_words="1; with a library its end mill of that diameter, or its only one",
     )
     step_over: float = option(
-        "share", 0.6, "largest distance between passes, as a share of the tool's diameter", minimum=0.02, maximum=0.95
+        "share", 0.6, "maximum step-over, as a share of the tool diameter", minimum=0.02, maximum=0.95
     )
     point_distance: float | None = option(
         "share",
         None,
-        "distance between the points of a grid, as a share of the tool's diameter: above 0.5, or points crowd; below "
-        "0.7, or the corners between four points stay uncut; no more than the step-over",
+        "grid spacing as a share of the tool diameter: 0.5 to 0.7, and no more than the step-over",
         minimum=0.02,
         maximum=2,
         default_words="the step-over, at most 0.6",
@@ -57,46 +56,51 @@ class PocketOptions(OptionGroup):
     step_down: float | None = option(
         "quantity",
         None,
-        "depth of one level",
+        "step-down: depth per level",
         unit="mm",
         minimum=0.001,
         maximum=1000,
-        default_words="half the tool's diameter",
+        default_words="half the tool diameter",
     )
     stock: float = option(
-        "quantity", 0.0, "what roughing leaves on the walls for the finishing pass", unit="mm", minimum=0, maximum=100
+        "quantity",
+        0.0,
+        "stock that roughing leaves on the walls for the finishing pass",
+        unit="mm",
+        minimum=0,
+        maximum=100,
     )
-    finishing_pass: bool = option("flag", True, "go along every wall after zigzag and grid strategies")
-    milling: str = option("text", "climb", "which side of the tool cuts", choices=("climb", "conventional"))
+    finishing_pass: bool = option("flag", True, "finish every wall after zigzag and grid strategies")
+    milling: str = option("text", "climb", "milling direction", choices=("climb", "conventional"))
     zigzag_angle: float | None = option(
         "quantity",
         None,
-        "angle of the lines of a zigzag",
+        "zigzag angle",
         unit="rad",
         minimum=-math.tau,
         maximum=math.tau,
-        default_words="the best of twelve",
+        default_words="the best of twelve angles",
     )
     max_engagement: float | None = option(
         "quantity",
         None,
-        "largest angle of the tool's edge in the material",
+        "maximum tool engagement angle",
         unit="rad",
         minimum=0.17,
         maximum=3.1416,
-        default_words="not limited",
+        default_words="unlimited",
     )
     entry: str = option(
         "text",
         "ramp",
-        "how the tool comes down to a level",
+        "entry move to each level",
         choices=("ramp", "helix", "plunge", "predrilled"),
-        default_words="ramp: along the first piece of the path",
+        default_words="ramp: along the start of the path",
     )
     entry_angle: float = option(
         "quantity",
         0.05235987755982989,
-        "steepest way down of a ramp or a helix",
+        "maximum ramp angle",
         unit="rad",
         minimum=0.001,
         maximum=0.8,
@@ -105,27 +109,27 @@ class PocketOptions(OptionGroup):
     plunge_feed: float | None = option(
         "quantity",
         None,
-        "feed straight down",
+        "plunge rate",
         unit="mm/s",
         minimum=0.001,
-        default_words="that of the tool library, else a third of the feed",
+        default_words="the tool library's, else a third of the feed rate",
     )
     milling_feed: float | None = option(
         "quantity",
         None,
-        "feed of the end mill",
+        "feed rate of the end mill",
         unit="mm/s",
         minimum=0.001,
-        default_words="that of the tool library, else two teeth, a hundredth of the diameter each, 0.05 mm at most",
+        default_words="the tool library's, else two teeth at 1 % of the diameter, at most 0.05 mm, per tooth",
     )
     air_feed: float | None = option(
         "quantity",
         None,
-        "feed at depth where the tool cuts nothing, which is proved; no less than that of the mill",
+        "feed rate at depth through cleared area; not below the milling feed",
         unit="mm/s",
         minimum=0.001,
-        default_words="the largest feed of the machine",
+        default_words="the machine's highest feed rate",
     )
     uncovered_tolerance: float = option(
-        "percent", 0.1, "uncut share of the reachable area above which there is a warning", minimum=0, maximum=100
+        "percent", 0.1, "warn if more than this share of the reachable area stays uncut", minimum=0, maximum=100
     )

@@ -39,8 +39,8 @@ class Pocketing(Process):
     #: Whatever the algorithm is, fireflies may order the grid: every strategy is tried.
     uses |= dict.fromkeys(use(FireflyOptions), "")
     command = "pocket"
-    help = "Mill the pockets of a drawing or of a picture."
-    takes = "a drawing, or a picture"
+    help = "Mill the pockets of a drawing or a picture."
+    takes = "a drawing or a picture"
     asked_as = ("pocket",)
     reads = "drawing"
     by_itself = True

@@ -13,18 +13,18 @@ class ResequenceOptions(OptionGroup):
     """How a program of another CAM is put in order."""
 
     section: ClassVar[str] = "resequence"
-    title: ClassVar[str] = "Programs of other CAMs"
+    title: ClassVar[str] = "Reordering"
 
-    merge_tools: bool = option("flag", False, "join separated sections of one tool, where nothing forbids it")
+    merge_tools: bool = option("flag", False, "merge sections of the same tool where it is safe")
     allow_reverse: bool = option(
         "flag",
         False,
-        "cut open lines of one depth from either end (slots, engraving, laser), where neither climb milling nor a "
-        "lead-in matters; the tool may then go down at what was the end",
+        "cut open paths of constant depth from either end; only if climb milling and lead-ins do not matter (slots, "
+        "engraving, laser)",
     )
     mix_operations: bool = option(
         "flag",
         False,
-        "mix the work of operations that a program's comments mark; what frees a part stays behind the work before it",
+        "mix operations that the program's comments separate; cuts that free a part stay after the work before them",
     )
-    renumber: bool = option("flag", False, "give the blocks new N-numbers, in steps of 10")
+    renumber: bool = option("flag", False, "renumber blocks, in steps of 10")

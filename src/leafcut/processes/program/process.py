@@ -23,30 +23,30 @@ class ForeignProgram(Process):
     """A G-code program of any CAM."""
 
     name = "program"
-    title = "a G-code program"
+    title = "reordering a program"
     options = (ResequenceOptions,)
     uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | LOOKED_UP | ORDERED
     uses |= use(JobOptions, "keep_out", "start_point", "keep_order", tools="keep_out", clearance_height="keep_out")
     uses |= use(PostOptions, "dialect", "header")
     otherwise = {  # noqa: RUF012  # the protocol says that it is of the class
         "output_units": "a program keeps its own units",
-        "line_numbers": "--renumber gives new numbers to the blocks that have one",
+        "line_numbers": "use --renumber to renumber its blocks",
         "coolant": "a program keeps its own coolant",
         "depth": "a program keeps its own depths",
         "program_number": "a program keeps its own number",
-        "origin": "a program stays where it is; set the work offset on the machine",
-        "mirror": "mirror the drawing, or in the CAM, which knows leads and climb milling",
-        "rotate": "turn the drawing, or in the CAM, or by the machine's work offset",
+        "origin": "a program keeps its zero; set the work offset on the machine",
+        "mirror": "mirror the drawing instead, or in the CAM, which knows leads and climb milling",
+        "rotate": "rotate the drawing instead, in the CAM, or by the machine's work offset",
     }
     command = "reorder"
-    help = "Put the work of another CAM's G-code program in a shorter order, and prove that it does the same."
+    help = "Reorder another CAM's G-code program for less machine time, and prove that it does the same work."
     takes = "a G-code program"
     asked_as = ("reorder", *ProgramKind)
     reads = "program"
     by_itself = True
     instead = {  # noqa: RUF012  # the protocol says that it is of the class
-        "cut": "this is a program, and not a drawing; use leafcut reorder, or --process laser or plasma",
-        "pocket": "this is a program, and not a drawing; use leafcut reorder, or --process mill",
+        "cut": "the input is a program, not a drawing; use leafcut reorder, or --process laser or plasma",
+        "pocket": "the input is a program, not a drawing; use leafcut reorder, or --process mill",
     }
     form = (
         ("main", ("machine", "merge_tools", "mix_operations", "allow_reverse", "keep_order")),

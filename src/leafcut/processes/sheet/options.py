@@ -23,18 +23,18 @@ class CutOptions(OptionGroup):
     mark_speed: float | None = option(
         "quantity",
         None,
-        "speed of marks, with a laser or a scribe",
+        "marking speed, with a laser or a scribe",
         unit="mm/s",
         minimum=0.01,
-        default_words="2500 mm/min, or the machine's highest feed",
+        default_words="2500 mm/min, or the machine's highest feed rate if lower",
     )
     kerf_width: float | None = option(
-        "quantity", None, "width of the cut", unit="mm", minimum=0.001, maximum=50, default_words="the chart's"
+        "quantity", None, "kerf width", unit="mm", minimum=0.001, maximum=50, default_words="the chart's"
     )
     pierce_delay: float | None = option(
         "quantity",
         None,
-        "wait after the torch goes on",
+        "pierce delay after the torch turns on",
         unit="s",
         minimum=0,
         maximum=600,
@@ -43,7 +43,7 @@ class CutOptions(OptionGroup):
     pierce_height: float | None = option(
         "quantity",
         None,
-        "height of the torch when it goes on",
+        "torch height for piercing",
         unit="mm",
         minimum=0.01,
         maximum=100,
@@ -52,7 +52,7 @@ class CutOptions(OptionGroup):
     cut_height: float | None = option(
         "quantity",
         None,
-        "height of the torch while it cuts",
+        "torch height for cutting",
         unit="mm",
         minimum=0.01,
         maximum=100,
@@ -61,14 +61,14 @@ class CutOptions(OptionGroup):
     probe: str = option(
         "text",
         "auto",
-        "find the sheet with the torch before every pierce (G38.2), where the program moves Z",
+        "probe the sheet before every pierce (G38.2), if the program moves Z",
         choices=("auto", "on", "off"),
-        default_words="auto: where the machine's profile has a probe",
+        default_words="auto: if the machine profile has a probe",
     )
     switch_offset: float | None = option(
         "quantity",
         None,
-        "how far Z goes on after the torch has touched the sheet, until the switch of the probe trips",
+        "switch offset: Z travel from touching the sheet until the probe switch trips",
         unit="mm",
         minimum=0,
         maximum=50,
@@ -77,29 +77,29 @@ class CutOptions(OptionGroup):
     compensation: str = option(
         "text",
         "geometry",
-        "who keeps half a kerf away from the part: the program's path, the controller (G41, G42), or nobody",
+        "kerf compensation: in the path (geometry), by the controller (G41, G42), or none",
         choices=("geometry", "controller", "none"),
     )
     direction: str = option(
         "text",
         "auto",
-        "which way round outlines are cut; holes the other way",
+        "cutting direction of outlines; holes run the other way",
         choices=("auto", "clockwise", "counter-clockwise", "free"),
         default_words="auto: clockwise for plasma and oxyfuel, else free",
     )
     lead_in: str = option(
         "text",
         "auto",
-        "how a cut comes to its contour",
+        "shape of the lead-in",
         choices=("auto", "line", "arc", "none"),
         default_words="auto: arc for plasma and oxyfuel, else line",
     )
     lead_out: str = option(
         "text",
         "auto",
-        "how a cut leaves its contour",
+        "shape of the lead-out",
         choices=("auto", "line", "arc", "none"),
-        default_words="auto: as the lead-in on outlines cut by plasma or oxyfuel, else none",
+        default_words="auto: as the lead-in for outlines by plasma or oxyfuel, else none",
     )
     lead_in_length: float | None = option(
         "quantity",
@@ -108,7 +108,7 @@ class CutOptions(OptionGroup):
         unit="mm",
         minimum=0.01,
         maximum=1000,
-        default_words="plasma 6, oxyfuel 15, or the thickness; laser and water 3 kerfs, at least 2",
+        default_words="plasma 6, oxyfuel 15, or the thickness if larger; laser and water 3 kerfs, at least 2",
         needs="lead_in=auto|line|arc",
     )
     lead_out_length: float | None = option(
@@ -118,13 +118,13 @@ class CutOptions(OptionGroup):
         unit="mm",
         minimum=0.01,
         maximum=1000,
-        default_words="as the lead-in, 6 at least",
+        default_words="as the lead-in, at least 6",
         needs="lead_out=auto|line|arc",
     )
     lead_angle: float = option(
         "quantity",
         1.5707963267948966,
-        "angle of a line to the contour, or that an arc turns by",
+        "lead angle: of a line to the contour, or swept by an arc",
         unit="rad",
         minimum=0.17,
         maximum=2.97,
@@ -132,31 +132,29 @@ class CutOptions(OptionGroup):
     overcut: float | None = option(
         "quantity",
         None,
-        "how far a closed cut goes on past its beginning; with the torch off where the controller can",
+        "overcut past the start of a closed contour; with the torch off if the controller can",
         unit="mm",
         minimum=0,
         maximum=100,
-        default_words="4 mm on holes cut by plasma, else 0",
+        default_words="4 mm for plasma holes, else 0",
     )
     small_hole: float | None = option(
         "quantity",
         None,
-        "holes below this diameter are cut slower, from near the centre and without a lead-out",
+        "small holes, below this diameter, are cut slower, from near the centre, without a lead-out",
         unit="mm",
         minimum=0,
         maximum=1000,
         default_words="32 mm for plasma, else 0",
     )
     small_hole_speed: float = option(
-        "percent", 60.0, "speed in small holes, in percent of the cutting speed", minimum=1, maximum=100
+        "percent", 60.0, "speed in small holes, percent of the cutting speed", minimum=1, maximum=100
     )
-    corner_loops: bool = option(
-        "flag", False, "go round sharp outer corners in a loop through the scrap, where there is room"
-    )
+    corner_loops: bool = option("flag", False, "loop through the scrap at sharp outer corners, if there is room")
     loop_angle: float = option(
         "quantity",
         1.7453292519943295,
-        "corners sharper than this have a loop",
+        "loop at corners sharper than this",
         unit="rad",
         minimum=0.17,
         maximum=2.8,
@@ -165,20 +163,18 @@ class CutOptions(OptionGroup):
     loop_length: float | None = option(
         "quantity",
         None,
-        "how far a loop goes on past its corner",
+        "loop length past the corner",
         unit="mm",
         minimum=0.1,
         maximum=100,
-        default_words="half the lead-in",
+        default_words="half the lead-in length",
         needs="corner_loops",
     )
-    micro_joints: int = option(
-        "whole", 0, "places where an outline stays uncut, so that the part hangs on", minimum=0, maximum=100
-    )
+    micro_joints: int = option("whole", 0, "number of micro-joints that hold each part", minimum=0, maximum=100)
     joint_holes: bool = option(
         "flag",
         False,
-        "holes have micro-joints like outlines, so that what falls out of them hangs on; not small holes",
+        "add micro-joints to holes too, except small ones, to hold the slugs",
         needs="micro_joints",
     )
     joint_width: float = option(
@@ -187,74 +183,71 @@ class CutOptions(OptionGroup):
     chains: bool = option(
         "flag",
         False,
-        "cut neighbouring outlines with one pierce: with the torch on from one to the next, through the scrap, where "
-        "that is quicker than a new pierce",
+        "chain-cut neighbouring outlines with one pierce, through the scrap, if that is faster",
     )
-    chain_contours: int = option("whole", 12, "contours in one chain at most", minimum=2, maximum=1000, needs="chains")
+    chain_contours: int = option("whole", 12, "maximum contours per chain", minimum=2, maximum=1000, needs="chains")
     chain_bridge: float | None = option(
         "quantity",
         None,
-        "longest way through the scrap from one outline of a chain to the next",
+        "longest bridge through the scrap between outlines of a chain",
         unit="mm",
         minimum=0.1,
         maximum=1000,
-        default_words="as long as it is quicker than a pierce",
+        default_words="as long as it is faster than a pierce",
         needs="chains",
     )
     common_lines: bool = option(
         "flag",
         False,
-        "cut the edges of parts that lie one kerf apart once for both parts, before what is around them",
+        "common-line cutting: cut edges one kerf apart once for both parts",
     )
     pierce_pitch: float | None = option(
         "quantity",
         None,
-        "distance between the places of a contour that are tried as its start",
+        "spacing of candidate pierce points along a contour",
         unit="mm",
         minimum=0.1,
         default_words="a sixteenth of the contour, between 10 and 100 mm",
     )
     start_at: str = option(
-        "text", "any", "where on a contour a cut may start: anywhere, or at its corners", choices=("any", "corners")
+        "text", "any", "allowed start points on a contour: any, or corners only", choices=("any", "corners")
     )
     edge_start: str = option(
         "text",
         "auto",
-        "start outlines beyond the sheet's edge, in the air",
+        "edge start: start outlines outside the sheet, without a pierce",
         choices=("auto", "always", "never"),
         default_words="auto: above the pierce capacity",
     )
     splash: float | None = option(
         "quantity",
         None,
-        "radius around a pierce that is kept clear of parts where there is room",
+        "splash radius of a pierce, kept clear of parts if there is room",
         unit="mm",
         minimum=0,
         maximum=100,
         default_words="one kerf",
     )
-    heat_distance: float = option(
-        "quantity", 0.0, "least distance between one start and the next", unit="mm", minimum=0
-    )
+    heat_distance: float = option("quantity", 0.0, "minimum distance between consecutive starts", unit="mm", minimum=0)
     heat_time: float = option(
         "quantity",
         0.0,
-        "starts nearer than --heat-distance are this far apart in time at least",
+        "minimum time between starts closer than --heat-distance",
         unit="s",
         minimum=0,
-        default_words="0: only the next start is kept away",
+        default_words="0: applies to the next start only",
         needs="heat_distance",
     )
     sweep: str = option(
         "text",
         "free",
-        "cut the parts in bands along an axis, so that the rest of the sheet stays flat",
+        "cut parts in bands along an axis, to keep the rest of the sheet flat",
         choices=("free", "x", "y"),
     )
     sweep_width: float | None = option(
         "quantity",
         None,
-        "width of a band",
+        "band width",
         unit="mm",
         minimum=1,
         default_words="a fifth of the sheet, or its largest part",
@@ -263,23 +256,23 @@ class CutOptions(OptionGroup):
     start_corner: str = option(
         "text",
         "free",
-        "corner of the sheet at which cutting begins",
+        "sheet corner where cutting begins",
         choices=("free", "lower-left", "lower-right", "upper-left", "upper-right"),
     )
     sheet_size: str | None = option(
         "text",
         None,
-        "size of the sheet from its lower left corner at 0,0, such as 3000x1500",
-        default_words="the outline in the drawing, else not known",
+        "sheet size, such as 3000x1500, with its lower left corner at 0,0",
+        default_words="the outline in the drawing, else unknown",
     )
     sheet_margin: float = option(
-        "quantity", 0.0, "leads keep this far from the sheet's edge", unit="mm", minimum=0, maximum=1000
+        "quantity", 0.0, "minimum distance of leads from the sheet edge", unit="mm", minimum=0, maximum=1000
     )
-    plan: Path | None = option("path", None, "plan file whose fixed choices are kept", default_words="none")
+    plan: Path | None = option("path", None, "plan file with fixed choices to keep", default_words="none")
     save_plan: Path | None = option("path", None, "plan file to write", default_words="none", changes_program=False)
-    quantity: int = option("whole", 1, "sheets in the batch", minimum=1, maximum=1_000_000)
-    gas_rate: float = option("number", 0.0, "cost of gas or abrasive for an hour of cutting", minimum=0)
-    power_rate: float = option("number", 0.0, "cost of power for an hour of cutting", minimum=0)
-    consumables_rate: float = option("number", 0.0, "cost of consumables for an hour of cutting", minimum=0)
-    pierce_cost: float = option("number", 0.0, "what a pierce costs besides, in consumables", minimum=0)
-    machine_rate: float = option("number", 0.0, "cost of the machine and its operator for an hour", minimum=0)
+    quantity: int = option("whole", 1, "number of sheets in the batch", minimum=1, maximum=1_000_000)
+    gas_rate: float = option("number", 0.0, "gas or abrasive cost per hour of cutting", minimum=0)
+    power_rate: float = option("number", 0.0, "power cost per hour of cutting", minimum=0)
+    consumables_rate: float = option("number", 0.0, "consumables cost per hour of cutting", minimum=0)
+    pierce_cost: float = option("number", 0.0, "consumables cost per pierce", minimum=0)
+    machine_rate: float = option("number", 0.0, "machine and operator cost per hour", minimum=0)

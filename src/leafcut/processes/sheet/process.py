@@ -33,7 +33,7 @@ class SheetCutting(Process):
     uses |= use(JobOptions, *_JOB, start_point="start_corner=free") | use(CutDataOptions)
     uses |= ORDERED | use(PostOptions, but=("coolant",))
     command = "cut"
-    help = "Cut the contours of a drawing from sheet, by plasma, laser, flame or water."
+    help = "Cut the contours of a drawing from sheet, by plasma, laser, oxyfuel or waterjet."
     asked_as = ("cut",)
     reads = "drawing"
     asks = "cut"
