@@ -1,0 +1,150 @@
+"""Where a bridge may lead from one contour to another: by distances that shapely measures."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+from cut_sheets import PLASMA, part_in_hole, rectangle, ring, rules_of, sheet_of, square, two_squares
+from leafcut.model.sheet import Sheet
+from leafcut.processes.sheet.plan.chains.bridges import (
+    LEAVES_WITHIN,
+    PLACES,
+    Bridges,
+    find_bridges,
+    joins,
+    leaves_at_once,
+    left_at,
+    scrap_of,
+)
+from leafcut.processes.sheet.plan.cut_contours import CutContour, prepare_contours
+from leafcut.processes.sheet.plan.leads.leads import Scrap
+
+KERF = PLASMA.kerf
+HALF = 0.5 * KERF
+
+
+def ready(sheet: Sheet, **options: Any) -> tuple[list[CutContour], Scrap]:
+    rules = rules_of(**options)
+    contours, _ = prepare_contours(sheet, rules)
+    return contours, Scrap(sheet, contours, rules)
+
+
+def bridges(sheet: Sheet, reach: float, members: list[int] | None = None) -> tuple[list[CutContour], Bridges]:
+    contours, scrap = ready(sheet)
+    which = members if members is not None else [k for k, c in enumerate(contours) if c.has_leads]
+    return contours, find_bridges(contours, which, scrap, reach)
+
+
+def pairs(found: Bridges) -> set[tuple[int, int]]:
+    ends = zip(found.places.contour[found.begin].tolist(), found.places.contour[found.end].tolist(), strict=True)
+    return set(ends)
+
+
+def test_bridges_between_two_squares_are_as_long_as_said_and_shorter_than_the_reach() -> None:
+    """20 mm are between the squares: 18.5 mm between the middles of their kerfs."""
+    _, found = bridges(two_squares(20.0), 30.0)
+    assert pairs(found) == {(0, 1), (1, 0)}
+    step = found.places.arrive[found.end] - found.places.leave[found.begin]
+    assert found.length == pytest.approx(np.hypot(*step.T))
+    assert found.length.max() < 30.0
+    assert found.length.min() == pytest.approx(20.0 - KERF, abs=0.5)
+
+
+def test_where_the_reach_is_less_than_the_room_between_there_are_none() -> None:
+    assert len(bridges(two_squares(20.0), 18.0)[1].length) == 0
+    assert len(bridges(two_squares(20.0), 30.0, members=[])[1].length) == 0
+
+
+def test_a_part_between_two_others_is_in_the_way() -> None:
+    """A slat reaches beyond both squares; only from neighbour to neighbour there is a bridge."""
+    sheet = sheet_of(
+        (square(50, 50, 30), 0, -1, 1), (rectangle(90, 20, 8, 90), 0, -1, 2), (square(108, 50, 30), 0, -1, 3)
+    )
+    assert pairs(bridges(sheet, 60.0)[1]) == {(0, 1), (1, 0), (1, 2), (2, 1)}
+
+
+def test_no_bridge_touches_a_part_a_clamp_or_a_kerf_but_those_that_it_joins() -> None:
+    boxes = [(square(40 + 40 * i, 40 + 40 * j, 30), 0, -1, 1 + i + 2 * j) for i in range(2) for j in range(2)]
+    sheet = sheet_of(*boxes, zones=((70.0, 45.0, 80.0, 65.0),))
+    contours, found = bridges(sheet, 40.0)
+    lines = shapely.linestrings(
+        np.stack([found.places.leave[found.begin], found.places.arrive[found.end]], axis=1)
+    ).tolist()
+    assert len(lines) > 20
+    clamp = shapely.box(70, 45, 80, 65)
+    for line, one, other in zip(lines, found.places.contour[found.begin], found.places.contour[found.end], strict=True):
+        assert line.distance(clamp) >= HALF - 1e-3
+        for k, contour in enumerate(contours):
+            part = shapely.Polygon(contour.source.contour.path.flattened(0.01))
+            assert line.distance(part) >= HALF - 0.02
+            if k not in (one, other):
+                assert line.distance(contour.line) >= KERF - 1e-3
+
+
+def test_a_hole_is_come_to_from_what_lies_in_it_and_never_left() -> None:
+    contours, found = bridges(part_in_hole(), 60.0)
+    holes = {k for k, contour in enumerate(contours) if contour.hole}
+    inner = next(k for k, c in enumerate(contours) if c.source.part == 2 and not c.hole)
+    around = next(k for k, c in enumerate(contours) if c.source.part == 1 and c.hole)
+    assert pairs(found) == {(inner, around)}
+    assert not holes & {one for one, _ in pairs(found)}
+
+
+def test_along_an_outline_lies_what_it_is_in_and_along_a_hole_its_own_room() -> None:
+    contours, _ = ready(ring())
+    sides = {c.index: scrap_of(c) for c in contours if c.kind == "cut"}
+    assert sides == {0: -1, 1: 1}
+
+
+def test_places_of_a_contour_are_bounded_in_number_and_a_millimetre_apart() -> None:
+    boxes = [(square(30 + 12 * i, 30 + 12 * j, 6), 0, -1, 1 + i + 3 * j) for i in range(3) for j in range(2)]
+    contours, found = bridges(sheet_of(*boxes), 60.0)
+    for k, contour in enumerate(contours):
+        at = np.sort(found.places.at[found.places.contour == k])
+        assert 2 <= len(at) <= PLACES
+        around = np.append(at, at[0] + contour.path.length)
+        assert np.diff(around).min() >= 1.0 - 1e-9
+
+
+def test_a_bridge_has_left_a_kerf_after_three_kerfs_and_does_not_come_back() -> None:
+    kerf_line = shapely.LineString([(0, 0), (100, 0)])
+    far = LEAVES_WITHIN * KERF
+    slant = math.asin(1.0 / LEAVES_WITHIN)
+    lines = [
+        [(50, 0), (50, 20)],
+        [(50, 0), (50, 0.9 * KERF)],
+        [(50, 0), (50 + 20 * math.cos(1.02 * slant), 20 * math.sin(1.02 * slant))],
+        [(50, 0), (50 + 20 * math.cos(0.95 * slant), 20 * math.sin(0.95 * slant))],
+        [(50, 0), (50, -far)],
+    ]
+    found = leaves_at_once(np.array(lines, dtype=float), kerf_line, KERF)
+    assert found.tolist() == [True, False, True, False, True]
+    hook = shapely.LineString([(0, 0), (100, 0), (100, 10), (0, 10)])
+    assert leaves_at_once(np.array([[(50.0, 0.0), (50.0, 10.0 - 2 * KERF)]]), hook, KERF).tolist() == [True]
+    assert leaves_at_once(np.array([[(50.0, 0.0), (50.0, 10.0)]]), hook, KERF).tolist() == [False]
+
+
+def test_two_contours_join_where_there_is_room_between_the_ends_given() -> None:
+    contours, scrap = ready(two_squares(20.0))
+    right, left = 70.0 + HALF, 90.0 - HALF
+    assert joins(contours, (0, 1), ((right, 45.0), (left, 45.0)), scrap)
+    assert not joins(contours, (0, 0), ((right, 45.0), (left, 45.0)), scrap)
+    # Through the first square.
+    assert not joins(contours, (0, 1), ((20.0 - HALF, 45.0), (left, 45.0)), scrap)
+    # Along its edge the bridge does not leave the kerf.
+    assert not joins(contours, (0, 1), ((right, 22.0), (right + 0.5, 68.0)), scrap)
+
+
+def test_with_a_joint_a_contour_is_left_before_it_closes_whichever_way_it_is_cut() -> None:
+    contours, _ = ready(two_squares())
+    rules = rules_of(micro_joints=1, joint_width=0.4)
+    joint = abs(left_at(contours[0], 50.0, False, rules) - 50.0)
+    assert joint >= 0.4
+    assert left_at(contours[0], 50.0, False, rules) == 50.0 - joint
+    assert left_at(contours[0], 50.0, True, rules) == 50.0 + joint
+    assert left_at(contours[0], 50.0, True, rules_of()) == 50.0
