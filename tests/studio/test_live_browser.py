@@ -65,7 +65,7 @@ NUMBERS = """async () => {
 def make_map(page: Page, points: int, algorithm: str) -> None:
     page.get_by_text("Examples and random maps").click()
     typed(page, "Points", str(points))
-    page.get_by_role("button", name="Make a map").click()
+    page.get_by_role("button", name="Create map").click()
     expect(page.locator(".about-part .name")).to_have_text(f"random:{points}:1")
     page.get_by_label("Work", exact=True).select_option("solve")
     page.get_by_label("Algorithm", exact=True).select_option(algorithm)
@@ -75,9 +75,9 @@ def make_map(page: Page, points: int, algorithm: str) -> None:
 def ten_holes_to_change(page: Page) -> list[list[float]]:
     """Let the order of a plate's holes be changed by hand; return where they stand on the page, in their order."""
     opened(page, ROOT / "examples" / "plate_10.dxf")
-    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_label("Search effort", exact=True).select_option("fast")
     run(page)
-    page.get_by_role("button", name="Edit by hand").click()
+    page.get_by_role("button", name="Edit the order").click()
     expect(page.locator(".edit")).to_be_visible()
     places: list[list[float]] = steady(page, STOPS, list(range(10)))
     return places
@@ -92,12 +92,12 @@ def gap(page: Page) -> float:
 
 def test_a_search_is_stepped_through_its_gap_falls_its_path_moves_and_pheromone_is_laid(page: Page) -> None:
     make_map(page, 300, "mmas")
-    page.locator(".choose").get_by_label("Pace", exact=True).select_option("step")
+    page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
     page.get_by_role("button", name="Run", exact=True).click()
     study, canvas = page.locator(".study"), page.locator(".lc-canvas").last
     expect(study).to_contain_text("step 1", timeout=LONG)
     first = gap(page)
-    study.get_by_role("button", name="One step").click()
+    study.get_by_role("button", name="Single step").click()
     expect(study).to_contain_text("step 2")
     canvas.hover()
     page.mouse.move(2, 2)
@@ -109,11 +109,11 @@ def test_a_search_is_stepped_through_its_gap_falls_its_path_moves_and_pheromone_
     page.locator("[data-layer=pheromone]").click()
     page.keyboard.press("Escape")
     before = page.evaluate(PICTURE)
-    study.get_by_label("Pace", exact=True).select_option("full")
+    study.get_by_label("Speed", exact=True).select_option("full")
     wait_for(page, lambda: gap(page) < first)
     wait_for(page, lambda: page.evaluate(PICTURE) != before)
-    study.get_by_role("button", name="Hold").click()
-    expect(study.get_by_role("button", name="Go on")).to_be_visible()
+    study.get_by_role("button", name="Pause").click()
+    expect(study.get_by_role("button", name="Resume")).to_be_visible()
     page.get_by_role("button", name="Stop, keep the best").click()
     expect(page.locator(".headline")).to_be_visible(timeout=LONG)
     expect(page.locator(".result")).to_contain_text("above the least possible")
@@ -127,13 +127,13 @@ def test_a_drawing_whose_search_is_stopped_gives_the_program_that_the_command_li
     opened(page, source)
     typed(page, "Thickness", "6")
     page.get_by_label("Algorithm", exact=True).select_option("mmas")
-    page.locator(".choose").get_by_label("Pace", exact=True).select_option("step")
+    page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
     page.get_by_role("button", name="Run", exact=True).click()
     study = page.locator(".study")
     expect(study).to_contain_text("step 1", timeout=LONG)
     first = gap(page)
     for step in range(2, 9):
-        study.get_by_role("button", name="One step").click()
+        study.get_by_role("button", name="Single step").click()
         expect(study).to_contain_text(f"step {step}")
     wait_for(page, lambda: gap(page) < first)
     page.get_by_role("button", name="Stop, keep the best").click()
@@ -146,7 +146,7 @@ def test_a_drawing_whose_search_is_stopped_gives_the_program_that_the_command_li
 
 def test_fireflies_are_shown_by_their_brightness(page: Page) -> None:
     make_map(page, 60, "firefly")
-    page.locator(".choose").get_by_label("Pace", exact=True).select_option("step")
+    page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
     page.get_by_role("button", name="Run", exact=True).click()
     expect(page.locator(".swarm rect")).to_have_count(11, timeout=LONG)
     page.get_by_role("button", name="Cancel").click()
@@ -183,7 +183,7 @@ def test_what_is_downloaded_is_what_the_command_line_writes(
         source.write_text(f'<?xml version="1.0"?><map units="mm">{points}</map>', encoding="utf-8")
     opened(page, source)
     page.get_by_label("Work", exact=True).select_option(work)
-    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_label("Search effort", exact=True).select_option("fast")
     for label, value in fields.items():
         typed(page, label, value)
     if work == "pocket":
@@ -214,10 +214,10 @@ def test_what_is_being_typed_stays_when_the_form_is_drawn_anew(page: Page) -> No
 
 def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
     opened(page, ROOT / "examples" / "plate_10.dxf")
-    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_label("Search effort", exact=True).select_option("fast")
     run(page)
     before = downloaded(page, "Program")[1]
-    page.get_by_role("button", name="Edit by hand").click()
+    page.get_by_role("button", name="Edit the order").click()
     edit = page.locator(".edit")
     expect(edit).to_be_visible()
     length = said_by(edit.locator(".figure").first)
@@ -233,24 +233,24 @@ def test_an_order_is_dragged_taken_back_and_written(page: Page) -> None:
     edit.get_by_role("button", name="Redo").click()
     expect(edit.locator(".figure").first).not_to_have_text(length)
     address = page.url
-    edit.get_by_role("button", name="Run with this").click()
+    edit.get_by_role("button", name="Run with this order").click()
     wait_for(page, lambda: page.url != address)  # another job
     expect(page.locator("#command")).to_contain_text("--hole-order plate_10_edited.json")
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
     expect(page.locator(".edit")).to_be_hidden()
     assert downloaded(page, "Program")[1] != before
-    assert downloaded(page, "What was given")[0] == "plate_10_edited.json"
+    assert downloaded(page, "Input")[0] == "plate_10_edited.json"
 
 
 def test_the_drawing_shows_the_order_as_it_is_changed_and_what_is_chosen_has_its_new_number(page: Page) -> None:
     places = ten_holes_to_change(page)
     edit, readout = page.locator(".edit"), page.locator(".lc-readout")
     page.mouse.click(*places[3])
-    expect(edit).to_contain_text("Chosen: stop 4 ")
+    expect(edit).to_contain_text("Selected: stop 4 ")
     before = steady(page, NUMBERS)
     assert len(before) > 2
     edit.get_by_role("button", name="Reverse").click()
-    expect(edit).to_contain_text("Chosen: stop 7 ")
+    expect(edit).to_contain_text("Selected: stop 7 ")
     wait_for(page, lambda: page.evaluate(NUMBERS) != before)
     after = steady(page, NUMBERS)
     both = before.keys() & after.keys()
@@ -259,7 +259,7 @@ def test_the_drawing_shows_the_order_as_it_is_changed_and_what_is_chosen_has_its
     page.mouse.move(*places[9])
     expect(readout).to_contain_text("no. 1")
     edit.get_by_role("button", name="First").click()
-    expect(edit).to_contain_text("Chosen: stop 1 ")
+    expect(edit).to_contain_text("Selected: stop 1 ")
     page.mouse.move(*places[9])
     expect(readout).to_contain_text("no. 2")
     edit.get_by_role("button", name="Free the rest").click()
@@ -267,7 +267,7 @@ def test_the_drawing_shows_the_order_as_it_is_changed_and_what_is_chosen_has_its
     expect(edit.locator(".shorter, .longer")).to_have_count(0)
     wait_for(page, lambda: set(page.evaluate(NUMBERS).values()) == {"1"})
     page.mouse.click(*page.evaluate(STOPS, [0])[0])
-    expect(edit).to_contain_text("Chosen: a stop that the search orders")
+    expect(edit).to_contain_text("Selected: a stop that the search orders")
 
 
 def test_after_an_edit_that_is_refused_it_can_be_taken_back_and_the_next_run_is_without_it(
@@ -279,26 +279,26 @@ def test_after_an_edit_that_is_refused_it_can_be_taken_back_and_the_next_run_is_
     sheet.write_bytes(svg(90, 40, body))
     opened(page, sheet)
     page.get_by_label("Work", exact=True).select_option("cut")
-    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_label("Search effort", exact=True).select_option("fast")
     typed(page, "Thickness", "6")
     run(page)
     address = page.url
-    page.get_by_role("button", name="Edit by hand").click()
+    page.get_by_role("button", name="Edit the order").click()
     edit = page.locator(".edit")
-    expect(edit).to_contain_text("as before")
+    expect(edit).to_contain_text("unchanged")
     places = steady(page, STOPS, [0, 1])
     page.mouse.click(*places[1])
-    expect(edit).to_contain_text("Chosen: stop 2 ")
+    expect(edit).to_contain_text("Selected: stop 2 ")
     edit.get_by_role("button", name="First").click()
-    expect(edit).to_contain_text("Chosen: stop 1 ")
-    edit.get_by_role("button", name="Run with this").click()
+    expect(edit).to_contain_text("Selected: stop 1 ")
+    edit.get_by_role("button", name="Run with this order").click()
     expect(page.locator("#said")).to_contain_text("must be cut first", timeout=LONG)
     expect(edit).to_be_visible()
     expect(page.locator("#command")).not_to_contain_text("--plan")
     expect(page).to_have_url(address)
-    expect(edit).not_to_contain_text("as before")
+    expect(edit).not_to_contain_text("unchanged")
     edit.get_by_role("button", name="Undo").click()
-    expect(edit).to_contain_text("as before")
+    expect(edit).to_contain_text("unchanged")
     run(page)
     expect(page.locator("#said")).to_have_text("")
 
@@ -314,29 +314,29 @@ def test_a_cut_is_chosen_by_its_pierce_begun_elsewhere_and_written_by_the_plan_t
     Path("three.svg").write_bytes(svg(180, 40, body))
     opened(page, Path("three.svg"))
     page.get_by_label("Work", exact=True).select_option("cut")
-    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_label("Search effort", exact=True).select_option("fast")
     typed(page, "Thickness", "6")
     run(page)
-    page.get_by_role("button", name="Edit by hand").click()
+    page.get_by_role("button", name="Edit the order").click()
     edit = page.locator(".edit")
     expect(edit).to_contain_text("Drag a pierce along its contour")
     places = steady(page, STOPS, list(range(6)))
     for number, place in enumerate(places, 1):
         page.mouse.click(*place)
-        expect(edit).to_contain_text(f"Chosen: stop {number} ")
+        expect(edit).to_contain_text(f"Selected: stop {number} ")
     assert page.evaluate(STOPS, list(range(6))) == places
     page.mouse.move(*places[5])
     page.mouse.down()
     page.mouse.move(places[5][0] + 30, places[5][1] + 15, steps=4)
     page.mouse.up()
-    expect(edit.locator(".figure").last).not_to_have_text("as before")
+    expect(edit.locator(".figure").last).not_to_have_text("unchanged")
     address = page.url
-    edit.get_by_role("button", name="Run with this").click()
+    edit.get_by_role("button", name="Run with this order").click()
     wait_for(page, lambda: page.url != address)
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
     expect(page.locator("#command")).to_contain_text("--plan three_edited.json")
     words = (page.locator("#command").text_content() or "").split()
-    given, plan = downloaded(page, "What was given")
+    given, plan = downloaded(page, "Input")
     Path(given).write_bytes(plan)
     program, text = downloaded(page, "Program")
     assert cli.run([*words[1:], "--quiet"]) == 0
@@ -375,7 +375,7 @@ def test_what_is_told_of_a_stop_covers_none_that_the_pointer_is_at(page: Page) -
 
 def test_beside_the_path_of_before_the_new_program_is_shown_and_told_as_that(page: Page) -> None:
     opened(page, ROOT / "examples" / "plate_10.dxf")
-    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_label("Search effort", exact=True).select_option("fast")
     run(page)
     page.get_by_role("tab", name="Program").click()
     told, lines = page.locator(".lc-told"), page.locator(".lc-gcode .lc-line")

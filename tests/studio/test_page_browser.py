@@ -15,7 +15,7 @@ def endless(page: Page) -> None:
     """Begin a run that is over only when it is ended."""
     page.get_by_text("Examples and random maps").click()
     typed(page, "Points", "1500")
-    page.get_by_role("button", name="Make a map").click()
+    page.get_by_role("button", name="Create map").click()
     expect(page.locator(".about-part .name")).to_have_text("random:1500:1")
     page.get_by_label("Work", exact=True).select_option("solve")
     typed(page, "Time limit", "60min")
@@ -79,7 +79,7 @@ def test_what_is_told_can_be_clicked_away_and_a_change_by_hand_be_taken_back_by_
     opened(page, PLATE)
     typed(page, "Time limit", "1s")
     run(page)
-    page.get_by_role("button", name="Edit by hand").click()
+    page.get_by_role("button", name="Edit the order").click()
     length = page.locator(".edit .figure").first
     before = said_by(length)
     page.get_by_role("button", name="Reverse", exact=True).click()
@@ -93,14 +93,14 @@ def test_what_is_told_can_be_clicked_away_and_a_change_by_hand_be_taken_back_by_
             (await new Promise((done) => whenThere(id, done))).selectHole(3);
         }"""
     )
-    expect(page.locator(".edit")).to_contain_text("Chosen")
+    expect(page.locator(".edit")).to_contain_text("Selected")
     page.get_by_role("button", name="First", exact=True).click()
     expect(length).not_to_have_text(before)
     change = page.locator(".edit .ways .figure").last
     expect(change).to_have_text(re.compile(r"([+−])[\d.]+ m{1,2} \(\1[\d.]+ %\)"))
     page.keyboard.press("Control+z")
     expect(length).to_have_text(before)
-    expect(change).to_have_text("as before")
+    expect(change).to_have_text("unchanged")
     page.keyboard.press("Control+Shift+z")
     expect(length).not_to_have_text(before)
 
@@ -153,7 +153,7 @@ def test_a_program_that_is_looked_at_again_and_again_leaves_nothing_behind(page:
 def test_a_wrong_value_is_not_told_as_a_missing_file(page: Page) -> None:
     opened(page, PLATE)
     typed(page, "Thickness", "thick")
-    expect(page.locator("#command")).to_have_text("Something above is still missing or wrong.")
+    expect(page.locator("#command")).to_have_text("Complete or correct the fields above.")
 
 
 def test_the_list_of_jobs_says_when_one_is_over(page: Page, server: Server) -> None:
@@ -164,7 +164,7 @@ def test_the_list_of_jobs_says_when_one_is_over(page: Page, server: Server) -> N
     headers = {"Authorization": f"Bearer {server.token}"}
     job = page.url.partition("job=")[2]
     assert httpx2.post(f"{server.origin}/api/jobs/{job}/stop", headers=headers, timeout=60).status_code == 200
-    expect(row).to_contain_text("stopped, best kept", timeout=LONG)
+    expect(row).to_contain_text("stopped, best result kept", timeout=LONG)
 
 
 def test_a_file_of_no_kind_takes_nothing_away(page: Page, tmp_path: Path) -> None:
@@ -205,13 +205,13 @@ def test_the_keys_of_the_page_mean_the_same_once_the_drawing_was_clicked(page: P
 def test_escape_ends_a_run_and_keeps_the_best_of_it(page: Page) -> None:
     opened(page, PLATE)
     page.get_by_label("Algorithm", exact=True).select_option("mmas")
-    page.get_by_label("Pace", exact=True).first.select_option("step")
+    page.get_by_label("Speed", exact=True).first.select_option("step")
     page.get_by_role("button", name="Run", exact=True).click()
     expect(page.locator(".progress .figure").first).not_to_have_text("", timeout=LONG)
     page.keyboard.press("Escape")
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
     page.keyboard.press("2")
-    expect(page.locator("table.jobs tbody tr").first).to_contain_text("stopped, best kept")
+    expect(page.locator("table.jobs tbody tr").first).to_contain_text("stopped, best result kept")
 
 
 def test_an_empty_page_offers_an_example_in_its_middle(page: Page) -> None:
@@ -222,7 +222,7 @@ def test_an_empty_page_offers_an_example_in_its_middle(page: Page) -> None:
 
 def test_another_language_shows_the_same_job(page: Page) -> None:
     opened(page, PLATE)
-    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_label("Search effort", exact=True).select_option("fast")
     run(page)
     page.locator(".languages").get_by_role("link", name="Español").click()
     expect(page.locator("#result-panel")).to_contain_text("Verificado")
@@ -234,7 +234,7 @@ def test_another_language_shows_the_same_job(page: Page) -> None:
 def test_the_figures_of_a_random_map_stay_when_the_page_is_drawn_anew(page: Page) -> None:
     page.get_by_text("Examples and random maps").click()
     typed(page, "Points", "31")
-    page.get_by_role("button", name="Make a map").click()
+    page.get_by_role("button", name="Create map").click()
     expect(page.locator(".about-part .name")).to_have_text("random:31:1")
     typed(page, "Thickness", "6")
     expect(page.locator("#command")).to_contain_text("--thickness 6")
@@ -246,10 +246,10 @@ def test_what_is_told_covers_no_button_a_hand_made_order_is_of_one_drawing_and_j
 ) -> None:
     page.set_viewport_size({"width": 1280, "height": 720})
     opened(page, PLATE)
-    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_label("Search effort", exact=True).select_option("fast")
     typed(page, "Thickness", "6")
     run(page)
-    page.get_by_role("button", name="Edit by hand").click()
+    page.get_by_role("button", name="Edit the order").click()
     page.locator(".edit").get_by_role("button", name="Undo").click()
     said_by(page.locator("#said"))
     said = page.locator("#said").bounding_box()
@@ -261,7 +261,7 @@ def test_what_is_told_covers_no_button_a_hand_made_order_is_of_one_drawing_and_j
     for box in buttons:
         apart = box["x"] >= said["x"] + said["width"] or box["x"] + box["width"] <= said["x"]
         assert apart or box["y"] >= said["y"] + said["height"] or box["y"] + box["height"] <= said["y"]
-    page.locator(".edit").get_by_role("button", name="Run with this").click()
+    page.locator(".edit").get_by_role("button", name="Run with this order").click()
     expect(page.locator("#command")).to_contain_text("--hole-order")
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
     opened(page, PLATE.with_name("plate_27.dxf"))  # the order is that of other holes
@@ -275,12 +275,12 @@ def test_what_is_told_covers_no_button_a_hand_made_order_is_of_one_drawing_and_j
         const box = at.getBoundingClientRect(), list = document.querySelector("#view-jobs .scroll");
         return [at.textContent, box.left >= 0 && box.right <= innerWidth && list.scrollWidth <= list.clientWidth];
     }"""
-    assert page.get_by_role("button", name="Delete").first.evaluate(inside) == ["Really delete?", True]
+    assert page.get_by_role("button", name="Delete").first.evaluate(inside) == ["Delete for good?", True]
 
 
 def test_an_option_of_the_command_line_is_not_broken_at_its_hyphens(page: Page) -> None:
     opened(page, PLATE)
-    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_label("Search effort", exact=True).select_option("fast")
     typed(page, "Thickness", "6")
     expect(page.locator("#command")).to_have_text(
         "leafcut optimize plate_10.dxf -o plate_10.ngc --preset fast --thickness 6"
@@ -295,12 +295,12 @@ def test_an_option_of_the_command_line_is_not_broken_at_its_hyphens(page: Page) 
 def test_a_run_that_was_cancelled_is_not_told_as_none(page: Page) -> None:
     opened(page, PLATE)
     page.get_by_label("Algorithm", exact=True).select_option("mmas")
-    page.locator(".choose").get_by_label("Pace", exact=True).select_option("step")
+    page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
     page.get_by_role("button", name="Run", exact=True).click()
     expect(page.locator(".study")).to_contain_text("step 1", timeout=LONG)
     sure(page.locator(".progress [data-sure]"))
     expect(page.locator(".result")).to_contain_text("cancelled", timeout=LONG)
-    expect(page.locator(".result")).not_to_contain_text("Nothing has been run yet")
+    expect(page.locator(".result")).not_to_contain_text("No runs yet")
 
 
 def test_a_machine_saved_under_another_name_has_it_and_another_is_replaced_only_when_asked_twice(page: Page) -> None:

@@ -43,7 +43,7 @@ def test_a_drawing_is_opened_run_and_downloaded_as_the_command_line_writes_it(pa
 def test_a_program_of_another_cam_is_reordered(page: Page, tmp_path: Path) -> None:
     opened(page, ROOT / "examples" / "cam_121.nc")
     expect(page.get_by_label("Work", exact=True)).to_have_value("program")
-    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_label("Search effort", exact=True).select_option("fast")
     run(page)
     _, program = downloaded(page, "Program")
     target = tmp_path / "new.nc"
@@ -72,7 +72,7 @@ def test_the_work_that_is_shown_is_the_work_that_is_run(page: Page) -> None:
 def test_a_random_map_is_made_and_its_search_stopped(page: Page) -> None:
     page.get_by_text("Examples and random maps").click()
     typed(page, "Points", "1500")
-    page.get_by_role("button", name="Make a map").click()
+    page.get_by_role("button", name="Create map").click()
     expect(page.locator(".about-part .name")).to_have_text("random:1500:1")
     page.get_by_label("Work", exact=True).select_option("solve")
     typed(page, "Time limit", "10min")
@@ -81,7 +81,7 @@ def test_a_random_map_is_made_and_its_search_stopped(page: Page) -> None:
     expect(page.get_by_role("button", name="Run", exact=True)).to_be_disabled()
     page.get_by_role("button", name="Stop, keep the best").click()
     expect(page.locator(".headline")).to_be_visible(timeout=LONG)
-    expect(page.locator("#said")).to_contain_text("this is the best that was found")
+    expect(page.locator("#said")).to_contain_text("this is the best result found")
 
 
 def test_what_cannot_be_read_is_a_line_and_the_page_lives_on(page: Page, tmp_path: Path) -> None:
@@ -102,7 +102,7 @@ def test_what_cannot_be_read_is_a_line_and_the_page_lives_on(page: Page, tmp_pat
 
 def test_a_job_goes_on_when_its_tab_is_closed_and_is_found_in_the_history(page: Page, server: Server) -> None:
     opened(page, PLATE)
-    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_label("Search effort", exact=True).select_option("fast")
     page.get_by_role("button", name="Run", exact=True).click()
     expect(page).to_have_url(re.compile("job="))
     job = page.url.partition("job=")[2]
@@ -115,7 +115,7 @@ def test_a_job_goes_on_when_its_tab_is_closed_and_is_found_in_the_history(page: 
     row.get_by_role("button", name="Open").click()
     expect(other).to_have_url(re.compile(f"job={job}"))
     expect(other.locator(".headline")).to_be_visible(timeout=LONG)
-    expect(other.get_by_label("Effort", exact=True)).to_have_value("fast")
+    expect(other.get_by_label("Search effort", exact=True)).to_have_value("fast")
     other.close()
 
 
@@ -128,7 +128,7 @@ def test_two_tabs_have_their_own_choices(page: Page, server: Server) -> None:
     expect(other.get_by_label("Thickness", exact=True)).to_have_value("")
     expect(page.locator(".about-part .name")).to_have_text("plate_10.dxf")
     for tab in (page, other):
-        tab.get_by_label("Effort", exact=True).select_option("fast")
+        tab.get_by_label("Search effort", exact=True).select_option("fast")
         tab.get_by_role("button", name="Run", exact=True).click()
     for tab, holes in ((page, "10"), (other, "27")):
         expect(tab.locator(".badge")).to_contain_text("Verified", timeout=LONG)
@@ -243,7 +243,7 @@ def test_a_page_comes_back_when_the_studio_is_started_again_under_it(browser: Br
     page = browser.new_page(locale="en-US", viewport={"width": 1280, "height": 720})
     page.goto(f"{first.origin}/?token={first.key}")
     opened(page, PLATE)
-    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_label("Search effort", exact=True).select_option("fast")
     run(page)
     saved = said_by(page.locator(".headline"))
     first.process.kill()
@@ -307,7 +307,7 @@ def test_run_is_never_lost_while_what_was_typed_makes_the_file_be_read_again(pag
     drawing.saveas(plate)
     opened(page, plate)
     button = page.get_by_role("button", name="Run", exact=True)
-    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_label("Search effort", exact=True).select_option("fast")
     page.get_by_text("Reading the file").click()
     field = page.get_by_label("Min diameter", exact=True)
     for device, size in (("mouse", "1mm"), ("mouse", "2mm"), ("key", "3mm")):

@@ -126,7 +126,7 @@ def test_what_holds_otherwise_has_room_in_its_field_and_is_said_whole_beside_the
                 assert len(field["default"]) + len(field["unit"]) <= 19, field
     fields = {field["name"]: field for group in made("cut") for field in group["fields"]}
     assert fields["lead_out"]["default"] == "auto"
-    assert fields["lead_out"]["rule"].startswith("otherwise auto: as the lead-in")
+    assert fields["lead_out"]["rule"].startswith("default: auto: as the lead-in")
     assert fields["machine"]["rule"] == ""
 
 
