@@ -140,6 +140,18 @@ def test_two_contours_join_where_there_is_room_between_the_ends_given() -> None:
     assert not joins(contours, (0, 1), ((right, 22.0), (right + 0.5, 68.0)), scrap)
 
 
+def test_a_bridge_leads_from_a_part_to_the_hole_around_it_but_not_back_and_not_across_the_part() -> None:
+    """The part of 40 mm lies in a hole of radius 60 about (100, 100); around that is another part."""
+    contours, scrap = ready(part_in_hole())
+    inner = next(k for k, c in enumerate(contours) if c.source.part == 2 and not c.hole)
+    around = next(k for k, c in enumerate(contours) if c.source.part == 1 and c.hole)
+    outer = next(k for k, c in enumerate(contours) if c.source.part == 1 and not c.hole)
+    edge, wall = (120.0 + HALF, 100.0), (160.0 - HALF, 100.0)
+    assert joins(contours, (inner, around), (edge, wall), scrap)
+    assert not joins(contours, (around, inner), (wall, edge), scrap)
+    assert not joins(contours, (inner, outer), (edge, (180.0 + HALF, 100.0)), scrap)
+
+
 def test_with_a_joint_a_contour_is_left_before_it_closes_whichever_way_it_is_cut() -> None:
     contours, _ = ready(two_squares())
     rules = rules_of(micro_joints=1, joint_width=0.4)

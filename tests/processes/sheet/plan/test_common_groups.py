@@ -106,6 +106,17 @@ def test_of_a_group_the_lines_come_first_and_what_is_around_it_last() -> None:
     assert [i.message for i in issues] == ["80 mm of edges of 3 parts are cut once for two parts, in 2 lines"]
 
 
+def test_two_groups_have_numbers_and_indices_of_their_own() -> None:
+    boxes = [(40, 40), (101.5, 40), (40, 240), (101.5, 240)]
+    contours, scrap, rules = ready(
+        sheet_of(*((square(x, y, 60), 0, -1, n) for n, (x, y) in enumerate(boxes, 1)), size=500)
+    )
+    made, order, _ = with_common_lines(contours, scrap, rules)
+    assert [(c.group, c.common > 0.0) for c in made] == [(1, True), (1, False), (2, True), (2, False)]
+    assert set(order) == {(0, 1), (2, 3)}
+    assert len({c.index for c in made}) == 4
+
+
 def test_holes_of_the_parts_and_their_marks_come_before_the_lines() -> None:
     sheet = sheet_of((square(40, 40, 60), 0, -1, 1), (square(101.5, 40, 60), 0, -1, 2), (square(60, 60, 20), 1, 0, 1),
                      size=500)  # fmt: skip
