@@ -39,8 +39,9 @@ def command_of(
     fixed, usual = fixed or {}, defaults()
     ours = [p for p in inspect.signature(function, eval_str=True).parameters.values() if p.name != "options"]
     own = [p.replace(annotation=(annotations or {}).get(p.name, p.annotation)) for p in ours if p.name not in fixed]
-    names = sorted(options, key=lambda option: first.index(option[1]) if option[1] in first else len(first))
-    places = {group: k for k, group in enumerate(dict.fromkeys(group for group, _, _ in names))}
+    every = list(options)
+    names = sorted(every, key=lambda option: first.index(option[1]) if option[1] in first else len(first))
+    places = {group: k for k, group in enumerate(dict.fromkeys(group for group, _, _ in every))}
     flags = [
         _flag(group, name, spec, _group(group, places[group], name, first), usual.get(name, ""))
         for group, name, spec in names
