@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import shapely
@@ -16,8 +15,6 @@ from leafcut.processes.nesting.plan.rooms import clear_of
 _COARSE = 0.05
 #: Corners grow by at most this many times the distance.
 _MITRE = 2.0
-#: Corners of 90 degrees and more are this far from a disc's centre at most, in radii.
-_RIGHT_ANGLE = 1.0001 * math.sqrt(2.0)
 
 
 #: A remnant, and where its lower left corner was on the sheet, mm.
@@ -34,9 +31,7 @@ def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str)
     sheet = outline.difference(shapely.union_all(holes)) if holes else outline
     clear = clear_of(spacing) + _COARSE
     shells = [polygon_of(p.placed(nest.parts[p.part].outline)) for p in layout.placements]
-    # Sharp corners stay sharp: beside a round one a strip could not be cut off straight.
-    kept_clear = [shell.buffer(clear, join_style="mitre", mitre_limit=_MITRE) for shell in shells]
-    rest = sheet.difference(shapely.union_all(kept_clear))
+    rest = sheet.difference(shapely.union_all([shell.buffer(clear, quad_segs=8) for shell in shells]))
     whole = _without_strips(rest, least).simplify(_COARSE)
     pieces = [piece for piece in shapely.get_parts(whole) if not piece.buffer(-0.5 * least).is_empty]
     pieces.sort(key=lambda piece: (-round(piece.area, 3), piece.bounds))
@@ -44,18 +39,9 @@ def remains(nest: Nest, layout: Layout, spacing: float, least: float, name: str)
 
 
 def _without_strips(region: Any, least: float) -> Any:
-    """Return where a disc of diameter `least` has room in a region, and the corners beside it that are not acute."""
-    radius = 0.5 * least
-    inner = region.buffer(-radius, join_style="mitre", mitre_limit=_MITRE)
-    discs = inner.buffer(radius)
-    corners = shapely.get_parts(inner.buffer(radius, join_style="mitre", mitre_limit=_MITRE).difference(discs))
-    wide = [c for c in corners if _reach(c, inner) <= _RIGHT_ANGLE * radius]
-    return shapely.union_all([discs, *wide]).intersection(region)
-
-
-def _reach(corner: Any, inner: Any) -> float:
-    """Return how far a corner reaches from a region, mm."""
-    return float(shapely.distance(shapely.points(shapely.get_coordinates(corner)), inner).max(initial=0.0))
+    """Return a region without what is narrower than `least`; never more than there was."""
+    inner = region.buffer(-0.5 * least, join_style="mitre", mitre_limit=_MITRE)
+    return inner.buffer(0.5 * least, join_style="mitre", mitre_limit=_MITRE).intersection(region)
 
 
 def _as_stock(piece: Any, name: str) -> KeptRemnant:
