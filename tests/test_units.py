@@ -65,11 +65,11 @@ def test_a_number_is_in_inner_units_already() -> None:
         (math.nan, "not a finite"),
         (True, "not a number"),
         ("3mm4", "unknown unit"),
-        ("6,5,4", "'6,5,4' is not one number; write it with a point, such as 6.5"),
+        ("6,5,4", "'6,5,4' is not a single number; write it with a point, such as 6.5"),
         (",5", "such as 6.5"),
         ("6,", "such as 6.5"),
         ("1,250.5", "such as 6.5"),
-        ("1,250mm", "may be 1250 or 1.250; write the one that is meant"),
+        ("1,250mm", "is ambiguous: write 1250 or 1.250"),
     ],
 )
 def test_what_is_no_quantity_is_refused(value: str | float, words: str) -> None:

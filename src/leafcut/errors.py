@@ -125,7 +125,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
     if found:
         original = next(k for k in known if k.lower() == found[0])
         return f"; did you mean '{original}'?"
-    return f"; there are: {', '.join(known)}"
+    return f"; choose one of {', '.join(known)}"
 
 
 def count_of(number: int, noun: str, style: str = "") -> str:

@@ -141,7 +141,7 @@ def toml_bytes(path: Path) -> bytes:
         There is no such file, or it is too large.
     """
     if not path.is_file():
-        raise OptionError(f"{path}: there is no such file")
+        raise OptionError(f"{path}: file not found")
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST_TOML + 1)
@@ -149,7 +149,7 @@ def toml_bytes(path: Path) -> bytes:
         raise OptionError(f"{path}: cannot be read ({problem.strerror})") from None
     if len(content) > LARGEST_TOML:
         raise OptionError(
-            f"{path}: larger than {LARGEST_TOML // 1000} kB; expected a TOML file of options, a machine or tools"
+            f"{path}: larger than {LARGEST_TOML // 1000} kB; files of options, machines and tools are smaller"
         )
     return content
 
@@ -165,7 +165,7 @@ def parse_toml(content: bytes, source: str) -> dict[str, Any]:
     except UnicodeDecodeError:
         raise OptionError(f"{source}: not a TOML file (not UTF-8 text)") from None
     except RecursionError:
-        raise OptionError(f"{source}: not a leafcut TOML file (nested too deep)") from None
+        raise OptionError(f"{source}: not a TOML file (nested too deep)") from None
     except ValueError as problem:  # TOMLDecodeError, and numbers of thousands of digits
         raise OptionError(f"{source}: not a TOML file ({shown(str(problem), 200)})") from None
 
@@ -211,9 +211,9 @@ def check_output(target: str | Path | None, inputs: Iterable[str | Path | None])
     if path.exists() and not path.is_file():
         raise OutputError(f"{path}: is a device or a pipe; name a file")
     if not path.parent.is_dir():
-        raise OutputError(f"{path}: there is no folder '{path.parent}'; make it first")
+        raise OutputError(f"{path}: no folder '{path.parent}'; create it first")
     if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
-        raise OutputError(f"{path}: may not be written; choose another place")
+        raise OutputError(f"{path}: no permission to write; choose another place")
     for other in inputs:
         if other is not None and _same_file(path, Path(other)):
             raise OutputError(

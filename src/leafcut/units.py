@@ -79,10 +79,10 @@ def with_point(text: str) -> str:
         return text
     match = _COMMA.match(text)
     if match is None:
-        raise OptionError(f"'{text}' is not one number; write it with a point, such as 6.5")
+        raise OptionError(f"'{text}' is not a single number; write it with a point, such as 6.5")
     whole, part, rest = match.groups()
     if len(part) == 3 and 1 <= len(whole.lstrip("+-0")) <= 3:
-        raise OptionError(f"'{text}' may be {whole}{part} or {whole}.{part}; write the one that is meant")
+        raise OptionError(f"'{text}' is ambiguous: write {whole}{part} or {whole}.{part}")
     return f"{whole}.{part}{rest}"
 
 
@@ -111,7 +111,7 @@ def parse_quantity(value: str | float, unit: str) -> float:
         # "M" and "m" are different in physics, but nobody writes "MM" for anything else than millimetres.
         factor_found = known.get(word or BARE_UNIT[unit], known.get(word.lower()))
         if factor_found is None:
-            raise OptionError(f"unknown unit '{word}' in '{value}'; use one of {', '.join(known)}")
+            raise OptionError(f"unknown unit '{word}' in '{value}'; choose one of {', '.join(known)}")
         number, factor = float(match.group(1)), factor_found
     if not math.isfinite(number):
         raise OptionError(f"'{value}' is not a finite number")
@@ -153,7 +153,7 @@ def parse_angles(words: Sequence[str], where: str) -> tuple[float, ...] | None:
     try:
         angles = [parse_quantity(word, "rad") % math.tau for word in words]
     except OptionError as problem:
-        raise OptionError(f"{where}: {problem}; angles are such as 0,90,180,270, or free for any") from None
+        raise OptionError(f"{where}: {problem}; give angles such as 0,90,180,270, or free for any") from None
     if not angles:
-        raise OptionError(f"{where}: names no angle; angles are such as 0,90,180,270, or free for any")
+        raise OptionError(f"{where}: names no angle; give angles such as 0,90,180,270, or free for any")
     return tuple(dict.fromkeys(angles))

@@ -30,7 +30,7 @@ def defaults_file() -> Path | None:
     named = os.environ.get(DEFAULTS_VARIABLE)
     if named is not None:
         if named and not Path(named).is_file():
-            raise OptionError(f"{named}: there is no such file; {DEFAULTS_VARIABLE} names it as your defaults file")
+            raise OptionError(f"{named}: file not found; {DEFAULTS_VARIABLE} names it as your defaults file")
         return Path(named) if named else None
     folder = _folder("XDG_CONFIG_HOME", ".config", "APPDATA", "Roaming")
     with suppress(OSError):

@@ -1,4 +1,4 @@
-"""Strokes become outlines: joined, gaps closed, what is drawn twice taken once."""
+"""Strokes become outlines: joined, gaps closed, what is drawn twice merged."""
 
 from __future__ import annotations
 

@@ -61,12 +61,12 @@ def edited(change: dict[str, Any], cut: dict[str, Any] | None = None) -> str:
         (edited({"cuts": {}}), "'cuts': a list was expected"),
         (edited({"cuts": [7]}), "cut 1: a JSON object was expected"),
         (edited({"sheet": 3}), "'sheet': 3 is not a text"),
-        (edited({}, {"contours": [3]}), "cut 2: there is no contour 3; they go from 1 to 2"),
-        (edited({}, {"contours": [True]}), "there is no contour true"),
+        (edited({}, {"contours": [3]}), "cut 2: unknown contour 3; contours are numbered 1 to 2"),
+        (edited({}, {"contours": [True]}), "unknown contour true"),
         (edited({}, {"start": [1]}), r"cut 2: 'start': a place \[x, y\]"),
         (edited({}, {"start": [1, "b"]}), "not a number"),
-        (edited({}, {"start": [1, 1e300]}), "not a number that can be meant"),
-        (edited({}, {"start": [1, 10**400]}), "not a number that can be meant"),
+        (edited({}, {"start": [1, 1e300]}), "not a number in range"),
+        (edited({}, {"start": [1, 10**400]}), "not a number in range"),
         (edited({}, {"direction": "cw"}), "is not one of clockwise"),
         (edited({}, {"fixed": ["all"]}), "is not one of order, start"),
         (edited({}, {"lead_in": {"style": "arc", "length": -1}}), "a length above 0"),
@@ -90,5 +90,5 @@ def test_what_is_fixed_must_be_said(tmp_path: Path) -> None:
     del data["cuts"][1]["start"]
     file = tmp_path / "plan.json"
     file.write_text(json.dumps(data), encoding="utf-8")
-    with pytest.raises(ReadError, match="'start' is fixed, but not said"):
+    with pytest.raises(ReadError, match="'start' is fixed, but has no value"):
         load_plan(file)

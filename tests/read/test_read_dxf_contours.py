@@ -230,7 +230,7 @@ def test_drilling_reads_the_same_drawing_as_holes(draw):
 def test_a_format_without_contours_is_refused_by_name(tmp_path):
     path = tmp_path / "points.csv"
     path.write_text("x,y\n1,2\n")
-    with pytest.raises(ReadError, match="csv holds nothing that is cut from sheet; use dxf"):
+    with pytest.raises(ReadError, match="csv has no contours to cut; use dxf"):
         read_contours(path)
 
 

@@ -85,5 +85,5 @@ def test_the_same_seed_gives_the_same_random_map_and_another_seed_another():
     ],
 )
 def test_a_name_that_is_no_example_is_refused_with_what_there_is(name):
-    with pytest.raises(ReadError, match=r"did you mean|there are|random:N"):
+    with pytest.raises(ReadError, match=r"did you mean|choose one of|random:N"):
         read(name)

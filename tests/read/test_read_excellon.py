@@ -161,9 +161,9 @@ def test_a_doubled_hit_is_drilled_once(text_file):
         (body("X1.0Y1.0\nG85X2.0Y2.0"), 7, "needs a start and an end"),
         (body("X1.0Y1.0\nG02X2.0Y2.0A1.0"), 7, "routed arc"),
         (body("X1000Y1000", "T1C1.0\n"), 5, "no decimal point"),
-        ("M48\nMETRIC\nT1C1.0\n%\nX1.0Y1.0\nM30\n", 5, "where no tool drills it"),
-        (body("X1.0Y1.0\nM30\nX2.0Y1.0"), 8, "where no tool drills it"),
-        (body("X" + "1" * 300), 6, "no Excellon command"),
+        ("M48\nMETRIC\nT1C1.0\n%\nX1.0Y1.0\nM30\n", 5, "before any tool is selected"),
+        (body("X1.0Y1.0\nM30\nX2.0Y1.0"), 8, "before any tool is selected"),
+        (body("X" + "1" * 300), 6, "not an Excellon command"),
         (body("R999999999X1.0"), None, "more than 1,000,000"),
         (body(""), None, "no holes"),
     ],
@@ -179,7 +179,7 @@ def test_what_cannot_be_read_with_certainty_is_refused_with_its_line(text_file, 
 def test_a_file_without_its_end_is_reported_and_one_cut_in_a_number_is_refused(text_file):
     whole = body("X1.0Y2.0\nX10.0Y20.0")
     assert codes(read(text_file("c.drl", whole.replace("M30\n", "")))) == ["L101"]
-    with pytest.raises(ReadError, match="cut off in its last line"):
+    with pytest.raises(ReadError, match="its last line is cut off"):
         read(text_file("c.drl", whole[: whole.index("0.0\nM30")]))
 
 

@@ -253,7 +253,7 @@ def test_noise_is_refused(save: Save, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "this is noise" in refusal(save(picture))
     monkeypatch.setattr("leafcut.read.picture.MAX_STEPS", 100_000)
     monkeypatch.setattr("leafcut.read.picture.MAX_OUTLINES", 3)
-    assert "this is noise, no pocket" in refusal(save(picture), speckle=0.0)
+    assert "this is noise, not a pocket" in refusal(save(picture), speckle=0.0)
 
 
 def test_a_very_fine_picture_is_smoothed_quickly(save: Save, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -267,7 +267,7 @@ def test_files_that_are_no_good_pictures_are_refused(save: Save, tmp_path: Path)
     for name, data, words in (
         ("cut.png", good[: len(good) // 2], "damaged or cut off"),
         ("head.png", good[:20], "damaged PNG"),
-        ("text.png", b"hello", "this is no picture; save it as PNG, JPEG or BMP"),
+        ("text.png", b"hello", "this is not a picture; save it as PNG, JPEG or BMP"),
     ):
         (tmp_path / name).write_bytes(data)
         assert words in refusal(tmp_path / name)

@@ -54,7 +54,7 @@ def test_a_program_is_known_by_its_look_at_once_whatever_its_lines_are_like(line
 
 
 def test_an_unknown_kind_of_file_is_told_what_there_is(text_file):
-    with pytest.raises(ReadError, match=r"unknown kind of file.*dxf.*excellon.*xml.*csv.*tsplib"):
+    with pytest.raises(ReadError, match=r"unknown file format.*dxf.*excellon.*xml.*csv.*tsplib"):
         read(text_file("letter.txt", "Dear machine,\nplease drill holes.\n"))
 
 
@@ -62,11 +62,11 @@ def test_missing_empty_unreadable_files_and_folders_are_refused_in_one_line(tmp_
     (tmp_path / "empty.dxf").write_text("  \n")
     os.mkfifo(tmp_path / "pipe.dxf")
     for name, words in {
-        "none.dxf": "no such file",
+        "none.dxf": "file not found",
         "empty.dxf": "empty",
         "pipe.dxf": "not a regular file",
         ".": "folder",
-        "nul\0.dxf": "cannot be the name",
+        "nul\0.dxf": "not a valid file name",
         "n" * 300 + ".dxf": "cannot be read",
     }.items():
         with pytest.raises(ReadError, match=words) as caught:

@@ -61,7 +61,7 @@ def test_a_path_that_is_none_is_skipped_and_reported(sheet, bad):
     [
         ('[{"partid": "a", "paths": [', "not JSON"),
         ('[{"partid": "a"}]', "has no 'paths'"),
-        ('[{"partid": "a", "paths": []}]', "no path in it"),
+        ('[{"partid": "a", "paths": []}]', "no paths"),
         ('[{"partid": ' + "[" * 100_000, "not JSON"),
     ],
 )

@@ -97,7 +97,7 @@ def test_a_freecad_library_finds_its_bits_beside_it_or_in_its_folder(tmp_path: P
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("a.tbl", "1 2 3\n", "line 1: '1 2 3' is no line of LinuxCNC's tool table"),
+        ("a.tbl", "1 2 3\n", "line 1: '1 2 3' is not a line of a LinuxCNC tool table"),
         ("a.tbl", "T1 P1 D3 ;ball nose\n", "no tool of this library can be used: T1: its comment 'ball nose'"),
         ("a.json", "{", "is not JSON"),
         ("a.json", "{}", "is not a tool library of Fusion"),
@@ -117,5 +117,5 @@ def test_drills_of_a_table_without_feeds_drill_with_assumed_ones_that_are_told(t
     found = api.optimize(tmp_path / "holes.csv", depth=2, tools=tmp_path / "tool.tbl", iterations=1)
     assert "T2 M6" in found.text
     said = {i.code: i.message for i in found.issues}
-    assert "its library says no feeds" in said["L401"]
+    assert "its library gives no feeds" in said["L401"]
     assert "T3: its comment" in said["L407"]

@@ -115,7 +115,7 @@ def test_what_leafcut_says_itself_and_names_of_files_are_not_cut() -> None:
 
 def test_issues_are_cut_like_errors() -> None:
     """They stand in the same summary."""
-    issue = Issue("L206", f"3 insertions of block '{LONG}', which is not there", f"handle {LONG}")
+    issue = Issue("L206", f"3 insertions of block '{LONG}', which is missing", f"handle {LONG}")
     assert len(str(issue)) < 250
 
 

@@ -47,7 +47,7 @@ def conflicts(shapes: NDArray[Any], same: float = SAME) -> list[Conflict]:
         pairs.append(np.stack([single[i], single[j]])[:, i < j])
         total += pairs[-1].shape[1]
         if total > MOST_MEETING + MEETING_PER_SHAPE * len(shapes):
-            raise PlanError("thousands of outlines that cross or touch each other; the drawing is no sheet, clean it")
+            raise PlanError("thousands of outlines that cross or touch each other; clean up the drawing")
     first, second = np.concatenate(pairs, axis=1)
     if not len(first):
         return copies

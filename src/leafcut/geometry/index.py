@@ -39,7 +39,7 @@ def query_pairs(
         first, second = tree.query(shapes[begin : begin + step], predicate=predicate, **more)
         total += len(first)
         if total > MOST_PAIRS + MOST_PER_SHAPE * len(shapes):
-            raise PlanError(f"millions of {what}; the drawing is no sheet, clean it")
+            raise PlanError(f"millions of {what}; clean up the drawing")
         yield first + begin, second
         begin += step
         step = min(2 * step, _MOST) if len(first) <= MOST_PER_SHAPE * step else max(step // 2, _FEWEST)

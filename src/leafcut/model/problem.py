@@ -57,7 +57,7 @@ class Metric:
 
     def __post_init__(self) -> None:
         if self.name not in METRICS:
-            raise PlanError(f"unknown metric '{self.name}'; there are: {', '.join(METRICS)}")
+            raise PlanError(f"unknown metric '{self.name}'; choose one of {', '.join(METRICS)}")
         if self.name == "EXPLICIT" and self.matrix is None:
             raise PlanError("the metric EXPLICIT needs a matrix of costs")
 

@@ -44,7 +44,7 @@ def read_contours(source: Input, options: ReadOptions | None = None, look: Heart
     format_, loaded = read_source(source, look)
     if format_.contours is None:
         there_are = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.contours)
-        raise ReadError(loaded.path, f"{format_.name} holds nothing that is cut from sheet; use {there_are}")
+        raise ReadError(loaded.path, f"{format_.name} has no contours to cut; use {there_are}")
     return _unless_strict(run(replace(format_, read=format_.contours), loaded, options), loaded, options)
 
 
@@ -72,7 +72,7 @@ def read_pockets(
     format_, loaded = read_source(source, look)
     if format_.pockets is None:
         there_are = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.pockets)
-        raise ReadError(loaded.path, f"{format_.name} holds no pockets; use {there_are}")
+        raise ReadError(loaded.path, f"{format_.name} has no pockets; use {there_are}")
     clear, given, join = format_.pockets, pocket_options or PocketDrawingOptions(), joining or SheetOptions()
     reader = replace(format_, read=lambda file, reading: clear(file, reading, given, join))
     return _unless_strict(run(reader, loaded, options), loaded, options)

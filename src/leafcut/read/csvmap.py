@@ -98,7 +98,7 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
         if len(holes) > MAX_HOLES:
             raise too_many_holes(source.path)
     if not holes:
-        line, reason = bad[0] if bad else (None, "the table has a header and nothing else")
+        line, reason = bad[0] if bad else (None, "the table has a header but no rows")
         raise ReadError(source.path, f"no points: {reason}", line)
     issues = [
         Issue("L208", f"row skipped: {reason}", f"{source.file_name}:{line}") for line, reason in bad[:NAMED_ROWS]
@@ -161,7 +161,7 @@ def _columns(
             found.setdefault(HEADER_WORDS[word], index)
     if "x" not in found or "y" not in found:
         given = shown(", ".join(fields))
-        raise ReadError(source.path, f"the header '{given}' names no columns x and y", number)
+        raise ReadError(source.path, f"the header '{given}' has no columns x and y", number)
     return (
         _Columns(
             found["x"], found["y"], found.get("d"), found.get("name"), found.get("layer"), found.get("z"), unit, True
@@ -205,7 +205,7 @@ def _number(text: str, separator: str | None) -> float:
             raise ValueError
         return float(plain)
     except ValueError:
-        raise ValueError(f"'{shown(text, 30)}' is no number") from None
+        raise ValueError(f"'{shown(text, 30)}' is not a number") from None
 
 
 def _is_number(text: str, separator: str | None) -> bool:

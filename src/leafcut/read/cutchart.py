@@ -132,7 +132,7 @@ def _row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
             raise ReadError(place, f"'{key}' is '{shown(text)}', not a number", line) from None
         kerf = key == "kerf_width_mm" and value != 0.0 and not NARROWEST <= value <= WIDEST
         if not 0.0 <= value <= LARGEST or (needed and value == 0.0) or kerf:
-            raise ReadError(place, f"'{key}' is {value:g}, which cannot be", line)
+            raise ReadError(place, f"'{key}' is {value:g}, out of range", line)
         return value
 
     def word(key: str) -> str:
@@ -293,12 +293,12 @@ def _above_capacity(edge: ChartRow, rows: list[ChartRow], thickness: float) -> s
     """Return what to do where the only current of which all is known does not pierce the sheet."""
     higher = [r for r in rows if r.pierce_height is not None]
     wanting = f"{thickness:g} mm is above what {_way(edge)} pierces"
-    begin = f"--amps {edge.amps or 0:g} begins at the sheet's edge"
+    begin = f"--amps {edge.amps or 0:g} starts cuts at the sheet's edge"
     if not higher:
-        return f"{wanting}; {begin}, --pierce-delay has it pierced all the same"
+        return f"{wanting}; {begin}, or --pierce-delay to pierce it all the same"
     names = " and ".join(f"{r.amps or 0:g} A" for r in higher)
     lacks = " and the ".join(_missing(higher[0], {}))
-    return f"{wanting}; of {names} the cut chart does not say the {lacks}: give them, or {begin}"
+    return f"{wanting}; of {names} the cut chart does not give the {lacks}: give them, or {begin}"
 
 
 def _between(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, list[Issue]]:
@@ -315,7 +315,7 @@ def _between(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, list
         feed=a.feed * (b.feed / a.feed) ** power,
         **{f: mixed(f) for f in ("pierce_height", "pierce_delay", "cut_height", "kerf", "volts")},  # type: ignore[arg-type]
     )
-    words = f"the cut chart has no row of {thickness:g} mm: taken between {a.thickness:g} and {b.thickness:g} mm"
+    words = f"the cut chart has no row of {thickness:g} mm: interpolated between {a.thickness:g} and {b.thickness:g} mm"
     return row, [Issue("L411", f"{words}, {row.feed * SECONDS_PER_MINUTE:.0f} mm/min", severity=Severity.NOTE)]
 
 
@@ -381,15 +381,15 @@ def _finished(
             f"{thickness:g} mm; give it"
         )
     if row.trust == _ESTIMATE:
-        words = f"the cutting data of {_way(row)} in {row.material} are not certain ({row.confidence}): try them first"
+        words = f"the cutting data of {_way(row)} in {row.material} are uncertain ({row.confidence}): try them first"
         issues.append(Issue("L413", words))
     cut_height, assumed = values.get("cut_height"), HEIGHTS.get(kind, 1.5)
     if cut_height is None:
         cut_height = assumed
-        issues.append(Issue("L414", f"the cut chart says no cut height; {assumed:g} mm was taken (--cut-height)"))
+        issues.append(Issue("L414", f"the cut chart gives no cut height; {assumed:g} mm assumed (--cut-height)"))
     pierce_height = values.get("pierce_height")
     if pierce_height is None and can_pierce and kind == CutMethod.PLASMA:
-        words = f"the cut chart says no pierce height; the cut height, {cut_height:g} mm, was taken (--pierce-height)"
+        words = f"the cut chart gives no pierce height; the cut height, {cut_height:g} mm, assumed (--pierce-height)"
         issues.append(Issue("L414", words))
     return CutData(
         process=row.process,

@@ -75,7 +75,7 @@ def _heights(contours: tuple[Contour, ...]) -> list[Issue]:
     """Return at which heights the contours are drawn, where that is not Z0: from above they look the same."""
     heights = HeightCount.of((*c.path.start, c.z) for c in contours)
     if heights.differ:
-        words = f"lines are drawn at different heights: {heights}; they are taken as seen from above"
+        words = f"lines are drawn at different heights: {heights}; projected onto the sheet"
         return [Issue("L406", words)]
     return heights.notes("lines")
 
@@ -182,9 +182,7 @@ class Strokes:
         for kind, number in self.leaning.items():
             found.append(Issue("L202", f"{number} {kind} not in the plane of the sheet: not cut"))
         if self.sloping:
-            message = (
-                f"{count_of(len(self.sloping), 'line')} rising out of the plane of the sheet: cut as seen from above"
-            )
+            message = f"{count_of(len(self.sloping), 'line')} sloping out of the plane of the sheet: projected onto it"
             found.append(Issue("L202", message, places_of(self.sloping, len(self.sloping))))
         for (kind, reason), handles in self.absurd.items():
             place = f"handle {', '.join(handles[:3])}" + (" …" if len(handles) > 3 else "")

@@ -80,10 +80,10 @@ def open_document(source: Source, issues: list[Issue]) -> Any:
         if b"\n" not in data:
             data = data.replace(b"\r", b"\n")
         if not _SECTION.search(data[:65536]):
-            raise ReadError(source.path, "this is no DXF drawing: it does not begin with group code 0 and SECTION")
+            raise ReadError(source.path, "this is not a DXF drawing: it does not begin with group code 0 and SECTION")
         _check_whole(source.path, data, issues)
     elif b"EOF\0" not in data[-64:]:
-        raise ReadError(source.path, "the drawing is cut off: its end is missing; save or send it again")
+        raise ReadError(source.path, "the drawing is incomplete: its end is missing; save or send it again")
     with _quiet():
         try:
             document = _load_binary(data) if binary else _load_text(source, data, issues)
@@ -104,11 +104,11 @@ def _check_whole(path: str, data: bytes, issues: list[Issue]) -> None:
         raise ReadError(path, f"the drawing has more than {MAX_ENTITIES:,} entities or {MAX_LINES:,} lines; split it")
     if end := _END.search(data):
         if data[end.end() :].strip(b" \t\r\n\0\x1a"):
-            issues.append(Issue("L101", "the drawing goes on after its end (EOF); what follows was not read"))
+            issues.append(Issue("L101", "text after the end of the drawing (EOF) was ignored"))
         return
     start = data.rfind(b"ENTITIES")
     if start < 0 or not _SECTION_END.search(data, start):
-        raise ReadError(path, "the drawing is cut off: its end is missing; save or send it again", lines)
+        raise ReadError(path, "the drawing is incomplete: its end is missing; save or send it again", lines)
     issues.append(Issue("L101", "the drawing ends without EOF; its entities are complete"))
 
 
@@ -141,7 +141,7 @@ def _load_text(source: Source, data: bytes, issues: list[Issue]) -> Any:
         if code == GUESSED_NUMBER:
             line = _LINE.search(message)
             what = shown(message.split(" near ")[0].replace("recovered ", ""))
-            reason = f"{what}; a guess would put work where none is"
+            reason = f"{what}; repair the drawing: a guess could cut in the wrong place"
             raise ReadError(source.path, reason, int(line.group(1)) if line else None)
     document = Drawing()
     document._load_section_dict(tool.section_dict)
@@ -198,7 +198,7 @@ def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
     if walk.hidden:
         found.append(Issue("L204", f"left out: {hidden_by_layer(walk)}", severity=Severity.NOTE))
     for name, number in walk.missing_blocks.items():
-        found.append(Issue("L206", f"{count_of(number, 'insertion')} of block '{shown(name)}', which is not there"))
+        found.append(Issue("L206", f"{count_of(number, 'insertion')} of block '{shown(name)}', which is missing"))
     for name, number in walk.endless_blocks.items():
         message = (
             f"block '{shown(name)}' refers to itself or is nested too deep: {count_of(number, 'insertion')} skipped"

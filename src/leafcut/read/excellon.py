@@ -124,7 +124,7 @@ def _prepare(source: Source) -> _Prepared:
             continue
         line = "".join(line.split()).upper()
         if len(line) > MAX_COMMAND:
-            raise ReadError(source.path, f"'{shown(line, 30)}' is no Excellon command", number)
+            raise ReadError(source.path, f"'{shown(line, 30)}' is not an Excellon command", number)
         if line == "M48":
             in_header = True
         elif line in ("%", "M95"):
@@ -145,9 +145,9 @@ def _check_whole(source: Source, prepared: _Prepared, issues: list[Issue]) -> No
         return
     if prepared.lines[last][0] in "XYG" and not source.data.endswith((b"\n", b"\r")):
         # Half a number is a number too: the hole would be somewhere else.
-        reason = "the file is cut off in its last line; export or send it again"
+        reason = "the file is incomplete: its last line is cut off; export or send it again"
         raise ReadError(source.path, reason, prepared.numbers[last])
-    issues.append(Issue("L101", "the file does not end with M30: it may be cut off, and holes may be missing"))
+    issues.append(Issue("L101", "the file does not end with M30: it may be incomplete, with holes missing"))
 
 
 def _comment(prepared: _Prepared, line: str, number: int) -> None:
@@ -223,7 +223,7 @@ def _parse(source: Source, prepared: _Prepared, issues: list[Issue]) -> Any:
             continue
         line, text, reason = _place(message, prepared)
         if "first tool definition" in reason or "Bare coordinate" in reason:
-            raise ReadError(source.path, f"'{shown(text)}' stands where no tool drills it", line)
+            raise ReadError(source.path, f"'{shown(text)}' comes before any tool is selected", line)
         issues.append(Issue("L101", f"'{shown(text)}': {shown(reason, 100)}", f"{source.file_name}:{line}"))
     return parser
 
@@ -276,7 +276,7 @@ def _objects(source: Source, parser: Any, options: ReadOptions, issues: list[Iss
     if absurd:
         issues.append(Issue("L203", f"{count_of(absurd, 'hole')} with coordinates or diameter out of range"))
     if hidden:
-        message = f"{count_of(hidden, 'hole')} of tools that are not chosen left out"
+        message = f"{count_of(hidden, 'hole')} of tools that are not selected left out"
         issues.append(Issue("L204", message, severity=Severity.NOTE))
     return holes, slots
 

@@ -28,7 +28,7 @@ def chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hol
     chosen = layer_filter(options.layers)
     kept = [h for h in holes if not h.layer or chosen(h.layer)]
     if left := len(holes) - len(kept):
-        message = f"{count_of(left, 'hole')} on layers that are not chosen left out"
+        message = f"{count_of(left, 'hole')} on layers that are not selected left out"
         return kept, [Issue("L204", message, severity=Severity.NOTE)]
     return kept, []
 
@@ -66,7 +66,7 @@ def _by_diameter(holes: Sequence[Hole], options: ReadOptions, issues: list[Issue
     kept = [h for h in holes if low - slack <= h.diameter <= high + slack]
     if left := len(holes) - len(kept):
         issues.append(
-            Issue("L205", f"{count_of(left, 'hole')} of other diameters than chosen left out", severity=Severity.NOTE)
+            Issue("L205", f"{count_of(left, 'hole')} outside the selected diameters left out", severity=Severity.NOTE)
         )
     return kept
 

@@ -143,7 +143,7 @@ def points_of(source: Source) -> ReadBudget:
     """Return the budget for the points along the curves of a drawing."""
     most = FREE_POINTS + POINTS_PER_BYTE * len(source.data)
     reason = f"the curves of this drawing, which has {size_of(source)}, need more than {most:,} points"
-    return ReadBudget(source.path, most, f"{reason}; are its units right?")
+    return ReadBudget(source.path, most, f"{reason}; check its units")
 
 
 def size_of(source: Source) -> str:
@@ -216,11 +216,11 @@ def load(path: str | Path) -> Source:
         with Path(path).open("rb") as stream:
             data = stream.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        raise ReadError(path, "there is no such file") from None
+        raise ReadError(path, "file not found") from None
     except OSError as problem:
         raise ReadError(path, f"cannot be read ({problem.strerror or problem})") from None
     except ValueError:
-        raise ReadError(shown(str(path)), "this cannot be the name of a file") from None
+        raise ReadError(shown(str(path)), "not a valid file name") from None
     if not data.strip():
         raise ReadError(path, "the file is empty")
     return Source(str(path), data)
@@ -287,17 +287,17 @@ def units_unknown(what: str, part: Part, severity: Severity) -> Issue:
     holes = "the contours" if part.contours else "the pockets" if part.pockets else holes
     return Issue(
         "L102",
-        f"{what} does not say its units; with mm, {holes} span {right - left:g} × {high - low:g} mm; "
-        "--units says otherwise",
+        f"{what} does not state its units; in mm, {holes} span {right - left:g} × {high - low:g} mm; "
+        "set --units if that is wrong",
         severity=severity,
     )
 
 
 def too_many_holes(path: str) -> ReadError:
     """Return the error about more holes than leafcut takes."""
-    return ReadError(path, f"more than {MAX_HOLES:,} holes; choose some with --layers or split the file")
+    return ReadError(path, f"more than {MAX_HOLES:,} holes; select some with --layers or split the file")
 
 
 def too_many_segments(path: str) -> ReadError:
     """Return the error about more lines and arcs than leafcut takes."""
-    return ReadError(path, f"more than {MAX_SEGMENTS:,} lines and arcs; choose some with --layers or split the file")
+    return ReadError(path, f"more than {MAX_SEGMENTS:,} lines and arcs; select some with --layers or split the file")

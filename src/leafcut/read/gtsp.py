@@ -82,7 +82,7 @@ def _check_costs(path: str, section: DataSection, matrix: NDArray[np.float64]) -
 
 def _grouping(path: str, keys: tsplib.SpecificationKeys, sections: Sections, n: int) -> Grouping:
     if "GTSP_SET_SECTION" not in sections:
-        raise ReadError(path, "there is no GTSP_SET_SECTION")
+        raise ReadError(path, "GTSP_SET_SECTION is missing")
     number: dict[int, int] = {}
     cluster = np.full(n, -1, dtype=np.int32)
     for line, (name, *nodes) in _runs(path, sections["GTSP_SET_SECTION"]):
@@ -124,7 +124,7 @@ def _start(path: str, sections: Sections, number: dict[int, int]) -> int:
     section = sections["START_GROUP_SECTION"]
     found = tsplib.numbers(path, section)
     if not len(found) or (found[0] != int(found[0])):
-        raise ReadError(path, "START_GROUP_SECTION does not say a set", section[0])
+        raise ReadError(path, "START_GROUP_SECTION names no set", section[0])
     return _known(path, section[0], number, int(found[0]))
 
 
@@ -144,7 +144,7 @@ def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
     )  # fmt: skip
     wrong = np.flatnonzero((values != np.floor(values)) | (np.abs(values) > 2**31))
     if len(wrong):
-        raise ReadError(path, f"{values[wrong[0]]:g} is no number of a node or a set", int(lines[wrong[0]]))
+        raise ReadError(path, f"{values[wrong[0]]:g} is not the number of a node or a set", int(lines[wrong[0]]))
     ends = [-1, *np.flatnonzero(values == -1).tolist()]
     if ends[-1] != len(values) - 1:
         raise ReadError(path, "the last line does not end with -1", int(lines[-1]))

@@ -83,7 +83,7 @@ def load_order(path: Path) -> Order:
     place = str(path)
     data = load_json(path)
     if not isinstance(data, dict) or data.get("leafcut_order") != VERSION:
-        raise ReadError(place, f"is no order file of this version of leafcut: 'leafcut_order' must be {VERSION}")
+        raise ReadError(place, f"is not an order file of this version of leafcut: 'leafcut_order' must be {VERSION}")
     rows = data.get("operations")
     if not isinstance(rows, list):
         raise ReadError(place, "'operations' must be a list")
@@ -93,7 +93,7 @@ def load_order(path: Path) -> Order:
             raise ReadError(place, f'row {k}: {{"operation": number, "holes": [numbers]}} was expected')
         number = _number(place, row["operation"], f"row {k}: 'operation'")
         if number in wanted:
-            raise ReadError(place, f"operation {number + 1} is there twice")
+            raise ReadError(place, f"operation {number + 1} is listed twice")
         wanted[number] = tuple(_number(place, hole, f"operation {number + 1}: hole") for hole in row["holes"])
     return Order(wanted, _drawing(place, data.get("drawing")))
 
@@ -103,7 +103,7 @@ def _drawing(place: str, data: Any) -> Drawing | None:
         return None
     if not isinstance(data, dict) or set(data) != {"holes", "print"} or not isinstance(data["print"], str):
         raise ReadError(
-            place, '\'drawing\': {"holes": number, "print": text} was expected; without it any drawing will do'
+            place, '\'drawing\': {"holes": number, "print": text} was expected; leave it out to accept any drawing'
         )
     return Drawing(_number(place, data["holes"], "'drawing': 'holes'") + 1, data["print"])
 
@@ -111,5 +111,5 @@ def _drawing(place: str, data: Any) -> Drawing | None:
 def _number(place: str, value: Any, what: str) -> int:
     """Return a number that is counted from 1 in the file, from 0."""
     if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value < 2**31:
-        raise ReadError(place, f"{what}: {shown(json.dumps(value))} is not a number from 1 on")
+        raise ReadError(place, f"{what}: {shown(json.dumps(value))} is not a whole number of 1 or more")
     return value - 1

@@ -71,7 +71,7 @@ def read_picture(source: Source, options: ReadOptions) -> Part:
     ReadError
         Always.
     """
-    raise ReadError(source.path, "a picture is read for pockets only; say --process pocket")
+    raise ReadError(source.path, "pictures are read for pockets only; use --process pocket")
 
 
 def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingOptions, joining: SheetOptions) -> Part:
@@ -101,7 +101,8 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
     steps = _steps(grey < 0.0)
     if steps > MAX_STEPS:
         raise ReadError(
-            source.path, f"{steps:,} steps between dark and bright: this is noise, no outline; blur or scale it down"
+            source.path,
+            f"{steps:,} steps between dark and bright: this is noise, not an outline; blur or scale it down",
         )
     fit = fitted_outline if steps <= MAX_FITTED else smoothed_outline
     height = grey.shape[0]
@@ -140,7 +141,7 @@ def _opened(source: Source) -> Any:
 
     kind = kind_of(source.data)
     if kind not in _READ:
-        what = f"this is a {kind} picture" if kind else "this is no picture"
+        what = f"this is a {kind} picture" if kind else "this is not a picture"
         raise ReadError(source.path, f"{what}; save it as PNG, JPEG or BMP")
     try:
         with warnings.catch_warnings():
@@ -151,18 +152,18 @@ def _opened(source: Source) -> Any:
     except Image.DecompressionBombError:
         raise ReadError(source.path, _too_large("far too many pixels")) from None
     except UnidentifiedImageError:
-        raise ReadError(source.path, f"a damaged {kind} picture (its header makes no sense); save it anew") from None
+        raise ReadError(source.path, f"a damaged {kind} picture (invalid header); save it again") from None
     except Exception as problem:  # what a decoder raises on a damaged file has no common root
-        raise ReadError(source.path, f"a damaged {kind} picture ({shown(str(problem), 80)}); save it anew") from None
+        raise ReadError(source.path, f"a damaged {kind} picture ({shown(str(problem), 80)}); save it again") from None
     if width * height > MAX_PIXELS:
         raise ReadError(source.path, _too_large(f"{width} × {height} pixels"))
     if moving:
-        raise ReadError(source.path, "an animated picture; save one picture of it")
+        raise ReadError(source.path, "an animated picture; save one frame of it")
     return image
 
 
 def _too_large(what: str) -> str:
-    return f"the picture has {what}; the limit is {MAX_PIXELS:,}: cut it to the pocket or scale it down"
+    return f"the picture has {what}; the limit is {MAX_PIXELS:,}: crop it to the pocket or scale it down"
 
 
 def _by_density(image: Any) -> str:
@@ -194,7 +195,7 @@ def _brightness(source: Source, image: Any, invert: bool) -> Grey:
                 grey /= 255.0
     except Exception as problem:  # what a decoder raises on a damaged file has no common root
         raise ReadError(
-            source.path, f"a damaged or cut off picture ({shown(str(problem), 80)}); save it anew"
+            source.path, f"a damaged or cut off picture ({shown(str(problem), 80)}); save it again"
         ) from None
     return 1.0 - grey if invert else grey
 
@@ -219,8 +220,8 @@ def _level(source: Source, grey: Grey, options: PocketDrawingOptions) -> float:
     if bright - dark < LEAST_CONTRAST:
         raise ReadError(
             source.path,
-            f"no contrast: brightness from {100.0 * low:.3g} to {100.0 * high:.3g}%, nothing to tell a pocket from the "
-            "rest; say --threshold",
+            f"no contrast: brightness from {100.0 * low:.3g} to {100.0 * high:.3g}%, too little to tell a "
+            "pocket from the rest; set --threshold",
         )
     return 0.5 * (dark + bright)
 
@@ -249,8 +250,8 @@ def _evenly_lit(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     if fall < UNEVEN:
         return grey
     whole = np.maximum((_powers(light.shape) @ weights).reshape(light.shape), 0.02)
-    message = f"the light of the picture is uneven, {100.0 * fall:.0f}% darker at one place than at another: levelled"
-    issues.append(Issue("L426", f"{message}; --threshold takes it as it is"))
+    message = f"the picture is lit unevenly, {100.0 * fall:.0f}% darker at one place than at another: levelled"
+    issues.append(Issue("L426", f"{message}; set --threshold to use it as it is"))
     even = np.clip(light / whole, 0.0, 1.2)
     levelled: Grey = (1.2 - even if invert else even).astype(np.float32)
     return levelled
@@ -306,17 +307,20 @@ def _without_dirt(
     wide = [line for line in lines if np.ptp(line, axis=0).min() >= narrow]
     if len(wide) > MAX_OUTLINES:
         raise ReadError(
-            source.path, f"{len(wide):,} outlines: this is noise, no pocket; blur the picture or say a larger --speckle"
+            source.path,
+            f"{len(wide):,} outlines: this is noise, not a pocket; blur the picture or set a larger --speckle",
         )
     kept = [line for line in wide if not shapely.Polygon(line).buffer(-0.5 * narrow).is_empty]
     if not kept:
         least = f" that is wider than --speckle {narrow * size:g} mm" if lines else ""
-        raise ReadError(source.path, f"no region to mill{least}; --threshold and --invert say what is milled")
+        raise ReadError(source.path, f"no region to mill{least}; set what is milled with --threshold and --invert")
     if left := len(lines) - len(kept):
         known = {id(line) for line in kept}
         places = [line[0] for line in lines if id(line) not in known]
         where = [(round(float(x) * size, 3), round((rows - float(y)) * size, 3)) for x, y in places]
-        message = f"{count_of(left, 'spot')} narrower than {narrow * size:g} mm taken as dirt; --speckle says otherwise"
+        message = (
+            f"{count_of(left, 'spot')} narrower than {narrow * size:g} mm taken as dirt; set --speckle to change that"
+        )
         issues.append(Issue("L214", message, places_of(where, left)))
     return kept
 

@@ -83,7 +83,7 @@ def load_plan(path: Path) -> PlanFile:
     reader = _PlanReader(place)
     reader.table(data, "the file", ("contours", "cuts"))
     if data.get("leafcut_plan") != VERSION:
-        raise ReadError(place, f"is no plan file of this version of leafcut: 'leafcut_plan' must be {VERSION}")
+        raise ReadError(place, f"is not a plan file of this version of leafcut: 'leafcut_plan' must be {VERSION}")
     contours = reader.rows(data["contours"], "contours")
     cuts = reader.rows(data["cuts"], "cuts")
     return PlanFile(
@@ -126,7 +126,7 @@ class _PlanReader:
     def number(self, value: Any, what: str) -> float:
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if not number or abs(value) > 1e9 or not math.isfinite(value):
-            raise self.refuse(what, f"{shown(json.dumps(value))} is not a number that can be meant")
+            raise self.refuse(what, f"{shown(json.dumps(value))} is not a number in range")
         return float(value)
 
     def flag(self, value: Any, what: str) -> bool:
@@ -167,7 +167,7 @@ class _PlanReader:
         for number in numbers:
             if not isinstance(number, int) or isinstance(number, bool) or not 1 <= number <= contours:
                 raise self.refuse(
-                    what, f"there is no contour {shown(json.dumps(number))}; they go from 1 to {contours}"
+                    what, f"unknown contour {shown(json.dumps(number))}; contours are numbered 1 to {contours}"
                 )
         fixed = tuple(self.word(w, f"{what}: 'fixed'", FIXABLE) for w in self.rows(data.get("fixed", []), "fixed"))
         choice = CutChoice(
@@ -186,7 +186,7 @@ class _PlanReader:
             ("bridge", choice.bridge),
         ):
             if name in fixed and not there:
-                raise self.refuse(what, f"'{name}' is fixed, but not said")
+                raise self.refuse(what, f"'{name}' is fixed, but has no value")
         return choice
 
     def lead(self, data: Any, what: str) -> Lead:
@@ -198,5 +198,5 @@ class _PlanReader:
         length, angle = self.number(data.get("length"), what), self.number(data.get("angle", 90.0), what)
         run_in = self.number(data.get("run_in", 0.0), what)
         if not 0.0 < length <= 10_000.0 or not 0.0 < angle < 180.0 or not 0.0 <= run_in <= 1000.0:
-            raise self.refuse(what, "a lead has a length above 0 mm and an angle between 0 and 180 degrees")
+            raise self.refuse(what, "a lead needs a length above 0 mm and an angle between 0 and 180 degrees")
         return Lead(style, length, math.radians(angle), run_in)

@@ -128,7 +128,7 @@ def _kinds(
     if guessed:
         words = shown(", ".join(guessed), 80)
         message = (
-            f"pockets and islands by the names of layers: {words}; --pocket-layers and --island-layers say otherwise"
+            f"pockets and islands by the names of layers: {words}; change that with --pocket-layers, --island-layers"
         )
         issues.append(Issue("L421", message, severity=Severity.NOTE))
     # Where layers say which lines are islands only, all others are pockets.
@@ -138,7 +138,7 @@ def _kinds(
     kinds = [pocket if c.layer in pocket_names else ISLAND if c.layer in island_names else others for c in contours]
     if left := Counter(c.layer for c, kind in zip(contours, kinds, strict=True) if kind is None):
         words = ", ".join(f"{number} on layer {shown(name, 30)}" for name, number in left.most_common(5))
-        issues.append(Issue("L211", f"lines that are no pocket's: {words}", severity=Severity.NOTE))
+        issues.append(Issue("L211", f"lines that belong to no pocket: {words}", severity=Severity.NOTE))
     return kinds
 
 
@@ -163,7 +163,7 @@ def _outlines(
         elif kind is not None:
             gone.append(contour.path.start)
     if gone:
-        message = f"{count_of(len(gone), 'line')} without length left out"
+        message = f"{count_of(len(gone), 'line')} of zero length left out"
         issues.append(Issue("L313", message, places_of(gone, len(gone)), Severity.NOTE))
     made = [outline for kind, own in strokes.items() for outline in _joined(own, kind, joining, issues)]
     opened = [o for o in made if not o.contour.path.closed]
@@ -172,7 +172,7 @@ def _outlines(
         x, y = opened[0].contour.path.end
         raise LeafcutError(
             f"{count_of(len(opened), 'open path')}, {places_of(places, len(opened))}; the first ends at "
-            f"({x:.6g}, {y:.6g}); close the outline, widen --join-tolerance, or say --open-paths drop"
+            f"({x:.6g}, {y:.6g}); close the outline, widen --join-tolerance, or use --open-paths drop"
         )
     if opened:
         places = [o.contour.path.start for o in opened]
@@ -194,7 +194,7 @@ def _joined(
         issues.append(Issue("L311", message, places_of([place for place, _ in gaps], len(gaps))))
     if tidied.branches:
         number = count_of(len(tidied.branches), "place")
-        message = f"more than two ends meet in {number}: look whether outlines are right"
+        message = f"more than two ends meet in {number}: check the outlines"
         issues.append(Issue("L314", message, places_of(tidied.branches, len(tidied.branches))))
     if tidied.doubles:
         message = f"{count_of(len(tidied.doubles), 'line')} drawn on top of others taken once"
@@ -216,11 +216,11 @@ def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any]) -> No
     # By the hull: the two halves of an 8 cancel each other's area.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
     for outline in (o for o, is_thin in zip(outlines, thin, strict=True) if is_thin):
-        raise LeafcutError(f"{outline} encloses nothing; mend the drawing")
+        raise LeafcutError(f"{outline} encloses no area; repair the drawing")
     for outline, reason in zip(outlines, shapely.is_valid_reason(shapes), strict=True):
         if place := reason.partition("[")[2].rstrip("]").split():
             x, y = float(place[0]), float(place[1])
-            raise LeafcutError(f"{outline} crosses or touches itself at ({x:.6g}, {y:.6g}); mend the drawing")
+            raise LeafcutError(f"{outline} crosses or touches itself at ({x:.6g}, {y:.6g}); repair the drawing")
 
 
 def _once(outlines: Sequence[PocketOutline], met: Sequence[Conflict], issues: list[Issue]) -> list[int]:
@@ -229,13 +229,13 @@ def _once(outlines: Sequence[PocketOutline], met: Sequence[Conflict], issues: li
     for c in met:
         one, other = outlines[c.first], outlines[c.second]
         if c.kind == "same" and one.kind != other.kind:
-            raise LeafcutError(f"{one} and {other} are the same; an island must leave something to be milled")
+            raise LeafcutError(f"{one} and {other} coincide; an island must leave material to mill")
         if c.kind == "overlap" and not {c.first, c.second} & gone:
-            raise LeafcutError(f"{one} and {other} lie across each other, {_at(c)}; outlines must lie apart")
+            raise LeafcutError(f"{one} and {other} overlap, {_at(c)}; outlines must not cross")
     if gone:
         places = [outlines[k].contour.path.start for k in sorted(gone)]
         issues.append(
-            Issue("L312", f"{count_of(len(gone), 'outline')} drawn twice taken once", places_of(places, len(places)))
+            Issue("L312", f"{count_of(len(gone), 'outline')} drawn twice merged", places_of(places, len(places)))
         )
     return [k for k in range(len(outlines)) if k not in gone]
 
@@ -249,7 +249,7 @@ def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], pa
             raise LeafcutError(f"{outline} lies in another island, not in a pocket")
         if outline.kind == POCKET and deep % 2:
             raise LeafcutError(
-                f"{outline} lies directly in another pocket; draw it on a layer of islands if it is to be left standing"
+                f"{outline} lies directly in another pocket; draw it on an island layer to leave it standing"
             )
 
 

@@ -109,7 +109,7 @@ def choose(known: tuple[Format, ...], source: Source) -> Format:
         if match == Match.MAYBE:
             return format_
     there_are = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in known if f.extensions)
-    raise ReadError(source.path, f"unknown kind of file; leafcut reads {there_are}")
+    raise ReadError(source.path, f"unknown file format; leafcut reads {there_are}")
 
 
 def _sniff(format_: Format, head: bytes) -> Match:

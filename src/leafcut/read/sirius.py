@@ -69,14 +69,14 @@ def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
             try:
                 path = _path(rows, factor)
             except (ValueError, TypeError, LookupError, OverflowError):
-                issues.append(Issue("L203", f"path {k + 1} of part {number} skipped: it is no list of (x, y, bulge)"))
+                issues.append(Issue("L203", f"path {k + 1} of part {number} skipped: not a list of (x, y, bulge)"))
                 continue
             count += path.n_segments
             if count > MAX_SEGMENTS:
                 raise too_many_segments(source.path)
             contours.append(Contour(path, layer=name, handle=f"{number}.{k}", part=number + 1))
     if not contours:
-        raise ReadError(source.path, "nothing to cut: there is no path in it")
+        raise ReadError(source.path, "nothing to cut: the file has no paths")
     if _is_sheet(contours, entries[0][0]):
         contours = [replace(c, kind="sheet", part=0) if c.part == 1 else replace(c, part=c.part - 1) for c in contours]
     return Part(

@@ -38,7 +38,7 @@ def read_strip_instance(
         It is no such file, or one of its items is not whole; says which.
     """
     file, text = source.path, source.text()
-    with parsing(file, "this is no JSON"):
+    with parsing(file, "this is not JSON"):
         data = parse_json(text)
     items = data.get("items") if isinstance(data, dict) else None
     if not isinstance(items, list) or not 0 < len(items) <= MAX_ITEMS:
@@ -59,12 +59,14 @@ def _item(
         own = None if turns is None else tuple(math.radians(float(turn)) % math.tau for turn in turns)
         label = f"{name}-{shown(str(item.get('id', number)))}"
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as problem:
-        raise ReadError(file, f"item {number} is not whole ({type(problem).__name__}: {shown(str(problem))})") from None
+        raise ReadError(
+            file, f"item {number} is incomplete ({type(problem).__name__}: {shown(str(problem))})"
+        ) from None
     if type(demand) is not int or demand < 1:
         raise ReadError(file, f"item {number}: the demand must be a whole number, 1 or more")
     if len(corners) < 3 or not all(abs(v) <= MAX_COORDINATE for corner in corners for v in corner):
         raise ReadError(file, f"item {number}: 3 points at least, with coordinates of {MAX_COORDINATE:g} mm at most")
     if own is not None and (not own or not all(map(math.isfinite, own))):
-        raise ReadError(file, f"item {number}: its angles are none")
+        raise ReadError(file, f"item {number}: its angles must be a list of numbers")
     outline = Contour(Polyline.of_points(corners, closed=True))
     return NestPart(label, (outline,), demand * quantity, angles[0] if angles else own)

@@ -103,7 +103,7 @@ def read_svg_contours(source: Source, options: ReadOptions) -> Part:
     if not sure:
         extents = part.extents
         size = f"{extents[2] - extents[0]:.6g} × {extents[3] - extents[1]:.6g} mm"
-        message = f"the drawing says its size in pixels only; at 96 per inch it measures {size}; --units says otherwise"
+        message = f"the drawing gives its size in pixels only: {size} at 96 per inch; set --units if that is wrong"
         issues.insert(0, Issue("L102", message))
     return replace(part, issues=tuple(issues))
 
@@ -138,7 +138,7 @@ def _root(source: Source) -> Any:
     with parsing_xml(source.path, "which it does not need; save it as plain SVG"):
         root = fromstring(source.data, forbid_dtd=False, forbid_entities=True, forbid_external=True)
     if _tag(root) != "svg":
-        raise ReadError(source.path, f"this is no SVG drawing: its root is <{shown(_tag(root), 30)}>")
+        raise ReadError(source.path, f"this is not an SVG drawing: its root is <{shown(_tag(root), 30)}>")
     return root
 
 
@@ -158,7 +158,7 @@ def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
         px = [v * PX_PER_UNIT[u] if u != "%" else whole for (v, u), whole in zip(sizes, given, strict=True)]
         fit = view(box, px[0], px[1], root.get("preserveAspectRatio", "")) if box else Affine()
     except ValueError as problem:
-        raise ReadError(path, f"the size of the drawing cannot be understood: {problem}") from None
+        raise ReadError(path, f"the size of the drawing is invalid: {problem}") from None
     mm, sure = MM_PER_PX, any(unit in PHYSICAL for _, unit in sizes)
     if options.units:
         # The user's word is about the numbers in the drawing: one of them is one such unit.
@@ -322,9 +322,7 @@ class _Walk:
         found = []
         if self.others:
             words = ", ".join(f"{number} <{shown(kind, 30)}>" for kind, number in self.others.most_common(8))
-            found.append(
-                Issue("L210", f"not cut: {words}; turn text into paths if it is to be", severity=Severity.NOTE)
-            )
+            found.append(Issue("L210", f"not cut: {words}; convert text to paths to cut it", severity=Severity.NOTE))
         if self.hidden:
             words = ", ".join(f"{number} {what}" for what, number in self.hidden.most_common(5))
             found.append(Issue("L204", f"left out: {words}", severity=Severity.NOTE))

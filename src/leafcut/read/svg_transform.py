@@ -50,7 +50,7 @@ def numbers(text: str) -> list[float]:
     while at < len(text):
         match = _NEXT_NUMBER.match(text, at)
         if match is None:
-            raise ValueError(f"'{text[:40]}' is no list of numbers")
+            raise ValueError(f"'{text[:40]}' is not a list of numbers")
         found.append(float(match.group(1)))
         at = match.end()
     if not all(math.isfinite(n) for n in found):
@@ -71,7 +71,7 @@ def parts_of_length(text: str) -> tuple[float, str]:
     match = _LENGTH.fullmatch(text.strip())
     unit = match.group(2).lower() if match else "?"
     if match is None or (unit not in PX_PER_UNIT and unit != "%") or not math.isfinite(float(match.group(1))):
-        raise ValueError(f"'{text[:20]}' is no length")
+        raise ValueError(f"'{text[:20]}' is not a length")
     return float(match.group(1)), unit
 
 

@@ -79,7 +79,7 @@ def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[ToolRow]:
             continue
         values = {word[0].upper(): word[1:] for word in words.split()}
         if "T" not in values or not re.fullmatch(r"[0-9]{1,9}", values["T"]):
-            raise OptionError(f"{path}: line {number}: '{shown(line, 40)}' is no line of LinuxCNC's tool table")
+            raise OptionError(f"{path}: line {number}: '{shown(line, 40)}' is not a line of a LinuxCNC tool table")
         name = f"T{values['T']}"
         kind = _kind_in(comment)
         if kind is None:
@@ -105,7 +105,7 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
         raise OptionError(f"{path}: is not a tool library of Fusion: it has no list 'data'")
     for count, tool in enumerate(tools, 1):
         if not isinstance(tool, dict):
-            yield f"tool {count}", "it is no tool of Fusion"
+            yield f"tool {count}", "it is not a Fusion tool"
             continue
         number = _inner(tool, "post-process").get("number")
         name = f"T{number}" if isinstance(number, int) else f"tool {count}"
@@ -165,7 +165,7 @@ def _freecad(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
 
 def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
     if not isinstance(bit, dict):
-        return "it is no tool of FreeCAD"
+        return "it is not a FreeCAD tool"
     shape = Path(str(bit.get("shape", ""))).stem.lower()
     kind = _FREECAD_KINDS.get(shape)
     if kind is None:

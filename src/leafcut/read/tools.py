@@ -60,7 +60,7 @@ def load_tools(path: str | Path, units: str = "mm") -> ToolLibrary:
             raise table.problem("number", f"{tool.number} is used twice; every tool needs its own")
         tools[tool.number] = tool
     if not tools:
-        raise OptionError(f"{place}: there is no [[tool]] in this library")
+        raise OptionError(f"{place}: this library has no [[tool]]")
     recipes: dict[tuple[float, str], Recipe] = {}
     for count, values in enumerate(_tables(top, "hole"), start=1):
         table = TomlTable(values, f"{place}: [[hole]] {count}", _HOLE_KEYS)
@@ -145,7 +145,7 @@ def _check_mill(tool: Tool, table: TomlTable) -> None:
     mill = tool.kind is ToolKind.END_MILL
     wrong = next((key for key in (_NO_MILL_KEYS if mill else _MILL_KEYS) if key in table), None)
     if wrong is not None:
-        words = "is of tools that drill; an end mill clears pockets" if mill else "is of end mills only"
+        words = "is for drilling tools; an end mill clears pockets" if mill else "is for end mills only"
         raise table.problem(wrong, words)
 
 

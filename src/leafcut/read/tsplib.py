@@ -120,7 +120,7 @@ def check_kind(path: str, keys: SpecificationKeys, weight: str, kinds: Sequence[
     kind, line = keys.get("TYPE", (kinds[0], 0))
     if (kind.upper().split() or [""])[0] not in kinds:
         expected = "TSP (symmetric)" if kinds == ("TSP",) else ", ".join(kinds)
-        raise ReadError(path, f"TYPE '{shown(kind)}' is not solved; expected {expected}", line)
+        raise ReadError(path, f"TYPE '{shown(kind)}' is not supported; expected {expected}", line)
     if weight not in WEIGHT_TYPES:
         line = keys["EDGE_WEIGHT_TYPE"][1]
         raise ReadError(path, f"EDGE_WEIGHT_TYPE '{shown(weight)}' is not known{nearest(weight, WEIGHT_TYPES)}", line)
@@ -129,10 +129,10 @@ def check_kind(path: str, keys: SpecificationKeys, weight: str, kinds: Sequence[
 def dimension(path: str, keys: SpecificationKeys) -> int:
     """Return the number of nodes."""
     if "DIMENSION" not in keys:
-        raise ReadError(path, "there is no DIMENSION")
+        raise ReadError(path, "DIMENSION is missing")
     text, line = keys["DIMENSION"]
     if not text.isdecimal() or not 0 < len(text) < 10 or int(text) < 1:
-        raise ReadError(path, f"DIMENSION '{shown(text)}' is no number of nodes", line)
+        raise ReadError(path, f"DIMENSION '{shown(text)}' is not a number of nodes", line)
     if int(text) > MAX_HOLES:
         raise too_many_holes(path)
     return int(text)
@@ -154,7 +154,7 @@ def numbers(path: str, section: DataSection) -> NDArray[np.float64]:
             except ValueError:
                 good = False
             if not good:
-                raise ReadError(path, f"'{shown(word, 30)}' is no number", first + offset)
+                raise ReadError(path, f"'{shown(word, 30)}' is not a number", first + offset)
     return values
 
 
@@ -163,7 +163,7 @@ def places(path: str, sections: Sections, n: int, explicit: bool, issues: list[I
     if "NODE_COORD_SECTION" in sections:
         return _coordinates(path, sections["NODE_COORD_SECTION"], n, issues)
     if not explicit:
-        raise ReadError(path, "there is no NODE_COORD_SECTION")
+        raise ReadError(path, "NODE_COORD_SECTION is missing")
     if "DISPLAY_DATA_SECTION" in sections:
         return _coordinates(path, sections["DISPLAY_DATA_SECTION"], n, issues)
     return _on_circle(n)
@@ -198,7 +198,7 @@ def matrix(
         known = nearest(form, MATRIX_FORMATS)
         raise ReadError(path, f"EDGE_WEIGHT_FORMAT '{shown(form)}' is not known{known}", line or None)
     if "EDGE_WEIGHT_SECTION" not in sections:
-        raise ReadError(path, "there is no EDGE_WEIGHT_SECTION")
+        raise ReadError(path, "EDGE_WEIGHT_SECTION is missing")
     section = sections["EDGE_WEIGHT_SECTION"]
     values = numbers(path, section)
     if len(values) != MATRIX_FORMATS[form](n):
@@ -264,7 +264,7 @@ def read_tour(path: str | Path) -> NDArray[np.int64]:
     source = load(path)
     keys, sections = split(source)
     if "TOUR_SECTION" not in sections:
-        raise ReadError(path, "there is no TOUR_SECTION")
+        raise ReadError(path, "TOUR_SECTION is missing")
     values = numbers(source.path, sections["TOUR_SECTION"])
     ends = np.flatnonzero(values == -1)
     order = (values[: ends[0]] if len(ends) else values) - 1

@@ -60,7 +60,7 @@ def read_wkt(source: Source, options: ReadOptions) -> Part:
     ReadError
         Always.
     """
-    raise ReadError(source.path, "well-known text is read for pockets only; say --process pocket")
+    raise ReadError(source.path, "well-known text is read for pockets only; use --process pocket")
 
 
 def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptions, joining: SheetOptions) -> Part:
@@ -90,7 +90,7 @@ def read_wkt_pockets(source: Source, options: ReadOptions, _: PocketDrawingOptio
         words = ", ".join(f"{number} {kind}" for kind, number in sorted(rings.others.items()))
         issues.append(Issue("L210", f"no region: {words}", severity=Severity.NOTE))
     if rings.heights:
-        message = "corners of different heights are taken as seen from above"
+        message = "corners have different heights: projected onto the plane"
         issues.append(Issue("L202", message, places_of(rings.heights, len(rings.heights))))
     contours = tuple(Contour(Polyline.of_points(ring.points, closed=True)) for ring in rings.found)
     part = Part(source.name, source=source.file_name, format="wkt", units=options.units or "mm", contours=contours)
@@ -122,7 +122,7 @@ def _geometries(source: Source) -> Iterator[tuple[int, str]]:
 def _parsed(path: str, line: int, text: str) -> Any:
     import shapely  # start-up
 
-    with parsing(path, "this is no well-known text", line), warnings.catch_warnings():
+    with parsing(path, "this is not well-known text", line), warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # numbers that are none are found below
         try:
             prefix = _PREFIX.match(text)
@@ -130,7 +130,7 @@ def _parsed(path: str, line: int, text: str) -> Any:
         except (shapely.errors.ShapelyError, NotImplementedError) as problem:
             words = shown(str(problem), 120)
             reason = words.removeprefix("ParseException: ").removeprefix("IllegalArgumentException: ")
-            raise ReadError(path, f"this is no well-known text: {reason}", line) from None
+            raise ReadError(path, f"this is not well-known text: {reason}", line) from None
 
 
 class _Ring(NamedTuple):

@@ -44,11 +44,11 @@ def travel_metric(
     """
     rectangles = _rectangles(zones)
     if not (math.isfinite(lift_height_mm) and lift_height_mm >= 0):
-        raise PlanError(f"a lift of {lift_height_mm} mm cannot be made; the height must be 0 or more")
+        raise PlanError(f"a lift of {lift_height_mm} mm is out of range; the height must be 0 or more")
     if objective == "distance":
         return Metric("euclidean", zones=rectangles, lift=2.0 * lift_height_mm)
     if objective != "time":
-        raise PlanError(f"unknown objective '{objective}'; there are: time, distance")
+        raise PlanError(f"unknown objective '{objective}'; choose one of time, distance")
     (vx, vy, vz), factor = machine.rapid_velocity, machine.acceleration_factor
     ax, ay, az = (a * factor for a in machine.acceleration)
     lift = 2.0 * trapezoid_time(float(lift_height_mm), vz, az)
