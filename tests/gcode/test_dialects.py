@@ -60,7 +60,7 @@ def test_an_unknown_dialect_names_the_nearest() -> None:
     """One line, with a suggestion."""
     with pytest.raises(OptionError, match="unknown dialect 'hass'; did you mean 'haas'"):
         dialect("hass")
-    with pytest.raises(OptionError, match="there are: fagor8055"):
+    with pytest.raises(OptionError, match="choose one of fagor8055"):
         dialect("../../etc/passwd")
 
 

@@ -119,19 +119,19 @@ def test_the_spindle_must_turn_when_something_is_cut() -> None:
     builder.rapid(z=10.0)
     builder.rapid(0.0, 0.0)
     builder.drill(0.0, 0.0, G81, feed=1.0)
-    assert whats(builder) == ["spindle stands"]
+    assert whats(builder) == ["spindle off"]
     builder = begun()
     builder.arc(True, (1.0, 0.0, 10.0), Arc((0.5, 0.0, 0.0)), feed=1.0)
     builder.spindle(0)
     builder.feed(x=1.5, feed=1.0)
-    assert whats(builder) == ["spindle stands"]
+    assert whats(builder) == ["spindle off"]
 
 
 def test_a_tool_change_stops_the_spindle() -> None:
     builder = begun()
     builder.tool(2)
     builder.feed(x=1.0, feed=1.0)
-    assert whats(builder) == ["spindle stands"]
+    assert whats(builder) == ["spindle off"]
 
 
 def test_no_move_across_before_z_is_placed() -> None:

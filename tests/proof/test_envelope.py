@@ -100,7 +100,7 @@ def test_feeds_must_be_positive_and_not_above_the_highest() -> None:
     """20 mm/s is 1200 mm/min."""
     for feed, words in (
         (20.0, None),
-        (20.2, "1212 mm/min, the machine's highest is 1200"),
+        (20.2, "1212 mm/min, the machine allows at most 1200"),
         (0.0, "above 0"),
         (math.nan, "above 0"),
     ):

@@ -64,7 +64,7 @@ def test_fusion_says_units_feeds_and_numbers_of_every_tool(name: str, tmp_path: 
     assert (drill.feed, drill.spindle_rpm) == pytest.approx((6.0 * 25.4 / 60.0, 3000.0))  # down, not across
     assert drill.point_angle == pytest.approx(math.radians(135))
     assert (mill.feed, mill.plunge_feed, mill.teeth) == (15.0, 5.0, 3)
-    assert library.left_out == ("T9: leafcut has no 'ball end mill'",)
+    assert library.left_out == ("T9: leafcut has no tool of type 'ball end mill'",)
 
 
 @pytest.mark.parametrize("how", [zipfile.ZIP_DEFLATED, zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2])

@@ -437,7 +437,7 @@ class BlockRunner(Reader):
         except UnclearBlock as problem:
             self._keep(str(problem), _ALL if state.cycle is not None else named)
         if words.letters and not words.unknown and not self.unclear and not self.opaque:
-            self._keep(f"{next(iter(words.letters.values()))} has no use in this block", named)
+            self._keep(f"{next(iter(words.letters.values()))} has no meaning in this block", named)
         if not self.unclear:
             return
         path.cut_back(rows, arcs)

@@ -117,7 +117,7 @@ class Reader:
         self._offsets(words)
         self._motion(words)
         if letters:
-            raise BlockError(f"{next(iter(letters.values()))} has no use in this block")
+            raise BlockError(f"{next(iter(letters.values()))} has no meaning in this block")
         if off_last:
             self._switches(words, off=True)
         self._stop(words.m.get("stop"))

@@ -180,7 +180,7 @@ class Jumps:
             raise self.all_that_follows(line)
         goal = self.label(round(value), line)
         if goal is None or not scanner.at_end():
-            raise BlockError(f"GOTO {rest.strip()[:20]}: there is no such line in the program")
+            raise BlockError(f"GOTO {rest.strip()[:20]}: no such line in the program")
         return goal
 
     def _if(self, rest: str, line: int) -> tuple[int, str]:

@@ -23,7 +23,7 @@ def format_number(value: float, decimals: int, point: bool = False) -> str:
         The number is not finite or absurdly large.
     """
     if not abs(value) <= MAX_LENGTH:
-        raise PostError(f"the toolpath holds the number {value:g}, which no machine can go to")
+        raise PostError(f"the toolpath has the number {value:g}, out of range of any machine")
     text = f"{value:.{decimals}f}"
     if "." in text:
         text = text.rstrip("0").rstrip(".")

@@ -93,7 +93,7 @@ class InterpreterState:
             least = word.value * (0.001 if self.unit == 1.0 else 0.0001)
             raise BlockError(
                 f"{word} has no decimal point: whether that is {word.letter}{word.value:.1f} or "
-                f"{word.letter}{least:.10g} depends on a setting of the controller; write the one that is meant"
+                f"{word.letter}{least:.10g} depends on a setting of the controller; write it with a decimal point"
             )
         return word.value * self.unit
 

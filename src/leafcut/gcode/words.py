@@ -161,7 +161,7 @@ def words_of(body: str) -> tuple[Word, ...]:
 def absurd(letter: str) -> str:
     """Return what to say of a number that no machine understands."""
     what = f"the number of {letter.upper()} is absurd: {MAX_NUMBER:,.0f} or more"
-    return f"{what}; correct or delete that word, or make the program anew"
+    return f"{what}; correct or delete that word, or re-post the program"
 
 
 def refuse_rest(body: str, position: int) -> NoReturn:

@@ -38,7 +38,7 @@ class HeightCount:
         """Return a note where all `noun` lie at one height that is not Z0."""
         if self.differ or not self.common:
             return []
-        words = f"all {noun} are drawn at Z{self.common:g}: that height is the surface, Z0 of the program"
+        words = f"all {noun} are drawn at Z{self.common:g}: this height becomes Z0 of the program"
         return [Issue("L406", words, severity=Severity.NOTE)]
 
     @property

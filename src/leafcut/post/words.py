@@ -66,7 +66,7 @@ def has_cycle(cycle: DrillCycle, dialect: Dialect) -> bool:
             "moves; leave the tapped holes out, or choose another machine"
         )
     if cycle.dwell > 0 and "G84" not in dialect.dwell_cycles:
-        raise PostError(f"the tapping cycle (G84) of {dialect.name} has no dwell; take it out of the tool library")
+        raise PostError(f"the tapping cycle (G84) of {dialect.name} has no dwell; remove it from the tool library")
     return True
 
 
@@ -98,4 +98,4 @@ def _peck(cycle: DrillCycle, numbers: NumberFormat) -> str:
         peck = float(text) * numbers.unit
         if peck > 0 and len(peck_depths(DrillCycle(cycle.name, r_plane, bottom, peck=peck))) == count:
             return text
-    raise PostError(f"a peck of {cycle.peck:g} mm is too small to be written; use a larger one")
+    raise PostError(f"a peck of {cycle.peck:g} mm is too small to write; use a larger one")

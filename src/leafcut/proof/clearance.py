@@ -68,7 +68,7 @@ def height_checks(
     down = rapid & _goes_down(path, before) & (path.end[:, 2] < surface_z - _ROOM) & ~_returns(path, before)
     unknown = across & np.isnan(path.end[:, 2]) & ~at_machine_height(path, safe_z)
     return [
-        ("height not known", unknown, "x or y moves before z was placed"),
+        ("height not known", unknown, "X or Y moves before Z is known"),
         ("rapid below clearance", low, f"a rapid in x or y must be at Z{surface_z + clearance:.3f} or above"),
         (
             "rapid into the part",
@@ -80,12 +80,16 @@ def height_checks(
 
 def spindle_check(path: Toolpath, turning: Mask) -> DangerCheck:
     """Return the third rule of `check_clearance`; `turning` says in which rows the spindle does."""
-    return "spindle stands", _cutting(path) & ~turning, "it must turn before something is cut"
+    return "spindle off", _cutting(path) & ~turning, "the spindle must turn before a cut"
 
 
 def torch_check(path: Toolpath, before: NDArray[np.float64], burning: Mask) -> DangerCheck:
     """Return the third rule of `check_clearance` for a torch; `burning` says in which rows it is on."""
-    return "torch burns", (path.kind == Kind.RAPID) & _moves_across(path, before) & burning, "it must be off in a rapid"
+    return (
+        "torch on in a rapid",
+        (path.kind == Kind.RAPID) & _moves_across(path, before) & burning,
+        "the torch must be off in a rapid",
+    )
 
 
 def _difference(path: Toolpath, before: NDArray[np.float64], row: int, what: str, text: str) -> Difference:

@@ -29,8 +29,8 @@ _NO_SPEED = re.compile(r"S\s*0+(?:\.0*)?(?![\d.])", re.IGNORECASE)
 _KINDS = {
     "rapid below clearance": ("L801", Severity.DANGER, "rapid below Z0.05", "rapids below Z0.05"),
     "rapid into the part": ("L802", Severity.DANGER, "rapid down into the part", "rapids down into the part"),
-    "spindle stands": ("L803", Severity.DANGER, "cut with the spindle off", "cuts with the spindle off"),
-    "torch burns": ("L804", Severity.DANGER, "rapid with the torch on", "rapids with the torch on"),
+    "spindle off": ("L803", Severity.DANGER, "cut with the spindle off", "cuts with the spindle off"),
+    "torch on in a rapid": ("L804", Severity.DANGER, "rapid with the torch on", "rapids with the torch on"),
     "height not known": (
         "L805",
         Severity.NOTE,
@@ -133,7 +133,7 @@ def _issue(path: Toolpath, before: NDArray[np.float64], what: str, mask: Mask) -
 
 
 def _by_hand(issue: Issue) -> Issue:
-    message = "the program never starts the spindle (M3): it must be on before the program runs"
+    message = "the program never starts the spindle (M3): start it before you run the program"
     return replace(issue, message=message, severity=Severity.WARNING)
 
 
@@ -150,7 +150,7 @@ def _not_followed(program: Program) -> Iterator[Issue]:
     block = int(np.searchsorted(program.first, rows[0], side="right")) - 1
     where = "in one block" if len(rows) == 1 else f"in {len(rows):,} blocks"
     first = f": {program.fixed[block]}" if block in program.fixed else ""
-    message = f"where the tool goes {where} is not known, so it is neither counted nor checked{first}"
+    message = f"where the tool goes {where} is not known: neither timed nor checked{first}"
     yield Issue("L808", message, f"line {int(path.line[rows[0]])}")
 
 

@@ -98,7 +98,7 @@ def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
     wrong = []
     # Feed words are rounded: a feed at the limit may be written a little above it.
     for what, out, limit in (
-        ("feed too high", values > machine.max_feed * 1.005, f"the machine's highest is {machine.max_feed * 60:.6g}"),
+        ("feed too high", values > machine.max_feed * 1.005, f"the machine allows at most {machine.max_feed * 60:.6g}"),
         ("no feed", ~(values > 0), "it must be above 0"),
     ):
         rows = feeding[out]
@@ -112,11 +112,11 @@ def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
 def _speeds(path: Toolpath, machine: Machine) -> list[Difference]:
     speeds = np.abs(path.value)
     turning = (path.kind == Kind.SPINDLE) & (speeds > 0)
-    limits = f"the machine has {machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
+    limits = f"the spindle turns {machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
     rows = np.flatnonzero(
         turning & ((speeds > machine.spindle_max_rpm + 0.5) | (speeds < machine.spindle_min_rpm - 0.5))
     )
     return [
-        Difference("spindle speed", 0, int(path.line[row]), f"{speeds[row]:g} rpm cannot be had; {limits}")
+        Difference("spindle speed", 0, int(path.line[row]), f"{speeds[row]:g} rpm is out of range; {limits}")
         for row in rows
     ]

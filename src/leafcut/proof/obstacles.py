@@ -121,7 +121,7 @@ def _along_arc(path: Toolpath, before: NDArray[np.float64], row: int) -> NDArray
 
 def _unseen(path: Toolpath, before: NDArray[np.float64], row: int) -> Difference:
     came = place(*before[row].tolist())
-    why = f"it leaves {came} on a way that is not known, and not high enough to cross what --keep-out names"
+    why = f"it leaves {came} on an unknown path, not high enough to cross a --keep-out zone"
     return Difference("may cross an obstacle", 0, int(path.line[row]), why)
 
 
@@ -129,6 +129,6 @@ def _difference(path: Toolpath, before: NDArray[np.float64], row: int, height: f
     came, goes = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
     rapid = path.kind[row] == Kind.RAPID
     over = f"only at Z{height:.3f} or above" if math.isfinite(height) else "nowhere"
-    rule = f"a rapid may cross what --keep-out names {over}" if rapid else "nothing may be cut where --keep-out names"
+    rule = f"a rapid may cross a --keep-out zone {over}" if rapid else "cutting is forbidden in a --keep-out zone"
     what = "crosses an obstacle" if rapid else "cuts in an obstacle"
     return Difference(what, 0, int(path.line[row]), f"{rule}; this move goes from {came} to {goes}")

@@ -46,7 +46,7 @@ def _format_of(name: str, found: Any) -> Format:
     if not all(isinstance(text, str) and text.isprintable() and text for text in texts):
         raise ValueError("a format's name, help, extensions, prefixes and processes are texts of one line")
     if found.name in _own_names():
-        raise ValueError(f"leafcut has a format '{found.name}' itself")
+        raise ValueError(f"leafcut already has a format '{found.name}'")
     return found
 
 

@@ -112,7 +112,7 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
         kind = _FUSION_KINDS.get(str(tool.get("type", "")).lower())
         unit = {"millimeters": "mm", "inches": "in"}.get(str(tool.get("unit", "")))
         if kind is None:
-            yield name, f"leafcut has no '{shown(str(tool.get('type')), 30)}'"
+            yield name, f"leafcut has no tool of type '{shown(str(tool.get('type')), 30)}'"
         elif unit is None:
             yield name, f"its unit '{shown(str(tool.get('unit')), 20)}' is not millimeters or inches"
         else:
@@ -169,7 +169,7 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
     shape = Path(str(bit.get("shape", ""))).stem.lower()
     kind = _FREECAD_KINDS.get(shape)
     if kind is None:
-        return f"leafcut has no '{shown(shape, 30)}'"
+        return f"leafcut has no tool of shape '{shown(shape, 30)}'"
     values = _inner(bit, "parameter")
     flutes = str(values.get("Flutes", ""))
     given = {

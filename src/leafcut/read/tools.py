@@ -158,7 +158,7 @@ def _check_cycle(tool: Tool, table: TomlTable) -> None:
     if tool.cycle is not None and (tool.cycle == "G84") is not (tool.kind is ToolKind.TAP):
         raise table.problem("cycle", f"is {tool.cycle} for a {tool.kind.value}; G84 is for taps, and taps are for G84")
     if tool.depth is not None and tool.kind is not ToolKind.CENTRE_DRILL:
-        raise table.problem("depth", "is of centre drills only; how deep a hole is, --depth or --thickness say")
+        raise table.problem("depth", "is of centre drills only; set the depth of holes with --depth or --thickness")
 
 
 def _tapping(tool: Tool, table: TomlTable) -> Tool:

@@ -181,7 +181,7 @@ def searches(outcome: Outcome) -> list[PageRow]:
             {
                 "name": words,
                 "facts": " · ".join(facts),
-                "still": f"Best from the first moment: {cost_words(solution.cost, solution.unit)}.",
+                "still": f"No improvement found over the first order: {cost_words(solution.cost, solution.unit)}.",
                 "chart": chart.convergence(solution, outcome.shown.nearest_cost(), f"Cost against seconds: {words}"),
             }
         )

@@ -85,7 +85,9 @@ def _no_bound(problem: RoutingProblem) -> SolveError:
         what += " that can be worked more than one way"
     elif is_directed(problem):
         what += " with costs that differ by direction"
-    return SolveError(f"--target-gap: no lower bound can be had for {what}; give --time-limit or --iterations instead")
+    return SolveError(
+        f"--target-gap: no lower bound is available for {what}; give --time-limit or --iterations instead"
+    )
 
 
 def relaxation(problem: RoutingProblem) -> RoutingProblem | None:

@@ -12,7 +12,7 @@ from numba.core import event
 from leafcut.kernels.keeping import not_kept
 
 FIRST_RUN = "compiling (first run on this machine)"
-EVERY_RUN = "compiling (again in every run: no folder for compiled code can be written; NUMBA_CACHE_DIR names one)"
+EVERY_RUN = "compiling (again in every run: no writable folder for compiled code; set NUMBA_CACHE_DIR)"
 
 
 class _Listener(event.Listener):  # type: ignore[misc]  # numba has no types

@@ -115,7 +115,7 @@ def refuse_places_of_a_table(problem: RoutingProblem) -> None:
     """
     ends = () if problem.closed else (problem.start, problem.end)
     if problem.metric.name == "EXPLICIT" and any(p is not None for p in ends):
-        raise SolveError("costs in a table say nothing of a start or an end that is a place; leave out start and end")
+        raise SolveError("a cost table has no costs to or from a place; leave out start and end")
 
 
 def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:

@@ -247,7 +247,7 @@ def all_costs(instance: Instance) -> NDArray[np.float32]:
     h = instance.n
     if h > MOST_NODES:
         raise SolveError(
-            f"fireflies without local search keep the costs between all nodes, up to {MOST_NODES} of them; there are "
+            f"fireflies without local search store the costs between all nodes, up to {MOST_NODES} of them; there are "
             f"{h}; leave out --no-local-search"
         )
     costs, there = np.zeros((h, h), dtype=np.float32), np.arange(h, dtype=np.int32)
