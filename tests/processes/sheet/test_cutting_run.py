@@ -261,7 +261,7 @@ def test_the_time_of_the_report_is_that_of_the_written_program(drawing: Path, tm
 def test_a_material_that_the_program_does_not_tell_is_said_to_be_missing(drawing: Path, tmp_path: Path) -> None:
     file = tmp_path / "out.ngc"
     file.write_text("".join(t for t in api.optimize(drawing, **FAST).text.splitlines(True) if not t.startswith("(o=0")))
-    assert "12 cuts are of a material" in api.simulate(file, machine="plasma-table").issues[0].message
+    assert "12 cuts use a material" in api.simulate(file, machine="plasma-table").issues[0].message
 
 
 def test_a_beam_that_does_not_wait_has_no_pierce_delay(drawing: Path) -> None:
@@ -343,7 +343,7 @@ def test_a_plan_with_bridges_is_kept_as_a_whole_or_only_where_they_are_fixed(dra
     near = [c for c in corners if math.dist(c, own) < 175.0]
     data["cuts"][bridged[0]]["start"] = max(near, key=lambda c: math.dist(c, other))
     plan.write_text(json.dumps(data))
-    with pytest.raises(PlanError, match="no way through the scrap"):
+    with pytest.raises(PlanError, match="no path through the scrap"):
         api.optimize(drawing, plan=plan, **slow)
     data["cuts"][0] |= {"bridge": True, "fixed": ["bridge"]}
     plan.write_text(json.dumps(data))
@@ -424,7 +424,7 @@ def test_a_laser_table_cuts_by_the_lasers_rules(drawing: Path) -> None:
         ({"thickness": "99"}, PlanError, "nearest are"),
         ({"machine": "haas-vf2"}, OptionError, "has a spindle"),
         ({"machine": "linuxcnc-mill"}, OptionError, "linuxcnc-mill has a spindle"),  # the default, but it was named
-        ({"keep_out": "100 0 200 320"}, PlanError, "forbidden zone"),
+        ({"keep_out": "100 0 200 320"}, PlanError, "keep-out zone"),
         ({"sheet_size": "200x200"}, PlanError, "outside the sheet"),
         ({"machine": "plasma-table", "work_offset": "2400,0,0"}, VerifyError, "not written"),
         ({"start_point": "1,2,3"}, OptionError, "--start-point"),
@@ -502,7 +502,7 @@ def test_holes_of_other_diameters_than_chosen_are_not_cut(drawing: Path) -> None
     assert outcome.verified
     assert len(outcome.detail.plan.cuts) == 12
     assert [i.message for i in outcome.issues if i.code == "L205"] == [
-        "4 holes of other diameters than chosen left out"
+        "4 holes outside the selected diameters left out"
     ]
 
 

@@ -89,7 +89,7 @@ def test_marks_are_no_faster_than_the_machine_unless_that_is_asked_for(plate: Pa
     slow.write_text(re.sub(r'^max_feed = "[^"]*"', 'max_feed = "2200 mm/min"', table.read_text(), flags=re.MULTILINE))
     options = {"machine": str(slow), "thickness": "12", **FAST}
     assert feeds_of_marks(api.optimize(plate, **options).text, "M3 $1") == {"2200"}
-    with pytest.raises(VerifyError, match="the machine's highest is 2200"):
+    with pytest.raises(VerifyError, match="the machine allows at most 2200"):
         api.optimize(plate, mark_speed="2500mm/min", **options)
 
 
@@ -124,7 +124,7 @@ def test_a_program_with_a_material_of_the_controller_is_simulated_with_the_speed
     api.optimize(plate, out, thickness="6", material_number=3, ignore_layers="MARK", **FAST)
     command = ["simulate", str(out), "--machine", "plasma-table"]
     assert run(command) == 0
-    assert "the cut chart's for 3 mm of mild steel; say it with --cut-speed" in capsys.readouterr().out
+    assert "the cut chart's for 3 mm of mild steel; set it with --cut-speed" in capsys.readouterr().out
     seconds = []
     for speed in ("600mm/min", "1200mm/min"):
         assert run([*command, "--cut-speed", speed, "--json"]) == 0

@@ -232,7 +232,7 @@ def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | 
     probe, offset = machine.probe, options.switch_offset
     if options.probe == "off" or (options.probe == "auto" and (probe is None or not able)):
         if offset is not None and (options.probe == "off" or probe is None):
-            raise OptionError("--switch-offset is for a probe; leave it out, or say --probe on")
+            raise OptionError("--switch-offset is for a probe; leave it out, or use --probe on")
         return None
     if not able:
         raise OptionError(f"programs for {words.name} have no probe; leave out --probe on, or choose another --dialect")
@@ -255,8 +255,8 @@ def _joint_issues(data: CutData, options: CutOptions) -> list[Issue]:
         return []
     wait = f"the {data.pierce_delay:.2g} s" if data.pierce_delay > 0.0 else "the time"
     words = (
-        f"after a micro-joint the beam is lit on the move, beside the part, without {wait} that {data.thickness:g} mm "
-        "take to be pierced, and may not go through: try one part first, or leave out --micro-joints"
+        f"after a micro-joint the beam starts on the move, beside the part, without {wait} that {data.thickness:g} mm "
+        "take to be pierced, and may not cut through: test one part first, or leave out --micro-joints"
     )
     return [Issue("L620", words)]
 
@@ -287,7 +287,7 @@ def _register_issues(words: Dialect, data: CutData, options: CutOptions) -> list
         return []
     text = (
         f"the controller takes half of the kerf from register D{KERF_REGISTER}: set it to {0.5 * data.kerf:.4g} mm, "
-        "as a radius, or every part comes out at another size"
+        "as a radius, or every part has the wrong size"
     )
     return [Issue("L622", text)]
 

@@ -56,7 +56,7 @@ def ordered(job: SheetJob, before: list[CutStart] | None) -> tuple[list[CutStart
     travel = job.travel()
     if options.solve.algorithm == "none":
         return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
-    run.tell("sliding the starts")
+    run.tell("refining the starts")
     order = slide_starts(job.cutting, order, travel, job.start, job.end, lambda: run.left() <= 0.5 * job.reserve)
     if rules.heat_distance > 0.0:
         rule = HeatRule(rules.heat_distance, rules.heat_time)
@@ -126,6 +126,6 @@ def check_precedence(cutting: Cutting, order: Sequence[CutStart]) -> None:
     for a, b in cutting.pairs:
         if at[a] > at[b]:
             raise PlanError(
-                f"{cutting.contours[b].name()} would be cut before {cutting.contours[a].name()}; take 'order' out of "
+                f"{cutting.contours[b].name()} would be cut before {cutting.contours[a].name()}; remove 'order' from "
                 "the plan file, or leave out --sweep"
             )

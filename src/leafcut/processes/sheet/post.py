@@ -185,7 +185,7 @@ class _TorchWriter(Writer):
         if self.options.material_number is not None and not marks:
             if abs(feed / self.plan.data.feed - 1.0) > _SAME_FEED:
                 raise PostError(
-                    f"a feed of {feed * SECONDS_PER_MINUTE:.6g} mm/min cannot be said where the controller's material "
+                    f"a feed of {feed * SECONDS_PER_MINUTE:.6g} mm/min cannot be set where the controller's material "
                     "has the feed; leave out --material-number"
                 )
             return self.out.modal("F", self.torch.material_feed)

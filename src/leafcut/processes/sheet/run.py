@@ -256,7 +256,7 @@ def _heat_issues(job: SheetJob, laid: _LaidOrder) -> list[Issue]:
     left = too_near(job.cutting, laid.order, HeatRule(options.heat_distance, options.heat_time))
     if not left:
         words = (
-            f"no cut starts within {options.heat_distance:g} mm of a hot one; nearest neighbour beside it does not ask"
+            f"no cut starts within {options.heat_distance:g} mm of a hot one; the nearest-neighbour order ignores heat"
         )
         return [Issue("L614", words, "", Severity.NOTE)]
     x, y = laid.order[left[0][1]].entry
@@ -283,20 +283,20 @@ def _freed_issues(laid: _LaidOrder) -> list[Issue]:
     led = laid.round
     if led is None or not (led.crossing or led.close or led.corners):
         return []
-    round_ = f"{len(led.corners)} of {led.ways} ways go round parts that are cut free"
-    unknown = "; how wide its nozzle is, is not known (nozzle_diameter in the machine's profile), so only its middle "
+    round_ = f"{len(led.corners)} of {led.ways} travel moves go around parts that are cut free"
+    unknown = "; the diameter of its nozzle is unknown (nozzle_diameter in the machine's profile), so only its middle "
     unknown = "" if led.radius > 0.0 else f"{unknown}is counted"
     if not (led.crossing or led.close):
         words = f"the head stays down between cuts: {round_}, none crosses one{unknown}"
         return [Issue("L623", words, "", Severity.NOTE)]
     cuts, first = laid.plan.cuts, min((*led.crossing, *led.close))
     x, y = cuts[min(first, len(cuts) - 1)].path.start
-    over = [f"{len(led.crossing)} of {led.ways} ways cross parts that are cut free"] if led.crossing else []
+    over = [f"{len(led.crossing)} of {led.ways} travel moves cross parts that are cut free"] if led.crossing else []
     wide = f"a nozzle of {2.0 * led.radius:g} mm comes over parts that are cut free on {len(led.close)} "
-    over += [f"{wide}{'more' if led.crossing else f'of {led.ways}'} ways"] if led.close else []
+    over += [f"{wide}{'more' if led.crossing else f'of {led.ways}'} travel moves"] if led.close else []
     words = (
-        f"the head stays down between cuts, and {' and '.join(over)}, which may stand up ({round_}){unknown}: hold "
-        "them with --micro-joints, or watch these"
+        f"the head stays down between cuts, and {' and '.join(over)}; free parts may tip up ({round_}){unknown}: hold "
+        "them with --micro-joints, or watch them"
     )
     return [Issue("L623", words, f"the first on the way to ({x:.4g}, {y:.4g})")]
 

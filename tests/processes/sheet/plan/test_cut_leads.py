@@ -166,7 +166,7 @@ def test_two_parts_one_kerf_apart_may_be_cut() -> None:
 
 def test_a_part_under_a_clamp_is_refused() -> None:
     sheet = replace(two_squares(), zones=((60.0, 60.0, 80.0, 80.0),))
-    with pytest.raises(PlanError, match="forbidden zone 60 60 80 80"):
+    with pytest.raises(PlanError, match="keep-out zone 60 60 80 80"):
         cutting_of(sheet)
 
 

@@ -173,7 +173,8 @@ def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(l
     assert check_freed(laid, path, words, 8.0) == []
     (told,) = [i for i in laser.issues if i.code == "L623"]
     assert (
-        f"a nozzle of 8 mm comes over parts that are cut free on {laser.detail.plan.close} of 24 ways" in told.message
+        f"a nozzle of 8 mm comes over parts that are cut free on {laser.detail.plan.close} of 24 travel moves"
+        in told.message
     )
     rapid = path.kind == Kind.RAPID
     last = ~(rapid & np.append(rapid[1:], False))
@@ -181,7 +182,7 @@ def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(l
     straight = replace(path, **columns)
     found = check_freed(laid, straight, words)
     assert found
-    assert "0 are told" in str(found[0])
+    assert "0 are reported" in str(found[0])
     laid, path = laid_of(replace(laser, detail=SheetDetail((replace(laser.detail.plan, close=0),))), laser.text)
     (wide,) = check_freed(laid, path, words, 8.0)
     assert "a nozzle of 8 mm comes over parts" in str(wide)

@@ -131,7 +131,7 @@ def test_a_part_that_crosses_a_layer_named_as_a_sheet_lies_beyond_its_edge() -> 
 def test_what_is_named_a_sheet_and_lies_round_some_of_the_parts_is_not_cut_as_a_part_round_holes(beyond) -> None:
     """Parts in it would be cut as its holes: on the wrong side of every line."""
     drawing = [box(0, 0, 100, 50, "SHEET"), box(5, 5, 10, 10), disc(10, 10, 2), *beyond]
-    assert "layer SHEET has the name of a sheet's edge" in refusal(*drawing, open_paths="cut")
+    assert "layer SHEET is named as a sheet's edge" in refusal(*drawing, open_paths="cut")
     named = sheet(*drawing, open_paths="cut", cut_layers="*")
     assert named.outline is None and len(named.contours) == len(drawing)
 
@@ -177,7 +177,7 @@ def test_what_was_mended_or_assumed_is_said(code: str, contours: list[Contour], 
         ([line((0, 0), (9, 0), (9, 9))], "1 open path on layers that are cut: from (0, 0) to (9, 9)"),
         ([line((0, 0), (9, 0), (9, 9), (0, 0.2), layer="A")], "0.2 mm apart on layer A"),
         ([Contour(Polyline.of_points([(0, 0), (10, 10), (10, 0), (0, 10)], True))], "itself, at (5, 5)"),
-        ([Contour(Polyline.of_points([(0, 0), (10, 0)], True))], "enclosing nothing"),
+        ([Contour(Polyline.of_points([(0, 0), (10, 0)], True))], "enclosing no area"),
         ([box(0, 0, 9, 9), box(5, 5, 9, 9)], "begins at (0, 0) and the one that begins at (5, 5)"),
         ([box(0, 0, 9, 9, "A"), disc(9, 5, 2, "B")], "--cut-layers"),
         ([], "nothing is left to cut"),
@@ -334,7 +334,7 @@ REAL = {
     "dxfjs_blocks1": "4 pairs of overlapping outlines",  # shapes drawn across each other
     "dxfjs_closedlwpolylinebug": (1, 0),
     "dxfjs_issue21": (1, 2),
-    "dxfjs_issue39": "say what is cut with --cut-layers",  # pockets across the outline, on a layer of their own
+    "dxfjs_issue39": "choose what is cut with --cut-layers",  # pockets across the outline, on a layer of their own
     "dxfjs_issue42": (1, 14),
     "dxfjs_issue53": (1, 15),
     "dxfjs_openscad_export": (5, 5),

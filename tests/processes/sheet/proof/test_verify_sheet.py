@@ -251,7 +251,7 @@ def test_a_program_that_finds_the_sheet_before_every_pierce_is_accepted(units: s
 @every(
     "before, after, words",
     [
-        ("G38.2 Z-20 F2000\nG92 Z-3\n", "", "lit where the sheet was not found"),
+        ("G38.2 Z-20 F2000\nG92 Z-3\n", "", "lit where the sheet was not probed"),
         ("G92 Z-3\n", "G92 Z0\n", "not said to be Z-3"),
         ("G92 Z-3\n", "", "not said to be Z-3"),
         ("G38.2 Z-20 F2000\n", "G38.2 Z-2 F2000\n", "probes down to Z-2"),
@@ -274,7 +274,7 @@ def test_a_sheet_that_was_found_elsewhere_is_not_found() -> None:
     elsewhere, many = re.subn(r"(X\S+ Y\S+)\n(G38.2 Z-20 F2000\nG92 Z-3)\n", r"\2\nG0 Z10\n\1\n", text, count=1)
     assert many == 1
     found = checked(elsewhere, plan, rules, "plasma", PROBE)
-    assert any("lit where the sheet was not found" in d.text for d in found), found
+    assert any("lit where the sheet was not probed" in d.text for d in found), found
 
 
 def test_a_probe_that_nobody_asked_for_is_a_difference() -> None:
@@ -298,7 +298,7 @@ def test_a_clamp_is_in_the_way_of_the_kerf_whoever_compensates_it() -> None:
     assert rules.half == 0.0
     clamp = (18.0, 60.0, 19.5, 70.0)
     held = replace(plan, sheet=replace(plan.sheet, zones=(clamp,)))
-    assert "in a forbidden zone" in {d.what for d in checked(program(plan.cuts), held, rules)}
+    assert "in a keep-out zone" in {d.what for d in checked(program(plan.cuts), held, rules)}
 
 
 def test_what_does_not_pierce_begins_beside_the_sheet() -> None:

@@ -301,7 +301,7 @@ def test_the_totals_are_those_of_the_norm(sheet_outcome):
         "Cost of a sheet 5.00",
         "Batch of 10 1:15:31 cost 50.00",
         "9.00 s saved against the drawing’s order",
-        "1 min 30 s on the batch of 10 sheets. The way between the cuts is 75.0 % shorter.",
+        "1 min 30 s on the batch of 10 sheets. The travel between the cuts is 75.0 % shorter.",
         "kerf 0.237 mm",
         "laser fiber 3 kW",
         "mild steel, 6 mm",

@@ -42,7 +42,7 @@ def check_fit(sheet: Sheet, plan: PlanFile) -> None:
     """
 
     def refuse(reason: str) -> PlanError:
-        return PlanError(f"{plan.source}: the plan does not fit the drawing any more: {reason}; make a new one")
+        return PlanError(f"{plan.source}: the plan no longer fits the drawing: {reason}; make a new plan")
 
     for number, (there, was) in enumerate(zip(sheet.contours, plan.contours, strict=False), 1):
         now = ContourPrint.of(there)
@@ -127,7 +127,7 @@ def _check_order(cutting: Cutting, in_order: list[int], plan: PlanFile) -> None:
     names = cutting.contours[early].name(), cutting.contours[late].name()
     raise PlanError(
         f"{plan.source}: the fixed order has {names[0]} before {names[1]}, which must be cut first; move it there, or "
-        "take 'order' or 'ahead' out of what is fixed"
+        "remove 'order' or 'ahead' from what is fixed"
     )
 
 
@@ -245,13 +245,13 @@ def _for_the_controller(contour: CutContour, rules: CutRules, places: list[float
     if rules.lead_in.style != "arc" or rules.lead_in.run_in <= 0.0:
         raise PlanError(
             f"{plan.source}: the controller compensates the kerf on a straight run-in and an arc; {contour.name()} has "
-            "another lead fixed; give it \"run_in\", or take 'lead' out of what is fixed"
+            "another lead fixed; give it \"run_in\", or remove 'lead' from what is fixed"
         )
     smooth = [at for at in places if away_from_corners(contour, at, rules)]
     if not smooth:
         raise PlanError(
             f"{plan.source}: a controller that compensates the kerf cannot begin {contour.name()} at a corner; move "
-            "its start, or take 'start' out of what is fixed"
+            "its start, or remove 'start' from what is fixed"
         )
     return smooth
 

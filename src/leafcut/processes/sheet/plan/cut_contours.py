@@ -141,7 +141,7 @@ def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], l
     issues = _grouped(remarks)
     kept = [c for c in made.values() if c.source.part not in dropped or not c.source.part]
     if not kept:
-        raise PlanError(f"{sheet.name}: nothing is left to be cut" + (f"; {issues[0].message}" if issues else ""))
+        raise PlanError(f"{sheet.name}: nothing is left to cut" + (f"; {issues[0].message}" if issues else ""))
     return kept, issues
 
 

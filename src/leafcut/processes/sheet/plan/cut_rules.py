@@ -188,7 +188,7 @@ def _check(kind: str, options: CutOptions, data: CutData) -> None:
         )
     if options.edge_start == "never" and not data.can_pierce:
         raise OptionError(
-            f"--edge-start never: the chart does not say how {data.thickness:g} mm are pierced, above the pierce "
+            f"--edge-start never: the chart has no pierce data for {data.thickness:g} mm, above the pierce "
             "capacity; give --pierce-delay, or leave out --edge-start"
         )
     if options.common_lines:
@@ -196,7 +196,7 @@ def _check(kind: str, options: CutOptions, data: CutData) -> None:
     if options.compensation == "controller":
         if options.chains:
             raise OptionError(
-                "--chains: a way from contour to contour cannot be compensated by the controller; use --compensation "
+                "--chains: the controller cannot compensate a bridge from contour to contour; use --compensation "
                 "geometry"
             )
         if options.corner_loops or options.micro_joints:

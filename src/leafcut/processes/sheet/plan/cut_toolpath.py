@@ -124,7 +124,7 @@ def _go_round(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) 
         return
     turns = obstacles.round(here, to, None)
     if turns is None:
-        raise PlanError(f"there is no way to {to[0]:.4g}, {to[1]:.4g} round what --keep-out names; move the clamp")
+        raise PlanError(f"there is no path to {to[0]:.4g}, {to[1]:.4g} around the --keep-out zones; move the clamp")
     for x, y in turns:
         builder.rapid(x, y)
 

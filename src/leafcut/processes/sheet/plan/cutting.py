@@ -158,7 +158,7 @@ def check_room(contours: list[CutContour], scrap: Scrap) -> None:
     for k, zone in scrap.zones_near(lines).T.tolist():
         low_x, low_y, high_x, high_y = scrap.zones[zone].bounds
         found.append(
-            f"{cut[k].name()} runs into the forbidden zone {low_x:g} {low_y:g} {high_x:g} {high_y:g}; move the clamp "
+            f"{cut[k].name()} runs into the keep-out zone {low_x:g} {low_y:g} {high_x:g} {high_y:g}; move the clamp "
             "or the part"
         )
     if scrap.sheet is not None:
@@ -189,8 +189,8 @@ def _lead_issues(contours: list[CutContour], starts: list[CutStart], rules: CutR
         if out.style != "none" and all(s.lead_out.style == "none" for s in own):
             without.append(contour)
     for group, what in (
-        (lesser, f"no room for a lead-in of {wanted.length:g} mm ({wanted.style}): a lesser one is used"),
-        (without, f"no room for a lead-out of {rules.lead_out.length:g} mm: none is used"),
+        (lesser, f"no room for a lead-in of {wanted.length:g} mm ({wanted.style}): reduced"),
+        (without, f"no room for a lead-out of {rules.lead_out.length:g} mm: left out"),
     ):
         if group:
             names = ", ".join(c.name() for c in group[:3]) + (" …" if len(group) > 3 else "")
@@ -265,7 +265,7 @@ def build_problem(
 def check_order(cutting: Cutting) -> None:
     """Refuse a precedence that cannot be kept; only the fixed order of a plan file can make one."""
     if len(_sorted(cutting)) < len(cutting.heads):
-        raise PlanError("the fixed order of the plan file contradicts inner before outer; take 'order' out of a cut")
+        raise PlanError("the fixed order of the plan file contradicts inner before outer; remove 'order' from a cut")
 
 
 def _sorted(cutting: Cutting) -> list[int]:
@@ -391,7 +391,7 @@ def parse_size(text: str) -> Point:
     except ValueError:
         raise OptionError(f"--sheet-size: '{text}' is not a size such as 3000x1500") from None
     if not (0.0 < width < 1e6 and 0.0 < height < 1e6):
-        raise OptionError(f"--sheet-size: '{text}' is not a size that a sheet can have")
+        raise OptionError(f"--sheet-size: '{text}' is out of range")
     return width, height
 
 

@@ -42,7 +42,7 @@ def with_chosen_holes(sheet: Sheet, options: ReadOptions) -> Sheet:
     kept = tuple(replace(sheet.contours[k], parent=places.get(sheet.contours[k].parent, -1)) for k in places)
     number = "1 hole" if len(gone) == 1 else f"{len(gone)} holes"
     first = ", ".join(_place(sheet.contours[k]) for k in sorted(gone)[:3]) + (" …" if len(gone) > 3 else "")
-    words = f"{number} of other diameters than chosen left out"
+    words = f"{number} outside the selected diameters left out"
     return replace(sheet, contours=kept, issues=(*sheet.issues, Issue("L205", words, f"at {first}", Severity.NOTE)))
 
 

@@ -55,7 +55,9 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None) -> Sheet:
     if found["maybe sheet"]:
         if outline is None and (named := _named_sheet(found["maybe sheet"], cuts, marks)) is not None:
             outline = named.contour.path
-            message = f"layer {named.contour.layer} is taken as the edge of the sheet; --sheet-layers says otherwise"
+            message = (
+                f"layer {named.contour.layer} is taken as the edge of the sheet; set --sheet-layers to change that"
+            )
             issues.append(Issue("L421", message, severity=Severity.NOTE))
         else:
             cuts = sorted([*cuts, *found["maybe sheet"]], key=lambda m: m.order)
@@ -93,7 +95,7 @@ def _strokes(contours: Sequence[Contour], kinds: list[str], issues: list[Issue])
         elif kind:
             gone.append(contour.path.start)
     if gone:
-        issues.append(Issue("L313", f"{count_of(len(gone), 'line')} without length left out", _at(gone), Severity.NOTE))
+        issues.append(Issue("L313", f"{count_of(len(gone), 'line')} of zero length left out", _at(gone), Severity.NOTE))
     return found
 
 
@@ -115,9 +117,7 @@ def _joined(
             "draw each outline as one closed polyline"
         )
     if tidied.branches and not marked:
-        message = (
-            f"more than two ends meet in {count_of(len(tidied.branches), 'place')}: look whether outlines are right"
-        )
+        message = f"more than two ends meet in {count_of(len(tidied.branches), 'place')}: check the outlines"
         issues.append(Issue("L314", message, _at(tidied.branches)))
     if tidied.doubles:
         message = f"{count_of(len(tidied.doubles), 'line')} drawn on top of others taken once"
@@ -197,8 +197,8 @@ def _named_sheet(
             places = _at([m.contour.path.start for m in (beyond or maybe)])
             layer = closed[k].contour.layer
             raise PlanError(
-                f"layer {layer} has the name of a sheet's edge and lies round parts, but there is {what}, {places}; "
-                f"leave out what is no part with --ignore-layers, or say what {layer} is with --sheet-layers or "
+                f"layer {layer} is named as a sheet's edge and lies around parts, but there is {what}, {places}; "
+                f"leave out what is no part with --ignore-layers, or assign {layer} with --sheet-layers or "
                 "--cut-layers"
             )
     return None
@@ -217,8 +217,8 @@ def _opened(
         first = "; ".join(_ends(m) + _nearest_end(k, paths) for k, m in enumerate(opened[:3]))
         raise PlanError(
             f"{number} on layers that are cut: {first}{' …' if len(opened) > 3 else ''}; close the outline, widen "
-            "--join-tolerance, leave a layer out (--ignore-layers), or say what open paths are with --open-paths cut, "
-            "mark or drop"
+            "--join-tolerance, leave a layer out (--ignore-layers), or use --open-paths cut, mark or "
+            "drop"
         )
     if options.open_paths == "drop":
         issues.append(Issue("L212", f"{number} left out", places))
@@ -237,12 +237,12 @@ def _check_simple(closed: list[_PlacedContour], shapes: NDArray[Any]) -> None:
     if thin.any():
         places = [m.contour.path.start for m, t in zip(closed, thin, strict=True) if t]
         number = count_of(len(places), "outline")
-        raise PlanError(f"{number} enclosing nothing (a line there and back), {_at(places)}; mend the drawing")
+        raise PlanError(f"{number} enclosing no area (a line there and back), {_at(places)}; repair the drawing")
     crossed = [r.partition("[")[2].rstrip("]").split() for r in shapely.is_valid_reason(shapes) if r.endswith("]")]
     if crossed:
         number = count_of(len(crossed), "outline")
         places = [(float(w[0]), float(w[1])) for w in crossed]
-        raise PlanError(f"{number} crossing or touching itself, {_at(places)}; mend the drawing")
+        raise PlanError(f"{number} crossing or touching itself, {_at(places)}; repair the drawing")
 
 
 def _once(closed: list[_PlacedContour], shapes: NDArray[Any], issues: list[Issue]) -> list[int]:
@@ -254,12 +254,12 @@ def _once(closed: list[_PlacedContour], shapes: NDArray[Any], issues: list[Issue
         first = across[0]
         a, b = (_named(closed[k]) for k in (first.first, first.second))
         layers = {closed[k].contour.layer for c in across for k in (c.first, c.second)}
-        advice = "parts must lie apart" + (", or say what is cut with --cut-layers" if len(layers) > 1 else "")
+        advice = "parts must lie apart" + (", or choose what is cut with --cut-layers" if len(layers) > 1 else "")
         where = _at([c.place for c in across])
         raise PlanError(f"{count_of(len(across), 'pair')} of overlapping outlines: {a} and {b}, {where}; {advice}")
     if gone:
         places = [closed[k].contour.path.start for k in sorted(gone)]
-        issues.append(Issue("L312", f"{count_of(len(gone), 'outline')} drawn twice taken once", _at(places)))
+        issues.append(Issue("L312", f"{count_of(len(gone), 'outline')} drawn twice merged", _at(places)))
     touching = [c.place for c in met if c.kind == "touch" and not {c.first, c.second} & gone]
     if touching:
         message = f"{count_of(len(touching), 'pair')} of outlines touch each other: there is no room for the kerf"
@@ -343,7 +343,7 @@ def _look_for_frame(contours: Sequence[SheetContour], outline: Polyline | None, 
     if alone or len({c.parent for c in rest if c.depth == 2}) > (1 if beyond else 0):
         what = "everything" if not beyond else f"all but {count_of(beyond, 'contour')}"
         message = f"one rectangle of {x1 - x0:g} × {y1 - y0:g} mm on layer {layer or '0'} lies round {what} and is "
-        message += "cut as a part; if it is the sheet, say --sheet-layers"
+        message += "cut as a part; if it is the sheet, use --sheet-layers"
         issues.append(Issue("L422", message))
 
 

@@ -31,16 +31,17 @@ def check_freed(laid: LaidRuns, path: Toolpath, dialect: Dialect, nozzle: float 
     found = crossings(laid, path)
     if len(found) > told:
         line, where = found[0]
-        text = f"{len(found)} ways cross parts that are cut free, {told} are told; the first to {place(*where)}"
-        return [Difference("way over a free part", 0, line, text)]
+        count = f"{len(found)} travel moves cross parts that are cut free"
+        text = f"{count}, {told} are reported; the first to {place(*where)}"
+        return [Difference("travel over a free part", 0, line, text)]
     near = crossings(laid, path, 0.5 * nozzle) if nozzle > 0.0 else []
     if len(near) > told + close:
         line, where = near[0]
         text = (
-            f"a nozzle of {nozzle:g} mm comes over parts that are cut free on {len(near)} ways, {told + close} are "
-            f"told; the first to {place(*where)}"
+            f"a nozzle of {nozzle:g} mm comes over parts that are cut free on {len(near)} travel moves, "
+            f"{told + close} are reported; the first to {place(*where)}"
         )
-        return [Difference("way over a free part", 0, line, text)]
+        return [Difference("travel over a free part", 0, line, text)]
     return []
 
 

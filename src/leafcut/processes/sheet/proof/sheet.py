@@ -118,7 +118,7 @@ def repeated(laid: LaidRuns) -> list[Difference]:
         whole = [c for c in claims if c.followed > MOST * target.way.length and not laid.passes(c)]
         if len(whole) > 1 or any(c.followed > TWICE * target.way.length for c in whole):
             lines = ", ".join(str(laid.runs[c.run].line) for c in whole)
-            text = f"{target.name} is gone round more than once, from line {lines}"
+            text = f"{target.name} is cut more than once, from line {lines}"
             found.append(wrong("cut twice", text, laid.runs[whole[-1].run].line))
     used = {c.run for c in laid.claims}
     for number, run in enumerate(laid.runs):
@@ -155,8 +155,8 @@ def strays(laid: LaidRuns) -> list[Difference]:
     for zone in laid.shapes.zones:
         for number in np.flatnonzero(shapely.dwithin(laid.lines, zone, max(half - TOLERANCE, 0.0))).tolist():
             x, y = shapely.get_coordinates(shapely.shortest_line(zone, laid.lines[number]))[1]
-            text = f"the kerf runs into a forbidden zone at {place(x, y)}"
-            found.append(wrong("in a forbidden zone", text, laid.line_at(number, x, y)))
+            text = f"the kerf runs into a keep-out zone at {place(x, y)}"
+            found.append(wrong("in a keep-out zone", text, laid.line_at(number, x, y)))
     sheet = laid.shapes.sheet
     if sheet is None:
         return found

@@ -103,7 +103,7 @@ def check_probing(path: Toolpath, runs: list[TorchRun], plan: CutPlan, probe: Pr
         return found
     pierces = [run.lightings[0].line for run, cut in zip(runs, plan.cuts, strict=False) if _pierces(run, cut)]
     return found + [
-        Difference("probe", 0, line, "the torch is lit where the sheet was not found before")
+        Difference("probe", 0, line, "the torch is lit where the sheet was not probed before")
         for line in pierces
         if not lit_after.get(line, False)
     ]
@@ -116,7 +116,7 @@ def _pierces(run: TorchRun, cut: Cut) -> bool:
 def _wrong_probe(row: Motion, after: Motion, lit: bool, probe: Probe | None) -> list[Difference]:
     """Return what is wrong with one probe, and with the height that is said after it."""
     if probe is None:
-        return [Difference("probe", 0, row.line, "the torch probes, and was not asked to")]
+        return [Difference("probe", 0, row.line, "the torch probes without being asked to")]
     wrong = []
     if lit:
         wrong.append("it probes with the torch on")

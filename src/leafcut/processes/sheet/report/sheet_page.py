@@ -105,7 +105,7 @@ def saved(outcome: Outcome[SheetDetail], plan: CutPlan) -> PageRow:
     if first is not None and first.sheet.rapid_mm > 0.0:
         shorter = 100.0 * (1.0 - plan.measures.sheet.rapid_mm / first.sheet.rapid_mm)
         side = "shorter" if shorter >= 0.0 else "longer"
-        words.append(f" The way between the cuts is {percent_words(abs(shorter))} {side}.")
+        words.append(f" The travel between the cuts is {percent_words(abs(shorter))} {side}.")
     return {**row, "percent": "".join(words)}
 
 

@@ -59,7 +59,9 @@ class SheetReport(PathReport[SheetDetail]):
         if outcome.gap is None:
             return ""
         unit = outcome.operations[0].solution.unit
-        words = f"{'time' if unit == 's' else 'way'} {at_most_words(outcome.gap, unit)} with the starts that were tried"
+        words = (
+            f"{'time' if unit == 's' else 'travel'} {at_most_words(outcome.gap, unit)} with the starts that were tried"
+        )
         several = len(outcome.operations) > 1
         return words + (", each band from where the one before it ended" if several else "")
 

@@ -39,7 +39,7 @@ def with_common_lines(
     slots = facing_edges(contours, rules)
     groups = _groups(contours, slots, scrap, rules)
     if not groups:
-        words = "no two parts have straight edges one kerf apart that can be cut once for both"
+        words = "no common lines found: no two parts have straight edges one kerf apart"
         return contours, [], [Issue("L616", words, "", Severity.NOTE)]
     gone = {k for group in groups for k in group.members}
     made = [c for k, c in enumerate(contours) if k not in gone]
@@ -173,7 +173,7 @@ def _issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup]) -> list[
     left = [s for s in slots if of.get(s.parts[0], -1) != of.get(s.parts[1], -2)]
     if left:
         (x, y), (u, v) = left[0].begin, left[0].end
-        words = f"{math.fsum(s.length for s in left):.6g} mm of edges a kerf apart are cut for each part: no line "
-        words += "between them can be begun in the scrap and cut without crossing another"
+        words = f"{math.fsum(s.length for s in left):.6g} mm of edges one kerf apart are cut separately: no line "
+        words += "between them can start in the scrap and cut without crossing another"
         found.append(Issue("L617", words, f"at ({(x + u) / 2:.5g}, {(y + v) / 2:.5g})", Severity.NOTE))
     return found
