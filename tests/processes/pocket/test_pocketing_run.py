@@ -244,7 +244,7 @@ def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
         ({"depth": 0}, OptionError, "depth"),
         ({"depth": 500}, VerifyError, "travel"),
         ({"depth": 4, "thickness": 3}, OptionError, "--thickness 3 mm by more than --break-through 0.5 mm"),
-        ({"tool_diameter": 70}, PlanError, "fits nowhere"),
+        ({"tool_diameter": 70}, PlanError, "does not fit anywhere"),
         ({"stock": 7}, OptionError, "--stock 7 mm is more than the step-over of 6 mm"),
         ({"step_over": 0.96}, OptionError, "0.95"),
         ({"step_over": 0.01}, OptionError, "0.02"),
@@ -306,7 +306,7 @@ def test_passes_wider_apart_than_the_step_over_are_never_written(
         with pytest.raises(PlanError, match=r"contour:? has passes [\d.]+ mm apart, more than the step-over of 3 mm"):
             api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": strategy, "step_over": 0.3})
     monkeypatch.setattr(pocketing, "_beyond", lambda *_: "")
-    with pytest.raises(VerifyError, match=r"passes are [\d.]+ mm apart, 3 mm at most are stated"):
+    with pytest.raises(VerifyError, match=r"passes are [\d.]+ mm apart, 3 mm at most are allowed"):
         api.optimize(drawing, tmp_path / "p.ngc", **{**FAST, "strategy": "contour", "step_over": 0.3})
     assert not (tmp_path / "p.ngc").exists()
 

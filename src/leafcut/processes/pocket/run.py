@@ -311,7 +311,7 @@ def _beyond(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
     if limit is None or measures.max_engagement <= limit:
         return ""
     stock = " with the stock on its walls" if strategy == "adaptive" and job.rules.stock > 0.0 else ""
-    other = "choose a smaller --tool-diameter" if strategy == "adaptive" else "say --strategy adaptive"
+    other = "choose a smaller --tool-diameter" if strategy == "adaptive" else "use --strategy adaptive"
     other = "leave out --stock" if stock else other
     return (
         f"engages {math.degrees(measures.max_engagement):.0f}°{stock}, more than --max-engagement "
@@ -417,8 +417,8 @@ def _stops(job: PocketJob) -> list[Issue]:
     if not job.words.rounding or job.rounding <= job.rules.stock:
         return []
     words = (
-        f"{job.words.name} stands still after every move (G61): with G64 it would cut corners short by up to "
-        f"{job.rounding:.2g} mm at this feed, into walls; with --stock of as much roughing goes on without stops"
+        f"{job.words.name} stops after every move (G61): with G64 it would cut corners short by up to "
+        f"{job.rounding:.2g} mm at this feed, into walls; give that much --stock to rough without stops"
     )
     return [Issue("L704", words, severity=Severity.NOTE)]
 
@@ -430,7 +430,7 @@ def _entry_issues(descents: Sequence[Descent]) -> list[Issue]:
     for kind in dict.fromkeys(d.kind for d in other):
         places = list(dict.fromkeys(d.place for d in other if d.kind == kind))
         asked = next(d.asked for d in other if d.kind == kind)
-        words = f"there is no room for a {asked}; the tool comes down in a {kind}"
+        words = f"no room for a {asked}: entry changed to a {kind}"
         more = f", and at {len(places) - 1} more" if len(places) > 1 else ""
         severity = Severity.WARNING if kind == "plunge" else Severity.NOTE
         issues.append(Issue("L702", words, f"at ({places[0][0]:.3f}, {places[0][1]:.3f}){more}", severity))

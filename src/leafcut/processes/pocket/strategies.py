@@ -120,9 +120,9 @@ class ClearingWay:
 
 #: Every strategy, in the order in which they are told.
 WAYS = (
-    ClearingWay("zigzag", _zigzag, "lines to and fro, then along the walls"),
+    ClearingWay("zigzag", _zigzag, "back-and-forth lines, then along the walls"),
     ClearingWay("contour", _contour, "rings, linked from the inside out"),
-    ClearingWay("connected", _connected, "one connected way, never lifted"),
+    ClearingWay("connected", _connected, "one connected path, never lifted"),
     ClearingWay("firefly", _grid("firefly"), "a grid of points ordered by fireflies, then along the walls"),
     ClearingWay("ants", _grid("ants"), "a grid of points ordered by ants, then along the walls"),
     ClearingWay("adaptive", _adaptive, "arcs that keep the engagement below a limit, then along the walls"),

@@ -93,7 +93,7 @@ def test_more_rings_in_each_other_than_can_be_joined_are_refused_with_what_to_do
     """Rings of 80 × 60 mm by a tool of 10 mm, 6 mm apart: there are five."""
     region = only_region(Pocket(box(0, 0, 80, 60)))
     monkeypatch.setattr(pocket_best, "MOST_LEVELS", 4)
-    with pytest.raises(PlanError, match="4 rings in each other or more; use --strategy contour"):
+    with pytest.raises(PlanError, match="4 nested rings or more; use --strategy contour"):
         best(region)
     monkeypatch.setattr(pocket_best, "MOST_LEVELS", 5)
     assert best(region).retracts == 0

@@ -60,7 +60,7 @@ def adaptive(region: CentreRegion) -> PocketPath:
     """
     limit = region.rules.max_engagement
     if limit is None:
-        raise PlanError("the adaptive strategy needs a limit to keep; give --max-engagement")
+        raise PlanError("the adaptive strategy needs an engagement limit; give --max-engagement")
 
     edge = region.polygon.boundary
     shapely.prepare(edge)

@@ -67,7 +67,7 @@ def best(
     cut = rings(region)
     if max((ring.level for ring in cut), default=0) >= MOST_LEVELS:
         raise PlanError(
-            f"the connected way would have {MOST_LEVELS} rings in each other or more; use --strategy contour or "
+            f"the connected path would need {MOST_LEVELS} nested rings or more; use --strategy contour or "
             "zigzag, or a larger tool or step-over"
         )
     layout = RingLinks(region, cut, stopped)

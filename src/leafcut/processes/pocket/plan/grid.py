@@ -105,7 +105,7 @@ def checked_pitch(rules: PocketRules) -> float:
         )
     if pitch <= NEAREST * d:
         raise PlanError(
-            f"{words}: at {NEAREST:g} diameters or less points crowd and the tool goes over the same material twice; "
+            f"{words}: at {NEAREST:g} diameters or less points crowd and the tool cuts the same material twice; "
             f"give a --point-distance between {NEAREST:g} and {FARTHEST:g}"
         )
     if pitch >= FARTHEST * d:

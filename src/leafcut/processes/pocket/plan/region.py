@@ -103,7 +103,7 @@ def centre_regions(pocket: Pocket, rules: PocketRules) -> tuple[list[CentreRegio
     if not pieces:
         left = f" and {rules.stock:g} mm of stock" if rules.stock else ""
         raise PlanError(
-            f"{pocket.label}: a tool of {rules.tool_diameter:g} mm{left} fits nowhere in it; choose a smaller "
+            f"{pocket.label}: a tool of {rules.tool_diameter:g} mm{left} does not fit anywhere in it; choose a smaller "
             "--tool-diameter"
         )
     issues = _told(pocket.label, unreached(shape, rules), rules)
@@ -147,8 +147,7 @@ def _told(name: str, places: list[Unreached], rules: PocketRules) -> list[Issue]
     tool = f"a tool of {rules.tool_diameter:g} mm"
     corners, off = ([u for u in places if u.corner is kind] for kind in (True, False))
     issues = [
-        Issue("L701", f"{name}: {_where(place)} is cut off: {tool} does not get into it")
-        for place in off[:NAMED_PLACES]
+        Issue("L701", f"{name}: {_where(place)} is cut off: {tool} cannot enter it") for place in off[:NAMED_PLACES]
     ]
     if rest := off[NAMED_PLACES:]:
         issues.append(Issue("L701", f"{name}: {_sum(rest, 'more place')} are cut off for {tool}"))

@@ -58,7 +58,7 @@ def rules_of(options: PocketOptions, tolerance: float = TOLERANCE) -> PocketRule
     diameter = options.tool_diameter
     if diameter is None:
         raise OptionError(
-            "a pocket needs the diameter of its end mill; give --tool-diameter, or a tool library by --tools"
+            "a pocket needs the diameter of its end mill; give --tool-diameter, or a tool library with --tools"
         )
     points, step_over = options.point_distance, options.step_over * diameter
     if points is not None and not CLOSEST_POINTS < points < FARTHEST_POINTS:
@@ -74,7 +74,7 @@ def rules_of(options: PocketOptions, tolerance: float = TOLERANCE) -> PocketRule
             "cut wider than any other; give less stock or a larger --step-over"
         )
     if options.strategy == "adaptive" and options.max_engagement is None:
-        raise OptionError("--strategy adaptive keeps the engagement below a limit; give it by --max-engagement")
+        raise OptionError("--strategy adaptive needs an engagement limit; give --max-engagement")
     return PocketRules(
         tool_diameter=diameter,
         step_over=step_over,
@@ -142,8 +142,8 @@ def _air_feed(options: PocketOptions, tool: Tool, machine: Machine) -> float:
         return machine.max_feed
     if asked < tool.feed * (1.0 - 1e-9):
         raise PlanError(
-            f"--air-feed {asked * 60:g} mm/min is below the feed of the mill, {tool.feed * 60:g} mm/min; give that "
-            "feed to go no faster where nothing is cut"
+            f"--air-feed {asked * 60:g} mm/min is below the feed of the mill, {tool.feed * 60:g} mm/min; give at "
+            "least that feed"
         )
     if asked > machine.max_feed * (1.0 + 1e-9):
         raise PlanError(
@@ -170,7 +170,7 @@ def check_machine(machine: Machine, job: JobOptions) -> None:
         Says which.
     """
     if machine.head is not Head.SPINDLE:
-        raise PlanError(f"{machine.name} has a {machine.head}, which cannot mill a pocket; give another --machine")
+        raise PlanError(f"{machine.name} has a {machine.head}, which cannot mill a pocket; choose another --machine")
     if job.retract_height > job.clearance_height:
         raise PlanError(
             f"--retract-height {job.retract_height:g} mm is above --clearance-height {job.clearance_height:g} mm; "

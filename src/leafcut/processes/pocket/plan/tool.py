@@ -82,7 +82,7 @@ def _fitting(library: ToolLibrary, options: PocketOptions) -> Tool:
     if not mills:
         raise OptionError(f'{library.source}: there is no end mill for a pocket; add a [[tool]] of kind = "end-mill"')
     if asked is None and len(mills) > 1:
-        raise OptionError(f"{_others(library)}; say which by --tool-number or --tool-diameter")
+        raise OptionError(f"{_others(library)}; choose one with --tool-number or --tool-diameter")
     return mills[0] if asked is None else min(mills, key=lambda tool: abs(tool.diameter - asked))
 
 
@@ -140,7 +140,7 @@ def with_data(
         "--spindle-speed"
     )
     if too_fast:
-        words += f"; {careful:.0f} rpm would be right, and the spindle of {machine.name} turns no slower than {rpm:.0f}"
+        words += f"; {careful:.0f} rpm would be right, but the spindle of {machine.name} turns at least {rpm:.0f}"
     return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast else Severity.NOTE)]
 
 

@@ -194,7 +194,7 @@ def step_over_differences(
             0,
             0,
             f"{pockets[level.number].label} at Z{level.z:.3f}: passes are {level.step_over:.3f} mm apart, "
-            f"{rules.step_over:.4g} mm at most are stated",
+            f"{rules.step_over:.4g} mm at most are allowed",
         )
         for level in simulated
         if not rules.keeps(level.step_over)
@@ -359,11 +359,11 @@ def _rapids(path: Toolpath, cuts: Sequence[_Cut], rules: PocketRules, retract: f
     low = np.fmin(before[:, 2], path.end[:, 2]) < retract - _ROOM
     down = low & ~sideways & ~(path.end[:, 2] >= before[:, 2])
     wrong = [
-        (row, f"a rapid goes sideways only at Z{retract:.3f} or above")
+        (row, f"a rapid may move sideways only at Z{retract:.3f} or above")
         for row in np.flatnonzero(rapid & low & sideways).tolist()
     ]
     blind = _uncleared(path, before, np.flatnonzero(rapid & down).tolist(), cuts, rules)
-    wrong += [(row, f"a rapid goes down below Z{retract:.3f} only over ground that is cleared") for row in blind]
+    wrong += [(row, f"a rapid may go below Z{retract:.3f} only over cleared area") for row in blind]
     return [
         Difference(
             "rapid in the material",

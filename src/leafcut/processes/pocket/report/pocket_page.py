@@ -58,7 +58,7 @@ def pocket_content(outcome: Outcome[PocketDetail]) -> PageRow:
         for plan, path in zip(plans, paths, strict=True)
         if sum(p.path.n_segments for p in path.pieces) <= MOST_PIECES
     ]
-    words = f"Way of the tool over one level of {clean(outcome.part.name)}, {chosen_words(outcome)}"
+    words = f"Tool path over one level of {clean(outcome.part.name)}, {chosen_words(outcome)}"
     svg = pocket_drawing(scene, paths, "pocket", words, shapes=shapes, tool_diameter=plans[0].rules.tool_diameter)
     kinds = {piece.kind for path in paths for piece in path.pieces}
     return {
@@ -82,7 +82,7 @@ def pocket_svg(outcome: Outcome[PocketDetail], which: str) -> str:
     chosen = [plan.usual if which == "before" else plan.result for plan in plans]
     paths = [result.path for result in chosen if result.path is not None]
     by = usual_words(outcome) if which == "before" else chosen_words(outcome)
-    words = f"Way of the tool over one level of {clean(outcome.part.name)}, {by}"
+    words = f"Tool path over one level of {clean(outcome.part.name)}, {by}"
     diameter = plans[0].rules.tool_diameter
     return pocket_drawing(build_pocket_scene(plans), paths, which, words, tool_diameter=diameter, size=True)
 
@@ -112,7 +112,7 @@ def saved(outcome: Outcome[PocketDetail]) -> PageRow:
     """Return the large figure and the words around it: the time that is saved, or of the program where it is alone."""
     if not compared(outcome):
         alone = all(len(plan.results) == 1 for plan in outcome.detail.plans)
-        words = "The only strategy that was tried; best compares them." if alone else "What most shops run."
+        words = "Only this strategy was tried; best compares all." if alone else "What most shops run."
         row = {"figure": time_words(outcome.after.time_s), "worse": False, "words": f"by {chosen_words(outcome)}"}
         return {**row, "percent": words, "gap": ""}
     seconds = outcome.before.time_s - outcome.after.time_s
@@ -135,7 +135,7 @@ def _shorter(outcome: Outcome[PocketDetail]) -> str:
     if not beside > 0.0:
         return ""
     percent = 100.0 * (1.0 - length / beside)
-    return f"The way over a level is {percent_words(abs(percent))} {'shorter' if percent >= 0.0 else 'longer'}."
+    return f"The path over a level is {percent_words(abs(percent))} {'shorter' if percent >= 0.0 else 'longer'}."
 
 
 def _usual(outcome: Outcome[PocketDetail]) -> PocketMeasures:
@@ -151,7 +151,7 @@ def _facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str, str]]:
     lifted = f"{count(m.retracts, 'retract')}, {length_words(m.rapid_mm)} of rapids" if m.retracts else "never lifted"
     walls = f", then {rules.stock:g} mm along the walls" if rules.stock > 0.0 else ""
     return [
-        ("Way over a level", length_words(m.feed_mm), lifted),
+        ("Path over a level", length_words(m.feed_mm), lifted),
         ("Above the floor", above, f"area ÷ step-over is {length_words(m.floor_mm)}"),
         ("Uncut", uncut_words(m.uncovered_percent), f"{area_words(m.uncovered_mm2)} of {area_words(m.reachable_mm2)}"),
         ("Gouge", f"{m.gouge_mm2:.3g} mm²", "by simulation of the program"),

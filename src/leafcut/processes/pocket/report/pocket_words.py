@@ -230,7 +230,7 @@ def facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str]]:
     m = written(outcome)
     fast = float(outcome.path_after.value[np.isin(outcome.path_after.kind, _FEEDS)].max(initial=tool.feed))
     faster = f", at up to {number_words(feed_mm_min(fast))} mm/min" if fast > tool.feed * (1.0 + 1e-6) else ""
-    air = f"{percent_words(100.0 * m.air_mm / m.feed_mm)} of the way cuts nothing{faster}" if m.feed_mm > 0.0 else ""
+    air = f"{percent_words(100.0 * m.air_mm / m.feed_mm)} of the path cuts nothing{faster}" if m.feed_mm > 0.0 else ""
     beside = f"{time_words(outcome.before.time_s)} by {usual_words(outcome)}, {_saved(outcome)}"
     above = 100.0 * ((m.feed_mm + m.rapid_mm) / m.floor_mm - 1.0) if m.floor_mm > 0.0 else math.nan
     return [
@@ -239,7 +239,7 @@ def facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str]]:
         *([("wider", wider_words(m, rules.tool_diameter))] if m.wide_mm > 0.0 else []),
         *([("air", air)] if m.air_mm >= AIR_TOLD * m.feed_mm else []),
         ("tool", f"Ø{tool.diameter:g}, {number_words(feed_mm_min(tool.feed))} mm/min, {tool.spindle_rpm:,.0f} rpm"),
-        ("floor", f"{length_words(m.floor_mm)} = area ÷ step-over; this way is {percent_words(above)} above it"),
+        ("floor", f"{length_words(m.floor_mm)} = area ÷ step-over; this path is {percent_words(above)} above it"),
         *([("beside", beside)] if compared(outcome) else []),
     ]
 
@@ -254,7 +254,7 @@ def wider_words(m: PocketMeasures, diameter: float) -> str:
     """Return how much of the way takes off much more than the step-over, and how wide the widest cut is."""
     full = "the full width of the tool" if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
     share = percent_words(100.0 * m.wide_mm / m.feed_mm) if m.feed_mm > 0.0 else NO_VALUE
-    return f"first cuts and corners, {share} of the way, take off more than the step-over: up to {full}"
+    return f"first cuts and corners, {share} of the path, are wider than the step-over: up to {full}"
 
 
 def _saved(outcome: Outcome[PocketDetail]) -> str:
