@@ -117,7 +117,7 @@ def test_a_tool_whose_width_nobody_tells_is_told(tmp_path: Path) -> None:
     source, tools = tmp_path / "part.nc", tmp_path / "tools.toml"
     source.write_text(MILLED.replace("(T1 D=6. end mill)\n", ""))
     found = api.optimize(source, keep_out=BARS, **FAST)
-    assert [i.message[:22] for i in found.issues if i.code == "L509"] == ["how wide T1 is, is not"]
+    assert [i.message[:21] for i in found.issues if i.code == "L509"] == ["the diameter of T1 is"]
     tools.write_text(
         '[[tool]]\nnumber = 1\ndiameter = "6 mm"\nkind = "end-mill"\nfeed = "300 mm/min"\nplunge_feed = "90 mm/min"\n'
         'spindle_speed = "6000 rpm"\n'

@@ -184,7 +184,7 @@ class _OrderWriter:
         for reason, numbers in by_reason.items():
             begin, end = self._lines_of(self.sequence.sections[numbers[0]])
             more = f", and {len(numbers) - 1} more sections," if len(numbers) > 1 else ""
-            said = f"what is made up to line {end}{more} keeps its order, as another did not do: {reason}"
+            said = f"the work up to line {end}{more} keeps its order, because another one failed: {reason}"
             yield Issue("L505", said, f"line {begin}")
 
     def _section_at(self, line: int) -> int:

@@ -91,7 +91,7 @@ def read_foreign(
     except ReadError as error:
         if not free or not _reads(text, source, settings, _HAAS, look):
             raise
-        hint = f"read for {machine.name}, but a Haas takes it: name your machine, such as --machine {_HAAS}"
+        hint = f"read for {machine.name}, but a Haas accepts it: choose your machine, such as --machine {_HAAS}"
         raise ReadError(source, f"{error.reason}; {hint}", error.line) from None
     read = replace(read, process=_process(read, process))
     if free and read.process in _BEAMS and (read.program.obeyed or _OF_QTPLASMAC.search(text)):
@@ -192,13 +192,15 @@ def _read(text: str, source: str, settings: Settings, machine: Machine, words: D
         program = replace(program, lines=Lines(lines_of(text, words, source)), feed_words=feed_words)
     if program.title_lines:
         what = "line 1 is" if program.title_lines == 1 else f"lines 1 to {program.title_lines} are"
-        issues.append(Issue("L101", f"{what} no G-code, and stand above the percent sign: left out as a title"))
+        issues.append(Issue("L101", f"{what} not G-code, and stand above the percent sign: ignored as a title"))
     if not program.assumed_units and "units" in settings.asked:
-        raise OptionError("--units: the program says its own units (G20 or G21); leave it out")
+        raise OptionError("--units: the program states its own units (G20 or G21); leave it out")
     if program.assumed_units:
         whose = "--units" if settings.read.units else machine.name
-        message = f"the program does not say its units (G20 or G21): read as {_UNIT_WORDS[units]}, the units of {whose}"
-        issues.append(Issue("L102", f"{message}; say others with --units", severity=Severity.NOTE))
+        message = (
+            f"the program does not state its units (G20 or G21): read as {_UNIT_WORDS[units]}, the units of {whose}"
+        )
+        issues.append(Issue("L102", f"{message}; set --units to change that", severity=Severity.NOTE))
     return ProgramRead(program, words, machine, tuple(issues))
 
 
@@ -222,7 +224,7 @@ def _with_machine_feeds(text: str, settings: Settings, words: Dialect) -> tuple[
     if feed is None:
         feed, whose = _chart_feed(settings)
         said = f"{word}: the feed of the controller's material is counted as {feed * SECONDS_PER_MINUTE:,.0f} mm/min"
-        issues.append(Issue("L413", f"{said}, {whose}; say it with --cut-speed", severity=Severity.NOTE))
+        issues.append(Issue("L413", f"{said}, {whose}; set it with --cut-speed", severity=Severity.NOTE))
     numbered, feeds = with_feeds(text, word, feed)
     return numbered, dict.fromkeys(feeds, word), issues
 

@@ -46,7 +46,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         if detail.pieces:
             words.append(f"{free:,} of {count(detail.pieces, 'piece')} of work free to be ordered")
         turned = detail.certificate.reversed_cuts
-        return " · ".join([*(words or ["no work"]), *([f"{turned} made from the other end"] if turned else [])])
+        return " · ".join([*(words or ["no work"]), *([f"{turned} reversed"] if turned else [])])
 
     def answer(self) -> dict[str, Any]:
         """Return the proof, and why pieces of the program keep their place."""

@@ -162,7 +162,7 @@ def _planned(run: Run, original: Program, process: str, began: float) -> Sequenc
     from leafcut.processes.program.plan.sections.program_rows import known_process
 
     options, limit = run.settings.of(ResequenceOptions), run.settings.solve.time_limit
-    tell = run.looking("finding what may change places")
+    tell = run.looking("finding what can be reordered")
 
     def look() -> None:
         if limit is not None and time.monotonic() - began > max(limit, _LEAST_PLANNING):
@@ -179,7 +179,7 @@ def _planned(run: Run, original: Program, process: str, began: float) -> Sequenc
             look=look,
         )
     except _OutOfTime:
-        said = "the order stays: finding what may change places took longer than --time-limit; give it more"
+        said = "the order stays: planning took longer than --time-limit; allow more time"
         found = known_process(original) if process == "auto" else process
         return replace(all_stay(original, found, "time-limit"), issues=(Issue("L507", said),))
 

@@ -54,7 +54,5 @@ def _as_run(program: Program, words: Dialect, clearance: float) -> tuple[Toolpat
     if words.torch is None or not words.torch.material_comment:
         return program.path, []
     path, unknown = as_run(program.path, program.lines, clearance)
-    message = (
-        f"{unknown} cuts are of a material that the program does not tell, (o=0, …): their pierces are not counted"
-    )
+    message = f"{unknown} cuts use a material that the program does not define, (o=0, …): their pierces are not timed"
     return path, [Issue("L413", message)] if unknown else []

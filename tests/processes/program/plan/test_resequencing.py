@@ -89,7 +89,7 @@ BARRIERS = {
     "G53 G0 Z0 / G0 Z5": "a move in machine coordinates",
     "G92 X0": "the origin is moved",
     "G55 / G0 Z5": "a change of work offset",
-    "G64 P0.1": "a change of how corners are passed",
+    "G64 P0.1": "a change of path control (G61, G64)",
     "G20 / F4 / G21 / F100": "a change of units",
     "G93 / G94 F100": "a change of feed mode",
     "/G0 Z9 / G0 Z5": "a switch of the machine may skip it",

@@ -1,4 +1,4 @@
-"""Which cuts may be made from either end; every program is worked out by hand."""
+"""Which cuts can be reversed; every program is worked out by hand."""
 
 from __future__ import annotations
 
@@ -95,9 +95,9 @@ def test_the_tool_must_come_as_high_as_it_leaves() -> None:
 
 def test_how_many_may_be_turned_is_said() -> None:
     issues = find_sequence(program_of(MILL.format(OPEN["one line"])), allow_reverse=True).issues
-    assert [i.message for i in issues if i.code == "L504"] == ["2 cuts may be made from either end"]
+    assert [i.message for i in issues if i.code == "L504"] == ["2 cuts can be reversed"]
     issues = find_sequence(program_of("G21 G90 / G99 G81 X0 Y0 Z-1 R1 F9 / X9 / M2"), allow_reverse=True).issues
-    assert [i.message for i in issues if i.code == "L504"] == ["no cut may be turned round"]
+    assert [i.message for i in issues if i.code == "L504"] == ["no cut can be reversed"]
 
 
 def test_a_cut_that_may_be_turned_is_a_cluster_of_two_nodes() -> None:

@@ -75,7 +75,7 @@ def test_the_blocks_of_a_cut_go_back(body: str, expected: str) -> None:
 
 def test_what_is_not_to_be_turned_is_refused() -> None:
     program = program_of(HEAD + "G0 X0 Y0 / G1 Z-1 F50 / X5 F200" + FOOT)
-    with pytest.raises(PostError, match=r"line 5: .*other end") as caught:
+    with pytest.raises(PostError, match=r"line 5: .*cannot be reversed") as caught:
         rewrite(program, find_sequence(program), [np.array([~0, 1])])
     assert caught.value.section == 0
 

@@ -175,7 +175,7 @@ MUTATIONS = [
     ("stages", r"G55", "G56", ""),
     ("stages", r"T2 M6", "T3 M6", "became 'change to tool 3'"),
     ("stages", r"S7000", "S7001", "speed"),
-    ("stages", r"(M0\n)(G55\n)", r"\2\1", "changed places"),
+    ("stages", r"(M0\n)(G55\n)", r"\2\1", "moved in the order"),
     ("stages", r"G1 Z-3 F60", "G1 Z-3 F60\nG4 P1", "is new"),
 ]
 

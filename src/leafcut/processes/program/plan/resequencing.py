@@ -147,7 +147,7 @@ def _issues(finder: Finder, items: list[Kept | Section]) -> list[Issue]:
     issues = []
     if not any(isinstance(item, Section) for item in items):
         why = "" if where else ": " + next(iter(finder.program.fixed.values()), "there is no work in it")
-        issues.append(Issue("L502", f"nothing in the program may change places{why}", severity=Severity.NOTE))
+        issues.append(Issue("L502", f"nothing in the program can be reordered{why}", severity=Severity.NOTE))
     for reason, lines in where.items():
         times = f", here and {len(lines) - 1} times more" if len(lines) > 1 else ""
         issues.append(Issue("L501", f"stays in its place: {reason}{times}", f"line {lines[0]}", Severity.NOTE))

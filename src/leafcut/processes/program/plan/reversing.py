@@ -1,4 +1,4 @@
-"""Which cuts may be made from either end: open ones at one depth, all of them alike from end to end.
+"""Which cuts can be reversed: open ones at one depth, all of them alike from end to end.
 
 A program does not say where climb milling is wanted, nor what a lead-in is for, so a person has to allow this; and what
 shows a direction stays: a piece that begins or ends with another feed or another kind of move than it is made of, that
@@ -33,14 +33,14 @@ _BACK = -0.866
 
 
 def with_reversible(program: Program, sequence: Sequence, rows: Rows) -> Sequence:
-    """Return the sequence with those chains marked that may be made from either end, and a note of how many."""
+    """Return the sequence with those chains marked that can be reversed, and a note of how many."""
     finder = _Finder(program, rows, sequence.process)
     items = tuple(
         replace(item, chains=tuple(map(finder.marked, item.chains))) if isinstance(item, Section) else item
         for item in sequence.items
     )
     count = sum(chain.reversible for item in items if isinstance(item, Section) for chain in item.chains)
-    said = f"{count} cut{'s'[: count != 1]} may be made from either end" if count else "no cut may be turned round"
+    said = f"{count} cut{'s'[: count != 1]} can be reversed" if count else "no cut can be reversed"
     return replace(sequence, items=items, issues=(*sequence.issues, Issue("L504", said, severity=Severity.NOTE)))
 
 

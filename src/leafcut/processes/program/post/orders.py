@@ -27,7 +27,7 @@ def checked_order(section: Section, order: ArrayLike) -> NDArray[np.int64]:
         )
     fixed = [section.chains[k].line for k in chosen[given < 0].tolist() if not section.chains[k].reversible]
     if fixed:
-        raise PostError(f"line {fixed[0]}: the piece of work there cannot be made from its other end")
+        raise PostError(f"line {fixed[0]}: the piece of work there cannot be reversed")
     place = np.empty_like(chosen)
     place[chosen] = np.arange(len(chosen))
     for before, after in section.precedence.tolist():

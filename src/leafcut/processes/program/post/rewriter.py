@@ -245,7 +245,7 @@ class _Rewriter:
             return max(floor, obstacles.height)
         turns = obstacles.round(here, to, tool)
         if turns is None:
-            raise PostError(f"there is no way to X{to[0]:.3f} Y{to[1]:.3f} round what --keep-out names")
+            raise PostError(f"there is no path to X{to[0]:.3f} Y{to[1]:.3f} around the --keep-out zones")
         for x, y in turns:
             self._rapid(x, y)
         return floor
@@ -254,7 +254,7 @@ class _Rewriter:
         """Return the lines of a chain made from its other end, and what they leave active."""
         stroke = find_stroke(self.program, chain.begin, chain.end)
         if stroke is None:
-            raise PostError(f"line {chain.line}: the piece of work there cannot be made from its other end")
+            raise PostError(f"line {chain.line}: the piece of work there cannot be reversed")
         offset = int(self.program.line[chain.begin]) - 1 - self.territory.first_block_in(chain.begin, chain.begin)
         return reverse_stroke(self.program, self.reader, stroke, lines, offset, self._text)
 

@@ -331,7 +331,9 @@ def _differing(before: list[Mark], after: list[Mark]) -> Iterator[Difference]:
             if others[mark.what] < 0:
                 kept.append(mark)
     if not gone and not new and before:
-        yield Difference("order of barriers", before[0].line, after[0].line, f"'{before[0].said}' has changed places")
+        yield Difference(
+            "order of barriers", before[0].line, after[0].line, f"'{before[0].said}' has moved in the order"
+        )
     for one, other in zip(gone, new, strict=False):
         text = f"'{one.said}' became '{other.said}'"
         if one.said == other.said:

@@ -51,7 +51,7 @@ COMPARED = (
     "envelope",
 )
 #: Compared besides, where it is allowed to turn cuts round.
-_EITHER_WAY = "open cuts at one level without a way in or out of their own, in whichever direction"
+_EITHER_WAY = "open cuts at one level without lead-in or lead-out, in either direction"
 
 #: Lowest and highest x, y, z, mm.
 Bounds = tuple[tuple[float, ...], tuple[float, ...]]
@@ -213,7 +213,9 @@ def _disordered(
         return
     known = np.isfinite(features.end[:, :2]).all(axis=1)
     for one in _overtaken(new_of, np.flatnonzero(~known)):
-        yield _both(before, after, new_of, one, one, "order", "where {} is, is not known, and it has changed places")
+        yield _both(
+            before, after, new_of, one, one, "order", "the position of {} is unknown, and it has moved in the order"
+        )
     traces = traces_of(features)
     look()
     touching = inverted(traces, new_of, tolerance)

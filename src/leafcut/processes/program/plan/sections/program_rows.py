@@ -25,7 +25,7 @@ _BARRIERS = {
     Kind.END: "the end of the program",
     Kind.FRAME: "a change of work offset",
     Kind.SHIFT: "the origin is moved",
-    Kind.BLENDING: "a change of how corners are passed",
+    Kind.BLENDING: "a change of path control (G61, G64)",
     Kind.FOREIGN: "it is not understood",
 }
 #: The same by what it changes.
@@ -38,9 +38,9 @@ _CHANGES = {
     "length": "a change of length offset",
     "frame": "a change of work offset",
     "shift": "the origin is moved",
-    "blending": "a change of how corners are passed",
-    "tolerance": "a change of how corners are passed",
-    "joining": "a change of how corners are passed",
+    "blending": "a change of path control (G61, G64)",
+    "tolerance": "a change of path control (G61, G64)",
+    "joining": "a change of path control (G61, G64)",
 }
 _TORCH = re.compile(r"plasma|torch|pierce|\bTHC\b", re.IGNORECASE)
 
