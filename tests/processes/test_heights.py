@@ -113,4 +113,4 @@ def test_pockets_at_different_heights_are_refused_and_one_height_is_told(tmp_pat
 def test_a_sheet_is_taken_as_seen_from_above_and_its_heights_are_told(tmp_path: Path) -> None:
     part = read_contours(drawn(tmp_path, squares(0, 6, 6)))
     words = "lines are drawn at different heights: 2 at Z6 (the first at 60, 0), 1 at Z0 (the first at 0, 0)"
-    assert [i.message for i in part.issues if i.code == "L406"] == [f"{words}; they are taken as seen from above"]
+    assert [i.message for i in part.issues if i.code == "L406"] == [f"{words}; projected onto the sheet"]

@@ -136,11 +136,11 @@ def machine_issues(machine: Machine) -> list[Issue]:
     issues = []
     if machine.assumed:
         values = ", ".join(f"{key} {words.partition(' (')[0]}" for key, words in machine.assumed.items())
-        message = f"the profile of {machine.name} does not say all; taken: {values}"
+        message = f"the profile of {machine.name} is incomplete; assumed: {values}"
         issues.append(Issue("L408", f"{message}; see leafcut machines --show", severity=Severity.NOTE))
     if machine.work_offset is None:
         message = (
-            f"where the part lies on {machine.name} is not known: only its size was checked against the travel; "
+            f"the position of the part on {machine.name} is unknown: only its size was checked against the travel; "
             "give --work-offset to check its place"
         )
         issues.append(Issue("L403", message, severity=Severity.NOTE))

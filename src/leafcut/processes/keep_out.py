@@ -58,14 +58,14 @@ def obstacles_of(run: Run, program: Program, beam: bool) -> tuple[Obstacles | No
     issues = []
     if met:
         often = "once" if len(met) == 2 else f"{len(met) - 1} times"
-        way = f"over it at Z{height:g} or above" if lifts else "round it"
-        words = f"the original goes by rapids across what --keep-out names, here and {often} more"
+        way = f"over it at Z{height:g} or above" if lifts else "around it"
+        words = f"rapids of the original cross --keep-out zones, here and {often} more"
         words = f"{words if len(met) > 1 else words.partition(', here')[0]}; the new program goes {way}"
         issues.append(Issue("L508", words, f"line {met[0].new}"))
     if unknown:
         tools = ", ".join(f"T{number}" for number in unknown)
         words = (
-            f"how wide {tools} is, is not known, so its centre alone keeps out: name rectangles wider by its radius, "
+            f"the diameter of {tools} is unknown: only its centre keeps out; widen the rectangles by its radius, "
             "or give --tools"
         )
         issues.append(Issue("L509", words))

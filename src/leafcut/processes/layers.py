@@ -37,7 +37,7 @@ def kinds_of(contours: Sequence[Contour], options: SheetOptions, issues: list[Is
         marks = {c.layer for k, c in zip(known, contours, strict=True) if k in ("", "text") and by_name(c.layer)}
         known = ["mark" if k in ("", "text") and c.layer in marks else k for k, c in zip(known, contours, strict=True)]
         if marks:
-            message = f"marked, not cut, by the name of the layer: {_listed(marks)}; --mark-layers says otherwise"
+            message = f"marked, not cut, by the name of the layer: {_listed(marks)}; set --mark-layers to change that"
             issues.append(Issue("L421", message, severity=Severity.NOTE))
     if not options.sheet_layers and "sheet" not in known:
         maybe = matcher(SHEET_NAMES)
@@ -61,7 +61,7 @@ def _texts(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -
         issues.append(Issue("L216", words, f"at ({x:g}, {y:g})", Severity.MISSING))
     if left:
         layers = ", ".join(f"{number} on layer {shown(name)}" for name, number in left.most_common(5))
-        words = f"texts are engraved on layers of marks only, and left out: {layers}"
+        words = f"texts are engraved on mark layers only; left out: {layers}"
         issues.append(Issue("L210", words, severity=Severity.NOTE))
     kept = set(texts)
     return [

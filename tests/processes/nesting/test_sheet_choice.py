@@ -132,7 +132,7 @@ def test_the_price_of_a_sheet_lives_from_the_nest_to_the_cost_of_its_parts(plate
         ("300x200@5,400x200", "400x200 has no price"),
         ("", "names no sheet"),
         ("away.dxf", "away.dxf"),
-        ("two.dxf", "2 outlines lie beside each other"),
+        ("two.dxf", "2 separate outlines"),
         ("tiny.dxf", "no sheet that holds anything"),
         ("open.dxf", "open path"),
     ],

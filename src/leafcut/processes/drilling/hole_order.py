@@ -37,7 +37,7 @@ def wanted_nodes(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
         has = "as many, in other places" if order.drawing.holes == here.holes else f"{here.holes}"
         raise PlanError(
             f"{path}: this is the order of another drawing, with {order.drawing.holes} holes; this one has {has}; "
-            "make a new file for it, or take 'drawing' out of this one if it is meant"
+            "make a new file for it, or remove 'drawing' from this one to use it anyway"
         )
     found = {}
     for number, holes in order.operations.items():
@@ -46,13 +46,13 @@ def wanted_nodes(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
             raise PlanError(f"{what}: there are {len(plan.operations)}; make a new file")
         operation = plan.operations[number]
         if operation.slots:
-            raise PlanError(f"{what} mills slots; an order can be given for holes; take it out of the file")
+            raise PlanError(f"{what} mills slots; only holes can be given an order; remove it from the file")
         node_of = {int(hole): node for node, hole in enumerate(operation.targets)}
         for k, hole in enumerate(holes):
             if hole not in node_of:
                 raise PlanError(f"{what}: hole {hole + 1} is not one that {operation.tool.label} drills")
             if hole in holes[:k]:
-                raise PlanError(f"{what}: hole {hole + 1} is there twice")
+                raise PlanError(f"{what}: hole {hole + 1} is listed twice")
         found[number] = np.array([node_of[hole] for hole in holes], dtype=np.int32)
     return found
 

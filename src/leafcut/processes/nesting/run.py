@@ -83,7 +83,7 @@ def nest(
         if not found:
             raise
     if not found:
-        raise PlanError(f"no nest could be made that passes the check: {(dropped or ['stopped too early'])[0]}")
+        raise PlanError(f"no nest passed the check: {(dropped or ['stopped too early'])[0]}")
     best = _different(found)[: options.variants]
     issues = (*_left_over(best[0]), *_issues(best, dropped, cancelled.is_set()))
     seconds = time.perf_counter() - began
@@ -110,7 +110,7 @@ def sized_sheets(options: NestOptions) -> list[Stock]:
     found = []
     for word in options.sheets:
         if word.size is None:
-            raise OptionError(f"--sheet: {shown(word.name)} is a drawing, and nothing reads it here; give a size")
+            raise OptionError(f"--sheet: {shown(word.name)} is a drawing; give a size here")
         found.append(Stock(*word.size, word.count, word.price, (), word.name))
     return found
 
@@ -121,16 +121,16 @@ def _left_over(best: Nest) -> list[Issue]:
     if not left:
         return []
     more = f" and {len(left) - MOST_NAMED} kinds more" if len(left) > MOST_NAMED else ""
-    words = f"no room for {', '.join(left[:MOST_NAMED])}{more}: more or larger sheets hold them"
+    words = f"no room for {', '.join(left[:MOST_NAMED])}{more}: add sheets, or use larger ones"
     return [Issue("L436", words, severity=Severity.MISSING)]
 
 
 def _issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple[Issue, ...]:
     issues = [Issue("L433", f"a nest was dropped: {line}") for line in dropped]
     if stopped:
-        issues.append(Issue("L434", "stopped before its end; these are the nests so far", severity=Severity.NOTE))
+        issues.append(Issue("L434", "stopped early; these are the nests so far", severity=Severity.NOTE))
     if not all(one.repeatable for one in best):
-        message = "the time limit ended the search: the same seed may give another nest; without a limit it does not"
+        message = "the time limit ended the search: run without a limit to get the same nest from the same seed"
         issues.append(Issue("L434", message, severity=Severity.NOTE))
     return tuple(issues)
 
@@ -257,8 +257,8 @@ def _sheets_at_hand(
             continue
         words = f"a sheet of {shown(stock.name)} is larger than {machine.name} reaches, {reach[0]:g} × {reach[1]:g} mm"
         if "machine" in settings.given:
-            raise OptionError(f"--sheet: {words}; give a smaller one, or another --machine")
-        issues.append(Issue("L435", f"{words}: name the machine that cuts it (--machine), here and there"))
+            raise OptionError(f"--sheet: {words}; use a smaller one, or another --machine")
+        issues.append(Issue("L435", f"{words}: check it with the machine that cuts it (--machine)"))
     return settings, issues, stocks
 
 
@@ -280,8 +280,8 @@ def _remnant(word: SheetWord, source: Source, margin: float, look: Heartbeat) ->
     holes = [c.contour.path for c in drawn.contours if c.depth == 1]
     if len(outer) != 1:
         raise PlanError(
-            f"{shown(word.name)}: {len(outer)} outlines lie beside each other; a sheet is one, with holes in it: give "
-            "each its own drawing"
+            f"{shown(word.name)}: {len(outer)} separate outlines; a sheet has one, with holes in it: give each "
+            "sheet its own drawing"
         )
     x0, y0, x1, y1 = outer[0].extents
     paths = tuple(path.moved(-x0, -y0) for path in (*outer, *holes))
@@ -289,8 +289,8 @@ def _remnant(word: SheetWord, source: Source, margin: float, look: Heartbeat) ->
     metal = Polygon(outline, inner)
     if max(x1 - x0, y1 - y0) > LARGEST_SHEET or not metal.is_valid or metal.buffer(-margin).is_empty:
         raise PlanError(
-            f"{shown(word.name)}: {x1 - x0:.6g} × {y1 - y0:.6g} mm is no sheet that holds anything, less --margin "
-            f"{margin:g} mm along its edges"
+            f"{shown(word.name)}: {x1 - x0:.6g} × {y1 - y0:.6g} mm is no sheet that holds anything, with "
+            f"--margin {margin:g} mm along its edges"
         )
     return Stock(x1 - x0, y1 - y0, word.count, word.price, paths, Path(word.name).stem)
 

@@ -55,7 +55,7 @@ def test_a_centre_drill_that_is_asked_for_goes_first_and_only_once() -> None:
     bare = replace(SHOP, recipes=())
     assert numbers(bare, Hole(0, 0, 5.0), centre_drill=True) == [1, 5]
     assert numbers(SHOP, Hole(0, 0, 6.0), centre_drill=True) == [1, 5, 16]
-    with pytest.raises(PlanError, match="there is none"):
+    with pytest.raises(PlanError, match="needs a centre drill"):
         numbers(ToolLibrary((FIVE,), (), "shop.toml"), Hole(0, 0, 5.0), centre_drill=True)
     with pytest.raises(PlanError, match="give --tools"):
         numbers(None, Hole(0, 0, 5.0), centre_drill=True)

@@ -128,7 +128,7 @@ def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) ->
 
 def _check_machine(machine: Machine, job: JobOptions) -> None:
     if machine.head is not Head.SPINDLE:
-        raise PlanError(f"{machine.name} has a {machine.head}, which cannot drill; give another --machine")
+        raise PlanError(f"{machine.name} has a {machine.head}, which cannot drill; choose another --machine")
     if job.retract_height > job.clearance_height:
         raise PlanError(
             f"--retract-height {job.retract_height:g} mm is above --clearance-height "

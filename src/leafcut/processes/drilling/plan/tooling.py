@@ -98,19 +98,20 @@ class ToolChooser:
             yield Issue(
                 "L401",
                 f"{tool.label} assumed: {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm; "
-                "check it, or give --tools",
+                "check them, or give --tools",
                 severity=Severity.NOTE,
             )
             if tool.kind is ToolKind.DRILL and tool.diameter > LARGEST_COMMON_DRILL:
                 yield Issue(
                     "L401",
-                    f"{tool.label}: hardly a drill; leave circles that are not drilled out with --max-diameter",
+                    f"{tool.label}: unusually large for a drill; leave out circles that are not drilled "
+                    "with --max-diameter",
                 )
         for tool in self._filled.values():
             yield Issue(
                 "L401",
-                f"{tool.label}: its library says no feeds; {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm "
-                "assumed, check it",
+                f"{tool.label}: its library gives no feeds; {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm "
+                "assumed; check them",
                 severity=Severity.NOTE,
             )
         if self.library is not None and self.library.left_out:
@@ -155,7 +156,7 @@ class ToolChooser:
         assert self.library is not None
         found = [t for t in self.library.tools if t.kind is ToolKind.CENTRE_DRILL]
         if not found:
-            raise PlanError(f"{self.library.source}: --centre-drill asks for a centre drill, and there is none")
+            raise PlanError(f"{self.library.source}: --centre-drill needs a centre drill; add one to the library")
         return self._with_data(found[0])
 
     def _with_data(self, tool: Tool) -> Tool:

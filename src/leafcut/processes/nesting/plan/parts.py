@@ -35,7 +35,7 @@ def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -
         issues.append(Issue("L432", message, severity=Severity.NOTE))
     if strays:
         x, y = strays[0].path.start
-        message = f"{sheet.name}: {len(strays)} lines lie in no part and are left out"
+        message = f"{sheet.name}: {len(strays)} lines that lie in no part were left out"
         issues.append(Issue("L431", message, f"at ({x:g}, {y:g})" + (" …" if len(strays) > 1 else "")))
     return parts, issues
 

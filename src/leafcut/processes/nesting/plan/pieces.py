@@ -143,7 +143,7 @@ def _piece(number: int, part: NestPart) -> NestPiece:
     if not piece.polygon.is_valid or piece.area <= 0.0:
         place = explain_validity(piece.polygon).partition("[")[2].rstrip("]")
         where = f" near ({', '.join(f'{float(v):.6g}' for v in place.split())})" if place else ""
-        raise PlanError(f"{part.name}: its outline crosses or touches itself{where}; mend the drawing")
+        raise PlanError(f"{part.name}: its outline crosses or touches itself{where}; repair the drawing")
     return piece
 
 
