@@ -53,5 +53,5 @@ def test_where_nothing_can_be_written_leafcut_compiles_in_memory_and_says_so_in_
     assert done.returncode == 0, done.stderr
     assert "verified  yes" in done.stdout
     (line,) = done.stderr.splitlines()
-    assert "no folder for compiled code can be written; NUMBA_CACHE_DIR names one" in line
+    assert "no writable folder for compiled code; set NUMBA_CACHE_DIR" in line
     assert not list(package.rglob("__pycache__"))
