@@ -364,7 +364,7 @@ def _one_coolant_off(b: ToolpathBuilder) -> None:
         (_sideways_after_tool, "grbl", "after a change of tool, the first move must be in Z"),
         (_drill_after_tool, "linuxcnc", "must be a rapid in Z alone"),
         (_no_feed, "mach3", "give the tool a feed"),
-        (_too_far, "mach3", "no machine can go to"),
+        (_too_far, "mach3", "out of range of any machine"),
         (_peck_of_nothing, "haas", "needs the depth of a peck"),
         (_arc_of_nothing, "grbl", "closer than the program's decimals"),
         (_one_coolant_off, "linuxcnc", "switch off both first"),
