@@ -124,7 +124,7 @@ def test_a_machine_shown_can_be_saved_and_used_again(capsys: pytest.CaptureFixtu
 
 PLATE = "example:plate-10"
 REFUSED = [
-    (1, ["optimize", "nothing.dxf"], "no such file"),
+    (1, ["optimize", "nothing.dxf"], "file not found"),
     (1, ["optimize", "."], "folder"),
     (1, ["optimize", "empty.dxf"], "empty"),
     (1, ["optimize", "garbage.dxf"], "garbage.dxf"),
@@ -159,7 +159,7 @@ REFUSED = [
     (1, ["optimize", "some.csv", "-o", "./some.csv"], "never overwritten"),
     (1, ["optimize", "some.csv", "--report", "some.csv"], "never overwritten"),
     (1, ["optimize", "some.csv", "-o", "p.nc", "--report", "p.nc"], "never overwritten"),
-    (1, ["solve", "nothing.tsp"], "no such file"),
+    (1, ["solve", "nothing.tsp"], "file not found"),
     (1, ["simulate", "nothing.nc"], "cannot be read"),
     (1, ["simulate", "empty.dxf"], "empty"),
     (1, ["simulate", "garbage.dxf"], "garbage.dxf: this is a binary file"),
@@ -226,7 +226,7 @@ def test_an_output_that_may_not_be_written_is_refused_before_any_work(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(os, "access", lambda path, mode: False)
-    with pytest.raises(leafcut.LeafcutError, match="may not be written"):
+    with pytest.raises(leafcut.LeafcutError, match="no permission to write"):
         leafcut.optimize("no such drawing.dxf", tmp_path / "p.nc")
 
 

@@ -65,7 +65,7 @@ def test_several_programs_are_one_object_of_json_and_reports_go_to_their_folder(
         ("c.nc", 1, True), ("a.nc", 0, False), ("./no.nc", 1, True),
     ]  # fmt: skip
     assert (found["failed"], found["status"]) == (2, 1)
-    assert err.splitlines()[-1].startswith(("leafcut: ./no.nc: there", "leafcut: no.nc: there"))
+    assert err.splitlines()[-1].startswith(("leafcut: ./no.nc: file", "leafcut: no.nc: file"))
     assert found["runs"][1]["verified"] is True
     assert [p.name for p in (shop / "out").iterdir()] == ["a.html"]
 

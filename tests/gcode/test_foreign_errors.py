@@ -59,7 +59,7 @@ FAULTS = [
     ("o1 endif", 3, "has no matching beginning"),
     ("o1 while [1\no1 endwhile", 3, "']' is missing"),
     ("o1 jump", 3, "'jump' is a letter without a number"),
-    ("o<a> jump", 3, "no O-word of LinuxCNC"),
+    ("o<a> jump", 3, "not an O-word of LinuxCNC"),
     ("o#1 call", 3, "number is computed"),
     ("o1 call extra\no1 sub\no1 endsub", 3, "has no use after 'call'"),
     ("#1", 3, "'=' is expected"),

@@ -202,7 +202,7 @@ def test_a_file_that_is_no_chart_is_refused_in_one_line(text: str, words: str, t
 
 def test_a_kerf_of_nothing_is_a_kerf_that_the_chart_does_not_say(tmp_path: Path) -> None:
     rows = chart(tmp_path, "plasma,mild_steel,3,45,1000,3,0.5,1.5,0")
-    with pytest.raises(OptionError, match="does not say the kerf"):
+    with pytest.raises(OptionError, match="does not give the kerf"):
         find_cut_data(rows, "plasma", "mild_steel", 3.0)
     assert find_cut_data(rows, "plasma", "mild_steel", 3.0, kerf=1.2)[0].kerf == 1.2
 

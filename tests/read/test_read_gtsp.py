@@ -87,8 +87,8 @@ def test_a_colon_behind_the_name_of_a_section_is_no_matter(text_file):
         ("GTSP_SETS : 2", "GTSP_SETS : 3", "five.gtsp:4: GTSP_SETS says 3, the section has 2"),
         ("TYPE : GTSP", "TYPE : CVRP", "TYPE 'CVRP' is not supported; expected GTSP"),
         ("GTSP_SET_SECTION", "EXTRA_SECTION", "GTSP_SET_SECTION is missing"),
-        ("EOF", "GTSP_SET_ORDERING\n1 9 -1\nEOF", "five.gtsp:16: there is no set 9"),
-        ("EOF", "START_GROUP_SECTION\n0\nEOF", "five.gtsp:16: there is no set 0"),
+        ("EOF", "GTSP_SET_ORDERING\n1 9 -1\nEOF", "five.gtsp:16: unknown set 9"),
+        ("EOF", "START_GROUP_SECTION\n0\nEOF", "five.gtsp:16: unknown set 0"),
     ],
 )
 def test_what_cannot_be_is_refused_with_its_line(text_file, right, wrong, words):

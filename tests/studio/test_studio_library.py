@@ -90,7 +90,7 @@ def test_what_cannot_be_read_in_one_way_says_why_and_what_else_there_is(tmp_path
     assert seen.works == ("program", "simulate", "verify")
     assert "odd.nc" in seen.error
     assert len(seen.error.splitlines()) == 1
-    with pytest.raises(LeafcutError, match="unknown kind of file"):
+    with pytest.raises(LeafcutError, match="unknown file format"):
         look(str(EXAMPLES.parent / "Makefile"))
 
 

@@ -73,7 +73,7 @@ def control_of(line: str) -> Control | None:
 
 
 def _unknown(label: str, keyword: str) -> Control:
-    raise BlockError(f"o{label} {keyword}: this is no O-word of LinuxCNC")
+    raise BlockError(f"o{label} {keyword}: this is not an O-word of LinuxCNC")
 
 
 @dataclass(slots=True)

@@ -377,7 +377,7 @@ def _finished(
     can_pierce, missing = _can_pierce(row, given), _missing(row, given)
     if missing:
         raise OptionError(
-            f"the cut chart does not say the {' and the '.join(missing)} of {_way(row)} in {row.material}, "
+            f"the cut chart does not give the {' and the '.join(missing)} of {_way(row)} in {row.material}, "
             f"{thickness:g} mm; give it"
         )
     if row.trust == _ESTIMATE:

@@ -130,7 +130,7 @@ def _start(path: str, sections: Sections, number: dict[int, int]) -> int:
 
 def _known(path: str, line: int, number: dict[int, int], name: int) -> int:
     if name not in number:
-        raise ReadError(path, f"there is no set {name}", line)
+        raise ReadError(path, f"unknown set {name}", line)
     return number[name]
 
 

@@ -61,7 +61,7 @@ def _sheets(nest: Nest) -> list[str]:
     for layout in nest.layouts:
         taken[layout.stock] += layout.count
     return [
-        f"{taken[k]} sheets of {stock.name} are taken, {stock.count} are there"
+        f"{taken[k]} sheets of {stock.name} are used, {stock.count} are available"
         for k, stock in enumerate(nest.stocks)
         if stock.count is not None and taken[k] > stock.count
     ]

@@ -261,7 +261,7 @@ def _offers(run: Run, sequence: Sequence) -> list[Issue]:
     if not changes or run.settings.job.keep_order:
         return []
     seconds = changes * run.machine.tool_change_s
-    said = f"--merge-tools would save {changes} change{'s'[: changes != 1]} of tool"
+    said = f"--merge-tools would save {changes} tool change{'s'[: changes != 1]}"
     return [Issue("L506", said + (f", {seconds:.0f} s" if seconds else ""), severity=Severity.NOTE)]
 
 

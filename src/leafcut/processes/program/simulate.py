@@ -44,7 +44,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
 def _check_lifts(settings: Settings, words: Dialect) -> None:
     """Refuse a height for what the controller does itself where it does nothing itself."""
     if "clearance_height" in settings.asked and (words.torch is None or not words.torch.material_comment):
-        raise OptionError(f"--clearance-height: a program for {words.name} says its heights itself; leave it out")
+        raise OptionError(f"--clearance-height: a program for {words.name} sets its own heights; leave it out")
 
 
 def _as_run(program: Program, words: Dialect, clearance: float) -> tuple[Toolpath, list[Issue]]:

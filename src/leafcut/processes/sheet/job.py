@@ -296,8 +296,8 @@ def _probe_issues(probe: Probe | None) -> list[Issue]:
     if probe is None:
         return []
     words = (
-        f"the torch finds the sheet before every pierce; its switch is taken to trip {probe.switch_offset:g} mm after "
-        "the touch: measure yours (--switch-offset)"
+        f"the torch finds the sheet before every pierce; its switch is assumed to trip {probe.switch_offset:g} mm "
+        "after the touch: measure yours (--switch-offset)"
     )
     return [Issue("L618", words, "", Severity.NOTE)]
 

@@ -46,7 +46,7 @@ def test_the_mill_is_that_of_the_number_or_of_the_diameter_or_the_only_one() -> 
         (SHOP, {"tool_diameter": 8.0}, 4.0, "shop.toml has these end mills: T7 end-mill Ø6, T8 end-mill Ø10"),
         (SHOP, {}, 4.0, "choose one with --tool-number or --tool-diameter"),
         (SHOP, {"tool_number": 7}, 14.0, "T7 end-mill Ø6 cuts 13 mm deep at most"),
-        (ToolLibrary((DRILL,), source="shop.toml"), {}, 4.0, "there is no end mill for a pocket"),
+        (ToolLibrary((DRILL,), source="shop.toml"), {}, 4.0, "no end mill for a pocket"),
         (ToolLibrary((DRILL,), source="shop.toml"), {"tool_number": 3}, 4.0, "shop.toml has no end mill"),
     ],
 )

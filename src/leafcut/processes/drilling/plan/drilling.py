@@ -79,7 +79,7 @@ def plan_drilling(
         No tool fits a hole, a hole is deeper than its tool can go, or the recipes contradict each other.
     """
     if not part.holes and not part.slots:
-        raise PlanError(f"{part.name}: there is no hole to drill")
+        raise PlanError(f"{part.name}: no holes to drill")
     _check_machine(machine, job)
     heights = _heights(part)
     rule = depth_rule(job, options)
@@ -244,7 +244,7 @@ def _consistent(cycle: DrillCycle, tool: Tool) -> DrillCycle:
     if cycle.name == "G82" and not cycle.dwell:
         raise PlanError(f"{tool.label}: G82 needs a dwell; give --dwell, or dwell in the library")
     if cycle.name == "G84" and tool.kind is not ToolKind.TAP:
-        raise PlanError(f"{tool.label}: G84 taps a thread, and this tool is no tap; give another --cycle")
+        raise PlanError(f"{tool.label}: G84 taps a thread, and this tool is not a tap; give another --cycle")
     return DrillCycle(
         name=cycle.name,
         r_plane=cycle.r_plane,

@@ -23,7 +23,7 @@ def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -
         found.setdefault(one.part, []).append(one.contour)
     strays = [] if any(c.part == 0 for c in outlines) else found.pop(0, [])
     if not outlines:
-        raise PlanError(f"{sheet.name}: there is no closed outline of a part; join its lines, or name its layer")
+        raise PlanError(f"{sheet.name}: no closed outline of a part; join its lines, or name its layer")
     several = len(found) > 1
     parts = [
         NestPart(f"{sheet.name}-{number}" if several else sheet.name, tuple(contours), quantity, rotations)

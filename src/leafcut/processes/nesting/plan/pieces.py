@@ -126,7 +126,7 @@ def pieces_of(parts: Sequence[NestPart]) -> list[NestPiece]:
         There are no parts, too many, a quantity below one, or an outline that encloses nothing or crosses itself.
     """
     if not parts:
-        raise PlanError("there are no parts to nest")
+        raise PlanError("no parts to nest")
     if len(parts) > MAX_KINDS or sum(part.quantity for part in parts) > MAX_PARTS:
         raise PlanError(
             f"more than {MAX_KINDS:,} kinds of part or {MAX_PARTS:,} parts in all; nest them in several runs"

@@ -80,7 +80,7 @@ def _fitting(library: ToolLibrary, options: PocketOptions) -> Tool:
     """Return the end mill nearest to the diameter asked for, or the only one."""
     mills, asked = _mills(library), options.tool_diameter
     if not mills:
-        raise OptionError(f'{library.source}: there is no end mill for a pocket; add a [[tool]] of kind = "end-mill"')
+        raise OptionError(f'{library.source}: no end mill for a pocket; add a [[tool]] of kind = "end-mill"')
     if asked is None and len(mills) > 1:
         raise OptionError(f"{_others(library)}; choose one with --tool-number or --tool-diameter")
     return mills[0] if asked is None else min(mills, key=lambda tool: abs(tool.diameter - asked))

@@ -359,7 +359,7 @@ def misplaced(marks: list[Mark], mark_of: dict[float, Mark], tolerance: float) -
             text = f"'{mark.said}' may begin where the tool is: {place(*mark.place)} became {place(*new.place)}"
             yield Difference("barrier at another place", mark.line, new.line, text)
         elif new.unsure and not mark.unsure:
-            text = f"at '{mark.said}' it is not known any more how high the tool is"
+            text = f"at '{mark.said}' the height of the tool is no longer known"
             yield Difference("unknown height", mark.line, new.line, text)
         elif new.place[2] < mark.place[2] - tolerance - 1e-9:
             text = f"at '{mark.said}' the tool was at Z{mark.place[2]:.3f}, now at Z{new.place[2]:.3f}"

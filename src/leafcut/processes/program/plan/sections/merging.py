@@ -44,7 +44,7 @@ def merge_sections(program: Program, sequence: Sequence, rows: Rows, look: Heart
     if not merger.dropped:
         return sequence
     saved = merger.saved
-    issue = Issue("L503", f"{saved} change{'s'[: saved > 1]} of tool saved by joining sections", severity=Severity.NOTE)
+    issue = Issue("L503", f"{saved} tool change{'s'[: saved > 1]} saved by joining sections", severity=Severity.NOTE)
     return replace(
         sequence,
         items=tuple(merger.items),
