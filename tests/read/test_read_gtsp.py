@@ -98,7 +98,7 @@ def test_what_cannot_be_is_refused_with_its_line(text_file, right, wrong, words)
 
 
 def test_costs_below_zero_are_refused(text_file):
-    with pytest.raises(ReadError, match="from node 2 to 1 costs -2"):
+    with pytest.raises(ReadError, match="from 2 to 1 costs -2"):
         read(text_file("four.pcglns", PCGLNS.replace("-1 0 5 6", "-2 0 5 6")))
 
 

@@ -75,7 +75,7 @@ def _check_costs(path: str, section: DataSection, matrix: NDArray[np.float64]) -
     if len(wrong):
         i, j = wrong[0].tolist()
         raise ReadError(
-            path, f"the edge {i + 1} to {j + 1} costs {matrix[i, j]:g}; only -1 (not allowed) may be negative",
+            path, f"the edge from {i + 1} to {j + 1} costs {matrix[i, j]:g}; only -1 (not allowed) may be negative",
             section[0],
         )  # fmt: skip
 
