@@ -175,7 +175,7 @@ def test_a_file_of_no_kind_takes_nothing_away(page: Page, tmp_path: Path) -> Non
     wrong = tmp_path / "letter.docx"
     wrong.write_bytes(b"PK")
     page.set_input_files("#open-file", wrong)
-    expect(page.locator("#said")).to_contain_text("unknown kind of file")
+    expect(page.locator("#said")).to_contain_text("unknown file format")
     expect(page.locator(".about-part .name")).to_have_text(PLATE.name)
     expect(page.locator(".headline")).to_have_text(saved)
     expect(page).to_have_url(re.compile("job="))

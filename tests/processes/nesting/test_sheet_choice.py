@@ -127,10 +127,10 @@ def test_the_price_of_a_sheet_lives_from_the_nest_to_the_cost_of_its_parts(plate
 @pytest.mark.parametrize(
     ("sheet", "words"),
     [
-        ("300x200:0", "none"),
-        ("300x200@cheap", "not a size"),
+        ("300x200:0", "count of 0"),
+        ("300x200@cheap", "is not a sheet"),
         ("300x200@5,400x200", "400x200 has no price"),
-        ("", "names no sheet"),
+        ("", "is empty"),
         ("away.dxf", "away.dxf"),
         ("two.dxf", "2 separate outlines"),
         ("tiny.dxf", "no sheet that holds anything"),

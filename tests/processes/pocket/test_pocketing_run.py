@@ -394,7 +394,7 @@ def test_a_picture_without_a_scale_is_refused(tmp_path: Path) -> None:
 
 def test_a_program_is_no_pocket(tmp_path: Path) -> None:
     (tmp_path / "p.nc").write_text("G21 G90\nG0 Z5\nG1 X10 F100\nM2\n")
-    with pytest.raises(OptionError, match="this is a program"):
+    with pytest.raises(OptionError, match="the input is a program, not a drawing"):
         api.optimize(tmp_path / "p.nc", process="pocket", **FAST)
 
 

@@ -163,7 +163,7 @@ def test_lines_from_either_end_need_less_travel_and_the_proof_says_how_many_were
     assert f"{turned} of the cuts from their other end" in out.read_text()
     assert run(["verify", str(path), str(out)]) == 1
     assert run(["verify", str(path), str(out), "--allow-reverse"]) == 0
-    assert f"the same work, {turned} of the cuts" in capsys.readouterr().out
+    assert f"the same work, {turned} cuts reversed" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("power", ["S500", ""])
@@ -266,7 +266,7 @@ def test_bad_programs_get_one_clear_line_and_write_nothing(
 def test_a_process_is_what_was_said() -> None:
     with pytest.raises(LeafcutError, match="--process"):
         leafcut.optimize("example:plate-10", process="knitting")
-    with pytest.raises(LeafcutError, match="laser: this is a drawing, and not a program"):
+    with pytest.raises(LeafcutError, match="laser: the input is a drawing, not a program"):
         leafcut.optimize("example:plate-10", process="laser")
 
 

@@ -137,7 +137,7 @@ def test_assumed_tools_are_one_per_diameter_and_listed() -> None:
 
 
 def test_cycles_need_their_words() -> None:
-    for options, words in (({"cycle": "G83"}, "--peck"), ({"cycle": "G82"}, "--dwell"), ({"cycle": "G84"}, "no tap")):
+    for options, words in (({"cycle": "G83"}, "--peck"), ({"cycle": "G82"}, "--dwell"), ({"cycle": "G84"}, "not a tap")):
         with pytest.raises(PlanError, match=words):
             plan(**options)
     assert plan(peck=2.0).operations[0].cycle.name == "G83"
