@@ -83,7 +83,7 @@ def test_what_is_told_can_be_clicked_away_and_a_change_by_hand_be_taken_back_by_
     length = page.locator(".edit .figure").first
     before = said_by(length)
     page.get_by_role("button", name="Reverse", exact=True).click()
-    expect(page.locator("#said")).to_contain_text("Choose a stop")
+    expect(page.locator("#said")).to_contain_text("Select a stop first")
     page.locator("#said").click()
     expect(page.locator("#said")).to_be_hidden()
     page.evaluate(
@@ -312,7 +312,7 @@ def test_a_machine_saved_under_another_name_has_it_and_another_is_replaced_only_
     expect(name).to_have_value("my-laser-table")
     name.fill("other-laser")
     save.click()
-    expect(said).to_contain_text("other-laser was checked")
+    expect(said).to_contain_text("other-laser checked and saved")
     expect(page.locator("textarea:visible")).to_have_value(re.compile('^name = "other-laser"'))
     page.get_by_role("button", name="my-laser-table", exact=True).click()
     expect(name).to_have_value("my-laser-table")
@@ -320,4 +320,4 @@ def test_a_machine_saved_under_another_name_has_it_and_another_is_replaced_only_
     save.click()
     expect(said).to_contain_text("once more")
     save.click()
-    expect(said).to_contain_text("other-laser was checked")
+    expect(said).to_contain_text("other-laser checked and saved")

@@ -155,7 +155,7 @@ def test_a_machine_is_copied_changed_and_used(page: Page) -> None:
     page.keyboard.press("3")
     choose_machine(page, "pcb-drill")
     page.get_by_role("button", name="Copy", exact=True).click()
-    expect(page.locator("#said")).to_contain_text("my-pcb-drill was checked and saved")
+    expect(page.locator("#said")).to_contain_text("my-pcb-drill checked and saved")
     text = page.get_by_label("my-pcb-drill.toml")
     expect(text).to_have_value(re.compile("controller ="))
     text.fill(text.input_value().replace("controller =", "controler ="))
