@@ -263,7 +263,7 @@ def test_the_drawing_shows_the_order_as_it_is_changed_and_what_is_chosen_has_its
     page.mouse.move(*places[9])
     expect(readout).to_contain_text("no. 2")
     edit.get_by_role("button", name="Free the rest").click()
-    expect(edit).to_contain_text("1 of 10 are held")
+    expect(edit).to_contain_text("1 of 10 fixed")
     expect(edit.locator(".shorter, .longer")).to_have_count(0)
     wait_for(page, lambda: set(page.evaluate(NUMBERS).values()) == {"1"})
     page.mouse.click(*page.evaluate(STOPS, [0])[0])

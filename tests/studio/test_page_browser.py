@@ -318,6 +318,6 @@ def test_a_machine_saved_under_another_name_has_it_and_another_is_replaced_only_
     expect(name).to_have_value("my-laser-table")
     name.fill("other-laser")
     save.click()
-    expect(said).to_contain_text("once more")
+    expect(said).to_contain_text("Save again")
     save.click()
     expect(said).to_contain_text("other-laser checked and saved")

@@ -309,7 +309,7 @@ def test_jobs_of_one_file_are_told_apart_by_machine_and_options(studio: Studio) 
     older = Task("optimize", ("example:plate-10",), options={"an_option_of_old": "3", "thickness": "6mm"})
     assert choices_of(older, studio.folder, words) == ["linuxcnc-mill", "Thickness 6mm"]
     assert choices_of(Task("optimize", ("a",), "cut"), studio.folder, words) == ["plasma-table"]
-    assert choices_of(Task("solve", ("random:9:1",), options={"seed": "2"}), studio.folder, words) == ["Seed 2"]
+    assert choices_of(Task("solve", ("random:9:1",), options={"seed": "2"}), studio.folder, words) == ["Random seed 2"]
 
 
 def test_messages_are_counted_also_when_only_the_last_are_kept() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from leafcut.model.issue import CODES
@@ -50,22 +51,24 @@ _KIND_WORDS = {"centre-drill": "centre drill", "slot-mill": "slot mill", "end-mi
 
 def orders(outcome: Outcome) -> list[PageRow]:
     """Return the three orders: name, time, lengths, saved percent, and a bar of the time."""
-    longest = max(m.time_s for _, m in _measures(outcome))
-    rows = []
-    for number, (name, measure) in enumerate(_measures(outcome)):
-        part = measure.time_s / longest if longest > 0 else 0.0
-        rows.append(
-            {
-                "name": name,
-                "ours": name == OURS,
-                "time": time_words(measure.time_s),
-                "travel": length_words(measure.travel_mm),
-                "cut": length_words(measure.cut_mm),
-                "saved": percent_words(saved_percent(outcome, measure)) if number else NO_VALUE,
-                "bar": chart.bar(part, "ours" if name == OURS else "plain"),
-            }
-        )
-    return rows
+    return cards(outcome, _measures(outcome))
+
+
+def cards(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> list[PageRow]:
+    """Return orders by name, the first the one that time is saved against and the last ours, as a page's head shows."""
+    longest, last = max(measure.time_s for _, measure in measures), len(measures) - 1
+    return [
+        {
+            "name": name,
+            "ours": number == last,
+            "time": time_words(measure.time_s),
+            "travel": length_words(measure.travel_mm),
+            "cut": length_words(measure.cut_mm),
+            "saved": percent_words(saved_percent(outcome, measure)) if number else NO_VALUE,
+            "bar": chart.bar(measure.time_s / longest if longest > 0 else 0.0, "ours" if number == last else "plain"),
+        }
+        for number, (name, measure) in enumerate(measures)
+    ]
 
 
 def _measures(outcome: Outcome) -> tuple[tuple[str, Measure], ...]:

@@ -137,9 +137,9 @@ def test_assumed_tools_are_one_per_diameter_and_listed() -> None:
 
 
 def test_cycles_need_their_words() -> None:
-    for options, words in (({"cycle": "G83"}, "--peck"), ({"cycle": "G82"}, "--dwell"), ({"cycle": "G84"}, "not a tap")):
+    for cycle, words in (("G83", "--peck"), ("G82", "--dwell"), ("G84", "not a tap")):
         with pytest.raises(PlanError, match=words):
-            plan(**options)
+            plan(cycle=cycle)
     assert plan(peck=2.0).operations[0].cycle.name == "G83"
     assert plan(dwell=0.5).operations[0].cycle.name == "G82"
 

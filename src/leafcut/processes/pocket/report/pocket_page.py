@@ -31,7 +31,6 @@ from leafcut.report.wording import (
     length_words,
     number_words,
     percent_words,
-    saved_percent,
     time_words,
 )
 
@@ -88,24 +87,10 @@ def pocket_svg(outcome: Outcome[PocketDetail], which: str) -> str:
 
 
 def cards(outcome: Outcome[PocketDetail]) -> list[PageRow]:
-    """Return the usual way and leafcut's as the cards at the head show them."""
-    longest = max(outcome.before.time_s, outcome.after.time_s)
-    ours = (views.OURS, outcome.after)
-    rows = ((usual_words(outcome).capitalize(), outcome.before), ours) if compared(outcome) else (ours,)
-    return [
-        {
-            "name": name if name != views.OURS else f"{views.OURS}: {chosen_words(outcome)}",
-            "ours": name == views.OURS,
-            "time": time_words(measure.time_s),
-            "travel": length_words(measure.travel_mm),
-            "cut": length_words(measure.cut_mm),
-            "saved": percent_words(saved_percent(outcome, measure)) if number else NO_VALUE,
-            "bar": chart.bar(
-                measure.time_s / longest if longest > 0 else 0.0, "ours" if name == views.OURS else "plain"
-            ),
-        }
-        for number, (name, measure) in enumerate(rows)
-    ]
+    """Return the usual strategy and leafcut's as the cards at the head show them."""
+    ours = (f"{views.OURS}: {chosen_words(outcome)}", outcome.after)
+    usual = [(usual_words(outcome).capitalize(), outcome.before)] if compared(outcome) else []
+    return views.cards(outcome, [*usual, ours])
 
 
 def saved(outcome: Outcome[PocketDetail]) -> PageRow:

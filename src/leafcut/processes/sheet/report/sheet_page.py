@@ -28,7 +28,6 @@ from leafcut.report.wording import (
     feed_mm_min,
     length_words,
     percent_words,
-    saved_percent,
     time_words,
 )
 
@@ -70,24 +69,9 @@ def sheet_size(plan: CutPlan) -> str:
 
 
 def cards(outcome: Outcome[SheetDetail]) -> list[PageRow]:
-    """Return the three orders as the cards at the head show them: what the page of drilling shows of its own."""
+    """Return the three orders as the cards at the head show them."""
     rows = zip(order_names(outcome), outcome.shown.stated(), strict=True)
-    known = [(name, measure) for name, measure in rows if measure is not None]
-    longest = max(measure.time_s for _, measure in known)
-    return [
-        {
-            "name": name,
-            "ours": name == views.OURS,
-            "time": time_words(measure.time_s),
-            "travel": length_words(measure.travel_mm),
-            "cut": length_words(measure.cut_mm),
-            "saved": percent_words(saved_percent(outcome, measure)) if number else NO_VALUE,
-            "bar": chart.bar(
-                measure.time_s / longest if longest > 0 else 0.0, "ours" if name == views.OURS else "plain"
-            ),
-        }
-        for number, (name, measure) in enumerate(known)
-    ]
+    return views.cards(outcome, [(name, measure) for name, measure in rows if measure is not None])
 
 
 def saved(outcome: Outcome[SheetDetail], plan: CutPlan) -> PageRow:
