@@ -168,10 +168,10 @@ def test_cuts_that_may_be_turned_are_marked_and_nothing_else_is_changed() -> Non
     assert {run.entry[0]: run.reversible for run in runs} == turned
     plain = [replace(run, reversible=False) for run in runs]
     assert plain == [run for section in sequence.sections for run in section.chains]
-    assert [issue.message for issue in marked.issues] == ["said before", "2 cuts may be made from either end"]
+    assert [issue.message for issue in marked.issues] == ["said before", "2 cuts can be reversed"]
 
 
 def test_one_cut_that_may_be_turned_is_told_in_the_singular() -> None:
     program, finder, sequence = found(HOLE.format(0), CUT.format(20), HOLE.format(40))
     (issue,) = with_reversible(program, sequence, finder.rows).issues
-    assert (issue.code, issue.message) == ("L504", "1 cut may be made from either end")
+    assert (issue.code, issue.message) == ("L504", "1 cut can be reversed")
