@@ -141,7 +141,7 @@ def test_a_slot_outline_and_a_rectangle_are_counted_by_kind_and_are_no_holes(dra
     part = read(draw(build))
     assert places(part) == [(50, 50, 2)]
     found = sorted(i.message for i in part.issues)
-    assert found == ["1 LINE: no hole", "1 SPLINE: no hole", "2 LWPOLYLINE: no hole"]
+    assert found == ["1 LINE: not a hole", "1 SPLINE: not a hole", "2 LWPOLYLINE: not a hole"]
     assert all(i.severity is Severity.NOTE for i in part.issues)
 
 

@@ -82,7 +82,7 @@ def test_what_does_not_print_is_replaced(outcome_of):
 def test_the_figures_are_those_of_the_outcome(outcome_of):
     """100 s before and 58 s after save 42 s, which is 42 %; 60 s of 100 s are rapids."""
     words = Page(write_page(outcome_of([(0.0, 0.0), (10.0, 10.0)]))).words
-    for figure in ("42.0 s", "42.0 % less machine time", "1 h 10 min on a hundred parts", "1 min 40 s", "58.0 s"):
+    for figure in ("42.0 s", "42.0 % less machine time", "1 h 10 min on 100 parts", "1 min 40 s", "58.0 s"):
         assert figure in words
     assert "9.00 m" in words
     assert "Travel time at most 5.00 % above the least possible." in words
@@ -123,7 +123,7 @@ def test_warnings_come_before_notes_and_many_issues_are_counted(outcome_of):
     issues = (*notes, Issue("L201", "a warning", "plate.dxf:7"))
     words = Page(write_page(outcome_of(issues=issues))).words
     assert words.index("a warning plate.dxf:7") < words.index("note 0")
-    assert f"+ 1 more; in all: 1 × L201 (an entity is of a kind that is not a hole), {MOST_ISSUE_ROWS} × L401" in words
+    assert f"+ 1 more; in all: 1 × L201 (an entity is not a hole), {MOST_ISSUE_ROWS} × L401" in words
 
 
 def test_nearest_neighbour_costs_the_difference_of_travel_more(outcome_of):

@@ -21,13 +21,13 @@ def shorten(differences: list[Difference], found: int | None = None) -> list[Dif
 
 
 def place(x: float, y: float, z: float | None = None) -> str:
-    """Return a place for people: ``X10.000 Y20.000``, ``X10.000 and an unknown Y``, ``an unknown place``."""
+    """Return a place for people: ``X10.000 Y20.000``, ``X10.000 and an unknown Y``, ``an unknown position``."""
     axes = [(axis, value) for axis, value in zip("XYZ", (x, y, z), strict=True) if value is not None]
     known = " ".join(f"{axis}{value:.3f}" for axis, value in axes if not math.isnan(value))
     unknown = " and ".join(axis for axis, value in axes if math.isnan(value))
     if known and unknown:
         return f"{known} and an unknown {unknown}"
-    return known or "an unknown place"
+    return known or "an unknown position"
 
 
 def describe(motion: Motion) -> str:

@@ -159,7 +159,9 @@ class Finds:
 
 
 def _not_holes(kinds: Counter[str]) -> list[Issue]:
-    return [Issue("L201", f"{number} {shown(kind)}: no hole", severity=Severity.NOTE) for kind, number in kinds.items()]
+    return [
+        Issue("L201", f"{number} {shown(kind)}: not a hole", severity=Severity.NOTE) for kind, number in kinds.items()
+    ]
 
 
 def _nothing(walk: BlockWalk[Shape], finds: Finds, document: Any, options: ReadOptions, noticed: list[Issue]) -> str:

@@ -82,12 +82,12 @@ def saved(outcome: Outcome) -> PageRow:
     seconds = outcome.before.time_s - outcome.after.time_s
     worse = seconds < 0
     percent = f"{percent_words(abs(outcome.saved_percent))} {'more' if worse else 'less'} machine time"
-    hundred = f", {time_words(100 * seconds)} on a hundred parts" if seconds > 0 else ""
+    hundred = f", {time_words(100 * seconds)} on 100 parts" if seconds > 0 else ""
     bound = outcome.shown.bound_words()
     return {
         "figure": time_words(abs(seconds)),
         "worse": worse,
-        "words": f"{'longer than' if worse else 'saved against'} the {outcome.shown.came_in}’s order",
+        "words": f"{'longer than' if worse else 'saved compared with'} the {outcome.shown.came_in}’s order",
         "percent": f"{percent}{hundred}." if outcome.before.time_s > 0 else "There is nothing to machine.",
         "gap": f"{bound[0].upper()}{bound[1:]}." if bound else "",
     }

@@ -78,9 +78,9 @@ def test_a_way_below_the_cuts_is_no_way_between_pieces() -> None:
 
 
 BARRIERS = {
-    "M0": "the program stops for a person",
-    "M1": "the program stops for a person",
-    "T2 M6": "a change of tool",
+    "M0": "the program stops for the operator",
+    "M1": "the program stops for the operator",
+    "T2 M6": "a tool change",
     "T2": "the choice of the next tool",
     "M8": "coolant is switched",
     "S2000": "the spindle is switched",
@@ -271,7 +271,7 @@ def test_what_stays_is_said_with_the_line_that_it_is_about() -> None:
     first = f"G21 G90 / T1 M6 / S1000 M3 / G0 X0 Y0 / G43 Z5 H1 / {holes}"
     second = f"M5 / T2 M6 / S900 M3 / G0 G43 Z5 H2 / {holes} / M2"
     sequence = find_sequence(program_of(f"{first} / {second}"))
-    assert ("stays in its place: a change of tool", "line 11") in [(i.message, i.place) for i in sequence.issues]
+    assert ("stays in its place: a tool change", "line 11") in [(i.message, i.place) for i in sequence.issues]
     assert ("unknown-height", 4) in [(s.reason, s.line) for s in sequence.stays]
 
 

@@ -300,7 +300,7 @@ def test_the_totals_are_those_of_the_norm(sheet_outcome):
         "Sheet used 36.4 % 0.00729 m² of parts",
         "Cost of a sheet 5.00",
         "Batch of 10 1:15:31 cost 50.00",
-        "9.00 s saved against the drawing’s order",
+        "9.00 s saved compared with the drawing’s order",
         "1 min 30 s on the batch of 10 sheets. The travel between the cuts is 75.0 % shorter.",
         "kerf 0.237 mm",
         "laser fiber 3 kW",
@@ -315,7 +315,7 @@ def test_the_totals_are_those_of_the_norm(sheet_outcome):
 def test_one_sheet_is_reckoned_for_a_hundred(sheet_outcome):
     plans = [replace(p, measures=replace(p.measures, quantity=1)) if p else None for p in sheet_outcome().detail.plans]
     words = Page(write_page(sheet_outcome(detail=SheetDetail(tuple(plans))))).words
-    assert "15 min 00 s on a hundred sheets" in words
+    assert "15 min 00 s on 100 sheets" in words
     assert "Batch of" not in words
 
 

@@ -102,13 +102,13 @@ def saved(outcome: Outcome[PocketDetail]) -> PageRow:
         return {**row, "percent": words, "gap": ""}
     seconds = outcome.before.time_s - outcome.after.time_s
     percent = f"{percent_words(abs(outcome.saved_percent))} {'less' if seconds >= 0 else 'more'} machine time"
-    hundred = f", {time_words(100 * seconds)} on a hundred parts" if seconds > 0 else ""
+    hundred = f", {time_words(100 * seconds)} on 100 parts" if seconds > 0 else ""
     uncut, usual = (m.uncovered_percent for m in (written(outcome), _usual(outcome)))
     less = f" But {uncut_words(uncut)} of the pocket stays uncut." if uncut > usual + LESS_WORK else ""
     return {
         "figure": time_words(abs(seconds)),
         "worse": seconds < 0,
-        "words": f"{'longer than' if seconds < 0 else 'saved against'} {usual_words(outcome)}",
+        "words": f"{'longer than' if seconds < 0 else 'saved compared with'} {usual_words(outcome)}",
         "percent": f"{percent}{hundred}.{less}",
         "gap": _shorter(outcome),
     }
@@ -137,7 +137,7 @@ def _facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str, str]]:
     walls = f", then {rules.stock:g} mm along the walls" if rules.stock > 0.0 else ""
     return [
         ("Path over a level", length_words(m.feed_mm), lifted),
-        ("Above the floor", above, f"area ÷ step-over is {length_words(m.floor_mm)}"),
+        ("Above the minimum", above, f"path length; the minimum is area ÷ step-over, {length_words(m.floor_mm)}"),
         ("Uncut", uncut_words(m.uncovered_percent), f"{area_words(m.uncovered_mm2)} of {area_words(m.reachable_mm2)}"),
         ("Gouge", f"{m.gouge_mm2:.3g} mm²", "by simulation of the program"),
         ("Engagement", angle_words(m.max_engagement), f"at most; {angle_words(m.mean_engagement)} on average"),

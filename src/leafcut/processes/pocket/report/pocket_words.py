@@ -239,8 +239,8 @@ def facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str]]:
         *([("wider", wider_words(m, rules.tool_diameter))] if m.wide_mm > 0.0 else []),
         *([("air", air)] if m.air_mm >= AIR_TOLD * m.feed_mm else []),
         ("tool", f"Ø{tool.diameter:g}, {number_words(feed_mm_min(tool.feed))} mm/min, {tool.spindle_rpm:,.0f} rpm"),
-        ("floor", f"{length_words(m.floor_mm)} = area ÷ step-over; this path is {percent_words(above)} above it"),
-        *([("beside", beside)] if compared(outcome) else []),
+        ("minimum", f"{length_words(m.floor_mm)} = area ÷ step-over; this path is {percent_words(above)} above it"),
+        *([("against", beside)] if compared(outcome) else []),
     ]
 
 

@@ -199,8 +199,8 @@ def norm_facts(plan: CutPlan) -> list[tuple[str, str]]:
 
 def _norm_words(times: CutTimes) -> str:
     return (
-        f"{clock(times.total_s)}: cutting {clock(times.cut_s)}, piercing {clock(times.pierce_s)}, "
-        f"rapids {clock(times.rapid_s)}"
+        f"{time_words(times.total_s)}: cutting {time_words(times.cut_s)}, "
+        f"piercing {time_words(times.pierce_s)}, rapids {time_words(times.rapid_s)}"
     )
 
 

@@ -83,7 +83,7 @@ def saved(outcome: Outcome[SheetDetail], plan: CutPlan) -> PageRow:
     if not outcome.before.time_s > 0.0:
         return {**row, "percent": "There is nothing to cut."}
     if seconds > 0.0:
-        sheets = f"the batch of {quantity:,} sheets" if quantity > 1 else "a hundred sheets"
+        sheets = f"the batch of {quantity:,} sheets" if quantity > 1 else "100 sheets"
         words.append(f", {time_words((quantity if quantity > 1 else 100) * seconds)} on {sheets}")
     words.append(".")
     if first is not None and first.sheet.rapid_mm > 0.0:

@@ -28,7 +28,7 @@ PHRASES: dict[str, str] = {
     "holds": "with a block that stays ({cause})",
     "alone": "alone between barriers ({cause})",
     "only": "with no other work to swap with",
-    "unknown-height": "because the height from which the tool comes is not known",
+    "unknown-height": "because the approach height is unknown",
     "low": "because the tool does not rise to a height at which it goes across",
     "lit": "because the beam is still on where they end",
     "crossing": "alone between rapids at which the tool rises higher",

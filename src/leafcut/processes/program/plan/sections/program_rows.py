@@ -17,10 +17,10 @@ from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, last_rows
 
 #: Why a block stays, by the kind of its row.
 _BARRIERS = {
-    Kind.TOOL: "a change of tool",
+    Kind.TOOL: "a tool change",
     Kind.OFFSET: "a change of length offset",
     Kind.COOLANT: "coolant is switched",
-    Kind.PAUSE: "the program stops for a person",
+    Kind.PAUSE: "the program stops for the operator",
     Kind.MACHINE: "a move in machine coordinates",
     Kind.END: "the end of the program",
     Kind.FRAME: "a change of work offset",
@@ -33,7 +33,7 @@ _CHANGES = {
     "unit": "a change of units",
     "feed_mode": "a change of feed mode",
     "coolant": "coolant is switched",
-    "tool": "a change of tool",
+    "tool": "a tool change",
     "next_tool": "the choice of the next tool",
     "length": "a change of length offset",
     "frame": "a change of work offset",
