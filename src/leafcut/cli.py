@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import App, CycloptsError, Parameter, UnknownOptionError
+from cyclopts import App, CycloptsError, MissingArgumentError, Parameter, UnknownOptionError
 
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, OptionError
@@ -83,6 +83,8 @@ def run(arguments: Sequence[str]) -> int:
         return int(status or DONE)
     except UnknownOptionError as problem:
         return _refuse(_unknown(arguments, problem), USAGE)
+    except MissingArgumentError as problem:
+        return _refuse(_missing(problem), USAGE)
     except CycloptsError as problem:
         return _refuse(" ".join(str(problem).split()) + " (see leafcut --help)", USAGE)
     except KeyboardInterrupt:
@@ -94,6 +96,14 @@ def run(arguments: Sequence[str]) -> int:
         return DONE
     except Exception as problem:  # the last net: no traceback reaches a user
         return _refuse(*_failure(problem))
+
+
+def _missing(problem: MissingArgumentError) -> str:
+    """Return what a person is told who left out an input of a command, or the value of an option."""
+    command = " ".join(problem.command_chain or ())
+    name = problem.keyword or (problem.argument.name if problem.argument else "")
+    hint = f"(see leafcut {command} --help)"
+    return f"{name} needs a value {hint}" if name.startswith("-") else f"{command} needs {name} {hint}"
 
 
 def _unknown(arguments: Sequence[str], problem: UnknownOptionError) -> str:

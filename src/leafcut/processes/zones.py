@@ -24,7 +24,9 @@ def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
         try:
             x0, y0, x1, y1 = (float(word) for word in text.split())
         except ValueError:
-            raise OptionError(f"--keep-out: '{text}' is not a rectangle such as '0 0 40 25'") from None
+            raise OptionError(
+                f"--keep-out: '{text}' is not a rectangle such as '0 0 40 25': four numbers, with spaces between"
+            ) from None
         if not all(math.isfinite(v) for v in (x0, y0, x1, y1)):
             raise OptionError(f"--keep-out: '{text}' contains a number that is not finite")
         rows.append((min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)))

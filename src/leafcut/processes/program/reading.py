@@ -215,9 +215,7 @@ def _with_machine_feeds(text: str, settings: Settings, words: Dialect) -> tuple[
     if not word or word not in text:
         for name in _OF_MATERIALS:
             if name in settings.asked:
-                raise OptionError(
-                    f"{flag_name(name)}: no feed of the program comes from the controller's materials; leave it out"
-                )
+                raise OptionError(f"{flag_name(name)}: not used, the program states its own feeds; leave it out")
         return text, {}, []
     issues: list[Issue] = []
     feed = settings.cut_data.cut_speed

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import OptionError, PlanError
+from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.kinds import Head
 from leafcut.model.heights import HeightCount
@@ -155,9 +155,10 @@ def _check_zones(plan: DrillPlan) -> None:
         inside = np.flatnonzero(touches_any_zone(begin, end, plan.zones_for(operation.tool)))
         if len(inside):
             x, y = begin[inside[0]]
+            kind = "slot" if operation.slots else "hole"
             raise PlanError(
-                f"the {'slot' if operation.slots else 'hole'} at {x:g}, {y:g} is in a keep-out zone, or closer to it "
-                f"than the radius of {operation.tool.label} ({len(inside)} such); leave it out, or change --keep-out"
+                f"the {kind} at {x:g}, {y:g} is in a keep-out zone, or closer to it than the radius of "
+                f"{operation.tool.label} ({count_of(len(inside), kind)} in all); change --keep-out, or leave them out"
             )
 
 

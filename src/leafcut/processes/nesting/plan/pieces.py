@@ -155,7 +155,7 @@ def check_fit(parts: Sequence[NestPart], pieces: Sequence[NestPiece], inner: Seq
             box = min(piece.boxes, key=lambda b: max(b.width - length, b.height - width))
             sheet = "a sheet" if len(inner) == 1 else "the largest sheet"
             raise PlanError(
-                f"{part.name}: is {box.width:.6g} × {box.height:.6g} mm, and {sheet} less its margins "
+                f"{part.name}: the part is {box.width:.6g} × {box.height:.6g} mm, and {sheet} less its margins "
                 f"{length:.6g} × {width:.6g} mm; use a larger sheet, a smaller margin or more rotations"
             )
 

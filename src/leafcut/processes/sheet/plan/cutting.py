@@ -372,7 +372,8 @@ def with_options(sheet: Sheet, options: CutOptions, zones: NDArray[np.float64]) 
             if min(low_x, low_y) < -1e-6 or high_x > width + 1e-6 or high_y > height + 1e-6:
                 raise PlanError(
                     f"contour {number} (part {c.part}) reaches from ({low_x:.6g}, {low_y:.6g}) to "
-                    f"({high_x:.6g}, {high_y:.6g}), outside the sheet of {width:g} × {height:g} mm"
+                    f"({high_x:.6g}, {high_y:.6g}), outside the sheet of {width:g} × {height:g} mm; "
+                    "give a larger --sheet-size, or move the drawing with --origin"
                 )
     added = tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in zones)
     return replace(sheet, outline=outline, zones=(*sheet.zones, *added))

@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.errors import PlanError, count_of
+from leafcut.errors import PlanError, count_of, shown
 from leafcut.geometry.cleaning import cleaned, counter_clockwise, ends_of
 from leafcut.geometry.containment import around, conflicts, nesting
 from leafcut.geometry.overlaps import SAME
@@ -69,7 +69,9 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None) -> Sheet:
     kept = _once(closed, shapes, issues)
     closed, shapes = [closed[k] for k in kept], shapes[kept]
     if not closed and not opened and not marks:
-        raise PlanError(f"{part.source or part.name}: nothing is left to cut or mark")
+        layers = ", ".join(dict.fromkeys(shown(c.layer) for c in part.contours if c.layer))
+        hint = f"; its contours are on the layers {layers}: check --cut-layers, --ignore-layers" if layers else ""
+        raise PlanError(f"{part.source or part.name}: nothing is left to cut or mark{hint}")
     contours = _placed(closed, shapes, [*opened, *marks])
     _check_inside(contours, outline, holes)
     _look_for_frame(contours, outline, issues)
