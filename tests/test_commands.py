@@ -92,6 +92,8 @@ def test_a_command_writes_what_optimize_writes(
         ("reorder plate_10.dxf", "reorder: the input is a drawing, not a program; use drill, cut or pocket"),
         ("cut cam_121.nc", "cut: the input is a program, not a drawing; use leafcut reorder"),
         ("pocket", "pocket needs an INPUT"),
+        ("verify cam_121.nc", r"verify needs NEW \(see leafcut verify --help\)"),
+        ("drill plate_10.dxf --depth", r"--depth needs a value \(see leafcut drill --help\)"),
     ],
 )
 def test_what_a_command_is_not_for_is_refused_in_one_line(

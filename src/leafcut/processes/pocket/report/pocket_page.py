@@ -137,7 +137,7 @@ def _facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str, str]]:
     walls = f", then {rules.stock:g} mm along the walls" if rules.stock > 0.0 else ""
     return [
         ("Path over a level", length_words(m.feed_mm), lifted),
-        ("Above the minimum", above, f"path length; the minimum is area ÷ step-over, {length_words(m.floor_mm)}"),
+        ("Above minimum", above, f"area ÷ step-over is {length_words(m.floor_mm)}"),
         ("Uncut", uncut_words(m.uncovered_percent), f"{area_words(m.uncovered_mm2)} of {area_words(m.reachable_mm2)}"),
         ("Gouge", f"{m.gouge_mm2:.3g} mm²", "by simulation of the program"),
         ("Engagement", angle_words(m.max_engagement), f"at most; {angle_words(m.mean_engagement)} on average"),
