@@ -121,7 +121,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
     The end of an error message about an unknown name, the same everywhere.
     """
     known = list(known)
-    found = get_close_matches(name.lower(), [k.lower() for k in known], n=1, cutoff=0.6)
+    found = get_close_matches(name.lower(), [k.lower() for k in known], n=1, cutoff=0.52)
     if found:
         original = next(k for k in known if k.lower() == found[0])
         return f"; did you mean '{original}'?"
