@@ -32,6 +32,8 @@ from leafcut.processes.layers import kinds_of
 TINY = 0.5
 #: The widest --join-tolerance, mm.
 WIDEST_JOIN = 5.0
+#: So many layers are named where nothing on them is cut.
+MOST_LAYERS = 5
 
 
 def prepare_sheet(part: Part, options: SheetOptions | None = None) -> Sheet:
@@ -69,8 +71,9 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None) -> Sheet:
     kept = _once(closed, shapes, issues)
     closed, shapes = [closed[k] for k in kept], shapes[kept]
     if not closed and not opened and not marks:
-        layers = ", ".join(dict.fromkeys(shown(c.layer) for c in part.contours if c.layer))
-        hint = f"; its contours are on the layers {layers}: check --cut-layers, --ignore-layers" if layers else ""
+        layers = list(dict.fromkeys(shown(c.layer) for c in part.contours if c.layer))
+        listed = ", ".join([*layers[:MOST_LAYERS], *(["…"] if len(layers) > MOST_LAYERS else [])])
+        hint = f"; its contours are on the layers {listed}: check --cut-layers, --ignore-layers" if layers else ""
         raise PlanError(f"{part.source or part.name}: nothing is left to cut or mark{hint}")
     contours = _placed(closed, shapes, [*opened, *marks])
     _check_inside(contours, outline, holes)
