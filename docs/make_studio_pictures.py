@@ -85,9 +85,9 @@ def nest(page: Page) -> None:
     parts = [{"name": name, "mimeType": "image/svg+xml", "buffer": svg(*part).encode()} for name, part in PARTS.items()]
     page.set_input_files("#open-file", parts)
     for name, pieces in (("bracket.svg", "14"), ("ring.svg", "5"), ("gusset.svg", "24")):
-        fill(page, f"Pieces: {name}", pieces)
+        fill(page, f"Quantity: {name}", pieces)
     fill(page, "Sheet", "1000x1000")
-    page.get_by_label("Effort", exact=True).select_option("fast")
+    page.get_by_label("Search effort", exact=True).select_option("fast")
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_selector("table.nests", timeout=LONG)
     page.locator(".cuts").get_by_label("Thickness", exact=True).fill("6")
