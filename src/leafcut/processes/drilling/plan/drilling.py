@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.zones import touches_any_zone, widened
-from leafcut.kinds import Head
 from leafcut.model.heights import HeightCount
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
@@ -21,6 +20,7 @@ from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.drilling.plan.depths import DepthRule, depth_rule, tap_lead_issue
 from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
+from leafcut.processes.spindle_heights import check_spindle_heights
 from leafcut.processes.zones import parse_zones
 
 
@@ -80,7 +80,7 @@ def plan_drilling(
     """
     if not part.holes and not part.slots:
         raise PlanError(f"{part.name}: no holes to drill")
-    _check_machine(machine, job)
+    check_spindle_heights(machine, job, "drill")
     heights = _heights(part)
     rule = depth_rule(job, options)
     chooser = ToolChooser(library, machine, job, options)
@@ -124,24 +124,6 @@ def _heights(part: Part) -> list[Issue]:
 def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) -> list[Issue]:
     """Return a note for every tap whose lead leaves a through thread short at the far side."""
     return [note for o in operations if (note := tap_lead_issue(o.tool, rule)) is not None]
-
-
-def _check_machine(machine: Machine, job: JobOptions) -> None:
-    if machine.head is not Head.SPINDLE:
-        raise PlanError(f"{machine.name} has a {machine.head}, which cannot drill; choose another --machine")
-    if job.retract_height > job.clearance_height:
-        raise PlanError(
-            f"--retract-height {job.retract_height:g} mm is above --clearance-height "
-            f"{job.clearance_height:g} mm; the R plane must not be higher than the initial plane"
-        )
-    if machine.safe_z is not None and machine.work_offset is not None:
-        height = machine.safe_z - machine.work_offset[2]
-        if height < job.clearance_height:
-            raise PlanError(
-                f"the safe height of {machine.name}, z {machine.safe_z:g} mm in machine coordinates, is {height:g} mm "
-                f"over program zero, below --clearance-height {job.clearance_height:g} mm; "
-                "check --work-offset, or lower the clearance height"
-            )
 
 
 def _check_zones(plan: DrillPlan) -> None:

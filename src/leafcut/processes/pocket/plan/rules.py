@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 from leafcut.errors import OptionError, PlanError
-from leafcut.kinds import Head
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import PocketRules
@@ -14,6 +13,7 @@ from leafcut.model.tool import Tool
 from leafcut.options import JobOptions
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.tool import with_data
+from leafcut.processes.spindle_heights import check_spindle_heights
 
 #: Points of a grid nearer than this share of the diameter crowd, farther ones leave the middle of four uncut: half the
 #: diagonal of a square of 0.7 D is 0.495 D, a radius but for a hundredth.
@@ -128,7 +128,7 @@ def milling_data(
     PlanError
         The machine has no spindle, its heights contradict each other, or it cannot turn or feed as asked.
     """
-    check_machine(machine, job)
+    check_spindle_heights(machine, job, "mill a pocket")
     tool, issues = with_data(mill, options, job, rules, machine)
     plunge = options.plunge_feed or tool.plunge_feed or PLUNGE_PART * tool.feed
     air = _air_feed(options, tool, machine)
@@ -159,28 +159,3 @@ def corner_rounding(machine: Machine, feed: float) -> float:
     2 sin(θ / 2) v² / 8a, at most a quarter of v² / a.
     """
     return feed * feed / (4.0 * min(machine.acceleration[:2]))
-
-
-def check_machine(machine: Machine, job: JobOptions) -> None:
-    """Refuse a machine that does not mill, and heights in a wrong order.
-
-    Raises
-    ------
-    PlanError
-        Says which.
-    """
-    if machine.head is not Head.SPINDLE:
-        raise PlanError(f"{machine.name} has a {machine.head}, which cannot mill a pocket; choose another --machine")
-    if job.retract_height > job.clearance_height:
-        raise PlanError(
-            f"--retract-height {job.retract_height:g} mm is above --clearance-height {job.clearance_height:g} mm; "
-            "the R plane must not be higher than the initial plane"
-        )
-    if machine.safe_z is not None and machine.work_offset is not None:
-        height = machine.safe_z - machine.work_offset[2]
-        if height < job.clearance_height:
-            raise PlanError(
-                f"the safe height of {machine.name}, z {machine.safe_z:g} mm in machine coordinates, is {height:g} mm "
-                f"over program zero, below --clearance-height {job.clearance_height:g} mm; check --work-offset, or "
-                "lower the clearance height"
-            )
