@@ -121,7 +121,7 @@ def without(settings: Settings, names: Iterable[str]) -> Settings:
     """Return the settings with some options at their defaults, and as not given."""
     left_out = frozenset(names)
     groups = [
-        replace(group, **{name: type(group).defaults()[name] for name in group.specs() if name in left_out})  # type: ignore[type-var]
-        for group in settings.groups.values()
-    ]
+        replace(group, **{name: type(group).defaults()[name] for name in there})  # type: ignore[type-var]
+        for group in settings.groups.values() if (there := left_out & group.specs().keys())
+    ]  # fmt: skip
     return replace(settings.but(*groups), given=settings.given - left_out)
