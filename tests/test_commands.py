@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from every import every
-from leafcut.cli import run
+from leafcut.cli import app, run
 from leafcut.option_spec import flag_name
 from leafcut.processes import registry
 
@@ -49,6 +49,12 @@ def test_the_ten_options_that_matter_stand_first_and_the_rest_under_more(
     assert parts["Main options"] == first and len(first) <= 11
     behind = titles[titles.index("Main options") + 1 :]
     assert behind and all(title.startswith("More: ") for title in behind)
+
+
+def test_no_package_can_take_the_name_of_a_command() -> None:
+    """The registry knows all commands that are not those of processes."""
+    commands = {name for name in app() if not name.startswith("-")}
+    assert commands == {*COMMANDS, *registry.OTHER_COMMANDS} - {"auto"}
 
 
 def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFixture[str]) -> None:

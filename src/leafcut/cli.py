@@ -106,11 +106,16 @@ def _missing(problem: MissingArgumentError) -> str:
     return f"{name} needs a value {hint}" if name.startswith("-") else f"{command} needs {name} {hint}"
 
 
+def _command_of(arguments: Sequence[str]) -> str:
+    """Return the command that a command line names; "" for none."""
+    return next((word for word in arguments if not word.startswith("-")), "")
+
+
 def _unknown(arguments: Sequence[str], problem: UnknownOptionError) -> str:
     """Return what a person is told of a flag that the command does not have, though another one may."""
     flag = (problem.token.keyword or problem.token.value if problem.token else "").partition("=")[0]
     name = flag.removeprefix("--").removeprefix("no-").replace("-", "_")
-    command = next(iter(arguments), "")
+    command = _command_of(arguments)
     works = {command: works for command, _, works, _ in _working_commands()}.get(command, [])
     if works and any(name == option for _, option, _ in all_options()):
         title, instead = (works[0].title, works[0].otherwise.get(name, "")) if len(works) == 1 else (command, "")
@@ -174,7 +179,7 @@ def app(arguments: Sequence[str] = ()) -> App:
         result_action="return_value",
         suppress_keyboard_interrupt=False,
     )
-    asked = next((word for word in arguments if not word.startswith("-")), "")
+    asked = _command_of(arguments)
     all_of_them = not arguments or "--install-completion" in arguments
     for name, function, works, special in _working_commands():
         whole = command_of(function, used_by(*works), **special) if all_of_them or asked == name else function
